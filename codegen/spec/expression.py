@@ -1,0 +1,161 @@
+"""Text to SymPy without evaluation: the text is read as a syntax tree, and only arithmetic is taken from it.
+
+Python's own parser gives the tree (it runs nothing); every node that is not a number, a known name, an operator of
++ - * / ** or a call of a listed function is an error that says what stood there.
+"""
+
+from __future__ import annotations
+
+import ast
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import sympy
+
+from codegen.errors import BadInput, Place, nearest_name
+from codegen.spec.functions import CONSTANTS, FUNCTIONS
+
+LONGEST = 20_000
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
+_OPERATORS: dict[type[ast.operator], str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.Pow: "**"}
+
+
+@dataclass(frozen=True)
+class Expression:
+    """A parsed expression.
+
+    Attributes:
+        text: what the author wrote, on one line.
+        tree: its syntax tree; holds arithmetic only.
+        place: where it stands.
+    """
+
+    text: str
+    tree: ast.expr
+    place: Place
+
+    def symbolic(self, symbols: Mapping[str, sympy.Symbol]) -> sympy.Expr:
+        """The SymPy form over the given symbols, numbers as exact rationals.
+
+        Raises:
+            BadInput: on a name that is not in ``symbols``, a division by zero or a number out of range.
+        """
+        value = _to_sympy(self.tree, self, symbols)
+        if value.has(sympy.zoo, sympy.nan, sympy.oo, sympy.I):
+            raise BadInput(self.place, f"`{self.text}` is not a finite real number", "a finite real expression")
+        return value
+
+    def source(self, node: ast.expr) -> str:
+        """The author's words for one node of the tree."""
+        return ast.get_source_segment(self.text, node) or self.text
+
+
+def exact_number(text: str, place: Place) -> sympy.Rational:
+    """The rational number that a decimal literal denotes, exactly (``0.1`` is 1/10)."""
+    try:
+        size = float(text)
+    except ValueError:
+        raise BadInput(place, f"`{text}` is not a number", "a number") from None
+    if not math.isfinite(size) or (size != 0 and not 1e-300 < abs(size) < 1e300):
+        raise BadInput(place, f"the number {text}", "a finite number between 1e-300 and 1e300 in size")
+    return sympy.Rational(text)
+
+
+def parse_expression(text: str | int | float, place: Place) -> Expression:
+    """Read one expression.
+
+    Args:
+        text: the expression, or a bare number as YAML gives it.
+        place: where it stands, for messages.
+
+    Raises:
+        BadInput: if the text is not an expression of numbers, names, + - * / ** and the listed functions.
+    """
+    words = " ".join(str(text).split())
+    if not words:
+        raise BadInput(place, "an empty expression", "an expression such as `m*g*sin(q)`")
+    if len(words) > LONGEST:
+        raise BadInput(place, f"an expression of {len(words)} characters", f"at most {LONGEST}")
+    try:
+        tree = ast.parse(words, mode="eval").body
+        _check(tree, words, place)
+    except SyntaxError as error:
+        near = words[max(0, (error.offset or 1) - 1) :][:20] or "the end"
+        raise BadInput(place, f"`{words}` cannot be read at `{near}`", "an expression such as `-k*x + w`") from None
+    except (RecursionError, MemoryError, ValueError):
+        raise BadInput(place, "an expression nested too deeply or with control characters", "a plain one") from None
+    return Expression(words, tree, place)
+
+
+def _check(node: ast.expr, text: str, place: Place) -> None:
+    what = ast.get_source_segment(text, node) or text
+    match node:
+        case ast.Constant(value=bool() | None | str() | bytes()) | ast.Constant(value=complex()):
+            raise BadInput(place, f"`{what}`", "a number, a name or an operation")
+        case ast.Constant():
+            exact_number(what, place)
+        case ast.Name(id=name):
+            if not NAME.match(name):
+                raise BadInput(place, f"the name `{name}`", "letters, digits and _, starting with a letter")
+        case ast.UnaryOp(op=ast.UAdd() | ast.USub(), operand=operand):
+            _check(operand, text, place)
+        case ast.BinOp(op=ast.BitXor()):
+            raise BadInput(place, f"`{what}` uses ^", "** for powers", what.replace("^", "**"))
+        case ast.BinOp(left=left, op=op, right=right) if type(op) in _OPERATORS:
+            _check(left, text, place)
+            _check(right, text, place)
+        case ast.Call(func=ast.Name(id=name), args=[argument], keywords=[]) if name in FUNCTIONS:
+            _check(argument, text, place)
+        case ast.Call(func=ast.Name(id=name)) if name in FUNCTIONS:
+            raise BadInput(place, f"`{what}`", f"one argument for {name}")
+        case ast.Call(func=ast.Name(id=name)):
+            known = ", ".join(FUNCTIONS)
+            raise BadInput(place, f"a call of `{name}`", f"one of {known}", nearest_name(name, FUNCTIONS))
+        case _:
+            raise BadInput(place, f"`{what}`", "numbers, names, + - * / ** and " + ", ".join(FUNCTIONS))
+
+
+def _to_sympy(node: ast.expr, whole: Expression, symbols: Mapping[str, sympy.Symbol]) -> Any:
+    match node:
+        case ast.Constant():
+            return exact_number(whole.source(node), whole.place)
+        case ast.Name(id=name) if name in symbols:
+            return symbols[name]
+        case ast.Name(id=name) if name in CONSTANTS:
+            return CONSTANTS[name]
+        case ast.Name(id=name):
+            known = sorted(symbols)
+            expected = f"one of {', '.join(known)}" if len(known) <= 40 else "a declared name"
+            raise BadInput(whole.place, f"unknown name `{name}` in `{whole.text}`", expected, nearest_name(name, known))
+        case ast.UnaryOp(op=op, operand=operand):
+            value = _to_sympy(operand, whole, symbols)
+            return -value if isinstance(op, ast.USub) else value
+        case ast.Call(func=ast.Name(id=name), args=[argument]):
+            return FUNCTIONS[name](_to_sympy(argument, whole, symbols))
+        case ast.BinOp(left=left, op=op, right=right):
+            a, b = _to_sympy(left, whole, symbols), _to_sympy(right, whole, symbols)
+            return _combine(op, a, b, whole, node)
+    raise BadInput(whole.place, f"`{whole.source(node)}`", "an arithmetic expression")
+
+
+def _combine(op: ast.operator, a: Any, b: Any, whole: Expression, node: ast.expr) -> Any:
+    match op:
+        case ast.Add():
+            return a + b
+        case ast.Sub():
+            return a - b
+        case ast.Mult():
+            return a * b
+        case ast.Div():
+            if b.is_zero:
+                raise BadInput(whole.place, f"`{whole.source(node)}` divides by zero", "a divisor that is not zero")
+            return a / b
+        case _:
+            if not b.is_number or abs(b) > 64:
+                raise BadInput(whole.place, f"`{whole.source(node)}`", "a power whose exponent is a number up to 64")
+            if a.is_zero and b.is_negative:
+                raise BadInput(whole.place, f"`{whole.source(node)}` divides by zero", "a base that is not zero")
+            return a**b

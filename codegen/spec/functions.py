@@ -1,0 +1,68 @@
+"""The functions an expression may call.
+
+``Magnitude`` (abs) and ``Sgn`` are our own SymPy functions: SymPy's ``Abs`` and ``sign`` bring Dirac deltas and complex
+cases, while friction is analysed between reversals, where the sign of a slip velocity is a constant.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import sympy
+
+
+class Sgn(sympy.Function):
+    """Sign with sgn(0) = 0; constant between reversals, so its derivative is zero."""
+
+    nargs = 1
+    is_real = True
+
+    @classmethod
+    def eval(cls, argument: Any) -> Any:
+        return sympy.sign(argument) if argument.is_Number else None
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        return sympy.Integer(0)
+
+    def _sympystr(self, printer: Any) -> str:
+        return f"sgn({printer._print(self.args[0])})"
+
+    def _latex(self, printer: Any, exp: str | None = None) -> str:
+        body = rf"\operatorname{{sgn}}\left({printer._print(self.args[0])}\right)"
+        return rf"{body}^{{{exp}}}" if exp else body
+
+
+class Magnitude(sympy.Function):
+    """Absolute value; its derivative is ``Sgn``."""
+
+    nargs = 1
+    is_real = True
+    is_nonnegative = True
+
+    @classmethod
+    def eval(cls, argument: Any) -> Any:
+        return abs(argument) if argument.is_Number else None
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        return Sgn(self.args[0])
+
+    def _sympystr(self, printer: Any) -> str:
+        return f"abs({printer._print(self.args[0])})"
+
+    def _latex(self, printer: Any, exp: str | None = None) -> str:
+        body = rf"\left|{printer._print(self.args[0])}\right|"
+        return rf"{body}^{{{exp}}}" if exp else body
+
+
+FUNCTIONS: dict[str, Any] = {
+    "sin": sympy.sin,
+    "cos": sympy.cos,
+    "tan": sympy.tan,
+    "exp": sympy.exp,
+    "log": sympy.log,
+    "sqrt": sympy.sqrt,
+    "tanh": sympy.tanh,
+    "abs": Magnitude,
+    "sgn": Sgn,
+}
+CONSTANTS: dict[str, Any] = {"pi": sympy.pi}

@@ -1,0 +1,171 @@
+"""The typed specification: what a spec file says, with names resolved, expressions parsed and values in SI."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import sympy
+
+from codegen.errors import Place
+
+Rational = sympy.Rational
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """A generalised coordinate and its velocity; ``unit`` is SI (m or rad)."""
+
+    name: str
+    velocity: str
+    unit: str
+
+
+@dataclass(frozen=True)
+class Input:
+    """An external input w in its SI unit."""
+
+    name: str
+    unit: str
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A constant of the model.
+
+    Attributes:
+        value: exact, in SI base units.
+        unit: as declared; ``declared`` is the value in that unit.
+        tolerance: relative, or None where the spec gives none.
+    """
+
+    name: str
+    value: Any
+    unit: str
+    declared: Any
+    tolerance: float | None = None
+
+
+@dataclass(frozen=True)
+class Contact:
+    """A place where friction acts: its law's name and that law's parameters in SI."""
+
+    name: str
+    law: str
+    unit: str
+    parameters: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class DeclaredEffect:
+    """An entry of ``effects:``; kind, place and parameters as in the catalogue, in SI."""
+
+    kind: str
+    on: tuple[str, ...]
+    parameters: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class ObserverChoice:
+    """The observer section: gains are matrices given by rows (a scalar or a list means a diagonal).
+
+    Attributes:
+        kind: cfo, gcfo, to, gto or mgto.
+        velocity: "measured" or "estimated".
+        gains: raw numbers as written: a scalar, a list or rows.
+        sample_time: seconds, exact.
+        exponent: μ of (2.6), exact.
+    """
+
+    kind: str
+    velocity: str
+    gains: Mapping[str, Any]
+    sample_time: Any
+    exponent: Any
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """How the plant is driven by ``stiction simulate``; expressions are over the time symbol ``t``."""
+
+    duration: float
+    sample_time: float
+    inputs: Mapping[str, sympy.Expr]
+    reference: Mapping[str, sympy.Expr]
+    position_gain: Mapping[str, float]
+    velocity_gain: Mapping[str, float]
+    input_limit: Mapping[str, float]
+    encoder_step: Mapping[str, float]
+    position_noise: Mapping[str, float]
+    seed: int
+
+
+@dataclass(frozen=True)
+class LogColumns:
+    """What a log calls its columns: from ``t``, coordinate, velocity or input to a column's name and scale to SI."""
+
+    columns: Mapping[str, str] = field(default_factory=dict)
+    scale: Mapping[str, float] = field(default_factory=dict)
+    cutoff_hz: float | None = None
+
+
+@dataclass(frozen=True)
+class Spec:
+    """One machine and its observer, as its author wrote it.
+
+    Attributes:
+        mass_matrix: M(x), n by n, over coordinate and parameter symbols.
+        force: g(x, v, w), n by 1, everything but friction, without ``effects``.
+        distribution: U(x), n by contacts; slip velocity is U' v.
+        envelope: exact (low, high) for each named variable.
+        text, path: the file itself; ``sha256`` is of its bytes.
+    """
+
+    name: str
+    source: str
+    coordinates: tuple[Coordinate, ...]
+    inputs: tuple[Input, ...]
+    parameters: tuple[Parameter, ...]
+    mass_matrix: sympy.ImmutableMatrix
+    force: sympy.ImmutableMatrix
+    distribution: sympy.ImmutableMatrix
+    contacts: tuple[Contact, ...]
+    effects: tuple[DeclaredEffect, ...]
+    observer: ObserverChoice | None
+    envelope: Mapping[str, tuple[Any, Any]]
+    simulation: Simulation | None
+    log: LogColumns
+    text: str
+    path: Path
+    places: Mapping[str, Place]
+
+    @property
+    def sha256(self) -> str:
+        """Hash of the spec file's bytes."""
+        return hashlib.sha256(self.text.encode()).hexdigest()
+
+    @property
+    def positions(self) -> tuple[str, ...]:
+        return tuple(c.name for c in self.coordinates)
+
+    @property
+    def velocities(self) -> tuple[str, ...]:
+        return tuple(c.velocity for c in self.coordinates)
+
+    def symbol(self, name: str) -> sympy.Symbol:
+        """The real SymPy symbol of a declared name."""
+        return symbol(name)
+
+    def place(self, key: str) -> Place:
+        """Where a key of the file stands; the nearest parent if it has no line of its own."""
+        while key not in self.places and ("." in key or "[" in key):
+            key = key[: max(key.rfind("."), key.rfind("["))]
+        return self.places.get(key, Place(str(self.path)))
+
+
+def symbol(name: str) -> sympy.Symbol:
+    """Every declared name is a real symbol."""
+    return sympy.Symbol(name, real=True)

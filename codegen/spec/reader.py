@@ -1,0 +1,245 @@
+"""Text → Spec: names resolved, expressions parsed, units checked; nothing of the text is ever executed."""
+
+from __future__ import annotations
+
+import keyword
+import re
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import sympy
+
+from codegen.errors import BadInput, Place, nearest_name
+from codegen.spec.dimensions import check_dimensions
+from codegen.spec.expression import Expression, exact_number, parse_expression
+from codegen.spec.functions import CONSTANTS, FUNCTIONS
+from codegen.spec.model import (
+    Contact,
+    Coordinate,
+    DeclaredEffect,
+    Input,
+    LogColumns,
+    ObserverChoice,
+    Parameter,
+    Simulation,
+    Spec,
+    symbol,
+)
+from codegen.spec.schema import SimulationSection, SpecDocument
+from codegen.spec.units import require_coherent, si_factor
+from codegen.spec.validation import validate
+from codegen.spec.yaml_text import load_mapping, plain, read_text
+
+_IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
+_C_WORDS = set(
+    "auto break case char const continue default do double else enum extern float for goto if inline int long register "
+    "restrict return short signed sizeof static struct switch typedef union unsigned void volatile while bool true "
+    "false class new delete this template typename namespace private public protected virtual operator using NULL".split()
+)
+_RESERVED = {"t", "state", "parameters", "inputs", "outputs", "sample_time", "lambda"}
+
+
+def read_spec(path: str | Path) -> Spec:
+    """Read and validate a spec file.
+
+    Args:
+        path: the YAML file.
+
+    Raises:
+        BadInput: for the first thing in it that cannot be used, with file and line.
+    """
+    path = Path(path)
+    return parse_spec(read_text(path, "a spec file (YAML)"), path)
+
+
+def parse_spec(text: str, path: Path) -> Spec:
+    """The same from text already in hand; ``path`` is for messages."""
+    return _Reading(text, path).spec()
+
+
+class _Reading:
+    """One reading of one file: the document, and where each of its keys stands."""
+
+    def __init__(self, text: str, path: Path) -> None:
+        self.text, self.path = text, path
+        document, self.places = load_mapping(text, str(path))
+        self.document = validate(SpecDocument, plain(document), self.places, str(path))
+
+    def place(self, key: str) -> Place:
+        known = self.places.get(key)
+        if known is None and ("." in key or "[" in key):
+            return Place(str(self.path), self.place(key[: max(key.rfind("."), key.rfind("["))]).line, key)
+        return known or Place(str(self.path), None, key)
+
+    def spec(self) -> Spec:
+        d = self.document
+        self._name(d.name, "name")
+        coordinates = tuple(Coordinate(name, c.velocity, c.unit) for name, c in d.coordinates.items())
+        if not coordinates:
+            raise BadInput(self.place("coordinates"), "no coordinate", "at least one")
+        inputs = tuple(Input(name, i.unit) for name, i in d.inputs.items())
+        parameters = tuple(self._parameter(name) for name in d.parameters)
+        self._check_names(coordinates, inputs, parameters)
+        for c in coordinates:
+            require_coherent(c.unit, self.place(f"coordinates.{c.name}.unit"))
+        for i in inputs:
+            require_coherent(i.unit, self.place(f"inputs.{i.name}.unit"))
+
+        n, contacts = len(coordinates), d.friction.contacts
+        mass = self._matrix("mass_matrix", d.mass_matrix, (n, n))
+        force = self._matrix("force", [[row] for row in d.force], (n, 1), column=True)
+        distribution = self._matrix("friction.distribution", d.friction.distribution, (n, len(contacts)))
+        check_dimensions(coordinates, inputs, d.parameters, mass, force, distribution, contacts, self.place)
+
+        position = {c.name: symbol(c.name) for c in coordinates}
+        constant = {p.name: symbol(p.name) for p in parameters}
+        moving = {c.velocity: symbol(c.velocity) for c in coordinates} | {i.name: symbol(i.name) for i in inputs}
+        return Spec(
+            name=d.name,
+            source=d.source,
+            coordinates=coordinates,
+            inputs=inputs,
+            parameters=parameters,
+            mass_matrix=_symbolic(mass, position | constant),
+            force=_symbolic(force, position | constant | moving),
+            distribution=_symbolic(distribution, position | constant),
+            contacts=tuple(self._contact(i) for i in range(len(contacts))),
+            effects=tuple(self._effect(i) for i in range(len(d.effects))),
+            observer=self._observer(),
+            envelope=self._envelope({*position, *moving}),
+            simulation=self._simulation(d.simulation, coordinates, inputs) if d.simulation else None,
+            log=self._log({"t", *position, *moving}),
+            text=self.text,
+            path=self.path,
+            places=self.places,
+        )
+
+    def _name(self, name: str, key: str) -> None:
+        if not _IDENTIFIER.match(name) or len(name) > 60:
+            raise BadInput(self.place(key), f"the name `{name}`", "letters, digits and _, starting with a letter")
+        if name in _C_WORDS or keyword.iskeyword(name) or name in FUNCTIONS or name in CONSTANTS or name in _RESERVED:
+            raise BadInput(self.place(key), f"the name `{name}`, a reserved word", "another name", f"{name}_")
+
+    def _check_names(self, coordinates: Iterable[Coordinate], inputs: Iterable[Input], parameters: Any) -> None:
+        seen: dict[str, str] = {}
+        named = [(c.name, f"coordinates.{c.name}") for c in coordinates]
+        named += [(c.velocity, f"coordinates.{c.name}.velocity") for c in coordinates]
+        named += [(i.name, f"inputs.{i.name}") for i in inputs] + [(p.name, f"parameters.{p.name}") for p in parameters]
+        for name, key in named:
+            self._name(name, key)
+            if name in seen:
+                raise BadInput(self.place(key), f"the name `{name}` again", f"a name other than that of {seen[name]}")
+            seen[name] = key
+
+    def _parameter(self, name: str) -> Parameter:
+        section, key = self.document.parameters[name], f"parameters.{name}"
+        declared = exact_number(section.value, self.place(f"{key}.value"))
+        factor = si_factor(section.unit, self.place(f"{key}.unit"))
+        return Parameter(name, declared * factor, section.unit, declared, self._tolerance(section.tolerance, key))
+
+    def _tolerance(self, text: str | None, key: str) -> float | None:
+        if text is None:
+            return None
+        place = self.place(f"{key}.tolerance")
+        number = float(exact_number(text.strip().removesuffix("%"), place)) / (100 if text.strip().endswith("%") else 1)
+        if not 0 <= number < 1:
+            raise BadInput(place, f"tolerance {text}", "a share such as 1% or 0.01")
+        return number
+
+    def _matrix(self, key: str, rows: list[list[str]], shape: tuple[int, int], column: bool = False) -> list[list[Expression]]:
+        widths = {len(row) for row in rows}
+        if len(rows) != shape[0] or widths != {shape[1]}:
+            found = f"{len(rows)} entries" if column else f"{len(rows)} rows of {'/'.join(map(str, sorted(widths)))}"
+            wanted = f"{shape[0]} entries, one a coordinate" if column else f"{shape[0]} by {shape[1]}"
+            if key == "friction.distribution":
+                wanted += " (coordinates by contacts)"
+            raise BadInput(self.place(key), found, wanted)
+        at = (lambda i, j: f"{key}[{i}]") if column else (lambda i, j: f"{key}[{i}][{j}]")
+        return [[parse_expression(x, self.place(at(i, j))) for j, x in enumerate(row)] for i, row in enumerate(rows)]
+
+    def _contact(self, index: int) -> Contact:
+        section, key = self.document.friction.contacts[index], f"friction.contacts[{index}]"
+        self._name(section.name, f"{key}.name")
+        if section.name in {c.name for c in self.document.friction.contacts[:index]}:
+            raise BadInput(self.place(f"{key}.name"), f"a second contact `{section.name}`", "a name of its own")
+        require_coherent(section.unit, self.place(f"{key}.unit"))
+        extra = section.model_extra or {}
+        values = {k: self._number(v, f"{key}.{k}") for k, v in extra.items()}
+        return Contact(section.name, section.law, section.unit, values)
+
+    def _number(self, value: Any, key: str) -> Any:
+        if isinstance(value, bool) or not isinstance(value, (str, int, float)):
+            raise BadInput(self.place(key), f"`{value}`", "a number")
+        return exact_number(str(value), self.place(key))
+
+    def _effect(self, index: int) -> DeclaredEffect:
+        section, key = self.document.effects[index], f"effects[{index}]"
+        values = {k: self._number(v, f"{key}.parameters.{k}") for k, v in section.parameters.items()}
+        return DeclaredEffect(section.kind, tuple(section.on), values)
+
+    def _observer(self) -> ObserverChoice | None:
+        section = self.document.observer
+        if section is None:
+            return None
+        period = self._number(section.sample_time, "observer.sample_time")
+        if period <= 0:
+            raise BadInput(self.place("observer.sample_time"), f"sample time {section.sample_time}", "a positive time in s")
+        exponent = self._number(section.exponent, "observer.exponent")
+        return ObserverChoice(section.kind, section.velocity, dict(section.gains), period, exponent)
+
+    def _envelope(self, names: set[str]) -> dict[str, tuple[Any, Any]]:
+        result = {}
+        for name, (low, high) in self.document.envelope.items():
+            key = f"envelope.{name}"
+            if name not in names:
+                raise BadInput(self.place(key), f"unknown name `{name}`", "a coordinate, velocity or input", nearest_name(name, names))
+            bounds = self._number(low, f"{key}[0]"), self._number(high, f"{key}[1]")
+            if not bounds[0] < bounds[1]:
+                raise BadInput(self.place(key), f"[{low}, {high}]", "a range [low, high] with low < high")
+            result[name] = bounds
+        return result
+
+    def _simulation(self, s: SimulationSection, coordinates: Any, inputs: Any) -> Simulation:
+        time = {"t": symbol("t")}
+        velocity = {c.name for c in coordinates}
+        entry = {i.name for i in inputs}
+
+        def numbers(section: str, known: set[str]) -> dict[str, float]:
+            values = getattr(s, section)
+            self._known(values, known, f"simulation.{section}")
+            return {k: float(self._number(v, f"simulation.{section}.{k}")) for k, v in values.items()}
+
+        def functions(section: str, known: set[str]) -> dict[str, sympy.Expr]:
+            values = getattr(s, section)
+            self._known(values, known, f"simulation.{section}")
+            return {k: parse_expression(v, self.place(f"simulation.{section}.{k}")).symbolic(time) for k, v in values.items()}
+
+        duration, period = (float(self._number(x, "simulation")) for x in (s.duration, s.sample_time))
+        if not 0 < period < duration or duration / period > 1e7:
+            raise BadInput(self.place("simulation"), f"{duration} s in steps of {period} s", "2 to 10^7 samples")
+        return Simulation(
+            duration, period, functions("inputs", entry), functions("reference", entry | velocity),
+            numbers("position_gain", entry), numbers("velocity_gain", entry), numbers("input_limit", entry),
+            numbers("encoder_step", velocity), numbers("position_noise", velocity), s.seed,
+        )  # fmt: skip
+
+    def _known(self, names: Iterable[str], known: set[str], key: str) -> None:
+        for name in names:
+            if name not in known:
+                expected = f"one of {', '.join(sorted(known))}"
+                raise BadInput(self.place(f"{key}.{name}"), f"unknown name `{name}`", expected, nearest_name(name, known))
+
+    def _log(self, names: set[str]) -> LogColumns:
+        section = self.document.log
+        if section is None:
+            return LogColumns()
+        self._known(section.columns, names, "log.columns")
+        self._known(section.scale, names, "log.scale")
+        scale = {k: float(self._number(v, f"log.scale.{k}")) for k, v in section.scale.items()}
+        cutoff = float(self._number(section.cutoff_hz, "log.cutoff_hz")) if section.cutoff_hz else None
+        return LogColumns(dict(section.columns), scale, cutoff)
+
+
+def _symbolic(rows: list[list[Expression]], symbols: dict[str, sympy.Symbol]) -> sympy.ImmutableMatrix:
+    return sympy.ImmutableMatrix([[x.symbolic(symbols) for x in row] for row in rows])

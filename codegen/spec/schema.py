@@ -1,0 +1,126 @@
+"""The shape of a spec file, for pydantic: which keys there are and what may stand in them.
+
+Names, units and expressions are checked afterwards, in ``reader``; here a value is only text or a number.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+
+
+def _expression_like(value: object) -> object:
+    if isinstance(value, bool) or not isinstance(value, (str, int, float)):
+        raise ValueError("expected an expression or a number")
+    return str(value)
+
+
+def _number_like(value: object) -> object:
+    """Numbers stay text, so that 0.1 is the rational 1/10 and not the nearest double."""
+    if isinstance(value, bool) or not isinstance(value, (str, int, float)):
+        raise ValueError("expected a number")
+    try:
+        float(value)
+    except ValueError:
+        raise ValueError("expected a number") from None
+    return str(value)
+
+
+def _as_list(value: object) -> object:
+    return value if isinstance(value, list) else [value]
+
+
+Text = Annotated[str, BeforeValidator(_expression_like)]
+Number = Annotated[str, BeforeValidator(_number_like)]
+Gain = Number | list[Number] | list[list[Number]]
+Range = Annotated[list[Number], Field(min_length=2, max_length=2)]
+
+
+class Section(BaseModel):
+    """A mapping of the file; a key that is not listed is an error."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class CoordinateSection(Section):
+    velocity: str
+    unit: str
+
+
+class InputSection(Section):
+    unit: str
+
+
+class ParameterSection(Section):
+    value: Number
+    unit: str = "1"
+    tolerance: Text | None = None
+
+
+class ContactSection(BaseModel):
+    """A contact: its law's parameters stand beside these keys, so extra ones are read by the law."""
+
+    model_config = ConfigDict(extra="allow", frozen=True)
+
+    name: str
+    law: str = "coulomb"
+    unit: str
+
+
+class FrictionSection(Section):
+    distribution: list[list[Text]]
+    contacts: list[ContactSection]
+
+
+class EffectSection(Section):
+    kind: str
+    on: Annotated[list[str], BeforeValidator(_as_list)]
+    parameters: dict[str, Number]
+
+
+class ObserverSection(Section):
+    kind: str
+    velocity: Literal["measured", "estimated"] = "measured"
+    gains: dict[str, Gain]
+    sample_time: Number
+    exponent: Number = "1"
+
+
+class SimulationSection(Section):
+    """How ``stiction simulate`` drives the plant: inputs as functions of t, or a reference under PD control."""
+
+    duration: Number
+    sample_time: Number
+    inputs: dict[str, Text] = {}
+    reference: dict[str, Text] = {}
+    position_gain: dict[str, Number] = {}
+    velocity_gain: dict[str, Number] = {}
+    input_limit: dict[str, Number] = {}
+    encoder_step: dict[str, Number] = {}
+    position_noise: dict[str, Number] = {}
+    seed: int = 0
+
+
+class LogSection(Section):
+    """How the columns of a log are called; a log description beside the log says more."""
+
+    columns: dict[str, str] = {}
+    scale: dict[str, Number] = {}
+    cutoff_hz: Number | None = None
+
+
+class SpecDocument(Section):
+    name: str
+    source: str = ""
+    coordinates: dict[str, CoordinateSection]
+    inputs: dict[str, InputSection] = {}
+    parameters: dict[str, ParameterSection] = {}
+    mass_matrix: list[list[Text]]
+    force: list[Text]
+    friction: FrictionSection
+    effects: list[EffectSection] = []
+    observer: ObserverSection | None = None
+    envelope: dict[str, Range] = {}
+    simulation: SimulationSection | None = None
+    log: LogSection | None = None

@@ -1,0 +1,154 @@
+"""Units through pint: values to SI, and the dimension of an expression.
+
+A spec is computed in coherent SI units. A parameter may be given in any unit and is converted; coordinates and
+inputs are declared in SI, since generated code takes and returns them as they are.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Mapping
+from functools import cache
+from tokenize import TokenError
+from typing import Any
+
+import pint
+import sympy
+
+from codegen.errors import BadInput, Place
+from codegen.spec.expression import Expression
+
+Dimension = Any
+"""pint's dimensionality mapping, such as {[length]: 1, [time]: -1}; hashable through its string."""
+
+
+_MALFORMED = (pint.PintError, ArithmeticError, AssertionError, AttributeError, LookupError, SyntaxError, TypeError,
+              ValueError, TokenError)  # what pint lets through on malformed text
+
+@cache
+def registry() -> pint.UnitRegistry[Any]:
+    """The one unit registry of the process."""
+    return pint.UnitRegistry(autoconvert_offset_to_baseunit=False)
+
+
+@cache
+def _parse(text: str) -> Any:
+    if len(text) > 200 or not all(c.isalnum() or c in "*/^_ .()-" for c in text):
+        raise ValueError(text)
+    return registry().parse_units(text)
+
+
+def parse_unit(text: str, place: Place) -> Any:
+    """A pint unit from its text.
+
+    Raises:
+        BadInput: if pint does not know it or it has an offset (degC).
+    """
+    try:
+        unit = _parse(str(text))
+        registry().Quantity(1.0, unit).to_base_units()
+    except _MALFORMED as error:
+        raise BadInput(place, f"unit `{text}`", f"a unit such as N*m or kg*m^2 ({type(error).__name__})") from None
+    return unit
+
+
+def dimension(unit: Any) -> Dimension:
+    """The dimensionality of a pint unit."""
+    return registry().Quantity(1, unit).dimensionality
+
+
+def si_factor(text: str, place: Place) -> sympy.Rational:
+    """By how much a value in this unit is multiplied to be in SI base units."""
+    quantity = registry().Quantity(1.0, parse_unit(text, place)).to_base_units()
+    return sympy.Rational(repr(float(quantity.magnitude)))
+
+
+def require_coherent(text: str, place: Place) -> None:
+    """Refuse a unit that is not a plain product of SI base units (mm, deg, rpm).
+
+    Raises:
+        BadInput: with the SI unit that is meant.
+    """
+    if si_factor(text, place) != 1:
+        base = registry().Quantity(1.0, parse_unit(text, place)).to_base_units().units
+        raise BadInput(place, f"unit {text}", f"SI ({base:~C}); logs in other units are scaled by their `columns:`")
+
+
+def _none() -> Dimension:
+    return registry().dimensionless.dimensionality
+
+
+def dimension_of(expression: Expression, dimensions: Mapping[str, Dimension]) -> Dimension | None:
+    """The dimension of an expression, or None for a bare number, which may stand for any unit.
+
+    Args:
+        expression: the parsed text.
+        dimensions: of every name in it.
+
+    Raises:
+        BadInput: where terms of different dimension are added, or a function's argument has a dimension.
+    """
+    if expression.tree is not None and not any(isinstance(n, ast.Name) for n in ast.walk(expression.tree)):
+        return None
+    return _walk(expression.tree, expression, dimensions)
+
+
+def describe(d: Dimension | None) -> str:
+    """A dimension in SI base units, for a message."""
+    if d is None:
+        return "a bare number"
+    symbol = {"[length]": "m", "[mass]": "kg", "[time]": "s", "[current]": "A", "[temperature]": "K"}
+    parts = [symbol.get(k, k) + (f"^{float(p):g}" if p != 1 else "") for k, p in sorted(d.items(), key=str) if p]
+    return "*".join(parts) or "a pure number (1 or rad)"
+
+
+def _walk(node: ast.expr, whole: Expression, dims: Mapping[str, Dimension]) -> Dimension:
+    match node:
+        case ast.Constant():
+            return _none()
+        case ast.Name(id=name):
+            return dims.get(name, _none())
+        case ast.UnaryOp(operand=operand):
+            return _walk(operand, whole, dims)
+        case ast.Call(func=ast.Name(id=name), args=[argument]):
+            inner = _walk(argument, whole, dims)
+            if name == "abs":
+                return inner
+            if name == "sqrt":
+                return inner**0.5
+            if name == "sgn":
+                return _none()
+            if inner != _none():
+                found = f"{name} of `{whole.source(argument)}`, which is in {describe(inner)}"
+                raise BadInput(whole.place, found, "an argument without a unit")
+            return _none()
+        case ast.BinOp(left=left, op=ast.Pow(), right=right):
+            power = _number(right)
+            base = _walk(left, whole, dims)
+            return base**power if power is not None else base
+        case ast.BinOp(left=left, op=op, right=right):
+            a, b = _walk(left, whole, dims), _walk(right, whole, dims)
+            if isinstance(op, ast.Mult):
+                return a * b
+            if isinstance(op, ast.Div):
+                return a / b
+            if a != b and not _is_zero(left) and not _is_zero(right):
+                found = f"`{whole.source(left)}` in {describe(a)} with `{whole.source(right)}` in {describe(b)}"
+                raise BadInput(whole.place, found, "terms of the same unit in a sum; give a number its unit as a parameter")
+            return b if _is_zero(left) else a
+    return _none()
+
+
+def _number(node: ast.expr) -> float | None:
+    try:
+        return float(ast.literal_eval(node))
+    except (ValueError, TypeError):
+        match node:
+            case ast.BinOp(left=left, op=ast.Div(), right=right):
+                a, b = _number(left), _number(right)
+                return a / b if a is not None and b else None
+    return None
+
+
+def _is_zero(node: ast.expr) -> bool:
+    return _number(node) == 0

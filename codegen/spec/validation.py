@@ -1,0 +1,96 @@
+"""A YAML mapping against its pydantic shape, with the first fault told at its line."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from codegen.errors import BadInput, Place, nearest_name
+
+Model = TypeVar("Model", bound=BaseModel)
+
+_EXPECTED = {
+    "string_type": "text",
+    "list_type": "a list",
+    "dict_type": "a mapping",
+    "model_type": "a mapping",
+    "int_type": "a whole number",
+    "int_parsing": "a whole number",
+}
+
+
+def validate(model: type[Model], data: Any, places: Mapping[str, Place], file: str) -> Model:
+    """Read ``data`` as ``model``.
+
+    Raises:
+        BadInput: for the first thing that does not fit: a missing key, an unknown key, a wrong type.
+    """
+    try:
+        return model.model_validate(data)
+    except ValidationError as error:
+        raise _explain(error, model, places, file) from None
+
+
+def _explain(error: ValidationError, model: type[BaseModel], places: Mapping[str, Place], file: str) -> BadInput:
+    # An unknown key explains the missing one beside it (a typing error), so it is told first.
+    faults = sorted(error.errors(), key=lambda e: e["type"] != "extra_forbidden")
+    fault = faults[0]
+    steps = [s for s in fault["loc"] if isinstance(s, int) or not _is_variant(s)]
+    key = ""
+    for step in steps:
+        key += f"[{step}]" if isinstance(step, int) else (f".{step}" if key else str(step))
+    place = _nearest_place(key, places, file)
+    match fault["type"]:
+        case "missing":
+            return BadInput(place, f"key `{key}` is missing", f"`{steps[-1]}:`")
+        case "extra_forbidden":
+            known = _known_keys(model, steps[:-1])
+            name = str(steps[-1])
+            return BadInput(place, f"unknown key `{name}`", f"one of {', '.join(known)}", nearest_name(name, known))
+        case "value_error":
+            expected = str(fault["ctx"]["error"]).removeprefix("expected ")
+        case "literal_error":
+            expected = str(fault["ctx"]["expected"])
+        case other:
+            expected = _EXPECTED.get(other, fault["msg"])
+    found = fault["input"]
+    words = "nothing" if found is None else f"`{found}`" if not isinstance(found, (dict, list)) else _shape(found)
+    return BadInput(place, words, expected)
+
+
+def _is_variant(step: object) -> bool:
+    """Pydantic puts the tried alternative of a union into the path; it is not a key of the file."""
+    return isinstance(step, str) and (step.startswith(("function-before", "list[", "constrained")) or step == "nullable")
+
+
+def _shape(found: Any) -> str:
+    return f"a list of {len(found)}" if isinstance(found, list) else "a mapping"
+
+
+def _nearest_place(key: str, places: Mapping[str, Place], file: str) -> Place:
+    trimmed = key
+    while trimmed and trimmed not in places:
+        trimmed = trimmed[: max(trimmed.rfind("."), trimmed.rfind("["), 0)]
+    line = places[trimmed].line if trimmed else None
+    return Place(file, line, key)
+
+
+def _known_keys(model: type[BaseModel], steps: list[Any]) -> list[str]:
+    current: Any = model
+    for step in steps:
+        field = getattr(current, "model_fields", {}).get(step) if isinstance(step, str) else None
+        annotation = field.annotation if field else current
+        current = _inner_model(annotation) or current
+    return sorted(current.model_fields)
+
+
+def _inner_model(annotation: Any) -> Any:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    for part in getattr(annotation, "__args__", ()):
+        inner = _inner_model(part)
+        if inner:
+            return inner
+    return None

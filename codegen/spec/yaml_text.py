@@ -1,0 +1,112 @@
+"""YAML 1.2 through ruamel.yaml: load with places, dump with the author's comments kept."""
+
+from __future__ import annotations
+
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+from ruamel.yaml import YAML
+from ruamel.yaml.comments import CommentedMap, CommentedSeq
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
+
+from codegen.errors import BadInput, Place
+
+LARGEST = 2_000_000
+
+
+def round_trip_yaml() -> YAML:
+    """A loader and dumper that keeps comments, quotes and order, and never builds objects."""
+    yaml = YAML(typ="rt")
+    yaml.width = 110
+    yaml.preserve_quotes = True
+    yaml.indent(mapping=2, sequence=4, offset=2)
+    return yaml
+
+
+def read_text(path: Path, what: str) -> str:
+    """The text of a user's file.
+
+    Raises:
+        BadInput: if it is absent, a folder, not UTF-8 or larger than 2 MB.
+    """
+    place = Place(str(path))
+    if not path.is_file():
+        state = "a folder" if path.is_dir() else "no such file"
+        raise BadInput(place, state, what)
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise BadInput(place, f"unreadable ({error.strerror})", what) from None
+    if len(data) > LARGEST:
+        raise BadInput(place, f"{len(data)} bytes", f"{what} of at most {LARGEST} bytes")
+    try:
+        return data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise BadInput(place, f"byte {error.start} is not UTF-8", what) from None
+
+
+def load_mapping(text: str, file: str) -> tuple[CommentedMap, dict[str, Place]]:
+    """Parse a YAML mapping.
+
+    Returns:
+        The round-trip document and the place of every key, named like ``friction.contacts[0].law``.
+
+    Raises:
+        BadInput: on YAML that cannot be read or is not a mapping.
+    """
+    try:
+        document = round_trip_yaml().load(text)
+    except MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        line = mark.line + 1 if mark else None
+        found = " ".join((error.problem or "malformed YAML").split())
+        raise BadInput(Place(file, line), found, "YAML 1.2") from None
+    except (YAMLError, ValueError, TypeError, AttributeError, LookupError, RecursionError) as error:
+        raise BadInput(Place(file), f"malformed YAML ({' '.join(str(error).split())[:120]})", "YAML 1.2") from None
+    if not isinstance(document, CommentedMap):
+        found = "nothing" if document is None else f"a {type(document).__name__}"
+        raise BadInput(Place(file, 1), found, "a mapping such as `name: one_mass`")
+    places: dict[str, Place] = {}
+    try:
+        _collect(document, "", file, places)
+    except RecursionError:
+        raise BadInput(Place(file), "a node that contains itself", "plain YAML without recursive aliases") from None
+    return document, places
+
+
+def _collect(node: Any, key: str, file: str, places: dict[str, Place]) -> None:
+    if isinstance(node, CommentedMap):
+        for name, value in node.items():
+            inner = f"{key}.{name}" if key else str(name)
+            position = (node.lc.data or {}).get(name)
+            places[inner] = Place(file, position[0] + 1 if position else None, inner)
+            _collect(value, inner, file, places)
+    elif isinstance(node, CommentedSeq):
+        for index, value in enumerate(node):
+            inner = f"{key}[{index}]"
+            position = (node.lc.data or {}).get(index)
+            places[inner] = Place(file, position[0] + 1 if position else None, inner)
+            _collect(value, inner, file, places)
+
+
+def dump(document: Any) -> str:
+    """The document as YAML text, comments kept."""
+    stream = StringIO()
+    round_trip_yaml().dump(document, stream)
+    return stream.getvalue()
+
+
+def plain(node: Any) -> Any:
+    """The document as plain dicts, lists and scalars, for pydantic; numbers keep their written digits."""
+    if isinstance(node, CommentedMap):
+        return {str(k): plain(v) for k, v in node.items()}
+    if isinstance(node, CommentedSeq):
+        return [plain(v) for v in node]
+    if isinstance(node, bool) or node is None:
+        return node
+    if isinstance(node, int):
+        return int(node)
+    if isinstance(node, float):
+        return float(node)
+    return node if isinstance(node, str) else repr(node)
