@@ -1,0 +1,9 @@
+"""The friction laws. Adding one: a file with its class, and its class in LAWS."""
+
+from codegen.friction.coulomb import Coulomb
+from codegen.friction.extended_coulomb import ExtendedCoulomb
+from codegen.friction.law import FrictionLaw
+
+LAWS: dict[str, FrictionLaw] = {law.name: law for law in (Coulomb(), ExtendedCoulomb())}
+
+__all__ = ["LAWS", "FrictionLaw"]

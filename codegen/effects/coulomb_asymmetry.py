@@ -1,0 +1,24 @@
+"""Coulomb friction that differs by direction."""
+
+from __future__ import annotations
+
+from codegen.effects.effect import Effect, EffectParameter, Symbols
+from codegen.effects.places import lone_coordinate
+from codegen.mechanics.system import System
+
+
+class CoulombAsymmetry(Effect):
+    """Level a + d for u > 0 and a − d for u < 0; with |d| ≤ a that is λ += d in slip and in stick alike."""
+
+    kind = "coulomb_asymmetry"
+    sits_on = "contact"
+    equation = "level = a + d for u > 0, a − d for u < 0"
+    signature = "a constant force, whatever the motion"
+    parameters = (EffectParameter("d", "{F}", "half the difference of the two levels", neutral=0.0),)
+
+    def add(self, system: System, place: int, p: Symbols) -> System:
+        return system.with_contact_force(place, p["d"])
+
+    def twins(self, system: System, place: int) -> list[tuple[str, str]]:
+        coordinate = lone_coordinate(system, place)
+        return [] if coordinate is None else [("offset", system.positions[coordinate].name)]

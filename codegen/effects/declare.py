@@ -1,0 +1,94 @@
+"""Declared effects into the System: each entry of a spec's ``effects:`` checked against the catalogue and added."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import sympy
+
+from codegen.effects import CATALOGUE, Effect
+from codegen.errors import BadInput, nearest_name
+from codegen.mechanics.build import check_mass_matrix
+from codegen.mechanics.system import System
+from codegen.spec.model import DeclaredEffect, Spec, symbol
+
+
+def places_of(effect: Effect, system: System) -> list[str]:
+    """The names that an effect of this kind can sit on."""
+    match effect.sits_on:
+        case "contact":
+            return [c.name for c in system.contacts]
+        case "coordinate":
+            return [x.name for x in system.positions]
+        case "input":
+            return [w.name for w in system.inputs]
+
+
+def add_declared_effects(system: System, spec: Spec) -> System:
+    """The system with every effect of the spec.
+
+    Raises:
+        BadInput: for an unknown kind or place, or a parameter missing, unknown or out of range.
+    """
+    for index, declared in enumerate(spec.effects):
+        system = _add(system, spec, index, declared)
+    if spec.effects:
+        check_mass_matrix(system, spec)
+    return system
+
+
+def effect_symbols(effect: Effect, on: str, system: System) -> dict[str, sympy.Symbol]:
+    """Parameter symbols named kind_place_parameter, numbered when the same effect sits there twice."""
+    taken = {s.name for s in system.values}
+    suffix, count = "", 1
+    while any(f"{effect.kind}_{on}{suffix}_{p.name}" in taken for p in effect.parameters):
+        count += 1
+        suffix = f"_{count}"
+    return {p.name: symbol(f"{effect.kind}_{on}{suffix}_{p.name}") for p in effect.parameters}
+
+
+def unit_words(effect: Effect, place: int, system: System) -> dict[str, str]:
+    """The unit of each parameter of an effect at a place."""
+    match effect.sits_on:
+        case "contact":
+            words = {"F": system.contacts[place].unit, "q": system.contacts[place].slip_unit, "w": "1"}
+        case "coordinate":
+            words = {"F": system.force_unit(place), "q": system.position_units[place], "w": "1"}
+        case "input":
+            words = {"F": "1", "q": "1", "w": system.input_units[place]}
+    return {p.name: p.unit.format(**words) for p in effect.parameters}
+
+
+def _add(system: System, spec: Spec, index: int, declared: DeclaredEffect) -> System:
+    key = f"effects[{index}]"
+    effect = CATALOGUE.get(declared.kind)
+    if effect is None:
+        expected = f"one of {', '.join(CATALOGUE)}"
+        raise BadInput(spec.place(f"{key}.kind"), f"unknown effect `{declared.kind}`", expected, nearest_name(declared.kind, CATALOGUE))
+    known = places_of(effect, system)
+    if len(declared.on) != 1 or declared.on[0] not in known:
+        found = f"{declared.kind} on `{', '.join(declared.on)}`"
+        expected = f"one {effect.sits_on}: {', '.join(known) or 'there is none'}"
+        raise BadInput(spec.place(f"{key}.on"), found, expected, nearest_name(declared.on[0], known) if declared.on else None)
+    on = declared.on[0]
+    symbols = effect_symbols(effect, on, system)
+    values = {symbols[p]: v for p, v in _checked(effect, declared, spec, key).items()}
+    units = unit_words(effect, known.index(on), system)
+    system = system.with_parameters(values, {symbols[name]: unit for name, unit in units.items()})
+    return effect.add(system, known.index(on), symbols)
+
+
+def _checked(effect: Effect, declared: DeclaredEffect, spec: Spec, key: str) -> dict[str, Any]:
+    names = [p.name for p in effect.parameters]
+    for name in declared.parameters:
+        if name not in names:
+            place = spec.place(f"{key}.parameters.{name}")
+            raise BadInput(place, f"unknown parameter `{name}`", f"{', '.join(names)} of {effect.kind}", nearest_name(name, names))
+    for p in effect.parameters:
+        if p.name not in declared.parameters:
+            raise BadInput(spec.place(f"{key}.parameters"), f"`{p.name}` is missing", f"`{p.name}:` ({p.meaning})")
+        value = declared.parameters[p.name]
+        if (p.low is not None and value <= p.low) or (p.high is not None and value >= p.high):
+            wanted = f"a value above {p.low:g}" if p.low is not None else f"a value below {p.high:g}"
+            raise BadInput(spec.place(f"{key}.parameters.{p.name}"), f"{p.name} = {float(value):g}", wanted)
+    return {name: declared.parameters[name] for name in names}

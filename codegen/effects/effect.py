@@ -1,0 +1,92 @@
+"""What an effect is: parameters, a place, and what it does to the System.
+
+Everything else is derived from that one change: the force it adds, its regressors in diagnosis, its part in Ψ, the
+certificate and the generated code.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+import sympy
+
+from codegen.mechanics.system import Matrix, System
+
+Place = Literal["contact", "coordinate", "input"]
+Symbols = Mapping[str, sympy.Symbol]
+
+
+@dataclass(frozen=True)
+class EffectParameter:
+    """A parameter of an effect.
+
+    Attributes:
+        unit: template over {F} (force), {q} (coordinate), {w} (input).
+        low, high: open interval of admissible values; None means unbounded.
+        neutral: the value at which the effect vanishes (for those that scale it), or None for shape parameters.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    low: float | None = None
+    high: float | None = None
+    neutral: float | None = None
+
+
+class Effect(ABC):
+    """One entry of the catalogue (``effects.md``).
+
+    Attributes:
+        kind: its name in a spec and in diagnosis.json.
+        sits_on: what ``on`` names.
+        equation: as a person writes it.
+        signature: what it leaves in a residual.
+        parameters: in order.
+    """
+
+    kind: ClassVar[str]
+    sits_on: ClassVar[Place]
+    equation: ClassVar[str]
+    signature: ClassVar[str]
+    parameters: ClassVar[tuple[EffectParameter, ...]]
+
+    @abstractmethod
+    def add(self, system: System, place: int, p: Symbols) -> System:
+        """The system with this effect at ``place`` (index of the contact, coordinate or input)."""
+
+    def applies(self, system: System, place: int) -> bool:
+        """Whether the effect makes sense at this place of this system."""
+        return True
+
+    def change(self, system: System, place: int, p: Symbols) -> Matrix:
+        """What the effect adds to g − M a − U λ, n by 1, over x, v, w, accelerations and its parameters."""
+        return Matrix(self.add(system, place, p).equation_error - system.equation_error)
+
+    def regressors(self, system: System, place: int, p: Symbols) -> tuple[list[Matrix], tuple[str, ...]]:
+        """Columns whose weighted sum is the effect, and the names of the shape parameters left in them.
+
+        The weights are the parameters that have a neutral value, less that value, in order.
+        """
+        scaling = [q for q in self.parameters if q.neutral is not None]
+        change = self.change(system, place, p)
+        columns = [Matrix(change.diff(p[q.name])) for q in scaling]
+        return columns, tuple(q.name for q in self.parameters if q.neutral is None)
+
+    def recover(self, weights: Sequence[float], shape: Mapping[str, float]) -> dict[str, float]:
+        """Parameter values from the weights of the columns and the shape parameters."""
+        scaling = [q for q in self.parameters if q.neutral is not None]
+        found = {q.name: float(q.neutral or 0) + float(c) for q, c in zip(scaling, weights, strict=True)}
+        found.update({name: float(value) for name, value in shape.items()})
+        return {q.name: found[q.name] for q in self.parameters}
+
+    def weights(self, values: Mapping[str, float]) -> list[float]:
+        """The inverse of ``recover``: weights of the columns at given parameter values."""
+        return [values[q.name] - float(q.neutral) for q in self.parameters if q.neutral is not None]
+
+    def twins(self, system: System, place: int) -> list[tuple[str, str]]:
+        """(kind, on) of effects that give the same motion once friction levels may be refitted."""
+        return []

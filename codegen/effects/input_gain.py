@@ -1,0 +1,22 @@
+"""An actuator whose gain differs from the declared one."""
+
+from __future__ import annotations
+
+from codegen.effects.effect import Effect, EffectParameter, Symbols
+from codegen.mechanics.system import System
+
+
+class InputGain(Effect):
+    """w_eff = gain·w."""
+
+    kind = "input_gain"
+    sits_on = "input"
+    equation = "w_eff = gain·w"
+    signature = "a force proportional to the input"
+    parameters = (EffectParameter("gain", "1", "gain", low=0.0, neutral=1.0),)
+
+    def add(self, system: System, place: int, p: Symbols) -> System:
+        return system.with_input(place, p["gain"] * system.inputs[place])
+
+    def applies(self, system: System, place: int) -> bool:
+        return system.force.has(system.inputs[place])

@@ -1,0 +1,23 @@
+"""A constant force on a coordinate."""
+
+from __future__ import annotations
+
+from codegen.effects.effect import Effect, EffectParameter, Symbols
+from codegen.effects.places import lone_contacts
+from codegen.mechanics.system import System
+
+
+class Offset(Effect):
+    """e = f0."""
+
+    kind = "offset"
+    sits_on = "coordinate"
+    equation = "e = f0"
+    signature = "a constant force, whatever the motion"
+    parameters = (EffectParameter("f0", "{F}", "constant force", neutral=0.0),)
+
+    def add(self, system: System, place: int, p: Symbols) -> System:
+        return system.with_force(place, p["f0"])
+
+    def twins(self, system: System, place: int) -> list[tuple[str, str]]:
+        return [("coulomb_asymmetry", system.contacts[c].name) for c in lone_contacts(system, place)]

@@ -1,0 +1,23 @@
+"""Coulomb friction: one level, whatever the speed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import sympy
+
+from codegen.friction.law import FrictionLaw, LawParameter
+
+
+class Coulomb(FrictionLaw):
+    """F = a sgn(u)."""
+
+    name = "coulomb"
+    source = "Coulomb 1785; Mentzelopoulou 1994, figure 1.1(a)"
+    parameters = (LawParameter("a", "{F}", False, "level"),)
+
+    def level(self, slip_speed: sympy.Expr, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+        return p["a"]
+
+    def slope_bound(self, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+        return sympy.Integer(0)

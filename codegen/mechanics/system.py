@@ -1,0 +1,165 @@
+"""The mechanical system M(x) v' = g(x, v, w) − U λ as SymPy matrices, and the ways an effect may change it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import sympy
+
+from codegen.friction import FrictionLaw
+from codegen.spec.functions import Magnitude, Sgn
+from codegen.spec.model import symbol
+
+Matrix = sympy.ImmutableMatrix
+
+
+@dataclass(frozen=True)
+class ContactFriction:
+    """One contact: λ = sgn(u)·(level(|u|) + extra_level) + extra_force.
+
+    Attributes:
+        slip: the symbol that stands for the contact's slip velocity u in the expressions below.
+        law, law_parameters: the declared law and its symbols.
+        extra_level, extra_force: what declared effects add, over ``slip``.
+    """
+
+    name: str
+    unit: str
+    slip_unit: str
+    slip: sympy.Symbol
+    law: FrictionLaw
+    law_parameters: Mapping[str, sympy.Symbol]
+    extra_level: sympy.Expr = sympy.Integer(0)
+    extra_force: sympy.Expr = sympy.Integer(0)
+
+    @property
+    def law_level(self) -> sympy.Expr:
+        """The declared law's level over |slip|."""
+        return self.law.level(Magnitude(self.slip), self.law_parameters)
+
+    @property
+    def known_force(self) -> sympy.Expr:
+        """The part of λ that declared effects give and an observer need not estimate."""
+        return Sgn(self.slip) * self.extra_level + self.extra_force
+
+    @property
+    def force(self) -> sympy.Expr:
+        """λ(u) for u ≠ 0."""
+        return Sgn(self.slip) * self.law_level + self.known_force
+
+
+@dataclass(frozen=True)
+class System:
+    """The equation of motion.
+
+    Attributes:
+        positions, velocities, inputs: x, v, w; in order.
+        mass_matrix: M(x), n by n.
+        force: g(x, v, w) with the forces of declared effects; an input symbol in it is the effective input.
+        distribution: U(x), n by contacts (A.1); slip velocities are U' v.
+        contacts: one per column of U.
+        values: every parameter symbol's exact value in SI.
+        units: every parameter symbol's unit.
+        input_delay: input → delay symbol, seconds; the effective input is w(t − T).
+    """
+
+    name: str
+    positions: tuple[sympy.Symbol, ...]
+    velocities: tuple[sympy.Symbol, ...]
+    inputs: tuple[sympy.Symbol, ...]
+    position_units: tuple[str, ...]
+    input_units: tuple[str, ...]
+    mass_matrix: Matrix
+    force: Matrix
+    distribution: Matrix
+    contacts: tuple[ContactFriction, ...]
+    values: Mapping[sympy.Symbol, Any]
+    units: Mapping[sympy.Symbol, str]
+    input_delay: Mapping[sympy.Symbol, sympy.Symbol] = field(default_factory=dict)
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        return len(self.positions)
+
+    @property
+    def x(self) -> Matrix:
+        return Matrix(self.positions)
+
+    @property
+    def v(self) -> Matrix:
+        return Matrix(self.velocities)
+
+    @property
+    def slip_velocity(self) -> Matrix:
+        """U' v, one row a contact."""
+        return Matrix(self.distribution.T * self.v)
+
+    def known_friction(self, slip: Matrix) -> Matrix:
+        """Contact forces of the declared effects at slip velocities ``slip``, one row a contact."""
+        return Matrix([c.known_force.subs(c.slip, u) for c, u in zip(self.contacts, slip, strict=True)])
+
+    @property
+    def modelled_force(self) -> Matrix:
+        """g less the friction that declared effects give: everything but the friction an observer estimates."""
+        return Matrix(self.force - self.distribution * self.known_friction(self.slip_velocity))
+
+    @property
+    def equation_error(self) -> Matrix:
+        """g − M a − U λ over x, v, w and the accelerations: zero on a motion that the model explains."""
+        slip = self.slip_velocity
+        friction = Matrix([c.force.subs(c.slip, u) for c, u in zip(self.contacts, slip, strict=True)])
+        return Matrix(self.force - self.mass_matrix * Matrix(self.accelerations) - self.distribution * friction)
+
+    @property
+    def accelerations(self) -> tuple[sympy.Symbol, ...]:
+        """Symbols for v'."""
+        return tuple(symbol(f"{v.name}_dot") for v in self.velocities)
+
+    def force_unit(self, coordinate: int) -> str:
+        """Unit of the generalised force on a coordinate: N on a length, N*m on an angle."""
+        return "N" if self.position_units[coordinate] == "m" else "N*m"
+
+    def contact_index(self, name: str) -> int:
+        return [c.name for c in self.contacts].index(name)
+
+    def position_index(self, name: str) -> int:
+        return [x.name for x in self.positions].index(name)
+
+    # What an effect may do to a system; each returns a new one.
+
+    def with_parameters(self, values: Mapping[sympy.Symbol, Any], units: Mapping[sympy.Symbol, str]) -> System:
+        return replace(self, values={**self.values, **values}, units={**self.units, **units})
+
+    def with_force(self, coordinate: int, expression: sympy.Expr) -> System:
+        """Add a generalised force (positive pushes towards +x)."""
+        force = self.force.as_mutable()
+        force[coordinate] += expression
+        return replace(self, force=Matrix(force))
+
+    def with_inertia(self, coordinate: int, expression: sympy.Expr) -> System:
+        """Add to M on the diagonal."""
+        mass = self.mass_matrix.as_mutable()
+        mass[coordinate, coordinate] += expression
+        return replace(self, mass_matrix=Matrix(mass))
+
+    def with_level(self, contact: int, expression: sympy.Expr) -> System:
+        """Add to a contact's level; ``expression`` is over the contact's slip symbol."""
+        return self._with_contact(contact, extra_level=self.contacts[contact].extra_level + expression)
+
+    def with_contact_force(self, contact: int, expression: sympy.Expr) -> System:
+        """Add to a contact's force λ (positive opposes u > 0)."""
+        return self._with_contact(contact, extra_force=self.contacts[contact].extra_force + expression)
+
+    def with_input(self, index: int, expression: sympy.Expr) -> System:
+        """Let ``expression`` (over the input's symbol) act in place of the input."""
+        return replace(self, force=Matrix(self.force.subs(self.inputs[index], expression)))
+
+    def with_delay(self, index: int, delay: sympy.Symbol) -> System:
+        return replace(self, input_delay={**self.input_delay, self.inputs[index]: delay})
+
+    def _with_contact(self, index: int, **change: Any) -> System:
+        contacts = list(self.contacts)
+        contacts[index] = replace(contacts[index], **change)
+        return replace(self, contacts=tuple(contacts))

@@ -1,0 +1,48 @@
+"""M a = r without an inverse: LDLᵀ unrolled over M's own sparsity."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi
+
+
+def solve_symmetric(mass: Any, right: Any) -> Any:
+    """Solve M a = r for symmetric positive definite M by LDLᵀ.
+
+    Args:
+        mass: n by n SX; structural zeros cost nothing.
+        right: n by 1 SX.
+
+    Returns:
+        a, n by 1.
+    """
+    n = mass.shape[0]
+    lower = [[casadi.SX(0)] * n for _ in range(n)]
+    pivot: list[Any] = []
+    reciprocal: list[Any] = []
+    for j in range(n):
+        d = mass[j, j]
+        for k in range(j):
+            if not lower[j][k].is_zero():
+                d = d - lower[j][k] * lower[j][k] * pivot[k]
+        pivot.append(d)
+        reciprocal.append(1 / d)
+        for i in range(j + 1, n):
+            entry = mass[i, j]
+            for k in range(j):
+                if not (lower[i][k].is_zero() or lower[j][k].is_zero()):
+                    entry = entry - lower[i][k] * lower[j][k] * pivot[k]
+            if not entry.is_zero():
+                lower[i][j] = entry * reciprocal[j]
+    y = [right[i] for i in range(n)]
+    for i in range(n):
+        for k in range(i):
+            if not lower[i][k].is_zero():
+                y[i] = y[i] - lower[i][k] * y[k]
+    a = [y[i] * reciprocal[i] for i in range(n)]
+    for i in reversed(range(n)):
+        for k in range(i + 1, n):
+            if not lower[k][i].is_zero():
+                a[i] = a[i] - lower[k][i] * a[k]
+    return casadi.vertcat(*a)
