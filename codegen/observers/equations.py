@@ -1,0 +1,94 @@
+"""What an observer is: an ordered list of named equations, its states and their rates. Nothing else.
+
+The error dynamics, Ψ, the gain conditions, the certificate and the generated code all follow from this list.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import sympy
+
+from codegen.mechanics.system import Matrix, System
+
+
+@dataclass(frozen=True)
+class Equation:
+    """One named block of the observer.
+
+    Attributes:
+        name: what it is, in the field's words (``velocity_estimate``).
+        symbols: the symbols that stand for its elements in later equations, k by 1.
+        expression: its value over earlier symbols, states, x, v and w; for a ``mass_solve`` the right side r of M a = r.
+        units: one per element.
+        source: equation number.
+        state: the state z whose estimate this is (estimate = z + …), k by 1, or None.
+        output: whether the generated code hands it out.
+    """
+
+    name: str
+    symbols: Matrix
+    expression: Matrix
+    units: tuple[str, ...]
+    source: str
+    form: Literal["algebra", "mass_solve"] = "algebra"
+    state: Matrix | None = None
+    output: bool = False
+
+
+@dataclass(frozen=True)
+class ErrorVariable:
+    """A component of the estimation error: truth less estimate.
+
+    Attributes:
+        symbol: of the error, such as e_v1.
+        truth: the symbol of the true value.
+        contact: index of the contact it belongs to, or None.
+        meaning: as a formula in words.
+    """
+
+    symbol: sympy.Symbol
+    truth: sympy.Symbol
+    contact: int | None
+    meaning: str
+    unit: str
+
+
+@dataclass(frozen=True)
+class Observer:
+    """An observer on a System.
+
+    Attributes:
+        kind, velocity: as the spec names them.
+        equations: in the order in which they are computed.
+        states: z, in order; ``rates`` is dz/dt over the equations' symbols; ``initial`` is z at the first sample, with
+            zero velocity estimate and the declared friction level.
+        errors: in order; ``true_friction`` is the generalised friction force over their true values and ``signs``.
+        signs: the slip signs s = ±1, one a contact, constant between reversals.
+        gains: gain symbols' exact values; ``gain_units`` their units.
+        sample_time: exact, seconds.
+        level_errors: whether the friction error is in levels (a − â), whose force form carries the slip sign.
+    """
+
+    kind: str
+    velocity: str
+    system: System
+    equations: tuple[Equation, ...]
+    states: Matrix
+    state_units: tuple[str, ...]
+    rates: Matrix
+    initial: Matrix
+    errors: tuple[ErrorVariable, ...]
+    true_friction: Matrix
+    signs: tuple[sympy.Symbol, ...]
+    gains: Mapping[sympy.Symbol, Any]
+    gain_units: Mapping[sympy.Symbol, str]
+    sample_time: Any
+    level_errors: bool
+
+    @property
+    def values(self) -> dict[sympy.Symbol, Any]:
+        """Exact values of all parameters and gains."""
+        return {**self.system.values, **self.gains}

@@ -1,0 +1,88 @@
+"""Gain matrices from a spec: a scalar, a list (diagonal) or rows, checked for shape and sign."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import sympy
+
+from codegen.errors import BadInput, nearest_name
+from codegen.mechanics.system import Matrix
+from codegen.spec.expression import exact_number
+from codegen.spec.model import ObserverChoice, Spec, symbol
+
+
+@dataclass(frozen=True)
+class GainMatrix:
+    """A gain as symbols, with their values.
+
+    Attributes:
+        matrix: symbols where the spec gives a number, zeros elsewhere.
+        values: each symbol's exact value.
+    """
+
+    matrix: Matrix
+    values: dict[sympy.Symbol, Any]
+
+
+def read_gain(
+    spec: Spec, choice: ObserverChoice, name: str, rows: list[str], columns: list[str], sign: int = 0, default: int | None = None
+) -> GainMatrix:
+    """One gain matrix.
+
+    Args:
+        rows, columns: names of the contacts or coordinates, for the symbols' names.
+        sign: +1 or −1 where every entry of a diagonal gain must have that sign for a stable error, else 0.
+        default: used where the spec leaves the gain out; None makes it required.
+
+    Raises:
+        BadInput: for a missing gain, a wrong shape or a wrong sign.
+    """
+    key = f"observer.gains.{name}"
+    raw = choice.gains.get(name, default)
+    if raw is None:
+        given = ", ".join(choice.gains) or "none"
+        raise BadInput(spec.place("observer.gains"), f"gain `{name}` is missing (given: {given})", f"`{name}:` for {choice.kind}")
+    place = spec.place(key)
+    shape = f"{len(rows)} by {len(columns)}"
+    if not isinstance(raw, list):
+        if len(rows) != len(columns):
+            raise BadInput(place, f"{name}: {raw}", f"{shape} rows, since the matrix is not square")
+        numbers = [exact_number(str(raw), place)] * len(rows)
+    elif any(not isinstance(entry, list) for entry in raw):
+        if any(isinstance(entry, list) for entry in raw) or len(raw) != len(rows) or len(rows) != len(columns):
+            raise BadInput(place, f"{name} of length {len(raw)}", f"a scalar, {len(rows)} diagonal entries or {shape} rows")
+        numbers = [exact_number(str(entry), place) for entry in raw]
+    else:
+        return _full(name, raw, rows, columns, place, shape)
+    for label, number in zip(rows, numbers, strict=True):
+        if sign and number * sign <= 0:
+            wanted = "a positive gain" if sign > 0 else "a negative gain"
+            raise BadInput(place, f"{name} = {float(number):g}" + (f" on {label}" if len(rows) > 1 else ""), wanted)
+    names = [name] if len(rows) == 1 else [f"{name}_{label}" for label in rows]
+    symbols = [symbol(n) for n in names]
+    return GainMatrix(Matrix(sympy.diag(*symbols)), dict(zip(symbols, numbers, strict=True)))
+
+
+def _full(name: str, raw: Any, rows: list[str], columns: list[str], place: Any, shape: str) -> GainMatrix:
+    widths = {len(row) for row in raw}
+    if len(raw) != len(rows) or widths != {len(columns)}:
+        raise BadInput(place, f"{name} of {len(raw)} rows of {'/'.join(map(str, sorted(widths)))}", f"{shape}")
+    matrix, values = sympy.zeros(len(rows), len(columns)), {}
+    for i, row in enumerate(rows):
+        for j, column in enumerate(columns):
+            number = exact_number(str(raw[i][j]), place)
+            if number == 0 and i != j:
+                continue
+            s = symbol(name if len(rows) == len(columns) == 1 else f"{name}_{row}_{column}")
+            matrix[i, j], values[s] = s, number
+    return GainMatrix(Matrix(matrix), values)
+
+
+def refuse_unknown_gains(spec: Spec, choice: ObserverChoice, known: tuple[str, ...]) -> None:
+    """Raise BadInput for a gain that no equation of this observer has."""
+    for name in choice.gains:
+        if name not in known:
+            place = spec.place(f"observer.gains.{name}")
+            raise BadInput(place, f"unknown gain `{name}`", f"{', '.join(known)} for {choice.kind}", nearest_name(name, known))

@@ -1,0 +1,88 @@
+"""The equations that all observers share: velocity, slip, known friction, acceleration."""
+
+from __future__ import annotations
+
+
+from codegen.mechanics.system import Matrix, System
+from codegen.observers.equations import Equation, ErrorVariable
+from codegen.spec.functions import Sgn
+from codegen.spec.model import symbol
+
+
+def vector(prefix: str, names: list[str]) -> Matrix:
+    """A column of symbols prefix_name."""
+    return Matrix([symbol(f"{prefix}_{name}") for name in names])
+
+
+def velocity_names(system: System) -> list[str]:
+    return [v.name for v in system.velocities]
+
+
+def contact_names(system: System) -> list[str]:
+    return [c.name for c in system.contacts]
+
+
+def velocity_units(system: System) -> tuple[str, ...]:
+    return tuple(f"{unit}/s" for unit in system.position_units)
+
+
+def contact_units(system: System) -> tuple[str, ...]:
+    return tuple(c.unit for c in system.contacts)
+
+
+def force_units(system: System) -> tuple[str, ...]:
+    return tuple(system.force_unit(i) for i in range(system.degrees_of_freedom))
+
+
+def velocity_estimate(system: System, gain: Matrix) -> Equation:
+    """v̂ = z_v + K_v x, (3.6), (4.25)."""
+    names = velocity_names(system)
+    state = vector("z", names)
+    estimate = Matrix([symbol(f"{name}_hat") for name in names])
+    return Equation(
+        "velocity_estimate", estimate, Matrix(state + gain * system.x), velocity_units(system), "(4.25)", state=state, output=True
+    )
+
+
+def velocity_rate(system: System, gain: Matrix, estimate: Matrix, acceleration: Matrix) -> Matrix:
+    """dz_v/dt = −K_v v̂ + M⁻¹[g(x, v̂, w) − F̂], (3.7), (4.26)."""
+    return Matrix(-gain * estimate + acceleration)
+
+
+def velocity_errors(system: System) -> tuple[ErrorVariable, ...]:
+    units = velocity_units(system)
+    return tuple(
+        ErrorVariable(symbol(f"e_{v.name}"), v, None, f"{v.name} - {v.name}_hat", unit)
+        for v, unit in zip(system.velocities, units, strict=True)
+    )
+
+
+def slip_equations(system: System, velocity: Matrix) -> tuple[Equation, Equation]:
+    """Slip velocities û = U' v̂ and their signs, S of (4.13)."""
+    names = contact_names(system)
+    slip, sign = vector("slip", names), vector("sign", names)
+    slips = Equation(
+        "slip_velocity", slip, Matrix(system.distribution.T * velocity), tuple(f"{c.slip_unit}/s" for c in system.contacts), "U' v, (4.5)"
+    )
+    signs = Equation("slip_sign", sign, Matrix([Sgn(u) for u in slip]), ("1",) * len(names), "(4.13)")
+    return slips, signs
+
+
+def declared_friction(system: System, slip: Matrix) -> Equation:
+    """Contact forces of declared effects, known to the observer and so not estimated."""
+    known = system.known_friction(slip)
+    return Equation("known_friction", vector("known", contact_names(system)), known, contact_units(system), "declared effects")
+
+
+def has_declared_friction(system: System) -> bool:
+    return any(c.known_force != 0 for c in system.contacts)
+
+
+def acceleration_equation(system: System, velocity: Matrix, friction: Matrix) -> Equation:
+    """M(x) a = g(x, v̂, w) − F̂, with the friction estimate as generalised forces ``friction``."""
+    force = system.force.subs(dict(zip(system.velocities, velocity, strict=True)), simultaneous=True)
+    symbols = Matrix([symbol(f"{v.name}_dot_hat") for v in system.velocities])
+    units = tuple(f"{unit}/s^2" for unit in system.position_units)
+    return Equation("acceleration", symbols, Matrix(force - friction), units, "(4.2)", form="mass_solve")
+
+

@@ -1,0 +1,97 @@
+"""TO, GTO and MGTO: friction as an unknown constant input; the force itself is tracked."""
+
+from __future__ import annotations
+
+from codegen.mechanics.system import Matrix, System
+from codegen.observers import parts
+from codegen.observers.equations import Equation, ErrorVariable, Observer
+from codegen.observers.gains import read_gain, refuse_unknown_gains
+from codegen.spec.model import Spec, symbol
+
+
+def tracking_observer(spec: Spec, system: System) -> Observer:
+    """TO (2.9)–(2.10), (3.11)–(3.12), GTO (4.16)–(4.17), (4.33) and MGTO (5.14)–(5.15).
+
+    F̂ = z + K_1 x + K_2 v̂,  dz/dt = −K_1 v̂ − K_2 M⁻¹[g − F̂]; for the MGTO F̂ are the contact forces and U F̂ acts.
+
+    Raises:
+        BadInput: for gains of wrong shape or sign.
+    """
+    choice = spec.observer
+    assert choice is not None
+    refuse_unknown_gains(spec, choice, ("K_1", "K_2", "K_v"))
+    by_contact = choice.kind == "mgto"
+    velocities, positions = parts.velocity_names(system), [x.name for x in system.positions]
+    names = parts.contact_names(system) if by_contact else positions
+    units = parts.contact_units(system) if by_contact else parts.force_units(system)
+    estimated = choice.velocity == "estimated"
+    square = len(names) == len(positions)
+    first = read_gain(spec, choice, "K_1", names, positions, default=0 if square else None)
+    second = read_gain(spec, choice, "K_2", names, positions, sign=0 if estimated or by_contact else -1)
+    values = first.values | second.values
+    equations: list[Equation] = []
+
+    if estimated:
+        velocity_gain = read_gain(spec, choice, "K_v", velocities, velocities, sign=1)
+        values |= velocity_gain.values
+        equations.append(parts.velocity_estimate(system, velocity_gain.matrix))
+        velocity = equations[-1].symbols
+    else:
+        velocity = system.v
+
+    state = Matrix([symbol(f"z_{name}") for name in names])
+    tracked = Equation(
+        "tracked_friction", parts.vector("tracked", names), Matrix(state + first.matrix * system.x + second.matrix * velocity),
+        units, "(5.14)" if by_contact else "(4.16)", state=state, output=True,
+    )  # fmt: skip
+    equations.append(tracked)
+    contact_force = tracked.symbols if by_contact else None
+    force = Matrix(system.distribution * tracked.symbols) if by_contact else tracked.symbols
+    if parts.has_declared_friction(system):
+        slip, _ = parts.slip_equations(system, velocity)
+        known = parts.declared_friction(system, slip.symbols)
+        equations += [slip, known]
+        force = Matrix(force + system.distribution * known.symbols)
+        contact_force = Matrix(contact_force + known.symbols) if contact_force is not None else None
+    if contact_force is not None:
+        equations.append(
+            Equation("contact_friction", parts.vector("F_hat", names), contact_force, units, "(5.14)", output=True)
+        )
+    total = Equation("friction_force", parts.vector("F_hat_on", positions), force, parts.force_units(system), "(4.16)", output=True)
+    acceleration = parts.acceleration_equation(system, velocity, total.symbols)
+    equations += [total, acceleration]
+
+    rates = list(-first.matrix * velocity - second.matrix * acceleration.symbols)
+    initial = list(-first.matrix * system.x - (Matrix([0] * len(names)) if estimated else second.matrix * system.v))
+    states, state_units = list(state), list(units)
+    if estimated:
+        rates = list(parts.velocity_rate(system, velocity_gain.matrix, velocity, acceleration.symbols)) + rates
+        initial = list(-velocity_gain.matrix * system.x) + initial
+        states = list(equations[0].state or []) + states
+        state_units = list(parts.velocity_units(system)) + state_units
+
+    truths = [symbol(f"F_{name}") for name in names]
+    errors = tuple(
+        ErrorVariable(symbol(f"e_F_{name}"), truth, k if by_contact else None, f"F_{name} - tracked_{name}", unit)
+        for k, (name, truth, unit) in enumerate(zip(names, truths, units, strict=True))
+    )
+    truth_force = system.distribution * Matrix(truths) if by_contact else Matrix(truths)
+    force_unit, q = units[0], system.position_units[0]
+    gain_units = {s: f"{force_unit}/{q}" for s in first.values} | {s: f"{force_unit}*s/{q}" for s in second.values}
+    return Observer(
+        kind=choice.kind,
+        velocity=choice.velocity,
+        system=system,
+        equations=tuple(equations),
+        states=Matrix(states),
+        state_units=tuple(state_units),
+        rates=Matrix(rates),
+        initial=Matrix(initial),
+        errors=(parts.velocity_errors(system) if estimated else ()) + errors,
+        true_friction=Matrix(truth_force),
+        signs=tuple(symbol(f"s_{c.name}") for c in system.contacts),
+        gains=values,
+        gain_units={s: gain_units.get(s, "1/s") for s in values},
+        sample_time=choice.sample_time,
+        level_errors=False,
+    )

@@ -1,0 +1,183 @@
+"""Observer → error dynamics: Ψ of the continuous error and the matrix of the sampled one, by one routine for all.
+
+Both are derived to first order in the error e at e = 0, between reversals, with the plant's truth M v' = g − F. M⁻¹
+stays a symbol W (or 1/M_ii where M is diagonal), and the model's acceleration stays a symbol whose derivative with
+respect to e is carried along, so that no expression grows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import sympy
+
+from codegen.mechanics.system import Matrix, System
+from codegen.observers.equations import Observer
+from codegen.spec.functions import Magnitude, Sgn
+from codegen.spec.model import symbol
+
+
+@dataclass(frozen=True)
+class ErrorDynamics:
+    """de/dt = Ψ e and e[k+1] = (I + h A) e[k], to first order, between reversals.
+
+    Attributes:
+        observer: from which it is derived.
+        jacobian: Ψ, m by m, over gains, parameters, x, v, w, ``inverse_mass`` symbols and slip signs.
+        sampled: A for explicit Euler at sample time h (symbol ``h``); for the force form see ``in_force``.
+        inverse_mass: symbol W_ij → (i, j); empty where M is diagonal.
+        next_velocity: symbol → velocity symbol: the velocity one sample later, in the same envelope.
+    """
+
+    observer: Observer
+    jacobian: Matrix
+    sampled: Matrix
+    inverse_mass: Mapping[sympy.Symbol, tuple[int, int]]
+    next_velocity: Mapping[sympy.Symbol, sympy.Symbol]
+
+    @property
+    def errors(self) -> tuple[sympy.Symbol, ...]:
+        return tuple(e.symbol for e in self.observer.errors)
+
+    def in_force(self, matrix: Matrix) -> Matrix:
+        """A Ψ or A in which level errors e_a are replaced by force errors s·e_a.
+
+        Between reversals s is constant; for diagonal K_F the signs then cancel, and one family without switching is left.
+        """
+        if not self.observer.level_errors:
+            return matrix
+        signs = [1 if e.contact is None else self.observer.signs[e.contact] for e in self.observer.errors]
+        turned = sympy.diag(*signs) * matrix * sympy.diag(*signs)
+        return Matrix(turned.applyfunc(lambda e: drop_squares(sympy.expand(e), self.observer.signs)))
+
+
+def drop_squares(expression: Any, signs: tuple[sympy.Symbol, ...]) -> Any:
+    """s² = 1 for every slip sign."""
+    for s in signs:
+        expression = expression.replace(lambda e, s=s: e.is_Pow and e.base == s and e.exp.is_Integer, lambda e: e.base ** (e.exp % 2))
+    return expression
+
+
+def inverse_mass_symbols(system: System) -> tuple[Matrix, dict[sympy.Symbol, tuple[int, int]]]:
+    """W = M⁻¹: reciprocals where M is diagonal, otherwise symbols W_ij, symmetric."""
+    n = system.degrees_of_freedom
+    mass = system.mass_matrix
+    if mass.is_diagonal():
+        return Matrix(sympy.diag(*[1 / mass[i, i] for i in range(n)])), {}
+    names: dict[sympy.Symbol, tuple[int, int]] = {}
+    inverse = sympy.zeros(n, n)
+    for i in range(n):
+        for j in range(i, n):
+            s = symbol(f"W{i + 1}{j + 1}" if n < 10 else f"W{i + 1}_{j + 1}")
+            names[s] = (i, j)
+            inverse[i, j] = inverse[j, i] = s
+    return Matrix(inverse), names
+
+
+def derive_error_dynamics(observer: Observer) -> ErrorDynamics:
+    """Derive Ψ and the sampled matrix of an observer from its equations."""
+    system = observer.system
+    inverse_mass, inverse_names = inverse_mass_symbols(system)
+    e = [error.symbol for error in observer.errors]
+    zero = {s: 0 for s in e}
+    h = symbol("h")
+    accelerations = system.accelerations
+
+    # Walk the equations: estimates become truth − e, states follow, the acceleration becomes v' + (∂a/∂e) e.
+    truth = {error.truth: error.truth - error.symbol for error in observer.errors}
+    estimate_of = iter(observer.errors)
+    values: dict[sympy.Symbol, Any] = {}
+    for equation in observer.equations:
+        expression = equation.expression.subs(values, simultaneous=True)
+        if equation.state is not None:
+            rest = (equation.expression - equation.state).subs(values, simultaneous=True)
+            for element, state, other in zip(equation.symbols, equation.state, rest, strict=True):
+                values[element] = truth[next(estimate_of).truth]
+                values[state] = values[element] - other
+        elif equation.form == "mass_solve":
+            slope = (inverse_mass * expression.jacobian(sympy.Matrix(e))).subs(zero)
+            first_order = slope * sympy.Matrix(e)
+            for element, a, change in zip(equation.symbols, accelerations, first_order, strict=True):
+                values[element] = a + change
+        else:
+            values.update(zip(equation.symbols, expression, strict=True))
+
+    state_values = observer.states.subs(values, simultaneous=True)
+    rate_values = observer.rates.subs(values, simultaneous=True)
+    estimates = _estimates_of_state(observer)
+    position_rate = dict(zip(system.positions, system.velocities, strict=True))
+    velocity_rate = dict(zip(system.velocities, accelerations, strict=True))
+
+    # Continuous: the chain rule on estimate(z, x, v).
+    at_truth = dict(zip(observer.states, state_values, strict=True))
+    flow = estimates.jacobian(observer.states) * rate_values
+    for variable, rate in {**position_rate, **velocity_rate}.items():
+        flow += estimates.diff(variable) * rate
+    flow = flow.subs(at_truth, simultaneous=True)
+    jacobian = -flow.jacobian(sympy.Matrix(e)).subs(zero)
+
+    # Sampled: one explicit Euler step of the states, and the plant's own motion to first order in h.
+    stepped: dict[sympy.Symbol, Any] = dict(zip(observer.states, state_values + h * rate_values, strict=True))
+    stepped |= {x: x + h * v for x, v in position_rate.items()}
+    later = {symbol(f"{v.name}_next"): v for v in system.velocities}
+    stepped |= {v: name for name, v in later.items()}
+    next_estimates = estimates.subs(stepped, simultaneous=True)
+    sampled = (-next_estimates.jacobian(sympy.Matrix(e)).subs(zero) - sympy.eye(len(e))) / h
+
+    to_next = {a: (n - v) / h for a, (n, v) in zip(accelerations, later.items(), strict=True)}
+    sampled = sampled.subs(to_next, simultaneous=True)
+    slips = {**_slip_signs(observer, {}), **_slip_signs(observer, {v: n for n, v in later.items()})}
+    psi = Matrix(jacobian.applyfunc(lambda x: _tidy(x, slips, observer.signs)))
+    step = Matrix(sampled.applyfunc(lambda x: _tidy(_speeds_as_slips(x, slips), slips, observer.signs)))
+    used = {s: ij for s, ij in inverse_names.items() if psi.has(s) or step.has(s)}
+    return ErrorDynamics(observer, psi, step, used, {n: v for n, v in later.items() if step.has(n)})
+
+
+def _estimates_of_state(observer: Observer) -> Matrix:
+    """The estimates whose errors are e, written over z, x and v alone."""
+    values: dict[sympy.Symbol, Any] = {}
+    estimates: list[Any] = []
+    for equation in observer.equations:
+        if equation.form == "mass_solve":
+            break
+        expression = equation.expression.subs(values, simultaneous=True)
+        values.update(zip(equation.symbols, expression, strict=True))
+        if equation.state is not None:
+            estimates += list(expression)
+    return sympy.Matrix(estimates)
+
+
+def _slip_signs(observer: Observer, rename: Mapping[sympy.Symbol, sympy.Symbol]) -> dict[Any, sympy.Symbol]:
+    """Slip expression → its sign symbol."""
+    slips = observer.system.slip_velocity.subs(rename, simultaneous=True)
+    return {sympy.expand(u): s for u, s in zip(slips, observer.signs, strict=True)}
+
+
+def _tidy(expression: Any, slips: Mapping[Any, sympy.Symbol], signs: tuple[sympy.Symbol, ...]) -> Any:
+    """Signs of slips as ±1 symbols, u·sgn(u) as |u|, products expanded."""
+    expression = expression.replace(lambda e: e.func in (Sgn, Magnitude), lambda e: e.func(sympy.expand(e.args[0])))
+    expression = expression.replace(Sgn, lambda u: _sign(sympy.expand(u), slips))
+    expression = drop_squares(sympy.expand(expression), signs)
+    for atom in list(expression.atoms(Sgn)):
+        u = atom.args[0]
+        expression = sympy.expand(expression.subs(u * atom, Magnitude(u)))
+    return expression
+
+
+def _speeds_as_slips(expression: Any, slips: Mapping[Any, sympy.Symbol]) -> Any:
+    """|u| as s·u for slips, since both have one sign between reversals; then terms of neighbouring samples cancel."""
+    return expression.replace(Magnitude, lambda u: _sign(sympy.expand(u), slips) * u if _is_slip(u, slips) else Magnitude(u))
+
+
+def _is_slip(u: Any, slips: Mapping[Any, sympy.Symbol]) -> bool:
+    return sympy.expand(u) in slips or sympy.expand(-u) in slips
+
+
+def _sign(u: Any, slips: Mapping[Any, sympy.Symbol]) -> Any:
+    if u in slips:
+        return slips[u]
+    if sympy.expand(-u) in slips:
+        return -slips[sympy.expand(-u)]
+    return Sgn(u)
