@@ -1,8 +1,3 @@
-"""The one place that knows the version: package metadata, or pyproject.toml in a source tree that was never installed."""
+"""The one place that knows the version; pyproject.toml reads it from here."""
 
-from importlib.metadata import PackageNotFoundError, version
-
-try:
-    VERSION = version("stiction")
-except PackageNotFoundError:
-    VERSION = "0+source"
+VERSION = "0.1.0"

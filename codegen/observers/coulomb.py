@@ -71,7 +71,7 @@ def coulomb_friction_observer(spec: Spec, system: System) -> Observer:
         units += list(parts.velocity_units(system))
     slope = sympy.diag(*[mu * Magnitude(u) ** (mu - 1) * s for u, s in zip(slip.symbols, sign.symbols, strict=True)])
     states += list(state)
-    rates += list(friction_gain.matrix * slope * system.distribution.T * acceleration.symbols)
+    rates += list(friction_gain.matrix * (slope * (system.distribution.T * acceleration.symbols)))
     initial += _declared_levels(system, None if estimated else system.slip_velocity, friction_gain.matrix, mu)
     units += list(parts.contact_units(system))
 

@@ -1,0 +1,58 @@
+"""Program and certificate → the files of generated/NAME/."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import Any
+
+from codegen.emit.files import sha256
+from codegen.emit.printer import C, PYTHON
+from codegen.emit.render import render
+from codegen.emit.view import view
+from codegen.program import Program
+from codegen.version import VERSION
+
+
+@dataclass(frozen=True)
+class Header:
+    """What the head of every generated file says; no date, so that the same spec gives the same bytes."""
+
+    spec_file: str
+    spec_sha256: str
+    source: str
+    version: str
+    command: str
+
+
+def make_header(spec_file: str, spec_sha256: str, source: str) -> Header:
+    return Header(spec_file, spec_sha256, source, VERSION, f"stiction generate {spec_file}")
+
+
+def emit_sources(program: Program, header: Header) -> dict[str, str]:
+    """The C and Python sources, by file name."""
+    c = view(program, C, "parameters->{name}", "state->{name}", "inputs->{name}")
+    python = view(program, PYTHON, "parameters.{name}", "state.{name}", "inputs.{name}")
+    common: dict[str, Any] = {"program": program, "header": header, "literal": C.literal}
+    return {
+        f"{program.name}.h": render("c/observer.h.j2", view=c, **common),
+        f"{program.name}.c": render("c/observer.c.j2", view=c, **common),
+        "example_main.c": render("c/example_main.c.j2", **common),
+        "__init__.py": render("python/observer.py.j2", view=python, **common),
+    }
+
+
+def emit_readme(program: Program, header: Header, certificate: Any) -> str:
+    """How to call what was generated; ``certificate`` is a dict, or the words of a refusal."""
+    refused = certificate if isinstance(certificate, str) else None
+    return render("text/generated_readme.md.j2", program=program, header=header, certificate=certificate, refused=refused)
+
+
+def emit_manifest(header: Header, files: dict[str, str]) -> str:
+    """Hashes of the spec and of every file beside the manifest."""
+    content = {
+        "tool": {"name": "stiction", "version": header.version, "command": header.command},
+        "spec": {"file": header.spec_file, "sha256": header.spec_sha256},
+        "files": {name: sha256(text) for name, text in sorted(files.items())},
+    }
+    return json.dumps(content, indent=2) + "\n"

@@ -1,0 +1,32 @@
+"""Jinja: every text the project writes comes from templates/, and a name that is not given is an error."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from codegen.resources import resource_folder
+
+
+@cache
+def environment(escape: bool = False) -> Environment:
+    """The one Jinja environment; ``escape`` for HTML."""
+    return Environment(
+        loader=FileSystemLoader(resource_folder("templates")),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        autoescape=escape,
+    )
+
+
+def render(template: str, **values: Any) -> str:
+    """The text of a template.
+
+    Raises:
+        jinja2.UndefinedError: for a name that the template uses and the caller did not give.
+    """
+    return environment(template.endswith(".html.j2")).get_template(template).render(**values)

@@ -1,0 +1,123 @@
+"""Observer → Program: each equation becomes a block, the mass matrix is solved, the states make an Euler step."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from typing import Any
+
+import casadi
+import sympy
+
+from codegen.errors import BadInput
+from codegen.observers.equations import Observer
+from codegen.program.model import Block, Field, Program
+from codegen.program.solve import solve_symmetric
+from codegen.program.translate import to_casadi
+
+LONGEST_DELAY = 1000
+
+
+def build_program(observer: Observer) -> Program:
+    """The program of an observer in explicit Euler form.
+
+    Raises:
+        BadInput: if two quantities would get one name in the generated code, or a delay is longer than 1000 samples.
+    """
+    system = observer.system
+    names: dict[sympy.Symbol, Any] = {}
+    parameters = _parameters(observer, names)
+    period = Field("sample_time", "s", "sample time", casadi.SX.sym("sample_time"), float(observer.sample_time))
+    measured = list(zip(system.positions, system.position_units, strict=True))
+    inputs = [_field(names, x, unit, "measured position") for x, unit in measured]
+    if observer.velocity == "measured":
+        inputs += [_field(names, v, f"{unit}/s", "measured velocity") for v, unit in zip(system.velocities, system.position_units, strict=True)]
+    commands = [_field(names, w, unit, "input") for w, unit in zip(system.inputs, system.input_units, strict=True)]
+    states = [
+        _field(names, z, unit, "observer state") for z, unit in zip(observer.states, observer.state_units, strict=True)
+    ]
+
+    blocks: list[Block] = []
+    delayed = [_delay(observer, w, f, names, blocks) for w, f in zip(system.inputs, commands, strict=True)]
+    for equation in observer.equations:
+        expression = to_casadi(equation.expression, names)
+        if equation.form == "mass_solve":
+            expression = solve_symmetric(to_casadi(system.mass_matrix, names), expression)
+        symbols = casadi.vertcat(*[casadi.SX.sym(s.name) for s in equation.symbols])
+        names.update(zip(equation.symbols, casadi.vertsplit(symbols), strict=True))
+        elements = tuple(s.name for s in equation.symbols)
+        blocks.append(Block(equation.name, elements, symbols, expression, equation.units, equation.source, equation.output))
+
+    rates = to_casadi(observer.rates, names)
+    next_state = [field.symbol + period.symbol * rates[i] for i, field in enumerate(states)]
+    initial = casadi.vertsplit(to_casadi(observer.initial, names))
+    for fields, following, first in delayed:
+        states += fields
+        next_state += following
+        initial += first
+    used = _used(blocks, next_state, initial)
+    program = Program(
+        name=system.name,
+        kind=observer.kind,
+        velocity=observer.velocity,
+        parameters=(*(p for p in parameters if p.name in used), period),
+        states=tuple(states),
+        inputs=(*inputs, *commands),
+        blocks=tuple(b for b in blocks if b.output or any(e in used for e in b.elements)),
+        next_state=tuple(next_state),
+        initial_state=tuple(initial),
+    )
+    _refuse_shared_names(program)
+    return program
+
+
+def _field(names: dict[sympy.Symbol, Any], s: sympy.Symbol, unit: str, meaning: str, value: float | None = None) -> Field:
+    names[s] = casadi.SX.sym(s.name)
+    return Field(s.name, unit, meaning, names[s], value)
+
+
+def _parameters(observer: Observer, names: dict[sympy.Symbol, Any]) -> list[Field]:
+    system = observer.system
+    fields = [_field(names, s, system.units[s], "model parameter", float(value)) for s, value in system.values.items()]
+    gains = observer.gains.items()
+    return fields + [_field(names, s, observer.gain_units[s], "observer gain", float(value)) for s, value in gains]
+
+
+def _delay(
+    observer: Observer, w: sympy.Symbol, command: Field, names: dict[sympy.Symbol, Any], blocks: list[Block]
+) -> tuple[list[Field], list[Any], list[Any]]:
+    """A delayed input: its past samples as states, and their mean over the sample as the effective input.
+
+    The command is held between samples, so over [t_k, t_k+1) the delayed input takes two of its values.
+    """
+    delay = observer.system.input_delay.get(w)
+    if delay is None:
+        return [], [], []
+    ratio = sympy.Rational(observer.system.values[delay]) / observer.sample_time
+    whole = int(sympy.floor(ratio))
+    share = ratio - whole
+    if whole > LONGEST_DELAY:
+        raise BadInput(f"effect input_delay on {w}", f"a delay of {whole} samples", f"at most {LONGEST_DELAY}")
+    count = whole + (1 if share else 0)
+    past = [Field(f"{w}_past_{k}", command.unit, f"{w} of {k} samples before", casadi.SX.sym(f"{w}_past_{k}")) for k in range(1, count + 1)]
+    line = [command, *past]
+    effective = line[whole].symbol
+    if share:
+        effective = (1 - float(share)) * line[whole].symbol + float(share) * line[whole + 1].symbol
+    symbol = casadi.SX.sym(f"{w}_effective")
+    blocks.append(Block("effective_input", (f"{w}_effective",), symbol, effective, (command.unit,), "w(t - T)"))
+    names[w] = symbol
+    return past, [f.symbol for f in line[:-1]], [command.symbol for _ in past]
+
+
+def _used(blocks: list[Block], *more: list[Any]) -> set[str]:
+    expressions = [b.expression for b in blocks] + [e for part in more for e in part]
+    return {s.name() for e in expressions for s in casadi.symvar(casadi.SX(e))}
+
+
+def _refuse_shared_names(program: Program) -> None:
+    fields = [f.name for f in (*program.parameters, *program.states, *program.inputs)]
+    counts: Mapping[str, int] = Counter([*fields, *(e for b in program.blocks for e in b.elements)])
+    for name, count in counts.items():
+        if count > 1:
+            raise BadInput(f"spec {program.name}", f"two quantities called `{name}` in the generated code", "another name in the spec")

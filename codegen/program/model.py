@@ -1,0 +1,84 @@
+"""The intermediate form: an ordered list of named blocks with shapes, units and sources, over CasADi SX.
+
+Every language prints from this one list in this one order, so that two languages compute the same bits.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Field:
+    """A scalar of a struct: a parameter, state, input or output.
+
+    Attributes:
+        name: as in the spec where it has one there.
+        unit, meaning: for the comment.
+        value: the spec's value, or None.
+        symbol: its SX symbol.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    symbol: Any
+    value: float | None = None
+
+
+@dataclass(frozen=True)
+class Block:
+    """A named vector quantity.
+
+    Attributes:
+        name: what it is (``friction_level``).
+        elements: a local name for each element (``a_hat_rail``).
+        symbols: SX symbols that later blocks use for the elements, k by 1.
+        expression: SX over fields and earlier blocks, k by 1.
+        units: one per element.
+        source: equation number.
+        output: whether the elements are outputs.
+    """
+
+    name: str
+    elements: tuple[str, ...]
+    symbols: Any
+    expression: Any
+    units: tuple[str, ...]
+    source: str
+    output: bool = False
+
+
+@dataclass(frozen=True)
+class Program:
+    """One observer, ready to print.
+
+    Attributes:
+        name: prefix of every symbol in C, package name in Python.
+        kind, velocity: of the observer, for comments.
+        parameters, states, inputs: struct fields in order.
+        blocks: computed in order in a step.
+        next_state: SX of each state one sample later, over fields and blocks.
+        initial_state: SX of each state at the first sample, over parameters and inputs.
+    """
+
+    name: str
+    kind: str
+    velocity: str
+    parameters: tuple[Field, ...]
+    states: tuple[Field, ...]
+    inputs: tuple[Field, ...]
+    blocks: tuple[Block, ...]
+    next_state: tuple[Any, ...]
+    initial_state: tuple[Any, ...]
+
+    @property
+    def outputs(self) -> tuple[tuple[str, str, str], ...]:
+        """(name, unit, meaning) of every output in order."""
+        return tuple(
+            (element, unit, f"{block.name.replace('_', ' ')}, {block.source}")
+            for block in self.blocks
+            if block.output
+            for element, unit in zip(block.elements, block.units, strict=True)
+        )
