@@ -1,0 +1,87 @@
+"""Free-run prediction of a log, restarted every so often from the measured state: how well a model explains it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codegen.mechanics.system import System
+from codegen.simulate.drive import drive_columns
+from codegen.simulate.plant import Plant
+
+Array = NDArray[np.float64]
+
+
+def free_run(
+    system: System,
+    log_time: Array,
+    positions: Array,
+    velocities: Array,
+    inputs: Array,
+    restart_s: float = 0.5,
+    substeps: int = 10,
+    trim_s: float = 0.0,
+) -> Array:
+    """Predicted positions, restarted from the measured state every ``restart_s`` seconds.
+
+    Pass the whole log and trim here, not before: a delayed input reaches back to commands before the first restart.
+
+    Args:
+        system: with its effects.
+        log_time: (N,) seconds, evenly spaced.
+        positions, velocities: (N, n) measured state, filtered.
+        inputs: (N, m) commands, held from t_k to t_(k+1).
+        restart_s: seconds between restarts, at least two samples.
+        substeps: steps in one sample.
+        trim_s: seconds at each end that are not predicted, where filtered states are poor.
+
+    Returns:
+        (N, n); at a restart the measured position itself; inf where the prediction is not finite; NaN in trimmed rows.
+
+    Raises:
+        ValueError: if the shapes do not fit, time does not increase or nothing is left after trimming.
+    """
+    count, n = positions.shape
+    if velocities.shape != (count, n) or len(log_time) != count or n != system.degrees_of_freedom:
+        raise ValueError(f"{len(log_time)} times, positions {positions.shape}, velocities {velocities.shape}")
+    period = (log_time[-1] - log_time[0]) / max(count - 1, 1)
+    cut = round(trim_s / period) if period > 0 else 0
+    kept = count - 2 * cut
+    if kept < 2:
+        raise ValueError(f"{count} samples, {cut} of them trimmed at each end; expected 2 or more left")
+    length = min(max(2, round(restart_s / period)), kept)
+    runs = -(-kept // length)
+    used = slice(cut, cut + kept)
+    drives = drive_columns(system, log_time, inputs, substeps)[used]
+    drives = np.vstack([drives, np.repeat(drives[-1:], runs * length - kept, axis=0)]).reshape(runs, length, -1)
+    plant = Plant(system, substeps)
+    start = plant.start(positions[used][::length], velocities[used][::length])
+    states = plant.run(start, drives[:, : length - 1])
+    predicted = np.full((count, n), np.nan)
+    rows = np.concatenate([start[:, None, :n], states[:, :, :n]], axis=1).reshape(runs * length, n)[:kept]
+    predicted[used] = np.where(np.isfinite(rows), rows, np.inf)
+    return predicted
+
+
+def free_run_rmse(
+    system: System,
+    log_time: Array,
+    positions: Array,
+    velocities: Array,
+    inputs: Array,
+    restart_s: float = 0.5,
+    substeps: int = 10,
+    trim_s: float = 0.0,
+    measured: Array | None = None,
+) -> Array:
+    """RMS error (n,) of ``free_run`` in the unit of each coordinate, inf where the prediction diverges.
+
+    Args:
+        measured: (N, n) raw positions to compare with; ``positions`` if not given. The others are as in ``free_run``.
+    """
+    predicted = free_run(system, log_time, positions, velocities, inputs, restart_s, substeps, trim_s)
+    used = ~np.isnan(predicted[:, 0])
+    with np.errstate(over="ignore", invalid="ignore"):
+        error = predicted[used] - (positions if measured is None else measured)[used]
+        rmse = np.sqrt(np.mean(error**2, axis=0))
+    return np.where(np.isfinite(rmse), rmse, np.inf)

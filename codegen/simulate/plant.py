@@ -1,0 +1,152 @@
+"""A System as a time-stepping plant with real stick and slip, whole runs inside CasADi."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+
+from codegen.mechanics.system import System
+from codegen.program.solve import solve_symmetric
+from codegen.program.translate import to_casadi
+from codegen.simulate.contact import contact_forces
+from codegen.simulate.drive import drive_columns
+from codegen.spec.model import symbol
+
+Array = NDArray[np.float64]
+TIME = symbol("t")
+_STANDSTILL = 1e-30
+
+
+class Plant:
+    """The time stepper of a System, its parameters baked in as numbers.
+
+    One step of length h, after Moreau (1988): x_m = x + h/2 v; v⁺ from M(x_m)(v⁺ − v) = h (g(x_m, v_m, w, t_m) − U λ);
+    x⁺ = x_m + h/2 v⁺. A first pass with the forces at v gives v_m = (v + v⁺)/2 for the second: smooth motion is
+    second-order accurate. Velocity-dependent forces are explicit: h must stay below 2/rate of the fastest damping.
+
+    The state is the column (x, v, q): n positions, n velocities, and each contact's set-valued force of the last
+    substep, the guess for the next. ``t`` in an expression is time from the start of the run, in seconds.
+
+    Attributes:
+        system: what it was built from.
+        substeps: steps in one sample.
+        state_size: 2 n + contacts.
+        sample: CasADi function (state, drive column) → (state one sample later, contact forces λ in the first substep).
+            A drive column is (t, h, w of substep 1, …, w of the last substep).
+    """
+
+    def __init__(self, system: System, substeps: int = 10) -> None:
+        """Build the functions.
+
+        Raises:
+            ValueError: if ``substeps`` is not positive.
+        """
+        if substeps < 1:
+            raise ValueError(f"{substeps} substeps; expected 1 or more")
+        self.system, self.substeps = system, substeps
+        self.state_size = 2 * system.degrees_of_freedom + len(system.contacts)
+        self._step = _step_function(system)
+        self.sample = self._sample_function()
+
+    def start(self, positions: Array, velocities: Array) -> Array:
+        """States (runs, state_size) from positions and velocities (runs, n)."""
+        x, v = np.atleast_2d(positions), np.atleast_2d(velocities)
+        return np.hstack([x, v, np.zeros((len(x), len(self.system.contacts)))])
+
+    def run(self, states: Array, drives: Array) -> Array:
+        """Run all rows of ``states`` side by side.
+
+        Args:
+            states: (runs, state_size) at the first sample.
+            drives: (runs, samples, drive size), see ``drive_columns``.
+
+        Returns:
+            (runs, samples, state_size): the states one sample after each drive column.
+        """
+        runs, samples, size = drives.shape
+        function = self.sample if samples == 1 else self.sample.mapaccum("run", samples, 1)
+        function = function if runs == 1 else function.map(runs)
+        result = function(states.T, drives.reshape(runs * samples, size).T)[0]
+        return np.asarray(result.full().T.reshape(runs, samples, self.state_size), dtype=float)
+
+    def _sample_function(self) -> Any:
+        m = len(self.system.inputs)
+        state = casadi.SX.sym("state", self.state_size)
+        drive = casadi.SX.sym("drive", 2 + m * self.substeps)
+        now, forces = state, []
+        for j in range(self.substeps):
+            w = drive[2 + j * m : 2 + (j + 1) * m]
+            now, force = self._step(now, w, drive[0] + j * drive[1], drive[1])
+            forces.append(force)
+        return casadi.Function("sample", [state, drive], [now, forces[0]])
+
+
+def simulate_open_loop(
+    system: System, time: Array, inputs: Array, x0: Array, v0: Array, substeps: int = 10
+) -> tuple[Array, Array]:
+    """The motion under a recorded input, held from t_k to t_(k+1), with the system's input delay.
+
+    Args:
+        system: with its effects.
+        time: (N,) seconds, increasing.
+        inputs: (N, m) commands in SI.
+        x0, v0: (n,) state at time[0].
+        substeps: steps in one sample.
+
+    Returns:
+        positions (N, n) and velocities (N, n) at ``time``; inf from where the motion is not finite.
+    """
+    plant = Plant(system, substeps)
+    n = system.degrees_of_freedom
+    start = plant.start(np.asarray(x0, dtype=float), np.asarray(v0, dtype=float))
+    drives = drive_columns(system, np.asarray(time, dtype=float), np.asarray(inputs, dtype=float), substeps)
+    states = np.vstack([start, plant.run(start, drives[None, :-1])[0]]) if len(time) > 1 else start
+    states = np.where(np.isfinite(states), states, np.inf)
+    return states[:, :n], states[:, n : 2 * n]
+
+
+def _step_function(system: System) -> Any:
+    """CasADi function (state, w, t, h) → (state, λ) of one step."""
+    n, contacts = system.degrees_of_freedom, len(system.contacts)
+    state = casadi.SX.sym("state", 2 * n + contacts)
+    w, t, h = casadi.SX.sym("w", len(system.inputs)), casadi.SX.sym("t"), casadi.SX.sym("h")
+    x, v, q = state[:n], state[n : 2 * n], state[2 * n :]
+    middle = x + h / 2 * v
+    names: dict[sympy.Symbol, Any] = {s: casadi.SX(float(value)) for s, value in system.values.items()}
+    names |= {s: middle[i] for i, s in enumerate(system.positions)}
+    names |= {s: w[i] for i, s in enumerate(system.inputs)} | {TIME: t + h / 2}
+    mass, U = to_casadi(system.mass_matrix, names), to_casadi(system.distribution, names)
+    compliance = casadi.horzcat(*[solve_symmetric(mass, U[:, c]) for c in range(contacts)])
+    mobility = casadi.mtimes(U.T, compliance) if contacts else casadi.SX(0, 0)
+
+    def end_velocity(velocity: Any, guess: Any) -> tuple[Any, Any, Any]:
+        """v⁺, set-valued forces and whole contact forces, with the smooth forces at ``velocity``."""
+        here = names | {s: velocity[i] for i, s in enumerate(system.velocities)}
+        smooth, forward, backward = _contact_terms(system, casadi.mtimes(U.T, velocity), here)
+        force = to_casadi(system.force, here)
+        if not contacts:
+            return v + h * solve_symmetric(mass, force), guess, guess
+        free = solve_symmetric(mass, force - casadi.mtimes(U, smooth))
+        found = contact_forces(casadi.mtimes(U.T, v), casadi.mtimes(U.T, free), mobility, (forward, backward), h, guess)
+        return v + h * (free - casadi.mtimes(compliance, found)), found, found + smooth
+
+    predicted, guess, _ = end_velocity(v, q)
+    after, found, force = end_velocity((v + predicted) / 2, guess)
+    result = casadi.vertcat(middle + h / 2 * after, after, found)
+    return casadi.Function("step", [state, w, t, h], [result, force], {"cse": True})
+
+
+def _contact_terms(system: System, slip: Any, names: dict[sympy.Symbol, Any]) -> tuple[Any, Any, Any]:
+    """Each contact's smooth force, and its level at this speed for u > 0 and for u < 0."""
+    smooth, forward, backward = [], [], []
+    for c, contact in enumerate(system.contacts):
+        level = contact.law_level + contact.extra_level
+        speed = casadi.fabs(slip[c]) + _STANDSTILL
+        smooth.append(to_casadi(contact.extra_force, names | {contact.slip: slip[c]}))
+        forward.append(casadi.fmax(0, to_casadi(level, names | {contact.slip: speed})))
+        backward.append(casadi.fmax(0, to_casadi(level, names | {contact.slip: -speed})))
+    return casadi.vertcat(*smooth), casadi.vertcat(*forward), casadi.vertcat(*backward)
