@@ -1,0 +1,84 @@
+"""Gain conditions as a person would write them: positive factors dropped, repeated ones dropped."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import sympy
+
+WRITABLE = 40
+
+
+@dataclass(frozen=True)
+class Condition:
+    """One inequality ``expression`` > 0.
+
+    Attributes:
+        name: of the coefficient or determinant it comes from.
+        expression: reduced by factors that are known to be positive.
+        value: at the spec's numbers and the operating point where it is smallest.
+        readable: whether the expression is short enough to print; otherwise the name stands for it.
+    """
+
+    name: str
+    expression: Any
+    value: float
+
+    @property
+    def readable(self) -> bool:
+        return int(sympy.count_ops(self.expression)) <= WRITABLE
+
+    @property
+    def holds(self) -> bool:
+        return self.value > 0
+
+
+def reduce_conditions(raw: Sequence[tuple[str, Any]], positive: set[sympy.Symbol]) -> list[tuple[str, Any]]:
+    """Drop from each condition the factors that are positive: given ones, squares, and earlier conditions.
+
+    Args:
+        raw: (name, expression) pairs, each expression > 0.
+        positive: symbols whose value is positive by their meaning, such as masses.
+    """
+    known: list[Any] = [*positive]
+    result: list[tuple[str, Any]] = []
+    for name, expression in raw:
+        reduced = _without(expression, known)
+        if reduced.is_number and reduced > 0:
+            continue
+        known.append(reduced)
+        result.append((name, reduced))
+    return result
+
+
+def _without(expression: Any, known: Sequence[Any]) -> Any:
+    if int(sympy.count_ops(expression)) > 400:
+        return expression  # factoring would cost more than it gives
+    numerator, denominator = sympy.fraction(sympy.together(expression))
+    sign = 1
+    kept: list[Any] = []
+    for part, power in [*_factors(numerator), *_factors(denominator)]:
+        if power % 2 == 0:
+            continue
+        if part.is_number:
+            sign *= 1 if part > 0 else -1
+        elif any(sympy.expand(part - k) == 0 for k in known):
+            continue
+        elif any(sympy.expand(part + k) == 0 for k in known):
+            sign = -sign
+        else:
+            kept.append(part)
+    reduced = sympy.Mul(sign, *kept)
+    return sympy.expand(reduced) if len(kept) <= 1 else reduced
+
+
+def _factors(expression: Any) -> list[tuple[Any, int]]:
+    constant, factors = sympy.factor_list(expression)
+    return [(constant, 1), *[(f, int(p)) for f, p in factors]]
+
+
+def positive_parameters(values: Mapping[sympy.Symbol, Any]) -> set[sympy.Symbol]:
+    """Model parameters whose declared value is positive."""
+    return {s for s, value in values.items() if value > 0}

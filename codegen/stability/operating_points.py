@@ -1,0 +1,100 @@
+"""Ψ and the sampled matrix as numbers over the envelope."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import casadi
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+
+from codegen.mechanics.system import Matrix
+from codegen.program.solve import solve_symmetric
+from codegen.program.translate import to_casadi
+from codegen.spec.model import Spec
+from codegen.stability.error_dynamics import ErrorDynamics
+
+Array = NDArray[np.float64]
+RANDOM_POINTS = 400
+
+
+@dataclass(frozen=True)
+class OperatingPoints:
+    """Points of the envelope at which Ψ is looked at.
+
+    Attributes:
+        variables: the symbols that Ψ or the sampled matrix depends on.
+        values: points by variables; the centre, the corners, then random points.
+        missing: variables for which the envelope gives no range.
+    """
+
+    variables: tuple[sympy.Symbol, ...]
+    values: Array
+    ranges: dict[sympy.Symbol, tuple[Any, Any]]
+    missing: tuple[sympy.Symbol, ...]
+
+
+def dependence(dynamics: ErrorDynamics) -> tuple[sympy.Symbol, ...]:
+    """The positions, velocities, inputs and slip signs on which Ψ or the sampled matrix depends, sorted by name."""
+    system = dynamics.observer.system
+    constants = set(dynamics.observer.values)
+    free = (dynamics.jacobian.free_symbols | dynamics.in_force(dynamics.sampled).free_symbols) - constants
+    free -= {sympy.Symbol("h", real=True), *dynamics.inverse_mass}
+    if dynamics.inverse_mass:
+        free |= system.mass_matrix.free_symbols - constants
+    return tuple(sorted(free, key=lambda s: s.name))
+
+
+def operating_points(dynamics: ErrorDynamics, spec: Spec, count: int = RANDOM_POINTS) -> OperatingPoints:
+    """The centre, the corners and random points of the envelope, as far as Ψ depends on it."""
+    variables = dependence(dynamics)
+    ranges: dict[sympy.Symbol, tuple[Any, Any]] = {}
+    missing = []
+    for s in variables:
+        base = dynamics.next_velocity.get(s, s)
+        if s in dynamics.observer.signs:
+            ranges[s] = (sympy.Integer(-1), sympy.Integer(1))
+        elif base.name in spec.envelope:
+            ranges[s] = spec.envelope[base.name]
+        else:
+            missing.append(s)
+            unit = dict(zip(dynamics.observer.system.positions, dynamics.observer.system.position_units, strict=True))
+            size = sympy.pi if unit.get(s) == "rad" else sympy.Integer(1)
+            ranges[s] = (-size, size)
+    bounds = np.array([[float(lo), float(hi)] for lo, hi in ranges.values()]).reshape(-1, 2)
+    generator = np.random.default_rng(1)
+    centre = bounds.mean(axis=1)[None, :]
+    corners = _corners(bounds)
+    points = np.vstack([centre, corners, generator.uniform(bounds[:, 0], bounds[:, 1], (count, len(bounds)))])
+    for column, s in enumerate(variables):
+        if s in dynamics.observer.signs:
+            points[:, column] = np.where(points[:, column] < 0, -1.0, 1.0)
+    return OperatingPoints(variables, points if variables else points[:1], ranges, tuple(missing))
+
+
+def _corners(bounds: Array) -> Array:
+    if len(bounds) == 0 or len(bounds) > 10:
+        return np.empty((0, len(bounds)))
+    return np.array(np.meshgrid(*bounds)).reshape(len(bounds), -1).T
+
+
+def evaluate(dynamics: ErrorDynamics, matrix: Matrix, points: OperatingPoints, sample_time: float | None = None) -> Array:
+    """A matrix of the error dynamics at every point, points by m by m, at the spec's gains and parameters."""
+    system = dynamics.observer.system
+    variables = casadi.SX.sym("p", len(points.variables)) if points.variables else casadi.SX.sym("p", 1)
+    names: dict[sympy.Symbol, Any] = {s: casadi.SX(float(v)) for s, v in dynamics.observer.values.items()}
+    names |= {s: variables[k] for k, s in enumerate(points.variables)}
+    names[sympy.Symbol("h", real=True)] = casadi.SX(float(dynamics.observer.sample_time if sample_time is None else sample_time))
+    if dynamics.inverse_mass:
+        mass = to_casadi(system.mass_matrix, names)
+        columns = [solve_symmetric(mass, casadi.SX.eye(mass.shape[0])[:, j]) for j in range(mass.shape[0])]
+        for s, (i, j) in dynamics.inverse_mass.items():
+            names[s] = columns[j][i]
+    m = matrix.rows
+    function = casadi.Function("matrix", [variables], [casadi.densify(to_casadi(matrix, names))])
+    values = points.values.T if points.variables else np.zeros((1, 1))
+    count = values.shape[1]
+    flat = np.asarray(function.map(count)(values)).reshape(m, count, m)
+    return np.ascontiguousarray(flat.transpose(1, 0, 2))
