@@ -6,7 +6,7 @@ from typing import Any
 
 import casadi
 
-SWEEPS = 12
+SWEEPS = 6
 _TINY = 1e-300
 
 
