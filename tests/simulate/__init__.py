@@ -1,0 +1,1 @@
+"""Tests of the plants: closed forms, independent integrators and the practice logs."""

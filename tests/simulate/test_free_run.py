@@ -1,0 +1,135 @@
+"""Free-run prediction: against its own plant, and against the practice logs' own simulator."""
+
+from __future__ import annotations
+
+import json
+import time as clock
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sympy
+from ruamel.yaml import YAML
+from scipy.signal import butter, filtfilt
+
+from codegen.effects import CATALOGUE
+from codegen.effects.declare import add_declared_effects
+from codegen.mechanics.build import build_system
+from codegen.mechanics.system import System
+from codegen.simulate import free_run, free_run_rmse, simulate_open_loop
+from codegen.spec.model import DeclaredEffect
+from codegen.spec.reader import read_spec
+
+from .machines import arm, one_mass
+
+PRACTICE = Path(__file__).parents[3] / "shared" / "practice" / "standard"
+DELAYED = "effects: [{kind: input_delay, on: w, parameters: {T: 0.0037}}]"
+
+
+def motion(system: System, seconds: float = 3.3):
+    time = 2.0 + np.arange(0, seconds, 0.002)
+    w = (9 * np.sin(4 * time) + 3 * np.sin(9.1 * time))[:, None]
+    return time, w, *simulate_open_loop(system, time, w, np.zeros(1), np.zeros(1))
+
+
+@pytest.mark.parametrize("more", ["", DELAYED])
+@pytest.mark.parametrize("trim_s", [0.0, 0.3])
+def test_true_model_predicts_its_own_motion(more: str, trim_s: float):
+    _, system = one_mass(k=20, more=more)
+    time, w, x, v = motion(system)
+    predicted = free_run(system, time, x, v, w, restart_s=0.5, trim_s=trim_s)
+    cut = round(trim_s / 0.002)
+    assert np.all(np.isnan(predicted[:cut]))
+    assert np.all(np.isnan(predicted[len(time) - cut :]))
+    kept = slice(cut, len(time) - cut)
+    assert np.max(np.abs(predicted[kept] - x[kept])) < 1e-12
+
+
+def test_restarts_are_where_they_should_be():
+    _, system = one_mass(k=20)
+    _, wrong = one_mass(k=20, a=1)
+    time, w, x, v = motion(system)
+    error = np.abs(free_run(wrong, time, x, v, w, restart_s=0.4) - x)[:, 0]
+    assert np.all(error[::200] == 0)
+    assert np.all(error[199::200] > 1e-4)
+    rmse = free_run_rmse(wrong, time, x, v, w, restart_s=0.4, measured=x + 1)
+    assert rmse == pytest.approx(np.sqrt(np.mean((free_run(wrong, time, x, v, w, restart_s=0.4) - x - 1) ** 2)))
+
+
+def test_divergence_is_reported_as_infinite():
+    _, system = one_mass(b=-1e6)
+    time, w, x, v = motion(one_mass()[1])
+    assert np.all(np.isinf(free_run_rmse(system, time, x, v, w)))
+    state = x.copy()
+    state[250] = np.nan
+    assert np.isinf(free_run_rmse(one_mass()[1], time, state, v, w)[0])
+
+
+def test_short_logs_and_wrong_shapes():
+    _, system = one_mass()
+    time, w, x, v = motion(system)
+    assert free_run(system, time[:2], x[:2], v[:2], w[:2]).shape == (2, 1)
+    with pytest.raises(ValueError, match="trimmed"):
+        free_run(system, time, x, v, w, trim_s=2)
+    with pytest.raises(ValueError, match="trimmed"):
+        free_run(system, time[:1], x[:1], v[:1], w[:1])
+    with pytest.raises(ValueError, match="positions"):
+        free_run(system, time, x[1:], v, w)
+
+
+@pytest.mark.parametrize(("make", "count", "limit"), [(one_mass, 25_000, 1.0), (arm, 12_000, 3.0)])
+def test_speed(make, count: int, limit: float):
+    _, system = make(a=0.1)
+    n, m = system.degrees_of_freedom, len(system.inputs)
+    time = 0.002 * np.arange(count)
+    w, still = np.tile(np.sin(time)[:, None], (1, m)), np.zeros((count, n))
+    seconds = []
+    for _ in range(3):
+        begin = clock.perf_counter()
+        free_run_rmse(system, time, still, still, w)
+        seconds.append(clock.perf_counter() - begin)
+    assert min(seconds) < limit
+
+
+def practice_cases() -> list[Path]:
+    """The standard cases whose true effects are all in the catalogue."""
+    cases = []
+    for folder in sorted(PRACTICE.glob("case_*")):
+        truth = json.loads((folder / "truth.json").read_text())
+        if all(e["kind"] in CATALOGUE for e in truth["effects"]):
+            cases.append(folder)
+    return cases
+
+
+def true_system(folder: Path, truth: dict) -> System:
+    spec = read_spec(folder / "spec.yaml")
+    effects = []
+    for e in truth["effects"]:
+        on = (e["on"],) if isinstance(e["on"], str) else tuple(e["on"])
+        effects.append(DeclaredEffect(e["kind"], on, {k: sympy.Rational(p) for k, p in e["parameters"].items()}))
+    spec = replace(spec, effects=tuple(effects))
+    system = build_system(spec)
+    levels = {
+        c.law_parameters["a"]: sympy.Rational(a) for c, a in zip(system.contacts, truth["true_friction_a"], strict=True)
+    }
+    return add_declared_effects(replace(system, values={**system.values, **levels}), spec)
+
+
+@pytest.mark.skipif(not PRACTICE.is_dir(), reason="the practice logs are not here")
+@pytest.mark.parametrize("folder", practice_cases(), ids=lambda folder: folder.name)
+def test_true_model_predicts_a_practice_log_as_well_as_its_own_simulator(folder: Path):
+    truth = json.loads((folder / "truth.json").read_text())
+    evaluation = YAML(typ="safe").load(folder / "meta.yaml")["evaluation"]
+    system = true_system(folder, truth)
+    header = (folder / "test.csv").open().readline().strip().split(",")
+    column = dict(zip(header, np.loadtxt(folder / "test.csv", delimiter=",", skiprows=1).T, strict=True))
+    time = column["t"]
+    raw = np.column_stack([column[x.name] for x in system.positions])
+    w = np.column_stack([column[u.name] for u in system.inputs])
+    low_pass = butter(4, evaluation["cutoff_hz"] * 2 * (time[1] - time[0]))
+    x = filtfilt(*low_pass, raw, axis=0)
+    v = np.gradient(x, time, axis=0)
+    rmse = free_run_rmse(system, time, x, v, w, evaluation["restart_s"], trim_s=evaluation["trim_s"], measured=raw)
+    oracle = truth["oracle"]["true_parameters"]["sim_rmse"]
+    assert 0.8 * oracle < np.sqrt(np.mean(rmse**2)) < 1.1 * oracle
