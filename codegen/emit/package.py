@@ -6,9 +6,9 @@ import json
 from dataclasses import dataclass
 from typing import Any
 
-from codegen.emit.files import sha256
+from codegen.files import sha256
 from codegen.emit.printer import C, PYTHON
-from codegen.emit.render import render
+from codegen.text import render
 from codegen.emit.view import view
 from codegen.program import Program
 from codegen.version import VERSION

@@ -1,0 +1,73 @@
+"""The force balance g − M a − U λ of a System on a Motion, linear in what is to be found.
+
+residual = target − Σ columns · weights: the target holds what the model declares, each column what one unknown adds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import casadi
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+
+from codegen.diagnosis.signals import Motion
+from codegen.mechanics.system import Matrix, System
+from codegen.program.translate import to_casadi
+
+Array = NDArray[np.float64]
+
+
+def evaluate_forces(
+    system: System, columns: Sequence[Matrix], motion: Motion, inputs: Array | None = None, values: Mapping[Any, float] | None = None
+) -> Array:
+    """Generalised-force columns at every sample, before the coarse filter.
+
+    Args:
+        columns: n by 1 matrices over x, v, w, accelerations and parameters.
+        inputs: (N, m) in place of the motion's inputs.
+        values: numbers for symbols that the system does not know (shape parameters).
+
+    Returns:
+        (len(columns), N, n).
+    """
+    n, m = system.degrees_of_freedom, len(system.inputs)
+    point = casadi.SX.sym("point", 3 * n + m)
+    symbols = [*system.positions, *system.velocities, *system.accelerations, *system.inputs]
+    names: dict[sympy.Symbol, Any] = {s: point[k] for k, s in enumerate(symbols)}
+    names |= {s: casadi.SX(float(v)) for s, v in {**system.values, **(values or {})}.items()}
+    stacked = casadi.vertcat(*[casadi.densify(to_casadi(column, names)) for column in columns])
+    function = casadi.Function("forces", [point], [stacked])
+    w = motion.inputs if inputs is None else inputs
+    at = np.hstack([motion.positions, motion.velocities, motion.accelerations, w])
+    flat = np.asarray(function.map(len(at))(at.T))
+    return np.ascontiguousarray(flat.reshape(len(columns), n, len(at)).transpose(0, 2, 1))
+
+
+def level_parameters(system: System) -> list[sympy.Symbol]:
+    """The friction parameters in which the laws are linear: those that a refit re-estimates."""
+    found = []
+    for contact in system.contacts:
+        for s in contact.law_parameters.values():
+            slope = contact.law_level.diff(s)
+            if slope != 0 and not slope.has(s) and not any(slope.has(q) for q in found):
+                found.append(s)
+    return found
+
+
+def level_columns(system: System, levels: Sequence[sympy.Symbol]) -> list[Matrix]:
+    """Force that one unit of each level adds to U λ."""
+    return [Matrix(-system.equation_error.diff(s)) for s in levels]
+
+
+def slip_velocities(system: System, motion: Motion) -> Array:
+    """(N, contacts)."""
+    contacts = len(system.contacts)
+    rows = []
+    for c in range(contacts):
+        column = sympy.zeros(system.degrees_of_freedom, 1)
+        column[0] = system.slip_velocity[c]
+        rows.append(Matrix(column))
+    return np.ascontiguousarray(evaluate_forces(system, rows, motion)[:, :, 0].T)

@@ -1,0 +1,193 @@
+"""Every effect of the catalogue at every place it can sit, fitted jointly with the friction levels on blocks of the log."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
+
+from codegen.diagnosis.gram import Grams
+from codegen.diagnosis.problem import Problem
+from codegen.effects import CATALOGUE, Effect
+from codegen.effects.declare import effect_symbols, places_of
+from codegen.effects.input_delay import InputDelay
+from codegen.spec.functions import Sgn
+
+Array = NDArray[np.float64]
+Shape = dict[str, float]
+
+KEPT_SHAPES = 4
+DEPENDENT = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """One effect at one place, fitted.
+
+    Attributes:
+        effect, place, on: which and where.
+        parameters: of the effect, in SI.
+        levels: friction levels fitted with it, by symbol name.
+        held_out: (blocks,) sum of squared scaled residuals of each block under the fit to the others.
+        training: the same for the fit to all blocks.
+        twins: effects that cannot be told from it, (kind, on).
+    """
+
+    effect: Effect
+    place: int
+    on: str
+    parameters: dict[str, float]
+    levels: dict[str, float]
+    held_out: Array
+    training: float
+    twins: tuple[tuple[str, str], ...]
+
+    @property
+    def kind(self) -> str:
+        return self.effect.kind
+
+
+def all_places(problem: Problem) -> list[tuple[Effect, int, str]]:
+    """(effect, index, name) for every place in the system."""
+    system = problem.system
+    found = []
+    for effect in CATALOGUE.values():
+        for index, name in enumerate(places_of(effect, system)):
+            if effect.applies(system, index):
+                found.append((effect, index, name))
+    return found
+
+
+def fit_effect(problem: Problem, effect: Effect, place: int, on: str) -> Fit | None:
+    """Fit one effect with the friction levels; None where it adds nothing that the data could show.
+
+    The weights are linear; shape parameters are scanned coarsely, and the held-out error of each block uses the shape
+    that the other blocks prefer, so that a rich search earns no credit by itself.
+    """
+    build = _delay_build(problem, place) if isinstance(effect, InputDelay) else _column_build(problem, effect, place)
+    shapes = _shape_grid(problem, effect, place)
+    tried: list[tuple[Shape, Grams]] = []
+    for shape in shapes:
+        grams = build(shape)
+        if grams is not None:
+            tried.append((shape, grams))
+    if not tried:
+        return None
+    tried.sort(key=lambda pair: pair[1].error(pair[1].fit()))
+    tried = tried[:KEPT_SHAPES]
+    held_out = np.array([_best_of_others(tried, b) for b in range(len(tried[0][1].products))])
+    shape, grams = _refine(tried[0], build)
+    weights = grams.fit()
+    levels = len(problem.levels)
+    first = len(problem.base_ridge)
+    parameters = {"T": shape["T"]} if isinstance(effect, InputDelay) else effect.recover(list(weights[first:]), shape)
+    for p in effect.parameters:
+        value = parameters[p.name]
+        if (p.low is not None and value <= p.low) or (p.high is not None and value >= p.high):
+            return None
+    return Fit(
+        effect, place, on, parameters, {s.name: float(w) for s, w in zip(problem.levels, weights[:levels], strict=True)},
+        held_out, grams.error(weights), tuple(effect.twins(problem.system, place)),
+    )  # fmt: skip
+
+
+def _best_of_others(tried: list[tuple[Shape, Grams]], block: int) -> float:
+    """Held-out error of a block with the shape that fits the other blocks best."""
+    scores = []
+    for _, grams in tried:
+        weights = grams.fit(block)
+        scores.append((grams.error(weights) - grams.error(weights, block), grams.error(weights, block)))
+    return min(scores)[1]
+
+
+def _column_build(problem: Problem, effect: Effect, place: int) -> Callable[[Shape], Grams | None]:
+    def build(shape: Shape) -> Grams | None:
+        columns = problem.effect_columns(effect, place, shape)
+        used = [columns[:, b.index >= 0, i] for i, b in enumerate(problem.blocks)]
+        if not all(np.isfinite(u).all() for u in used) or not any(np.abs(u).max(initial=0.0) > 0 for u in used):
+            return None
+        grams = problem.grams(columns)
+        return grams if grams.conditioning() > DEPENDENT else None
+
+    return build
+
+
+def _delay_build(problem: Problem, place: int) -> Callable[[Shape], Grams | None]:
+    def build(shape: Shape) -> Grams | None:
+        return problem.grams(np.empty((0, *problem.target.shape)), problem.delayed_target(place, shape["T"]))
+
+    return build
+
+
+def _refine(best: tuple[Shape, Grams], build: Callable[[Shape], Grams | None]) -> tuple[Shape, Grams]:
+    """Polish a single shape parameter around its best grid point (in logarithm)."""
+    shape, grams = best
+    if len(shape) != 1:
+        return best
+    (name, value), found = next(iter(shape.items())), {}
+
+    def error(log_value: float) -> float:
+        candidate = build({name: float(np.exp(log_value))})
+        if candidate is None:
+            return float("inf")
+        found[log_value] = candidate
+        return candidate.error(candidate.fit())
+
+    width = 0.02 if name == "period" else 0.3
+    result = minimize_scalar(error, bounds=(np.log(value) - width, np.log(value) + width), method="bounded", options={"maxiter": 12})
+    if result.fun < grams.error(grams.fit()):
+        return {name: float(np.exp(result.x))}, found[result.x]
+    return best
+
+
+def _shape_grid(problem: Problem, effect: Effect, place: int) -> list[Shape]:
+    """Starting values of the shape parameters from what the log covers."""
+    p = effect_symbols(effect, places_of(effect, problem.system)[place], problem.system)
+    _, names = effect.regressors(problem.system, place, p)
+    if isinstance(effect, InputDelay):
+        h = problem.motion.sample_time
+        return [{"T": float(T)} for T in np.geomspace(0.25 * h, max(0.05, 8 * h), 14)]
+    grids: Mapping[str, Callable[[], Array]] = {
+        "v_s": lambda: _speed_grid(problem),
+        "period": lambda: _period_grid(problem, effect, place),
+    }
+    return [dict(zip(names, values, strict=True)) for values in product(*[[float(v) for v in grids[n]()] for n in names])]
+
+
+def _speed_grid(problem: Problem) -> Array:
+    speeds = np.abs(problem.motion.velocities[problem.motion.usable])
+    top = float(np.quantile(speeds, 0.95))
+    return np.geomspace(max(0.01 * top, 1e-9), top, 12)
+
+
+def _period_grid(problem: Problem, effect: Effect, place: int) -> Array:
+    """The periods that stand out in the refitted residual over position: peaks of a fine scan."""
+    i = place if effect.sits_on == "coordinate" else 0
+    used = problem.blocks[i].index >= 0
+    x = problem.motion.positions[used, i]
+    left = problem.target - np.tensordot(problem.base.fit(), problem.base_columns, axes=1)
+    y = left[used, i] * (np.sign(problem.motion.velocities[used, i]) if _follows_sign(problem, effect, place) else 1.0)
+    span = float(np.ptp(x))
+    if span <= 0 or len(x) < 50:
+        return np.empty(0)
+    highest = min(400.0, len(x) / 8)
+    turns = np.arange(0.7, highest, 0.2) / span
+    power = np.empty(len(turns))
+    y = y - y.mean()
+    for k, f in enumerate(turns):
+        waves = np.column_stack([np.sin(2 * np.pi * f * x), np.cos(2 * np.pi * f * x)])
+        weights, *_ = np.linalg.lstsq(waves.T @ waves, waves.T @ y, rcond=None)
+        power[k] = weights @ (waves.T @ y)
+    peaks = [k for k in range(len(power)) if power[k] == power[max(0, k - 3) : k + 4].max()]
+    best = sorted(peaks, key=lambda k: -power[k])[:KEPT_SHAPES]
+    return np.array([1 / turns[k] for k in best])
+
+
+def _follows_sign(problem: Problem, effect: Effect, place: int) -> bool:
+    p = effect_symbols(effect, places_of(effect, problem.system)[place], problem.system)
+    columns, _ = effect.regressors(problem.system, place, p)
+    return any(c.has(Sgn) for c in columns)

@@ -1,0 +1,74 @@
+"""The error of a model on held-out data: force residual, and position in free run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codegen.diagnosis.residual import Masks, effective_inputs, inverse_dynamics_residual
+from codegen.diagnosis.results import ErrorFigures
+from codegen.diagnosis.signals import TRIM_S, Motion, central_difference
+from codegen.diagnosis.balance import evaluate_forces
+from codegen.mechanics.system import Matrix, System
+from codegen.simulate.free_run import free_run
+
+Array = NDArray[np.float64]
+
+RESTART_S = 0.5
+
+
+@dataclass(frozen=True)
+class Window:
+    """The part of a motion that counts as held out: sample indices [start, stop)."""
+
+    start: int
+    stop: int
+
+
+def measure(system: System, motion: Motion, used: Masks, window: Window) -> ErrorFigures:
+    """Error figures of a system on one window of a motion.
+
+    Args:
+        used: samples away from standstill, the same for every model that is compared.
+    """
+    residual = inverse_dynamics_residual(system, motion)
+    inside = np.zeros(len(motion.time), dtype=bool)
+    inside[window.start : window.stop] = True
+    rows = used.rows & inside[:, None]
+    squares = [residual[rows[:, i], i] ** 2 for i in range(residual.shape[1])]
+    per_row = tuple(float(np.sqrt(s.mean())) if len(s) else float("nan") for s in squares)
+    pooled = np.concatenate(squares)
+    drive = motion.low_pass(drive_force(system, motion))
+    power = np.concatenate([drive[rows[:, i], i] ** 2 for i in range(residual.shape[1])])
+    relative = float(np.sqrt(pooled.sum() / power.sum())) if power.sum() > 0 else float("inf")
+    positions = free_run_errors(system, motion, window)
+    total = float(np.sqrt(np.mean(np.square(positions))))
+    rms = float(np.sqrt(pooled.mean())) if len(pooled) else float("nan")
+    return ErrorFigures(rms, per_row, relative, total, tuple(positions))
+
+
+def free_run_errors(system: System, motion: Motion, window: Window, restart_s: float = RESTART_S) -> list[float]:
+    """RMS of predicted less raw position on each coordinate, restarted from the low-passed measured state."""
+    h = motion.sample_time
+    start = motion.low_pass(motion.measured)
+    predicted = free_run(
+        system, motion.time, start, central_difference(start, h), motion.commands, restart_s, substeps=_substeps(h), trim_s=TRIM_S
+    )
+    error = (predicted - motion.measured)[window.start : window.stop]
+    usable = motion.usable[window.start : window.stop] & ~np.isnan(error).any(axis=1)
+    if not usable.any() or not np.isfinite(error[usable]).all():
+        return [float("inf")] * error.shape[1]
+    return [float(e) for e in np.sqrt(np.mean(error[usable] ** 2, axis=0))]
+
+
+def drive_force(system: System, motion: Motion) -> Array:
+    """(N, n) the part of g that the inputs make: g(x, v, w) − g(x, v, 0)."""
+    still = system.force.subs(dict.fromkeys(system.inputs, 0))
+    return evaluate_forces(system, [Matrix(system.force - still)], motion, effective_inputs(system, motion))[0]
+
+
+def _substeps(h: float) -> int:
+    """Steps of at most half a millisecond."""
+    return int(min(20, max(2, np.ceil(h / 5e-4))))

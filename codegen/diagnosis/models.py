@@ -1,0 +1,33 @@
+"""Systems with refitted levels and found effects."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import sympy
+
+from codegen.diagnosis.candidates import Fit
+from codegen.effects.declare import effect_symbols, unit_words
+from codegen.mechanics.system import System
+
+
+def with_levels(system: System, levels: Mapping[str, float]) -> System:
+    """The system with friction levels as fitted; a level below zero is zero."""
+    values = {s: sympy.Float(max(levels[s.name], 0.0)) if s.name in levels else v for s, v in system.values.items()}
+    return system.with_parameters(values, {})
+
+
+def with_effect(system: System, fit: Fit) -> System:
+    """The system with one fitted effect declared in it."""
+    symbols = effect_symbols(fit.effect, fit.on, system)
+    units = unit_words(fit.effect, fit.place, system)
+    system = system.with_parameters(
+        {s: sympy.Float(fit.parameters[name]) for name, s in symbols.items()}, {s: units[name] for name, s in symbols.items()}
+    )
+    return fit.effect.add(system, fit.place, symbols)
+
+
+def with_effects(system: System, fits: Sequence[Fit]) -> System:
+    for fit in fits:
+        system = with_effect(system, fit)
+    return system

@@ -1,0 +1,116 @@
+"""The second way to the residual: replay the generated tracking observer over the log."""
+
+from __future__ import annotations
+
+import importlib.util
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+from scipy.signal import cont2discrete, lfilter
+
+from codegen.diagnosis.residual import friction_estimate
+from codegen.diagnosis.results import Agreement
+from codegen.diagnosis.signals import Motion
+from codegen.emit.package import emit_sources, make_header
+from codegen.mechanics.system import System
+from codegen.observers import build_observer
+from codegen.program import build_program
+from codegen.spec.model import ObserverChoice, Spec
+
+Array = NDArray[np.float64]
+
+DAMPING = 0.9
+MOST_SAMPLES = 60_000
+FASTEST = 0.15
+"""Bandwidth times sample time at most: far inside the stability limit of explicit Euler."""
+
+
+def tracking_choice(system: System, motion: Motion, bandwidth: float) -> ObserverChoice:
+    """A GTO whose error has the given bandwidth ω at the mean position: K_v = 2ζω, K_2 = −M ω/2ζ, (4.36)."""
+    middle = dict(zip(system.positions, motion.positions[motion.usable].mean(axis=0), strict=True))
+    mass = np.array(system.mass_matrix.subs(system.values).subs(middle).evalf(), dtype=float)
+    gains = {
+        "K_v": f"{2 * DAMPING * bandwidth:.9g}",
+        "K_2": [[f"{-entry * bandwidth / (2 * DAMPING):.9g}" for entry in row] for row in mass],
+        "K_1": "0",
+    }
+    return ObserverChoice("gto", "estimated", gains, sympy.Rational(f"{motion.sample_time:.12g}"), sympy.Integer(1))
+
+
+def load_twin(source: str, name: str) -> ModuleType:
+    """Import a generated Python twin from its source."""
+    with tempfile.TemporaryDirectory(prefix="stiction-") as folder:
+        path = Path(folder) / f"{name}.py"
+        path.write_text(source, encoding="utf-8")
+        found = importlib.util.spec_from_file_location(name, path)
+        if found is None or found.loader is None:
+            raise ImportError(f"the twin {name} cannot be loaded")
+        module = importlib.util.module_from_spec(found)
+        found.loader.exec_module(module)
+    return module
+
+
+def replay(twin: ModuleType, rows: Array, outputs: list[str]) -> Array:
+    """Run a twin over samples.
+
+    Args:
+        twin: a generated module.
+        rows: (N, inputs) in the order of its Inputs.
+        outputs: names of the outputs wanted.
+
+    Returns:
+        (N, len(outputs)).
+    """
+    parameters: Any = twin.Parameters()
+    state: Any = None
+    result = np.empty((len(rows), len(outputs)))
+    for k, row in enumerate(rows.tolist()):
+        inputs = twin.Inputs(*row)
+        if state is None:
+            state = twin.init(parameters, inputs)
+        estimate = twin.step(state, parameters, inputs)
+        result[k] = [getattr(estimate, name) for name in outputs]
+    return result
+
+
+def tracked_friction(spec: Spec, system: System, motion: Motion, bandwidth: float) -> Array:
+    """(N, n) generalised friction as the generated tracking observer sees it."""
+    choice = tracking_choice(system, motion, bandwidth)
+    observer = build_observer(replace(spec, observer=choice), system)
+    program = build_program(observer)
+    source = emit_sources(program, make_header(spec.path.name, spec.sha256, ""))["__init__.py"]
+    rows = np.hstack([motion.measured, motion.commands])[:MOST_SAMPLES]
+    names = [f"F_hat_on_{x.name}" for x in system.positions]
+    return replay(load_twin(source, f"{spec.name}_tracking"), rows, names)
+
+
+def compare_residuals(spec: Spec, system: System, motion: Motion) -> Agreement | None:
+    """Both ways to the friction, and how far they agree; None if the observer's numbers are not finite."""
+    bandwidth = min(2 * np.pi * motion.cutoff_hz, FASTEST / motion.sample_time)
+    tracked = tracked_friction(spec, system, motion, bandwidth)
+    direct = friction_estimate(system, motion)[: len(tracked)]
+    lagged = _second_order(direct, bandwidth, motion.sample_time)
+    used = motion.usable[: len(tracked)]
+    # What the observer passes above the coarse cutoff is noise in both; compare below it.
+    a, b = motion.low_pass(tracked)[used], motion.low_pass(lagged)[used]
+    if not np.isfinite(a).all() or len(a) < 10:
+        return None
+    size = np.sqrt((b**2).mean(axis=0))
+    difference = np.sqrt(((a - b) ** 2).mean(axis=0)) / np.where(size > 0, size, 1.0)
+    correlation = np.corrcoef(np.vstack([(a / np.where(size > 0, size, 1.0)).ravel(), (b / np.where(size > 0, size, 1.0)).ravel()]))[0, 1]
+    return Agreement(float(correlation), float(difference.max()), len(tracked))
+
+
+def _second_order(signals: Array, bandwidth: float, h: float) -> Array:
+    """ω²/(s² + 2ζωs + ω²): the observer's response from friction to its estimate, (4.36)."""
+    system = ([bandwidth**2], [1.0, 2 * DAMPING * bandwidth, bandwidth**2])
+    b, a, _ = cont2discrete(system, h, method="bilinear")
+    start = signals[0] * np.array([[sum(b[0][1:]) - sum(a[1:])], [b[0][2] - a[2]]])
+    filtered, _ = lfilter(b[0], a, signals, axis=0, zi=start)
+    return np.asarray(filtered)

@@ -1,0 +1,103 @@
+"""The residual of a model on a log, by zero-phase inverse dynamics and by replaying the generated tracking observer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+
+from codegen.diagnosis.balance import evaluate_forces, slip_velocities
+from codegen.diagnosis.signals import Motion, delayed
+from codegen.mechanics.system import Matrix, System
+
+Array = NDArray[np.float64]
+
+STICK_SHARE = 0.004
+"""A slip slower than this share of its own 95 % speed counts as standstill."""
+LONGEST_CROSSING_S = 0.03
+"""A reversal passes through standstill faster than this; whatever lasts longer is stick."""
+
+
+@dataclass(frozen=True, eq=False)
+class Masks:
+    """Which samples say something about friction in slip.
+
+    Attributes:
+        rows: (N, n) usable for each coordinate's force balance.
+        stuck: (N, contacts) at standstill, where friction is whatever holds.
+    """
+
+    rows: NDArray[np.bool_]
+    stuck: NDArray[np.bool_]
+
+
+def effective_inputs(system: System, motion: Motion) -> Array:
+    """The motion's inputs with declared delays."""
+    inputs = motion.inputs.copy()
+    for w, delay in system.input_delay.items():
+        k = system.inputs.index(w)
+        inputs[:, [k]] = delayed(motion.commands[:, [k]], float(system.values[delay]), motion.sample_time)
+    return inputs
+
+
+def masks(system: System, motion: Motion, noise_speed: float = 0.0) -> Masks:
+    """Samples to use: away from ends, gaps and standstill.
+
+    At standstill friction takes any value within its level, so sgn(0) would be wrong; those samples are left out with the
+    filter's reach around them. Quick crossings of zero stay.
+    """
+    slip = slip_velocities(system, motion)
+    reach = max(1, round(0.35 / (motion.cutoff_hz * motion.sample_time)))
+    longest = max(2, round(LONGEST_CROSSING_S / motion.sample_time))
+    stuck = np.zeros(slip.shape, dtype=bool)
+    rows = np.repeat(motion.usable[:, None], system.degrees_of_freedom, axis=1)
+    for c in range(slip.shape[1]):
+        threshold = max(STICK_SHARE * float(np.quantile(np.abs(slip[:, c]), 0.95)), noise_speed)
+        stuck[:, c] = _long_runs(np.abs(slip[:, c]) <= threshold, longest)
+        widened = _widen(stuck[:, c], reach)
+        for i in range(system.degrees_of_freedom):
+            if system.distribution[i, c] != 0:
+                rows[:, i] &= ~widened
+    return Masks(rows, stuck)
+
+
+def inverse_dynamics_residual(system: System, motion: Motion, filtered: bool = True) -> Array:
+    """g − M a − U λ at every sample, (N, n), with the system's own friction levels; low-passed unless told not to."""
+    raw = evaluate_forces(system, [system.equation_error], motion, effective_inputs(system, motion))[0]
+    return motion.low_pass(raw) if filtered else raw
+
+
+def friction_estimate(system: System, motion: Motion) -> Array:
+    """g − M a, (N, n): all that the friction must have been, unfiltered."""
+    bare = replace(system, contacts=tuple(replace(c, extra_level=sympy.Integer(0), extra_force=sympy.Integer(0)) for c in system.contacts))
+    force = Matrix(bare.force - bare.mass_matrix * Matrix(list(bare.accelerations)))
+    return evaluate_forces(bare, [force], motion, effective_inputs(system, motion))[0]
+
+
+def residual_rms(system: System, motion: Motion, used: Masks) -> tuple[float, ...]:
+    """RMS of the low-passed residual on each coordinate, over the usable samples."""
+    residual = inverse_dynamics_residual(system, motion)
+    return tuple(_rms(residual[used.rows[:, i], i]) for i in range(residual.shape[1]))
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2))) if len(values) else float("nan")
+
+
+def _long_runs(flags: NDArray[np.bool_], longest: int) -> NDArray[np.bool_]:
+    """Keep only runs of True longer than ``longest``."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(np.int8), [0]])))
+    kept = np.zeros_like(flags)
+    for start, stop in zip(edges[::2], edges[1::2], strict=True):
+        if stop - start > longest:
+            kept[start:stop] = True
+    return kept
+
+
+def _widen(flags: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:
+    counts = np.concatenate([[0], np.cumsum(flags)])
+    n = len(flags)
+    low, high = np.maximum(np.arange(n) - reach, 0), np.minimum(np.arange(n) + reach + 1, n)
+    return np.asarray(counts[high] - counts[low] > 0)

@@ -1,0 +1,174 @@
+"""What a diagnosis says, typed; ``as_json`` is diagnosis.json."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+Verdict = Literal["effect", "none", "ambiguous"]
+
+
+@dataclass(frozen=True)
+class FoundEffect:
+    """An effect that the log shows and the spec lacks.
+
+    Attributes:
+        parameters, units: in SI, by name.
+        also: twins, (kind, on): the same motion once friction levels are refitted, so either name is right.
+    """
+
+    kind: str
+    on: str
+    parameters: Mapping[str, float]
+    units: Mapping[str, str]
+    also: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One effect at one place, with its evidence in the first round.
+
+    Attributes:
+        gain: share of the refit's squared residual that it removes on held-out blocks.
+        t: mean gain of a block over its standard error.
+        blocks_won, blocks: on how many held-out blocks it is better than the refit.
+        free_run: free-run error on the training log divided by the refit's, or None where it was not run.
+        accepted: whether it passes every test.
+        why_not: which test it fails, in words.
+    """
+
+    kind: str
+    on: str
+    parameters: Mapping[str, float]
+    gain: float
+    t: float
+    blocks_won: int
+    blocks: int
+    free_run: float | None
+    accepted: bool
+    why_not: str
+    also: tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True)
+class ErrorFigures:
+    """The error of one model on held-out data.
+
+    Attributes:
+        force_rms: RMS of the low-passed force residual, all coordinates together (their units as they are).
+        force_rms_rows: for each coordinate.
+        relative_force: norm of the residual over norm of the drive force, both low-passed.
+        free_run_rmse, free_run_rmse_rows: of the position in free run, restarted every so often; inf where it diverges.
+    """
+
+    force_rms: float
+    force_rms_rows: tuple[float, ...]
+    relative_force: float
+    free_run_rmse: float
+    free_run_rmse_rows: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """The residual computed both ways: generated tracking observer against zero-phase inverse dynamics.
+
+    Attributes:
+        correlation: of the two friction estimates, the second seen through the observer's own lag.
+        relative_difference: RMS of their difference over RMS of the friction.
+        samples: replayed.
+    """
+
+    correlation: float
+    relative_difference: float
+    samples: int
+
+
+@dataclass(frozen=True)
+class CertificateChange:
+    """The certificate before and after; each is a decay rate in 1/s or the words of a refusal."""
+
+    before: float | str
+    after: float | str
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The whole answer."""
+
+    verdict: Verdict
+    sentence: str
+    effects: tuple[FoundEffect, ...]
+    candidates: tuple[Candidate, ...]
+    declared: ErrorFigures
+    refit: ErrorFigures
+    augmented: ErrorFigures
+    levels: Mapping[str, tuple[float, float, float]]
+    data: Mapping[str, Any]
+    agreement: Agreement | None
+    findings: Mapping[str, tuple[str, ...]]
+    certificate: CertificateChange | None
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain objects for diagnosis.json; infinities become null."""
+
+        def error(figures: ErrorFigures) -> dict[str, Any]:
+            return {
+                "residual_force_rms": _finite(figures.force_rms),
+                "residual_force_rms_by_coordinate": [_finite(v) for v in figures.force_rms_rows],
+                "relative_force_error": _finite(figures.relative_force),
+                "free_run_position_rmse": _finite(figures.free_run_rmse),
+                "free_run_position_rmse_by_coordinate": [_finite(v) for v in figures.free_run_rmse_rows],
+            }
+
+        return {
+            "format": "stiction-diagnosis/1",
+            "verdict": self.verdict,
+            "sentence": self.sentence,
+            "effects": [
+                {"kind": e.kind, "on": e.on, "parameters": dict(e.parameters), "units": dict(e.units), "also": _twins(e.also)}
+                for e in self.effects
+            ],
+            "candidates": [
+                {
+                    "kind": c.kind,
+                    "on": c.on,
+                    "parameters": {k: _finite(v) for k, v in c.parameters.items()},
+                    "also": _twins(c.also),
+                    "evidence": {
+                        "held_out_gain": _finite(c.gain),
+                        "t": _finite(c.t),
+                        "blocks_won": c.blocks_won,
+                        "blocks": c.blocks,
+                        "free_run_ratio": None if c.free_run is None else _finite(c.free_run),
+                        "accepted": c.accepted,
+                        "why_not": c.why_not,
+                    },
+                }
+                for c in self.candidates
+            ],
+            "error": {"declared": error(self.declared), "refit": error(self.refit), "augmented": error(self.augmented)},
+            "friction_levels": {
+                name: {"declared": a, "refit": b, "augmented": c} for name, (a, b, c) in self.levels.items()
+            },
+            "data": dict(self.data),
+            "residual_agreement": None
+            if self.agreement is None
+            else {
+                "correlation": _finite(self.agreement.correlation),
+                "relative_difference": _finite(self.agreement.relative_difference),
+                "samples": self.agreement.samples,
+            },
+            "preflight": {name: list(words) for name, words in self.findings.items()},
+            "certificate": None
+            if self.certificate is None
+            else {"before": self.certificate.before, "after": self.certificate.after},
+        }  # fmt: skip
+
+
+def _twins(also: tuple[tuple[str, str], ...]) -> list[dict[str, str]]:
+    return [{"kind": kind, "on": on} for kind, on in also]
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if abs(value) < float("inf") else None

@@ -1,0 +1,118 @@
+"""Log → smooth motion and one low-pass for everything that enters the force balance.
+
+Two zero-phase Butterworth filters: a fine one gives positions, velocities and accelerations smooth enough to evaluate
+the model on; a coarse one is put on every term of the force balance alike, so that no term leads or lags another.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import butter, filtfilt
+
+from codegen.errors import BadInput
+from codegen.logs import Log
+
+Array = NDArray[np.float64]
+
+ORDER = 4
+FINE_TO_COARSE = 2.5
+TRIM_S = 1.0
+SHORTEST_S = 4.0
+DEFAULT_CUTOFF_HZ = 20.0
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """The smoothed motion of one log on its own grid.
+
+    Attributes:
+        time: (N,) s.
+        positions, velocities, accelerations: (N, n).
+        inputs: (N, m), at t_k the mean of the values held before and after.
+        commands: (N, m), as logged.
+        sample_time: s.
+        cutoff_hz, fine_hz: of the coarse and the fine filter.
+        usable: (N,) samples away from the ends and from gaps.
+        measured: (N, n) the raw positions.
+    """
+
+    time: Array
+    positions: Array
+    velocities: Array
+    accelerations: Array
+    inputs: Array
+    commands: Array
+    sample_time: float
+    cutoff_hz: float
+    fine_hz: float
+    usable: NDArray[np.bool_]
+    measured: Array
+
+    @property
+    def stride(self) -> int:
+        """Samples between those that carry independent information after the coarse filter (four a period)."""
+        return max(1, int(1 / (4 * self.cutoff_hz * self.sample_time)))
+
+    def low_pass(self, signals: Array) -> Array:
+        """The coarse filter along the first axis."""
+        return low_pass(signals, self.cutoff_hz, self.sample_time)
+
+
+def low_pass(signals: Array, cutoff_hz: float, sample_time: float) -> Array:
+    """Fourth-order Butterworth forth and back: zero phase, −6 dB at the cutoff."""
+    b, a = butter(ORDER, min(2 * cutoff_hz * sample_time, 0.95))
+    return np.asarray(filtfilt(b, a, signals, axis=0, padlen=min(len(signals) - 1, 3 * max(len(a), len(b)) * 8)))
+
+
+def smooth_motion(log: Log, cutoff_hz: float | None = None) -> Motion:
+    """Filter and differentiate a log.
+
+    Args:
+        log: uniform samples.
+        cutoff_hz: of the coarse filter; by default the log's own, else 20 Hz, at most a tenth of the sample rate.
+
+    Raises:
+        BadInput: if the log is too short to filter and to split into blocks.
+    """
+    h = log.sample_time
+    if log.size * h < SHORTEST_S or log.size < 200:
+        found = f"{log.size} samples over {log.size * h:.3g} s"
+        raise BadInput(str(log.path), found, f"at least {SHORTEST_S:g} s and 200 samples for a diagnosis")
+    coarse = cutoff_hz or log.cutoff_hz or min(DEFAULT_CUTOFF_HZ, 0.1 / h)
+    fine = min(FINE_TO_COARSE * coarse, 0.4 / h)
+    positions = low_pass(log.positions, fine, h)
+    velocities = central_difference(positions, h)
+    accelerations = central_difference(velocities, h)
+    before = np.vstack([log.inputs[:1], log.inputs[:-1]])
+    usable = np.ones(log.size, dtype=bool)
+    cut = min(round(TRIM_S / h), log.size // 10)
+    usable[:cut] = usable[log.size - cut :] = False
+    for start, stop in log.gaps:
+        reach = round(1 / (coarse * h))
+        usable[max(0, start - reach) : stop + reach] = False
+    return Motion(
+        log.time, positions, velocities, accelerations, (before + log.inputs) / 2, log.inputs, h, coarse, fine, usable, log.positions
+    )
+
+
+def central_difference(signals: Array, h: float) -> Array:
+    """(x[k+1] − x[k−1]) / 2h; one-sided at the ends."""
+    return np.asarray(np.gradient(signals, h, axis=0))
+
+
+def delayed(commands: Array, delay: float, h: float) -> Array:
+    """At each t_k the mean around t_k of the held command, delayed by ``delay`` seconds."""
+    steps = delay / h
+    whole = int(np.floor(steps))
+    share = steps - whole
+
+    def back(k: int) -> Array:
+        return np.vstack([np.repeat(commands[:1], k, axis=0), commands[: len(commands) - k]]) if k else commands
+
+    # Held values: just before t_k − T acts row k − whole − 1, just after it row k − whole (or one earlier).
+    now = (1 - share) * back(whole) + share * back(whole + 1)
+    before = (1 - share) * back(whole + 1) + share * back(whole + 2)
+    return (now + before) / 2

@@ -1,0 +1,212 @@
+"""Observer → certificate in exact numbers, or a refusal with its reason and a counterexample.
+
+The proposal is made in floating point; what is handed out has passed the independent checker.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+
+from codegen.checker import verify
+from codegen.text import render
+from codegen.errors import BadInput
+from codegen.spec.model import Spec
+from codegen.stability.analysis import Analysis
+from codegen.stability.enclosure import Cells, enclose_family
+from codegen.stability.exact import unstable_point
+from codegen.stability.family import Family, NotEnclosable, build_family
+from codegen.stability.lyapunov import common_lyapunov
+from codegen.stability.prefix import rational_text, to_prefix
+from codegen.version import VERSION
+
+FORMAT = "stiction-certificate/1"
+DIGITS = (3, 4, 6, 9, 12)
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """A certificate that the checker has accepted.
+
+    Attributes:
+        content: the JSON object (docs/certificate.md).
+        decay_rate: α, 1/s; V falls by 1 − 2αh in each sample.
+        spectral_rate: the largest rate that any P could show at the worst operating point.
+        facts: what the checker verified.
+    """
+
+    content: Mapping[str, Any]
+    decay_rate: float
+    spectral_rate: float
+    facts: tuple[str, ...]
+
+    @property
+    def text(self) -> str:
+        return json.dumps(self.content, indent=1, ensure_ascii=False) + "\n"
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """Why no certificate is given.
+
+    Attributes:
+        reason: in a sentence.
+        counterexample: an exact operating point at which the sampled error is unstable; None if none is known.
+        spectral_radius: of I + hA there, or the largest over the envelope.
+        failing: the gain conditions that fail, as text.
+        largest_sample_time: of explicit Euler at these gains, s; 0 where no sample time helps.
+        proved: whether the counterexample is checked in exact numbers.
+    """
+
+    reason: str
+    counterexample: Mapping[str, str] | None
+    spectral_radius: float
+    failing: tuple[str, ...]
+    largest_sample_time: float
+    proved: bool
+
+
+def certify(spec: Spec, analysis: Analysis, files: Mapping[str, str], command: str) -> Certificate | Refusal:
+    """Certify the sampled observer of a spec over its envelope.
+
+    Args:
+        analysis: of the spec's observer.
+        files: name → SHA-256 of the generated sources that the certificate is bound to.
+        command: that writes it.
+
+    Raises:
+        BadInput: if the envelope lacks a range for something that Ψ depends on.
+    """
+    points = analysis.points
+    if points.missing:
+        names = ", ".join(s.name for s in points.missing)
+        raise BadInput(spec.place("envelope"), f"no range for {names}", f"`{points.missing[0].name}: [low, high]`, since Ψ depends on it")
+    if not analysis.stable:
+        return _unstable(analysis)
+    try:
+        family = build_family(analysis.dynamics, points.ranges)
+        cells = enclose_family(family)
+    except (NotEnclosable, verify.Refused) as error:
+        return _undecided(analysis, str(error))
+    except TypeError as error:
+        return _undecided(analysis, f"the certificate has no word for {error}")
+    h = Fraction(str(analysis.dynamics.observer.sample_time))
+    proposal = common_lyapunov(cells.matrices, float(h))
+    if proposal is None:
+        return _undecided(analysis, "no quadratic Lyapunov function common to the whole envelope was found")
+    matrix, alpha = proposal
+    refused = ""
+    for digits in DIGITS:
+        content = _content(spec, analysis, family, cells, matrix, alpha, digits, files, command)
+        try:
+            report = verify.check(json.dumps(content))
+        except verify.Refused as error:
+            refused = str(error)
+            continue
+        radius = analysis.spectral_radius
+        return Certificate(content, float(Fraction(content["decay_rate"])), (1 - radius**2) / (2 * float(h)), report.facts)
+    return _undecided(analysis, f"the matrix that was found does not stand up to exact arithmetic ({refused})")
+
+
+def _content(
+    spec: Spec, analysis: Analysis, family: Family, cells: Cells, matrix: NDArray[np.float64], alpha: float, digits: int,
+    files: Mapping[str, str], command: str,
+) -> dict[str, Any]:  # fmt: skip
+    observer = analysis.dynamics.observer
+    h = observer.sample_time
+    rounded = _round_matrix(matrix, digits)
+    rate = _round(alpha * (1 - 10.0 ** (1 - digits)), 4)
+    reversals = [_reversal(rounded, analysis, contact, float(h), float(rate)) for contact in range(len(observer.signs))]
+    words = {"observer": observer, "reversals": [r for r in reversals if r], "rate": float(rate), "period": float(h)}
+    words |= {"variables": {v.name: (float(lo), float(hi)) for v, (lo, hi) in family.variables.items()}}
+    return {
+        "format": FORMAT,
+        "tool": {"name": "stiction", "version": VERSION, "command": command},
+        "subject": {"name": spec.name, "spec_sha256": spec.sha256, "files": dict(sorted(files.items()))},
+        "observer": {"kind": observer.kind, "velocity": observer.velocity, "integration": "euler"},
+        "claim": " ".join(render("text/claim.j2", **words).split()),
+        "sample_time": rational_text(h),
+        "error": [{"name": e.symbol.name, "meaning": _meaning(e, observer.level_errors), "unit": e.unit} for e in observer.errors],
+        "variables": {v.name: [rational_text(lo), rational_text(hi)] for v, (lo, hi) in family.variables.items()},
+        "splits": {v.name: [rational_text(b) for b in breaks] for v, breaks in cells.splits.items()},
+        "parameters": [{"name": s.name, "expression": to_prefix(e)} for s, e in family.parameters.items()],
+        "matrix": [[to_prefix(e) for e in family.matrix.row(i)] for i in range(family.matrix.rows)],
+        "lyapunov_matrix": [[rational_text(e) for e in row] for row in rounded],
+        "decay_rate": rational_text(rate),
+        "reversals": [r for r in reversals if r],
+        "assumptions": [line.strip() for line in render("text/assumptions.j2", **words).splitlines() if line.strip()],
+    }
+
+
+def _meaning(error: Any, level_errors: bool) -> str:
+    return f"sign of slip times ({error.meaning})" if level_errors and error.contact is not None else str(error.meaning)
+
+
+def _reversal(matrix: list[list[Any]], analysis: Analysis, contact: int, h: float, rate: float) -> dict[str, Any] | None:
+    """How much V can grow when a contact's slip turns, and how many samples bring it down again."""
+    observer = analysis.dynamics.observer
+    flips = [k for k, e in enumerate(observer.errors) if e.contact == contact]
+    if not observer.level_errors or not flips:
+        return None
+    p = np.array(matrix, dtype=float)
+    turn = np.diag([-1.0 if k in flips else 1.0 for k in range(len(p))])
+    growth = max(1.0, float(np.linalg.eigvals(np.linalg.solve(p, turn @ p @ turn)).real.max()))
+    bound = _round(growth * (1 + 1e-6) + 1e-6, 7) if growth > 1 + 1e-12 else sympy.Integer(1)
+    dwell = math.ceil(math.log(float(bound)) / -math.log1p(-2 * rate * h) * (1 + 1e-9)) + int(bool(bound > 1))
+    return {"contact": observer.system.contacts[contact].name, "flips": flips, "growth": rational_text(bound), "dwell_samples": int(dwell)}
+
+
+def _round(value: float, digits: int) -> Any:
+    """A short exact decimal near a float."""
+    return sympy.Rational(f"{value:.{digits}g}")
+
+
+def _round_matrix(matrix: NDArray[np.float64], digits: int) -> list[list[Any]]:
+    """P with each entry to so many digits of the geometric mean of its diagonal entries: keeps it positive definite."""
+    size = np.sqrt(np.diag(matrix))
+    result: list[list[Any]] = [[sympy.Integer(0)] * len(matrix) for _ in matrix]
+    for i in range(len(matrix)):
+        for j in range(i + 1):
+            quantum = 10.0 ** (math.floor(math.log10(size[i] * size[j])) + 1 - digits)
+            entry = sympy.Rational(str(round(float(matrix[i, j]) / quantum))) * sympy.Rational(f"{quantum:.0e}")
+            result[i][j] = result[j][i] = entry
+    return result
+
+
+def _unstable(analysis: Analysis) -> Refusal:
+    point = unstable_point(analysis)
+    failing = tuple(f"{c.expression} > 0" if c.readable else f"{c.name} > 0" for c in (*analysis.routh, *analysis.jury) if not c.holds)
+    return Refusal(
+        reason=render("text/refused_unstable.j2", analysis=analysis, failing=failing).strip(),
+        counterexample=point,
+        spectral_radius=analysis.spectral_radius,
+        failing=failing,
+        largest_sample_time=analysis.largest_sample_time,
+        proved=point is not None,
+    )
+
+
+def _undecided(analysis: Analysis, why: str) -> Refusal:
+    reason = render("text/refused_undecided.j2", why=why, analysis=analysis).strip()
+    return Refusal(reason, None, analysis.spectral_radius, (), analysis.largest_sample_time, False)
+
+
+def read_certificate(path: Path) -> str:
+    """The text of a certificate file.
+
+    Raises:
+        BadInput: if it cannot be read.
+    """
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise BadInput(str(path), f"unreadable ({error})", "a certificate (JSON)") from None

@@ -1,0 +1,123 @@
+"""Interval enclosures of a family's parameters over cells of the envelope, by the checker's own arithmetic."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import product
+from typing import Any
+
+import casadi
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+
+from codegen.checker import verify
+from codegen.program.translate import to_casadi
+from codegen.stability.family import Family, NotEnclosable
+from codegen.stability.prefix import rational_text, to_prefix
+
+MOST_PARAMETERS = 8
+ROUNDS = 6
+MOST_CELLS = 4096
+LOOSE = 1.02
+
+Interval = tuple[Fraction, Fraction]
+
+
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """What the enclosure gives.
+
+    Attributes:
+        splits: variable → breakpoints, exact.
+        matrices: A at the vertices of every cell, each once.
+    """
+
+    splits: Mapping[sympy.Symbol, list[Any]]
+    matrices: list[NDArray[np.float64]]
+
+
+def enclose_family(family: Family) -> Cells:
+    """Split the envelope until the enclosures are within 2 % of the sampled ranges, or six times.
+
+    Raises:
+        NotEnclosable: with more than eight parameters.
+        codegen.checker.verify.Refused: where the arithmetic cannot enclose an expression.
+    """
+    parameters = list(family.parameters)
+    if len(parameters) > MOST_PARAMETERS:
+        raise NotEnclosable(f"{len(parameters)} interval parameters; this version takes {MOST_PARAMETERS}")
+    known = [v.name for v in family.variables]
+    nodes = [verify.parse(to_prefix(family.parameters[s]), known, s.name) for s in parameters]
+    breaks = {v: [Fraction(rational_text(lo)), Fraction(rational_text(hi))] for v, (lo, hi) in family.variables.items()}
+    used = [[v for v in family.variables if family.parameters[s].has(v)] for s in parameters]
+    sampled = _sampled_ranges(family, parameters)
+    for _ in range(ROUNDS):
+        loose = _loose_intervals(nodes, used, breaks, sampled)
+        grown = {v: sorted({*b, *(m for (w, m) in loose if w == v)}) for v, b in breaks.items()}
+        if not loose or np.prod([len(b) - 1 for b in grown.values()]) > MOST_CELLS:
+            break
+        breaks = grown
+    boxes: set[tuple[Interval, ...]] = set()
+    for cell in _cells(breaks):
+        box = {v.name: interval for v, interval in cell.items()}
+        boxes.add(tuple(verify.enclose(node, box) for node in nodes))
+    splits = {v: [sympy.Rational(b.numerator, b.denominator) for b in points] for v, points in breaks.items() if len(points) > 2}
+    return Cells(splits, _vertex_matrices(family, parameters, boxes))
+
+
+def _cells(breaks: Mapping[sympy.Symbol, list[Fraction]]) -> list[dict[sympy.Symbol, Interval]]:
+    intervals = [[(v, (b[k], b[k + 1])) for k in range(len(b) - 1)] for v, b in breaks.items()]
+    return [dict(combination) for combination in product(*intervals)]
+
+
+def _loose_intervals(
+    nodes: list[Any], used: list[list[sympy.Symbol]], breaks: Mapping[sympy.Symbol, list[Fraction]], sampled: list[tuple[float, float]]
+) -> set[tuple[sympy.Symbol, Fraction]]:
+    """Midpoints of the intervals on which a parameter's enclosure leaves its sampled range by more than 2 %."""
+    found = set()
+    for node, variables, (low, high) in zip(nodes, used, sampled, strict=True):
+        slack = (LOOSE - 1) * max(high - low, abs(high), abs(low))
+        for cell in _cells({v: breaks[v] for v in variables}):
+            try:
+                lo, hi = verify.enclose(node, {v.name: i for v, i in cell.items()})
+            except verify.Refused:
+                lo, hi = Fraction(-(10**30)), Fraction(10**30)
+            if float(lo) < low - slack or float(hi) > high + slack:
+                widest = max(cell, key=lambda v: float(cell[v][1] - cell[v][0]) / float(breaks[v][-1] - breaks[v][0]))
+                found |= {(widest, (cell[widest][0] + cell[widest][1]) / 2)}
+    return found
+
+
+def _sampled_ranges(family: Family, parameters: list[sympy.Symbol]) -> list[tuple[float, float]]:
+    variables = list(family.variables)
+    if not variables:
+        return []
+    point = casadi.SX.sym("p", len(variables))
+    names = {v: point[k] for k, v in enumerate(variables)}
+    column = sympy.Matrix([family.parameters[s] for s in parameters])
+    function = casadi.Function("parameters", [point], [casadi.densify(to_casadi(column, names))])
+    bounds = np.array([[float(lo), float(hi)] for lo, hi in family.variables.values()])
+    line = np.linspace(0, 1, 33)
+    grids = np.array(np.meshgrid(*[line] * len(variables))).reshape(len(variables), -1) if len(variables) <= 3 else None
+    unit = np.random.default_rng(2).uniform(size=(len(variables), 20_000)) if grids is None else grids
+    values = np.asarray(function.map(unit.shape[1])(bounds[:, :1] + unit * (bounds[:, 1:] - bounds[:, :1])))
+    return [(float(row.min()), float(row.max())) for row in values.reshape(len(parameters), -1)]
+
+
+def _vertex_matrices(family: Family, parameters: list[sympy.Symbol], boxes: set[tuple[Interval, ...]]) -> list[NDArray[np.float64]]:
+    theta = casadi.SX.sym("theta", max(1, len(parameters)))
+    names = {s: theta[k] for k, s in enumerate(parameters)}
+    m = family.matrix.rows
+    function = casadi.Function("matrix", [theta], [casadi.densify(to_casadi(family.matrix, names))])
+    if not parameters:
+        return [np.asarray(function(0.0).full()).reshape(m, m)]
+    corners = sorted({corner for box in _outer(boxes) for corner in product(*[sorted({float(lo), float(hi)}) for lo, hi in box])})
+    return [np.asarray(function(np.array(corner)).full()).reshape(m, m) for corner in corners]
+
+
+def _outer(boxes: set[tuple[Interval, ...]]) -> list[tuple[Interval, ...]]:
+    """The boxes that no other box contains: the rest are proved with them."""
+    return [b for b in boxes if not any(o != b and all(p[0] <= q[0] and q[1] <= p[1] for p, q in zip(o, b, strict=True)) for o in boxes)]

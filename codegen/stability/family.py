@@ -1,0 +1,139 @@
+"""The sampled error matrix as a multi-affine family in interval parameters, over the envelope.
+
+What varies in A — entries of M⁻¹(x), slopes of g in v, slip signs — is given a parameter each; products of different
+parameters stay products, so what belongs together stays together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import sympy
+
+from codegen.mechanics.system import Matrix
+from codegen.spec.functions import Magnitude, Sgn
+from codegen.spec.model import symbol
+from codegen.stability.error_dynamics import ErrorDynamics
+
+LARGEST_INVERSE = 3
+PI = symbol("pi_")
+PI_LOW = sympy.Rational("3.14159265358979323846")
+
+
+class NotEnclosable(Exception):
+    """The family cannot be put into the form of a certificate; the message says why."""
+
+
+@dataclass(frozen=True)
+class Family:
+    """A(θ) with θ over interval enclosures of expressions in the variables.
+
+    Attributes:
+        variables: name → exact (low, high).
+        parameters: parameter symbol → its expression over variables, exact numbers.
+        matrix: A, multi-affine in the parameters, exact numbers.
+    """
+
+    variables: Mapping[sympy.Symbol, tuple[Any, Any]]
+    parameters: Mapping[sympy.Symbol, Any]
+    matrix: Matrix
+
+
+def build_family(dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[Any, Any]]) -> Family:
+    """Put numbers in and name what varies.
+
+    Raises:
+        NotEnclosable: for a varying mass matrix above order 3, or a function that the certificate has no word for.
+    """
+    observer = dynamics.observer
+    numbers = {**observer.values, sympy.Symbol("h", real=True): observer.sample_time}
+    matrix = dynamics.in_force(dynamics.sampled).subs(numbers).applyfunc(sympy.expand)
+    single = {u: s for u, s in zip(observer.system.slip_velocity, observer.signs, strict=True) if u.is_Symbol}
+    matrix = matrix.applyfunc(lambda e: _signed_slips(e, single))
+    inverse = _inverse_mass(dynamics, numbers)
+    matrix = matrix.subs({w: e for w, e in inverse.items() if e.is_number})
+    varying = {w: e for w, e in inverse.items() if not e.is_number}
+    extra: dict[Any, sympy.Symbol] = {}
+    matrix = matrix.subs(sympy.pi, PI)
+    varying = {w: e.subs(sympy.pi, PI) for w, e in varying.items()}
+    matrix = matrix.applyfunc(lambda e: _bounded_functions(e, extra))
+
+    generators = {*varying, *observer.signs}
+    parameters: dict[sympy.Symbol, Any] = {}
+    named: dict[Any, sympy.Symbol] = {}
+
+    def name_of(expression: Any) -> sympy.Symbol:
+        if expression not in named:
+            named[expression] = symbol(f"theta{len(named) + 1}")
+            parameters[named[expression]] = expression
+        return named[expression]
+
+    def rewrite(entry: Any) -> Any:
+        total = sympy.Integer(0)
+        for term in sympy.Add.make_args(sympy.expand(entry)):
+            coefficient, rest = term.as_coeff_Mul()
+            outer, inner = sympy.Integer(1), sympy.Integer(1)
+            for factor in sympy.Mul.make_args(rest):
+                if factor in generators:
+                    outer *= factor
+                elif not factor.free_symbols:
+                    coefficient *= factor
+                else:
+                    inner *= factor
+            if not coefficient.is_Rational:
+                raise NotEnclosable(f"the coefficient {coefficient} is irrational; give it as a decimal parameter")
+            total += coefficient * outer * (name_of(inner) if inner.free_symbols else 1)
+        return total
+
+    rewritten = matrix.applyfunc(rewrite)
+    signs = {s: s for s in observer.signs if rewritten.has(s)}
+    for w, e in varying.items():
+        if rewritten.has(w):
+            parameters[w] = e
+    rename = {s: symbol(f"sign_{s.name}") for s in signs}
+    parameters |= {rename[s]: s for s in signs}
+    rewritten = Matrix(rewritten.subs(rename))
+    bounds_of_pi = {PI: (PI_LOW, PI_LOW + sympy.Rational(1, 10**20))}
+    used = {v for e in parameters.values() for v in e.free_symbols}
+    bounds = {s: (sympy.Integer(-1), sympy.Integer(1)) for s in (*extra.values(), *signs)} | bounds_of_pi
+    bounds |= {v: ranges[v] for v in used if v in ranges and v not in bounds}
+    ordered = dict(sorted(bounds.items(), key=lambda item: str(item[0].name)))
+    return Family({v: b for v, b in ordered.items() if v in used}, parameters, rewritten)
+
+
+def _inverse_mass(dynamics: ErrorDynamics, numbers: Mapping[Any, Any]) -> dict[sympy.Symbol, Any]:
+    if not dynamics.inverse_mass:
+        return {}
+    mass = dynamics.observer.system.mass_matrix.subs(numbers)
+    n = mass.rows
+    if mass.free_symbols and n > LARGEST_INVERSE:
+        raise NotEnclosable(f"a mass matrix of order {n} that varies with position; this version encloses up to order {LARGEST_INVERSE}")
+    if not mass.free_symbols:
+        exact = mass.inv()
+        return {w: exact[i, j] for w, (i, j) in dynamics.inverse_mass.items()}
+    determinant = sympy.expand(mass.det(method="berkowitz"))
+    adjugate = mass.adjugate()
+    return {w: sympy.expand(adjugate[i, j]) / determinant for w, (i, j) in dynamics.inverse_mass.items()}
+
+
+def _signed_slips(entry: Any, single: Mapping[sympy.Symbol, sympy.Symbol]) -> Any:
+    """s·u as |u| where u is a coordinate's velocity: its sign is then not lost to interval arithmetic."""
+    total = sympy.Integer(0)
+    for term in sympy.Add.make_args(entry):
+        changed = term
+        for u, s in single.items():
+            if changed.has(s) and changed.as_coeff_exponent(u)[1] == 1:
+                changed = changed / (s * u) * Magnitude(u)
+        total += changed
+    return total
+
+
+def _bounded_functions(entry: Any, extra: dict[Any, sympy.Symbol]) -> Any:
+    """sgn and tanh as variables in [−1, 1]; log has no word in a certificate."""
+    if entry.has(sympy.log):
+        raise NotEnclosable("log stands in the slope of the force; a certificate has no word for it")
+    for atom in sorted(entry.atoms(Sgn, sympy.tanh), key=str):
+        extra.setdefault(atom, symbol(f"bounded{len(extra) + 1}"))
+    return entry.subs(extra)

@@ -1,0 +1,95 @@
+"""A quadratic Lyapunov matrix common to several sampled error matrices, found in floating point.
+
+In δ form, with Φ = I + hA:  A'P + PA + hA'PA ≤ −2αP  is the same as  Φ'PΦ ≤ (1 − 2αh)P, and stays well conditioned
+at short sample times. What is found here is only proposed; the exact check decides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cvxpy
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import matrix_balance, solve_discrete_lyapunov
+
+Array = NDArray[np.float64]
+BISECTIONS = 9
+
+
+def decay_rate_limit(matrices: Sequence[Array], h: float) -> float:
+    """The largest α that any common P could have: from the spectral radius of each I + hA alone."""
+    radius = max(float(np.abs(1 + h * np.linalg.eigvals(a)).max()) for a in matrices)
+    return (1 - radius**2) / (2 * h)
+
+
+def common_lyapunov(matrices: Sequence[Array], h: float) -> tuple[Array, float] | None:
+    """(P, α) with Φ'PΦ ≤ (1 − 2αh)P for every matrix and α close to the largest possible, or None if none is found.
+
+    Args:
+        matrices: the A, m by m each.
+        h: sample time, s.
+    """
+    limit = decay_rate_limit(matrices, h)
+    if limit <= 0:
+        return None
+    _, (scale, _) = matrix_balance(np.mean(np.abs(matrices), axis=0), permute=False, separate=True)
+    scaled = [a * scale[None, :] / scale[:, None] for a in matrices]
+    found = _single(scaled[0], h, limit) if len(scaled) == 1 else _several(scaled, h, limit)
+    if found is None:
+        return None
+    p, alpha = found
+    p = p / scale[None, :] / scale[:, None]
+    return (p + p.T) / 2, alpha
+
+
+def _single(a: Array, h: float, limit: float) -> tuple[Array, float] | None:
+    """For one matrix: the discrete Lyapunov equation of Φ/ρ with ρ a little above the spectral radius."""
+    m = len(a)
+    step = np.eye(m) + h * a
+    for share in (0.998, 0.99, 0.95, 0.8, 0.5, 0.1):
+        alpha = share * limit
+        rho = np.sqrt(1 - 2 * alpha * h)
+        p = solve_discrete_lyapunov(step.T / rho, np.eye(m) * h)
+        p = (p + p.T) / 2
+        if np.linalg.eigvalsh(p)[0] > 0 and np.linalg.cond(p) < 1e8:
+            return p / np.abs(p).max(), alpha * 0.999
+    return None
+
+
+def _several(matrices: Sequence[Array], h: float, limit: float) -> tuple[Array, float] | None:
+    """For a family: the linear matrix inequality at growing α by bisection."""
+    low, high, best = 0.0, limit, None
+    for _ in range(BISECTIONS):
+        alpha = (low + high) / 2 if best is not None else low + (high - low) / 4
+        p = _feasible(matrices, h, alpha)
+        if p is None:
+            high = alpha
+        else:
+            low, best = alpha, (p, alpha * 0.99)
+        if high < 1e-4 * limit:
+            break
+    return best
+
+
+def _feasible(matrices: Sequence[Array], h: float, alpha: float) -> Array | None:
+    m = len(matrices[0])
+    p = cvxpy.Variable((m, m), symmetric=True)
+    slack = cvxpy.Variable()
+    constraints = [p >> np.eye(m), p << 1e6 * np.eye(m), slack <= 1.0]
+    rate = max(1.0, float(np.abs(matrices).max()))
+    for a in matrices:
+        fall = -(a.T @ p + p @ a + h * (a.T @ p @ a) + 2 * alpha * p) / rate
+        constraints.append((fall + fall.T) / 2 >> slack * np.eye(m) * 1e-3)
+    problem = cvxpy.Problem(cvxpy.Maximize(slack), constraints)
+    try:
+        problem.solve(solver=cvxpy.CLARABEL)
+    except cvxpy.SolverError:
+        return None
+    if p.value is None or slack.value is None or slack.value <= 0:
+        return None
+    value = (p.value + p.value.T) / 2
+    worst = min(
+        float(np.linalg.eigvalsh(-(a.T @ value + value @ a + h * a.T @ value @ a + 2 * alpha * value))[0]) for a in matrices
+    )
+    return value if worst > 0 and np.linalg.eigvalsh(value)[0] > 0 else None
