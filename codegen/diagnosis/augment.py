@@ -7,25 +7,33 @@ from collections.abc import Mapping, Sequence
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
 from codegen.diagnosis.results import FoundEffect
+from codegen.mechanics.system import System
 from codegen.spec.model import Spec
 from codegen.spec.yaml_text import dump, load_mapping
 
 DIGITS = 6
 
 
-def augmented_text(spec: Spec, effects: Sequence[FoundEffect], levels: Mapping[str, Mapping[str, float]]) -> str:
-    """The spec's text with effects appended and friction levels replaced.
+def augmented_text(
+    spec: Spec, effects: Sequence[FoundEffect], values: Mapping[str, tuple[float, float, float]], system: System
+) -> str:
+    """The spec's text with effects appended, and with friction levels and uncertain parameters replaced.
 
     Args:
         effects: as found.
-        levels: contact → law parameter → refitted value.
+        values: symbol name → (declared, refit, augmented), in SI.
+        system: of the spec, for the names of its friction levels.
     """
     document, _ = load_mapping(spec.text, str(spec.path))
-    for contact in document["friction"]["contacts"]:
-        for name, value in levels.get(contact["name"], {}).items():
-            old = contact[name]
-            contact[name] = _short(value)
-            contact.yaml_add_eol_comment(f"refitted by diagnosis, was {old}", name, column=0)
+    sections = document["friction"]["contacts"]
+    for index, contact in enumerate(system.contacts):
+        for name, s in contact.law_parameters.items():
+            if s.name in values:
+                _replace(sections, index, name, values[s.name][2])
+    for parameter in spec.parameters:
+        if parameter.name in values and parameter.value != 0:
+            declared, _, new = values[parameter.name]
+            _replace(document["parameters"], parameter.name, "value", float(parameter.declared) * new / declared)
     if not effects:
         return dump(document)
     entries = document.get("effects")
@@ -43,6 +51,23 @@ def augmented_text(spec: Spec, effects: Sequence[FoundEffect], levels: Mapping[s
         entry.fa.set_flow_style()
         entries.append(entry)
     return dump(document)
+
+
+def _replace(parent: CommentedMap | CommentedSeq, entry: str | int, key: str, value: float) -> None:
+    """Put a new number into ``parent[entry][key]`` and say beside the entry what stood there."""
+    section = parent[entry]
+    old = section[key]
+    if float(old) == _short(value):
+        return
+    section[key] = _short(value)
+    note = f"{key} refitted by diagnosis, was {old}"
+    if section.fa.flow_style():
+        before = parent.ca.items.get(entry)
+        tokens = [t for t in (before or []) if t is not None and not isinstance(t, list)]
+        words = " ".join(t.value.strip().lstrip("# ") for t in tokens if t.value.strip())
+        parent.yaml_add_eol_comment(f"{words}; {note}" if words else note, entry, column=0)
+    else:
+        section.yaml_add_eol_comment(note, key, column=0)
 
 
 def _short(value: float) -> float:

@@ -21,6 +21,10 @@ Array = NDArray[np.float64]
 Shape = dict[str, float]
 
 KEPT_SHAPES = 4
+STANDS_OUT = 2.0
+"""The best period explains at least so many times what the next one does."""
+LEAST_TURNS = 1.5
+"""A periodic effect is looked for only if the log covers this many of its periods."""
 DEPENDENT = 1e-6
 
 
@@ -31,7 +35,7 @@ class Fit:
     Attributes:
         effect, place, on: which and where.
         parameters: of the effect, in SI.
-        levels: friction levels fitted with it, by symbol name.
+        refitted: friction levels, and parameters within their tolerance, fitted with it; by symbol name.
         held_out: (blocks,) sum of squared scaled residuals of each block under the fit to the others.
         training: the same for the fit to all blocks.
         twins: effects that cannot be told from it, (kind, on).
@@ -41,7 +45,7 @@ class Fit:
     place: int
     on: str
     parameters: dict[str, float]
-    levels: dict[str, float]
+    refitted: dict[str, float]
     held_out: Array
     training: float
     twins: tuple[tuple[str, str], ...]
@@ -82,7 +86,6 @@ def fit_effect(problem: Problem, effect: Effect, place: int, on: str) -> Fit | N
     held_out = np.array([_best_of_others(tried, b) for b in range(len(tried[0][1].products))])
     shape, grams = _refine(tried[0], build)
     weights = grams.fit()
-    levels = len(problem.levels)
     first = len(problem.base_ridge)
     parameters = {"T": shape["T"]} if isinstance(effect, InputDelay) else effect.recover(list(weights[first:]), shape)
     for p in effect.parameters:
@@ -90,8 +93,8 @@ def fit_effect(problem: Problem, effect: Effect, place: int, on: str) -> Fit | N
         if (p.low is not None and value <= p.low) or (p.high is not None and value >= p.high):
             return None
     return Fit(
-        effect, place, on, parameters, {s.name: float(w) for s, w in zip(problem.levels, weights[:levels], strict=True)},
-        held_out, grams.error(weights), tuple(effect.twins(problem.system, place)),
+        effect, place, on, parameters, problem.refitted(weights), held_out, grams.error(weights),
+        tuple(effect.twins(problem.system, place)),
     )  # fmt: skip
 
 
@@ -175,7 +178,7 @@ def _period_grid(problem: Problem, effect: Effect, place: int) -> Array:
     if span <= 0 or len(x) < 50:
         return np.empty(0)
     highest = min(400.0, len(x) / 8)
-    turns = np.arange(0.7, highest, 0.2) / span
+    turns = np.arange(LEAST_TURNS, highest, 0.2) / span
     power = np.empty(len(turns))
     y = y - y.mean()
     for k, f in enumerate(turns):
@@ -183,8 +186,19 @@ def _period_grid(problem: Problem, effect: Effect, place: int) -> Array:
         weights, *_ = np.linalg.lstsq(waves.T @ waves, waves.T @ y, rcond=None)
         power[k] = weights @ (waves.T @ y)
     peaks = [k for k in range(len(power)) if power[k] == power[max(0, k - 3) : k + 4].max()]
-    best = sorted(peaks, key=lambda k: -power[k])[:KEPT_SHAPES]
-    return np.array([1 / turns[k] for k in best])
+    best = sorted(peaks, key=lambda k: -power[k])
+    if not best or not _stands_out(best, turns, power):
+        return np.empty(0)
+    return np.array([1 / turns[k] for k in best[:KEPT_SHAPES]])
+
+
+def _stands_out(best: list[int], turns: Array, power: Array) -> bool:
+    """Whether the first peak is far above every other that is not its harmonic: else any period would do as well."""
+    for k in best[1:]:
+        ratio = max(turns[k], turns[best[0]]) / min(turns[k], turns[best[0]])
+        if abs(ratio - round(ratio)) > 0.04 * ratio or round(ratio) == 1:
+            return bool(power[best[0]] >= STANDS_OUT * power[k])
+    return True
 
 
 def _follows_sign(problem: Problem, effect: Effect, place: int) -> bool:

@@ -12,7 +12,7 @@ import sympy
 from codegen.diagnosis.augment import augmented_text
 from codegen.diagnosis.candidates import Fit, all_places, fit_effect
 from codegen.diagnosis.measure import Window, free_run_errors, measure
-from codegen.diagnosis.models import with_effect, with_effects, with_levels
+from codegen.diagnosis.models import with_effect, with_effects, with_values
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.replay import compare_residuals
 from codegen.diagnosis.results import Diagnosis, FoundEffect, Verdict
@@ -80,18 +80,19 @@ def diagnose_log(
     tell("refit", 0.05)
     problem = Problem(system, training, tolerance)
     _refuse_still(problem, log)
-    refit = with_levels(system, _levels(problem))
+    refit = with_values(system, problem.refitted(problem.base.fit()))
     found, first = _search(problem, refit, log.tolerance or 0.0, tell)
     tell("held-out error", 0.85)
-    augmented = with_levels(with_effects(system, found), found[-1].levels) if found else refit
+    augmented = with_values(with_effects(system, found), found[-1].refitted) if found else refit
     judge = Problem(system, other, {})
     figures = [measure(s, other, judge.masks, window) for s in (system, refit, augmented)]
     tell("tracking observer", 0.93)
     agreement = compare_residuals(spec, system, training)
 
     verdict, named, rival = _verdict(first, found, refit)
-    levels = {s.name: (float(system.values[s]), float(refit.values[s]), float(augmented.values[s])) for s in problem.levels}
-    text = augmented_text(spec, named if verdict == "effect" else [], _by_contact(system, augmented, problem.levels))
+    moved = [*problem.levels, *problem.uncertain]
+    values = {s.name: (float(system.values[s]), float(refit.values[s]), float(augmented.values[s])) for s in moved}
+    text = augmented_text(spec, named if verdict == "effect" else [], values, system)
     diagnosis = Diagnosis(
         verdict=verdict,
         sentence=render("text/verdict.j2", verdict=verdict, effects=named, rivals=rival, figures=figures).strip(),
@@ -100,7 +101,7 @@ def diagnose_log(
         declared=figures[0],
         refit=figures[1],
         augmented=figures[2],
-        levels=levels,
+        refitted=values,
         data=_data(log, test_log, motion, window, problem),
         agreement=agreement,
         findings={name: tuple(_words(f) for f in some) for name, some in findings.items()},
@@ -127,7 +128,7 @@ def _search(problem: Problem, refit: System, tolerance: float, tell: Progress) -
             break
         found.append(ranked[0].fit)
         found = _polish(problem, found)
-        base_system = with_levels(with_effects(problem.system, found), found[-1].levels)
+        base_system = with_values(with_effects(problem.system, found), found[-1].refitted)
         current = replace(problem, system=with_effects(problem.system, found))
     return found, first
 
@@ -144,7 +145,7 @@ def _round(problem: Problem, base_system: System, found: Sequence[Fit], toleranc
     reference = _pooled(free_run_errors(base_system, problem.motion, window))
 
     def ratio(fit: Fit) -> float:
-        error = _pooled(free_run_errors(with_levels(with_effect(problem.system, fit), fit.levels), problem.motion, window))
+        error = _pooled(free_run_errors(with_values(with_effect(problem.system, fit), fit.refitted), problem.motion, window))
         return error / reference if reference > 0 and np.isfinite(reference) else (1.0 if np.isfinite(error) else float("inf"))
 
     return rank(problem.base.held_out(), fits, ratio, tolerance)
@@ -181,21 +182,6 @@ def _verdict(first: list[Ranked], found: list[Fit], refit: System) -> tuple[Verd
 
 def _named(fit: Fit, system: System) -> FoundEffect:
     return FoundEffect(fit.kind, fit.on, fit.parameters, unit_words(fit.effect, fit.place, system), fit.twins)
-
-
-def _levels(problem: Problem) -> dict[str, float]:
-    weights = problem.base.fit()
-    return {s.name: float(w) for s, w in zip(problem.levels, weights, strict=False)}
-
-
-def _by_contact(before: System, after: System, levels: Sequence[sympy.Symbol]) -> dict[str, dict[str, float]]:
-    """Contact → law parameter → new value, for the levels that changed."""
-    changed: dict[str, dict[str, float]] = {}
-    for contact in before.contacts:
-        for name, s in contact.law_parameters.items():
-            if s in levels and float(after.values[s]) != float(before.values[s]):
-                changed.setdefault(contact.name, {})[name] = float(after.values[s])
-    return changed
 
 
 def _tolerances(spec: Spec, log: Log) -> Mapping[sympy.Symbol, float]:

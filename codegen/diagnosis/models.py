@@ -1,4 +1,4 @@
-"""Systems with refitted levels and found effects."""
+"""Systems with refitted values and found effects."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ from codegen.effects.declare import effect_symbols, unit_words
 from codegen.mechanics.system import System
 
 
-def with_levels(system: System, levels: Mapping[str, float]) -> System:
-    """The system with friction levels as fitted; a level below zero is zero."""
-    values = {s: sympy.Float(max(levels[s.name], 0.0)) if s.name in levels else v for s, v in system.values.items()}
-    return system.with_parameters(values, {})
+def with_values(system: System, refitted: Mapping[str, float]) -> System:
+    """The system with refitted values; a friction level below zero is zero."""
+    levels = {s.name for contact in system.contacts for s in contact.law_parameters.values()}
+    new = {s: refitted[s.name] for s in system.values if s.name in refitted}
+    return system.with_parameters({s: sympy.Float(max(v, 0.0) if s.name in levels else v) for s, v in new.items()}, {})
 
 
 def with_effect(system: System, fit: Fit) -> System:

@@ -62,6 +62,13 @@ class Problem:
         error = self.system.equation_error
         return [s for s, share in self.tolerance.items() if share > 0 and error.has(s) and s not in self.levels]
 
+    def refitted(self, weights: Array) -> dict[str, float]:
+        """Values of the levels and uncertain parameters from the first weights of a fit."""
+        count = len(self.levels)
+        found = {s.name: float(w) for s, w in zip(self.levels, weights[:count], strict=True)}
+        moves = weights[count : count + len(self.uncertain)]
+        return found | {s.name: float(self.system.values[s]) + float(w) for s, w in zip(self.uncertain, moves, strict=True)}
+
     @cached_property
     def blocks(self) -> list[Blocks]:
         return [cut_blocks(self.masks.rows[:, i], self.motion.stride, BLOCKS) for i in range(self.system.degrees_of_freedom)]

@@ -94,7 +94,13 @@ class CertificateChange:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """The whole answer."""
+    """The whole answer.
+
+    Attributes:
+        candidates: of the first round, best first.
+        refitted: friction level, or parameter with a tolerance → its value in the declared, refit and augmented model.
+        findings: preflight of each log, in words.
+    """
 
     verdict: Verdict
     sentence: str
@@ -103,7 +109,7 @@ class Diagnosis:
     declared: ErrorFigures
     refit: ErrorFigures
     augmented: ErrorFigures
-    levels: Mapping[str, tuple[float, float, float]]
+    refitted: Mapping[str, tuple[float, float, float]]
     data: Mapping[str, Any]
     agreement: Agreement | None
     findings: Mapping[str, tuple[str, ...]]
@@ -148,9 +154,7 @@ class Diagnosis:
                 for c in self.candidates
             ],
             "error": {"declared": error(self.declared), "refit": error(self.refit), "augmented": error(self.augmented)},
-            "friction_levels": {
-                name: {"declared": a, "refit": b, "augmented": c} for name, (a, b, c) in self.levels.items()
-            },
+            "values": {name: {"declared": a, "refit": b, "augmented": c} for name, (a, b, c) in self.refitted.items()},
             "data": dict(self.data),
             "residual_agreement": None
             if self.agreement is None

@@ -16,7 +16,7 @@ class Stribeck(Effect):
     equation = "level += delta·exp(−(u/v_s)²)"
     signature = "extra friction at low slip speed that is gone above the Stribeck velocity"
     parameters = (
-        EffectParameter("delta", "{F}", "rise of the level at standstill", neutral=0.0),
+        EffectParameter("delta", "{F}", "rise of the level at standstill", low=0.0, neutral=0.0),
         EffectParameter("v_s", "{q}/s", "Stribeck velocity", low=0.0),
     )
 

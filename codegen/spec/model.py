@@ -105,11 +105,15 @@ class Simulation:
 
 @dataclass(frozen=True)
 class LogColumns:
-    """What a log calls its columns: from ``t``, coordinate, velocity or input to a column's name and scale to SI."""
+    """What a log calls its columns: from ``t``, coordinate, velocity or input to a column's name and scale to SI.
+
+    ``published`` holds figures of others on the same log, label to text, for the report to show beside ours.
+    """
 
     columns: Mapping[str, str] = field(default_factory=dict)
     scale: Mapping[str, float] = field(default_factory=dict)
     cutoff_hz: float | None = None
+    published: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

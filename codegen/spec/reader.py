@@ -143,8 +143,8 @@ class _Reading:
             return None
         place = self.place(f"{key}.tolerance")
         number = float(exact_number(text.strip().removesuffix("%"), place)) / (100 if text.strip().endswith("%") else 1)
-        if not 0 <= number < 1:
-            raise BadInput(place, f"tolerance {text}", "a share such as 1% or 0.01")
+        if not 0 <= number <= 10:
+            raise BadInput(place, f"tolerance {text}", "a share such as 1% or 0.01, at most 1000%")
         return number
 
     def _matrix(self, key: str, rows: list[list[str]], shape: tuple[int, int], column: bool = False) -> list[list[Expression]]:
@@ -238,7 +238,7 @@ class _Reading:
         self._known(section.scale, names, "log.scale")
         scale = {k: float(self._number(v, f"log.scale.{k}")) for k, v in section.scale.items()}
         cutoff = float(self._number(section.cutoff_hz, "log.cutoff_hz")) if section.cutoff_hz else None
-        return LogColumns(dict(section.columns), scale, cutoff)
+        return LogColumns(dict(section.columns), scale, cutoff, dict(section.published))
 
 
 def _symbolic(rows: list[list[Expression]], symbols: dict[str, sympy.Symbol]) -> sympy.ImmutableMatrix:

@@ -108,6 +108,7 @@ class LogSection(Section):
     columns: dict[str, str] = {}
     scale: dict[str, Number] = {}
     cutoff_hz: Number | None = None
+    published: dict[str, Text] = {}
 
 
 class SpecDocument(Section):
