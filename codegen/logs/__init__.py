@@ -1,0 +1,9 @@
+"""Measured logs: read into SI on a uniform grid, and audited before anything is concluded from them."""
+
+from codegen.logs.description import LogDescription, read_description
+from codegen.logs.finding import Finding
+from codegen.logs.log import Intake, Log
+from codegen.logs.preflight import preflight
+from codegen.logs.readers import FORMATS, read_log
+
+__all__ = ["FORMATS", "Finding", "Intake", "Log", "LogDescription", "preflight", "read_description", "read_log"]

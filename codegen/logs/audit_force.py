@@ -1,0 +1,179 @@
+"""Preflight of sign and scale: does the logged input give the force that the measured motion takes?
+
+The force that the motion takes is M(x) a − g(x, v, 0) + U λ with the declared friction; what the input gives is
+g(x, v, w) − g(x, v, 0). A least-squares factor per input between the two is near one when sign and scale are right.
+It stays telling where friction outweighs inertia, which the plain correlation of g − U λ with M a does not; that one
+speaks for coordinates on which no input acts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import casadi
+import numpy as np
+
+from codegen.logs.finding import Finding
+from codegen.logs.log import Array, Flags, Log
+from codegen.logs.motion import Motion, low_pass
+from codegen.mechanics import System, build_system
+from codegen.program.translate import to_casadi
+from codegen.spec.model import Spec
+
+FLIPPED = -0.4
+TELLING = 0.6
+SCALE_OFF = 3.0
+FEWEST = 50
+
+
+@dataclass(frozen=True, eq=False)
+class Forces:
+    """Generalised forces along the motion, low-passed, of the K samples where every contact slips.
+
+    Attributes:
+        inertia: (K, n) M(x) a.
+        rest: (K, n) g(x, v, 0) − U λ with the declared friction.
+        driven: (m, K, n) what each input alone adds to g.
+    """
+
+    inertia: Array
+    rest: Array
+    driven: Array
+
+
+def audit_force(log: Log, spec: Spec, motion: Motion) -> Iterator[Finding]:
+    """What there is to say of the sign and scale of inputs and forces.
+
+    Raises:
+        BadInput: if the spec's mechanics cannot be built.
+    """
+    system = build_system(spec)
+    if not motion.usable.any():
+        return
+    forces = _forces(log, system, motion)
+    if len(forces.inertia) < FEWEST:
+        words = "Too few samples in motion to compare the input's force with the acceleration."
+        yield Finding("info", "sign and scale", words, {"samples": float(len(forces.inertia))})
+        return
+    yield from _inputs(forces, spec)
+    yield from _undriven(forces, spec)
+
+
+def _forces(log: Log, system: System, motion: Motion) -> Forces:
+    before = np.vstack([log.inputs[:1], log.inputs[:-1]])
+    mean_input = 0.5 * (before + log.inputs)
+    evaluate = _function(system, motion.threshold).map(log.size)
+    n, m = len(system.positions), len(system.inputs)
+
+    def along(inputs: Array) -> list[Array]:
+        arguments = (motion.positions, motion.velocities, motion.accelerations, inputs)
+        results = evaluate(*(np.ascontiguousarray(a.T) for a in arguments))
+        return [np.array(r.full(), dtype=np.float64).T for r in results]
+
+    inertia, rest, slip_margin = along(np.zeros_like(mean_input))
+    driven = []
+    for j in range(m):
+        alone = np.zeros_like(mean_input)
+        alone[:, j] = mean_input[:, j]
+        driven.append(along(alone)[1] - rest)
+    stacked = np.hstack([inertia, rest, *driven])
+    finite: Flags = np.all(np.isfinite(stacked), axis=1)
+    smooth, _ = low_pass(log, np.where(finite[:, None], stacked, 0.0), motion.cutoff_hz)
+    slipping: Flags = np.all(slip_margin > 0, axis=1)
+    parts = smooth[motion.usable & finite & slipping].reshape(-1, 2 + m, n)
+    return Forces(parts[:, 0], parts[:, 1], np.moveaxis(parts[:, 2:], 1, 0))
+
+
+def _function(system: System, threshold: Array) -> casadi.Function:
+    """(x, v, a, w) → M a; g − U λ; and |u| less the slip that speeds of ``threshold``, (n), amount to. All columns."""
+    groups = (system.positions, system.velocities, system.accelerations, system.inputs)
+    arguments = [casadi.SX.sym("q", len(group)) for group in groups]
+    names = {s: argument[k] for group, argument in zip(groups, arguments, strict=True) for k, s in enumerate(group)}
+    names |= {s: casadi.SX(float(value)) for s, value in system.values.items()}
+    slip = to_casadi(system.slip_velocity, names)
+    names |= {c.slip: slip[k] for k, c in enumerate(system.contacts)}
+    force = to_casadi(system.force, names)
+    if system.contacts:
+        friction = casadi.vertcat(*(to_casadi(c.force, names) for c in system.contacts))
+        force = force - casadi.mtimes(to_casadi(system.distribution, names), friction)
+    inertia = casadi.mtimes(to_casadi(system.mass_matrix, names), arguments[2])
+    margin = casadi.fabs(slip) - casadi.mtimes(casadi.fabs(casadi.jacobian(slip, arguments[1])), casadi.DM(threshold))
+    return casadi.Function("forces", arguments, [casadi.densify(o) for o in (inertia, force, margin)])
+
+
+def _inputs(forces: Forces, spec: Spec) -> Iterator[Finding]:
+    if not len(forces.driven):
+        return
+    needed = forces.inertia - forces.rest
+    size = np.sqrt(np.mean(needed**2, axis=0))
+    weight = np.where(size > 0, 1 / np.where(size > 0, size, 1.0), 0.0)
+    columns = (forces.driven * weight).reshape(len(spec.inputs), -1)
+    acting = [j for j in range(len(spec.inputs)) if np.any(columns[j])]
+    rows = np.any(forces.driven != 0, axis=(0, 1))  # coordinates that no input drives say nothing of inputs
+    mask = np.tile(rows, len(needed))
+    wanted = (needed * weight).reshape(-1)[mask]
+    columns = columns[:, mask]
+    if not acting:
+        return
+    scales = np.linalg.norm(columns[acting], axis=1)
+    factors = np.linalg.lstsq((columns[acting] / scales[:, None]).T, wanted, rcond=1e-8)[0] / scales
+    whole = wanted - factors @ columns[acting]
+    for factor, j in zip(factors, acting, strict=True):
+        yield _input(spec.inputs[j].name, float(factor), whole + factor * columns[j], columns[j])
+
+
+def _input(name: str, factor: float, wanted: Array, given: Array) -> Finding:
+    norms = float(np.linalg.norm(wanted) * np.linalg.norm(given))
+    correlation = float(wanted @ given) / norms if norms > 0 else 0.0
+    figures = {"factor": factor, "correlation": correlation}
+    topic = f"sign and scale of {name}"
+    if correlation < FLIPPED:
+        words = (
+            f"The sign of input {name} seems flipped: the force it gives runs against the force that the motion takes "
+            f"(correlation {correlation:.2f})."
+        )
+        return Finding("problem", topic, words, figures)
+    if correlation > TELLING and not 1 / SCALE_OFF < factor < SCALE_OFF:
+        small = np.abs(given) <= np.median(np.abs(given[given != 0]))
+        at_small = float(wanted[small] @ given[small]) / float(given[small] @ given[small])
+        figures["factor_at_small_input"] = at_small
+        if 1 / SCALE_OFF < at_small < SCALE_OFF:
+            words = (
+                f"The motion takes {factor:.3g} times the force that the log's {name} gives, but {at_small:.3g} times "
+                f"where {name} is small: not its scale, rather a limit or another bend in how it acts."
+            )
+            return Finding("warning", topic, words, figures)
+        words = (
+            f"The scale of input {name} is off by a factor of {factor:.3g}: the motion takes that many times the force "
+            f"that the log's {name} gives. Check its unit and scale, and the declared masses and friction levels."
+        )
+        return Finding("problem", topic, words, figures)
+    if correlation < TELLING:
+        words = f"The motion does not tell whether sign and scale of {name} are right (correlation {correlation:.2f})."
+        return Finding("info", topic, words, figures)
+    words = f"Sign and scale of {name} fit the motion (factor {factor:.3g}, correlation {correlation:.2f})."
+    return Finding("info", topic, words, figures)
+
+
+def _undriven(forces: Forces, spec: Spec) -> Iterator[Finding]:
+    for i, c in enumerate(spec.coordinates):
+        if np.any(forces.driven[:, :, i]):
+            continue
+        modelled, inertia = forces.rest[:, i], forces.inertia[:, i]
+        norms = float(np.linalg.norm(modelled) * np.linalg.norm(inertia))
+        if norms == 0:
+            continue
+        correlation = float(modelled @ inertia) / norms
+        slope = float(modelled @ inertia) / float(modelled @ modelled)
+        figures = {"factor": slope, "correlation": correlation}
+        topic = f"force on {c.name}"
+        if correlation < FLIPPED:
+            words = f"The force modelled on {c.name} runs against its acceleration: a sign seems flipped."
+            yield Finding("problem", topic, words, figures)
+        elif correlation > TELLING and not 1 / SCALE_OFF < slope < SCALE_OFF:
+            words = f"The modelled force on {c.name} is off by a factor of {slope:.3g} against mass times acceleration."
+            yield Finding("problem", topic, words, figures)
+        else:
+            words = f"The force modelled on {c.name} against mass times acceleration: correlation {correlation:.2f}."
+            yield Finding("info", topic, words, figures)

@@ -1,0 +1,195 @@
+"""Raw columns → finite numbers at rising times, with every change noted; what cannot be mended is refused."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from codegen.errors import BadInput, Place
+from codegen.logs.description import LogDescription
+from codegen.logs.log import Array, Flags
+from codegen.logs.source import Columns, shown
+
+LARGEST_VALUE = 1e30
+SHARE_NOT_FINITE = 0.01
+RUN_NOT_FINITE = 5
+SHARE_REPEATED = 0.20
+_UNITS = {1e3: ("milliseconds", "0.001"), 1e6: ("microseconds", "1e-6"), 1e9: ("nanoseconds", "1e-9")}
+
+
+@dataclass(frozen=True)
+class Clean:
+    """Usable rows of a log.
+
+    Attributes:
+        time: (N,) s, strictly rising.
+        data: (N, c) the other columns in SI, finite.
+        source: where the rows stand, for messages.
+        repaired: symbol → values filled in.
+        dropped: rows left out.
+        notes: what was done, in plain words.
+    """
+
+    time: Array
+    data: Array
+    source: Columns
+    repaired: Mapping[str, int]
+    dropped: int
+    notes: tuple[str, ...]
+
+
+def clean(
+    raw: Columns, symbols: Sequence[str], held: Sequence[bool], scale: Mapping[str, float], description: LogDescription
+) -> Clean:
+    """Check and mend the rows of a log.
+
+    Args:
+        raw: the file's columns, (N, 1 + c); the first is time.
+        symbols: (1 + c) names in the spec of these columns, the first ``t``.
+        held: (1 + c) whether a column is held between rows (inputs), so that a missing value is the one before it.
+        scale: symbol → factor to SI.
+
+    Raises:
+        BadInput: for a single row, too many values that are not finite, time that runs backwards, too many rows that
+            repeat a time stamp, or time that is not in seconds.
+    """
+    notes: list[str] = []
+    rows = len(raw.values)
+    if rows == 1:
+        raise BadInput(raw.place(0), "a single row", "rows at two times at least")
+    timed = _finite_time(raw, notes)
+    values, repaired = _finite(timed, symbols, held, notes)
+    kept = _rising(timed, values, notes)
+    timed, values = timed.rows(kept), values[kept]
+    if len(values) < 2:
+        raise BadInput(timed.place(0), "a single time stamp in all rows", "rows at two times at least")
+    factors = np.array([scale[s] for s in symbols])
+    values = values * factors
+    _plausible(values, timed, symbols)
+    _check_seconds(timed, values[:, 0], scale["t"], description, notes)
+    return Clean(values[:, 0].copy(), values[:, 1:], timed, repaired, rows - len(values), tuple(notes))
+
+
+def _bad(values: Array) -> Flags:
+    return ~(np.abs(values) < LARGEST_VALUE)
+
+
+def _finite_time(raw: Columns, notes: list[str]) -> Columns:
+    """The rows that have a time."""
+    bad = _bad(raw.values[:, 0])
+    if not bad.any():
+        return raw
+    _refuse_many(raw, 0, bad)
+    notes.append(f"{_count(bad.sum(), 'row')} without a time stamp left out (first: {raw.place(int(np.argmax(bad)))})")
+    return raw.rows(~bad)
+
+
+def _finite(
+    raw: Columns, symbols: Sequence[str], held: Sequence[bool], notes: list[str]
+) -> tuple[Array, dict[str, int]]:
+    """The values with isolated missing ones filled in, and how many in which symbol."""
+    values = raw.values.copy()
+    repaired: dict[str, int] = {}
+    for j in range(1, values.shape[1]):
+        bad = _bad(values[:, j])
+        if not bad.any():
+            continue
+        _refuse_many(raw, j, bad)
+        good = np.flatnonzero(~bad)
+        if held[j]:
+            before = np.searchsorted(good, np.flatnonzero(bad)) - 1
+            values[bad, j] = values[good[np.maximum(before, 0)], j]
+        else:
+            values[bad, j] = np.interp(np.flatnonzero(bad), good, values[good, j])
+        repaired[symbols[j]] = int(bad.sum())
+        how = "the value before" if held[j] else "its neighbours' line"
+        first = raw.place(int(np.argmax(bad)), j)
+        notes.append(f"{symbols[j]}: {_count(bad.sum(), 'value')} not finite, filled in from {how} (first: {first})")
+    return values, repaired
+
+
+def _refuse_many(raw: Columns, column: int, bad: Flags) -> None:
+    run, start = longest_run(bad)
+    count = int(bad.sum())
+    first = int(np.argmax(bad))
+    if run > RUN_NOT_FINITE:
+        found = f"{count} of {len(bad)} values are not finite (NaN, inf or empty), {run} of them in a row"
+        raise BadInput(raw.place(start, column), found, f"gaps of at most {RUN_NOT_FINITE} rows")
+    if count > SHARE_NOT_FINITE * len(bad):
+        found = f"{count} of {len(bad)} values are not finite (NaN, inf or empty), the first here"
+        raise BadInput(raw.place(first, column), found, f"at most {SHARE_NOT_FINITE:.0%} of them missing")
+
+
+def longest_run(flags: Flags) -> tuple[int, int]:
+    """Length and start of the longest run of true values in (N,) flags; (0, 0) if there is none."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], flags.astype(np.int8), [0]))))
+    starts, stops = edges[::2], edges[1::2]
+    if not len(starts):
+        return 0, 0
+    k = int(np.argmax(stops - starts))
+    return int(stops[k] - starts[k]), int(starts[k])
+
+
+def _rising(raw: Columns, values: Array, notes: list[str]) -> Flags:
+    """(N,) which rows to keep so that time rises; the first of every repeated time stamp."""
+    time = values[:, 0]
+    steps = np.diff(time)
+    if (steps < 0).any():
+        k = int(np.argmax(steps < 0))
+        count = int((steps < 0).sum())
+        found = f"time runs backwards, from {float(time[k])!r} to {float(time[k + 1])!r}"
+        more = f" ({count} times in the file, the first here)" if count > 1 else ""
+        raise BadInput(raw.place(k + 1, 0), found + more, "rows in the order of time")
+    repeats = np.concatenate(([False], steps == 0))
+    if not repeats.any():
+        return ~repeats
+    first = np.maximum.accumulate(np.where(repeats, 0, np.arange(len(time))))
+    same = repeats & (values == values[first]).all(axis=1)
+    other = repeats & ~same
+    if other.sum() > SHARE_REPEATED * len(time):
+        found = f"{int(other.sum())} of {len(time)} rows repeat a time stamp with other data, the first here"
+        raise BadInput(raw.place(int(np.argmax(other)), 0), found, "a time of its own for each row (more digits)")
+    if same.any():
+        notes.append(
+            f"{_count(same.sum(), 'row')} that repeat another left out (first: {raw.place(int(np.argmax(same)))})"
+        )
+    if other.any():
+        where = raw.place(int(np.argmax(other)))
+        words = "with other data at the same time left out, the first row of each time kept"
+        notes.append(f"{_count(other.sum(), 'row')} {words} (first: {where})")
+    return ~repeats
+
+
+def _plausible(values: Array, source: Columns, symbols: Sequence[str]) -> None:
+    bad = _bad(values)
+    if bad.any():
+        j = int(np.argmax(bad.any(axis=0)))
+        k = int(np.argmax(bad[:, j]))
+        raise BadInput(
+            source.place(k, j), f"{symbols[j]} is {values[k, j]:g} after scaling", f"below {LARGEST_VALUE:g}"
+        )
+    if not (np.diff(values[:, 0]) > 0).all():
+        raise BadInput(source.place(0, 0), "time stamps that fall together after scaling", "another factor for t")
+
+
+def _check_seconds(raw: Columns, time: Array, factor: float, description: LogDescription, notes: list[str]) -> None:
+    """Compare the median step with the description's sample rate."""
+    rate = description.sample_rate_hz
+    if rate is None:
+        return
+    step = float(np.median(np.diff(time)))
+    ratio = step * rate
+    for power, (unit, hint) in _UNITS.items():
+        if 0.8 < ratio / power < 1.25:
+            place = Place(raw.file, raw.place(0).line, shown(raw.names[0]))
+            found = f"a median step of {step:g} s where {description.file} says {rate:g} Hz: it seems to be in {unit}"
+            scaled = hint if factor == 1.0 else f"{factor * float(hint):g}"
+            raise BadInput(place, found, f"seconds; in a log description `scale: {{t: {scaled}}}`")
+    if abs(ratio - 1) > 0.1:
+        notes.append(f"the median step is {step:g} s, which is {1 / step:g} Hz; the description says {rate:g} Hz")
+
+
+def _count(count: int, what: str) -> str:
+    return f"1 {what}" if count == 1 else f"{count} {what}s"

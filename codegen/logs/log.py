@@ -1,0 +1,91 @@
+"""The measured log: a machine's motion and inputs in SI on a uniform grid, with what was done to get it there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codegen.logs.description import LogDescription
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Intake:
+    """What the file itself was like, before the data were put on a uniform grid.
+
+    Attributes:
+        rows: usable rows of the file.
+        jitter: RMS deviation of the steps (gaps left out) from their median, relative to it.
+        longest_step: seconds between the two neighbouring rows that lie furthest apart.
+        resampled: whether the data were interpolated onto the grid.
+        repaired: symbol → how many of its values were not finite and were filled in.
+        dropped: rows left out because they repeat a time stamp or have none.
+        smallest_step: one a coordinate, SI: the measuring step seen in the raw positions; 0 if none is visible.
+    """
+
+    rows: int = 0
+    jitter: float = 0.0
+    longest_step: float = 0.0
+    resampled: bool = False
+    repaired: Mapping[str, int] = field(default_factory=dict)
+    dropped: int = 0
+    smallest_step: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Log:
+    """One record of N samples of a machine with n coordinates and m inputs, all in SI.
+
+    Attributes:
+        path: the file; ``name`` is its stem.
+        time: (N,), s, uniform: time[k] = time[0] + k·sample_time.
+        positions: (N, n), m or rad, in the spec's order.
+        velocities: (N, n), m/s or rad/s, or None unless every velocity was logged.
+        inputs: (N, m), the input's unit; the value in row k acts from time[k] to time[k+1].
+        sample_time: s; the median step of the file (the mean step where the two agree to 1 %).
+        cutoff_hz: where the evaluation low-pass belongs, or None where nobody said.
+        tolerance: relative uncertainty of the declared parameters, or None.
+        encoder_step: (n) declared measuring steps, m or rad, zero for none; or None where nobody said.
+        notes: what was changed, filled in or left unused, in plain words.
+        gaps: half-open index ranges [start, stop) of grid samples without data near by; they must not be used.
+        intake: figures of the raw file.
+        description: the log's description, for what else it says (noise, trim, restart).
+    """
+
+    path: Path
+    name: str
+    time: Array
+    positions: Array
+    velocities: Array | None
+    inputs: Array
+    sample_time: float
+    cutoff_hz: float | None
+    tolerance: float | None
+    encoder_step: tuple[float, ...] | None
+    notes: tuple[str, ...]
+    gaps: tuple[tuple[int, int], ...] = ()
+    intake: Intake = field(default_factory=Intake)
+    description: LogDescription = field(default_factory=LogDescription)
+
+    @property
+    def size(self) -> int:
+        """N, the number of samples."""
+        return len(self.time)
+
+    @property
+    def duration(self) -> float:
+        """Seconds from the first to the last sample."""
+        return float(self.time[-1] - self.time[0])
+
+    @property
+    def segments(self) -> tuple[tuple[int, int], ...]:
+        """Half-open index ranges [start, stop) that may be used: everything between the gaps."""
+        starts = [0, *(stop for _, stop in self.gaps)]
+        stops = [*(start for start, _ in self.gaps), self.size]
+        return tuple((a, b) for a, b in zip(starts, stops, strict=True) if b > a)

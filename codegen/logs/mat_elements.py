@@ -1,0 +1,150 @@
+"""The bytes of a MATLAB file, formats 4 and 5 to 7, walked with every length checked.
+
+SciPy's reader is compiled and trusts the lengths and types that stand in the file: a damaged one can end the process.
+A log needs plain numeric arrays only, which are few lines to read.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from codegen.logs.log import Array
+from codegen.logs.source import LARGEST
+
+_STORED = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
+_STORED_4 = ("f8", "f4", "i4", "i2", "u2", "u1")
+_MATRIX, _COMPRESSED = 14, 15
+_CLASSES = (
+    *("", "cell", "struct", "object", "text", "sparse matrix", "double", "single", "int8", "uint8", "int16", "uint16"),
+    *("int32", "uint32", "int64", "uint64", "function", "object"),
+)
+_FIRST_NUMERIC, _LAST_NUMERIC = 6, 15
+_HEADER = 128
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One variable of the file.
+
+    Attributes:
+        name: as MATLAB calls it.
+        shape: its dimensions.
+        kind: MATLAB's class, or what else it is.
+        numeric: whether it is a full array of real numbers.
+        data, stored: its numbers in the file's own type; empty unless ``numeric``.
+    """
+
+    name: str
+    shape: tuple[int, ...]
+    kind: str
+    numeric: bool = False
+    data: bytes = b""
+    stored: str = "f8"
+
+    def vector(self) -> Array:
+        """(N,) all its numbers."""
+        return np.frombuffer(self.data, dtype=self.stored).astype(np.float64)
+
+
+def variables(data: bytes) -> list[Variable]:
+    """Every variable of a file.
+
+    Raises:
+        ValueError: saying what is damaged.
+    """
+    if len(data) < 20:
+        raise ValueError("shorter than any header")
+    if 0 in data[:4]:
+        return list(_format_4(data))
+    order = {b"IM": "<", b"MI": ">"}.get(data[126:128])
+    if order is None:
+        raise ValueError("no MATLAB header")
+    found = []
+    for kind, payload in _elements(data[_HEADER:], order):
+        if kind == _COMPRESSED:
+            found += [_matrix(inner, order) for k, inner in _elements(_inflated(payload), order) if k == _MATRIX]
+        elif kind == _MATRIX:
+            found.append(_matrix(payload, order))
+    return found
+
+
+def _inflated(payload: bytes) -> bytes:
+    try:
+        reader = zlib.decompressobj()
+        data = reader.decompress(payload, LARGEST)
+    except zlib.error as error:
+        raise ValueError(f"a compressed variable that cannot be unpacked: {error}") from None
+    if reader.unconsumed_tail or not reader.eof:
+        raise ValueError("a compressed variable that is cut off")
+    return data
+
+
+def _elements(data: bytes, order: str) -> Iterator[tuple[int, bytes]]:
+    """Type and payload of each element one after the other."""
+    at = 0
+    while at + 8 <= len(data):
+        word, size = struct.unpack_from(f"{order}II", data, at)
+        if word >> 16:  # a small element: size and type in one word, the payload in the next
+            word, size, start = word & 0xFFFF, word >> 16, at + 4
+            at += 8
+            if size > 4:
+                raise ValueError(f"a small element of {size} bytes")
+        else:
+            start = at + 8
+            at = start + size + (0 if word == _COMPRESSED else -size % 8)
+        if start + size > len(data):
+            raise ValueError(f"an element of {size} bytes where {len(data) - start} are left")
+        yield word, data[start : start + size]
+
+
+def _matrix(payload: bytes, order: str) -> Variable:
+    parts = _elements(payload, order)
+    head = [next(parts, (0, b"")) for _ in range(3)]
+    (_, flags), (_, dimensions), (_, name) = head
+    if len(flags) != 8 or len(dimensions) % 4:
+        return Variable("", (), "object of an unknown kind")
+    (word,) = struct.unpack_from(f"{order}I", flags)
+    shape = tuple(int(n) for n in np.frombuffer(dimensions, dtype=f"{order}i4"))
+    number, is_complex = word & 0xFF, bool(word & 0x0800)
+    kind = _CLASSES[number] if 0 < number < len(_CLASSES) else f"variable of class {number}"
+    text = name.decode("latin-1")
+    if is_complex or not _FIRST_NUMERIC <= number <= _LAST_NUMERIC:
+        return Variable(text, shape, f"complex {kind}" if is_complex else kind)
+    stored, numbers = next(parts, (0, b""))
+    return _checked(text, shape, kind, numbers, order + _STORED[stored] if stored in _STORED else None)
+
+
+def _format_4(data: bytes) -> Iterator[Variable]:
+    at = 0
+    while at + 20 <= len(data):
+        order = "<" if 0 <= struct.unpack_from("<i", data, at)[0] < 5000 else ">"
+        code, rows, columns, imaginary, length = struct.unpack_from(f"{order}5i", data, at)
+        machine, reserved, precision, kind = code // 1000, code // 100 % 10, code // 10 % 10, code % 10
+        if machine not in (0, 1) or reserved or precision >= len(_STORED_4) or min(rows, columns, length) < 0:
+            raise ValueError("no MATLAB header")
+        stored = order + _STORED_4[precision]
+        size = rows * columns * np.dtype(stored).itemsize
+        start = at + 20 + length
+        name = data[at + 20 : start].rstrip(b"\0").decode("latin-1")
+        at = start + size * (2 if imaginary else 1)
+        if at > len(data):
+            raise ValueError(f"a variable of {size} bytes where {max(len(data) - start, 0)} are left")
+        if kind or imaginary:
+            words = "complex double" if imaginary and not kind else ("text" if kind == 1 else "sparse matrix")
+            yield Variable(name, (rows, columns), words)
+        else:
+            yield _checked(name, (rows, columns), "double", data[start : start + size], stored)
+
+
+def _checked(name: str, shape: tuple[int, ...], kind: str, numbers: bytes, stored: str | None) -> Variable:
+    if stored is None:
+        raise ValueError(f"numbers of {name} in an unknown type")
+    if min(shape, default=-1) < 0 or math.prod(shape) * np.dtype(stored).itemsize != len(numbers):
+        raise ValueError(f"{len(numbers)} bytes for {name} of {'×'.join(map(str, shape))}")
+    return Variable(name, shape, kind, True, numbers, stored)

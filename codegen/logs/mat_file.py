@@ -1,0 +1,87 @@
+"""MATLAB logs up to format 7: vectors called like the columns of a log."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from codegen.errors import BadInput, Place
+from codegen.logs.log import Array
+from codegen.logs.mat_elements import Variable, variables
+from codegen.logs.source import Columns, Source, listing, read_bytes, shown
+
+EXPECTED = "a MATLAB file (.mat, format 4 to 7) with one vector a column"
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+
+
+@dataclass(frozen=True)
+class MatSource:
+    """An opened .mat file.
+
+    Attributes:
+        file: name of the file.
+        variables: by name.
+    """
+
+    file: str
+    variables: Mapping[str, Variable]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Every variable; ``load`` refuses those that are no vectors."""
+        return tuple(self.variables)
+
+    @property
+    def place(self) -> Place:
+        return Place(self.file)
+
+    def load(self, wanted: Sequence[str]) -> Columns:
+        """The wanted vectors.
+
+        Raises:
+            BadInput: for a variable that is not a real vector, or vectors of different length.
+        """
+        vectors = [self._vector(name) for name in wanted]
+        length = len(vectors[0])
+        for name, vector in zip(wanted, vectors, strict=True):
+            if len(vector) != length:
+                found = f"{len(vector)} values"
+                raise BadInput(
+                    Place(self.file, None, shown(name)), found, f"{length} values as in `{shown(wanted[0])}`"
+                )
+        return Columns(self.file, tuple(wanted), np.column_stack(vectors), None)
+
+    def _vector(self, name: str) -> Array:
+        variable = self.variables[name]
+        place = Place(self.file, None, shown(name))
+        words = "×".join(map(str, variable.shape))
+        if not variable.numeric:
+            raise BadInput(place, f"a {variable.kind} of {words}", "a vector of real numbers")
+        if 0 in variable.shape:
+            raise BadInput(place, f"an empty array ({words})", "a vector of real numbers")
+        if sum(n != 1 for n in variable.shape) > 1:
+            raise BadInput(place, f"an array of {words}", "a vector (N×1 or 1×N)")
+        return variable.vector()
+
+
+def open_mat(path: Path) -> Source:
+    """Open a .mat file.
+
+    Raises:
+        BadInput: if it cannot be read, is in format 7.3 (HDF5), is damaged or holds no vector.
+    """
+    file = str(path)
+    data = read_bytes(path, EXPECTED)
+    if data.startswith((b"MATLAB 7.3", _HDF5)) or data[512:520] == _HDF5:
+        raise BadInput(Place(file), "MATLAB format 7.3 (HDF5)", "format 7 or older: save(..., '-v7') in MATLAB")
+    try:
+        found = {v.name: v for v in variables(data) if v.name}
+    except ValueError as error:
+        raise BadInput(Place(file), f"a damaged file ({shown(str(error), 120)})", EXPECTED) from None
+    if not any(v.numeric and sum(n != 1 for n in v.shape) == 1 for v in found.values()):
+        words = listing([f"{v.name} ({v.kind} {'×'.join(map(str, v.shape))})" for v in found.values()])
+        raise BadInput(Place(file), f"no vector among the variables {words}" if found else "no variable", EXPECTED)
+    return MatSource(file, found)

@@ -1,0 +1,136 @@
+"""Rows at whatever times → a uniform grid, with the spans where there is nothing to interpolate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from codegen.errors import BadInput
+from codegen.logs.log import Array
+from codegen.logs.source import Columns
+
+JITTER = 0.01
+GAP_STEPS = 5.0
+MOST_GROWTH = 10
+
+
+@dataclass(frozen=True)
+class Uniform:
+    """Data on a uniform grid.
+
+    Attributes:
+        time: (N,) s.
+        sampled: (N, c) columns that were interpolated linearly.
+        held: (N, m) columns that are held between rows.
+        step: s.
+        gaps: half-open index ranges of the grid that must not be used.
+        jitter: RMS deviation of the file's steps from their median, gaps left out, relative.
+        longest_step: s.
+        resampled: whether anything was interpolated.
+        notes: in plain words.
+    """
+
+    time: Array
+    sampled: Array
+    held: Array
+    step: float
+    gaps: tuple[tuple[int, int], ...]
+    jitter: float
+    longest_step: float
+    resampled: bool
+    notes: tuple[str, ...]
+
+
+def uniform(time: Array, sampled: Array, held: Array, source: Columns) -> Uniform:
+    """Put rows on a uniform grid whose step is the median step.
+
+    Stamps that keep within 1 % of the median step are taken as uniform and no value is touched. Otherwise ``sampled``
+    is interpolated linearly, and ``held``, a zero-order hold from row to row, is given by its mean over each new step:
+    the impulse of a force stays what it was.
+
+    Args:
+        time: (N,) s, strictly rising; N of at least 2.
+        sampled: (N, c). held: (N, m). source: where the rows stand, for messages.
+
+    Raises:
+        BadInput: if the grid would have more than ten times the rows that there are.
+    """
+    steps = np.diff(time)
+    median = float(np.median(steps))
+    longest = float(steps.max())
+    inner = steps[steps <= GAP_STEPS * median]
+    jitter = float(np.sqrt(np.mean((inner / median - 1) ** 2)))
+    if np.abs(steps / median - 1).max() <= JITTER:
+        step = _rounded(float(time[-1] - time[0]) / len(steps))
+        return Uniform(time[0] + step * np.arange(len(time)), sampled, held, step, (), jitter, longest, False, ())
+
+    step = _rounded(median)
+    span = float(time[-1] - time[0]) / step
+    if span > MOST_GROWTH * len(time) + 1000:
+        k = int(np.argmax(steps))
+        found = f"time jumps by {steps[k]:g} s where the median step is {median:g} s"
+        raise BadInput(source.place(k + 1, 0), found, "a record without pauses; cut the file here")
+    grid = time[0] + _phase(time, step) + step * np.arange(int(span + 1e-6) + 1)
+    grid = grid[grid <= time[-1] + 0.01 * step]
+    if len(grid) < 2:
+        raise BadInput(source.place(0, 0), f"{len(time)} rows in {span * step:g} s", "rows at regular times")
+    fine = np.column_stack([np.interp(grid, time, column) for column in sampled.T])
+    means = np.column_stack([_held_means(grid, step, time, column) for column in held.T]) if held.shape[1] else held[:0]
+    means = means.reshape(len(grid), held.shape[1])
+    gaps = _gaps(time, steps, grid, GAP_STEPS * median)
+    return Uniform(
+        grid, fine, means, step, gaps, jitter, longest, True, tuple(_words(steps, median, step, jitter, gaps))
+    )
+
+
+def _rounded(step: float) -> float:
+    """Twelve digits: 0.001 and not 0.0009999999999998899."""
+    return float(f"{step:.12g}")
+
+
+def _phase(time: Array, step: float) -> float:
+    """Where in [0, step) after the first row the grid begins, s: on most stamps, if they share a phase."""
+    phases = (time - time[0]) / step % 1.0
+    mean = np.mean(np.exp(2j * np.pi * phases))
+    if abs(mean) < 0.9:
+        return 0.0
+    rough = float(np.angle(mean)) / (2 * np.pi)
+    phase = rough + float(np.median((phases - rough + 0.5) % 1.0 - 0.5))
+    return 0.0 if abs(phase) < 1e-3 else (phase % 1.0) * step
+
+
+def _held_means(grid: Array, step: float, time: Array, column: Array) -> Array:
+    """(N',) mean over [grid, grid + step) of each row's value held until the next row; the last one goes on."""
+    origin = float(column[0])
+    knots = np.append(time, grid[-1] + 2 * step)
+    impulse = np.concatenate(([0.0], np.cumsum((column - origin) * np.diff(knots))))
+    edges = np.append(grid, grid[-1] + step)
+    means: Array = origin + np.diff(np.interp(edges, knots, impulse)) / step
+    # Sums lose digits; a mean lies between the values that it is a mean of.
+    return np.clip(means, column.min(), column.max())
+
+
+def _gaps(time: Array, steps: Array, grid: Array, limit: float) -> tuple[tuple[int, int], ...]:
+    """Grid samples strictly inside steps longer than ``limit`` seconds."""
+    slack = 1e-6 * limit
+    spans = []
+    for k in np.flatnonzero(steps > limit):
+        start = int(np.searchsorted(grid, time[k] + slack, side="right"))
+        stop = int(np.searchsorted(grid, time[k + 1] - slack, side="left"))
+        if stop > start:
+            spans.append((start, stop))
+    return tuple(spans)
+
+
+def _words(steps: Array, median: float, step: float, jitter: float, gaps: tuple[tuple[int, int], ...]) -> list[str]:
+    words = [
+        f"irregular time stamps (steps of {steps.min():.4g} to {steps.max():.4g} s, median {median:.4g} s, RMS jitter "
+        f"{jitter:.2%}): positions interpolated onto a uniform grid of {step:.6g} s, inputs averaged over each of its "
+        "steps as held values"
+    ]
+    if gaps:
+        lost = sum(stop - start for start, stop in gaps) * step
+        count = "1 gap" if len(gaps) == 1 else f"{len(gaps)} gaps"
+        words.append(f"{count} longer than {GAP_STEPS:g} steps, {lost:.3g} s in all, not to be used")
+    return words

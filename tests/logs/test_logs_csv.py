@@ -1,0 +1,184 @@
+"""CSV logs: what can be read, how fast, and what is said of what cannot."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from slider_log import rows, write_csv
+
+from codegen.errors import BadInput
+from codegen.logs import read_log
+
+
+@pytest.mark.parametrize("delimiter", [",", ";", "\t"])
+def test_values_come_back(tmp_path, spec, delimiter):
+    made = rows()
+    log = read_log(write_csv(tmp_path / "a.csv", made, delimiter, "%.17g"), spec)
+    assert np.array_equal(log.positions[:, 0], made["x"])
+    assert np.array_equal(log.velocities[:, 0], made["v"])
+    assert np.array_equal(log.inputs[:, 0], made["w"])
+    assert log.sample_time == 0.002 and log.name == "a" and not log.notes and not log.gaps
+    assert np.allclose(log.time, made["t"], atol=1e-12)
+
+
+def test_without_velocities(tmp_path, spec):
+    made = rows()
+    del made["v"]
+    assert read_log(write_csv(tmp_path / "a.csv", made), spec).velocities is None
+
+
+def test_comments_quotes_blank_lines_bom_and_crlf(tmp_path, spec):
+    (tmp_path / "a.csv").write_bytes(
+        b'\xef\xbb\xbf# rig 2\r\n"t", "x","w"\r\n0,0,1 # start\r\n\r\n# pause\r\n0.1,"1",2\r\n0.2,2,3\r\n'
+    )
+    log = read_log(tmp_path / "a.csv", spec)
+    assert log.positions[:, 0].tolist() == [0, 1, 2] and log.inputs[:, 0].tolist() == [1, 2, 3]
+
+
+def test_header_as_numpy_writes_it(tmp_path, spec):
+    np.savetxt(
+        tmp_path / "a.csv", np.column_stack([np.arange(5), np.ones(5), np.ones(5)]), delimiter=",", header="t,x,w"
+    )
+    assert read_log(tmp_path / "a.csv", spec).size == 5
+
+
+def test_text_in_columns_that_are_not_used(tmp_path, spec):
+    (tmp_path / "a.csv").write_text("t,mode,x,w\n0,idle,1,2\n1,run,3,4\n")
+    assert read_log(tmp_path / "a.csv", spec).positions[:, 0].tolist() == [1, 3]
+
+
+REFUSED = {
+    "empty": ("", "a.csv: an empty file"),
+    "blank": (" \n\n", "an empty file"),
+    "comments only": ("# a\n# b\n", "comments and no header"),
+    "header only": ("t,x,w\n", "a.csv:1: a header and no rows"),
+    "one row": ("t,x,w\n0,1,2\n", "a.csv:2: a single row"),
+    "no header": ("0,1,2\n1,2,3\n", "a.csv:1: numbers (`0,1,2`)"),
+    "missing column": ("t,pos,w\n0,1,2\n1,2,3\n", "a.csv:1: no column `x`; expected one of the columns t, pos, w"),
+    "case": ("T,x,w\n0,1,2\n1,2,3\n", "did you mean 'T'"),
+    "spaces": ("t x w\n0 1 2\n", "names separated by comma, semicolon or tab"),
+    "text": ("t,x,w\n0,1,2\n1,abc,3\n", "a.csv:3: x: `abc`; expected a number"),
+    "decimal comma": (
+        "t;x;w\n0;1;2\n0,5;1;2\n",
+        "a.csv:3: t: `0,5`; expected a number with a decimal point (did you mean '0.5'?)",
+    ),
+    "underscore": ("t,x,w\n0,1,2\n1,1_0,3\n", "a.csv:3: x: `1_0`"),
+    "ragged": ("t,x,w\n0,1,2\n# note\n1,2\n", "a.csv:4: 2 values in the row; expected 3, one for each of t, x, w"),
+    "long row": ("t,x,w\n0,1,2,9\n1,2,3\n", "a.csv:2: 4 values in the row"),
+    "twice": ("t,x,x,w\n0,1,2,3\n1,2,3,4\n", "2 columns called `x`"),
+    "backwards": ("t,x,w\n0,1,2\n1,2,3\n0.5,2,3\n", "a.csv:4: t: time runs backwards, from 1.0 to 0.5"),
+    "all at once": ("t,x,w\n0,1,2\n0,1,2\n0,1,2\n", "a single time stamp"),
+    "repeats": ("t,x,w\n0,1,2\n0,5,2\n1,1,2\n1,4,2\n", "a.csv:3: t: 2 of 4 rows repeat a time stamp with other data"),
+    "nan": ("t,x,w\n0,1,2\n1,nan,2\n2,1,2\n", "a.csv:3: x: 1 of 3 values are not finite"),
+    "inf": ("t,x,w\n0,1,2\n1,1e999,2\n2,1,2\n", "a.csv:3: x: 1 of 3 values are not finite"),
+    "jump": ("t,x,w\n0,1,2\n1,1,2\n2,1,2\n1e9,1,2\n", "a.csv:5: t: time jumps by 1e+09 s"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_refusals(tmp_path, spec, case):
+    text, words = REFUSED[case]
+    (tmp_path / "a.csv").write_text(text)
+    with pytest.raises(BadInput) as caught:
+        read_log(tmp_path / "a.csv", spec)
+    assert words in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_files_that_are_none(tmp_path, spec):
+    for name, words in (("none.csv", "no such file"), ("none.xyz", "no such file"), (".", "a folder")):
+        with pytest.raises(BadInput, match=words):
+            read_log(tmp_path / name, spec)
+    (tmp_path / "d.csv").mkdir()
+    with pytest.raises(BadInput, match="a folder"):
+        read_log(tmp_path / "d.csv", spec)
+    (tmp_path / "a.cvs").write_text("t")
+    with pytest.raises(BadInput, match=r"the ending `\.cvs`.*did you mean '\.csv'"):
+        read_log(tmp_path / "a.cvs", spec)
+    (tmp_path / "b.csv").write_bytes(b"t,x,w\n0,1,\xff\n")
+    with pytest.raises(BadInput, match=r"b\.csv:2: byte 10 is not UTF-8"):
+        read_log(tmp_path / "b.csv", spec)
+    (tmp_path / "c.csv").write_bytes("t,x,w\n0,1,2\n".encode("utf-16"))
+    with pytest.raises(BadInput, match=r"not UTF-8|binary data or UTF-16"):
+        read_log(tmp_path / "c.csv", spec)
+    with pytest.raises(BadInput):
+        read_log("a\0b.csv", spec)
+
+
+def test_long_runs_of_missing_values(tmp_path, spec):
+    made = rows()
+    made["x"][100:106] = np.nan
+    with pytest.raises(BadInput, match=r"a\.csv:102: x: 6 of 5000 values are not finite.*6 of them in a row"):
+        read_log(write_csv(tmp_path / "a.csv", made), spec)
+
+
+def test_isolated_missing_values(tmp_path, spec):
+    made = rows()
+    kept = made["x"].copy()
+    made["x"][[7, 300]] = np.nan
+    made["w"][40] = np.inf
+    made["t"][50] = np.nan
+    log = read_log(write_csv(tmp_path / "a.csv", made), spec)
+    assert abs(log.positions[7, 0] - kept[7]) < 1e-5
+    assert log.inputs[40, 0] == pytest.approx(made["w"][39], abs=1e-8)
+    assert log.intake.repaired == {"x": 2, "w": 1} and log.intake.dropped == 1
+    assert log.size == 5000 and len(log.notes) == 4
+    assert "a.csv:9: x" in log.notes[1] and "a.csv:52" in log.notes[0]
+
+
+def test_repeated_rows(tmp_path, spec):
+    made = rows(1)
+    order = np.sort(np.concatenate([np.arange(500), [10, 20]]))
+    made = {k: v[order].copy() for k, v in made.items()}
+    made["x"][21 + 1] += 1.0  # the repetition of row 20 with other data
+    log = read_log(write_csv(tmp_path / "a.csv", made), spec)
+    assert log.size == 500 and log.intake.dropped == 2
+    assert any("that repeat another" in n for n in log.notes) and any(
+        "other data at the same time" in n for n in log.notes
+    )
+    assert np.abs(log.positions).max() < 0.2
+
+
+def test_speed(tmp_path, spec):
+    write_csv(tmp_path / "a.csv", rows(12.001, 1000))
+    best = np.inf
+    for _ in range(3):
+        start = time.perf_counter()
+        assert read_log(tmp_path / "a.csv", spec).size == 12001
+        best = min(best, time.perf_counter() - start)
+    assert best < 0.2
+
+
+@settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.one_of(st.binary(max_size=300), st.text(max_size=300).map(lambda s: s.encode("utf-8", "surrogatepass"))))
+def test_any_bytes(tmp_path, spec, data):
+    for head in (b"", b"t,x,w\n", b"t,x,w\n0,1,2\n1,2,3\n"):
+        (tmp_path / "f.csv").write_bytes(head + data)
+        try:
+            log = read_log(tmp_path / "f.csv", spec)
+        except BadInput as error:
+            assert "\n" not in str(error)
+        else:
+            assert np.isfinite(log.positions).all() and np.isfinite(log.inputs).all()
+
+
+FIELDS = st.sampled_from(
+    ["0", "1", "-2.5", "1e30", "1e-300", "nan", "inf", "", "x", '"', "#", "1,2", "\x0b", "\u2028", "٣"]
+)
+
+
+@settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.lists(st.tuples(FIELDS, FIELDS, FIELDS), max_size=12), st.sampled_from([",", ";", "\t"]))
+def test_any_table(tmp_path, spec, table, delimiter):
+    text = "\n".join(delimiter.join(r) for r in [("t", "x", "w"), *table])
+    (tmp_path / "f.csv").write_text(text, encoding="utf-8")
+    try:
+        log = read_log(tmp_path / "f.csv", spec)
+    except BadInput as error:
+        assert "\n" not in str(error)
+    else:
+        assert np.isfinite(log.positions).all() and (np.diff(log.time) > 0).all()

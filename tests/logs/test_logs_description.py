@@ -1,0 +1,114 @@
+"""Descriptions, and whose word counts for a column."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from slider_log import TEXT, rows, write_csv
+
+from codegen.errors import BadInput
+from codegen.logs import read_description, read_log
+from codegen.spec.reader import parse_spec
+
+
+def described(tmp_path: Path, text: str) -> Path:
+    path = tmp_path / "about.yaml"
+    path.write_text(text)
+    return path
+
+
+def test_every_key(tmp_path):
+    d = read_description(
+        described(
+            tmp_path,
+            "columns: {t: zeit, x: weg}\nscale: {t: 1e-3, x: '0.5'}\nparameter_tolerance: 1%\nsample_rate_hz: 500\n"
+            "encoder_step: 1e-5\nposition_noise_rms: [0.1]\nvelocity_columns: false\ninput_is: command\n"
+            "evaluation: {filter: B, cutoff_hz: 15, trim_s: 1.0, restart_s: 0.5}\n",
+        )
+    )
+    assert d.columns == {"t": "zeit", "x": "weg"} and d.scale == {"t": 1e-3, "x": 0.5}
+    assert (d.tolerance, d.sample_rate_hz, d.encoder_step, d.position_noise) == (0.01, 500, (1e-5,), (0.1,))
+    assert (d.cutoff_hz, d.trim_s, d.restart_s, d.velocity_columns) == (15, 1, 0.5, False)
+    assert not d.unknown
+
+
+def test_unknown_keys_are_noted(tmp_path, spec):
+    log = read_log(
+        write_csv(tmp_path / "a.csv", rows(1)),
+        spec,
+        description=described(tmp_path, "cutof_hz: 3\nevaluation: {cut: 1}\n"),
+    )
+    assert "about.yaml: nothing reads the key `cutof_hz` (did you mean `cutoff_hz`?)" in log.notes
+    assert "about.yaml: nothing reads the key `evaluation.cut`" in log.notes
+
+
+REFUSED = {
+    "columns: 3\n": "about.yaml:1: columns: `3`; expected a list of column names",
+    "columns: {y: pos}\n": "about.yaml:1: columns.y: unknown name `y`; expected one of t, x, v, w",
+    "columns:\n  t: t\n  vv: vel\n": "about.yaml:3: columns.vv: unknown name `vv`; expected one of t, x, v, w",
+    "columns: {vv: vel}\n": "a name of slider (did you mean 'v'?)",
+    "scale: {x: 0}\n": "a factor other than zero",
+    "scale: {x: a}\n": "about.yaml:1: scale.x: `a`; expected a number",
+    "scale: {t: -1}\n": "a positive factor for time",
+    "cutoff_hz: -3\n": "about.yaml:1: cutoff_hz: `-3`; expected a positive number",
+    "cutoff_hz: 300\n": "about.yaml:1: cutoff_hz: 300 Hz; expected a frequency below half the log's sample",
+    "evaluation: {cutoff_hz: 250}\n": "evaluation.cutoff_hz: 250 Hz",
+    "evaluation: 3\n": "about.yaml:1: evaluation: `3`",
+    "parameter_tolerance: 2\n": "a share such as 1% or 0.01",
+    "encoder_step: [1, 2]\n": "about.yaml:1: encoder_step: 2 numbers; expected 1",
+    "columns: {x: t}\n": "column `t` for both t and x",
+    "columns: {v: speed}\n": "no column `speed`, which",
+    "[1]\n": "a mapping",
+    "a: [\n": "YAML 1.2",
+}
+
+
+@pytest.mark.parametrize("text", REFUSED)
+def test_refusals(tmp_path, spec, text):
+    log = write_csv(tmp_path / "a.csv", rows(1))
+    with pytest.raises(BadInput) as caught:
+        read_log(log, spec, description=described(tmp_path, text))
+    assert REFUSED[text] in str(caught.value)
+
+
+def test_precedence(tmp_path):
+    made = rows(1)
+    table = {"t": made["t"], "w": made["w"], **{n: np.full(500, k) for k, n in enumerate(["x", "s", "d", "o"])}}
+    path = write_csv(tmp_path / "a.csv", table)
+    plain = parse_spec(TEXT, Path("a.yaml"))
+    named = parse_spec(TEXT + "log: {columns: {x: s}, scale: {x: 10}, cutoff_hz: 7}\n", Path("b.yaml"))
+    about = described(tmp_path, "columns: {x: d}\nscale: {x: 100}\ncutoff_hz: 9\n")
+
+    def first(**options):
+        log = read_log(path, **options)
+        return log.positions[0, 0], log.cutoff_hz
+
+    assert first(spec=plain) == (0, None)
+    assert first(spec=named) == (10, 7)
+    assert first(spec=named, description=about) == (200, 9)
+    assert first(spec=named, description=about, columns={"x": "o"}) == (300, 9)
+    about.rename(tmp_path / "meta.yaml")
+    assert first(spec=named) == (200, 9)
+    with pytest.raises(BadInput, match=r"column option: unknown name `y`"):
+        first(spec=named, columns={"y": "o"})
+
+
+def test_milliseconds(tmp_path, spec):
+    made = rows(2)
+    made["t"] = made["t"] * 1000
+    path = write_csv(tmp_path / "a.csv", made)
+    with pytest.raises(BadInput, match=r"a\.csv:2: t: .*milliseconds; expected seconds; .*`scale: \{t: 0\.001\}`"):
+        read_log(path, spec, description=described(tmp_path, "sample_rate_hz: 500\n"))
+    log = read_log(path, spec, description=described(tmp_path, "sample_rate_hz: 500\nscale: {t: 0.001}\n"))
+    assert log.sample_time == 0.002
+    off = read_log(path, spec, description=described(tmp_path, "sample_rate_hz: 250\nscale: {t: 0.001}\n"))
+    assert "which is 500 Hz; the description says 250 Hz" in off.notes[0]
+
+
+def test_time_from_the_sample_rate(tmp_path, spec):
+    made = rows(2)
+    del made["t"]
+    log = read_log(write_csv(tmp_path / "a.csv", made), spec, description=described(tmp_path, "sample_rate_hz: 500\n"))
+    assert log.sample_time == 0.002 and log.size == 1000 and "no column t" in log.notes[0]

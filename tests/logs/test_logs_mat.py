@@ -1,0 +1,104 @@
+"""MATLAB logs against what SciPy writes and reads."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from scipy.io import loadmat, savemat
+from slider_log import rows
+
+from codegen.errors import BadInput
+from codegen.logs import read_log
+from codegen.logs.mat_elements import variables
+
+
+@pytest.mark.parametrize("form", [{"format": "4"}, {"format": "5"}, {"format": "5", "do_compression": True}])
+def test_values_come_back(tmp_path, spec, form):
+    made = rows()
+    savemat(tmp_path / "a.mat", {**made, "note": "text", "gain": 2.0}, **form)
+    log = read_log(tmp_path / "a.mat", spec)
+    assert np.array_equal(log.positions[:, 0], made["x"]) and np.array_equal(log.inputs[:, 0], made["w"])
+    assert np.array_equal(log.velocities[:, 0], made["v"])
+
+
+@pytest.mark.parametrize("compressed", [False, True])
+@pytest.mark.parametrize("kind", ["i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8", "f4", "f8", "bool"])
+def test_every_number_type_as_scipy_reads_it(tmp_path, kind, compressed):
+    values = (np.arange(37) * 3).astype(kind)
+    savemat(
+        tmp_path / "a.mat", {"x": values, "name_longer_than_four": values.reshape(-1, 1)}, do_compression=compressed
+    )
+    found = {v.name: v for v in variables((tmp_path / "a.mat").read_bytes())}
+    for name, theirs in loadmat(tmp_path / "a.mat").items():
+        if not name.startswith("__"):
+            assert np.array_equal(found[name].vector(), theirs.reshape(-1).astype(float))
+            assert found[name].shape == theirs.shape
+
+
+REFUSED = {
+    "complex": ({"x": np.arange(9) * 1j}, "a.mat: x: a complex double of 1×9; expected a vector of real numbers"),
+    "matrix": ({"x": np.ones((9, 2))}, "a.mat: x: an array of 9×2"),
+    "empty": ({"x": np.zeros((0, 1))}, "an empty array"),
+    "struct": ({"x": {"a": 1}}, "x: a struct of 1×1"),
+    "cell": ({"x": np.array(["a", 1.0], dtype=object)}, "x: a cell of 1×2"),
+    "text": ({"x": "hello"}, "x: a text of"),
+    "short": ({"x": np.arange(8.0)}, "x: 8 values; expected 9 values as in `t`"),
+    "missing": ({"pos": np.arange(9.0)}, "no column `x`; expected one of the columns t, w, pos"),
+    "nan": ({"x": np.where(np.arange(9) == 4, np.nan, 1.0)}, "a.mat: x(5): 1 of 9 values are not finite"),
+    "backwards": ({"x": np.ones(9), "t": np.r_[0:8, 3]}, "a.mat: t(9): time runs backwards"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_refusals(tmp_path, spec, case):
+    change, words = REFUSED[case]
+    savemat(tmp_path / "a.mat", {"t": np.arange(9.0), "w": np.ones(9), **change})
+    with pytest.raises(BadInput) as caught:
+        read_log(tmp_path / "a.mat", spec)
+    assert words in str(caught.value)
+
+
+def test_format_7_3_and_garbage(tmp_path, spec):
+    for data, words in (
+        (b"MATLAB 7.3 MAT-file".ljust(512) + b"\x89HDF\r\n\x1a\n", "7.3"),
+        (b"\x89HDF\r\n\x1a\n" + bytes(100), "7.3"),
+        (b"garbage" * 30, "damaged"),
+        (b"", "empty"),
+        (b"\x00" * 30, "no variable|empty|no vector"),
+    ):
+        (tmp_path / "a.mat").write_bytes(data)
+        with pytest.raises(BadInput, match=words):
+            read_log(tmp_path / "a.mat", spec)
+    savemat(tmp_path / "b.mat", {"t": 1.0, "s": {"a": 1}})
+    with pytest.raises(BadInput, match=r"no vector among the variables t \(double 1×1\), s \(struct 1×1\)"):
+        read_log(tmp_path / "b.mat", spec)
+
+
+@settings(max_examples=400, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.data())
+def test_any_damage(tmp_path, spec, data):
+    path = tmp_path / "f.mat"
+    form = data.draw(st.sampled_from([{"format": "4"}, {"format": "5"}, {"format": "5", "do_compression": True}]))
+    savemat(path, {"t": np.arange(20.0), "x": np.arange(20.0), "w": np.arange(20, dtype=np.int16)}, **form)
+    damaged = bytearray(path.read_bytes())
+    for _ in range(data.draw(st.integers(1, 5))):
+        damaged[data.draw(st.integers(0, len(damaged) - 1))] = data.draw(st.integers(0, 255))
+    path.write_bytes(
+        bytes(damaged[: data.draw(st.integers(0, len(damaged)))]) if data.draw(st.booleans()) else bytes(damaged)
+    )
+    try:
+        read_log(path, spec)
+    except BadInput as error:
+        assert "\n" not in str(error)
+
+
+@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    st.binary(max_size=400), st.sampled_from([b"", b"M" * 124 + b"\x00\x01IM", b"M" * 124 + b"\x01\x00MI", b"\0\0\0\0"])
+)
+def test_any_bytes(tmp_path, spec, data, head):
+    (tmp_path / "f.mat").write_bytes(head + data)
+    with pytest.raises(BadInput):
+        read_log(tmp_path / "f.mat", spec)

@@ -1,0 +1,141 @@
+"""What the preflight says of motions whose answers are known."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from slider_log import LEVEL, MASS, TEXT, rows, write_csv
+
+from codegen.logs import Finding, preflight, read_log
+from codegen.spec.reader import parse_spec
+
+
+def findings(path: Path, columns: dict, text: str = TEXT, **options) -> dict[str, Finding]:
+    spec = parse_spec(text, Path("slider.yaml"))
+    log = read_log(write_csv(path / "a.csv", columns, fmt="%.12g"), spec, **options)
+    result = preflight(log, spec)
+    assert all(f.words.endswith((".", ")")) and f.topic for f in result)
+    assert all(np.isfinite(v) for f in result for v in f.figures.values())
+    return {f.topic: f for f in result}
+
+
+def test_a_good_log(tmp_path):
+    found = findings(tmp_path, rows(20))
+    assert {f.severity for f in found.values()} == {"info"}
+    motion = found["motion of x"].figures
+    assert motion["reversals"] == 20
+    assert motion["velocity_max"] == pytest.approx(0.1 * np.pi, rel=1e-3)
+    assert motion["position_max"] == pytest.approx(0.1, rel=1e-6)
+    assert found["sample rate"].figures["rate_hz"] == pytest.approx(500)
+    assert found["duration"].figures["samples"] == 10000
+    assert found["sign and scale of w"].figures["factor"] == pytest.approx(1, abs=0.02)
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-4, 1e-3])
+def test_reversals_are_not_made_of_noise(tmp_path, noise):
+    made = rows(20)
+    made["x"] = made["x"] + noise * np.random.default_rng(0).normal(size=len(made["x"]))
+    assert findings(tmp_path, made)["motion of x"].figures["reversals"] == 20
+
+
+def test_standstill(tmp_path):
+    t = np.arange(10000) / 500
+    made = {"t": t, "x": np.where(t < 15, 0.2, 0.2 + 0.1 * (1 - np.cos(np.pi * (t - 15)))), "w": np.sin(t)}
+    motion = findings(tmp_path, made)["motion of x"]
+    assert motion.figures["standstill"] == pytest.approx(0.75, abs=0.02)
+    assert motion.figures["reversals"] == 4
+
+
+def test_no_motion_and_one_way(tmp_path):
+    made = rows(10)
+    still = findings(tmp_path, {**made, "x": np.full(5000, 0.3)})
+    assert still["motion of x"].severity == "problem" and "does not move" in still["motion of x"].words
+    way = findings(tmp_path, {"t": made["t"], "x": 0.1 * made["t"] + 0.001 * np.sin(made["t"]), "w": made["w"]})
+    assert "one direction only" in way["motion of x"].words and way["motion of x"].severity == "warning"
+
+
+def test_encoder(tmp_path):
+    made = rows(10)
+    made["x"] = np.round(made["x"] / 3e-4) * 3e-4
+    found = findings(tmp_path, made)
+    assert found["resolution of x"].figures["seen"] == pytest.approx(3e-4, rel=1e-6)
+    about = tmp_path / "about.yaml"
+    about.write_text("encoder_step: 1e-4\n")
+    other = findings(tmp_path, made, description=about)["resolution of x"]
+    assert other.severity == "warning" and "0.0003 m, while the description says 0.0001" in other.words
+    made["x"] = np.round(made["x"] / 2e-2) * 2e-2
+    assert "coarse" in findings(tmp_path, made)["resolution of x"].words
+
+
+def test_inputs(tmp_path):
+    made = rows(20)
+    assert "zero throughout" in findings(tmp_path, {**made, "w": 0 * made["w"]})["input w"].words
+    assert "constant at 2 N" in findings(tmp_path, {**made, "w": 0 * made["w"] + 2})["input w"].words
+    wave = np.sin(7 * made["t"])
+    limited = findings(tmp_path, {**made, "w": np.clip(wave, -2, 0.8)})["input w"]
+    assert limited.severity == "warning"
+    assert limited.figures["share_at_max"] == pytest.approx(np.mean(wave >= 0.8))
+    assert "two levels" in findings(tmp_path, {**made, "w": np.sign(wave)})["input w"].words
+
+
+def test_sign_and_scale(tmp_path):
+    made = rows(20)
+    flipped = findings(tmp_path, {**made, "w": -made["w"]})["sign and scale of w"]
+    assert flipped.severity == "problem" and "sign of input w seems flipped" in flipped.words
+    for factor in (0.1, 10.0):
+        off = findings(tmp_path, {**made, "w": made["w"] / factor})["sign and scale of w"]
+        assert off.severity == "problem" and off.figures["factor"] == pytest.approx(factor, rel=0.03)
+        assert "off by a factor of" in off.words
+    near = findings(tmp_path, {**made, "w": made["w"] * 1.5})["sign and scale of w"]
+    assert near.severity == "info" and near.figures["factor"] == pytest.approx(1 / 1.5, rel=0.03)
+
+
+def test_a_limit_is_not_taken_for_a_scale(tmp_path):
+    made = rows(20)
+    command = np.where(np.abs(made["w"]) > 3.5, 10 * made["w"], made["w"])  # what a limit of 3.5 N keeps from acting
+    told = findings(tmp_path, {**made, "w": command})["sign and scale of w"]
+    assert told.severity == "warning" and told.figures["factor"] < 1 / 3 < told.figures["factor_at_small_input"]
+
+
+def test_undriven_coordinate(tmp_path):
+    t = np.arange(10000) / 500
+    text = TEXT.replace("force: [w]", "force: [-k*x]").replace("inputs: {w: {unit: N}}\n", "")
+    text = text.replace("parameters:\n", "parameters:\n  k: {value: STIFF, unit: N/m}\n").replace(
+        f"a: {LEVEL}", "a: 0.01"
+    )
+    made = {"t": t, "x": 0.1 * np.sin(4 * t)}  # a mass on a spring of 16 m
+    right = findings(tmp_path, made, text.replace("STIFF", str(16 * MASS)))["force on x"]
+    assert right.severity == "info" and right.figures["factor"] == pytest.approx(1, abs=0.02)
+    assert "sign" in findings(tmp_path, made, text.replace("STIFF", str(-16 * MASS)))["force on x"].words
+    assert "factor of 9.98" in findings(tmp_path, made, text.replace("STIFF", str(1.6 * MASS)))["force on x"].words
+
+
+def test_without_contacts(tmp_path):
+    text = TEXT[: TEXT.index("friction:")] + "friction: {distribution: [[]], contacts: []}\n"
+    made = rows(20)
+    made["w"] = made["w"] - LEVEL * np.sign(made["v"])
+    assert findings(tmp_path, made, text)["sign and scale of w"].figures["factor"] == pytest.approx(1, abs=0.02)
+
+
+def test_envelope(tmp_path):
+    found = findings(tmp_path, rows(20), TEXT + "envelope: {x: [-0.05, 0.05], v: [-1, 1], w: [-100, 100]}\n")
+    assert found["envelope of x"].severity == "warning"
+    assert found["envelope of x"].figures["share"] == pytest.approx(2 / 3, abs=0.01)  # |sin| > 1/2
+    assert "envelope of v" not in found and "envelope of w" not in found
+
+
+def test_gaps_jumps_repairs_and_short_logs(tmp_path):
+    made = rows(20)
+    keep = np.r_[0:3000, 4000:10000]
+    found = findings(tmp_path, {k: v[keep] for k, v in made.items()})
+    assert found["gaps"].figures["seconds"] == pytest.approx(2.0)
+    assert found["motion of x"].figures["reversals"] == 18
+    turned = findings(tmp_path, {"t": made["t"], "x": (made["t"] * 0.7) % 1.0, "w": made["w"]})["jumps of x"]
+    assert turned.severity == "problem" and turned.figures["count"] == 13
+    made["x"][500] = np.nan
+    assert findings(tmp_path, made)["missing values"].figures["count"] == 1
+    short = findings(tmp_path, {k: v[:20] for k, v in rows().items()})
+    assert short["motion"].severity == "problem" and short["duration"].severity == "warning"
+    findings(tmp_path, {k: v[:2] for k, v in rows().items()})
