@@ -30,7 +30,9 @@ from codegen.stability.prefix import rational_text, to_prefix
 from codegen.version import VERSION
 
 FORMAT = "stiction-certificate/1"
-DIGITS = (3, 4, 6, 9, 12)
+DIGITS = (4, 6, 9, 12)
+FINER = (0, 2, 4)
+MOST_MATRICES = 150
 
 
 @dataclass(frozen=True)
@@ -92,15 +94,14 @@ def certify(spec: Spec, analysis: Analysis, files: Mapping[str, str], command: s
         raise BadInput(spec.place("envelope"), f"no range for {names}", f"`{points.missing[0].name}: [low, high]`, since Ψ depends on it")
     if not analysis.stable:
         return _unstable(analysis)
+    h = Fraction(str(analysis.dynamics.observer.sample_time))
     try:
         family = build_family(analysis.dynamics, points.ranges)
-        cells = enclose_family(family)
+        cells, proposal = _propose(family, float(h))
     except (NotEnclosable, verify.Refused) as error:
         return _undecided(analysis, str(error))
     except TypeError as error:
         return _undecided(analysis, f"the certificate has no word for {error}")
-    h = Fraction(str(analysis.dynamics.observer.sample_time))
-    proposal = common_lyapunov(cells.matrices, float(h))
     if proposal is None:
         return _undecided(analysis, "no quadratic Lyapunov function common to the whole envelope was found")
     matrix, alpha = proposal
@@ -115,6 +116,21 @@ def certify(spec: Spec, analysis: Analysis, files: Mapping[str, str], command: s
         radius = analysis.spectral_radius
         return Certificate(content, float(Fraction(content["decay_rate"])), (1 - radius**2) / (2 * float(h)), report.facts)
     return _undecided(analysis, f"the matrix that was found does not stand up to exact arithmetic ({refused})")
+
+
+def _propose(family: Family, h: float) -> tuple[Cells, tuple[NDArray[np.float64], float] | None]:
+    """A common Lyapunov matrix, with the envelope cut finer as long as none is found."""
+    cells = enclose_family(family)
+    proposal = common_lyapunov(cells.matrices, h)
+    for finer in FINER[1:]:
+        if proposal is not None or not family.variables:
+            break
+        finer_cells = enclose_family(family, finer)
+        if len(finer_cells.matrices) > MOST_MATRICES:
+            break
+        cells = finer_cells
+        proposal = common_lyapunov(cells.matrices, h)
+    return cells, proposal
 
 
 def _content(

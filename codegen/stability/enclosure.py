@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from itertools import product
+from itertools import pairwise, product
 from typing import Any
 
 import casadi
@@ -39,8 +39,11 @@ class Cells:
     matrices: list[NDArray[np.float64]]
 
 
-def enclose_family(family: Family) -> Cells:
+def enclose_family(family: Family, finer: int = 0) -> Cells:
     """Split the envelope until the enclosures are within 2 % of the sampled ranges, or six times.
+
+    Args:
+        finer: how often every interval is then halved once more, so that boxes hug the curve on which the parameters move.
 
     Raises:
         NotEnclosable: with more than eight parameters.
@@ -60,12 +63,23 @@ def enclose_family(family: Family) -> Cells:
         if not loose or np.prod([len(b) - 1 for b in grown.values()]) > MOST_CELLS:
             break
         breaks = grown
+    for _ in range(finer):
+        halved = {v: sorted({*b, *((p + q) / 2 for p, q in pairwise(b))}) if v.name != "pi_" else b for v, b in breaks.items()}
+        if np.prod([len(b) - 1 for b in halved.values()]) > MOST_CELLS:
+            break
+        breaks = halved
     boxes: set[tuple[Interval, ...]] = set()
     for cell in _cells(breaks):
         box = {v.name: interval for v, interval in cell.items()}
-        boxes.add(tuple(verify.enclose(node, box) for node in nodes))
+        boxes.add(tuple(_enclose(node, box) for node in nodes))
     splits = {v: [sympy.Rational(b.numerator, b.denominator) for b in points] for v, points in breaks.items() if len(points) > 2}
     return Cells(splits, _vertex_matrices(family, parameters, boxes))
+
+
+def _enclose(node: Any, box: Mapping[str, Interval]) -> Interval:
+    """The checker's own enclosure of a parsed expression on a box."""
+    _, value = node
+    return verify.widen(*value(box))
 
 
 def _cells(breaks: Mapping[sympy.Symbol, list[Fraction]]) -> list[dict[sympy.Symbol, Interval]]:
@@ -82,7 +96,7 @@ def _loose_intervals(
         slack = (LOOSE - 1) * max(high - low, abs(high), abs(low))
         for cell in _cells({v: breaks[v] for v in variables}):
             try:
-                lo, hi = verify.enclose(node, {v.name: i for v, i in cell.items()})
+                lo, hi = _enclose(node, {v.name: i for v, i in cell.items()})
             except verify.Refused:
                 lo, hi = Fraction(-(10**30)), Fraction(10**30)
             if float(lo) < low - slack or float(hi) > high + slack:

@@ -51,10 +51,10 @@ def build_family(dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[An
     numbers = {**observer.values, sympy.Symbol("h", real=True): observer.sample_time}
     matrix = dynamics.in_force(dynamics.sampled).subs(numbers).applyfunc(sympy.expand)
     single = {u: s for u, s in zip(observer.system.slip_velocity, observer.signs, strict=True) if u.is_Symbol}
+    single |= {n: single[v] for n, v in dynamics.next_velocity.items() if v in single}
     matrix = matrix.applyfunc(lambda e: _signed_slips(e, single))
-    inverse = _inverse_mass(dynamics, numbers)
-    matrix = matrix.subs({w: e for w, e in inverse.items() if e.is_number})
-    varying = {w: e for w, e in inverse.items() if not e.is_number}
+    inverse, varying = _inverse_mass(dynamics, numbers)
+    matrix = matrix.subs(inverse)
     extra: dict[Any, sympy.Symbol] = {}
     matrix = matrix.subs(sympy.pi, PI)
     varying = {w: e.subs(sympy.pi, PI) for w, e in varying.items()}
@@ -103,19 +103,31 @@ def build_family(dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[An
     return Family({v: b for v, b in ordered.items() if v in used}, parameters, rewritten)
 
 
-def _inverse_mass(dynamics: ErrorDynamics, numbers: Mapping[Any, Any]) -> dict[sympy.Symbol, Any]:
+def _inverse_mass(dynamics: ErrorDynamics, numbers: Mapping[Any, Any]) -> tuple[dict[sympy.Symbol, Any], dict[sympy.Symbol, Any]]:
+    """W_ij written in generators, and each generator's expression: M⁻¹ = adj(M)/det(M), term by term of adj(M).
+
+    The terms are shared by the entries of W, so what varies together keeps varying together.
+    """
     if not dynamics.inverse_mass:
-        return {}
+        return {}, {}
     mass = dynamics.observer.system.mass_matrix.subs(numbers)
     n = mass.rows
     if mass.free_symbols and n > LARGEST_INVERSE:
         raise NotEnclosable(f"a mass matrix of order {n} that varies with position; this version encloses up to order {LARGEST_INVERSE}")
     if not mass.free_symbols:
         exact = mass.inv()
-        return {w: exact[i, j] for w, (i, j) in dynamics.inverse_mass.items()}
+        return {w: exact[i, j] for w, (i, j) in dynamics.inverse_mass.items()}, {}
     determinant = sympy.expand(mass.det(method="berkowitz"))
-    adjugate = mass.adjugate()
-    return {w: sympy.expand(adjugate[i, j]) / determinant for w, (i, j) in dynamics.inverse_mass.items()}
+    adjugate = mass.adjugate().applyfunc(sympy.expand)
+    names: dict[Any, sympy.Symbol] = {}
+    inverse = {}
+    for w, (i, j) in dynamics.inverse_mass.items():
+        total = sympy.Integer(0)
+        for term in sympy.Add.make_args(adjugate[i, j]):
+            coefficient, rest = term.as_coeff_Mul()
+            total += coefficient * names.setdefault(rest, symbol(f"inertia{len(names) + 1}"))
+        inverse[w] = total
+    return inverse, {s: rest / determinant for rest, s in names.items()}
 
 
 def _signed_slips(entry: Any, single: Mapping[sympy.Symbol, sympy.Symbol]) -> Any:

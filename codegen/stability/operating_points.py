@@ -68,10 +68,27 @@ def operating_points(dynamics: ErrorDynamics, spec: Spec, count: int = RANDOM_PO
     centre = bounds.mean(axis=1)[None, :]
     corners = _corners(bounds)
     points = np.vstack([centre, corners, generator.uniform(bounds[:, 0], bounds[:, 1], (count, len(bounds)))])
-    for column, s in enumerate(variables):
-        if s in dynamics.observer.signs:
-            points[:, column] = np.where(points[:, column] < 0, -1.0, 1.0)
+    points = _consistent(dynamics, variables, points, generator)
     return OperatingPoints(variables, points if variables else points[:1], ranges, tuple(missing))
+
+
+def _consistent(dynamics: ErrorDynamics, variables: tuple[sympy.Symbol, ...], points: Array, generator: np.random.Generator) -> Array:
+    """Slip signs as the velocities say where these are known, else ±1; the next velocity of the same sign."""
+    column = {s: k for k, s in enumerate(variables)}
+    share = generator.uniform(0.6, 1.4, len(points))
+    for following, v in dynamics.next_velocity.items():
+        if v in column:
+            points[:, column[following]] = points[:, column[v]] * share
+    slips = zip(dynamics.observer.signs, dynamics.observer.system.slip_velocity, strict=True)
+    for s, slip in slips:
+        if s not in column:
+            continue
+        if slip.free_symbols <= set(column):
+            value = sum(float(slip.coeff(v)) * points[:, column[v]] for v in slip.free_symbols)
+        else:
+            value = points[:, column[s]]
+        points[:, column[s]] = np.where(value < 0, -1.0, 1.0)
+    return points
 
 
 def _corners(bounds: Array) -> Array:

@@ -1,0 +1,178 @@
+"""The command ``stiction``: verbs only. Parse, call, print."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+from codegen import pipeline
+from codegen.checker import verify as checker
+from codegen.demo import run_demo
+from codegen.errors import BadInput
+from codegen.readable import analysis_json, analysis_latex, analysis_view, model_view
+from codegen.stability.certify import Refusal
+from codegen.text import render
+from codegen.version import VERSION
+
+REFUSED, STALE = 3, 4
+
+app = typer.Typer(
+    help="Friction observers from a specification: derived, certified, generated, and checked against measured data.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+output = Console(soft_wrap=True, highlight=False, markup=False)
+errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
+
+SpecPath = Annotated[Path, typer.Argument(metavar="SPEC", help="the spec file (YAML)")]
+
+
+@app.command()
+def check(spec: SpecPath) -> None:
+    """Read and validate a spec; print the system in readable form."""
+    output.print(render("text/check.txt.j2", **model_view(pipeline.check(spec))), end="")
+
+
+@app.command()
+def derive(
+    spec: SpecPath,
+    latex: Annotated[bool, typer.Option("--latex", help="print LaTeX")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="print JSON")] = False,
+) -> None:
+    """Derive Ψ, its characteristic polynomial and the gain conditions."""
+    analysis = pipeline.derive(spec)
+    if as_json:
+        output.print(json.dumps(analysis_json(analysis), indent=1, ensure_ascii=False))
+    elif latex:
+        output.print(render("text/derive.tex.j2", **analysis_latex(analysis)), end="")
+    else:
+        output.print(render("text/derive.txt.j2", **analysis_view(analysis)), end="")
+
+
+@app.command()
+def certify(spec: SpecPath, out: Annotated[Path | None, typer.Option("-o", "--output", help="write the certificate here")] = None) -> None:
+    """Certify the sampled observer over the envelope, or say why not, with a counterexample."""
+    outcome = pipeline.certify(spec)
+    if isinstance(outcome, Refusal):
+        _refuse(outcome)
+    target = pipeline.write_certificate(outcome, out) if out is not None else None
+    output.print(render("text/certified.txt.j2", certificate=outcome, target=target), end="")
+
+
+@app.command()
+def verify(
+    certificate: Annotated[Path, typer.Argument(metavar="CERT")],
+    spec: Annotated[Path | None, typer.Option("--spec", help="check that the certificate is of this spec")] = None,
+) -> None:
+    """Check a certificate by the independent checker (codegen/checker/verify.py, standard library only)."""
+    arguments = [str(certificate)] + (["--spec", str(spec)] if spec is not None else [])
+    raise typer.Exit(checker.main(arguments))
+
+
+@app.command()
+def generate(
+    specs: Annotated[list[Path], typer.Argument(metavar="SPEC...", help="spec files")],
+    out: Annotated[Path | None, typer.Option("-o", "--output", help="folder; generated/NAME by default")] = None,
+    check_only: Annotated[bool, typer.Option("--check", help="write nothing; fail if the files are not current")] = False,
+    uncertified: Annotated[bool, typer.Option("--uncertified", help="write the code even without a certificate")] = False,
+) -> None:
+    """Write C, Python, certificate and README into generated/NAME/."""
+    if out is not None and len(specs) > 1:
+        raise BadInput("-o", f"one folder for {len(specs)} specs", "one spec with -o, or several without")
+    code = 0
+    for spec in specs:
+        result = pipeline.generate(spec, out, check_only, uncertified)
+        refused = isinstance(result.outcome, Refusal)
+        output.print(render("text/generated.txt.j2", result=result, refused=refused, check_only=check_only, uncertified=uncertified), end="")
+        if check_only and result.stale:
+            code = STALE
+        elif refused and not uncertified:
+            code = code or REFUSED
+    raise typer.Exit(code)
+
+
+@app.command()
+def simulate(spec: SpecPath, out: Annotated[Path, typer.Option("-o", "--output", metavar="LOG", help="the CSV file to write")]) -> None:
+    """Write a log from the plant of the spec, with its declared effects."""
+    with _progress() as tell:
+        target = pipeline.simulate(spec, out, lambda share: tell("simulate", share))
+    output.print(str(target))
+
+
+@app.command()
+def diagnose(
+    spec: SpecPath,
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="measured log, CSV or .mat")],
+    test: Annotated[Path | None, typer.Option("--test", metavar="LOG2", help="log to measure the error on")] = None,
+    out: Annotated[Path | None, typer.Option("-o", "--output", metavar="DIR", help="folder for the results")] = None,
+    description: Annotated[Path | None, typer.Option("--description", "-d", help="log description (YAML with columns:)")] = None,
+    column: Annotated[list[str] | None, typer.Option("--column", "-c", metavar="NAME=COLUMN", help="what the log calls a variable")] = None,
+) -> None:
+    """Find the effect that the model lacks; write diagnosis.json, spec.yaml (augmented) and report.html."""
+    with _progress() as tell:
+        result = pipeline.diagnose(spec, log, test, out, description, _columns(column or []), tell)
+    output.print(render("text/diagnosed.txt.j2", result=result, d=result.diagnosis), end="")
+
+
+@app.command()
+def demo(out: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="folder for what it writes")] = Path("demo")) -> None:
+    """Run the main job on the embedded default: a belt-driven axis with an effect that its spec lacks."""
+    with _progress() as tell:
+        run_demo(out, output.print, tell)
+
+
+@app.command()
+def version() -> None:
+    """Print the version."""
+    output.print(VERSION)
+
+
+def _columns(pairs: list[str]) -> dict[str, str]:
+    columns = {}
+    for pair in pairs:
+        name, separator, column = pair.partition("=")
+        if not separator or not name or not column:
+            raise BadInput("--column", f"`{pair}`", "NAME=COLUMN, such as x=qm")
+        columns[name.strip()] = column.strip()
+    return columns
+
+
+def _refuse(refusal: Refusal) -> None:
+    errors.print(render("text/refused.txt.j2", refusal=refusal), end="")
+    raise typer.Exit(REFUSED)
+
+
+@contextmanager
+def _progress() -> Iterator[Callable[[str, float], None]]:
+    """A progress bar on a terminal; nothing where output is not one."""
+    with Progress(
+        TextColumn("{task.description:20}"), BarColumn(), TimeElapsedColumn(), console=errors, transient=True, disable=not errors.is_terminal
+    ) as bar:  # fmt: skip
+        task = bar.add_task("", total=1.0)
+        yield lambda station, share: bar.update(task, description=station, completed=share)
+
+
+def main() -> None:
+    """Run a verb; bad input is one message and exit code 2, never a traceback."""
+    try:
+        app()
+    except BadInput as error:
+        errors.print(f"error: {error}", style="red")
+        sys.exit(2)
+    except BrokenPipeError:
+        sys.exit(1)
+
+
+__all__ = ["app", "main"]
+
+if __name__ == "__main__":
+    main()

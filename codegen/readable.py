@@ -1,0 +1,114 @@
+"""Typed results → words and numbers for the text templates, JSON and LaTeX."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import sympy
+
+from codegen.pipeline import Model
+from codegen.spec.functions import Magnitude
+from codegen.stability.analysis import Analysis
+from codegen.stability.conditions import Condition
+
+
+def model_view(model: Model) -> dict[str, Any]:
+    """What ``stiction check`` prints."""
+    system = model.system
+    values = [(s.name, float(v), system.units[s]) for s, v in system.values.items()]
+    slips = dict(zip([c.name for c in system.contacts], system.slip_velocity, strict=True))
+    return {
+        "spec": model.spec,
+        "system": system,
+        "mass": [[str(e) for e in system.mass_matrix.row(i)] for i in range(system.mass_matrix.rows)],
+        "force": [str(e) for e in system.force],
+        "contacts": [
+            (c.name, str(slips[c.name]), str(c.force.subs(c.slip, sympy.Symbol("u", real=True))), c.unit) for c in system.contacts
+        ],
+        "values": values,
+        "observer": model.observer,
+        "gains": [(s.name, float(v), model.observer.gain_units[s]) for s, v in model.observer.gains.items()] if model.observer else [],
+    }
+
+
+def analysis_view(analysis: Analysis) -> dict[str, Any]:
+    """What ``stiction derive`` prints."""
+    dynamics = analysis.dynamics
+    return {
+        "analysis": analysis,
+        "observer": dynamics.observer,
+        "errors": [(e.symbol.name, e.meaning, e.unit) for e in dynamics.observer.errors],
+        "rows": [[str(e) for e in dynamics.jacobian.row(i)] for i in range(dynamics.jacobian.rows)],
+        "same": dynamics.sampled == dynamics.in_force(dynamics.jacobian) or dynamics.sampled == dynamics.jacobian,
+        "sampled": [[str(e) for e in dynamics.sampled.row(i)] for i in range(dynamics.sampled.rows)],
+        "inverse": [(w.name, i + 1, j + 1) for w, (i, j) in dynamics.inverse_mass.items()],
+        "polynomial": _powers(analysis.polynomial),
+        "routh": [_condition(c) for c in analysis.routh],
+        "jury": [_condition(c) for c in analysis.jury],
+        "signs": [s.name for s in dynamics.observer.signs if dynamics.jacobian.has(s)],
+    }
+
+
+def analysis_json(analysis: Analysis) -> dict[str, Any]:
+    """What ``stiction derive --json`` prints: SymPy expressions as text."""
+    dynamics = analysis.dynamics
+    return {
+        "format": "stiction-derivation/1",
+        "observer": {"kind": dynamics.observer.kind, "velocity": dynamics.observer.velocity},
+        "error": [{"name": e.symbol.name, "meaning": e.meaning, "unit": e.unit} for e in dynamics.observer.errors],
+        "psi": [[str(e) for e in dynamics.jacobian.row(i)] for i in range(dynamics.jacobian.rows)],
+        "sampled": [[str(e) for e in dynamics.sampled.row(i)] for i in range(dynamics.sampled.rows)],
+        "inverse_mass": {w.name: [i, j] for w, (i, j) in dynamics.inverse_mass.items()},
+        "characteristic_polynomial": None if analysis.polynomial is None else [str(c) for c in analysis.polynomial],
+        "routh_hurwitz": [_condition_json(c) for c in analysis.routh],
+        "jury": [_condition_json(c) for c in analysis.jury],
+        "sample_time": float(dynamics.observer.sample_time),
+        "spectral_abscissa": analysis.spectral_abscissa,
+        "spectral_radius": analysis.spectral_radius,
+        "largest_sample_time": analysis.largest_sample_time,
+        "stable": analysis.stable,
+    }
+
+
+def analysis_latex(analysis: Analysis) -> dict[str, Any]:
+    """What ``stiction derive --latex`` prints."""
+    dynamics = analysis.dynamics
+    s = sympy.Symbol("s")
+    polynomial = None
+    if analysis.polynomial is not None:
+        order = len(analysis.polynomial) - 1
+        polynomial = " + ".join(
+            rf"\left({sympy.latex(c)}\right) {sympy.latex(s ** (order - k))}" if k else sympy.latex(s**order)
+            for k, c in enumerate(analysis.polynomial)
+        )
+    return {
+        "psi": sympy.latex(sympy.Matrix(dynamics.jacobian)),
+        "sampled": sympy.latex(sympy.Matrix(dynamics.sampled)),
+        "polynomial": polynomial,
+        "routh": [(c.name, sympy.latex(c.expression)) for c in analysis.routh],
+        "jury": [(c.name, sympy.latex(c.expression)) for c in analysis.jury],
+    }
+
+
+def _powers(polynomial: tuple[Any, ...] | None) -> list[tuple[str, str]]:
+    """(power of s, coefficient) for each term, highest first."""
+    if polynomial is None:
+        return []
+    order = len(polynomial) - 1
+    return [(f"c{order - k}", _written(c)) for k, c in enumerate(polynomial) if k]
+
+
+def _written(expression: Any) -> str:
+    operations = int(sympy.count_ops(expression))
+    if operations > 60:
+        return f"(an expression of {operations} operations; see --json)"
+    return str(sympy.factor(expression)) if not expression.has(Magnitude) else str(expression)
+
+
+def _condition(c: Condition) -> tuple[str, str, float, bool]:
+    text = str(c.expression) if c.readable else f"(an expression of {int(sympy.count_ops(c.expression))} operations; see --json)"
+    return c.name, text, c.value, c.holds
+
+
+def _condition_json(c: Condition) -> dict[str, Any]:
+    return {"name": c.name, "greater_than_zero": str(c.expression), "smallest_value": c.value, "holds": c.holds}
