@@ -59,7 +59,10 @@ def derive(
 
 
 @app.command()
-def certify(spec: SpecPath, out: Annotated[Path | None, typer.Option("-o", "--output", help="write the certificate here")] = None) -> None:
+def certify(
+    spec: SpecPath,
+    out: Annotated[Path | None, typer.Option("-o", "--output", help="write the certificate here")] = None,
+) -> None:
     """Certify the sampled observer over the envelope, or say why not, with a counterexample."""
     outcome = pipeline.certify(spec)
     if isinstance(outcome, Refusal):
@@ -82,8 +85,12 @@ def verify(
 def generate(
     specs: Annotated[list[Path], typer.Argument(metavar="SPEC...", help="spec files")],
     out: Annotated[Path | None, typer.Option("-o", "--output", help="folder; generated/NAME by default")] = None,
-    check_only: Annotated[bool, typer.Option("--check", help="write nothing; fail if the files are not current")] = False,
-    uncertified: Annotated[bool, typer.Option("--uncertified", help="write the code even without a certificate")] = False,
+    check_only: Annotated[
+        bool, typer.Option("--check", help="write nothing; fail if the files are not current")
+    ] = False,
+    uncertified: Annotated[
+        bool, typer.Option("--uncertified", help="write the code even without a certificate")
+    ] = False,
 ) -> None:
     """Write C, Python, certificate and README into generated/NAME/."""
     if out is not None and len(specs) > 1:
@@ -92,7 +99,12 @@ def generate(
     for spec in specs:
         result = pipeline.generate(spec, out, check_only, uncertified)
         refused = isinstance(result.outcome, Refusal)
-        output.print(render("text/generated.txt.j2", result=result, refused=refused, check_only=check_only, uncertified=uncertified), end="")
+        output.print(
+            render(
+                "text/generated.txt.j2", result=result, refused=refused, check_only=check_only, uncertified=uncertified
+            ),
+            end="",
+        )
         if check_only and result.stale:
             code = STALE
         elif refused and not uncertified:
@@ -101,7 +113,9 @@ def generate(
 
 
 @app.command()
-def simulate(spec: SpecPath, out: Annotated[Path, typer.Option("-o", "--output", metavar="LOG", help="the CSV file to write")]) -> None:
+def simulate(
+    spec: SpecPath, out: Annotated[Path, typer.Option("-o", "--output", metavar="LOG", help="the CSV file to write")]
+) -> None:
     """Write a log from the plant of the spec, with its declared effects."""
     with _progress() as tell:
         target = pipeline.simulate(spec, out, lambda share: tell("simulate", share))
@@ -114,8 +128,12 @@ def diagnose(
     log: Annotated[Path, typer.Argument(metavar="LOG", help="measured log, CSV or .mat")],
     test: Annotated[Path | None, typer.Option("--test", metavar="LOG2", help="log to measure the error on")] = None,
     out: Annotated[Path | None, typer.Option("-o", "--output", metavar="DIR", help="folder for the results")] = None,
-    description: Annotated[Path | None, typer.Option("--description", "-d", help="log description (YAML with columns:)")] = None,
-    column: Annotated[list[str] | None, typer.Option("--column", "-c", metavar="NAME=COLUMN", help="what the log calls a variable")] = None,
+    description: Annotated[
+        Path | None, typer.Option("--description", "-d", help="log description (YAML with columns:)")
+    ] = None,
+    column: Annotated[
+        list[str] | None, typer.Option("--column", "-c", metavar="NAME=COLUMN", help="what the log calls a variable")
+    ] = None,
 ) -> None:
     """Find the effect that the model lacks; write diagnosis.json, spec.yaml (augmented) and report.html."""
     with _progress() as tell:
@@ -124,7 +142,11 @@ def diagnose(
 
 
 @app.command()
-def demo(out: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="folder for what it writes")] = Path("demo")) -> None:
+def demo(
+    out: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="folder for what it writes")] = Path(
+        "demo"
+    ),
+) -> None:
     """Run the main job on the embedded default: a belt-driven axis with an effect that its spec lacks."""
     with _progress() as tell:
         run_demo(out, output.print, tell)

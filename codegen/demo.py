@@ -25,7 +25,7 @@ def run_demo(folder: Path, say: Callable[[str], None], tell: Callable[[str, floa
     """
     specs = resource_folder("specs")
     spec = specs / SPEC
-    say(render("text/demo_spec.txt.j2", spec=SPEC, **model_view(pipeline.check(spec))))
+    say(render("text/demo_spec.txt.j2", file=SPEC, **model_view(pipeline.check(spec))))
     say(render("text/demo_derive.txt.j2", **analysis_view(pipeline.derive(spec))))
     generated = pipeline.generate(spec, folder / "generated" / "belt_axis")
     if isinstance(generated.outcome, Certificate):

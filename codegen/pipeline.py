@@ -18,7 +18,6 @@ from codegen.logs import read_log
 from codegen.mechanics import System, build_system
 from codegen.observers import Observer, build_observer
 from codegen.program import Program, build_program
-from codegen.report import render_report
 from codegen.simulate import simulate as simulate_plant
 from codegen.simulate import write_log
 from codegen.spec import Spec, parse_spec, read_spec
@@ -106,7 +105,9 @@ def verify(path: str | Path, spec: Path | None = None) -> checker.Report:
         raise BadInput(Place(str(path), error.lineno), error.msg, "a certificate (JSON)") from None
 
 
-def generate(path: str | Path, folder: str | Path | None = None, check_only: bool = False, uncertified: bool = False) -> Generated:
+def generate(
+    path: str | Path, folder: str | Path | None = None, check_only: bool = False, uncertified: bool = False
+) -> Generated:
     """C, Python, certificate and README of a spec's observer.
 
     Args:
@@ -158,6 +159,8 @@ def diagnose(
     Raises:
         BadInput: for a bad spec or log; nothing is written then.
     """
+    from codegen.report import render_report  # matplotlib costs a second that the other verbs need not pay
+
     model = check(path)
     train = read_log(log, model.spec, description=description, columns=columns)
     held_out = read_log(test, model.spec, description=description, columns=columns) if test is not None else None
@@ -204,11 +207,15 @@ def _generate(spec: Spec) -> tuple[dict[str, str], Certificate | Refusal]:
     return _complete(files, outcome, program, header), outcome
 
 
-def _complete(files: Mapping[str, str], outcome: Certificate | Refusal, program: Program, header: Header) -> dict[str, str]:
+def _complete(
+    files: Mapping[str, str], outcome: Certificate | Refusal, program: Program, header: Header
+) -> dict[str, str]:
     result = dict(files)
     if isinstance(outcome, Certificate):
         result["certificate.json"] = outcome.text
-    result["README.md"] = emit_readme(program, header, outcome.content if isinstance(outcome, Certificate) else outcome.reason)
+    result["README.md"] = emit_readme(
+        program, header, outcome.content if isinstance(outcome, Certificate) else outcome.reason
+    )
     result["manifest.json"] = emit_manifest(header, result)
     return result
 
@@ -221,7 +228,11 @@ def _stale(folder: Path, spec: Spec, files: Mapping[str, str]) -> tuple[str, ...
     on_disk = {name: _read_or_none(folder / name) for name in files}
     different = [name for name, text in files.items() if on_disk[name] != text]
     text = on_disk.get("certificate.json")
-    if set(different) <= {"certificate.json", "manifest.json", "README.md"} and "certificate.json" in different and text:
+    if (
+        set(different) <= {"certificate.json", "manifest.json", "README.md"}
+        and "certificate.json" in different
+        and text
+    ):
         try:
             report = checker.check(text, folder)
         except checker.Refused:

@@ -23,11 +23,14 @@ def model_view(model: Model) -> dict[str, Any]:
         "mass": [[str(e) for e in system.mass_matrix.row(i)] for i in range(system.mass_matrix.rows)],
         "force": [str(e) for e in system.force],
         "contacts": [
-            (c.name, str(slips[c.name]), str(c.force.subs(c.slip, sympy.Symbol("u", real=True))), c.unit) for c in system.contacts
+            (c.name, str(slips[c.name]), str(c.force.subs(c.slip, sympy.Symbol("u", real=True))), c.unit)
+            for c in system.contacts
         ],
         "values": values,
         "observer": model.observer,
-        "gains": [(s.name, float(v), model.observer.gain_units[s]) for s, v in model.observer.gains.items()] if model.observer else [],
+        "gains": [(s.name, float(v), model.observer.gain_units[s]) for s, v in model.observer.gains.items()]
+        if model.observer
+        else [],
     }
 
 
@@ -43,6 +46,7 @@ def analysis_view(analysis: Analysis) -> dict[str, Any]:
         "sampled": [[str(e) for e in dynamics.sampled.row(i)] for i in range(dynamics.sampled.rows)],
         "inverse": [(w.name, i + 1, j + 1) for w, (i, j) in dynamics.inverse_mass.items()],
         "polynomial": _powers(analysis.polynomial),
+        "polynomial_words": _polynomial_words(analysis.polynomial),
         "routh": [_condition(c) for c in analysis.routh],
         "jury": [_condition(c) for c in analysis.jury],
         "signs": [s.name for s in dynamics.observer.signs if dynamics.jacobian.has(s)],
@@ -78,7 +82,9 @@ def analysis_latex(analysis: Analysis) -> dict[str, Any]:
     if analysis.polynomial is not None:
         order = len(analysis.polynomial) - 1
         polynomial = " + ".join(
-            rf"\left({sympy.latex(c)}\right) {sympy.latex(s ** (order - k))}" if k else sympy.latex(s**order)
+            sympy.latex(s ** (order - k))
+            if k == 0
+            else rf"\left({sympy.latex(c)}\right) {sympy.latex(s ** (order - k)) if k < order else ''}"
             for k, c in enumerate(analysis.polynomial)
         )
     return {
@@ -98,6 +104,15 @@ def _powers(polynomial: tuple[Any, ...] | None) -> list[tuple[str, str]]:
     return [(f"c{order - k}", _written(c)) for k, c in enumerate(polynomial) if k]
 
 
+def _polynomial_words(polynomial: tuple[Any, ...] | None) -> str:
+    """The polynomial in its coefficients: s^2 + c1 s + c0."""
+    if polynomial is None:
+        return ""
+    order = len(polynomial) - 1
+    powers = [f"s^{k}" if k > 1 else "s" if k == 1 else "" for k in range(order, -1, -1)]
+    return " + ".join([powers[0], *(f"c{order - k} {powers[k]}".strip() for k in range(1, order + 1))])
+
+
 def _written(expression: Any) -> str:
     operations = int(sympy.count_ops(expression))
     if operations > 60:
@@ -106,7 +121,11 @@ def _written(expression: Any) -> str:
 
 
 def _condition(c: Condition) -> tuple[str, str, float, bool]:
-    text = str(c.expression) if c.readable else f"(an expression of {int(sympy.count_ops(c.expression))} operations; see --json)"
+    text = (
+        str(c.expression)
+        if c.readable
+        else f"(an expression of {int(sympy.count_ops(c.expression))} operations; see --json)"
+    )
     return c.name, text, c.value, c.holds
 
 

@@ -13,7 +13,7 @@ from codegen.resources import resource_folder
 @cache
 def environment(escape: bool = False) -> Environment:
     """The one Jinja environment; ``escape`` for HTML."""
-    return Environment(
+    made = Environment(
         loader=FileSystemLoader(resource_folder("templates")),
         undefined=StrictUndefined,
         trim_blocks=True,
@@ -21,6 +21,10 @@ def environment(escape: bool = False) -> Environment:
         keep_trailing_newline=True,
         autoescape=escape,
     )
+    made.filters["zip2"] = lambda a, b: list(zip(a, b, strict=True))
+    made.filters["zip3"] = lambda a, b, c: list(zip(a, b, c, strict=True))
+    made.filters["column_widths"] = lambda rows: [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    return made
 
 
 def render(template: str, **values: Any) -> str:

@@ -14,14 +14,18 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.diagnosis.signals import Motion
+from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.system import Matrix, System
-from codegen.program.translate import to_casadi
 
 Array = NDArray[np.float64]
 
 
 def evaluate_forces(
-    system: System, columns: Sequence[Matrix], motion: Motion, inputs: Array | None = None, values: Mapping[Any, float] | None = None
+    system: System,
+    columns: Sequence[Matrix],
+    motion: Motion,
+    inputs: Array | None = None,
+    values: Mapping[Any, float] | None = None,
 ) -> Array:
     """Generalised-force columns at every sample, before the coarse filter.
 

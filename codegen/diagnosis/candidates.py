@@ -141,7 +141,9 @@ def _refine(best: tuple[Shape, Grams], build: Callable[[Shape], Grams | None]) -
         return candidate.error(candidate.fit())
 
     width = 0.02 if name == "period" else 0.3
-    result = minimize_scalar(error, bounds=(np.log(value) - width, np.log(value) + width), method="bounded", options={"maxiter": 12})
+    result = minimize_scalar(
+        error, bounds=(np.log(value) - width, np.log(value) + width), method="bounded", options={"maxiter": 12}
+    )
     if result.fun < grams.error(grams.fit()):
         return {name: float(np.exp(result.x))}, found[result.x]
     return best
@@ -158,7 +160,9 @@ def _shape_grid(problem: Problem, effect: Effect, place: int) -> list[Shape]:
         "v_s": lambda: _speed_grid(problem),
         "period": lambda: _period_grid(problem, effect, place),
     }
-    return [dict(zip(names, values, strict=True)) for values in product(*[[float(v) for v in grids[n]()] for n in names])]
+    return [
+        dict(zip(names, values, strict=True)) for values in product(*[[float(v) for v in grids[n]()] for n in names])
+    ]
 
 
 def _speed_grid(problem: Problem) -> Array:

@@ -118,7 +118,9 @@ def _search(problem: Problem, refit: System, tolerance: float, tell: Progress) -
     current = problem
     base_system = refit
     for turn in range(MOST_EFFECTS):
-        ranked = _round(current, base_system, found, tolerance, lambda s, t=turn: tell(f"effect {t + 1}", 0.1 + 0.25 * (t + s)))
+        ranked = _round(
+            current, base_system, found, tolerance, lambda s, t=turn: tell(f"effect {t + 1}", 0.1 + 0.25 * (t + s))
+        )
         first = first or ranked
         if not ranked or not ranked[0].evidence.accepted:
             break
@@ -133,7 +135,9 @@ def _search(problem: Problem, refit: System, tolerance: float, tell: Progress) -
     return found, first
 
 
-def _round(problem: Problem, base_system: System, found: Sequence[Fit], tolerance: float, tell: Callable[[float], None]) -> list[Ranked]:
+def _round(
+    problem: Problem, base_system: System, found: Sequence[Fit], tolerance: float, tell: Callable[[float], None]
+) -> list[Ranked]:
     places = [p for p in all_places(problem) if not _already(p, found)]
     fits = []
     for k, (effect, place, on) in enumerate(places):
@@ -145,8 +149,14 @@ def _round(problem: Problem, base_system: System, found: Sequence[Fit], toleranc
     reference = _pooled(free_run_errors(base_system, problem.motion, window))
 
     def ratio(fit: Fit) -> float:
-        error = _pooled(free_run_errors(with_values(with_effect(problem.system, fit), fit.refitted), problem.motion, window))
-        return error / reference if reference > 0 and np.isfinite(reference) else (1.0 if np.isfinite(error) else float("inf"))
+        error = _pooled(
+            free_run_errors(with_values(with_effect(problem.system, fit), fit.refitted), problem.motion, window)
+        )
+        return (
+            error / reference
+            if reference > 0 and np.isfinite(reference)
+            else (1.0 if np.isfinite(error) else float("inf"))
+        )
 
     return rank(problem.base.held_out(), fits, ratio, tolerance)
 
@@ -165,13 +175,17 @@ def _polish(problem: Problem, found: list[Fit]) -> list[Fit]:
     for _ in range(2):
         for k, fit in enumerate(polished):
             others = polished[:k] + polished[k + 1 :]
-            again = fit_effect(replace(problem, system=with_effects(problem.system, others)), fit.effect, fit.place, fit.on)
+            again = fit_effect(
+                replace(problem, system=with_effects(problem.system, others)), fit.effect, fit.place, fit.on
+            )
             if again is not None:
                 polished[k] = again
     return polished
 
 
-def _verdict(first: list[Ranked], found: list[Fit], refit: System) -> tuple[Verdict, list[FoundEffect], list[FoundEffect]]:
+def _verdict(
+    first: list[Ranked], found: list[Fit], refit: System
+) -> tuple[Verdict, list[FoundEffect], list[FoundEffect]]:
     if not found:
         return "none", [], []
     tied = rivals(first)
@@ -229,4 +243,3 @@ def _pooled(errors: Sequence[float]) -> float:
 
 def _words(finding: Finding) -> str:
     return f"{finding.severity}: {finding.words}"
-

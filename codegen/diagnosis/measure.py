@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from codegen.diagnosis.balance import evaluate_forces
 from codegen.diagnosis.residual import Masks, effective_inputs, inverse_dynamics_residual
 from codegen.diagnosis.results import ErrorFigures
 from codegen.diagnosis.signals import TRIM_S, Motion, central_difference
-from codegen.diagnosis.balance import evaluate_forces
 from codegen.mechanics.system import Matrix, System
 from codegen.simulate.free_run import free_run
 
@@ -51,16 +51,28 @@ def measure(system: System, motion: Motion, used: Masks, window: Window) -> Erro
 
 def free_run_errors(system: System, motion: Motion, window: Window, restart_s: float = RESTART_S) -> list[float]:
     """RMS of predicted less raw position on each coordinate, restarted from the low-passed measured state."""
-    h = motion.sample_time
-    start = motion.low_pass(motion.measured)
-    predicted = free_run(
-        system, motion.time, start, central_difference(start, h), motion.commands, restart_s, substeps=_substeps(h), trim_s=TRIM_S
-    )
-    error = (predicted - motion.measured)[window.start : window.stop]
+    error = free_run_series(system, motion, restart_s)[window.start : window.stop]
     usable = motion.usable[window.start : window.stop] & ~np.isnan(error).any(axis=1)
     if not usable.any() or not np.isfinite(error[usable]).all():
         return [float("inf")] * error.shape[1]
     return [float(e) for e in np.sqrt(np.mean(error[usable] ** 2, axis=0))]
+
+
+def free_run_series(system: System, motion: Motion, restart_s: float = RESTART_S) -> Array:
+    """Predicted less raw position at every sample, (N, n); NaN where the motion is trimmed, inf where the run diverges."""
+    h = motion.sample_time
+    start = motion.low_pass(motion.measured)
+    predicted = free_run(
+        system,
+        motion.time,
+        start,
+        central_difference(start, h),
+        motion.commands,
+        restart_s,
+        substeps=_substeps(h),
+        trim_s=TRIM_S,
+    )
+    return np.asarray(predicted - motion.measured)
 
 
 def drive_force(system: System, motion: Motion) -> Array:

@@ -23,7 +23,8 @@ def with_effect(system: System, fit: Fit) -> System:
     symbols = effect_symbols(fit.effect, fit.on, system)
     units = unit_words(fit.effect, fit.place, system)
     system = system.with_parameters(
-        {s: sympy.Float(fit.parameters[name]) for name, s in symbols.items()}, {s: units[name] for name, s in symbols.items()}
+        {s: sympy.Float(fit.parameters[name]) for name, s in symbols.items()},
+        {s: units[name] for name, s in symbols.items()},
     )
     return fit.effect.add(system, fit.place, symbols)
 

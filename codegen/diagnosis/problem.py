@@ -67,11 +67,15 @@ class Problem:
         count = len(self.levels)
         found = {s.name: float(w) for s, w in zip(self.levels, weights[:count], strict=True)}
         moves = weights[count : count + len(self.uncertain)]
-        return found | {s.name: float(self.system.values[s]) + float(w) for s, w in zip(self.uncertain, moves, strict=True)}
+        return found | {
+            s.name: float(self.system.values[s]) + float(w) for s, w in zip(self.uncertain, moves, strict=True)
+        }
 
     @cached_property
     def blocks(self) -> list[Blocks]:
-        return [cut_blocks(self.masks.rows[:, i], self.motion.stride, BLOCKS) for i in range(self.system.degrees_of_freedom)]
+        return [
+            cut_blocks(self.masks.rows[:, i], self.motion.stride, BLOCKS) for i in range(self.system.degrees_of_freedom)
+        ]
 
     @cached_property
     def inputs(self) -> Array:

@@ -103,7 +103,9 @@ def compare_residuals(spec: Spec, system: System, motion: Motion) -> Agreement |
         return None
     size = np.sqrt((b**2).mean(axis=0))
     difference = np.sqrt(((a - b) ** 2).mean(axis=0)) / np.where(size > 0, size, 1.0)
-    correlation = np.corrcoef(np.vstack([(a / np.where(size > 0, size, 1.0)).ravel(), (b / np.where(size > 0, size, 1.0)).ravel()]))[0, 1]
+    correlation = np.corrcoef(
+        np.vstack([(a / np.where(size > 0, size, 1.0)).ravel(), (b / np.where(size > 0, size, 1.0)).ravel()])
+    )[0, 1]
     return Agreement(float(correlation), float(difference.max()), len(tracked))
 
 

@@ -71,7 +71,10 @@ def inverse_dynamics_residual(system: System, motion: Motion, filtered: bool = T
 
 def friction_estimate(system: System, motion: Motion) -> Array:
     """g − M a, (N, n): all that the friction must have been, unfiltered."""
-    bare = replace(system, contacts=tuple(replace(c, extra_level=sympy.Integer(0), extra_force=sympy.Integer(0)) for c in system.contacts))
+    bare = replace(
+        system,
+        contacts=tuple(replace(c, extra_level=sympy.Integer(0), extra_force=sympy.Integer(0)) for c in system.contacts),
+    )
     force = Matrix(bare.force - bare.mass_matrix * Matrix(list(bare.accelerations)))
     return evaluate_forces(bare, [force], motion, effective_inputs(system, motion))[0]
 

@@ -94,7 +94,17 @@ def smooth_motion(log: Log, cutoff_hz: float | None = None) -> Motion:
         reach = round(1 / (coarse * h))
         usable[max(0, start - reach) : stop + reach] = False
     return Motion(
-        log.time, positions, velocities, accelerations, (before + log.inputs) / 2, log.inputs, h, coarse, fine, usable, log.positions
+        log.time,
+        positions,
+        velocities,
+        accelerations,
+        (before + log.inputs) / 2,
+        log.inputs,
+        h,
+        coarse,
+        fine,
+        usable,
+        log.positions,
     )
 
 

@@ -64,12 +64,19 @@ def _add(system: System, spec: Spec, index: int, declared: DeclaredEffect) -> Sy
     effect = CATALOGUE.get(declared.kind)
     if effect is None:
         expected = f"one of {', '.join(CATALOGUE)}"
-        raise BadInput(spec.place(f"{key}.kind"), f"unknown effect `{declared.kind}`", expected, nearest_name(declared.kind, CATALOGUE))
+        raise BadInput(
+            spec.place(f"{key}.kind"),
+            f"unknown effect `{declared.kind}`",
+            expected,
+            nearest_name(declared.kind, CATALOGUE),
+        )
     known = places_of(effect, system)
     if len(declared.on) != 1 or declared.on[0] not in known:
         found = f"{declared.kind} on `{', '.join(declared.on)}`"
         expected = f"one {effect.sits_on}: {', '.join(known) or 'there is none'}"
-        raise BadInput(spec.place(f"{key}.on"), found, expected, nearest_name(declared.on[0], known) if declared.on else None)
+        raise BadInput(
+            spec.place(f"{key}.on"), found, expected, nearest_name(declared.on[0], known) if declared.on else None
+        )
     on = declared.on[0]
     symbols = effect_symbols(effect, on, system)
     values = {symbols[p]: v for p, v in _checked(effect, declared, spec, key).items()}
@@ -83,7 +90,9 @@ def _checked(effect: Effect, declared: DeclaredEffect, spec: Spec, key: str) -> 
     for name in declared.parameters:
         if name not in names:
             place = spec.place(f"{key}.parameters.{name}")
-            raise BadInput(place, f"unknown parameter `{name}`", f"{', '.join(names)} of {effect.kind}", nearest_name(name, names))
+            raise BadInput(
+                place, f"unknown parameter `{name}`", f"{', '.join(names)} of {effect.kind}", nearest_name(name, names)
+            )
     for p in effect.parameters:
         if p.name not in declared.parameters:
             raise BadInput(spec.place(f"{key}.parameters"), f"`{p.name}` is missing", f"`{p.name}:` ({p.meaning})")

@@ -6,11 +6,11 @@ import json
 from dataclasses import dataclass
 from typing import Any
 
-from codegen.files import sha256
-from codegen.emit.printer import C, PYTHON
-from codegen.text import render
+from codegen.emit.printer import PYTHON, C
 from codegen.emit.view import view
+from codegen.files import sha256
 from codegen.program import Program
+from codegen.text import render
 from codegen.version import VERSION
 
 
@@ -45,7 +45,9 @@ def emit_sources(program: Program, header: Header) -> dict[str, str]:
 def emit_readme(program: Program, header: Header, certificate: Any) -> str:
     """How to call what was generated; ``certificate`` is a dict, or the words of a refusal."""
     refused = certificate if isinstance(certificate, str) else None
-    return render("text/generated_readme.md.j2", program=program, header=header, certificate=certificate, refused=refused)
+    return render(
+        "text/generated_readme.md.j2", program=program, header=header, certificate=certificate, refused=refused
+    )
 
 
 def emit_manifest(header: Header, files: dict[str, str]) -> str:

@@ -45,7 +45,10 @@ _CALLS = {
     casadi.OP_CONSTPOW: "pow",
 }
 C = Language({**_CALLS, casadi.OP_FABS: "fabs", casadi.OP_SIGN: "sign_of"}, "const double {name} = {value};")
-PYTHON = Language({op: f"math.{name}" for op, name in _CALLS.items()} | {casadi.OP_FABS: "abs", casadi.OP_SIGN: "_sign"}, "{name} = {value}")
+PYTHON = Language(
+    {op: f"math.{name}" for op, name in _CALLS.items()} | {casadi.OP_FABS: "abs", casadi.OP_SIGN: "_sign"},
+    "{name} = {value}",
+)
 
 _INFIX = {
     casadi.OP_ADD: (SUM, "+"),
@@ -86,7 +89,9 @@ def print_expression(expression: Any, words: Mapping[str, str], language: Langua
         TypeError: for a CasADi operation without a word.
     """
     symbols = casadi.symvar(casadi.SX(expression))
-    function = casadi.Function("block", symbols, [casadi.cse(casadi.densify(casadi.SX(expression)))], {"allow_free": False})
+    function = casadi.Function(
+        "block", symbols, [casadi.cse(casadi.densify(casadi.SX(expression)))], {"allow_free": False}
+    )
     outputs, order = _graph(function, [words[s.name()] for s in symbols], language)
     definitions, calls, operations = [], set(), 0
     for node in order:

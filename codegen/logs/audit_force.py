@@ -18,7 +18,7 @@ from codegen.logs.finding import Finding
 from codegen.logs.log import Array, Flags, Log
 from codegen.logs.motion import Motion, low_pass
 from codegen.mechanics import System, build_system
-from codegen.program.translate import to_casadi
+from codegen.mechanics.casadi_form import to_casadi
 from codegen.spec.model import Spec
 
 FLIPPED = -0.4

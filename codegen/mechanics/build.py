@@ -30,7 +30,11 @@ def build_system(spec: Spec) -> System:
         built = _contact(spec, index, contact)
         for name, s in built.law_parameters.items():
             if s in values:
-                raise BadInput(spec.place(f"parameters.{s.name}"), f"parameter `{s.name}`", f"a name that contact {contact.name} does not use")
+                raise BadInput(
+                    spec.place(f"parameters.{s.name}"),
+                    f"parameter `{s.name}`",
+                    f"a name that contact {contact.name} does not use",
+                )
             values[s] = contact.parameters[name]
             template = next(p.unit for p in built.law.parameters if p.name == name)
             units[s] = template.format(F=contact.unit, q=built.slip_unit)
@@ -58,7 +62,9 @@ def _contact(spec: Spec, index: int, contact: Contact) -> ContactFriction:
     law = LAWS.get(contact.law)
     if law is None:
         expected = f"one of {', '.join(LAWS)}"
-        raise BadInput(spec.place(f"{key}.law"), f"unknown law `{contact.law}`", expected, nearest_name(contact.law, LAWS))
+        raise BadInput(
+            spec.place(f"{key}.law"), f"unknown law `{contact.law}`", expected, nearest_name(contact.law, LAWS)
+        )
     names = [p.name for p in law.parameters]
     for name in contact.parameters:
         if name not in names:
@@ -66,14 +72,20 @@ def _contact(spec: Spec, index: int, contact: Contact) -> ContactFriction:
             raise BadInput(spec.place(f"{key}.{name}"), f"unknown key `{name}`", expected, nearest_name(name, names))
     for p in law.parameters:
         if p.name not in contact.parameters:
-            raise BadInput(spec.place(key), f"`{p.name}` ({p.meaning}) is missing", f"`{p.name}:` for the law {law.name}")
+            raise BadInput(
+                spec.place(key), f"`{p.name}` ({p.meaning}) is missing", f"`{p.name}:` for the law {law.name}"
+            )
         value = contact.parameters[p.name]
         if value < 0 or (p.positive and value == 0):
             wanted = "a positive number" if p.positive else "zero or a positive number"
             raise BadInput(spec.place(f"{key}.{p.name}"), f"{p.meaning} {float(value):g}", wanted)
     touched = [i for i in range(len(spec.coordinates)) if spec.distribution[i, index] != 0]
     if not touched:
-        raise BadInput(spec.place("friction.distribution"), f"column {index + 1} of zeros", f"a coordinate on which {contact.name} acts")
+        raise BadInput(
+            spec.place("friction.distribution"),
+            f"column {index + 1} of zeros",
+            f"a coordinate on which {contact.name} acts",
+        )
     symbols = {name: symbol(f"{contact.name}_{name}") for name in names}
     slip_unit = spec.coordinates[touched[0]].unit
     return ContactFriction(contact.name, contact.unit, slip_unit, symbol(f"slip_{contact.name}"), law, symbols)
@@ -99,13 +111,19 @@ def check_mass_matrix(system: System, spec: Spec) -> None:
     n = system.degrees_of_freedom
     ranges = position_ranges(system, spec)
     generator = np.random.default_rng(0)
-    corners = np.array(np.meshgrid(*[(lo, (lo + hi) / 2, hi) for lo, hi in list(ranges.values())[:6]])).reshape(min(n, 6), -1).T
+    corners = (
+        np.array(np.meshgrid(*[(lo, (lo + hi) / 2, hi) for lo, hi in list(ranges.values())[:6]]))
+        .reshape(min(n, 6), -1)
+        .T
+    )
     corners = np.hstack([corners, np.zeros((len(corners), n - corners.shape[1]))])
     low, high = np.array(list(ranges.values())).T
     points = np.vstack([corners, generator.uniform(low, high, (SAMPLES, n))]) if mass.free_symbols else corners[:1]
     for i in range(n):
         for j in range(i):
-            if sympy.expand(mass[i, j] - mass[j, i]) != 0 and _differs(mass[i, j] - mass[j, i], system.positions, points):
+            if sympy.expand(mass[i, j] - mass[j, i]) != 0 and _differs(
+                mass[i, j] - mass[j, i], system.positions, points
+            ):
                 found = f"entry [{i}][{j}] `{system.mass_matrix[i, j]}` and [{j}][{i}] `{system.mass_matrix[j, i]}`"
                 raise BadInput(spec.place(f"mass_matrix[{i}][{j}]"), found, "a symmetric mass matrix")
     for point in points:
@@ -113,9 +131,13 @@ def check_mass_matrix(system: System, spec: Spec) -> None:
         numbers = np.array(mass.subs(at).evalf(), dtype=float)
         smallest = np.linalg.eigvalsh(numbers)[0]
         if not smallest > 0:
-            where = ", ".join(f"{x} = {value:.4g}" for x, value in at.items() if x in mass.free_symbols) or "every point"
+            where = (
+                ", ".join(f"{x} = {value:.4g}" for x, value in at.items() if x in mass.free_symbols) or "every point"
+            )
             found = f"its smallest eigenvalue is {smallest:.4g} at {where}"
-            raise BadInput(spec.place("mass_matrix"), found, "a mass matrix that is positive definite in the whole envelope")
+            raise BadInput(
+                spec.place("mass_matrix"), found, "a mass matrix that is positive definite in the whole envelope"
+            )
 
 
 def _differs(difference: sympy.Expr, positions: tuple[sympy.Symbol, ...], points: Any) -> bool:

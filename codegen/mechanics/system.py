@@ -7,12 +7,11 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import sympy
+from sympy import ImmutableMatrix as Matrix
 
 from codegen.friction import FrictionLaw
 from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import symbol
-
-Matrix = sympy.ImmutableMatrix
 
 
 @dataclass(frozen=True)

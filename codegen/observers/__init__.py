@@ -31,7 +31,12 @@ def build_observer(spec: Spec, system: System) -> Observer:
     builder = OBSERVERS.get(choice.kind)
     place = spec.place("observer.kind")
     if builder is None:
-        raise BadInput(place, f"unknown observer `{choice.kind}`", f"one of {', '.join(OBSERVERS)}", nearest_name(choice.kind, OBSERVERS))
+        raise BadInput(
+            place,
+            f"unknown observer `{choice.kind}`",
+            f"one of {', '.join(OBSERVERS)}",
+            nearest_name(choice.kind, OBSERVERS),
+        )
     if choice.kind in SINGLE and (system.degrees_of_freedom > 1 or len(system.contacts) > 1):
         found = f"{choice.kind} on {system.degrees_of_freedom} coordinates and {len(system.contacts)} contacts"
         raise BadInput(place, found, f"{SINGLE[choice.kind]}, its general form", SINGLE[choice.kind])

@@ -56,7 +56,9 @@ def coulomb_friction_observer(spec: Spec, system: System) -> Observer:
         known = parts.declared_friction(system, slip.symbols)
         equations.append(known)
         law_force = Matrix(law_force + known.symbols)
-    contact = Equation("contact_friction", parts.vector("F_hat", names), law_force, parts.contact_units(system), "(4.10)", output=True)
+    contact = Equation(
+        "contact_friction", parts.vector("F_hat", names), law_force, parts.contact_units(system), "(4.10)", output=True
+    )
     force = Equation(
         "friction_force", parts.vector("F_hat_on", [x.name for x in system.positions]), Matrix(system.distribution * contact.symbols),
         parts.force_units(system), "(4.10)", output=True,
@@ -109,7 +111,9 @@ def _declared_levels(system: System, slip: Matrix | None, gain: Matrix, mu: symp
     return list(levels + gain * Matrix([Magnitude(u) ** mu for u in slip]))
 
 
-def _gain_unit(s: sympy.Symbol, values: object, friction: dict[sympy.Symbol, object], system: System, mu: sympy.Expr) -> str:
+def _gain_unit(
+    s: sympy.Symbol, values: object, friction: dict[sympy.Symbol, object], system: System, mu: sympy.Expr
+) -> str:
     if s not in friction:
         return "1/s"
     contact = system.contacts[0]

@@ -27,7 +27,13 @@ class GainMatrix:
 
 
 def read_gain(
-    spec: Spec, choice: ObserverChoice, name: str, rows: list[str], columns: list[str], sign: int = 0, default: int | None = None
+    spec: Spec,
+    choice: ObserverChoice,
+    name: str,
+    rows: list[str],
+    columns: list[str],
+    sign: int = 0,
+    default: int | None = None,
 ) -> GainMatrix:
     """One gain matrix.
 
@@ -43,7 +49,9 @@ def read_gain(
     raw = choice.gains.get(name, default)
     if raw is None:
         given = ", ".join(choice.gains) or "none"
-        raise BadInput(spec.place("observer.gains"), f"gain `{name}` is missing (given: {given})", f"`{name}:` for {choice.kind}")
+        raise BadInput(
+            spec.place("observer.gains"), f"gain `{name}` is missing (given: {given})", f"`{name}:` for {choice.kind}"
+        )
     place = spec.place(key)
     shape = f"{len(rows)} by {len(columns)}"
     if not isinstance(raw, list):
@@ -52,7 +60,9 @@ def read_gain(
         numbers = [exact_number(str(raw), place)] * len(rows)
     elif any(not isinstance(entry, list) for entry in raw):
         if any(isinstance(entry, list) for entry in raw) or len(raw) != len(rows) or len(rows) != len(columns):
-            raise BadInput(place, f"{name} of length {len(raw)}", f"a scalar, {len(rows)} diagonal entries or {shape} rows")
+            raise BadInput(
+                place, f"{name} of length {len(raw)}", f"a scalar, {len(rows)} diagonal entries or {shape} rows"
+            )
         numbers = [exact_number(str(entry), place) for entry in raw]
     else:
         return _full(name, raw, rows, columns, place, shape)
@@ -85,4 +95,6 @@ def refuse_unknown_gains(spec: Spec, choice: ObserverChoice, known: tuple[str, .
     for name in choice.gains:
         if name not in known:
             place = spec.place(f"observer.gains.{name}")
-            raise BadInput(place, f"unknown gain `{name}`", f"{', '.join(known)} for {choice.kind}", nearest_name(name, known))
+            raise BadInput(
+                place, f"unknown gain `{name}`", f"{', '.join(known)} for {choice.kind}", nearest_name(name, known)
+            )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-
 from codegen.mechanics.system import Matrix, System
 from codegen.observers.equations import Equation, ErrorVariable
 from codegen.spec.functions import Sgn
@@ -40,7 +39,13 @@ def velocity_estimate(system: System, gain: Matrix) -> Equation:
     state = vector("z", names)
     estimate = Matrix([symbol(f"{name}_hat") for name in names])
     return Equation(
-        "velocity_estimate", estimate, Matrix(state + gain * system.x), velocity_units(system), "(4.25)", state=state, output=True
+        "velocity_estimate",
+        estimate,
+        Matrix(state + gain * system.x),
+        velocity_units(system),
+        "(4.25)",
+        state=state,
+        output=True,
     )
 
 
@@ -62,7 +67,11 @@ def slip_equations(system: System, velocity: Matrix) -> tuple[Equation, Equation
     names = contact_names(system)
     slip, sign = vector("slip", names), vector("sign", names)
     slips = Equation(
-        "slip_velocity", slip, Matrix(system.distribution.T * velocity), tuple(f"{c.slip_unit}/s" for c in system.contacts), "U' v, (4.5)"
+        "slip_velocity",
+        slip,
+        Matrix(system.distribution.T * velocity),
+        tuple(f"{c.slip_unit}/s" for c in system.contacts),
+        "U' v, (4.5)",
     )
     signs = Equation("slip_sign", sign, Matrix([Sgn(u) for u in slip]), ("1",) * len(names), "(4.13)")
     return slips, signs
@@ -71,7 +80,9 @@ def slip_equations(system: System, velocity: Matrix) -> tuple[Equation, Equation
 def declared_friction(system: System, slip: Matrix) -> Equation:
     """Contact forces of declared effects, known to the observer and so not estimated."""
     known = system.known_friction(slip)
-    return Equation("known_friction", vector("known", contact_names(system)), known, contact_units(system), "declared effects")
+    return Equation(
+        "known_friction", vector("known", contact_names(system)), known, contact_units(system), "declared effects"
+    )
 
 
 def has_declared_friction(system: System) -> bool:
@@ -84,5 +95,3 @@ def acceleration_equation(system: System, velocity: Matrix, friction: Matrix) ->
     symbols = Matrix([symbol(f"{v.name}_dot_hat") for v in system.velocities])
     units = tuple(f"{unit}/s^2" for unit in system.position_units)
     return Equation("acceleration", symbols, Matrix(force - friction), units, "(4.2)", form="mass_solve")
-
-

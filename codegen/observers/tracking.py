@@ -57,7 +57,9 @@ def tracking_observer(spec: Spec, system: System) -> Observer:
         equations.append(
             Equation("contact_friction", parts.vector("F_hat", names), contact_force, units, "(5.14)", output=True)
         )
-    total = Equation("friction_force", parts.vector("F_hat_on", positions), force, parts.force_units(system), "(4.16)", output=True)
+    total = Equation(
+        "friction_force", parts.vector("F_hat_on", positions), force, parts.force_units(system), "(4.16)", output=True
+    )
     acceleration = parts.acceleration_equation(system, velocity, total.symbols)
     equations += [total, acceleration]
 
@@ -77,7 +79,7 @@ def tracking_observer(spec: Spec, system: System) -> Observer:
     )
     truth_force = system.distribution * Matrix(truths) if by_contact else Matrix(truths)
     force_unit, q = units[0], system.position_units[0]
-    gain_units = {s: f"{force_unit}/{q}" for s in first.values} | {s: f"{force_unit}*s/{q}" for s in second.values}
+    gain_units = dict.fromkeys(first.values, f"{force_unit}/{q}") | dict.fromkeys(second.values, f"{force_unit}*s/{q}")
     return Observer(
         kind=choice.kind,
         velocity=choice.velocity,

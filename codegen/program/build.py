@@ -10,10 +10,10 @@ import casadi
 import sympy
 
 from codegen.errors import BadInput
+from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.solve import solve_symmetric
 from codegen.observers.equations import Observer
 from codegen.program.model import Block, Field, Program
-from codegen.program.solve import solve_symmetric
-from codegen.program.translate import to_casadi
 
 LONGEST_DELAY = 1000
 
@@ -31,7 +31,10 @@ def build_program(observer: Observer) -> Program:
     measured = list(zip(system.positions, system.position_units, strict=True))
     inputs = [_field(names, x, unit, "measured position") for x, unit in measured]
     if observer.velocity == "measured":
-        inputs += [_field(names, v, f"{unit}/s", "measured velocity") for v, unit in zip(system.velocities, system.position_units, strict=True)]
+        inputs += [
+            _field(names, v, f"{unit}/s", "measured velocity")
+            for v, unit in zip(system.velocities, system.position_units, strict=True)
+        ]
     commands = [_field(names, w, unit, "input") for w, unit in zip(system.inputs, system.input_units, strict=True)]
     states = [
         _field(names, z, unit, "observer state") for z, unit in zip(observer.states, observer.state_units, strict=True)
@@ -46,7 +49,9 @@ def build_program(observer: Observer) -> Program:
         symbols = casadi.vertcat(*[casadi.SX.sym(s.name) for s in equation.symbols])
         names.update(zip(equation.symbols, casadi.vertsplit(symbols), strict=True))
         elements = tuple(s.name for s in equation.symbols)
-        blocks.append(Block(equation.name, elements, symbols, expression, equation.units, equation.source, equation.output))
+        blocks.append(
+            Block(equation.name, elements, symbols, expression, equation.units, equation.source, equation.output)
+        )
 
     rates = to_casadi(observer.rates, names)
     next_state = [field.symbol + period.symbol * rates[i] for i, field in enumerate(states)]
@@ -71,7 +76,9 @@ def build_program(observer: Observer) -> Program:
     return program
 
 
-def _field(names: dict[sympy.Symbol, Any], s: sympy.Symbol, unit: str, meaning: str, value: float | None = None) -> Field:
+def _field(
+    names: dict[sympy.Symbol, Any], s: sympy.Symbol, unit: str, meaning: str, value: float | None = None
+) -> Field:
     names[s] = casadi.SX.sym(s.name)
     return Field(s.name, unit, meaning, names[s], value)
 
@@ -99,7 +106,10 @@ def _delay(
     if whole > LONGEST_DELAY:
         raise BadInput(f"effect input_delay on {w}", f"a delay of {whole} samples", f"at most {LONGEST_DELAY}")
     count = whole + (1 if share else 0)
-    past = [Field(f"{w}_past_{k}", command.unit, f"{w} of {k} samples before", casadi.SX.sym(f"{w}_past_{k}")) for k in range(1, count + 1)]
+    past = [
+        Field(f"{w}_past_{k}", command.unit, f"{w} of {k} samples before", casadi.SX.sym(f"{w}_past_{k}"))
+        for k in range(1, count + 1)
+    ]
     line = [command, *past]
     effective = line[whole].symbol
     if share:
@@ -120,4 +130,8 @@ def _refuse_shared_names(program: Program) -> None:
     counts: Mapping[str, int] = Counter([*fields, *(e for b in program.blocks for e in b.elements)])
     for name, count in counts.items():
         if count > 1:
-            raise BadInput(f"spec {program.name}", f"two quantities called `{name}` in the generated code", "another name in the spec")
+            raise BadInput(
+                f"spec {program.name}",
+                f"two quantities called `{name}` in the generated code",
+                "another name in the spec",
+            )

@@ -12,8 +12,8 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.errors import BadInput
+from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.system import System
-from codegen.program.translate import to_casadi
 from codegen.simulate.controller import Loop, commands, control_loops, encoder, low_passed_velocity
 from codegen.simulate.plant import TIME, Plant
 from codegen.simulate.simulated_log import SimulatedLog

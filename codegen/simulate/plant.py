@@ -9,9 +9,9 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
+from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.solve import solve_symmetric
 from codegen.mechanics.system import System
-from codegen.program.solve import solve_symmetric
-from codegen.program.translate import to_casadi
 from codegen.simulate.contact import contact_forces
 from codegen.simulate.drive import drive_columns
 from codegen.spec.model import symbol

@@ -33,9 +33,59 @@ from codegen.spec.yaml_text import load_mapping, plain, read_text
 
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
 _C_WORDS = set(
-    "auto break case char const continue default do double else enum extern float for goto if inline int long register "
-    "restrict return short signed sizeof static struct switch typedef union unsigned void volatile while bool true "
-    "false class new delete this template typename namespace private public protected virtual operator using NULL".split()
+    [
+        "auto",
+        "break",
+        "case",
+        "char",
+        "const",
+        "continue",
+        "default",
+        "do",
+        "double",
+        "else",
+        "enum",
+        "extern",
+        "float",
+        "for",
+        "goto",
+        "if",
+        "inline",
+        "int",
+        "long",
+        "register",
+        "restrict",
+        "return",
+        "short",
+        "signed",
+        "sizeof",
+        "static",
+        "struct",
+        "switch",
+        "typedef",
+        "union",
+        "unsigned",
+        "void",
+        "volatile",
+        "while",
+        "bool",
+        "true",
+        "false",
+        "class",
+        "new",
+        "delete",
+        "this",
+        "template",
+        "typename",
+        "namespace",
+        "private",
+        "public",
+        "protected",
+        "virtual",
+        "operator",
+        "using",
+        "NULL",
+    ]
 )
 _RESERVED = {"t", "state", "parameters", "inputs", "outputs", "sample_time", "lambda"}
 
@@ -147,7 +197,9 @@ class _Reading:
             raise BadInput(place, f"tolerance {text}", "a share such as 1% or 0.01, at most 1000%")
         return number
 
-    def _matrix(self, key: str, rows: list[list[str]], shape: tuple[int, int], column: bool = False) -> list[list[Expression]]:
+    def _matrix(
+        self, key: str, rows: list[list[str]], shape: tuple[int, int], column: bool = False
+    ) -> list[list[Expression]]:
         widths = {len(row) for row in rows}
         if len(rows) != shape[0] or widths != {shape[1]}:
             found = f"{len(rows)} entries" if column else f"{len(rows)} rows of {'/'.join(map(str, sorted(widths)))}"
@@ -184,7 +236,9 @@ class _Reading:
             return None
         period = self._number(section.sample_time, "observer.sample_time")
         if period <= 0:
-            raise BadInput(self.place("observer.sample_time"), f"sample time {section.sample_time}", "a positive time in s")
+            raise BadInput(
+                self.place("observer.sample_time"), f"sample time {section.sample_time}", "a positive time in s"
+            )
         exponent = self._number(section.exponent, "observer.exponent")
         return ObserverChoice(section.kind, section.velocity, dict(section.gains), period, exponent)
 
@@ -193,7 +247,12 @@ class _Reading:
         for name, (low, high) in self.document.envelope.items():
             key = f"envelope.{name}"
             if name not in names:
-                raise BadInput(self.place(key), f"unknown name `{name}`", "a coordinate, velocity or input", nearest_name(name, names))
+                raise BadInput(
+                    self.place(key),
+                    f"unknown name `{name}`",
+                    "a coordinate, velocity or input",
+                    nearest_name(name, names),
+                )
             bounds = self._number(low, f"{key}[0]"), self._number(high, f"{key}[1]")
             if not bounds[0] < bounds[1]:
                 raise BadInput(self.place(key), f"[{low}, {high}]", "a range [low, high] with low < high")
@@ -213,7 +272,10 @@ class _Reading:
         def functions(section: str, known: set[str]) -> dict[str, sympy.Expr]:
             values = getattr(s, section)
             self._known(values, known, f"simulation.{section}")
-            return {k: parse_expression(v, self.place(f"simulation.{section}.{k}")).symbolic(time) for k, v in values.items()}
+            return {
+                k: parse_expression(v, self.place(f"simulation.{section}.{k}")).symbolic(time)
+                for k, v in values.items()
+            }
 
         duration, period = (float(self._number(x, "simulation")) for x in (s.duration, s.sample_time))
         if not 0 < period < duration or duration / period > 1e7:
@@ -228,7 +290,9 @@ class _Reading:
         for name in names:
             if name not in known:
                 expected = f"one of {', '.join(sorted(known))}"
-                raise BadInput(self.place(f"{key}.{name}"), f"unknown name `{name}`", expected, nearest_name(name, known))
+                raise BadInput(
+                    self.place(f"{key}.{name}"), f"unknown name `{name}`", expected, nearest_name(name, known)
+                )
 
     def _log(self, names: set[str]) -> LogColumns:
         section = self.document.log

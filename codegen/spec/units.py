@@ -22,8 +22,18 @@ Dimension = Any
 """pint's dimensionality mapping, such as {[length]: 1, [time]: -1}; hashable through its string."""
 
 
-_MALFORMED = (pint.PintError, ArithmeticError, AssertionError, AttributeError, LookupError, SyntaxError, TypeError,
-              ValueError, TokenError)  # what pint lets through on malformed text
+_MALFORMED = (
+    pint.PintError,
+    ArithmeticError,
+    AssertionError,
+    AttributeError,
+    LookupError,
+    SyntaxError,
+    TypeError,
+    ValueError,
+    TokenError,
+)  # what pint lets through on malformed text
+
 
 @cache
 def registry() -> pint.UnitRegistry[Any]:
@@ -134,7 +144,9 @@ def _walk(node: ast.expr, whole: Expression, dims: Mapping[str, Dimension]) -> D
                 return a / b
             if a != b and not _is_zero(left) and not _is_zero(right):
                 found = f"`{whole.source(left)}` in {describe(a)} with `{whole.source(right)}` in {describe(b)}"
-                raise BadInput(whole.place, found, "terms of the same unit in a sum; give a number its unit as a parameter")
+                raise BadInput(
+                    whole.place, found, "terms of the same unit in a sum; give a number its unit as a parameter"
+                )
             return b if _is_zero(left) else a
     return _none()
 

@@ -10,9 +10,9 @@ import casadi
 import numpy as np
 import sympy
 
+from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.system import Matrix
 from codegen.observers.equations import Observer
-from codegen.program.translate import to_casadi
 from codegen.spec.model import Spec
 from codegen.stability.conditions import Condition, positive_parameters, reduce_conditions
 from codegen.stability.error_dynamics import ErrorDynamics, derive_error_dynamics

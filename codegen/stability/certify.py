@@ -18,7 +18,6 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.checker import verify
-from codegen.text import render
 from codegen.errors import BadInput
 from codegen.spec.model import Spec
 from codegen.stability.analysis import Analysis
@@ -27,6 +26,7 @@ from codegen.stability.exact import unstable_point
 from codegen.stability.family import Family, NotEnclosable, build_family
 from codegen.stability.lyapunov import common_lyapunov
 from codegen.stability.prefix import rational_text, to_prefix
+from codegen.text import render
 from codegen.version import VERSION
 
 FORMAT = "stiction-certificate/1"
@@ -91,7 +91,11 @@ def certify(spec: Spec, analysis: Analysis, files: Mapping[str, str], command: s
     points = analysis.points
     if points.missing:
         names = ", ".join(s.name for s in points.missing)
-        raise BadInput(spec.place("envelope"), f"no range for {names}", f"`{points.missing[0].name}: [low, high]`, since Ψ depends on it")
+        raise BadInput(
+            spec.place("envelope"),
+            f"no range for {names}",
+            f"`{points.missing[0].name}: [low, high]`, since Ψ depends on it",
+        )
     if not analysis.stable:
         return _unstable(analysis)
     h = Fraction(str(analysis.dynamics.observer.sample_time))
@@ -114,7 +118,9 @@ def certify(spec: Spec, analysis: Analysis, files: Mapping[str, str], command: s
             refused = str(error)
             continue
         radius = analysis.spectral_radius
-        return Certificate(content, float(Fraction(content["decay_rate"])), (1 - radius**2) / (2 * float(h)), report.facts)
+        return Certificate(
+            content, float(Fraction(content["decay_rate"])), (1 - radius**2) / (2 * float(h)), report.facts
+        )
     return _undecided(analysis, f"the matrix that was found does not stand up to exact arithmetic ({refused})")
 
 
@@ -151,7 +157,10 @@ def _content(
         "observer": {"kind": observer.kind, "velocity": observer.velocity, "integration": "euler"},
         "claim": " ".join(render("text/claim.j2", **words).split()),
         "sample_time": rational_text(h),
-        "error": [{"name": e.symbol.name, "meaning": _meaning(e, observer.level_errors), "unit": e.unit} for e in observer.errors],
+        "error": [
+            {"name": e.symbol.name, "meaning": _meaning(e, observer.level_errors), "unit": e.unit}
+            for e in observer.errors
+        ],
         "variables": {v.name: [rational_text(lo), rational_text(hi)] for v, (lo, hi) in family.variables.items()},
         "splits": {v.name: [rational_text(b) for b in breaks] for v, breaks in cells.splits.items()},
         "parameters": [{"name": s.name, "expression": to_prefix(e)} for s, e in family.parameters.items()],
@@ -167,7 +176,9 @@ def _meaning(error: Any, level_errors: bool) -> str:
     return f"sign of slip times ({error.meaning})" if level_errors and error.contact is not None else str(error.meaning)
 
 
-def _reversal(matrix: list[list[Any]], analysis: Analysis, contact: int, h: float, rate: float) -> dict[str, Any] | None:
+def _reversal(
+    matrix: list[list[Any]], analysis: Analysis, contact: int, h: float, rate: float
+) -> dict[str, Any] | None:
     """How much V can grow when a contact's slip turns, and how many samples bring it down again."""
     observer = analysis.dynamics.observer
     flips = [k for k, e in enumerate(observer.errors) if e.contact == contact]
@@ -178,7 +189,12 @@ def _reversal(matrix: list[list[Any]], analysis: Analysis, contact: int, h: floa
     growth = max(1.0, float(np.linalg.eigvals(np.linalg.solve(p, turn @ p @ turn)).real.max()))
     bound = _round(growth * (1 + 1e-6) + 1e-6, 7) if growth > 1 + 1e-12 else sympy.Integer(1)
     dwell = math.ceil(math.log(float(bound)) / -math.log1p(-2 * rate * h) * (1 + 1e-9)) + int(bool(bound > 1))
-    return {"contact": observer.system.contacts[contact].name, "flips": flips, "growth": rational_text(bound), "dwell_samples": int(dwell)}
+    return {
+        "contact": observer.system.contacts[contact].name,
+        "flips": flips,
+        "growth": rational_text(bound),
+        "dwell_samples": int(dwell),
+    }
 
 
 def _round(value: float, digits: int) -> Any:
@@ -200,7 +216,11 @@ def _round_matrix(matrix: NDArray[np.float64], digits: int) -> list[list[Any]]:
 
 def _unstable(analysis: Analysis) -> Refusal:
     point = unstable_point(analysis)
-    failing = tuple(f"{c.expression} > 0" if c.readable else f"{c.name} > 0" for c in (*analysis.routh, *analysis.jury) if not c.holds)
+    failing = tuple(
+        f"{c.expression} > 0" if c.readable else f"{c.name} > 0"
+        for c in (*analysis.routh, *analysis.jury)
+        if not c.holds
+    )
     return Refusal(
         reason=render("text/refused_unstable.j2", analysis=analysis, failing=failing).strip(),
         counterexample=point,

@@ -14,7 +14,7 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.checker import verify
-from codegen.program.translate import to_casadi
+from codegen.mechanics.casadi_form import to_casadi
 from codegen.stability.family import Family, NotEnclosable
 from codegen.stability.prefix import rational_text, to_prefix
 
@@ -64,7 +64,9 @@ def enclose_family(family: Family, finer: int = 0) -> Cells:
             break
         breaks = grown
     for _ in range(finer):
-        halved = {v: sorted({*b, *((p + q) / 2 for p, q in pairwise(b))}) if v.name != "pi_" else b for v, b in breaks.items()}
+        halved = {
+            v: sorted({*b, *((p + q) / 2 for p, q in pairwise(b))}) if v.name != "pi_" else b for v, b in breaks.items()
+        }
         if np.prod([len(b) - 1 for b in halved.values()]) > MOST_CELLS:
             break
         breaks = halved
@@ -72,7 +74,11 @@ def enclose_family(family: Family, finer: int = 0) -> Cells:
     for cell in _cells(breaks):
         box = {v.name: interval for v, interval in cell.items()}
         boxes.add(tuple(_enclose(node, box) for node in nodes))
-    splits = {v: [sympy.Rational(b.numerator, b.denominator) for b in points] for v, points in breaks.items() if len(points) > 2}
+    splits = {
+        v: [sympy.Rational(b.numerator, b.denominator) for b in points]
+        for v, points in breaks.items()
+        if len(points) > 2
+    }
     return Cells(splits, _vertex_matrices(family, parameters, boxes))
 
 
@@ -88,7 +94,10 @@ def _cells(breaks: Mapping[sympy.Symbol, list[Fraction]]) -> list[dict[sympy.Sym
 
 
 def _loose_intervals(
-    nodes: list[Any], used: list[list[sympy.Symbol]], breaks: Mapping[sympy.Symbol, list[Fraction]], sampled: list[tuple[float, float]]
+    nodes: list[Any],
+    used: list[list[sympy.Symbol]],
+    breaks: Mapping[sympy.Symbol, list[Fraction]],
+    sampled: list[tuple[float, float]],
 ) -> set[tuple[sympy.Symbol, Fraction]]:
     """Midpoints of the intervals on which a parameter's enclosure leaves its sampled range by more than 2 %."""
     found = set()
@@ -121,17 +130,25 @@ def _sampled_ranges(family: Family, parameters: list[sympy.Symbol]) -> list[tupl
     return [(float(row.min()), float(row.max())) for row in values.reshape(len(parameters), -1)]
 
 
-def _vertex_matrices(family: Family, parameters: list[sympy.Symbol], boxes: set[tuple[Interval, ...]]) -> list[NDArray[np.float64]]:
+def _vertex_matrices(
+    family: Family, parameters: list[sympy.Symbol], boxes: set[tuple[Interval, ...]]
+) -> list[NDArray[np.float64]]:
     theta = casadi.SX.sym("theta", max(1, len(parameters)))
     names = {s: theta[k] for k, s in enumerate(parameters)}
     m = family.matrix.rows
     function = casadi.Function("matrix", [theta], [casadi.densify(to_casadi(family.matrix, names))])
     if not parameters:
         return [np.asarray(function(0.0).full()).reshape(m, m)]
-    corners = sorted({corner for box in _outer(boxes) for corner in product(*[sorted({float(lo), float(hi)}) for lo, hi in box])})
+    corners = sorted(
+        {corner for box in _outer(boxes) for corner in product(*[sorted({float(lo), float(hi)}) for lo, hi in box])}
+    )
     return [np.asarray(function(np.array(corner)).full()).reshape(m, m) for corner in corners]
 
 
 def _outer(boxes: set[tuple[Interval, ...]]) -> list[tuple[Interval, ...]]:
     """The boxes that no other box contains: the rest are proved with them."""
-    return [b for b in boxes if not any(o != b and all(p[0] <= q[0] and q[1] <= p[1] for p, q in zip(o, b, strict=True)) for o in boxes)]
+    return [
+        b
+        for b in boxes
+        if not any(o != b and all(p[0] <= q[0] and q[1] <= p[1] for p, q in zip(o, b, strict=True)) for o in boxes)
+    ]

@@ -56,7 +56,9 @@ class ErrorDynamics:
 def drop_squares(expression: Any, signs: tuple[sympy.Symbol, ...]) -> Any:
     """s² = 1 for every slip sign."""
     for s in signs:
-        expression = expression.replace(lambda e, s=s: e.is_Pow and e.base == s and e.exp.is_Integer, lambda e: e.base ** (e.exp % 2))
+        expression = expression.replace(
+            lambda e, s=s: e.is_Pow and e.base == s and e.exp.is_Integer, lambda e: e.base ** (e.exp % 2)
+        )
     return expression
 
 
@@ -81,7 +83,7 @@ def derive_error_dynamics(observer: Observer) -> ErrorDynamics:
     system = observer.system
     inverse_mass, inverse_names = inverse_mass_symbols(system)
     e = [error.symbol for error in observer.errors]
-    zero = {s: 0 for s in e}
+    zero = dict.fromkeys(e, 0)
     h = symbol("h")
     accelerations = system.accelerations
 
@@ -168,7 +170,9 @@ def _tidy(expression: Any, slips: Mapping[Any, sympy.Symbol], signs: tuple[sympy
 
 def _speeds_as_slips(expression: Any, slips: Mapping[Any, sympy.Symbol]) -> Any:
     """|u| as s·u for slips, since both have one sign between reversals; then terms of neighbouring samples cancel."""
-    return expression.replace(Magnitude, lambda u: _sign(sympy.expand(u), slips) * u if _is_slip(u, slips) else Magnitude(u))
+    return expression.replace(
+        Magnitude, lambda u: _sign(sympy.expand(u), slips) * u if _is_slip(u, slips) else Magnitude(u)
+    )
 
 
 def _is_slip(u: Any, slips: Mapping[Any, sympy.Symbol]) -> bool:

@@ -46,5 +46,3 @@ def schur_stable(coefficients: list[Fraction]) -> bool:
         factor = row[-1] / row[0]
         row = [a - factor * b for a, b in zip(row[:-1], row[:0:-1], strict=True)]
     return True
-
-

@@ -103,7 +103,9 @@ def build_family(dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[An
     return Family({v: b for v, b in ordered.items() if v in used}, parameters, rewritten)
 
 
-def _inverse_mass(dynamics: ErrorDynamics, numbers: Mapping[Any, Any]) -> tuple[dict[sympy.Symbol, Any], dict[sympy.Symbol, Any]]:
+def _inverse_mass(
+    dynamics: ErrorDynamics, numbers: Mapping[Any, Any]
+) -> tuple[dict[sympy.Symbol, Any], dict[sympy.Symbol, Any]]:
     """W_ij written in generators, and each generator's expression: M⁻¹ = adj(M)/det(M), term by term of adj(M).
 
     The terms are shared by the entries of W, so what varies together keeps varying together.
@@ -113,7 +115,9 @@ def _inverse_mass(dynamics: ErrorDynamics, numbers: Mapping[Any, Any]) -> tuple[
     mass = dynamics.observer.system.mass_matrix.subs(numbers)
     n = mass.rows
     if mass.free_symbols and n > LARGEST_INVERSE:
-        raise NotEnclosable(f"a mass matrix of order {n} that varies with position; this version encloses up to order {LARGEST_INVERSE}")
+        raise NotEnclosable(
+            f"a mass matrix of order {n} that varies with position; this version encloses up to order {LARGEST_INVERSE}"
+        )
     if not mass.free_symbols:
         exact = mass.inv()
         return {w: exact[i, j] for w, (i, j) in dynamics.inverse_mass.items()}, {}

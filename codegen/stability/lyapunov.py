@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import cvxpy
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import matrix_balance, solve_discrete_lyapunov
@@ -73,6 +72,8 @@ def _several(matrices: Sequence[Array], h: float, limit: float) -> tuple[Array, 
 
 
 def _feasible(matrices: Sequence[Array], h: float, alpha: float) -> Array | None:
+    import cvxpy  # a second to import, and most specs have one matrix and do not need it
+
     m = len(matrices[0])
     p = cvxpy.Variable((m, m), symmetric=True)
     slack = cvxpy.Variable()
@@ -90,6 +91,7 @@ def _feasible(matrices: Sequence[Array], h: float, alpha: float) -> Array | None
         return None
     value = (p.value + p.value.T) / 2
     worst = min(
-        float(np.linalg.eigvalsh(-(a.T @ value + value @ a + h * a.T @ value @ a + 2 * alpha * value))[0]) for a in matrices
+        float(np.linalg.eigvalsh(-(a.T @ value + value @ a + h * a.T @ value @ a + 2 * alpha * value))[0])
+        for a in matrices
     )
     return value if worst > 0 and np.linalg.eigvalsh(value)[0] > 0 else None

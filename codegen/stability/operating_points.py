@@ -10,9 +10,9 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
+from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.solve import solve_symmetric
 from codegen.mechanics.system import Matrix
-from codegen.program.solve import solve_symmetric
-from codegen.program.translate import to_casadi
 from codegen.spec.model import Spec
 from codegen.stability.error_dynamics import ErrorDynamics
 
@@ -72,7 +72,9 @@ def operating_points(dynamics: ErrorDynamics, spec: Spec, count: int = RANDOM_PO
     return OperatingPoints(variables, points if variables else points[:1], ranges, tuple(missing))
 
 
-def _consistent(dynamics: ErrorDynamics, variables: tuple[sympy.Symbol, ...], points: Array, generator: np.random.Generator) -> Array:
+def _consistent(
+    dynamics: ErrorDynamics, variables: tuple[sympy.Symbol, ...], points: Array, generator: np.random.Generator
+) -> Array:
     """Slip signs as the velocities say where these are known, else ±1; the next velocity of the same sign."""
     column = {s: k for k, s in enumerate(variables)}
     share = generator.uniform(0.6, 1.4, len(points))
@@ -97,13 +99,17 @@ def _corners(bounds: Array) -> Array:
     return np.array(np.meshgrid(*bounds)).reshape(len(bounds), -1).T
 
 
-def evaluate(dynamics: ErrorDynamics, matrix: Matrix, points: OperatingPoints, sample_time: float | None = None) -> Array:
+def evaluate(
+    dynamics: ErrorDynamics, matrix: Matrix, points: OperatingPoints, sample_time: float | None = None
+) -> Array:
     """A matrix of the error dynamics at every point, points by m by m, at the spec's gains and parameters."""
     system = dynamics.observer.system
     variables = casadi.SX.sym("p", len(points.variables)) if points.variables else casadi.SX.sym("p", 1)
     names: dict[sympy.Symbol, Any] = {s: casadi.SX(float(v)) for s, v in dynamics.observer.values.items()}
     names |= {s: variables[k] for k, s in enumerate(points.variables)}
-    names[sympy.Symbol("h", real=True)] = casadi.SX(float(dynamics.observer.sample_time if sample_time is None else sample_time))
+    names[sympy.Symbol("h", real=True)] = casadi.SX(
+        float(dynamics.observer.sample_time if sample_time is None else sample_time)
+    )
     if dynamics.inverse_mass:
         mass = to_casadi(system.mass_matrix, names)
         columns = [solve_symmetric(mass, casadi.SX.eye(mass.shape[0])[:, j]) for j in range(mass.shape[0])]
