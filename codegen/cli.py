@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NoReturn
 
 import typer
 from rich.console import Console
@@ -168,7 +168,7 @@ def _columns(pairs: list[str]) -> dict[str, str]:
     return columns
 
 
-def _refuse(refusal: Refusal) -> None:
+def _refuse(refusal: Refusal) -> NoReturn:
     errors.print(render("text/refused.txt.j2", refusal=refusal), end="")
     raise typer.Exit(REFUSED)
 
@@ -176,9 +176,8 @@ def _refuse(refusal: Refusal) -> None:
 @contextmanager
 def _progress() -> Iterator[Callable[[str, float], None]]:
     """A progress bar on a terminal; nothing where output is not one."""
-    with Progress(
-        TextColumn("{task.description:20}"), BarColumn(), TimeElapsedColumn(), console=errors, transient=True, disable=not errors.is_terminal
-    ) as bar:  # fmt: skip
+    columns = (TextColumn("{task.description:20}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal) as bar:
         task = bar.add_task("", total=1.0)
         yield lambda station, share: bar.update(task, description=station, completed=share)
 

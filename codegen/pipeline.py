@@ -254,6 +254,16 @@ def _rate(outcome: Certificate | Refusal) -> float | str:
 
 
 __all__ = [
-    "BadInput", "Diagnosed", "Generated", "Model", "certify", "check", "derive", "diagnose", "generate", "simulate", "verify",
+    "BadInput",
+    "Diagnosed",
+    "Generated",
+    "Model",
+    "certify",
+    "check",
+    "derive",
+    "diagnose",
+    "generate",
+    "simulate",
+    "verify",
     "write_certificate",
-]  # fmt: skip
+]

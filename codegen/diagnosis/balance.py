@@ -52,7 +52,7 @@ def evaluate_forces(
 
 def level_parameters(system: System) -> list[sympy.Symbol]:
     """The friction parameters in which the laws are linear: those that a refit re-estimates."""
-    found = []
+    found: list[sympy.Symbol] = []
     for contact in system.contacts:
         for s in contact.law_parameters.values():
             slope = contact.law_level.diff(s)

@@ -1,4 +1,4 @@
-"""Every effect of the catalogue at every place it can sit, fitted jointly with the friction levels on blocks of the log."""
+"""Every effect of the catalogue at every place it can sit, fitted with the friction levels on blocks of the log."""
 
 from __future__ import annotations
 
@@ -93,9 +93,15 @@ def fit_effect(problem: Problem, effect: Effect, place: int, on: str) -> Fit | N
         if (p.low is not None and value <= p.low) or (p.high is not None and value >= p.high):
             return None
     return Fit(
-        effect, place, on, parameters, problem.refitted(weights), held_out, grams.error(weights),
+        effect,
+        place,
+        on,
+        parameters,
+        problem.refitted(weights),
+        held_out,
+        grams.error(weights),
         tuple(effect.twins(problem.system, place)),
-    )  # fmt: skip
+    )
 
 
 def _best_of_others(tried: list[tuple[Shape, Grams]], block: int) -> float:

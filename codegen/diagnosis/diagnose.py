@@ -118,9 +118,7 @@ def _search(problem: Problem, refit: System, tolerance: float, tell: Progress) -
     current = problem
     base_system = refit
     for turn in range(MOST_EFFECTS):
-        ranked = _round(
-            current, base_system, found, tolerance, lambda s, t=turn: tell(f"effect {t + 1}", 0.1 + 0.25 * (t + s))
-        )
+        ranked = _round(current, base_system, found, tolerance, _told(tell, turn))
         first = first or ranked
         if not ranked or not ranked[0].evidence.accepted:
             break
@@ -133,6 +131,10 @@ def _search(problem: Problem, refit: System, tolerance: float, tell: Progress) -
         base_system = with_values(with_effects(problem.system, found), found[-1].refitted)
         current = replace(problem, system=with_effects(problem.system, found))
     return found, first
+
+
+def _told(tell: Progress, turn: int) -> Callable[[float], None]:
+    return lambda share: tell(f"effect {turn + 1}", 0.1 + 0.25 * (turn + share))
 
 
 def _round(

@@ -1,4 +1,4 @@
-"""Least squares on blocks through Gram matrices: every fold's fit and held-out error without touching the data again."""
+"""Least squares on blocks through Gram matrices: every fold's fit and error without the data again."""
 
 from __future__ import annotations
 

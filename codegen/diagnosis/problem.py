@@ -49,7 +49,7 @@ class Problem:
         motion = self.motion
         noise = float(np.max(np.std(motion.measured - motion.positions, axis=0)))
         band = motion.fine_hz
-        return 3 * noise * 2 * np.pi * band / np.sqrt(3) * np.sqrt(2 * band * motion.sample_time)
+        return float(3 * noise * 2 * np.pi * band / np.sqrt(3) * np.sqrt(2 * band * motion.sample_time))
 
     @cached_property
     def levels(self) -> list[sympy.Symbol]:

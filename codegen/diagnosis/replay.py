@@ -102,10 +102,9 @@ def compare_residuals(spec: Spec, system: System, motion: Motion) -> Agreement |
     if not np.isfinite(a).all() or len(a) < 10:
         return None
     size = np.sqrt((b**2).mean(axis=0))
-    difference = np.sqrt(((a - b) ** 2).mean(axis=0)) / np.where(size > 0, size, 1.0)
-    correlation = np.corrcoef(
-        np.vstack([(a / np.where(size > 0, size, 1.0)).ravel(), (b / np.where(size > 0, size, 1.0)).ravel()])
-    )[0, 1]
+    size = np.where(size > 0, size, 1.0)
+    difference = np.sqrt(((a - b) ** 2).mean(axis=0)) / size
+    correlation = np.corrcoef((a / size).ravel(), (b / size).ravel())[0, 1]
     return Agreement(float(correlation), float(difference.max()), len(tracked))
 
 

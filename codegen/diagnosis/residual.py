@@ -45,8 +45,8 @@ def effective_inputs(system: System, motion: Motion) -> Array:
 def masks(system: System, motion: Motion, noise_speed: float = 0.0) -> Masks:
     """Samples to use: away from ends, gaps and standstill.
 
-    At standstill friction takes any value within its level, so sgn(0) would be wrong; those samples are left out with the
-    filter's reach around them. Quick crossings of zero stay.
+    At standstill friction takes any value within its level, so sgn(0) would be wrong; those samples are left out with
+    the filter's reach around them. Quick crossings of zero stay.
     """
     slip = slip_velocities(system, motion)
     reach = max(1, round(0.35 / (motion.cutoff_hz * motion.sample_time)))
@@ -103,4 +103,4 @@ def _widen(flags: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:
     counts = np.concatenate([[0], np.cumsum(flags)])
     n = len(flags)
     low, high = np.maximum(np.arange(n) - reach, 0), np.minimum(np.arange(n) + reach + 1, n)
-    return np.asarray(counts[high] - counts[low] > 0)
+    return np.asarray(counts[high] - counts[low] > 0, dtype=bool)

@@ -132,7 +132,13 @@ class Diagnosis:
             "verdict": self.verdict,
             "sentence": self.sentence,
             "effects": [
-                {"kind": e.kind, "on": e.on, "parameters": dict(e.parameters), "units": dict(e.units), "also": _twins(e.also)}
+                {
+                    "kind": e.kind,
+                    "on": e.on,
+                    "parameters": dict(e.parameters),
+                    "units": dict(e.units),
+                    "also": _twins(e.also),
+                }
                 for e in self.effects
             ],
             "candidates": [
@@ -167,7 +173,7 @@ class Diagnosis:
             "certificate": None
             if self.certificate is None
             else {"before": self.certificate.before, "after": self.certificate.after},
-        }  # fmt: skip
+        }
 
 
 def _twins(also: tuple[tuple[str, str], ...]) -> list[dict[str, str]]:

@@ -21,7 +21,7 @@ WORST_FREE_RUN = 1.0
 """Free-run error of an accepted effect over that of the refit, at most."""
 TIE_T = 1.0
 TIE_GAIN = 0.97
-"""A rival with this share of the best gain, and not worse by TIE_T standard errors over blocks, cannot be told apart."""
+"""A rival with this share of the best gain, not worse by TIE_T standard errors over blocks, cannot be told apart."""
 WITNESSED = 4
 
 
@@ -54,7 +54,7 @@ def rank(base: Array, fits: list[Fit], free_run_ratio: Callable[[Fit], float], t
                     fit.kind, fit.on, fit.parameters, gain, t, won, len(base), ratio, not why_not, why_not, fit.twins
                 ),
             )
-        )  # fmt: skip
+        )
     return sorted(ranked, key=lambda r: not r.evidence.accepted)
 
 

@@ -19,4 +19,4 @@ class InputDelay(Effect):
         return system.with_delay(place, p["T"])
 
     def applies(self, system: System, place: int) -> bool:
-        return system.force.has(system.inputs[place])
+        return bool(system.force.has(system.inputs[place]))

@@ -19,4 +19,4 @@ class InputGain(Effect):
         return system.with_input(place, p["gain"] * system.inputs[place])
 
     def applies(self, system: System, place: int) -> bool:
-        return system.force.has(system.inputs[place])
+        return bool(system.force.has(system.inputs[place]))

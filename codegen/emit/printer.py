@@ -93,7 +93,9 @@ def print_expression(expression: Any, words: Mapping[str, str], language: Langua
         "block", symbols, [casadi.cse(casadi.densify(casadi.SX(expression)))], {"allow_free": False}
     )
     outputs, order = _graph(function, [words[s.name()] for s in symbols], language)
-    definitions, calls, operations = [], set(), 0
+    definitions: list[str] = []
+    calls: set[int] = set()
+    operations = 0
     for node in order:
         operations += node.operation not in (casadi.OP_INPUT, casadi.OP_CONST)
         calls.add(node.operation)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import casadi
 
@@ -57,7 +57,7 @@ def view(program: Program, language: Language, parameter: str, state: str, entry
         lines = tuple(Line(n, v, u) for n, v, u in zip(block.elements, result.values, block.units, strict=True))
         return BlockView(block.name.replace("_", " "), block.source, result.definitions, lines)
 
-    def fields_view(title: str, prefix: str, values: tuple[object, ...]) -> BlockView:
+    def fields_view(title: str, prefix: str, values: tuple[Any, ...]) -> BlockView:
         result = print_expression(casadi.vertcat(*values), words, language, prefix)
         printed.append(result)
         lines = tuple(Line(f.name, v, f.unit) for f, v in zip(program.states, result.values, strict=True))
@@ -71,5 +71,5 @@ def view(program: Program, language: Language, parameter: str, state: str, entry
     return ProgramView(blocks, following, initial, uses_sign, operations)
 
 
-def _words(fields: tuple[Field, ...], pattern: str) -> Mapping[str, str]:
+def _words(fields: tuple[Field, ...], pattern: str) -> dict[str, str]:
     return {f.name: pattern.format(name=f.name) for f in fields}

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import sympy
-from sympy import ImmutableMatrix as Matrix
+from sympy import ImmutableMatrix
 
 from codegen.friction import FrictionLaw
 from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import symbol
+
+if TYPE_CHECKING:
+    Matrix = Any  # SymPy has no types
+else:
+    Matrix = ImmutableMatrix
 
 
 @dataclass(frozen=True)
@@ -30,8 +35,8 @@ class ContactFriction:
     slip: sympy.Symbol
     law: FrictionLaw
     law_parameters: Mapping[str, sympy.Symbol]
-    extra_level: sympy.Expr = sympy.Integer(0)
-    extra_force: sympy.Expr = sympy.Integer(0)
+    extra_level: sympy.Expr = sympy.S.Zero
+    extra_force: sympy.Expr = sympy.S.Zero
 
     @property
     def law_level(self) -> sympy.Expr:

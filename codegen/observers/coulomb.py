@@ -47,9 +47,14 @@ def coulomb_friction_observer(spec: Spec, system: System) -> Observer:
     speed = Matrix([Magnitude(u) ** mu for u in slip.symbols])
     state = Matrix([symbol(f"z_{name}") for name in names])
     level = Equation(
-        "friction_level", parts.vector("a_hat", names), Matrix(state - friction_gain.matrix * speed), parts.contact_units(system),
-        "(4.11)", state=state, output=True,
-    )  # fmt: skip
+        "friction_level",
+        parts.vector("a_hat", names),
+        Matrix(state - friction_gain.matrix * speed),
+        parts.contact_units(system),
+        "(4.11)",
+        state=state,
+        output=True,
+    )
     law_force = Matrix([s * a for s, a in zip(sign.symbols, level.symbols, strict=True)])
     equations.append(level)
     if parts.has_declared_friction(system):
@@ -60,9 +65,13 @@ def coulomb_friction_observer(spec: Spec, system: System) -> Observer:
         "contact_friction", parts.vector("F_hat", names), law_force, parts.contact_units(system), "(4.10)", output=True
     )
     force = Equation(
-        "friction_force", parts.vector("F_hat_on", [x.name for x in system.positions]), Matrix(system.distribution * contact.symbols),
-        parts.force_units(system), "(4.10)", output=True,
-    )  # fmt: skip
+        "friction_force",
+        parts.vector("F_hat_on", [x.name for x in system.positions]),
+        Matrix(system.distribution * contact.symbols),
+        parts.force_units(system),
+        "(4.10)",
+        output=True,
+    )
     acceleration = parts.acceleration_equation(system, velocity, force.symbols)
     equations += [contact, force, acceleration]
 

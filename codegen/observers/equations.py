@@ -21,7 +21,7 @@ class Equation:
     Attributes:
         name: what it is, in the field's words (``velocity_estimate``).
         symbols: the symbols that stand for its elements in later equations, k by 1.
-        expression: its value over earlier symbols, states, x, v and w; for a ``mass_solve`` the right side r of M a = r.
+        expression: its value over earlier symbols, states, x, v and w; for a ``mass_solve`` the r of M a = r.
         units: one per element.
         source: equation number.
         state: the state z whose estimate this is (estimate = z + …), k by 1, or None.

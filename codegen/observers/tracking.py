@@ -41,9 +41,14 @@ def tracking_observer(spec: Spec, system: System) -> Observer:
 
     state = Matrix([symbol(f"z_{name}") for name in names])
     tracked = Equation(
-        "tracked_friction", parts.vector("tracked", names), Matrix(state + first.matrix * system.x + second.matrix * velocity),
-        units, "(5.14)" if by_contact else "(4.16)", state=state, output=True,
-    )  # fmt: skip
+        "tracked_friction",
+        parts.vector("tracked", names),
+        Matrix(state + first.matrix * system.x + second.matrix * velocity),
+        units,
+        "(5.14)" if by_contact else "(4.16)",
+        state=state,
+        output=True,
+    )
     equations.append(tracked)
     contact_force = tracked.symbols if by_contact else None
     force = Matrix(system.distribution * tracked.symbols) if by_contact else tracked.symbols

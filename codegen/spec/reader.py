@@ -32,60 +32,11 @@ from codegen.spec.validation import validate
 from codegen.spec.yaml_text import load_mapping, plain, read_text
 
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
-_C_WORDS = set(
-    [
-        "auto",
-        "break",
-        "case",
-        "char",
-        "const",
-        "continue",
-        "default",
-        "do",
-        "double",
-        "else",
-        "enum",
-        "extern",
-        "float",
-        "for",
-        "goto",
-        "if",
-        "inline",
-        "int",
-        "long",
-        "register",
-        "restrict",
-        "return",
-        "short",
-        "signed",
-        "sizeof",
-        "static",
-        "struct",
-        "switch",
-        "typedef",
-        "union",
-        "unsigned",
-        "void",
-        "volatile",
-        "while",
-        "bool",
-        "true",
-        "false",
-        "class",
-        "new",
-        "delete",
-        "this",
-        "template",
-        "typename",
-        "namespace",
-        "private",
-        "public",
-        "protected",
-        "virtual",
-        "operator",
-        "using",
-        "NULL",
-    ]
+_C_WORDS = frozenset(
+    """auto break case char const continue default do double else enum extern float for goto if inline int long
+    register restrict return short signed sizeof static struct switch typedef union unsigned void volatile while bool
+    true false class new delete this template typename namespace private public protected virtual operator using
+    NULL""".split()
 )
 _RESERVED = {"t", "state", "parameters", "inputs", "outputs", "sample_time", "lambda"}
 
@@ -281,10 +232,17 @@ class _Reading:
         if not 0 < period < duration or duration / period > 1e7:
             raise BadInput(self.place("simulation"), f"{duration} s in steps of {period} s", "2 to 10^7 samples")
         return Simulation(
-            duration, period, functions("inputs", entry), functions("reference", entry | velocity),
-            numbers("position_gain", entry), numbers("velocity_gain", entry), numbers("input_limit", entry),
-            numbers("encoder_step", velocity), numbers("position_noise", velocity), s.seed,
-        )  # fmt: skip
+            duration,
+            period,
+            functions("inputs", entry),
+            functions("reference", entry | velocity),
+            numbers("position_gain", entry),
+            numbers("velocity_gain", entry),
+            numbers("input_limit", entry),
+            numbers("encoder_step", velocity),
+            numbers("position_noise", velocity),
+            s.seed,
+        )
 
     def _known(self, names: Iterable[str], known: set[str], key: str) -> None:
         for name in names:

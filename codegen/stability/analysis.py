@@ -104,7 +104,7 @@ def _symbolic(
 
 
 def _written(raw: Sequence[tuple[str, Any]], c: Sequence[Any], coefficients: Sequence[Any]) -> list[tuple[str, Any]]:
-    """Coefficients put in where the result can be read: all at low order, else only where a condition is a coefficient."""
+    """Coefficients put in where that can be read: all at low order, else only where a condition is one."""
     values = dict(zip(c[1:], coefficients[1:], strict=True))
     return [(name, e.subs(values) if len(c) <= 3 or e in values else e) for name, e in raw]
 

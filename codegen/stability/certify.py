@@ -140,9 +140,16 @@ def _propose(family: Family, h: float) -> tuple[Cells, tuple[NDArray[np.float64]
 
 
 def _content(
-    spec: Spec, analysis: Analysis, family: Family, cells: Cells, matrix: NDArray[np.float64], alpha: float, digits: int,
-    files: Mapping[str, str], command: str,
-) -> dict[str, Any]:  # fmt: skip
+    spec: Spec,
+    analysis: Analysis,
+    family: Family,
+    cells: Cells,
+    matrix: NDArray[np.float64],
+    alpha: float,
+    digits: int,
+    files: Mapping[str, str],
+    command: str,
+) -> dict[str, Any]:
     observer = analysis.dynamics.observer
     h = observer.sample_time
     rounded = _round_matrix(matrix, digits)

@@ -43,7 +43,7 @@ def enclose_family(family: Family, finer: int = 0) -> Cells:
     """Split the envelope until the enclosures are within 2 % of the sampled ranges, or six times.
 
     Args:
-        finer: how often every interval is then halved once more, so that boxes hug the curve on which the parameters move.
+        finer: how often every interval is then halved again, so that boxes hug the curve of the parameters.
 
     Raises:
         NotEnclosable: with more than eight parameters.

@@ -44,7 +44,7 @@ class ErrorDynamics:
     def in_force(self, matrix: Matrix) -> Matrix:
         """A Ψ or A in which level errors e_a are replaced by force errors s·e_a.
 
-        Between reversals s is constant; for diagonal K_F the signs then cancel, and one family without switching is left.
+        Between reversals s is constant; for diagonal K_F the signs cancel, and one family without switching is left.
         """
         if not self.observer.level_errors:
             return matrix

@@ -13,8 +13,8 @@ from codegen.stability.polynomials import characteristic_polynomial
 def unstable_point(analysis: Analysis) -> dict[str, str] | None:
     """The worst sampled point as rationals, if I + hA is proved unstable there; else None.
 
-    Where A is rational at the point the proof is exact: the polynomial of I + hA fails the Jury table in rationals. A point
-    where A holds sines or roots is not given as proved.
+    Where A is rational at the point the proof is exact: the polynomial of I + hA fails the Jury table in rationals. A
+    point where A holds sines or roots is not given as proved.
     """
     dynamics = analysis.dynamics
     observer = dynamics.observer
