@@ -1,0 +1,156 @@
+"""The report: a typed page from a diagnosis, and the one template that prints it."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping
+from urllib.parse import quote
+
+from codegen.diagnosis.diagnose import Models
+from codegen.diagnosis.results import Agreement, CertificateChange, Diagnosis
+from codegen.report.pictures import free_run_picture, residual_picture
+from codegen.report.series import MOST_POINTS, held_out_series
+from codegen.report.tables import candidate_rows, effect_views, error_rows, refitted_rows
+from codegen.report.view import (
+    AgreementView,
+    CertificateSide,
+    DataView,
+    DifferenceLine,
+    FileLink,
+    FindingGroup,
+    FindingView,
+    Page,
+    PictureView,
+)
+from codegen.report.wording import number, percent
+from codegen.spec.model import Spec
+from codegen.text import render
+from codegen.version import VERSION
+
+GOOD_CORRELATION = 0.95
+GOOD_DIFFERENCE = 0.2
+SEVERITIES = ("problem", "warning", "info")
+
+
+def render_report(spec: Spec, diagnosis: Diagnosis, models: Models, files: Mapping[str, str] | None = None) -> str:
+    """The HTML of a diagnosis: it stands alone, and the same diagnosis gives the same bytes.
+
+    Args:
+        spec: that was diagnosed.
+        models: that belong to ``diagnosis``.
+        files: label → path relative to the report, of what was written beside it.
+    """
+    return render("report/report.html.j2", page=page_view(spec, diagnosis, models, files or {}))
+
+
+def page_view(spec: Spec, diagnosis: Diagnosis, models: Models, files: Mapping[str, str]) -> Page:
+    """Everything the template prints."""
+    return Page(
+        name=spec.name,
+        source=spec.source,
+        spec_file=spec.path.name,
+        spec_hash=spec.sha256,
+        version=VERSION,
+        verdict=diagnosis.verdict,
+        sentence=diagnosis.sentence,
+        added=diagnosis.verdict != "none",
+        data=_data(diagnosis),
+        errors=error_rows(diagnosis, models.declared),
+        published=tuple(spec.log.published.items()),
+        effects=effect_views(diagnosis),
+        refitted=refitted_rows(diagnosis, models.declared),
+        pictures=_pictures(diagnosis, models),
+        candidates=candidate_rows(diagnosis, models.declared),
+        agreement=_agreement(diagnosis.agreement),
+        findings=_findings(diagnosis),
+        difference=_difference(spec, models.spec_text),
+        observer_declared=spec.observer is not None,
+        certificate=_certificate(diagnosis.certificate),
+        files=tuple(FileLink(label, quote(path)) for label, path in files.items()),
+    )
+
+
+def _pictures(diagnosis: Diagnosis, models: Models) -> PictureView:
+    series = held_out_series(models, ("refit",) if diagnosis.verdict == "none" else ("refit", "augmented"))
+    thinned = max(c.samples for c in series.coordinates) > MOST_POINTS
+    return PictureView(
+        residual=residual_picture(series),
+        free_run=free_run_picture(series),
+        cutoff=number(series.cutoff_hz),
+        thinned=number(MOST_POINTS) if thinned else "",
+        coordinates=tuple(c.name for c in series.coordinates),
+    )
+
+
+def _data(diagnosis: Diagnosis) -> DataView:
+    data = diagnosis.data
+    return DataView(
+        train=str(data["train"]),
+        train_samples=_count(data["train_samples"]),
+        test=str(data["test"]),
+        held_out=number(data["held_out_seconds"]),
+        sample_time=number(1e3 * data["sample_time_s"]),
+        cutoff=number(data["cutoff_hz"]),
+        restart=number(data["restart_s"]),
+        blocks=_count(data["blocks"]),
+        independent_samples=_count(data["independent_samples"]),
+    )
+
+
+def _agreement(agreement: Agreement | None) -> AgreementView | None:
+    if agreement is None:
+        return None
+    return AgreementView(
+        correlation=number(agreement.correlation),
+        difference=percent(agreement.relative_difference),
+        samples=_count(agreement.samples),
+        good=agreement.correlation >= GOOD_CORRELATION and agreement.relative_difference <= GOOD_DIFFERENCE,
+    )
+
+
+def _findings(diagnosis: Diagnosis) -> tuple[FindingGroup, ...]:
+    groups = []
+    for role, told in diagnosis.findings.items():
+        views = sorted((_finding(words) for words in told), key=lambda view: SEVERITIES.index(view.severity))
+        groups.append(FindingGroup(role, str(diagnosis.data.get(role, role)), tuple(views)))
+    return tuple(groups)
+
+
+def _finding(words: str) -> FindingView:
+    severity, mark, rest = words.partition(": ")
+    return FindingView(severity, rest) if mark and severity in SEVERITIES else FindingView("info", words)
+
+
+def _difference(spec: Spec, text: str) -> tuple[DifferenceLine, ...]:
+    """Unified diff of the spec against the augmented spec, without its two file names."""
+    before, after = spec.text.splitlines(), text.splitlines()
+    lines = list(difflib.unified_diff(before, after, lineterm="", n=2))[2:]
+    return tuple(_difference_line(line) for line in lines)
+
+
+def _difference_line(line: str) -> DifferenceLine:
+    match line[:1]:
+        case "+":
+            return DifferenceLine("added", line)
+        case "-":
+            return DifferenceLine("removed", line)
+        case "@":
+            return DifferenceLine("hunk", line)
+        case _:
+            return DifferenceLine("same", line)
+
+
+def _certificate(change: CertificateChange | None) -> tuple[CertificateSide, CertificateSide] | None:
+    if change is None:
+        return None
+    return _side(change.before), _side(change.after)
+
+
+def _side(outcome: float | str) -> CertificateSide:
+    if isinstance(outcome, str):
+        return CertificateSide("", outcome)
+    return CertificateSide(number(outcome), "")
+
+
+def _count(value: int) -> str:
+    return f"{value:,}".replace(",", "\N{NARROW NO-BREAK SPACE}")

@@ -1,0 +1,202 @@
+"""What the pictures show: residuals, spectra and free-run errors of two models on the held-out window, thinned."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import welch
+
+from codegen.diagnosis.diagnose import Models
+from codegen.diagnosis.measure import free_run_series
+from codegen.diagnosis.residual import inverse_dynamics_residual
+from codegen.mechanics.system import System
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+MOST_POINTS = 4000
+BUCKETS = 900
+BINS = 32
+LEAST_IN_BIN = 20
+LONGEST_SEGMENT_S = 4.0
+SHORTEST_SEGMENT = 64
+SEGMENTS = 4
+SHARE_IN_SEGMENTS = 0.6
+SHOWN_CUTOFFS = 1.5
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """Points (K,) of one model in one panel."""
+
+    x: Array
+    y: Array
+
+
+@dataclass(frozen=True, eq=False)
+class ModelResidual:
+    """The residual of one model on one coordinate, away from standstill.
+
+    Attributes:
+        by_velocity, by_position: thinned samples.
+        mean_by_velocity, mean_by_position: mean in bins of equal width, NaN in a bin with few samples.
+        by_time: least and largest value of short stretches, NaN at standstill.
+        spectrum: power density (force²/Hz) over Hz, or None where no stretch of motion is long enough.
+    """
+
+    by_velocity: Curve
+    by_position: Curve
+    mean_by_velocity: Curve
+    mean_by_position: Curve
+    by_time: Curve
+    spectrum: Curve | None
+
+
+@dataclass(frozen=True, eq=False)
+class CoordinateSeries:
+    """One coordinate's panels: ``models`` in the order of the names given, units in SI.
+
+    Attributes:
+        free_run: predicted less measured position over time, NaN where not finite.
+        samples: in motion on the held-out window.
+        limit: half the height of the residual's axis; a few isolated peaks may lie beyond.
+    """
+
+    name: str
+    unit: str
+    velocity: str
+    force_unit: str
+    models: tuple[ModelResidual, ...]
+    free_run: tuple[Curve, ...]
+    samples: int
+    limit: float
+
+
+@dataclass(frozen=True, eq=False)
+class HeldOutSeries:
+    """All coordinates of the compared models; ``names`` are "refit" and, where something was found, "augmented"."""
+
+    names: tuple[str, ...]
+    coordinates: tuple[CoordinateSeries, ...]
+    cutoff_hz: float
+
+
+def held_out_series(models: Models, names: Sequence[str]) -> HeldOutSeries:
+    """Compute what the pictures show.
+
+    Args:
+        names: of the models to compare, attributes of ``models``.
+    """
+    systems: list[System] = [getattr(models, name) for name in names]
+    motion, used = models.test.motion, models.test.masks
+    window = slice(models.window.start, models.window.stop)
+    residuals = [inverse_dynamics_residual(system, motion)[window] for system in systems]
+    runs = [free_run_series(system, motion)[window] for system in systems]
+    time = motion.time[window] - motion.time[window][0]
+    speeds, places = motion.velocities[window], motion.positions[window]
+    coordinates = []
+    for i, symbol in enumerate(models.refit.positions):
+        rows = used.rows[window, i]
+        residual_of = [
+            _model_residual(r[:, i], rows, speeds[:, i], places[:, i], time, motion.cutoff_hz) for r in residuals
+        ]
+        coordinates.append(
+            CoordinateSeries(
+                name=symbol.name,
+                unit=models.refit.position_units[i],
+                velocity=models.refit.velocities[i].name,
+                force_unit=models.refit.force_unit(i),
+                models=tuple(residual_of),
+                free_run=tuple(_envelope(time, r[:, i], motion.usable[window] & np.isfinite(r[:, i])) for r in runs),
+                samples=int(rows.sum()),
+                limit=_limit([r[rows, i] for r in residuals]),
+            )
+        )
+    return HeldOutSeries(tuple(names), tuple(coordinates), motion.cutoff_hz)
+
+
+def _model_residual(
+    residual: Array, rows: Flags, velocity: Array, position: Array, time: Array, cutoff_hz: float
+) -> ModelResidual:
+    kept = _thin(np.flatnonzero(rows))
+    period = float(time[1] - time[0])
+    return ModelResidual(
+        by_velocity=Curve(velocity[kept], residual[kept]),
+        by_position=Curve(position[kept], residual[kept]),
+        mean_by_velocity=_bin_means(velocity[rows], residual[rows]),
+        mean_by_position=_bin_means(position[rows], residual[rows]),
+        by_time=_envelope(time, residual, rows),
+        spectrum=_spectrum(residual, rows, period, cutoff_hz),
+    )
+
+
+def _thin(indices: NDArray[np.int_], most: int = MOST_POINTS) -> NDArray[np.int_]:
+    """At most ``most`` of the indices, evenly spread."""
+    if len(indices) <= most:
+        return indices
+    return np.asarray(indices[np.linspace(0, len(indices) - 1, most).round().astype(int)])
+
+
+def _bin_means(x: Array, y: Array) -> Curve:
+    """Mean of y in bins of equal width over the inner 99 % of x."""
+    if len(x) < LEAST_IN_BIN:
+        return Curve(np.empty(0), np.empty(0))
+    low, high = np.quantile(x, [0.005, 0.995])
+    edges = np.linspace(low, high if high > low else low + 1, BINS + 1)
+    place = np.clip(np.searchsorted(edges, x, side="right") - 1, -1, BINS)
+    inside = (place >= 0) & (place < BINS)
+    count = np.bincount(place[inside], minlength=BINS)
+    total = np.bincount(place[inside], weights=y[inside], minlength=BINS)
+    mean = np.where(count >= LEAST_IN_BIN, total / np.maximum(count, 1), np.nan)
+    return Curve((edges[:-1] + edges[1:]) / 2, mean)
+
+
+def _envelope(time: Array, values: Array, rows: Flags) -> Curve:
+    """Least and largest value of each short stretch, in the order they occur; NaN where unused."""
+    shown = np.where(rows, values, np.nan)
+    if len(time) <= 2 * BUCKETS:
+        return Curve(time, shown)
+    points: list[int] = []
+    for part in np.array_split(np.arange(len(time)), BUCKETS):
+        finite = part[rows[part]]
+        if len(finite) == 0:
+            points.append(int(part[0]))
+            continue
+        if not rows[part[0]]:
+            points.append(int(part[0]))
+        points += sorted({int(finite[np.argmin(shown[finite])]), int(finite[np.argmax(shown[finite])])})
+    return Curve(time[points], shown[points])
+
+
+def _spectrum(residual: Array, rows: Flags, period: float, cutoff_hz: float) -> Curve | None:
+    """Welch's power density, averaged over stretches without standstill; None if they are too short."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], rows.astype(np.int8), [0]])))
+    runs = list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+    length = 1 << int(np.log2(max(LONGEST_SEGMENT_S / period, SHORTEST_SEGMENT)))
+    while length >= SHORTEST_SEGMENT:
+        long = [(a, b) for a, b in runs if b - a >= length]
+        covered = sum(b - a for a, b in long)
+        if covered >= max(SEGMENTS * length, SHARE_IN_SEGMENTS * rows.sum()):
+            break
+        length //= 2
+    else:
+        return None
+    parts = [welch(residual[a:b], fs=1 / period, nperseg=length, detrend="constant") for a, b in long]
+    weights = np.array([b - a for a, b in long], dtype=np.float64)
+    density = np.average([p for _, p in parts], axis=0, weights=weights)
+    frequency = parts[0][0]
+    shown = (frequency > 0) & (frequency <= SHOWN_CUTOFFS * cutoff_hz) & (density > 0)
+    return Curve(frequency[shown], density[shown]) if shown.sum() > 2 else None
+
+
+def _limit(residuals: list[Array]) -> float:
+    """Half the height of the axis: all samples, unless a few peaks would flatten the rest."""
+    sizes = [np.abs(r) for r in residuals if len(r)]
+    if not sizes:
+        return 1.0
+    inner = max(float(np.quantile(s, 0.998)) for s in sizes)
+    outer = max(float(s.max()) for s in sizes)
+    return 1.06 * min(outer, 1.5 * inner) or 1.0

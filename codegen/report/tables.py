@@ -1,0 +1,126 @@
+"""The tables of the report from a diagnosis and its models."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import Literal
+
+from codegen.diagnosis.results import Candidate, Diagnosis, ErrorFigures
+from codegen.effects import CATALOGUE
+from codegen.effects.declare import places_of, unit_words
+from codegen.mechanics.system import System
+from codegen.report.view import CandidateRow, EffectView, ErrorRow, ParameterView, RefittedRow
+from codegen.report.wording import change, common_unit, number, percent, prefixed, unit_text, with_unit
+
+Quantity = Literal["force", "relative", "position"]
+Outcome = Literal["chosen", "carried", "later", "passed", "rejected"]
+Read = Callable[[int | None, ErrorFigures], float]
+
+
+def error_rows(diagnosis: Diagnosis, system: System) -> tuple[ErrorRow, ...]:
+    """Residual force and free-run position error, overall and by coordinate, and the relative force error."""
+    forces = [system.force_unit(i) for i in range(system.degrees_of_freedom)]
+    places: list[int | None] = list(range(system.degrees_of_freedom))
+    if len(places) > 1:
+        places.insert(0, None)
+
+    def rows(quantity: Quantity, units: Sequence[str], read: Read) -> list[ErrorRow]:
+        found = []
+        for i in places:
+            name, unit = ("", common_unit(units)) if i is None else (system.positions[i].name, units[i])
+            found.append(_error_row(diagnosis, quantity, name, unit, partial(read, i)))
+        return found
+
+    relative = _error_row(diagnosis, "relative", "", "", _relative)
+    return (*rows("force", forces, _force), relative, *rows("position", system.position_units, _position))
+
+
+def _force(coordinate: int | None, figures: ErrorFigures) -> float:
+    return figures.force_rms if coordinate is None else figures.force_rms_rows[coordinate]
+
+
+def _relative(figures: ErrorFigures) -> float:
+    return figures.relative_force
+
+
+def _position(coordinate: int | None, figures: ErrorFigures) -> float:
+    return figures.free_run_rmse if coordinate is None else figures.free_run_rmse_rows[coordinate]
+
+
+def _error_row(
+    diagnosis: Diagnosis, quantity: Quantity, coordinate: str, unit: str | None, read: Callable[[ErrorFigures], float]
+) -> ErrorRow:
+    declared, refit, augmented = (read(e) for e in (diagnosis.declared, diagnosis.refit, diagnosis.augmented))
+    factor, shown_unit = prefixed([declared, refit, augmented], unit or "")
+
+    def shown(value: float) -> str:
+        return percent(value, 4) if quantity == "relative" else number(factor * value)
+
+    return ErrorRow(
+        quantity=quantity,
+        coordinate=coordinate,
+        unit=unit_text(shown_unit),
+        declared=shown(declared),
+        refit=shown(refit),
+        augmented=shown(augmented),
+        change=change(refit, augmented),
+        pooled_units=unit is None,
+    )
+
+
+def effect_views(diagnosis: Diagnosis) -> tuple[EffectView, ...]:
+    """The effects found, with what the catalogue says about them."""
+    views = []
+    for found in diagnosis.effects:
+        effect = CATALOGUE[found.kind]
+        meaning = {p.name: p.meaning for p in effect.parameters}
+        parameters = [ParameterView(k, with_unit(v, found.units[k]), meaning[k]) for k, v in found.parameters.items()]
+        also = tuple(f"{kind} on {on}" for kind, on in found.also)
+        views.append(EffectView(found.kind, found.on, effect.equation, effect.signature, tuple(parameters), also))
+    return tuple(views)
+
+
+def refitted_rows(diagnosis: Diagnosis, system: System) -> tuple[RefittedRow, ...]:
+    """Friction levels and uncertain parameters in the three models."""
+    units: Mapping[str, str] = {s.name: unit for s, unit in system.units.items()}
+    return tuple(
+        RefittedRow(name, unit_text(units.get(name, "1")), number(a, 5), number(b, 5), number(c, 5), change(a, c))
+        for name, (a, b, c) in diagnosis.refitted.items()
+    )
+
+
+def candidate_rows(diagnosis: Diagnosis, system: System) -> tuple[CandidateRow, ...]:
+    """The first round's ranking with evidence."""
+    return tuple(
+        CandidateRow(
+            rank=k + 1,
+            kind=c.kind,
+            on=c.on,
+            also=tuple(f"{kind} on {on}" for kind, on in c.also),
+            parameters=_parameters(c, system),
+            gain=percent(c.gain),
+            t=number(c.t, 3),
+            blocks=f"{c.blocks_won} of {c.blocks}",
+            free_run="" if c.free_run is None else number(c.free_run, 3),
+            outcome=_outcome(c, diagnosis),
+            why_not=c.why_not.replace(" -", " −"),
+            bar=round(100 * min(max(c.gain, 0.0), 1.0)) if c.gain == c.gain else 0,
+        )
+        for k, c in enumerate(diagnosis.candidates)
+    )
+
+
+def _parameters(candidate: Candidate, system: System) -> tuple[str, ...]:
+    effect = CATALOGUE[candidate.kind]
+    units = unit_words(effect, places_of(effect, system).index(candidate.on), system)
+    return tuple(f"{name} = {with_unit(value, units[name], 3)}" for name, value in candidate.parameters.items())
+
+
+def _outcome(candidate: Candidate, diagnosis: Diagnosis) -> Outcome:
+    named = {(e.kind, e.on) for e in diagnosis.effects}
+    if (candidate.kind, candidate.on) in named:
+        return "chosen" if candidate.accepted else "later"
+    if not candidate.accepted:
+        return "rejected"
+    return "carried" if diagnosis.verdict == "ambiguous" and candidate is diagnosis.candidates[0] else "passed"

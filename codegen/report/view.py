@@ -1,0 +1,195 @@
+"""What the page's template is given, typed: every number already in print, every word of prose left to the template."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from codegen.diagnosis.results import Verdict
+
+
+@dataclass(frozen=True)
+class ErrorRow:
+    """One error figure of the three models.
+
+    Attributes:
+        quantity: "force", "relative" or "position".
+        coordinate: a coordinate's name, or empty for all together.
+        unit: in print; empty for a share, or where coordinates of different units are pooled.
+        declared, refit, augmented: in print, in ``unit``.
+        change: augmented against refit, in %.
+        pooled_units: whether coordinates of different units are pooled.
+    """
+
+    quantity: Literal["force", "relative", "position"]
+    coordinate: str
+    unit: str
+    declared: str
+    refit: str
+    augmented: str
+    change: str
+    pooled_units: bool = False
+
+
+@dataclass(frozen=True)
+class ParameterView:
+    """A parameter of an effect: value with unit, and its meaning in the catalogue."""
+
+    name: str
+    value: str
+    meaning: str
+
+
+@dataclass(frozen=True)
+class EffectView:
+    """An effect that was found; ``also`` are twins in words, ``kind on place``."""
+
+    kind: str
+    on: str
+    equation: str
+    signature: str
+    parameters: tuple[ParameterView, ...]
+    also: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class RefittedRow:
+    """A friction level or uncertain parameter in the three models; ``change`` is augmented against declared."""
+
+    name: str
+    unit: str
+    declared: str
+    refit: str
+    augmented: str
+    change: str
+
+
+@dataclass(frozen=True)
+class CandidateRow:
+    """A candidate of the first round.
+
+    Attributes:
+        parameters: name = value unit.
+        gain, t, blocks, free_run: evidence in print; ``free_run`` is empty where it was not run.
+        outcome: "chosen", "carried" (by the augmented model while others tie), "later" (rejected at first, added in a
+            later round), "passed" or "rejected".
+        why_not: in words, for "rejected".
+        bar: gain in %, 0 to 100, for the bar behind the number.
+    """
+
+    rank: int
+    kind: str
+    on: str
+    also: tuple[str, ...]
+    parameters: tuple[str, ...]
+    gain: str
+    t: str
+    blocks: str
+    free_run: str
+    outcome: Literal["chosen", "carried", "later", "passed", "rejected"]
+    why_not: str
+    bar: int
+
+
+@dataclass(frozen=True)
+class FindingView:
+    """A finding of the preflight; ``severity`` is problem, warning or info."""
+
+    severity: str
+    words: str
+
+
+@dataclass(frozen=True)
+class FindingGroup:
+    """Findings of one log, worst first."""
+
+    role: str
+    log: str
+    findings: tuple[FindingView, ...]
+
+
+@dataclass(frozen=True)
+class DifferenceLine:
+    """A line of the spec's diff; ``kind`` is added, removed, hunk or same."""
+
+    kind: Literal["added", "removed", "hunk", "same"]
+    text: str
+
+
+@dataclass(frozen=True)
+class CertificateSide:
+    """The certificate of one spec: a decay rate in print, or the words of a refusal."""
+
+    rate: str
+    refusal: str
+
+
+@dataclass(frozen=True)
+class AgreementView:
+    """Observer replay against inverse dynamics, in print; ``good`` if the two tell the same story."""
+
+    correlation: str
+    difference: str
+    samples: str
+    good: bool
+
+
+@dataclass(frozen=True)
+class DataView:
+    """What the figures were measured on, in print."""
+
+    train: str
+    train_samples: str
+    test: str
+    held_out: str
+    sample_time: str
+    cutoff: str
+    restart: str
+    blocks: str
+    independent_samples: str
+
+
+@dataclass(frozen=True)
+class PictureView:
+    """Data addresses of the pictures, and what their captions say."""
+
+    residual: str
+    free_run: str
+    cutoff: str
+    thinned: str
+    coordinates: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class FileLink:
+    """A file that was written, as a link."""
+
+    label: str
+    address: str
+
+
+@dataclass(frozen=True)
+class Page:
+    """The whole page, in its order."""
+
+    name: str
+    source: str
+    spec_file: str
+    spec_hash: str
+    version: str
+    verdict: Verdict
+    sentence: str
+    added: bool
+    data: DataView
+    errors: tuple[ErrorRow, ...]
+    published: tuple[tuple[str, str], ...]
+    effects: tuple[EffectView, ...]
+    refitted: tuple[RefittedRow, ...]
+    pictures: PictureView
+    candidates: tuple[CandidateRow, ...]
+    agreement: AgreementView | None
+    findings: tuple[FindingGroup, ...]
+    difference: tuple[DifferenceLine, ...]
+    observer_declared: bool
+    certificate: tuple[CertificateSide, CertificateSide] | None
+    files: tuple[FileLink, ...]
