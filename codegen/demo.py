@@ -35,7 +35,7 @@ def run_demo(folder: Path, say: Callable[[str], None], tell: Callable[[str, floa
     pipeline.simulate(specs / PLANT, log, lambda share: tell("simulate", share / 2))
     pipeline.simulate(specs / "plants" / "belt_axis_test.yaml", test, lambda share: tell("simulate", (1 + share) / 2))
     say(render("text/demo_log.txt.j2", log=log, test=test))
-    result = pipeline.diagnose(spec, log, test, folder, progress=tell)
+    result = pipeline.diagnose(spec, log, test, folder / "diagnosis", progress=tell)
     say(render("text/diagnosed.txt.j2", result=result, d=result.diagnosis))
-    say(render("text/demo_paths.txt.j2", folder=folder, generated=generated, files=result.files))
+    say(render("text/demo_paths.txt.j2", generated=generated, result=result))
     return result

@@ -59,7 +59,7 @@ def free_run_errors(system: System, motion: Motion, window: Window, restart_s: f
 
 
 def free_run_series(system: System, motion: Motion, restart_s: float = RESTART_S) -> Array:
-    """Predicted less raw position at every sample, (N, n); NaN where the motion is trimmed, inf where the run diverges."""
+    """Predicted less raw position, (N, n); NaN where the motion is trimmed, inf where the run diverges."""
     h = motion.sample_time
     start = motion.low_pass(motion.measured)
     predicted = free_run(
@@ -78,7 +78,8 @@ def free_run_series(system: System, motion: Motion, restart_s: float = RESTART_S
 def drive_force(system: System, motion: Motion) -> Array:
     """(N, n) the part of g that the inputs make: g(x, v, w) − g(x, v, 0)."""
     still = system.force.subs(dict.fromkeys(system.inputs, 0))
-    return evaluate_forces(system, [Matrix(system.force - still)], motion, effective_inputs(system, motion))[0]
+    forces = evaluate_forces(system, [Matrix(system.force - still)], motion, effective_inputs(system, motion))
+    return np.asarray(forces[0])
 
 
 def _substeps(h: float) -> int:

@@ -85,7 +85,7 @@ class Problem:
     def target(self) -> Array:
         """g − M a − U λ with all levels at zero, low-passed, (N, n)."""
         bare = Matrix(self.system.equation_error.subs(dict.fromkeys(self.levels, 0)))
-        return self.filtered([bare])[0]
+        return np.asarray(self.filtered([bare])[0])
 
     @cached_property
     def base_columns(self) -> Array:

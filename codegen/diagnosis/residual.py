@@ -76,7 +76,7 @@ def friction_estimate(system: System, motion: Motion) -> Array:
         contacts=tuple(replace(c, extra_level=sympy.Integer(0), extra_force=sympy.Integer(0)) for c in system.contacts),
     )
     force = Matrix(bare.force - bare.mass_matrix * Matrix(list(bare.accelerations)))
-    return evaluate_forces(bare, [force], motion, effective_inputs(system, motion))[0]
+    return np.asarray(evaluate_forces(bare, [force], motion, effective_inputs(system, motion))[0])
 
 
 def residual_rms(system: System, motion: Motion, used: Masks) -> tuple[float, ...]:

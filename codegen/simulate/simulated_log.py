@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from codegen.files import write_atomically
 from codegen.spec.model import Spec
 
 Array = NDArray[np.float64]
@@ -35,20 +36,17 @@ class SimulatedLog:
 
 
 def write_log(path: Path, spec: Spec, simulated: SimulatedLog) -> None:
-    """Write t, coordinates and inputs as CSV: the same log gives the same bytes.
+    """Write t, coordinates and inputs as CSV, whole or not at all: the same log gives the same bytes.
 
-    The file appears whole or not at all: it is written beside ``path`` and moved there.
+    Columns are called and scaled as the spec's ``log:`` section says, so that the spec reads its own log back.
 
     Raises:
-        OSError: if the folder cannot be written to.
+        BadInput: if the folder cannot be written to.
     """
-    header = ",".join(["t", *spec.positions, *(i.name for i in spec.inputs)])
-    rows = np.column_stack([simulated.time, simulated.positions, simulated.inputs]) + 0.0
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}.unfinished")
-    try:
-        with unfinished.open("w", encoding="utf-8", newline="\n") as file:
-            file.write(header + "\n")
-            np.savetxt(file, rows, fmt="%.9g", delimiter=",")
-        unfinished.replace(path)
-    finally:
-        unfinished.unlink(missing_ok=True)
+    names = ["t", *spec.positions, *(i.name for i in spec.inputs)]
+    scale = np.array([spec.log.scale.get(name, 1.0) for name in names])
+    rows = np.column_stack([simulated.time, simulated.positions, simulated.inputs]) / scale + 0.0
+    text = StringIO()
+    text.write(",".join(spec.log.columns.get(name, name) for name in names) + "\n")
+    np.savetxt(text, rows, fmt="%.9g", delimiter=",")
+    write_atomically(path, text.getvalue())

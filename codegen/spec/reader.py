@@ -32,11 +32,10 @@ from codegen.spec.validation import validate
 from codegen.spec.yaml_text import load_mapping, plain, read_text
 
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
-_C_WORDS = frozenset(
-    """auto break case char const continue default do double else enum extern float for goto if inline int long
-    register restrict return short signed sizeof static struct switch typedef union unsigned void volatile while bool
-    true false class new delete this template typename namespace private public protected virtual operator using
-    NULL""".split()
+_C_WORDS = re.compile(
+    r"auto|break|case|char|const|continue|default|do|double|else|enum|extern|float|for|goto|if|inline|int|long|register|"
+    r"restrict|return|short|signed|sizeof|static|struct|switch|typedef|union|unsigned|void|volatile|while|bool|true|"
+    r"false|class|new|delete|this|template|typename|namespace|private|public|protected|virtual|operator|using|NULL"
 )
 _RESERVED = {"t", "state", "parameters", "inputs", "outputs", "sample_time", "lambda"}
 
@@ -119,7 +118,13 @@ class _Reading:
     def _name(self, name: str, key: str) -> None:
         if not _IDENTIFIER.match(name) or len(name) > 60:
             raise BadInput(self.place(key), f"the name `{name}`", "letters, digits and _, starting with a letter")
-        if name in _C_WORDS or keyword.iskeyword(name) or name in FUNCTIONS or name in CONSTANTS or name in _RESERVED:
+        if (
+            _C_WORDS.fullmatch(name)
+            or keyword.iskeyword(name)
+            or name in FUNCTIONS
+            or name in CONSTANTS
+            or name in _RESERVED
+        ):
             raise BadInput(self.place(key), f"the name `{name}`, a reserved word", "another name", f"{name}_")
 
     def _check_names(self, coordinates: Iterable[Coordinate], inputs: Iterable[Input], parameters: Any) -> None:

@@ -1,0 +1,1 @@
+"""What `stiction generate` makes of the shipped specs; each subpackage is an observer, importable as generated.NAME."""

@@ -1,0 +1,104 @@
+"""belt_axis: friction observer GCFO, velocity estimated.
+
+Made by stiction 0.1.0 from belt_axis.yaml
+sha256 86f79aec1e97a2e042a4a218049bfc2c81c9121b32e6b6825b9fe7177cca10ed
+with: stiction generate belt_axis.yaml
+
+The twin of belt_axis.c: the same operations in the same order on doubles, so the same bits. Do not edit.
+"""
+
+import math
+from dataclasses import dataclass
+
+__all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "step"]
+
+SPEC_SHA256 = "86f79aec1e97a2e042a4a218049bfc2c81c9121b32e6b6825b9fe7177cca10ed"
+
+
+@dataclass(slots=True)
+class Parameters:
+    """Constants of the model and gains, with the spec's values."""
+
+    m: float = 4.2  # kg: model parameter
+    kf: float = 18.5  # N/V: model parameter
+    b: float = 12.0  # N*s/m: model parameter
+    guide_a: float = 9.0  # N: model parameter
+    K_F: float = 250.0  # N*s/m: observer gain
+    K_v: float = 120.0  # 1/s: observer gain
+    sample_time: float = 0.001  # s: sample time
+
+
+@dataclass(slots=True)
+class State:
+    """What the observer remembers from sample to sample."""
+
+    z_v: float = 0.0  # m/s: observer state
+    z_guide: float = 0.0  # N: observer state
+
+
+@dataclass(slots=True)
+class Inputs:
+    """What is measured and commanded at a sample."""
+
+    x: float = 0.0  # m: measured position
+    u: float = 0.0  # V: input
+
+
+@dataclass(slots=True)
+class Outputs:
+    """What is estimated."""
+
+    v_hat: float = 0.0  # m/s: velocity estimate, (4.25)
+    a_hat_guide: float = 0.0  # N: friction level, (4.11)
+    F_hat_guide: float = 0.0  # N: contact friction, (4.10)
+    F_hat_on_x: float = 0.0  # N: friction force, (4.10)
+
+
+def _sign(u: float) -> float:
+    return 1.0 if u > 0.0 else (-1.0 if u < 0.0 else 0.0)
+
+
+def init(parameters: Parameters, inputs: Inputs) -> State:
+    """The state from the first measurement."""
+    # states at the first sample
+    return State(
+        z_v=-(parameters.K_v * inputs.x),
+        z_guide=parameters.guide_a,
+    )
+
+
+def step(state: State, parameters: Parameters, inputs: Inputs) -> Outputs:
+    """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample."""
+    # velocity estimate, (4.25)
+    v_hat = state.z_v + parameters.K_v * inputs.x  # m/s
+
+    # slip velocity, U' v, (4.5)
+    slip_guide = v_hat  # m/s
+
+    # slip sign, (4.13)
+    sign_guide = _sign(slip_guide)  # 1
+
+    # friction level, (4.11)
+    a_hat_guide = state.z_guide - parameters.K_F * abs(slip_guide)  # N
+
+    # contact friction, (4.10)
+    F_hat_guide = a_hat_guide * sign_guide  # N
+
+    # friction force, (4.10)
+    F_hat_on_x = F_hat_guide  # N
+
+    # acceleration, (4.2)
+    v_dot_hat = (parameters.kf * inputs.u - F_hat_on_x - parameters.b * v_hat) / parameters.m  # m/s^2
+
+    # states one sample later (explicit Euler)
+    z_v_next = state.z_v + parameters.sample_time * (v_dot_hat - parameters.K_v * v_hat)
+    z_guide_next = state.z_guide + parameters.sample_time * (parameters.K_F * sign_guide * v_dot_hat)
+    state.z_v = z_v_next
+    state.z_guide = z_guide_next
+
+    return Outputs(
+        v_hat=v_hat,
+        a_hat_guide=a_hat_guide,
+        F_hat_guide=F_hat_guide,
+        F_hat_on_x=F_hat_on_x,
+    )

@@ -1,0 +1,73 @@
+/*
+ * belt_axis: friction observer GCFO, velocity estimated.
+ * Source: the project's own example.
+ *
+ * Made by stiction 0.1.0 from belt_axis.yaml
+ * sha256 86f79aec1e97a2e042a4a218049bfc2c81c9121b32e6b6825b9fe7177cca10ed
+ * with: stiction generate belt_axis.yaml
+ *
+ * C99, no heap, no statics, no globals, re-entrant. Compile with -std=c99 (or -ffp-contract=off) to get the
+ * bits of the Python twin. Do not edit: change the spec and generate again.
+ */
+#ifndef STICTION_BELT_AXIS_H
+#define STICTION_BELT_AXIS_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Constants of the model and gains; BELT_AXIS_PARAMETERS holds the spec's values. */
+typedef struct {
+    double m; /* kg: model parameter */
+    double kf; /* N/V: model parameter */
+    double b; /* N*s/m: model parameter */
+    double guide_a; /* N: model parameter */
+    double K_F; /* N*s/m: observer gain */
+    double K_v; /* 1/s: observer gain */
+    double sample_time; /* s: sample time */
+} belt_axis_parameters;
+
+#define BELT_AXIS_PARAMETERS \
+    { \
+        4.2, /* m */ \
+        18.5, /* kf */ \
+        12.0, /* b */ \
+        9.0, /* guide_a */ \
+        250.0, /* K_F */ \
+        120.0, /* K_v */ \
+        0.001 /* sample_time */ \
+    }
+
+/* What the observer remembers from sample to sample. */
+typedef struct {
+    double z_v; /* m/s: observer state */
+    double z_guide; /* N: observer state */
+} belt_axis_state;
+
+/* What is measured and commanded at a sample. */
+typedef struct {
+    double x; /* m: measured position */
+    double u; /* V: input */
+} belt_axis_inputs;
+
+/* What is estimated. */
+typedef struct {
+    double v_hat; /* m/s: velocity estimate, (4.25) */
+    double a_hat_guide; /* N: friction level, (4.11) */
+    double F_hat_guide; /* N: contact friction, (4.10) */
+    double F_hat_on_x; /* N: friction force, (4.10) */
+} belt_axis_outputs;
+
+/* Set the state from the first measurement. */
+void belt_axis_init(belt_axis_state *state, const belt_axis_parameters *parameters,
+                             const belt_axis_inputs *inputs);
+
+/* One sample: estimates from the state and this measurement, then the state of the next sample. */
+void belt_axis_step(belt_axis_state *state, const belt_axis_parameters *parameters,
+                             const belt_axis_inputs *inputs, belt_axis_outputs *outputs);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,75 @@
+/*
+ * emps: friction observer GCFO, velocity estimated.
+ * Source: Janot, Gautier and Brunot 2019, Data set and reference models of EMPS; symmetric model.
+ *
+ * Made by stiction 0.1.0 from emps.yaml
+ * sha256 d12d46064ab668b52af346ac1f00c9207373a086bbfb7d2f3571a5090dba0d19
+ * with: stiction generate emps.yaml
+ *
+ * C99, no heap, no statics, no globals, re-entrant. Compile with -std=c99 (or -ffp-contract=off) to get the
+ * bits of the Python twin. Do not edit: change the spec and generate again.
+ */
+#ifndef STICTION_EMPS_H
+#define STICTION_EMPS_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Constants of the model and gains; EMPS_PARAMETERS holds the spec's values. */
+typedef struct {
+    double M; /* kg: model parameter */
+    double gtau; /* N/V: model parameter */
+    double Fv; /* N*s/m: model parameter */
+    double offset; /* N: model parameter */
+    double rail_a; /* N: model parameter */
+    double K_F; /* N*s/m: observer gain */
+    double K_v; /* 1/s: observer gain */
+    double sample_time; /* s: sample time */
+} emps_parameters;
+
+#define EMPS_PARAMETERS \
+    { \
+        95.1089, /* M */ \
+        35.1507, /* gtau */ \
+        203.5034, /* Fv */ \
+        -3.1648, /* offset */ \
+        20.3935, /* rail_a */ \
+        4000.0, /* K_F */ \
+        150.0, /* K_v */ \
+        0.001 /* sample_time */ \
+    }
+
+/* What the observer remembers from sample to sample. */
+typedef struct {
+    double z_v; /* m/s: observer state */
+    double z_rail; /* N: observer state */
+} emps_state;
+
+/* What is measured and commanded at a sample. */
+typedef struct {
+    double x; /* m: measured position */
+    double u; /* V: input */
+} emps_inputs;
+
+/* What is estimated. */
+typedef struct {
+    double v_hat; /* m/s: velocity estimate, (4.25) */
+    double a_hat_rail; /* N: friction level, (4.11) */
+    double F_hat_rail; /* N: contact friction, (4.10) */
+    double F_hat_on_x; /* N: friction force, (4.10) */
+} emps_outputs;
+
+/* Set the state from the first measurement. */
+void emps_init(emps_state *state, const emps_parameters *parameters,
+                             const emps_inputs *inputs);
+
+/* One sample: estimates from the state and this measurement, then the state of the next sample. */
+void emps_step(emps_state *state, const emps_parameters *parameters,
+                             const emps_inputs *inputs, emps_outputs *outputs);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,102 @@
+"""one_mass: friction observer CFO, velocity estimated.
+
+Made by stiction 0.1.0 from one_mass.yaml
+sha256 e67cd56555665e4cb1932194e4d6ac3973199ae183caabde74369e4fecf4dea9
+with: stiction generate one_mass.yaml
+
+The twin of one_mass.c: the same operations in the same order on doubles, so the same bits. Do not edit.
+"""
+
+import math
+from dataclasses import dataclass
+
+__all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "step"]
+
+SPEC_SHA256 = "e67cd56555665e4cb1932194e4d6ac3973199ae183caabde74369e4fecf4dea9"
+
+
+@dataclass(slots=True)
+class Parameters:
+    """Constants of the model and gains, with the spec's values."""
+
+    m: float = 1.0  # kg: model parameter
+    rail_a: float = 50.0  # N: model parameter
+    K_F: float = 10.0  # N*s/m: observer gain
+    K_v: float = 100.0  # 1/s: observer gain
+    sample_time: float = 0.001  # s: sample time
+
+
+@dataclass(slots=True)
+class State:
+    """What the observer remembers from sample to sample."""
+
+    z_v: float = 0.0  # m/s: observer state
+    z_rail: float = 0.0  # N: observer state
+
+
+@dataclass(slots=True)
+class Inputs:
+    """What is measured and commanded at a sample."""
+
+    x: float = 0.0  # m: measured position
+    w: float = 0.0  # N: input
+
+
+@dataclass(slots=True)
+class Outputs:
+    """What is estimated."""
+
+    v_hat: float = 0.0  # m/s: velocity estimate, (4.25)
+    a_hat_rail: float = 0.0  # N: friction level, (4.11)
+    F_hat_rail: float = 0.0  # N: contact friction, (4.10)
+    F_hat_on_x: float = 0.0  # N: friction force, (4.10)
+
+
+def _sign(u: float) -> float:
+    return 1.0 if u > 0.0 else (-1.0 if u < 0.0 else 0.0)
+
+
+def init(parameters: Parameters, inputs: Inputs) -> State:
+    """The state from the first measurement."""
+    # states at the first sample
+    return State(
+        z_v=-(parameters.K_v * inputs.x),
+        z_rail=parameters.rail_a,
+    )
+
+
+def step(state: State, parameters: Parameters, inputs: Inputs) -> Outputs:
+    """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample."""
+    # velocity estimate, (4.25)
+    v_hat = state.z_v + parameters.K_v * inputs.x  # m/s
+
+    # slip velocity, U' v, (4.5)
+    slip_rail = v_hat  # m/s
+
+    # slip sign, (4.13)
+    sign_rail = _sign(slip_rail)  # 1
+
+    # friction level, (4.11)
+    a_hat_rail = state.z_rail - parameters.K_F * abs(slip_rail)  # N
+
+    # contact friction, (4.10)
+    F_hat_rail = a_hat_rail * sign_rail  # N
+
+    # friction force, (4.10)
+    F_hat_on_x = F_hat_rail  # N
+
+    # acceleration, (4.2)
+    v_dot_hat = (inputs.w - F_hat_on_x) / parameters.m  # m/s^2
+
+    # states one sample later (explicit Euler)
+    z_v_next = state.z_v + parameters.sample_time * (v_dot_hat - parameters.K_v * v_hat)
+    z_rail_next = state.z_rail + parameters.sample_time * (parameters.K_F * sign_rail * v_dot_hat)
+    state.z_v = z_v_next
+    state.z_rail = z_rail_next
+
+    return Outputs(
+        v_hat=v_hat,
+        a_hat_rail=a_hat_rail,
+        F_hat_rail=F_hat_rail,
+        F_hat_on_x=F_hat_on_x,
+    )

@@ -1,0 +1,69 @@
+/*
+ * one_mass: friction observer CFO, velocity estimated.
+ * Source: Mentzelopoulou 1994, sections 2.3 and 3.3.
+ *
+ * Made by stiction 0.1.0 from one_mass.yaml
+ * sha256 e67cd56555665e4cb1932194e4d6ac3973199ae183caabde74369e4fecf4dea9
+ * with: stiction generate one_mass.yaml
+ *
+ * C99, no heap, no statics, no globals, re-entrant. Compile with -std=c99 (or -ffp-contract=off) to get the
+ * bits of the Python twin. Do not edit: change the spec and generate again.
+ */
+#ifndef STICTION_ONE_MASS_H
+#define STICTION_ONE_MASS_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Constants of the model and gains; ONE_MASS_PARAMETERS holds the spec's values. */
+typedef struct {
+    double m; /* kg: model parameter */
+    double rail_a; /* N: model parameter */
+    double K_F; /* N*s/m: observer gain */
+    double K_v; /* 1/s: observer gain */
+    double sample_time; /* s: sample time */
+} one_mass_parameters;
+
+#define ONE_MASS_PARAMETERS \
+    { \
+        1.0, /* m */ \
+        50.0, /* rail_a */ \
+        10.0, /* K_F */ \
+        100.0, /* K_v */ \
+        0.001 /* sample_time */ \
+    }
+
+/* What the observer remembers from sample to sample. */
+typedef struct {
+    double z_v; /* m/s: observer state */
+    double z_rail; /* N: observer state */
+} one_mass_state;
+
+/* What is measured and commanded at a sample. */
+typedef struct {
+    double x; /* m: measured position */
+    double w; /* N: input */
+} one_mass_inputs;
+
+/* What is estimated. */
+typedef struct {
+    double v_hat; /* m/s: velocity estimate, (4.25) */
+    double a_hat_rail; /* N: friction level, (4.11) */
+    double F_hat_rail; /* N: contact friction, (4.10) */
+    double F_hat_on_x; /* N: friction force, (4.10) */
+} one_mass_outputs;
+
+/* Set the state from the first measurement. */
+void one_mass_init(one_mass_state *state, const one_mass_parameters *parameters,
+                             const one_mass_inputs *inputs);
+
+/* One sample: estimates from the state and this measurement, then the state of the next sample. */
+void one_mass_step(one_mass_state *state, const one_mass_parameters *parameters,
+                             const one_mass_inputs *inputs, one_mass_outputs *outputs);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,133 @@
+"""two_mass: friction observer GCFO, velocity estimated.
+
+Made by stiction 0.1.0 from two_mass.yaml
+sha256 058d7ede764f58430b668471873e0e2599688cab90406ec018715a6d5d868411
+with: stiction generate two_mass.yaml
+
+The twin of two_mass.c: the same operations in the same order on doubles, so the same bits. Do not edit.
+"""
+
+import math
+from dataclasses import dataclass
+
+__all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "step"]
+
+SPEC_SHA256 = "058d7ede764f58430b668471873e0e2599688cab90406ec018715a6d5d868411"
+
+
+@dataclass(slots=True)
+class Parameters:
+    """Constants of the model and gains, with the spec's values."""
+
+    m1: float = 10.0  # kg: model parameter
+    m2: float = 50.0  # kg: model parameter
+    eta1: float = 100.0  # N/m: model parameter
+    eta2: float = 50.0  # N/m: model parameter
+    eta3: float = 20.0  # N/m: model parameter
+    between_a: float = 10.0  # N: model parameter
+    ground_a: float = 20.0  # N: model parameter
+    K_F_between: float = 500.0  # N*s/m: observer gain
+    K_F_ground: float = 700.0  # N*s/m: observer gain
+    K_v_v1: float = 10.0  # 1/s: observer gain
+    K_v_v2: float = 10.0  # 1/s: observer gain
+    sample_time: float = 0.001  # s: sample time
+
+
+@dataclass(slots=True)
+class State:
+    """What the observer remembers from sample to sample."""
+
+    z_v1: float = 0.0  # m/s: observer state
+    z_v2: float = 0.0  # m/s: observer state
+    z_between: float = 0.0  # N: observer state
+    z_ground: float = 0.0  # N: observer state
+
+
+@dataclass(slots=True)
+class Inputs:
+    """What is measured and commanded at a sample."""
+
+    x1: float = 0.0  # m: measured position
+    x2: float = 0.0  # m: measured position
+    w: float = 0.0  # N: input
+
+
+@dataclass(slots=True)
+class Outputs:
+    """What is estimated."""
+
+    v1_hat: float = 0.0  # m/s: velocity estimate, (4.25)
+    v2_hat: float = 0.0  # m/s: velocity estimate, (4.25)
+    a_hat_between: float = 0.0  # N: friction level, (4.11)
+    a_hat_ground: float = 0.0  # N: friction level, (4.11)
+    F_hat_between: float = 0.0  # N: contact friction, (4.10)
+    F_hat_ground: float = 0.0  # N: contact friction, (4.10)
+    F_hat_on_x1: float = 0.0  # N: friction force, (4.10)
+    F_hat_on_x2: float = 0.0  # N: friction force, (4.10)
+
+
+def _sign(u: float) -> float:
+    return 1.0 if u > 0.0 else (-1.0 if u < 0.0 else 0.0)
+
+
+def init(parameters: Parameters, inputs: Inputs) -> State:
+    """The state from the first measurement."""
+    # states at the first sample
+    return State(
+        z_v1=-(parameters.K_v_v1 * inputs.x1),
+        z_v2=-(parameters.K_v_v2 * inputs.x2),
+        z_between=parameters.between_a,
+        z_ground=parameters.ground_a,
+    )
+
+
+def step(state: State, parameters: Parameters, inputs: Inputs) -> Outputs:
+    """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample."""
+    # velocity estimate, (4.25)
+    v1_hat = state.z_v1 + parameters.K_v_v1 * inputs.x1  # m/s
+    v2_hat = state.z_v2 + parameters.K_v_v2 * inputs.x2  # m/s
+
+    # slip velocity, U' v, (4.5)
+    slip_between = v1_hat - v2_hat  # m/s
+    slip_ground = v2_hat  # m/s
+
+    # slip sign, (4.13)
+    sign_between = _sign(slip_between)  # 1
+    sign_ground = _sign(slip_ground)  # 1
+
+    # friction level, (4.11)
+    a_hat_between = state.z_between - parameters.K_F_between * abs(slip_between)  # N
+    a_hat_ground = state.z_ground - parameters.K_F_ground * abs(slip_ground)  # N
+
+    # contact friction, (4.10)
+    F_hat_between = a_hat_between * sign_between  # N
+    F_hat_ground = a_hat_ground * sign_ground  # N
+
+    # friction force, (4.10)
+    F_hat_on_x1 = F_hat_between  # N
+    F_hat_on_x2 = F_hat_ground - F_hat_between  # N
+
+    # acceleration, (4.2)
+    v1_dot_hat = (parameters.eta3 * inputs.x2 - inputs.x1 * (parameters.eta2 + parameters.eta3) - F_hat_on_x1) / parameters.m1  # m/s^2
+    v2_dot_hat = (inputs.w + parameters.eta3 * inputs.x1 - F_hat_on_x2 - inputs.x2 * (parameters.eta1 + parameters.eta3)) / parameters.m2  # m/s^2
+
+    # states one sample later (explicit Euler)
+    z_v1_next = state.z_v1 + parameters.sample_time * (v1_dot_hat - parameters.K_v_v1 * v1_hat)
+    z_v2_next = state.z_v2 + parameters.sample_time * (v2_dot_hat - parameters.K_v_v2 * v2_hat)
+    z_between_next = state.z_between + parameters.sample_time * (parameters.K_F_between * sign_between * (v1_dot_hat - v2_dot_hat))
+    z_ground_next = state.z_ground + parameters.sample_time * (parameters.K_F_ground * sign_ground * v2_dot_hat)
+    state.z_v1 = z_v1_next
+    state.z_v2 = z_v2_next
+    state.z_between = z_between_next
+    state.z_ground = z_ground_next
+
+    return Outputs(
+        v1_hat=v1_hat,
+        v2_hat=v2_hat,
+        a_hat_between=a_hat_between,
+        a_hat_ground=a_hat_ground,
+        F_hat_between=F_hat_between,
+        F_hat_ground=F_hat_ground,
+        F_hat_on_x1=F_hat_on_x1,
+        F_hat_on_x2=F_hat_on_x2,
+    )

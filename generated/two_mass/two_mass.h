@@ -1,0 +1,90 @@
+/*
+ * two_mass: friction observer GCFO, velocity estimated.
+ * Source: Mentzelopoulou 1994, section 4.7.
+ *
+ * Made by stiction 0.1.0 from two_mass.yaml
+ * sha256 058d7ede764f58430b668471873e0e2599688cab90406ec018715a6d5d868411
+ * with: stiction generate two_mass.yaml
+ *
+ * C99, no heap, no statics, no globals, re-entrant. Compile with -std=c99 (or -ffp-contract=off) to get the
+ * bits of the Python twin. Do not edit: change the spec and generate again.
+ */
+#ifndef STICTION_TWO_MASS_H
+#define STICTION_TWO_MASS_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Constants of the model and gains; TWO_MASS_PARAMETERS holds the spec's values. */
+typedef struct {
+    double m1; /* kg: model parameter */
+    double m2; /* kg: model parameter */
+    double eta1; /* N/m: model parameter */
+    double eta2; /* N/m: model parameter */
+    double eta3; /* N/m: model parameter */
+    double between_a; /* N: model parameter */
+    double ground_a; /* N: model parameter */
+    double K_F_between; /* N*s/m: observer gain */
+    double K_F_ground; /* N*s/m: observer gain */
+    double K_v_v1; /* 1/s: observer gain */
+    double K_v_v2; /* 1/s: observer gain */
+    double sample_time; /* s: sample time */
+} two_mass_parameters;
+
+#define TWO_MASS_PARAMETERS \
+    { \
+        10.0, /* m1 */ \
+        50.0, /* m2 */ \
+        100.0, /* eta1 */ \
+        50.0, /* eta2 */ \
+        20.0, /* eta3 */ \
+        10.0, /* between_a */ \
+        20.0, /* ground_a */ \
+        500.0, /* K_F_between */ \
+        700.0, /* K_F_ground */ \
+        10.0, /* K_v_v1 */ \
+        10.0, /* K_v_v2 */ \
+        0.001 /* sample_time */ \
+    }
+
+/* What the observer remembers from sample to sample. */
+typedef struct {
+    double z_v1; /* m/s: observer state */
+    double z_v2; /* m/s: observer state */
+    double z_between; /* N: observer state */
+    double z_ground; /* N: observer state */
+} two_mass_state;
+
+/* What is measured and commanded at a sample. */
+typedef struct {
+    double x1; /* m: measured position */
+    double x2; /* m: measured position */
+    double w; /* N: input */
+} two_mass_inputs;
+
+/* What is estimated. */
+typedef struct {
+    double v1_hat; /* m/s: velocity estimate, (4.25) */
+    double v2_hat; /* m/s: velocity estimate, (4.25) */
+    double a_hat_between; /* N: friction level, (4.11) */
+    double a_hat_ground; /* N: friction level, (4.11) */
+    double F_hat_between; /* N: contact friction, (4.10) */
+    double F_hat_ground; /* N: contact friction, (4.10) */
+    double F_hat_on_x1; /* N: friction force, (4.10) */
+    double F_hat_on_x2; /* N: friction force, (4.10) */
+} two_mass_outputs;
+
+/* Set the state from the first measurement. */
+void two_mass_init(two_mass_state *state, const two_mass_parameters *parameters,
+                             const two_mass_inputs *inputs);
+
+/* One sample: estimates from the state and this measurement, then the state of the next sample. */
+void two_mass_step(two_mass_state *state, const two_mass_parameters *parameters,
+                             const two_mass_inputs *inputs, two_mass_outputs *outputs);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
