@@ -138,7 +138,7 @@ def diagnose(
     """Find the effect that the model lacks; write diagnosis.json, spec.yaml (augmented) and report.html."""
     with _progress() as tell:
         result = pipeline.diagnose(spec, log, test, out, description, _columns(column or []), tell)
-    output.print(render("text/diagnosed.txt.j2", result=result, d=result.diagnosis), end="")
+    output.print(render("text/diagnosed.txt.j2", result=result, d=result.diagnosis, paths=True), end="")
 
 
 @app.command()

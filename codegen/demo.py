@@ -36,6 +36,6 @@ def run_demo(folder: Path, say: Callable[[str], None], tell: Callable[[str, floa
     pipeline.simulate(specs / "plants" / "belt_axis_test.yaml", test, lambda share: tell("simulate", (1 + share) / 2))
     say(render("text/demo_log.txt.j2", log=log, test=test))
     result = pipeline.diagnose(spec, log, test, folder / "diagnosis", progress=tell)
-    say(render("text/diagnosed.txt.j2", result=result, d=result.diagnosis))
+    say(render("text/diagnosed.txt.j2", result=result, d=result.diagnosis, paths=False))
     say(render("text/demo_paths.txt.j2", generated=generated, result=result))
     return result
