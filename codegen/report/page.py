@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Mapping
+from typing import Literal
 from urllib.parse import quote
 
 from codegen.diagnosis.diagnose import Models
@@ -27,8 +28,8 @@ from codegen.spec.model import Spec
 from codegen.text import render
 from codegen.version import VERSION
 
-GOOD_CORRELATION = 0.95
-GOOD_DIFFERENCE = 0.2
+LEAST_CORRELATION = 0.95
+CLOSE_DIFFERENCE, FAIR_DIFFERENCE = 0.1, 0.25
 SEVERITIES = ("problem", "warning", "info")
 
 
@@ -104,8 +105,14 @@ def _agreement(agreement: Agreement | None) -> AgreementView | None:
         correlation=number(agreement.correlation),
         difference=percent(agreement.relative_difference),
         samples=_count(agreement.samples),
-        good=agreement.correlation >= GOOD_CORRELATION and agreement.relative_difference <= GOOD_DIFFERENCE,
+        level=_level(agreement),
     )
+
+
+def _level(agreement: Agreement) -> Literal["close", "fair", "poor"]:
+    if not agreement.correlation >= LEAST_CORRELATION or not agreement.relative_difference <= FAIR_DIFFERENCE:
+        return "poor"
+    return "close" if agreement.relative_difference <= CLOSE_DIFFERENCE else "fair"
 
 
 def _findings(diagnosis: Diagnosis) -> tuple[FindingGroup, ...]:

@@ -13,13 +13,14 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
+from matplotlib.ticker import NullFormatter
 
 from codegen.report.series import CoordinateSeries, Curve, HeldOutSeries, ModelResidual
 from codegen.report.wording import number, prefixed, unit_text
 
 COLOURS = {"refit": "#e08214", "augmented": "#1f6fb4"}
 DARK = {"refit": "#8c4a00", "augmented": "#0b3c6b"}
-LABELS = {"refit": "refit: levels only", "augmented": "augmented: with the effect"}
+LABELS = {"refit": "refit: nothing added", "augmented": "augmented: effect added"}
 INK, QUIET = "#26282b", "#8a8f96"
 WIDTH_IN, ROW_IN, RUN_ROW_IN, LEGEND_IN = 12.4, 2.75, 1.9, 0.42
 DPI = 130
@@ -131,7 +132,8 @@ def _spectrum(axes: Any, coordinate: CoordinateSeries, series: HeldOutSeries) ->
     axes.set_xticks(ticks, [number(t) for t in ticks])
     axes.set_xticks([], minor=True)
     below = np.concatenate([c.y[c.x <= series.cutoff_hz] for _, c in spectra])
-    axes.set_ylim(below.min() / 3, below.max() * 3)
+    axes.set_ylim(min(below.min(), below.max() / 10) / 2, below.max() * 3)
+    axes.yaxis.set_minor_formatter(NullFormatter())
     _frame(axes, "frequency in Hz", f"power in {_squared(unit_text(coordinate.force_unit))}/Hz")
 
 

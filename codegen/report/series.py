@@ -172,7 +172,7 @@ def _envelope(time: Array, values: Array, rows: Flags) -> Curve:
 
 
 def _spectrum(residual: Array, rows: Flags, period: float, cutoff_hz: float) -> Curve | None:
-    """Welch's power density, averaged over stretches without standstill; None if they are too short."""
+    """Welch's power density over stretches without standstill, the mean kept in; None if they are too short."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], rows.astype(np.int8), [0]])))
     runs = list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
     length = 1 << int(np.log2(max(LONGEST_SEGMENT_S / period, SHORTEST_SEGMENT)))
@@ -184,7 +184,7 @@ def _spectrum(residual: Array, rows: Flags, period: float, cutoff_hz: float) -> 
         length //= 2
     else:
         return None
-    parts = [welch(residual[a:b], fs=1 / period, nperseg=length, detrend="constant") for a, b in long]
+    parts = [welch(residual[a:b], fs=1 / period, nperseg=length, detrend=False) for a, b in long]
     weights = np.array([b - a for a, b in long], dtype=np.float64)
     density = np.average([p for _, p in parts], axis=0, weights=weights)
     frequency = parts[0][0]
@@ -197,6 +197,6 @@ def _limit(residuals: list[Array]) -> float:
     sizes = [np.abs(r) for r in residuals if len(r)]
     if not sizes:
         return 1.0
-    inner = max(float(np.quantile(s, 0.998)) for s in sizes)
+    inner = max(float(np.quantile(s, 0.99)) for s in sizes)
     outer = max(float(s.max()) for s in sizes)
-    return 1.06 * min(outer, 1.5 * inner) or 1.0
+    return 1.06 * min(outer, 1.6 * inner) or 1.0

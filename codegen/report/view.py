@@ -126,12 +126,12 @@ class CertificateSide:
 
 @dataclass(frozen=True)
 class AgreementView:
-    """Observer replay against inverse dynamics, in print; ``good`` if the two tell the same story."""
+    """Observer replay against inverse dynamics, in print; ``level`` says how well the two agree."""
 
     correlation: str
     difference: str
     samples: str
-    good: bool
+    level: Literal["close", "fair", "poor"]
 
 
 @dataclass(frozen=True)
