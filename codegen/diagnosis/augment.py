@@ -14,14 +14,12 @@ from codegen.spec.yaml_text import dump, load_mapping
 DIGITS = 6
 
 
-def augmented_text(
-    spec: Spec, effects: Sequence[FoundEffect], values: Mapping[str, tuple[float, float, float]], system: System
-) -> str:
+def augmented_text(spec: Spec, effects: Sequence[FoundEffect], values: Mapping[str, float], system: System) -> str:
     """The spec's text with effects appended, and with friction levels and uncertain parameters replaced.
 
     Args:
         effects: as found.
-        values: symbol name → (declared, refit, augmented), in SI.
+        values: symbol name → new value, in SI.
         system: of the spec, for the names of its friction levels.
     """
     document, _ = load_mapping(spec.text, str(spec.path))
@@ -29,11 +27,11 @@ def augmented_text(
     for index, contact in enumerate(system.contacts):
         for name, s in contact.law_parameters.items():
             if s.name in values:
-                _replace(sections, index, name, values[s.name][2])
+                _replace(sections, index, name, values[s.name])
     for parameter in spec.parameters:
         if parameter.name in values and parameter.value != 0:
-            declared, _, new = values[parameter.name]
-            _replace(document["parameters"], parameter.name, "value", float(parameter.declared) * new / declared)
+            share = values[parameter.name] / float(parameter.value)
+            _replace(document["parameters"], parameter.name, "value", float(parameter.declared) * share)
     if not effects:
         return dump(document)
     entries = document.get("effects")

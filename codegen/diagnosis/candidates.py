@@ -88,10 +88,8 @@ def fit_effect(problem: Problem, effect: Effect, place: int, on: str) -> Fit | N
     weights = grams.fit()
     first = len(problem.base_ridge)
     parameters = {"T": shape["T"]} if isinstance(effect, InputDelay) else effect.recover(list(weights[first:]), shape)
-    for p in effect.parameters:
-        value = parameters[p.name]
-        if (p.low is not None and value <= p.low) or (p.high is not None and value >= p.high):
-            return None
+    if not effect.admissible(problem.system, place, parameters):
+        return None
     return Fit(
         effect,
         place,

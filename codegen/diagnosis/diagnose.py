@@ -15,7 +15,7 @@ from codegen.diagnosis.measure import Window, free_run_errors, measure
 from codegen.diagnosis.models import with_effect, with_effects, with_values
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.replay import compare_residuals
-from codegen.diagnosis.results import Diagnosis, FoundEffect, Verdict
+from codegen.diagnosis.results import Diagnosis, ErrorFigures, FoundEffect, Verdict
 from codegen.diagnosis.selection import Ranked, rank, rivals
 from codegen.diagnosis.signals import Motion, smooth_motion
 from codegen.effects.declare import unit_words
@@ -92,10 +92,11 @@ def diagnose_log(
     verdict, named, rival = _verdict(first, found, refit)
     moved = [*problem.levels, *problem.uncertain]
     values = {s.name: (float(system.values[s]), float(refit.values[s]), float(augmented.values[s])) for s in moved}
-    text = augmented_text(spec, named if verdict == "effect" else [], values, system)
+    adopted = {name: after if verdict == "effect" else before for name, (_, before, after) in values.items()}
+    text = augmented_text(spec, named if verdict == "effect" else [], adopted, system)
     diagnosis = Diagnosis(
         verdict=verdict,
-        sentence=render("text/verdict.j2", verdict=verdict, effects=named, rivals=rival, figures=figures).strip(),
+        sentence=_sentence(system, verdict, named, rival, figures),
         effects=tuple(named) if verdict == "effect" else (),
         candidates=tuple(r.evidence for r in first[:TABLE_SIZE]),
         declared=figures[0],
@@ -109,6 +110,17 @@ def diagnose_log(
     )
     tell("done", 1.0)
     return diagnosis, Models(system, refit, augmented, problem, judge, window, text)
+
+
+def _sentence(
+    system: System, verdict: Verdict, named: list[FoundEffect], rival: list[FoundEffect], figures: list[ErrorFigures]
+) -> str:
+    units = {system.force_unit(i) for i in range(system.degrees_of_freedom)}
+    unit = " " + units.pop() if len(units) == 1 else ""
+    words = render(
+        "text/verdict.j2", verdict=verdict, effects=named, rivals=rival, before=figures[1], after=figures[2], unit=unit
+    )
+    return words.strip()
 
 
 def _search(problem: Problem, refit: System, tolerance: float, tell: Progress) -> tuple[list[Fit], list[Ranked]]:

@@ -84,10 +84,10 @@ def rivals(ranked: list[Ranked]) -> list[Ranked]:
 
 
 def _why_not(fit: Fit, gain: float, t: float, won: float, free_run: float | None, tolerance: float) -> str:
+    if gain <= 0:
+        return "makes the error on held-out blocks no smaller"
     if gain < LEAST_GAIN:
-        return (
-            f"removes {100 * gain:.2g} % of the squared residual on held-out blocks, less than {100 * LEAST_GAIN:.2g} %"
-        )
+        return f"removes less than {100 * LEAST_GAIN:.2g} % of the squared residual on held-out blocks"
     if t < LEAST_T or won < LEAST_BLOCKS_WON:
         return f"better on {100 * won:.0f} % of the held-out blocks only (t = {t:.2g})"
     if fit.kind == "input_gain" and abs(fit.parameters["gain"] - 1) <= 1.5 * tolerance:

@@ -21,7 +21,10 @@ ORDER = 4
 FINE_TO_COARSE = 2.5
 TRIM_S = 1.0
 SHORTEST_S = 4.0
-DEFAULT_CUTOFF_HZ = 20.0
+CUTOFFS_HZ = (20.0, 14.0, 10.0, 7.0, 5.0, 3.5, 2.5)
+"""Where nobody says the cutoff: the highest of these, at most a tenth of the sample rate, with little noise."""
+NOISE_SHARE = 0.05
+"""Noise in the low-passed acceleration over that acceleration, at most, on every coordinate."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +75,7 @@ def smooth_motion(log: Log, cutoff_hz: float | None = None) -> Motion:
 
     Args:
         log: uniform samples.
-        cutoff_hz: of the coarse filter; by default the log's own, else 20 Hz, at most a tenth of the sample rate.
+        cutoff_hz: of the coarse filter; by default the log's own, else as high as the noise of the positions allows.
 
     Raises:
         BadInput: if the log is too short to filter and to split into blocks.
@@ -81,7 +84,7 @@ def smooth_motion(log: Log, cutoff_hz: float | None = None) -> Motion:
     if log.size * h < SHORTEST_S or log.size < 200:
         found = f"{log.size} samples over {log.size * h:.3g} s"
         raise BadInput(str(log.path), found, f"at least {SHORTEST_S:g} s and 200 samples for a diagnosis")
-    coarse = cutoff_hz or log.cutoff_hz or min(DEFAULT_CUTOFF_HZ, 0.1 / h)
+    coarse = cutoff_hz or log.cutoff_hz or quiet_cutoff(log.positions, h)
     fine = min(FINE_TO_COARSE * coarse, 0.4 / h)
     positions = low_pass(log.positions, fine, h)
     velocities = central_difference(positions, h)
@@ -106,6 +109,24 @@ def smooth_motion(log: Log, cutoff_hz: float | None = None) -> Motion:
         usable,
         log.positions,
     )
+
+
+def quiet_cutoff(positions: Array, h: float) -> float:
+    """The highest admitted cutoff in Hz at which the acceleration is motion and not noise.
+
+    The noise is what lies above a fifth of the sample rate, taken as white: low-passed at f its second derivative has
+    the RMS σ (2πf)² √(2fh/5).
+    """
+    above = positions - low_pass(positions, 0.2 / h, h)
+    noise = np.std(above, axis=0) / np.sqrt(0.6)
+    for cutoff in CUTOFFS_HZ:
+        if cutoff > 0.1 / h:
+            continue
+        smooth = low_pass(positions, cutoff, h)
+        acceleration = np.std(central_difference(central_difference(smooth, h), h), axis=0)
+        if np.all(noise * (2 * np.pi * cutoff) ** 2 * np.sqrt(2 * cutoff * h / 5) <= NOISE_SHARE * acceleration):
+            return cutoff
+    return min(CUTOFFS_HZ[-1], 0.1 / h)
 
 
 def central_difference(signals: Array, h: float) -> Array:

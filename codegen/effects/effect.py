@@ -62,6 +62,11 @@ class Effect(ABC):
         """Whether the effect makes sense at this place of this system."""
         return True
 
+    def admissible(self, system: System, place: int, values: Mapping[str, float]) -> bool:
+        """Whether these parameter values are physical: inside their bounds, and what else a kind demands."""
+        bounds = [(values[p.name], p.low, p.high) for p in self.parameters]
+        return all((low is None or v > low) and (high is None or v < high) for v, low, high in bounds)
+
     def change(self, system: System, place: int, p: Symbols) -> Matrix:
         """What the effect adds to g − M a − U λ, n by 1, over x, v, w, accelerations and its parameters."""
         return Matrix(self.add(system, place, p).equation_error - system.equation_error)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from codegen.effects.effect import Effect, EffectParameter, Symbols
+from codegen.effects.places import sole_drive
 from codegen.mechanics.system import System
 
 
@@ -17,3 +20,12 @@ class InertiaError(Effect):
 
     def add(self, system: System, place: int, p: Symbols) -> System:
         return system.with_inertia(place, p["delta"])
+
+    def twins(self, system: System, place: int) -> list[tuple[str, str]]:
+        drive = sole_drive(system, place)
+        return [] if drive is None else [("input_gain", system.inputs[drive].name)]
+
+    def admissible(self, system: System, place: int, values: Mapping[str, float]) -> bool:
+        """An inertia stays positive."""
+        declared = system.mass_matrix[place, place].subs(system.values).subs(dict.fromkeys(system.positions, 0))
+        return float(declared) + values["delta"] > 0

@@ -12,6 +12,30 @@ def lone_coordinate(system: System, contact: int) -> int | None:
     return touched[0] if len(touched) == 1 and abs(column[touched[0]]) == 1 else None
 
 
+def sole_drive(system: System, coordinate: int) -> int | None:
+    """The input that is the only declared force on this coordinate and acts nowhere else, or None.
+
+    Then gain·w = M a + λ and w = (M/gain) a + λ/gain are the same motion.
+    """
+    inertia = system.mass_matrix[coordinate, :]
+    coupled = any(inertia[j] != 0 for j in range(inertia.cols) if j != coordinate)
+    if coupled or inertia[coordinate].has(*system.positions):
+        return None
+    force = system.force[coordinate]
+    acting = [k for k, w in enumerate(system.inputs) if force.has(w)]
+    if len(acting) != 1 or force.subs(system.inputs[acting[0]], 0) != 0:
+        return None
+    elsewhere = any(f.has(system.inputs[acting[0]]) for i, f in enumerate(system.force) if i != coordinate)
+    moved = force.has(*system.positions, *system.velocities)
+    return None if elsewhere or moved or _shares_a_contact(system, coordinate) else acting[0]
+
+
+def _shares_a_contact(system: System, coordinate: int) -> bool:
+    """Whether a contact acts on this coordinate and on another: its level then cannot take up a gain."""
+    touching = [k for k in range(len(system.contacts)) if system.distribution[coordinate, k] != 0]
+    return any(lone_coordinate(system, k) is None for k in touching)
+
+
 def lone_contacts(system: System, coordinate: int) -> list[int]:
     """Every contact that acts on this coordinate alone."""
     return [k for k in range(len(system.contacts)) if lone_coordinate(system, k) == coordinate]

@@ -1,0 +1,70 @@
+"""A stage on a rail as a spec, with effects put in or left out, and its simulated log."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from codegen.diagnosis.diagnose import Models, diagnose_log
+from codegen.diagnosis.results import Diagnosis
+from codegen.effects.declare import add_declared_effects
+from codegen.logs import Log, read_log
+from codegen.mechanics import System, build_system
+from codegen.simulate import simulate, write_log
+from codegen.spec import Spec, parse_spec
+
+STAGE = """\
+# a stage
+name: stage
+coordinates:
+  x: {{velocity: v, unit: m}}     # along the rail
+inputs:
+  w: {{unit: N}}
+parameters:
+  m: {{value: 2, unit: kg}}
+  b: {{value: 6, unit: N*s/m}}
+mass_matrix: [[m]]
+force: [w - b*v]
+friction:
+  distribution: [[1]]
+  contacts:
+    - {{name: rail, law: coulomb, a: {level}, unit: N}}   # from the data sheet
+effects: {effects} # what diagnosis adds
+simulation:
+  duration: {duration}
+  sample_time: 0.002
+  reference: {{x: "{reference}"}}
+  position_gain: {{w: 900}}
+  velocity_gain: {{w: 30}}
+  encoder_step: {{x: 2e-6}}
+  position_noise: {{x: {noise}}}
+"""
+TRAIN = "0.2*sin(2*pi*0.4*t) + 0.06*sin(2*pi*1.1*t)"
+TEST = "0.15*sin(2*pi*0.55*t + 1) + 0.1*sin(2*pi*0.23*t)"
+
+
+def stage(
+    effects: str = "[]", level: float = 4.0, reference: str = TRAIN, duration: float = 14.0, noise: float = 0.0
+) -> Spec:
+    text = STAGE.format(effects=effects, level=level, reference=reference, duration=duration, noise=noise)
+    return parse_spec(text, Path("stage.yaml"))
+
+
+def system_of(spec: Spec) -> System:
+    return add_declared_effects(build_system(spec), spec)
+
+
+def log_of(plant: Spec, folder: Path, name: str) -> Log:
+    """What the plant of a spec would have logged."""
+    path = folder / name
+    write_log(path, plant, simulate(plant, system_of(plant)))
+    return read_log(path, plant)
+
+
+def diagnosed(
+    effects: str, folder: Path, level: float = 4.5, reference: str = TRAIN, noise: float = 0.0
+) -> tuple[Diagnosis, Models]:
+    """Diagnose logs of a plant with these effects and level 4.5, against a spec that says 4 and no effect."""
+    train = log_of(stage(effects, level, reference, noise=noise), folder, "train.csv")
+    test = log_of(stage(effects, level, TEST, 10.0, noise), folder, "test.csv")
+    spec = stage()
+    return diagnose_log(spec, system_of(spec), train, test)

@@ -1,0 +1,74 @@
+"""Logs that this project did not make: practice cases of an independent simulator, and the EMPS benchmark."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from codegen import pipeline
+from codegen.effects import CATALOGUE
+
+ROOT = Path(__file__).resolve().parents[2]
+SHARED = ROOT.parent / "shared"
+STANDARD = SHARED / "practice" / "standard"
+EMPS = SHARED / "data" / "emps"
+needs_practice = pytest.mark.skipif(not STANDARD.is_dir(), reason="../shared/practice is not here")
+needs_emps = pytest.mark.skipif(not EMPS.is_dir(), reason="../shared/data/emps is not here")
+
+FAST = ["case_0003", "case_0004", "case_0006", "case_0008", "case_0009", "case_0030", "case_0034", "case_0052"]
+
+
+def _run(case: Path, out: Path) -> tuple[dict, dict]:
+    result = pipeline.diagnose(case / "spec.yaml", case / "train.csv", case / "test.csv", out)
+    return json.loads((result.folder / "diagnosis.json").read_text()), json.loads((case / "truth.json").read_text())
+
+
+def _right(found: dict, truth: dict) -> bool:
+    if truth["group"] == "none":
+        return found["verdict"] == "none"
+    names = {truth["effects"][0]["kind"], *(t["kind"] for t in truth["equivalents"][0])}
+    return found["verdict"] == "effect" and found["effects"][0]["kind"] in names
+
+
+@needs_practice
+@pytest.mark.parametrize("name", FAST)
+def test_practice_case(name: str, tmp_path: Path) -> None:
+    found, truth = _run(STANDARD / name, tmp_path)
+    assert _right(found, truth), found["sentence"]
+    oracle = truth["oracle"]
+    for ours, theirs in (("declared", "declared"), ("refit", "refit")):
+        # Same definition, other smoothing: 15 % apart at most.
+        assert found["error"][ours]["free_run_position_rmse"] == pytest.approx(oracle[theirs]["sim_rmse"], rel=0.15)
+
+
+@pytest.mark.slow
+@needs_practice
+def test_all_standard_cases_of_the_kinds_that_the_catalogue_has(tmp_path: Path) -> None:
+    wrong = []
+    counted = 0
+    for case in sorted(STANDARD.glob("case_*")):
+        truth = json.loads((case / "truth.json").read_text())
+        kinds = {e["kind"] for e in truth["effects"]}
+        if truth["group"] not in ("single", "none") or not kinds <= set(CATALOGUE):
+            continue
+        counted += 1
+        found, _ = _run(case, tmp_path / case.name)
+        if not _right(found, truth):
+            wrong.append((case.name, sorted(kinds), found["verdict"], [e["kind"] for e in found["effects"]]))
+    assert counted >= 25
+    assert len(wrong) <= 0.05 * counted, wrong
+
+
+@needs_emps
+def test_emps_friction_differs_by_direction_as_published(tmp_path: Path) -> None:
+    pulses = EMPS / "DATA_EMPS_PULSES.mat"
+    result = pipeline.diagnose(ROOT / "specs" / "emps.yaml", EMPS / "DATA_EMPS.mat", pulses, tmp_path)
+    diagnosis = result.diagnosis
+    assert [(e.kind, e.on) for e in diagnosis.effects] == [("viscous_asymmetry", "rail")]
+    # Published: viscous coefficients 166.71 and 240.42 by direction, half their difference −36.86.
+    assert diagnosis.effects[0].parameters["d_b"] == pytest.approx((166.7061 - 240.4236) / 2, rel=0.03)
+    assert diagnosis.augmented.relative_force < 0.8 * diagnosis.refit.relative_force
+    assert diagnosis.augmented.free_run_rmse < 0.8 * diagnosis.refit.free_run_rmse
+    assert isinstance(diagnosis.certificate and diagnosis.certificate.after, float)

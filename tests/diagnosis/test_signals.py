@@ -1,0 +1,78 @@
+"""Filters and derivatives against closed forms; delayed inputs against the held signal itself."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from codegen.diagnosis.signals import delayed, low_pass, quiet_cutoff, smooth_motion
+from codegen.errors import BadInput
+from tests.diagnosis.stage import log_of, stage
+
+H = 0.002
+
+
+def test_low_pass_has_no_phase_and_minus_six_decibel_at_its_cutoff() -> None:
+    t = np.arange(0, 20, H)
+    slow = np.sin(2 * np.pi * 1.0 * t)
+    middle = slice(2000, -2000)
+    np.testing.assert_allclose(low_pass(slow, 20.0, H)[middle], slow[middle], atol=2e-6)
+    edge = np.sin(2 * np.pi * 20.0 * t)
+    # Forth and back through a filter with half power at the cutoff: half the amplitude, no shift.
+    np.testing.assert_allclose(low_pass(edge, 20.0, H)[middle], 0.5 * edge[middle], atol=2e-3)
+
+
+@pytest.mark.parametrize("delay", [0.0, H, 2.5 * H, 0.3 * H, 7.75 * H])
+def test_delayed_is_the_mean_of_the_delayed_held_input_around_each_sample(delay: float) -> None:
+    commands = np.random.default_rng(3).normal(size=(40, 1))
+
+    def held(time: float) -> float:
+        return float(commands[max(0, int(np.floor(time / H + 1e-9))), 0])
+
+    found = delayed(commands, delay, H)
+    for k in range(12, 30):
+        breaks = [i * H + delay for i in range(40)]
+        low, high = (k - 1) * H, (k + 1) * H
+        inside = [b for b in breaks if low < b < high]
+        mean = quad(lambda s: held(s - delay), low, high, points=inside, limit=200)[0] / (2 * H)
+        assert found[k, 0] == pytest.approx(mean, abs=1e-9)
+
+
+def test_smooth_motion_recovers_velocity_and_acceleration(tmp_path: Path) -> None:
+    log = log_of(stage(), tmp_path, "log.csv")
+    t = log.time
+    x = 0.1 * np.sin(2 * np.pi * 0.7 * t)
+    log.positions[:, 0] = x + 1e-6 * np.random.default_rng(0).normal(size=len(t))
+    motion = smooth_motion(log, 15.0)
+    used = motion.usable
+    v, a = 0.1 * (2 * np.pi * 0.7) * np.cos(2 * np.pi * 0.7 * t), -((2 * np.pi * 0.7) ** 2) * x
+    assert np.abs(motion.velocities[used, 0] - v[used]).max() < 1e-3 * np.abs(v).max()
+    assert np.sqrt(np.mean((motion.low_pass(motion.accelerations)[used, 0] - a[used]) ** 2)) < 5e-3 * np.abs(a).max()
+
+
+def test_a_log_that_is_too_short_is_refused(tmp_path: Path) -> None:
+    log = log_of(stage(duration=2.0), tmp_path, "short.csv")
+    with pytest.raises(BadInput, match=r"short.csv.*at least 4 s"):
+        smooth_motion(log)
+
+
+def test_the_cutoff_falls_with_noise_until_acceleration_is_motion() -> None:
+    t = np.arange(0, 30, H)
+    x = 0.2 * np.sin(2 * np.pi * 0.8 * t)[:, None]
+    generator = np.random.default_rng(5)
+    found = []
+    for sigma in (1e-7, 1e-4, 1e-3, 1e-2):
+        noisy = x + sigma * generator.normal(size=x.shape)
+        cutoff = quiet_cutoff(noisy, H)
+        found.append(cutoff)
+        if cutoff > 2.5:
+            acceleration = np.gradient(np.gradient(low_pass(noisy, cutoff, H), H, axis=0), H, axis=0)
+            truth = -((2 * np.pi * 0.8) ** 2) * x
+            # At 0.8 Hz the filter itself takes nothing; what is left is noise.
+            assert np.std((acceleration - truth)[500:-500]) < 0.08 * np.std(truth)
+    assert found == sorted(found, reverse=True)
+    assert found[0] == 20.0
+    assert found[-1] < 5.0
