@@ -11,7 +11,7 @@ import sympy
 
 from codegen.diagnosis.augment import augmented_text
 from codegen.diagnosis.candidates import Fit, all_places, fit_effect
-from codegen.diagnosis.measure import Window, free_run_errors, measure
+from codegen.diagnosis.measure import Window, force_errors, free_run_errors, measure
 from codegen.diagnosis.models import with_effect, with_effects, with_values
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.replay import compare_residuals
@@ -102,6 +102,7 @@ def diagnose_log(
         declared=figures[0],
         refit=figures[1],
         augmented=figures[2],
+        training=_training(problem, (system, refit, augmented)),
         refitted=values,
         data=_data(log, test_log, motion, window, problem),
         agreement=agreement,
@@ -234,6 +235,12 @@ def _refuse_still(problem: Problem, log: Log) -> None:
     if moving < 60:
         found = f"{moving} independent samples in motion on a coordinate"
         raise BadInput(str(log.path), found, "at least 60, so that friction in slip can be seen")
+
+
+def _training(problem: Problem, models: tuple[System, System, System]) -> tuple[float, float, float]:
+    window = Window(0, len(problem.motion.time))
+    declared, refit, augmented = (force_errors(s, problem.motion, problem.masks, window)[2] for s in models)
+    return declared, refit, augmented
 
 
 def _data(log: Log, test: Log | None, motion: Motion, window: Window, problem: Problem) -> dict[str, Any]:

@@ -33,6 +33,14 @@ def measure(system: System, motion: Motion, used: Masks, window: Window) -> Erro
     Args:
         used: samples away from standstill, the same for every model that is compared.
     """
+    per_row, rms, relative = force_errors(system, motion, used, window)
+    positions = free_run_errors(system, motion, window)
+    total = float(np.sqrt(np.mean(np.square(positions))))
+    return ErrorFigures(rms, per_row, relative, total, tuple(positions))
+
+
+def force_errors(system: System, motion: Motion, used: Masks, window: Window) -> tuple[tuple[float, ...], float, float]:
+    """RMS of the low-passed residual by coordinate and over all, and its norm over that of the drive force."""
     residual = inverse_dynamics_residual(system, motion)
     inside = np.zeros(len(motion.time), dtype=bool)
     inside[window.start : window.stop] = True
@@ -43,10 +51,7 @@ def measure(system: System, motion: Motion, used: Masks, window: Window) -> Erro
     drive = motion.low_pass(drive_force(system, motion))
     power = np.concatenate([drive[rows[:, i], i] ** 2 for i in range(residual.shape[1])])
     relative = float(np.sqrt(pooled.sum() / power.sum())) if power.sum() > 0 else float("inf")
-    positions = free_run_errors(system, motion, window)
-    total = float(np.sqrt(np.mean(np.square(positions))))
-    rms = float(np.sqrt(pooled.mean())) if len(pooled) else float("nan")
-    return ErrorFigures(rms, per_row, relative, total, tuple(positions))
+    return per_row, float(np.sqrt(pooled.mean())) if len(pooled) else float("nan"), relative
 
 
 def free_run_errors(system: System, motion: Motion, window: Window, restart_s: float = RESTART_S) -> list[float]:

@@ -99,6 +99,8 @@ class Diagnosis:
     Attributes:
         candidates: of the first round, best first.
         refitted: friction level, or parameter with a tolerance → its value in the declared, refit and augmented model.
+        training: relative force error of the declared, refit and augmented model on the training log itself, to stand
+            beside what others publish of their fits; no measure of merit.
         findings: preflight of each log, in words.
     """
 
@@ -109,6 +111,7 @@ class Diagnosis:
     declared: ErrorFigures
     refit: ErrorFigures
     augmented: ErrorFigures
+    training: tuple[float, float, float]
     refitted: Mapping[str, tuple[float, float, float]]
     data: Mapping[str, Any]
     agreement: Agreement | None
@@ -160,6 +163,9 @@ class Diagnosis:
                 for c in self.candidates
             ],
             "error": {"declared": error(self.declared), "refit": error(self.refit), "augmented": error(self.augmented)},
+            "relative_force_error_on_training": dict(
+                zip(("declared", "refit", "augmented"), map(_finite, self.training), strict=True)
+            ),
             "values": {name: {"declared": a, "refit": b, "augmented": c} for name, (a, b, c) in self.refitted.items()},
             "data": dict(self.data),
             "residual_agreement": None

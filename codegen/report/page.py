@@ -11,7 +11,7 @@ from codegen.diagnosis.diagnose import Models
 from codegen.diagnosis.results import Agreement, CertificateChange, Diagnosis
 from codegen.report.pictures import free_run_picture, residual_picture
 from codegen.report.series import MOST_POINTS, held_out_series
-from codegen.report.tables import candidate_rows, effect_views, error_rows, refitted_rows
+from codegen.report.tables import candidate_rows, effect_views, error_rows, refitted_rows, training_row
 from codegen.report.view import (
     AgreementView,
     CertificateSide,
@@ -56,7 +56,7 @@ def page_view(spec: Spec, diagnosis: Diagnosis, models: Models, files: Mapping[s
         sentence=diagnosis.sentence,
         added=diagnosis.verdict != "none",
         data=_data(diagnosis),
-        errors=error_rows(diagnosis, models.declared),
+        errors=(*error_rows(diagnosis, models.declared), training_row(diagnosis)),
         published=tuple(spec.log.published.items()),
         effects=effect_views(diagnosis),
         refitted=refitted_rows(diagnosis, models.declared),

@@ -36,6 +36,13 @@ def error_rows(diagnosis: Diagnosis, system: System) -> tuple[ErrorRow, ...]:
     return (*rows("force", forces, _force), relative, *rows("position", system.position_units, _position))
 
 
+def training_row(diagnosis: Diagnosis) -> ErrorRow:
+    """The relative force error on the training log itself, which published fits report."""
+    declared, refit, augmented = (percent(value, 4) for value in diagnosis.training)
+    moved = change(diagnosis.training[1], diagnosis.training[2])
+    return ErrorRow("training", "", "", declared, refit, augmented, moved, pooled_units=False)
+
+
 def _force(coordinate: int | None, figures: ErrorFigures) -> float:
     return figures.force_rms if coordinate is None else figures.force_rms_rows[coordinate]
 

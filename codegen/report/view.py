@@ -13,7 +13,7 @@ class ErrorRow:
     """One error figure of the three models.
 
     Attributes:
-        quantity: "force", "relative" or "position".
+        quantity: "force", "relative", "position", or "training" for the relative error on the training log.
         coordinate: a coordinate's name, or empty for all together.
         unit: in print; empty for a share, or where coordinates of different units are pooled.
         declared, refit, augmented: in print, in ``unit``.
@@ -21,7 +21,7 @@ class ErrorRow:
         pooled_units: whether coordinates of different units are pooled.
     """
 
-    quantity: Literal["force", "relative", "position"]
+    quantity: Literal["force", "relative", "position", "training"]
     coordinate: str
     unit: str
     declared: str
