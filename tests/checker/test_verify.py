@@ -1,0 +1,826 @@
+"""The certificate checker: what it accepts is true (judged by floating-point eigenvalues), what is false it refuses.
+
+The judge `margin` shares no code with the checker: it has its own evaluator, samples the envelope densely instead of
+enclosing it, and takes eigenvalues instead of pivots.
+"""
+
+from __future__ import annotations
+
+import ast
+import copy
+import hashlib
+import itertools
+import json
+import math
+import random
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import assume, example, given, settings
+from hypothesis import strategies as st
+
+from codegen.checker import verify
+from codegen.checker.verify import Refused, check
+
+Cert = dict[str, Any]
+SOURCE = Path(verify.__file__)
+
+
+# ---- certificates written by hand ------------------------------------------------------------------------------------
+
+
+def certificate(n: int, **fields: Any) -> Cert:
+    base: Cert = {
+        "format": "stiction-certificate/1",
+        "tool": {"name": "by hand", "version": "0", "command": "none"},
+        "subject": {"name": "example", "spec_sha256": "0" * 64, "files": {}},
+        "observer": {"kind": "cfo", "velocity": "estimated", "integration": "euler"},
+        "claim": "The error decays at the rate α.",
+        "error": [{"name": f"e{i}", "meaning": "truth less estimate", "unit": "m/s"} for i in range(n)],
+        "variables": {},
+        "splits": {},
+        "parameters": [],
+        "reversals": [],
+        "assumptions": ["The friction level is constant between reversals."],
+    }
+    return base | fields
+
+
+def scalar() -> Cert:
+    """Φ = 1/2, so V falls to a quarter; 1 - 2αh = 0.26."""
+    reversal = {"contact": "ground", "flips": [0], "growth": "1", "dwell_samples": 0}
+    return certificate(
+        1, sample_time="1/100", decay_rate="37", matrix=[["-50"]], lyapunov_matrix=[["1"]], reversals=[reversal]
+    )
+
+
+def cfo() -> Cert:
+    """A = [[-kv, -1/m], [kF kv, 0]]; with this P the best rate is 7.736, the least growth 4.5473 and dwell 101."""
+    kv, kF, m = 100, 10, 1
+    return certificate(
+        2,
+        sample_time="1/1000",
+        decay_rate="15/2",
+        matrix=[[f"-{kv}", ["neg", ["/", "1", f"{m}"]]], [["*", f"{kF}", f"{kv}"], "0"]],
+        lyapunov_matrix=[["1", "487/10000"], ["487/10000", "58/10000"]],
+        reversals=[{"contact": "ground", "flips": [1], "growth": "91/20", "dwell_samples": 101}],
+    )
+
+
+def turning() -> Cert:
+    """An angle and a mass in the matrix, through cos and 1/m; the best rate for this P is about 3.8."""
+    return certificate(
+        2,
+        sample_time="1/1000",
+        decay_rate="37/10",
+        variables={"q": ["-1", "1"], "m": ["9/10", "11/10"]},
+        splits={"q": ["-1", "-2/5", "0", "1/3", "1"]},
+        parameters=[{"name": "c", "expression": ["cos", "q"]}, {"name": "w", "expression": ["/", "1", "m"]}],
+        matrix=[[["+", "-100", ["*", "-20", "c"]], ["neg", ["*", "w", "c"]]], ["1000", "0"]],
+        lyapunov_matrix=[["1", "382/10000"], ["382/10000", "47/10000"]],
+        reversals=[{"contact": "joint", "flips": [1], "growth": "36/10", "dwell_samples": 175}],
+    )
+
+
+EXAMPLES = {"scalar": scalar, "cfo": cfo, "turning": turning}
+
+
+def text(cert: Cert) -> str:
+    return json.dumps(cert)
+
+
+# ---- the independent judge -------------------------------------------------------------------------------------------
+
+
+def number(raw: str) -> float:
+    top, _, bottom = raw.partition("/")
+    return int(top) / int(bottom or 1)
+
+
+def value(raw: Any, names: dict[str, float]) -> float:
+    if isinstance(raw, str):
+        return names[raw] if raw in names else number(raw)
+    op, *rest = raw
+    args = [value(item, names) for item in rest]
+    functions: dict[str, Callable[..., float]] = {
+        "+": lambda *x: sum(x),
+        "*": lambda *x: math.prod(x),
+        "neg": lambda x: -x,
+        "/": lambda x, y: x / y,
+        "^": lambda x, n: x**n,
+        "abs": abs,
+        "sin": math.sin,
+        "cos": math.cos,
+        "exp": math.exp,
+        "sqrt": math.sqrt,
+    }
+    return functions[op](*args)
+
+
+def largest(inner: np.ndarray, P: np.ndarray) -> float:
+    """The largest λ with det(inner - λP) = 0."""
+    root = np.linalg.inv(np.linalg.cholesky(P))
+    return float(np.linalg.eigvalsh(root @ inner @ root.T).max())
+
+
+def margin(cert: Cert) -> float:
+    """How far the claim is from false: negative if any sample of the envelope contradicts it."""
+    h, alpha = number(cert["sample_time"]), number(cert["decay_rate"])
+    fall = 1 - 2 * alpha * h
+    P = np.array([[number(x) for x in row] for row in cert["lyapunov_matrix"]])
+    margins = [h, alpha, fall]
+    if not np.array_equal(P, P.T):
+        return -1.0
+    if np.diag(P).min() <= 0:
+        return -1.0
+    scale = np.sqrt(np.diag(P))
+    margins.append(float(np.linalg.eigvalsh(P / np.outer(scale, scale)).min()))
+    if min(margins) <= 0:
+        return min(margins)
+    ranges = [np.linspace(*map(number, ends), 7) for ends in cert["variables"].values()]
+    for point in itertools.product(*ranges):
+        at = dict(zip(cert["variables"], point, strict=True))
+        theta = {entry["name"]: value(entry["expression"], at) for entry in cert["parameters"]}
+        try:
+            A = np.array([[value(x, theta) for x in row] for row in cert["matrix"]])
+        except ZeroDivisionError:
+            return -1.0
+        phi = np.eye(len(P)) + h * A
+        margins.append(fall - largest(phi.T @ P @ phi, P))
+    for entry in cert["reversals"]:
+        growth = number(entry["growth"])
+        J = np.diag([-1.0 if i in entry["flips"] else 1.0 for i in range(len(P))])
+        margins += [growth - max(largest(J @ P @ J, P), 1)]
+        margins += [1 - growth * fall ** entry["dwell_samples"]]
+    return min(margins)
+
+
+def accepted(cert: Cert) -> bool:
+    try:
+        check(text(cert))
+    except Refused as fault:
+        assert str(fault)
+        return False
+    return True
+
+
+# ---- accepted --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_true_certificates_are_verified(name: str) -> None:
+    cert = EXAMPLES[name]()
+    assert margin(cert) >= 0
+    report = check(text(cert))
+    assert report.name == "example"
+    assert report.facts[0] == f"P is positive definite: {len(cert['error'])} positive pivots"
+    assert "V falls by at least the factor 1 - 2*alpha*h" in report.facts[1]
+    assert "V grows at most by" in report.facts[2]
+    assert report.unbound == ()
+
+
+def test_cells_and_vertices_are_counted() -> None:
+    assert check(text(scalar())).facts[1].startswith("1 vertices in 1 cells: ")
+    assert check(text(turning())).facts[1].startswith("16 vertices in 4 cells: ")
+    cert = turning()
+    cert["variables"]["m"] = ["1", "1"]  # w is then a single number: one vertex along it
+    assert check(text(cert)).facts[1].startswith("8 vertices in 4 cells: ")
+
+
+def test_limits_of_the_examples_are_where_the_judge_sees_them() -> None:
+    """A little less is refused: the rate, growth, dwell and envelope of these examples are nearly the best."""
+    for field, edits in {
+        "rate": ("decay_rate", "78/10"),
+        "matrix": ("matrix", [["-100", "-1"], ["1040", "0"]]),
+    }.items():
+        cert = cfo() | dict([edits])
+        assert margin(cert) < 0, field
+        with pytest.raises(Refused, match=r"V may not fall.*pivot \d is -"):
+            check(text(cert))
+    for key, worse, reason in (
+        ("growth", "454/100", "grow by more than 4.54: pivot 2 is -"),
+        ("dwell_samples", 100, "1.0"),
+    ):
+        cert = cfo()
+        cert["reversals"][0][key] = worse
+        assert margin(cert) < 0
+        with pytest.raises(Refused, match=reason):
+            check(text(cert))
+    cert = turning()
+    cert["variables"]["q"], cert["splits"] = ["-3/2", "3/2"], {}
+    assert margin(cert) < 0
+    with pytest.raises(Refused, match=r"V may not fall, q in \[-1.5, 1.5\], m in \[0.9, 1.1\], c in \[0.07"):
+        check(text(cert))
+
+
+def test_the_interior_of_the_envelope_counts_and_not_its_corners() -> None:
+    """Both ends of q are harmless, its middle is not: only an enclosure with its extremum sees that."""
+    cert = scalar()
+    cert |= {"variables": {"q": ["0", "355/113"]}, "parameters": [{"name": "s", "expression": ["sin", "q"]}]}
+    cert["matrix"] = [[["+", "-50", ["*", "30", "s"]]]]
+    assert margin(cert) < 0
+    assert (
+        margin(cert | {"variables": {"q": ["0", "0"]}}) >= 0
+        and margin(cert | {"variables": {"q": ["355/113", "355/113"]}}) >= 0
+    )
+    assert not accepted(cert)
+    assert not accepted(cert | {"splits": {"q": ["0", "1/2", "1", "2", "355/113"]}})
+
+
+def test_semidefinite_is_enough_and_a_zero_pivot_needs_a_zero_column() -> None:
+    exact = scalar() | {"decay_rate": "75/2"}  # 1 - 2αh = 1/4 = Φ²
+    assert accepted(exact)
+    assert not accepted(exact | {"decay_rate": "37500001/1000000"})
+    pair = certificate(2, sample_time="1/100", decay_rate="75/2", matrix=[["-50", "0"], ["0", "-50"]])
+    assert accepted(pair | {"lyapunov_matrix": [["1", "0"], ["0", "1"]]})
+    skew = pair | {"lyapunov_matrix": [["1", "0"], ["0", "1"]], "matrix": [["-50", "1/1000"], ["0", "-60"]]}
+    assert not accepted(skew) and margin(skew) < 0  # its gap is [[0, -x], [-x, y]]
+
+
+# ---- mutation --------------------------------------------------------------------------------------------------------
+
+
+def places(node: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    yield path
+    children = node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ()
+    for key, child in children:
+        yield from places(child, (*path, key))
+
+
+def at(cert: Cert, path: tuple[Any, ...]) -> Any:
+    node: Any = cert
+    for key in path:
+        node = node[key]
+    return node
+
+
+def replaced(cert: Cert, path: tuple[Any, ...], new: Any) -> Any:
+    if not path:
+        return new
+    cert = copy.deepcopy(cert)
+    at(cert, path[:-1])[path[-1]] = new
+    return cert
+
+
+def is_rational(raw: Any) -> bool:
+    return isinstance(raw, str) and raw.lstrip("-").replace("/", "").isdigit() and len(raw) < 60
+
+
+OPERATORS = (("cos", "sin", "exp", "abs", "neg"), ("+", "*"), ("c", "w"), ("q", "m"))
+
+
+def mutants(cert: Cert, dice: random.Random, count: int, numbers_only: bool) -> Iterator[Cert]:
+    """One to three numbers (or operators or names) of the claim's mathematics changed; still in the format."""
+    claim = ("sample_time", "decay_rate", "variables", "splits", "parameters", "matrix", "lyapunov_matrix", "reversals")
+    spots = [path for path in places(cert) if path and path[0] in claim and path[-1] not in ("name", "contact")]
+    leaves = [path for path in spots if is_rational(at(cert, path)) or type(at(cert, path)) is int]
+    for path in spots:
+        leaves += [path for group in OPERATORS if not numbers_only and at(cert, path) in group]
+    for _ in range(count):
+        mutant = cert
+        for path in dice.sample(leaves, dice.choice([1, 1, 1, 2, 3])):
+            old = at(cert, path)
+            if type(old) is int:
+                limit = len(cert["error"]) - 1 if "flips" in path else 10**8
+                new: Any = dice.choice([x for x in (old + 1, old - 1, 0, 2 * old, 10**8) if 0 <= x <= limit])
+            elif not is_rational(old):
+                new = dice.choice(next(group for group in OPERATORS if old in group))
+            else:
+                x, size = Fraction(old), Fraction(1, 10 ** dice.randrange(7))
+                nudge = dice.choice([1, -1]) * size
+                new = str(dice.choice([-x, Fraction(0), 2 * x, x / 2, x + nudge, *[x * (1 + nudge)] * 6]))
+            mutant = replaced(mutant, path, new)
+            if path[0] == "lyapunov_matrix" and dice.random() < 0.9:  # mostly keep it symmetric
+                mutant = replaced(mutant, (path[0], path[2], path[1]), new)
+        yield mutant
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_accepted_mutants_are_true(name: str) -> None:
+    """And for matrices of plain numbers refused ones are false, so that the checker is not merely strict."""
+    dice, cert = random.Random(name), EXAMPLES[name]()
+    verdicts = {True: 0, False: 0}
+    for mutant in mutants(cert, dice, 400, numbers_only=name != "turning"):
+        verdict = accepted(mutant)
+        verdicts[verdict] += 1
+        if verdict:
+            assert margin(mutant) >= -1e-9, mutant
+        elif name != "turning":
+            growths = [Fraction(entry["growth"]) for entry in mutant["reversals"]]
+            assert min(growths) < 1 or margin(mutant) <= 1e-9, mutant
+    assert min(verdicts.values()) >= 60, verdicts
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(20))
+def test_accepted_mutants_are_true_at_length(seed: int) -> None:
+    dice = random.Random(seed)
+    for cert in (build() for build in EXAMPLES.values()):
+        for mutant in mutants(cert, dice, 1500, numbers_only=False):
+            assert not accepted(mutant) or margin(mutant) >= -1e-9, mutant
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_every_object_has_exactly_its_fields(name: str) -> None:
+    cert = EXAMPLES[name]()
+    for path in places(cert):
+        node = at(cert, path)
+        if isinstance(node, dict) and path not in (("variables",), ("splits",), ("subject", "files")):
+            with pytest.raises(Refused, match=r"missing or extra.*'more'"):
+                check(text(replaced(cert, path, node | {"more": "1"})))
+            for key in node:
+                with pytest.raises(Refused, match=rf"missing or extra.*'{key}'"):
+                    check(text(replaced(cert, path, {k: v for k, v in node.items() if k != key})))
+
+
+WRONG = (None, True, False, 1.5, -1, 10**30, math.nan, math.inf, [], {}, [[]])
+NO_RATIONALS = "", " 1", "1 ", "+1", "1.0", "1e2", "1/0", "1/-2", "1_0", "١", "--1", "1/", "/2", "nan", "\n1", "0x1"
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_every_value_has_its_type(name: str) -> None:
+    cert = EXAMPLES[name]()
+    for path in places(cert):
+        old = at(cert, path)
+        for new in (*WRONG, "", "\n", "é\u202e", *NO_RATIONALS):
+            if type(new) is type(old) and (old == new or isinstance(new, (str, dict, list))):
+                continue  # text for text, and lists and objects that may be empty, are tested by name below
+            with pytest.raises(Refused):
+                check(text(replaced(cert, path, new)))
+                raise AssertionError(f"{path}: {old!r} became {new!r}")
+        if is_rational(old) and path[0] != "tool":
+            for new in NO_RATIONALS:
+                with pytest.raises(Refused):
+                    check(text(replaced(cert, path, new)))
+
+
+def dig(path: str, new: Any, build: Callable[[], Cert] = turning) -> Cert:
+    keys = [int(key) if key.isdigit() else key for key in path.split(".")]
+    return replaced(build(), tuple(keys), new)
+
+
+def parameter(expression: Any) -> Cert:
+    """The angle's example with another c."""
+    return dig("parameters.0.expression", expression)
+
+
+def big(n: int) -> Cert:
+    diagonal = [["-50" if i == j else "0" for j in range(n)] for i in range(n)]
+    unit = [["1" if i == j else "0" for j in range(n)] for i in range(n)]
+    return certificate(n, sample_time="1/100", decay_rate="1", matrix=diagonal, lyapunov_matrix=unit)
+
+
+def many_parameters(count: int, splits: int = 1) -> Cert:
+    cert = scalar()
+    cert["variables"] = {f"x{i}": ["0", "1"] for i in range(count)}
+    cert["splits"] = {name: [f"{k}/{splits}" for k in range(splits + 1)] for name in cert["variables"]}
+    cert["parameters"] = [{"name": f"t{i}", "expression": f"x{i}"} for i in range(count)]
+    cert["matrix"] = [[["+", "-50", *(["/", f"t{i}", "1000"] for i in range(count))]]]
+    return cert
+
+
+def nested(depth: int, op: str = "neg") -> str:
+    head, tail = f'["{op}",' * depth, "]" * depth
+    return text(parameter(["cos", "HERE"])).replace('"HERE"', head + '"q"' + tail)
+
+
+REFUSALS: dict[str, tuple[Cert | str, str]] = {
+    "other format": (dig("format", "stiction-certificate/2"), "certificate.format"),
+    "no JSON object": ("[]", r"certificate: \[\] is no"),
+    "key twice": (text(scalar()).replace('"claim"', '"claim": "x", "claim"'), "a key stands twice"),
+    "key twice within": (text(cfo()).replace('"contact"', '"contact": "x", "contact"'), "a key stands twice"),
+    "key of variables twice": (
+        text(turning()).replace('"m": [', '"q": ["0", "0"], "m": ['),
+        "certificate.variables: a key",
+    ),
+    "nan": (text(scalar()).replace('"37"', "NaN"), "decay_rate: b'NaN' is no 'RATIONAL'"),
+    "infinity": (text(scalar()).replace('"37"', "-Infinity"), "decay_rate: b'-Infinity'"),
+    "a bare number": (text(scalar()).replace('"37"', "37"), "decay_rate: b'37' is no 'RATIONAL'"),
+    "a long bare number": (text(scalar()).replace('"37"', "3" * 100_000), "decay_rate: b'333"),
+    "a long number": (dig("decay_rate", "1" * 4001), "at most 4000 characters"),
+    "a bool among the flips": (dig("reversals.0.flips", [True]), r"flips\[0\]: True is no 'WHOLE'"),
+    "a bool for the dwell": (dig("reversals.0.dwell_samples", True), "dwell_samples: True is no 'WHOLE'"),
+    "a fractional dwell": (dig("reversals.0.dwell_samples", 100.0), "dwell_samples: b'100.0'"),
+    "a long dwell": (dig("reversals.0.dwell_samples", 10**9), "dwell_samples: b'1000000000'"),
+    "nested JSON": ("[" * 200_000, "nested too deeply"),
+    "nested objects": ('{"a":' * 200_000, "nested too deeply"),
+    "nested expression": (nested(900), "nested too deeply"),
+    "a line end in the claim": (dig("claim", "false\nverified: true"), "certificate.claim.*printable"),
+    "an escape in the name": (dig("subject.name", "\x1b[2K"), "subject.name.*printable"),
+    "half a character": (dig("claim", "\ud800"), "claim.*printable"),
+    "an empty claim": (dig("claim", " "), "claim"),
+    "a path up": (dig("subject.files", {"../x.c": "0" * 64}), "subject.files: '../x.c' is no 'FILE'"),
+    "a path down": (dig("subject.files", {"a/x.c": "0" * 64}), "is no 'FILE'"),
+    "an absolute path": (dig("subject.files", {"/x.c": "0" * 64}), "is no 'FILE'"),
+    "a Windows path": (dig("subject.files", {"C:\\x.c": "0" * 64}), "is no 'FILE'"),
+    "dots for a file": (dig("subject.files", {"..": "0" * 64}), "is no 'FILE'"),
+    "a short hash": (dig("subject.files", {"x.c": "0" * 63}), "is no 'HASH'"),
+    "a hash in capitals": (dig("subject.spec_sha256", "A" * 64), "spec_sha256.*'HASH'"),
+    "no error component": (dig("error", []), "0 error components"),
+    "33 components": (big(33), "33 error components, not 1 to 32"),
+    "an error twice": (dig("error.1.name", "e0"), "error: a name stands twice"),
+    "matrix with a short row": (dig("matrix.1", ["1"]), "matrix is not 2 by 2"),
+    "matrix with a row less": (dig("matrix", [["1", "2"]]), "matrix is not 2 by 2"),
+    "P with a row more": (dig("lyapunov_matrix", [["1", "0"]] * 3), "lyapunov_matrix is not 2 by 2"),
+    "P not symmetric": (dig("lyapunov_matrix.0.1", "0"), "not symmetric"),
+    "P singular": (dig("lyapunov_matrix", [["1", "1"], ["1", "1"]]), "P is not positive definite: a pivot is 0"),
+    "P indefinite": (dig("lyapunov_matrix", [["1", "2"], ["2", "1"]]), "P is not positive definite: pivot 2 is -3"),
+    "P negative": (dig("lyapunov_matrix", [["-1", "0"], ["0", "-1"]]), "P is not positive definite: pivot 1 is -1"),
+    "P zero": (dig("lyapunov_matrix", [["0", "0"], ["0", "0"]]), "P is not positive definite"),
+    "no time": (dig("sample_time", "0"), "not all positive"),
+    "time and rate negative": (dig("sample_time", "-1/1000") | {"decay_rate": "-37/10"}, "not all positive"),
+    "no rate": (dig("decay_rate", "0"), "not all positive"),
+    "rate too high": (dig("decay_rate", "500"), "not all positive"),
+    "range upside down": (dig("variables.q", ["1", "-1"]) | {"splits": {}}, "q: no"),
+    "range of one": (dig("variables.q", ["1"]) | {"splits": {}}, "q: no"),
+    "range of three": (dig("variables.q", ["-1", "0", "1"]) | {"splits": {}}, "q: no"),
+    "empty range": (dig("variables.q", []) | {"splits": {}}, "q: no"),
+    "splits without low": (dig("splits.q", ["0", "1"]), "q: no"),
+    "splits without high": (dig("splits.q", ["-1", "0"]), "q: no"),
+    "splits with a gap in order": (dig("splits.q", ["-1", "1/2", "0", "1"]), "q: no"),
+    "splits with a repetition": (dig("splits.q", ["-1", "0", "0", "1"]), "q: no"),
+    "splits without cells": (dig("variables.q", ["0", "0"]) | {"splits": {"q": ["0"]}}, "q: no"),
+    "splits of nothing": (dig("splits.q", []), "q: no"),
+    "splits of an unknown": (dig("splits", {"z": ["0", "1"]}), "splits: a name is no variable"),
+    "parameter named as a variable": (dig("parameters.0.name", "q"), "parameters: a name is a variable's"),
+    "parameter twice": (dig("parameters.1.name", "c"), "parameters: a name stands twice"),
+    "parameter named by a number": (dig("parameters.0.name", "1"), "'NAME'"),
+    "variable named by an operator": (dig("variables", {"+": ["0", "1"]}) | {"splits": {}}, "'NAME'"),
+    "contact twice": (dig("reversals", turning()["reversals"] * 2), "reversals: a contact stands twice"),
+    "flip beyond": (dig("reversals.0.flips", [2]), r"flips \[2\] twice or not below 2"),
+    "flip twice": (dig("reversals.0.flips", [1, 1]), "twice"),
+    "growth below 1": (dig("reversals.0.growth", "999/1000"), "below 1"),
+    "growth negative": (dig("reversals.0.growth", "-5"), "below 1"),
+    "a variable in the matrix": (dig("matrix.0.0", "q"), r"matrix\[0\]\[0\] \(known names: \['c', 'w'\]\): 'q'"),
+    "a parameter in a parameter": (parameter("w"), r"known names: \['m', 'q'\]"),
+    "an unknown name": (parameter(["+", "q", "nothing"]), "'nothing' is no 'RATIONAL'"),
+    "cos in the matrix": (dig("matrix.0.0", ["cos", "c"]), "is no expression here"),
+    "a power in the matrix": (dig("matrix.0.0", ["^", "c", "2"]), "is no expression here"),
+    "a square in the matrix": (dig("matrix.0.0", ["*", "c", "c"]), "stands in two factors"),
+    "a hidden square": (dig("matrix.0.0", ["*", ["+", "c", "w"], ["neg", ["/", "c", "2"]]]), "stands in two factors"),
+    "a square of three": (dig("matrix.0.0", ["*", "c", "w", "c"]), "stands in two factors"),
+    "a parameter divides": (dig("matrix.0.0", ["/", "1", "w"]), "'w' is no 'RATIONAL'"),
+    "a sum divides": (dig("matrix.0.0", ["/", "c", ["+", "1", "1"]]), "is no 'RATIONAL'"),
+    "0 divides in the matrix": (dig("matrix.0.0", ["/", "c", "0"]), "divisor from 0 to 0"),
+    "0 divides": (parameter(["/", "1", "q"]), "c: divisor from -0.4 to 0"),
+    "0 divides at an end": (parameter(["/", "1", ["+", "q", "1"]]), "c: divisor from 0 to 0.6"),
+    "root of negative": (parameter(["sqrt", "q"]), "c: sqrt of a number down to -1"),
+    "exp of much": (parameter(["exp", ["*", "101", ["abs", "q"]]]), "beyond 100"),
+    "power of a name": (parameter(["^", "q", "m"]), "'m' is no 'RATIONAL'"),
+    "power of a fraction": (parameter(["^", "q", "1/2"]), "exponent 0.5"),
+    "power below 0": (parameter(["^", "q", "-1"]), "exponent -1"),
+    "power too high": (parameter(["^", "q", "65"]), "exponent 65"),
+    "power upon power": (parameter(["^", ["^", ["^", ["^", "7/3", "64"], "64"], "64"], "64"]), "too long"),
+    "sum of one": (parameter(["+", "q"]), "is no expression here"),
+    "sine of two": (parameter(["sin", "q", "m"]), "is no expression here"),
+    "quotient of three": (parameter(["/", "q", "m", "m"]), "is no expression here"),
+    "unknown operator": (parameter(["tan", "q"]), "is no expression here"),
+    "operator is a list": (parameter([["+"], "q"]), "is no expression here"),
+    "operator is null": (parameter([None, "q"]), "is no expression here"),
+    "empty expression": (parameter([]), "is no expression here"),
+    "expression is an object": (parameter({"+": ["q", "m"]}), "is no 'RATIONAL'"),
+    "expression is a bool": (parameter(["+", True, "q"]), "True is no 'RATIONAL'"),
+    "expression is a bare number": (parameter(["+", 1, "q"]), "b'1' is no 'RATIONAL'"),
+    "8192 vertices": (many_parameters(13), "8192 vertices in a cell"),
+    "262144 vertices": (many_parameters(9, 2), "262144 in all, more"),
+    "a billion cells": (many_parameters(9, 10), "1000000000 cells, more than 200000"),
+    "a long text": (" " * 5_000_001, "5000001 characters"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSALS)
+def test_refused_for_the_reason(case: str) -> None:
+    cert, reason = REFUSALS[case]
+    start = time.perf_counter()
+    with pytest.raises(Refused, match=reason) as caught:
+        check(cert if isinstance(cert, str) else text(cert))
+    assert time.perf_counter() - start < 20
+    assert str(caught.value).isprintable() and len(str(caught.value)) < 1000
+
+
+def test_what_is_nearly_refused_is_verified() -> None:
+    for cert in (
+        big(32),
+        many_parameters(12),
+        nested(60),
+        parameter(["+", ["cos", "q"], ["*", "0", ["^", "q", "64"]]]),
+    ):
+        check(cert if isinstance(cert, str) else text(cert))
+    assert accepted(dig("reversals.0.dwell_samples", 999_999_999))
+    assert accepted(dig("subject.files", {"two_mass-1.0.c": "0" * 64}))
+
+
+# ---- enclosures ------------------------------------------------------------------------------------------------------
+
+
+def rational(x: Any) -> Fraction:
+    """The exact value of an mpf."""
+    sign, mantissa, exponent, _ = x._mpf_
+    return (-1) ** sign * Fraction(int(mantissa)) * Fraction(2) ** exponent
+
+
+mpmath.mp.dps = 60
+TRUE: dict[str, Callable[[Any], Any]] = {
+    "sin": mpmath.sin,
+    "cos": mpmath.cos,
+    "exp": mpmath.exp,
+    "sqrt": mpmath.sqrt,
+    "abs": abs,
+    "neg": lambda x: -x,
+}
+ERROR = Fraction(1, 10**50)  # of mpmath with 60 digits, where values are below 10^9
+
+
+def true_value(op: str, x: Fraction) -> Fraction:
+    return rational(TRUE[op](mpmath.mpf(x.numerator) / x.denominator))
+
+
+def fractions(low: int, high: int) -> st.SearchStrategy[Fraction]:
+    return st.fractions(low, high, max_denominator=10**6) | st.integers(low, high).map(Fraction)
+
+
+def test_pi() -> None:
+    low, high = verify.PI
+    assert low < rational(+mpmath.pi) < high
+    assert high - low < Fraction(1, 10**25)
+
+
+@pytest.mark.parametrize(
+    ("op", "low", "high"),
+    [("sin", -98, 98), ("cos", -98, 98), ("exp", -120, 20), ("sqrt", 0, 10**6), ("abs", -9, 9), ("neg", -9, 9)],
+)
+@given(data=st.data())
+def test_enclosures_hold_and_are_tight(op: str, low: int, high: int, data: st.DataObject) -> None:
+    a = data.draw(fractions(low, high))
+    width = data.draw(st.sampled_from([Fraction(0), Fraction(1, 10**12), Fraction(1, 1000)]) | fractions(0, 8))
+    b = min(a + width, Fraction(high))
+    bottom, top = verify.apply(op, [(a, b)], "here")
+    steps = 60
+    samples = [true_value(op, a + (b - a) * Fraction(k, steps)) for k in range(steps + 1)]
+    assert bottom - ERROR <= min(samples) and max(samples) <= top + ERROR
+    excess = (top - bottom) - (max(samples) - min(samples))
+    if b == a:
+        assert excess <= Fraction(1, 10**18) * max(1, abs(samples[0]))
+    elif b - a <= Fraction(1, 10**12):
+        assert excess <= Fraction(1, 10**9)
+    elif op in ("sin", "cos"):
+        assert excess <= ((b - a) / steps) ** 2 + Fraction(1, 10**15)  # an extremum within half a step of a sample
+
+
+def test_sine_at_its_extrema() -> None:
+    """None: the value at an end of the interval, within -1 and 1."""
+    cases: dict[tuple[str, str], tuple[int | None, int | None]] = {
+        ("-1/2", "1/2"): (None, None),
+        ("1", "2"): (None, 1),
+        ("4", "5"): (-1, None),
+        ("-2", "1"): (-1, None),
+        ("7", "8"): (None, 1),
+        ("-5", "-4"): (None, 1),
+        ("10", "12"): (-1, None),
+        ("1", "5"): (-1, 1),
+        ("0", "7"): (-1, 1),
+        ("99", "101"): (-1, 1),
+        ("-1000", "-999"): (-1, 1),
+        ("-1000", "50"): (-1, 1),
+    }
+    for (low, high), wanted in cases.items():
+        for got, want in zip(verify.apply("sin", [(Fraction(low), Fraction(high))], "here"), wanted, strict=True):
+            assert got == want if want is not None else abs(got) < 1, (low, high)
+
+
+def test_sine_at_an_end_next_to_an_extremum() -> None:
+    """The end lies so near pi/2 that pi's own enclosure cannot tell: then 1 must be in the result."""
+    for shift in (-1, 0, 1):
+        end = verify.PI[0] / 2 + shift * Fraction(1, 2**100)
+        assert verify.apply("sin", [(Fraction(1), end)], "here")[1] >= true_value("sin", end)
+    assert verify.apply("sin", [(Fraction(1), verify.PI[1] / 2)], "here")[1] == 1
+
+
+def test_numbers_that_are_rational_stay_exact() -> None:
+    third = Fraction(1, 3)
+    assert verify.widen(third, third) == (third, third)
+    for op, args, low, high in (
+        ("sqrt", [(4, 9)], 2, 3),
+        ("exp", [(0, 0)], 1, 1),
+        ("sin", [(0, 0)], 0, 0),
+        ("abs", [(-2, 1)], 0, 2),
+        ("^", [(-2, 1), (2, 2)], 0, 4),
+        ("^", [(-2, 1), (3, 3)], -8, 1),
+        ("^", [(-2, 1), (0, 0)], 1, 1),
+        ("*", [(-2, 1), (-3, 5)], -10, 6),
+        ("/", [(-2, 1), (-4, -2)], Fraction(-1, 2), 1),
+        ("+", [(-2, 1), (-3, 5), (7, 7)], 2, 13),
+    ):
+        assert verify.apply(op, [(Fraction(a), Fraction(b)) for a, b in args], "here") == (low, high), op
+
+
+@given(st.fractions(), st.fractions(), st.integers(-2000, 2000))
+def test_rounding_is_outwards_and_short(x: Fraction, y: Fraction, exponent: int) -> None:
+    low, high = sorted((x**3 * Fraction(2) ** exponent, y**5 * Fraction(2) ** exponent))
+    bottom, top = verify.widen(low, high)
+    assert bottom <= low <= high <= top
+    for end, rounded in ((low, bottom), (high, top)):
+        assert abs(end - rounded) <= max(abs(end) / 2**90, Fraction(1, 2**512))
+        assert rounded == end or rounded.denominator <= 2**512
+
+
+EXPRESSIONS = st.recursive(
+    st.sampled_from(["x", "y"]) | st.fractions(-3, 3, max_denominator=99).map(str),
+    lambda inner: (
+        st.tuples(st.sampled_from(["+", "*", "/"]), inner, inner).map(list)
+        | st.tuples(st.sampled_from(["neg", "sin", "cos", "exp", "abs", "sqrt"]), inner).map(list)
+        | st.tuples(st.just("^"), inner, st.integers(0, 5).map(str)).map(list)
+    ),
+    max_leaves=8,
+)
+
+
+@settings(max_examples=300)
+@given(EXPRESSIONS, fractions(-2, 2), fractions(-2, 2), fractions(0, 2), fractions(0, 2))
+@example(["cos", ["*", "x", "y"]], Fraction(-1), Fraction(-1), Fraction(2), Fraction(2))
+def test_expressions_are_enclosed(raw: Any, x: Fraction, y: Fraction, across: Fraction, up: Fraction) -> None:
+    box = {"x": (x, x + across), "y": (y, y + up)}
+    try:
+        low, high = verify.parse(raw, box, "here")[1](box)
+    except Refused:
+        assume(False)
+    for i, j in itertools.product(range(5), repeat=2):
+        point = {"x": float(x + across * Fraction(i, 4)), "y": float(y + up * Fraction(j, 4))}
+        slack = 1e-7 * (1 + max(abs(float(low)), abs(float(high)))) if max(abs(low), abs(high)) < 10**200 else math.inf
+        try:
+            got = value(raw, point)
+        except (ValueError, ArithmeticError):  # at the end of a domain a float may already be beyond it
+            continue
+        assert float(low) - slack <= got <= float(high) + slack, point
+
+
+# ---- exact matrices --------------------------------------------------------------------------------------------------
+
+
+def determinant(rows: list[list[int]]) -> int:
+    """By Leibniz: n! products."""
+    n = len(rows)
+    total = 0
+    for order in itertools.permutations(range(n)):
+        inversions = sum(order[i] > order[j] for i in range(n) for j in range(i + 1, n))
+        total += (-1) ** inversions * math.prod(rows[i][order[i]] for i in range(n))
+    return total
+
+
+@settings(max_examples=300)
+@given(st.data())
+def test_semidefinite_as_all_principal_minors_say(data: st.DataObject) -> None:
+    n = data.draw(st.integers(1, 4))
+    small = st.integers(-3, 3)
+    rank = data.draw(st.integers(0, n))
+    factor = [[data.draw(small) for _ in range(n)] for _ in range(rank)]
+    M = [[sum(row[i] * row[j] for row in factor) for j in range(n)] for i in range(n)]  # semidefinite, often singular
+    if data.draw(st.booleans()):
+        i, j = data.draw(st.integers(0, n - 1)), data.draw(st.integers(0, n - 1))
+        M[i][j] = M[j][i] = data.draw(small)
+    minors = [
+        determinant([[M[i][j] for j in chosen] for i in chosen])
+        for size in range(1, n + 1)
+        for chosen in itertools.combinations(range(n), size)
+    ]
+    before = copy.deepcopy(M)
+    try:
+        count = verify.positive_pivots(M, 1, "M")
+    except Refused:
+        assert min(minors) < 0
+    else:
+        assert min(minors) >= 0
+        assert count == np.linalg.matrix_rank(np.array(M, dtype=float))
+    assert before == M
+
+
+@given(st.fractions(Fraction(1, 100), Fraction(99, 100)), st.integers(0, 300), st.integers(-3, 3))
+@example(Fraction(1, 3), 1, 0)
+@example(Fraction(1, 2), 80, 0)
+def test_the_dwell_is_long_enough_exactly_when_the_power_says_so(fall: Fraction, dwell: int, shift: int) -> None:
+    growth = 1 / fall**dwell * (1 + Fraction(shift, 10**12))
+    assume(1 <= growth < 10**100)
+    entry = {"contact": "x", "flips": [], "growth": growth, "dwell_samples": dwell}
+    true = growth * fall**dwell <= 1
+    try:
+        verify.reversal(entry, [[1]], 1, fall)
+    except Refused as fault:
+        assert not true or shift == 0, fault  # with equality rounding may refuse
+    else:
+        assert true
+
+
+# ---- files and the command line --------------------------------------------------------------------------------------
+
+
+def sha(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "spec.yaml").write_text("name: example\n")
+    (tmp_path / "observer.c").write_text("/* generated */\n")
+    cert = cfo()
+    cert["subject"]["files"] = {"observer.c": sha(tmp_path / "observer.c"), "observer.h": "1" * 64}
+    cert["subject"]["spec_sha256"] = sha(tmp_path / "spec.yaml")
+    (tmp_path / "certificate.json").write_text(text(cert))
+    return tmp_path
+
+
+def test_files_are_bound(folder: Path) -> None:
+    content = (folder / "certificate.json").read_text()
+    report = check(content, folder, folder / "spec.yaml")
+    assert report.unbound == ("observer.h",)
+    assert report.facts[-2:] == ("observer.c has the SHA-256 stated", "spec.yaml has the SHA-256 stated")
+    assert check(content).unbound == ("observer.c", "observer.h")
+    (folder / "spec.yaml").write_text("name: another\n")
+    check(content, folder)
+    with pytest.raises(Refused, match=r"spec\.yaml has the SHA-256"):
+        check(content, folder, folder / "spec.yaml")
+    (folder / "observer.c").write_text("/* generated  */\n")
+    with pytest.raises(Refused, match=r"observer\.c has the SHA-256"):
+        check(content, folder)
+
+
+def run(*arguments: object, environment: dict[str, str] | None = None) -> tuple[int, str, str]:
+    """As on a machine with nothing but Python: no site-packages, no environment."""
+    command = [sys.executable, "-I", "-S", str(SOURCE), *map(str, arguments)]
+    done = subprocess.run(command, capture_output=True, env=environment or {}, timeout=60, check=False, cwd="/")
+    assert b"Traceback" not in done.stderr
+    return done.returncode, done.stdout.decode(), done.stderr.decode()
+
+
+def test_command_line_verifies(folder: Path) -> None:
+    status, out, err = run(folder / "certificate.json", "--spec", folder / "spec.yaml")
+    assert (status, err) == (0, "")
+    lines = out.splitlines()
+    assert lines[0] == "example" and lines[-2].startswith("verified: The error decays at the rate")
+    assert lines[-1] == "  assuming: The friction level is constant between reversals."
+    assert "  not bound, not here: observer.h" in lines and "  spec.yaml has the SHA-256 stated" in lines
+
+
+def test_command_line_prints_greek_on_an_ascii_screen(folder: Path) -> None:
+    script = (
+        "import sys, runpy; sys.stdout.reconfigure(encoding='ascii'); "
+        f"sys.argv[1:] = [{str(folder / 'certificate.json')!r}]; runpy.run_path({str(SOURCE)!r}, run_name='__main__')"
+    )
+    done = subprocess.run([sys.executable, "-I", "-S", "-c", script], capture_output=True, timeout=60, check=False)
+    assert done.returncode == 0 and rb"rate \u03b1" in done.stdout, done.stderr
+
+
+def test_command_line_refuses(folder: Path) -> None:
+    (folder / "observer.c").write_text("")
+    status, out, err = run(folder / "certificate.json")
+    assert status == 3 and out.startswith("refused: observer.c has the SHA-256 e3b0c442") and err == ""
+    for name, (cert, _) in REFUSALS.items():
+        if name in ("nested JSON", "nested expression", "half a character", "nan", "no JSON object", "key twice"):
+            (folder / "bad.json").write_text(cert if isinstance(cert, str) else text(cert))
+            status, out, _ = run(folder / "bad.json")
+            assert status == 3 and out.startswith("refused: ") and "verified" not in out, name
+
+
+def test_command_line_cannot_read(folder: Path) -> None:
+    for content in (b"", b"{", b"verified", b"\xff\xfe{}", b"\xef\xbb\xbf{}", b'{"a": 1', b"[1,]"):
+        (folder / "bad.json").write_bytes(content)
+        status, out, err = run(folder / "bad.json")
+        assert (status, out) == (2, "") and err.startswith("cannot read: "), content
+    for arguments in (["/nowhere.json"], [folder], [folder / "certificate.json", "--spec", "/nowhere"], [], ["a", "b"]):
+        status, out, err = run(*arguments)
+        assert (status, out) == (2, "") and err
+
+
+# ---- the file itself -------------------------------------------------------------------------------------------------
+
+
+def test_one_file_of_the_standard_library_readable_in_one_sitting() -> None:
+    source = SOURCE.read_text()
+    assert len(source.splitlines()) < 300
+    for node in ast.walk(ast.parse(source)):
+        modules = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+        if isinstance(node, ast.ImportFrom):
+            assert node.level == 0
+            modules = [node.module or ""]
+        assert all(module.partition(".")[0] in sys.stdlib_module_names for module in modules), modules
+        called = node.func if isinstance(node, ast.Call) else None
+        assert not (isinstance(called, ast.Name) and called.id in ("eval", "exec", "__import__", "compile"))
+
+
+def test_sixty_four_vertices_of_four_components_take_half_a_second() -> None:
+    cert = big(4)
+    cert["variables"] = {f"x{i}": ["1/10", "3/7"] for i in range(6)}
+    functions = ["sin", "cos", "exp", "sqrt", "abs", "neg"]
+    cert["parameters"] = [{"name": f"t{i}", "expression": [f, f"x{i}"]} for i, f in enumerate(functions)]
+    for (i, j), k in zip(itertools.combinations(range(4), 2), range(6), strict=True):
+        cert["matrix"][i][j] = ["*", "1/3", f"t{k}", f"t{(k + 1) % 6}"]
+    start = time.process_time()
+    assert check(text(cert)).facts[1].startswith("64 vertices in 1 cells: ")
+    assert time.process_time() - start < 0.5
