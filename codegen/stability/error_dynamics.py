@@ -17,6 +17,7 @@ from codegen.mechanics.system import Matrix, System
 from codegen.observers.equations import Observer
 from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import symbol
+from codegen.stability.terms import expand_products
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,7 @@ class ErrorDynamics:
             return matrix
         signs = [1 if e.contact is None else self.observer.signs[e.contact] for e in self.observer.errors]
         turned = sympy.diag(*signs) * matrix * sympy.diag(*signs)
-        return Matrix(turned.applyfunc(lambda e: drop_squares(sympy.expand(e), self.observer.signs)))
+        return Matrix(turned.applyfunc(lambda e: drop_squares(expand_products(e), self.observer.signs)))
 
 
 def drop_squares(expression: Any, signs: tuple[sympy.Symbol, ...]) -> Any:
@@ -161,10 +162,10 @@ def _tidy(expression: Any, slips: Mapping[Any, sympy.Symbol], signs: tuple[sympy
     """Signs of slips as ±1 symbols, u·sgn(u) as |u|, products expanded."""
     expression = expression.replace(lambda e: e.func in (Sgn, Magnitude), lambda e: e.func(sympy.expand(e.args[0])))
     expression = expression.replace(Sgn, lambda u: _sign(sympy.expand(u), slips))
-    expression = drop_squares(sympy.expand(expression), signs)
+    expression = drop_squares(expand_products(expression), signs)
     for atom in list(expression.atoms(Sgn)):
         u = atom.args[0]
-        expression = sympy.expand(expression.subs(u * atom, Magnitude(u)))
+        expression = expand_products(expression.subs(u * atom, Magnitude(u)))
     return expression
 
 

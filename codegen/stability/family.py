@@ -16,6 +16,7 @@ from codegen.mechanics.system import Matrix
 from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import symbol
 from codegen.stability.error_dynamics import ErrorDynamics
+from codegen.stability.terms import expand_products
 
 LARGEST_INVERSE = 3
 PI = symbol("pi_")
@@ -49,8 +50,12 @@ def build_family(dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[An
     """
     observer = dynamics.observer
     numbers = {**observer.values, sympy.Symbol("h", real=True): observer.sample_time}
-    matrix = dynamics.in_force(dynamics.sampled).subs(numbers).applyfunc(sympy.expand)
+    matrix = dynamics.in_force(dynamics.sampled).subs(numbers)
+    matrix, slips = _in_slips(matrix, dynamics, ranges)
+    matrix = matrix.applyfunc(expand_products)
+    ranges = {**ranges, **slips}
     single = {u: s for u, s in zip(observer.system.slip_velocity, observer.signs, strict=True) if u.is_Symbol}
+    single |= dict(zip(slips, _signs_of(slips, dynamics), strict=True))
     single |= {n: single[v] for n, v in dynamics.next_velocity.items() if v in single}
     matrix = matrix.applyfunc(lambda e: _signed_slips(e, single))
     inverse, varying = _inverse_mass(dynamics, numbers)
@@ -72,7 +77,7 @@ def build_family(dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[An
 
     def rewrite(entry: Any) -> Any:
         total = sympy.Integer(0)
-        for term in sympy.Add.make_args(sympy.expand(entry)):
+        for term in sympy.Add.make_args(expand_products(entry)):
             coefficient, rest = term.as_coeff_Mul()
             outer, inner = sympy.Integer(1), sympy.Integer(1)
             for factor in sympy.Mul.make_args(rest):
@@ -134,13 +139,47 @@ def _inverse_mass(
     return inverse, {s: rest / determinant for rest, s in names.items()}
 
 
+def _in_slips(
+    matrix: Matrix, dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[Any, Any]]
+) -> tuple[Matrix, dict[sympy.Symbol, tuple[Any, Any]]]:
+    """Velocities replaced by the slips that A depends on through them: u = v1 − v2 makes v1 = u + v2.
+
+    A slip then is one variable, and interval arithmetic need not forget that its two velocities stand together.
+    """
+    system = dynamics.observer.system
+    bounds: dict[sympy.Symbol, tuple[Any, Any]] = {}
+    for contact, slip in zip(system.contacts, system.slip_velocity, strict=True):
+        velocities = sorted(slip.free_symbols & set(system.velocities), key=str)
+        pivot = next((v for v in velocities if abs(slip.coeff(v)) == 1), None)
+        if (
+            len(velocities) < 2
+            or pivot is None
+            or not slip.free_symbols <= set(velocities)
+            or not matrix.has(*velocities)
+        ):
+            continue
+        if not all(v in ranges and matrix.has(v) for v in velocities):
+            continue
+        rest = sympy.expand(slip - slip.coeff(pivot) * pivot)
+        matrix = Matrix(matrix.subs(pivot, (contact.slip - rest) / slip.coeff(pivot)))
+        ends = [sorted((slip.coeff(v) * ranges[v][0], slip.coeff(v) * ranges[v][1])) for v in velocities]
+        bounds[contact.slip] = (sum(low for low, _ in ends), sum(high for _, high in ends))
+    return matrix, bounds
+
+
+def _signs_of(slips: Mapping[sympy.Symbol, Any], dynamics: ErrorDynamics) -> list[sympy.Symbol]:
+    names = [c.slip for c in dynamics.observer.system.contacts]
+    return [dynamics.observer.signs[names.index(u)] for u in slips]
+
+
 def _signed_slips(entry: Any, single: Mapping[sympy.Symbol, sympy.Symbol]) -> Any:
-    """s·u as |u| where u is a coordinate's velocity: its sign is then not lost to interval arithmetic."""
+    """s·u as |u| where u is one variable: its sign is then not lost to interval arithmetic."""
     total = sympy.Integer(0)
     for term in sympy.Add.make_args(entry):
         changed = term
         for u, s in single.items():
-            if changed.has(s) and changed.as_coeff_exponent(u)[1] == 1:
+            factors = sympy.Mul.make_args(changed)
+            if s in factors and u in factors:
                 changed = changed / (s * u) * Magnitude(u)
         total += changed
     return total

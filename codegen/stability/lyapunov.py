@@ -11,9 +11,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import matrix_balance, solve_discrete_lyapunov
+from scipy.spatial import ConvexHull
 
 Array = NDArray[np.float64]
 BISECTIONS = 9
+LARGEST_HULL = 4
 
 
 def decay_rate_limit(matrices: Sequence[Array], h: float) -> float:
@@ -33,13 +35,32 @@ def common_lyapunov(matrices: Sequence[Array], h: float) -> tuple[Array, float] 
     if limit <= 0:
         return None
     _, (scale, _) = matrix_balance(np.mean(np.abs(matrices), axis=0), permute=False, separate=True)
-    scaled = [a * scale[None, :] / scale[:, None] for a in matrices]
+    scaled = [a * scale[None, :] / scale[:, None] for a in extreme(matrices)]
     found = _single(scaled[0], h, limit) if len(scaled) == 1 else _several(scaled, h, limit)
     if found is None:
         return None
     p, alpha = found
     p = p / scale[None, :] / scale[:, None]
     return (p + p.T) / 2, alpha
+
+
+def extreme(matrices: Sequence[Array]) -> list[Array]:
+    """The matrices that are no mixture of others, where that is quick to see: what holds at these holds at all.
+
+    The condition on A is convex for a given P.
+    """
+    flat = np.array([a.ravel() for a in matrices])
+    middle = flat.mean(axis=0)
+    _, sizes, axes = np.linalg.svd(flat - middle, full_matrices=False)
+    rank = int((sizes > 1e-12 * max(1.0, float(np.abs(flat).max()))).sum())
+    if rank == 0:
+        return [matrices[0]]
+    along = (flat - middle) @ axes[:rank].T
+    if rank == 1:
+        return [matrices[int(along.argmin())], matrices[int(along.argmax())]]
+    if rank > LARGEST_HULL or len(matrices) <= rank + 1:
+        return list(matrices)
+    return [matrices[k] for k in sorted(ConvexHull(along, qhull_options="QJ").vertices)]
 
 
 def _single(a: Array, h: float, limit: float) -> tuple[Array, float] | None:

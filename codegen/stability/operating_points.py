@@ -67,7 +67,10 @@ def operating_points(dynamics: ErrorDynamics, spec: Spec, count: int = RANDOM_PO
     generator = np.random.default_rng(1)
     centre = bounds.mean(axis=1)[None, :]
     corners = _corners(bounds)
-    points = np.vstack([centre, corners, generator.uniform(bounds[:, 0], bounds[:, 1], (count, len(bounds)))])
+    spread = generator.uniform(bounds[:, 0], bounds[:, 1], (count, len(bounds)))
+    spread[: count // 2] *= 10 ** -generator.uniform(0, 4, (count // 2, 1))  # near standstill friction changes fastest
+    spread = np.clip(spread, bounds[:, 0], bounds[:, 1])
+    points = np.vstack([centre, corners, spread])
     points = _consistent(dynamics, variables, points, generator)
     return OperatingPoints(variables, points if variables else points[:1], ranges, tuple(missing))
 

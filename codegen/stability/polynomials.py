@@ -11,6 +11,8 @@ from typing import Any
 
 import sympy
 
+from codegen.stability.terms import expand_products
+
 
 def characteristic_polynomial(matrix: Any) -> list[Any]:
     """Coefficients of |sI − A|, highest power first, by Faddeev–LeVerrier (no division but by 1…m)."""
@@ -18,8 +20,8 @@ def characteristic_polynomial(matrix: Any) -> list[Any]:
     coefficients: list[Any] = [sympy.Integer(1)]
     product = sympy.eye(m)
     for k in range(1, m + 1):
-        current = (matrix * product).applyfunc(sympy.expand)
-        coefficients.append(sympy.expand(-current.trace() / k))
+        current = (matrix * product).applyfunc(expand_products)
+        coefficients.append(expand_products(-current.trace() / k))
         product = current + coefficients[-1] * sympy.eye(m)
     return coefficients
 
