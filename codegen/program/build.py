@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import casadi
@@ -60,6 +61,7 @@ def build_program(observer: Observer) -> Program:
         states += fields
         next_state += following
         initial += first
+    blocks = _needed(blocks, next_state)
     used = _used(blocks, next_state, initial)
     program = Program(
         name=system.name,
@@ -68,7 +70,7 @@ def build_program(observer: Observer) -> Program:
         parameters=(*(p for p in parameters if p.name in used), period),
         states=tuple(states),
         inputs=(*inputs, *commands),
-        blocks=tuple(b for b in blocks if b.output or any(e in used for e in b.elements)),
+        blocks=tuple(blocks),
         next_state=tuple(next_state),
         initial_state=tuple(initial),
     )
@@ -118,6 +120,23 @@ def _delay(
     blocks.append(Block("effective_input", (f"{w}_effective",), symbol, effective, (command.unit,), "w(t - T)"))
     names[w] = symbol
     return past, [f.symbol for f in line[:-1]], [command.symbol for _ in past]
+
+
+def _needed(blocks: list[Block], next_state: list[Any]) -> list[Block]:
+    """The blocks without the elements that nothing after them uses; outputs stay."""
+    kept: list[Block] = []
+    for block in reversed(blocks):
+        used = _used(kept, next_state)
+        at = [i for i, element in enumerate(block.elements) if block.output or element in used]
+        if at:
+            elements, units = tuple(block.elements[i] for i in at), tuple(block.units[i] for i in at)
+            kept.insert(
+                0,
+                replace(
+                    block, elements=elements, symbols=block.symbols[at], expression=block.expression[at], units=units
+                ),
+            )
+    return kept
 
 
 def _used(blocks: list[Block], *more: list[Any]) -> set[str]:

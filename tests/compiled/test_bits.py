@@ -1,0 +1,59 @@
+"""The compiled C and the Python twin compute the same bits, step after step."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from .build import Built, motion, same_bits
+from .specs import GAINS, spec_text
+
+CASES = [
+    (machine, kind, velocity, effects)
+    for kind, machines in GAINS.items()
+    for machine in machines
+    for velocity, effects in (("estimated", True), ("measured", True), ("estimated", False))
+]
+
+
+def compare(built: Built, samples: int, *flags: str) -> np.ndarray:
+    rows = motion(built.program, samples)
+    expected, expected_states = built.python_run(rows)
+    outputs, states = built.c_run(rows, *flags)
+    assert np.all(np.isfinite(outputs)) and np.all(np.isfinite(states))
+    assert np.all(np.std(outputs, axis=0) > 0)
+    assert same_bits(outputs, expected)
+    assert same_bits(states, expected_states)
+    return outputs
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda c: "-".join(map(str, c)))
+def test_every_observer_and_effect(tmp_path, case):
+    compare(Built(tmp_path, spec_text(*case)), 1500)
+
+
+@pytest.mark.parametrize("machine", ["two_mass", "emps"])
+def test_a_hundred_thousand_steps(tmp_path, machine):
+    compare(Built(tmp_path, spec_text(machine)), 100_000)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("machine", ["one_mass", "two_mass", "belt_axis", "arm"])
+def test_a_hundred_thousand_steps_with_effects(tmp_path, machine):
+    compare(Built(tmp_path, spec_text(machine, "gcfo", "estimated", True)), 100_000)
+
+
+@pytest.mark.parametrize("machine", ["two_mass", "belt_axis", "arm"])
+def test_optimisation_changes_no_bit(tmp_path, machine):
+    built = Built(tmp_path, spec_text(machine, "gcfo", "estimated", True))
+    rows = motion(built.program, 3000)
+    results = [built.c_run(rows, flag) for flag in ("-O0", "-O1", "-O2", "-O3", "-Os")]
+    assert all(same_bits(a, b) for result in results for a, b in zip(result, results[0], strict=True))
+
+
+def test_the_motion_reverses_chatters_and_stands(tmp_path):
+    built = Built(tmp_path, spec_text("one_mass", "gcfo", "measured"))
+    rows = motion(built.program, 4000)
+    sign = np.sign(built.python_run(rows)[0][:, -1])
+    assert np.sum(sign == 0) > 300
+    assert np.sum(sign[1:] * sign[:-1] < 0) > 100
