@@ -6,11 +6,14 @@ place, what is used more often gets a local name. Each language is a table of wo
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import casadi
+
+from codegen.errors import BadInput
 
 ATOM, UNARY, PRODUCT, SUM = 4, 3, 2, 1
 
@@ -29,7 +32,13 @@ class Language:
     declaration: str
 
     def literal(self, value: float) -> str:
-        """The shortest decimal that is this double, with a point so that C takes it for a double."""
+        """The shortest decimal that is this double, with a point so that C takes it for a double.
+
+        Raises:
+            BadInput: for a number that no literal can say.
+        """
+        if not math.isfinite(value):
+            raise BadInput("generated code", f"the constant {value}", "numbers whose products a double can hold")
         return repr(float(value))
 
 
@@ -87,6 +96,7 @@ def print_expression(expression: Any, words: Mapping[str, str], language: Langua
 
     Raises:
         TypeError: for a CasADi operation without a word.
+        BadInput: for a constant that is not finite.
     """
     symbols = casadi.symvar(casadi.SX(expression))
     function = casadi.Function(

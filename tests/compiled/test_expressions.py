@@ -1,0 +1,200 @@
+"""Printed expressions, compiled and in Python, against each other to the bit and against CasADi's own evaluation."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+from contextlib import suppress
+from pathlib import Path
+
+import casadi
+import numpy as np
+import pytest
+from hypothesis import Phase, given, settings
+from hypothesis import strategies as st
+
+from codegen.emit.printer import PYTHON, C, Language, print_expression
+from codegen.errors import BadInput
+
+from .build import compile_shared
+
+NAMES = ("x", "y", "z")
+SYMBOLS = {name: casadi.SX.sym(name) for name in NAMES}
+SIGN_OF = "static double sign_of(double u) { return u > 0.0 ? 1.0 : (u < 0.0 ? -1.0 : 0.0); }\n"
+
+
+def sign(u: float) -> float:
+    return 1.0 if u > 0.0 else (-1.0 if u < 0.0 else 0.0)
+
+
+def printed(expression: casadi.SX, language: Language) -> tuple[list[str], str]:
+    result = print_expression(expression, {n: n for n in NAMES}, language, "part")
+    assert len(result.values) == 1
+    return list(result.definitions), result.values[0]
+
+
+def in_python(expression: casadi.SX, at: tuple[float, ...]) -> float:
+    definitions, value = printed(expression, PYTHON)
+    names = dict(zip(NAMES, at, strict=True)) | {"math": math, "_sign": sign}
+    exec("\n".join([*definitions, f"result = {value}"]), names)
+    return names["result"]
+
+
+def in_c(folder: Path, expressions: list[casadi.SX]) -> list[ctypes._CFuncPtr]:
+    """All expressions in one library."""
+    lines = ["#include <math.h>", SIGN_OF]
+    for k, expression in enumerate(expressions):
+        definitions, value = printed(expression, C)
+        lines += [
+            f"double f{k}(double x, double y, double z);",
+            f"double f{k}(double x, double y, double z) {{",
+            "(void)x; (void)y; (void)z; (void)sign_of;",
+            *definitions,
+            f"return {value}; }}",
+        ]
+    (folder / "expressions.c").write_text("\n".join(lines) + "\n")
+    library = ctypes.CDLL(str(compile_shared(folder, "expressions.c")))
+    functions = [getattr(library, f"f{k}") for k in range(len(expressions))]
+    for f in functions:
+        f.restype, f.argtypes = ctypes.c_double, [ctypes.c_double] * 3
+    return functions
+
+
+def in_casadi(expression: casadi.SX, at: tuple[float, ...]) -> float:
+    return float(casadi.Function("f", list(SYMBOLS.values()), [expression])(*at))
+
+
+x, y, z = SYMBOLS.values()
+shared = casadi.sin(x) * y + z
+OPERATIONS = {
+    "sum": x + y + z,
+    "difference": x - (y - z),
+    "difference of sum": x - (y + z),
+    "negative sum": -(x + y),
+    "negative product": -(x * y) * z,
+    "negative of negative": -(-x - y),
+    "minus a negative constant": x - casadi.SX(-2.5) * y,
+    "quotient of product": x / (y * z),
+    "quotient of quotient": x / (y / z),
+    "product of quotient": x * (y / z),
+    "product of sum": (x + y) * (y - z),
+    "square of negative": (-x) ** 2,
+    "square of sum": (x - y) ** 2 - z**2,
+    "divided by a square": x / y**2,
+    "square of a square": (x**2) ** 2,
+    "twice": 2 * (x + y) - 2 * z,
+    "inverse": 1 / (x + y * y) + 1 / z,
+    "inverse of inverse": 1 / (1 / x + 1 / y),
+    "sin": casadi.sin(x - y),
+    "cos": casadi.cos(x * y),
+    "tan": casadi.tan(z / 3),
+    "exp": casadi.exp(-(x**2)),
+    "log": casadi.log(x**2 + 0.1),
+    "sqrt": casadi.sqrt(y**2 + 1e-3),
+    "tanh": casadi.tanh(x / 0.1),
+    "abs": casadi.fabs(x - y) - casadi.fabs(-z),
+    "sign": casadi.sign(x - y) * z - casadi.sign(casadi.SX(0) * x),
+    "power": (x**2 + 1) ** y,
+    "constant power": casadi.power(x**2 + 1, 1.7) - casadi.power(y**2 + 1, -0.3),
+    "tiny constant": x * 1e-300 + y,
+    "tiny alone": x * 1e-300,
+    "huge constant": x * 1e22 - 1e22 * y,
+    "huge whole constant": x + 123456789012345678,
+    "long constant": x * 0.1 + y * (1 / 3) - math.pi,
+    "negative constant": -1.5 * x + (-3 + y),
+    "constant alone": casadi.SX(-7.25),
+    "zero": casadi.SX(1, 1),
+    "name alone": x,
+    "shared": shared * shared + casadi.cos(shared) - 1 / shared,
+    "shared in shared": (shared + x) * casadi.exp(-((shared + x) ** 2)) + shared,
+}
+ALL = casadi.sum1(casadi.vertcat(*OPERATIONS.values()))
+
+
+@pytest.fixture(scope="module")
+def compiled(tmp_path_factory):
+    everything = [*OPERATIONS.values(), ALL]
+    return dict(zip([*OPERATIONS, "all"], in_c(tmp_path_factory.mktemp("c"), everything), strict=True))
+
+
+@pytest.mark.parametrize("name", [*OPERATIONS, "all"])
+def test_each_operation(compiled, name):
+    expression = OPERATIONS.get(name, ALL)
+    random = np.random.default_rng(3)
+    points = [tuple(p) for p in random.normal(size=(60, 3)).tolist()]
+    for at in [*points, (0.5, 0.5, 0.5), (-0.25, -0.25, 2.0), (-1.0, 0.75, -0.125)]:
+        value = in_python(expression, at)
+        assert compiled[name](*at).hex() == value.hex()
+        assert value == pytest.approx(in_casadi(expression, at), rel=2e-15, abs=1e-320)
+
+
+def test_a_missing_word_is_an_error():
+    with pytest.raises(TypeError, match="no word"):
+        printed(casadi.atan2(x, y), C)
+
+
+def test_a_constant_beyond_doubles_is_an_error():
+    with pytest.raises(BadInput, match="the constant inf"):
+        printed(x * casadi.SX(1e300) * casadi.SX(1e300) + casadi.SX(math.inf), C)
+
+
+def test_several_elements_share_definitions():
+    both = print_expression(casadi.vertcat(shared**2, 1 / shared), {n: n for n in NAMES}, C, "part")
+    assert len(both.definitions) == 1
+    assert both.values == ("part_1 * part_1", "1.0 / part_1")
+    assert both.operations == 5
+
+
+def trees() -> st.SearchStrategy[casadi.SX]:
+    constants = st.sampled_from([0.1, -0.1, 3.0, -2.0, 1.0, -1.0, 0.5, 1e-300, 1e22, -7e5]).map(casadi.SX)
+    leaves = st.sampled_from([x, y, z, -x, shared]) | constants
+
+    def grow(inner: st.SearchStrategy[casadi.SX]) -> st.SearchStrategy[casadi.SX]:
+        pairs = st.tuples(inner, inner)
+        return st.one_of(
+            pairs.map(lambda p: p[0] + p[1]),
+            pairs.map(lambda p: p[0] - p[1]),
+            pairs.map(lambda p: p[0] * p[1]),
+            pairs.map(lambda p: p[0] / p[1]),
+            pairs.map(lambda p: p[0] - (p[1] + p[0])),
+            inner.map(lambda e: -e),
+            inner.map(lambda e: e * e),
+            inner.map(lambda e: 2 * e),
+            inner.map(lambda e: 1 / e),
+            inner.map(casadi.fabs),
+            inner.map(casadi.sign),
+            inner.map(casadi.cos),
+            inner.map(casadi.tanh),
+            inner.map(lambda e: casadi.sqrt(casadi.fabs(e))),
+        )
+
+    return st.recursive(leaves, grow, max_leaves=14)
+
+
+POINTS = [(0.7, -1.3, 2.1), (-0.2, 0.9, -3.3), (1.1, 1.1, 0.4), (-0.0, 1e-200, -1e150)]
+
+
+def test_random_trees(tmp_path):
+    found: list[casadi.SX] = []
+
+    @settings(max_examples=400, deadline=None, derandomize=True, phases=[Phase.generate])
+    @given(trees())
+    def collect(tree: casadi.SX) -> None:
+        with suppress(BadInput):  # CasADi folded two constants into an infinity
+            printed(tree, C)
+            found.append(tree)
+
+    collect()
+    compared = 0
+    for tree, function in zip(found, in_c(tmp_path, found), strict=True):
+        for at in POINTS:
+            try:
+                value = in_python(tree, at)
+            except (ZeroDivisionError, OverflowError, ValueError):
+                continue  # where C goes on with an infinity
+            expected = in_casadi(tree, at)
+            assert function(*at).hex() == value.hex() or (math.isnan(value) and math.isnan(function(*at)))
+            if math.isfinite(expected):
+                assert value == pytest.approx(expected, rel=1e-15, abs=0), printed(tree, PYTHON)
+                compared += 1
+    assert len(found) >= 300 and compared > 900
