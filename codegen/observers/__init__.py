@@ -1,5 +1,6 @@
 """The observers: equations only. Adding one: a file with its builder, and its kinds in OBSERVERS."""
 
+import re
 from collections.abc import Callable
 
 from codegen.errors import BadInput, nearest_name
@@ -40,7 +41,23 @@ def build_observer(spec: Spec, system: System) -> Observer:
     if choice.kind in SINGLE and (system.degrees_of_freedom > 1 or len(system.contacts) > 1):
         found = f"{choice.kind} on {system.degrees_of_freedom} coordinates and {len(system.contacts)} contacts"
         raise BadInput(place, found, f"{SINGLE[choice.kind]}, its general form", SINGLE[choice.kind])
-    return builder(spec, system)
+    observer = builder(spec, system)
+    _refuse_shared_names(spec, observer)
+    return observer
+
+
+def _refuse_shared_names(spec: Spec, observer: Observer) -> None:
+    """Raise BadInput where two things would be one symbol: of the spec and of the observer, or both of the observer."""
+    system = observer.system
+    own = [s.name for e in observer.equations for s in (*e.symbols, *(e.state or ()))]
+    own += [s.name for e in observer.errors for s in {e.symbol, e.truth} - {*system.velocities}]
+    own += [s.name for s in (*observer.signs, *observer.gains, *system.accelerations)]
+    own += ["h", *[f"{v.name}_next" for v in system.velocities]]
+    declared = {s.name for s in (*system.positions, *system.velocities, *system.inputs, *system.values)}
+    for name in [*own, *sorted(declared)]:
+        if own.count(name) + (name in declared) > 1 or re.fullmatch(r"W\d+(_\d+)?|pi_", name):
+            key = next((k for k in (f"parameters.{name}", f"coordinates.{name}") if k in spec.places), "name")
+            raise BadInput(spec.place(key), f"the name `{name}`, which the observer has for itself", "another name")
 
 
 __all__ = ["OBSERVERS", "Equation", "ErrorVariable", "Observer", "build_observer"]

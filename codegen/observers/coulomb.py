@@ -12,6 +12,8 @@ from codegen.observers.gains import read_gain, refuse_unknown_gains
 from codegen.spec.functions import Magnitude
 from codegen.spec.model import Spec, symbol
 
+LARGEST_EXPONENT = 8
+
 
 def coulomb_friction_observer(spec: Spec, system: System) -> Observer:
     """CFO (2.6)–(2.8), (3.8)–(3.10) and GCFO (4.10)–(4.15), (4.27)–(4.28), with h(|u|) = |u|^μ.
@@ -19,12 +21,13 @@ def coulomb_friction_observer(spec: Spec, system: System) -> Observer:
     â = z_F − K_F h(|û|),  F̂ = U S â,  dz_F/dt = K_F D S U' M⁻¹[g − F̂],  D = diag(μ |û|^(μ−1)).
 
     Raises:
-        BadInput: for gains of wrong shape or sign, or an exponent that is not positive.
+        BadInput: for gains of wrong shape or sign, or an exponent that is not positive or above 8.
     """
     choice = spec.observer
     assert choice is not None
-    if choice.exponent <= 0:
-        raise BadInput(spec.place("observer.exponent"), f"exponent {choice.exponent}", "a positive number")
+    if not 0 < choice.exponent <= LARGEST_EXPONENT:
+        wanted = f"a positive number up to {LARGEST_EXPONENT}"
+        raise BadInput(spec.place("observer.exponent"), f"exponent {choice.exponent}", wanted)
     refuse_unknown_gains(spec, choice, ("K_F", "K_v"))
     names, velocities = parts.contact_names(system), parts.velocity_names(system)
     friction_gain = read_gain(spec, choice, "K_F", names, names, sign=1)
