@@ -53,7 +53,7 @@ _CALLS = {
     casadi.OP_POW: "pow",
     casadi.OP_CONSTPOW: "pow",
 }
-C = Language({**_CALLS, casadi.OP_FABS: "fabs", casadi.OP_SIGN: "sign_of"}, "const double {name} = {value};")
+C = Language({**_CALLS, casadi.OP_FABS: "fabs", casadi.OP_SIGN: "signum"}, "const double {name} = {value};")
 PYTHON = Language(
     {op: f"math.{name}" for op, name in _CALLS.items()} | {casadi.OP_FABS: "abs", casadi.OP_SIGN: "_sign"},
     "{name} = {value}",

@@ -52,13 +52,13 @@ def view(program: Program, language: Language, parameter: str, state: str, entry
     printed: list[Printed] = []
 
     def block_view(block: Block) -> BlockView:
-        result = print_expression(block.expression, words, language, block.name)
+        result = print_expression(block.expression, words, language, f"part_of_{block.name}")
         printed.append(result)
         lines = tuple(Line(n, v, u) for n, v, u in zip(block.elements, result.values, block.units, strict=True))
         return BlockView(block.name.replace("_", " "), block.source, result.definitions, lines)
 
     def fields_view(title: str, prefix: str, values: tuple[Any, ...]) -> BlockView:
-        result = print_expression(casadi.vertcat(*values), words, language, prefix)
+        result = print_expression(casadi.vertcat(*values), words, language, f"part_of_{prefix}")
         printed.append(result)
         lines = tuple(Line(f.name, v, f.unit) for f, v in zip(program.states, result.values, strict=True))
         return BlockView(title, "", result.definitions, lines)

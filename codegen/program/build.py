@@ -17,6 +17,7 @@ from codegen.observers.equations import Observer
 from codegen.program.model import Block, Field, Program
 
 LONGEST_DELAY = 1000
+EXAMPLE = "example_main"
 
 
 def build_program(observer: Observer) -> Program:
@@ -145,6 +146,8 @@ def _used(blocks: list[Block], *more: list[Any]) -> set[str]:
 
 
 def _refuse_shared_names(program: Program) -> None:
+    if program.name == EXAMPLE:
+        raise BadInput(f"spec {EXAMPLE}", f"the name `{EXAMPLE}`", "a name other than that of the generated example")
     fields = [f.name for f in (*program.parameters, *program.states, *program.inputs)]
     counts: Mapping[str, int] = Counter([*fields, *(e for b in program.blocks for e in b.elements)])
     for name, count in counts.items():

@@ -9,7 +9,7 @@
 
 #include <math.h>
 
-static double sign_of(double u)
+static double signum(double u)
 {
     return u > 0.0 ? 1.0 : (u < 0.0 ? -1.0 : 0.0);
 }
@@ -34,7 +34,7 @@ void belt_axis_step(belt_axis_state *state, const belt_axis_parameters *paramete
     const double slip_guide = v_hat; /* m/s */
 
     /* slip sign, (4.13) */
-    const double sign_guide = sign_of(slip_guide); /* 1 */
+    const double sign_guide = signum(slip_guide); /* 1 */
 
     /* friction level, (4.11) */
     const double a_hat_guide = state->z_guide - parameters->K_F * fabs(slip_guide); /* N */

@@ -9,7 +9,7 @@
 
 #include <math.h>
 
-static double sign_of(double u)
+static double signum(double u)
 {
     return u > 0.0 ? 1.0 : (u < 0.0 ? -1.0 : 0.0);
 }
@@ -34,7 +34,7 @@ void emps_step(emps_state *state, const emps_parameters *parameters,
     const double slip_rail = v_hat; /* m/s */
 
     /* slip sign, (4.13) */
-    const double sign_rail = sign_of(slip_rail); /* 1 */
+    const double sign_rail = signum(slip_rail); /* 1 */
 
     /* friction level, (4.11) */
     const double a_hat_rail = state->z_rail - parameters->K_F * fabs(slip_rail); /* N */

@@ -9,7 +9,7 @@
 
 #include <math.h>
 
-static double sign_of(double u)
+static double signum(double u)
 {
     return u > 0.0 ? 1.0 : (u < 0.0 ? -1.0 : 0.0);
 }
@@ -38,8 +38,8 @@ void two_mass_step(two_mass_state *state, const two_mass_parameters *parameters,
     const double slip_ground = v2_hat; /* m/s */
 
     /* slip sign, (4.13) */
-    const double sign_between = sign_of(slip_between); /* 1 */
-    const double sign_ground = sign_of(slip_ground); /* 1 */
+    const double sign_between = signum(slip_between); /* 1 */
+    const double sign_ground = signum(slip_ground); /* 1 */
 
     /* friction level, (4.11) */
     const double a_hat_between = state->z_between - parameters->K_F_between * fabs(slip_between); /* N */

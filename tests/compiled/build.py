@@ -26,8 +26,8 @@ def program_of(text: str) -> Program:
     return build_program(build_observer(spec, system))
 
 
-def sources_of(program: Program) -> dict[str, str]:
-    return emit_sources(program, make_header("machine.yaml", "0" * 64, "a test"))
+def sources_of(program: Program, source: str = "") -> dict[str, str]:
+    return emit_sources(program, make_header("machine.yaml", "0" * 64, source))
 
 
 def compile_shared(folder: Path, file: str, *more: str) -> Path:
@@ -47,7 +47,7 @@ class Built:
 
     def __init__(self, folder: Path, text: str) -> None:
         self.folder, self.program = folder, program_of(text)
-        self.files = sources_of(self.program)
+        self.files = sources_of(self.program, parse_spec(text, Path("machine.yaml")).source)
         for name, content in self.files.items():
             (folder / name).write_text(content, encoding="utf-8")
         self.twin: ModuleType = load_twin(self.files["__init__.py"], f"twin_{self.program.name}")

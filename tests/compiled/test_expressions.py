@@ -20,7 +20,7 @@ from .build import compile_shared
 
 NAMES = ("x", "y", "z")
 SYMBOLS = {name: casadi.SX.sym(name) for name in NAMES}
-SIGN_OF = "static double sign_of(double u) { return u > 0.0 ? 1.0 : (u < 0.0 ? -1.0 : 0.0); }\n"
+SIGNUM = "static double signum(double u) { return u > 0.0 ? 1.0 : (u < 0.0 ? -1.0 : 0.0); }\n"
 
 
 def sign(u: float) -> float:
@@ -42,13 +42,13 @@ def in_python(expression: casadi.SX, at: tuple[float, ...]) -> float:
 
 def in_c(folder: Path, expressions: list[casadi.SX]) -> list[ctypes._CFuncPtr]:
     """All expressions in one library."""
-    lines = ["#include <math.h>", SIGN_OF]
+    lines = ["#include <math.h>", SIGNUM]
     for k, expression in enumerate(expressions):
         definitions, value = printed(expression, C)
         lines += [
             f"double f{k}(double x, double y, double z);",
             f"double f{k}(double x, double y, double z) {{",
-            "(void)x; (void)y; (void)z; (void)sign_of;",
+            "(void)x; (void)y; (void)z; (void)signum;",
             *definitions,
             f"return {value}; }}",
         ]

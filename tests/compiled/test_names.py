@@ -1,0 +1,71 @@
+"""Names of a spec that could clash with names of the code it gives."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from codegen.errors import BadInput
+
+from .build import Built, motion, same_bits
+from .specs import spec_text
+
+
+def agrees(folder, text: str) -> Built:
+    built = Built(folder, text)
+    rows = motion(built.program, 300)
+    assert all(same_bits(a, b) for a, b in zip(built.c_run(rows), built.python_run(rows), strict=True))
+    return built
+
+
+@pytest.mark.parametrize("name", ["of", "velocity_1", "sign_1", "part_1", "u", "hat", "main", "x_next", "abs_", "math"])
+def test_contacts(tmp_path, name):
+    agrees(tmp_path, spec_text("one_mass").replace("name: rail", f"name: {name}"))
+
+
+def test_a_contact_that_gives_an_output_its_coordinate_has(tmp_path):
+    with pytest.raises(BadInput, match="two quantities called `F_hat_on_x`"):
+        Built(tmp_path, spec_text("one_mass").replace("name: rail", "name: on_x"))
+
+
+def test_a_contact_called_like_a_shared_part(tmp_path):
+    text = spec_text("one_mass", "gcfo").replace("name: rail", "name: friction_1")
+    effects = """effects:
+  - {kind: stribeck, on: friction_1, parameters: {delta: 7, v_s: 0.05}}
+  - {kind: viscous, on: friction_1, parameters: {b: 7}}
+  - {kind: viscous_asymmetry, on: friction_1, parameters: {d_b: 2}}
+  - {kind: stribeck, on: friction_1, parameters: {delta: 3, v_s: 0.05}}"""
+    built = agrees(tmp_path, text.replace("effects: []", effects))
+    assert "stribeck_friction_1_2_delta" in [p.name for p in built.program.parameters]
+
+
+@pytest.mark.parametrize("machine", ["main", "math", "stdio", "init", "step", "Parameters", "e"])
+def test_machines(tmp_path, machine):
+    agrees(tmp_path, spec_text("one_mass").replace("name: one_mass", f"name: {machine}"))
+
+
+def test_a_machine_called_like_the_example_is_refused(tmp_path):
+    with pytest.raises(BadInput, match="example_main"):
+        Built(tmp_path, spec_text("one_mass").replace("name: one_mass", "name: example_main"))
+
+
+@pytest.mark.parametrize("name", ["first", "z_rail", "slip", "math", "field", "dataclass", "self", "scanf", "j0", "I"])
+def test_parameters(tmp_path, name):
+    text = spec_text("one_mass").replace("  m: {value", f"  {name}: {{value").replace("[m]", f"[{name}]")
+    if name == "z_rail":
+        with pytest.raises(BadInput, match=r"two quantities called `z_rail`"):
+            Built(tmp_path, text)
+    else:
+        agrees(tmp_path, text)
+
+
+@pytest.mark.parametrize(
+    "source", ["see /* here */ and there", 'a "quoted" \\ word', "first\nsecond", "what??/", "µ — §"]
+)
+def test_sources_in_comments(tmp_path, source):
+    text = spec_text("one_mass")
+    line = next(line for line in text.splitlines() if line.startswith("source:"))
+    built = agrees(tmp_path, text.replace(line, f"source: {json.dumps(source)}"))
+    assert np.all(built.parameters > 0)
