@@ -118,8 +118,6 @@ def test_refused(case: str) -> None:
 
 
 TAKEN = "h K_F K_v v_dot v_hat z_v s_rail a_rail e_v slip_rail sign_rail a_hat_rail z_rail v_next W11 F_hat_rail"
-    "h K_F K_v v_dot v_hat z_v s_rail a_rail e_v e_a_rail slip_rail sign_rail a_hat_rail z_rail v_next W11 F_hat_rail"
-)
 
 
 @pytest.mark.parametrize("name", TAKEN.split())
