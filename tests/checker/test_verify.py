@@ -235,6 +235,34 @@ def test_the_interior_of_the_envelope_counts_and_not_its_corners() -> None:
     assert not accepted(cert | {"splits": {"q": ["0", "1/2", "1", "2", "355/113"]}})
 
 
+@pytest.mark.parametrize("bad", range(6))
+def test_every_cell_counts(bad: int) -> None:
+    """The pole -50 + 30 exp(-1000 (q - centre)^2) is too slow in one of six cells only."""
+    centre = f"{2 * bad + 1}/2"
+    away = ["^", ["+", "q", ["neg", centre]], "2"]
+    cert = scalar() | {"variables": {"q": ["0", "6"]}, "splits": {"q": [str(k) for k in range(7)]}}
+    cert["parameters"] = [{"name": "bump", "expression": ["exp", ["*", "-1000", away]]}]
+    cert["matrix"] = [[["+", "-50", ["*", "30", "bump"]]]]
+    with pytest.raises(Refused, match=rf"V may not fall, q in \[{bad}, {bad + 1}\], bump in \[1, 1\]"):
+        check(text(cert))
+    for ends in ([f"{bad}", f"{10 * bad + 4}/10"], [f"{10 * bad + 6}/10", f"{bad + 1}"]):  # on either side of the bump
+        assert accepted(cert | {"variables": {"q": ends}, "splits": {}})
+
+
+@pytest.mark.parametrize("bad", list(itertools.product((-1, 1), repeat=3)))
+def test_every_corner_counts(bad: tuple[int, ...]) -> None:
+    """-50 + 30 (1 + s1 t1)(1 + s2 t2)(1 + s3 t3)/8, with signs s and t in [-1, 1], is too slow in one corner only."""
+    cert = scalar()
+    cert["variables"] = {f"x{i}": ["-1", "1"] for i in range(3)}
+    cert["parameters"] = [{"name": f"t{i}", "expression": f"x{i}"} for i in range(3)]
+    cert["matrix"] = [[["+", "-50", ["*", "30/8", *(["+", "1", ["*", str(s), f"t{i}"]] for i, s in enumerate(bad))]]]]
+    where = ", ".join(rf"t{i} in \[{s}, {s}\]" for i, s in enumerate(bad))
+    with pytest.raises(Refused, match=where):
+        check(text(cert))
+    for i, s in enumerate(bad):
+        assert accepted(cert | {"variables": cert["variables"] | {f"x{i}": [str(-s)] * 2}})
+
+
 def test_semidefinite_is_enough_and_a_zero_pivot_needs_a_zero_column() -> None:
     exact = scalar() | {"decay_rate": "75/2"}  # 1 - 2αh = 1/4 = Φ²
     assert accepted(exact)
@@ -320,7 +348,7 @@ def test_accepted_mutants_are_true(name: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(8))
 def test_accepted_mutants_are_true_at_length(seed: int) -> None:
     dice = random.Random(seed)
     for cert in (build() for build in EXAMPLES.values()):
@@ -360,6 +388,23 @@ def test_every_value_has_its_type(name: str) -> None:
             for new in NO_RATIONALS:
                 with pytest.raises(Refused):
                     check(text(replaced(cert, path, new)))
+
+
+def test_garbled_text_is_refused_or_no_json_and_never_a_crash() -> None:
+    dice = random.Random(7)
+    for _ in range(1500):
+        letters = list(text(dice.choice([cfo, turning])()))
+        for _ in range(dice.choice([1, 2, 5])):
+            spot = dice.randrange(len(letters))
+            letters[spot : spot + dice.choice([0, 1, 1, 8])] = dice.choice('[]{},:"\\-/019.eE+tnN \0é') * dice.choice(
+                [1, 1, 0]
+            )
+        garbled = "".join(letters)
+        try:
+            check(garbled)
+        except (Refused, json.JSONDecodeError):
+            continue
+        assert margin(json.loads(garbled)) >= -1e-9, garbled
 
 
 def dig(path: str, new: Any, build: Callable[[], Cert] = turning) -> Cert:
@@ -472,6 +517,11 @@ REFUSALS: dict[str, tuple[Cert | str, str]] = {
     "0 divides in the matrix": (dig("matrix.0.0", ["/", "c", "0"]), "divisor from 0 to 0"),
     "0 divides": (parameter(["/", "1", "q"]), "c: divisor from -0.4 to 0"),
     "0 divides at an end": (parameter(["/", "1", ["+", "q", "1"]]), "c: divisor from 0 to 0.6"),
+    "0 divides in the midst": (parameter(["/", "1", ["+", "q", "1/5"]]), "c: divisor from -0.2 to 0.2"),
+    "long denominators": (
+        dig("lyapunov_matrix", [["1/" + "3" * 3998, "0"], ["0", "1/1" + "0" * 3996 + "1"]]),
+        "denominator grew too long",
+    ),
     "root of negative": (parameter(["sqrt", "q"]), "c: sqrt of a number down to -1"),
     "exp of much": (parameter(["exp", ["*", "101", ["abs", "q"]]]), "beyond 100"),
     "power of a name": (parameter(["^", "q", "m"]), "'m' is no 'RATIONAL'"),
@@ -557,6 +607,7 @@ def test_pi() -> None:
     ("op", "low", "high"),
     [("sin", -98, 98), ("cos", -98, 98), ("exp", -120, 20), ("sqrt", 0, 10**6), ("abs", -9, 9), ("neg", -9, 9)],
 )
+@settings(deadline=None)
 @given(data=st.data())
 def test_enclosures_hold_and_are_tight(op: str, low: int, high: int, data: st.DataObject) -> None:
     a = data.draw(fractions(low, high))
@@ -604,6 +655,25 @@ def test_sine_at_an_end_next_to_an_extremum() -> None:
     assert verify.apply("sin", [(Fraction(1), verify.PI[1] / 2)], "here")[1] == 1
 
 
+def test_sine_next_to_an_extremum_far_out() -> None:
+    for k in range(1, 15):
+        place = rational((2 * k + mpmath.mpf(1) / 2) * mpmath.pi)
+        for digits in range(86, 94):
+            end = Fraction(math.ceil(place * 2**digits), 2**digits)
+            assert verify.apply("sin", [(end - Fraction(1, 8), end)], "here")[1] == 1
+
+
+def test_a_short_series_is_as_far_off_as_it_says() -> None:
+    e, sine = rational(mpmath.e), rational(mpmath.sin(2)) / 2
+    for terms in range(2, 20):
+        low, high = verify.series(Fraction(1), list(range(1, terms)))
+        assert low < e < high and high - low >= Fraction(2, math.factorial(terms - 1))
+        low, high = verify.series(Fraction(-4), [k * k + k for k in range(2, 2 * terms, 2)])
+        assert low < sine < high
+    low, high = verify.series(Fraction(-4), [6, 20])
+    assert (low, high) == (1 - Fraction(4, 6) + 0, 1 - Fraction(4, 6) + Fraction(32, 120))
+
+
 def test_numbers_that_are_rational_stay_exact() -> None:
     third = Fraction(1, 3)
     assert verify.widen(third, third) == (third, third)
@@ -622,6 +692,7 @@ def test_numbers_that_are_rational_stay_exact() -> None:
         assert verify.apply(op, [(Fraction(a), Fraction(b)) for a, b in args], "here") == (low, high), op
 
 
+@settings(deadline=None)
 @given(st.fractions(), st.fractions(), st.integers(-2000, 2000))
 def test_rounding_is_outwards_and_short(x: Fraction, y: Fraction, exponent: int) -> None:
     low, high = sorted((x**3 * Fraction(2) ** exponent, y**5 * Fraction(2) ** exponent))
@@ -643,7 +714,7 @@ EXPRESSIONS = st.recursive(
 )
 
 
-@settings(max_examples=300)
+@settings(max_examples=300, deadline=None)
 @given(EXPRESSIONS, fractions(-2, 2), fractions(-2, 2), fractions(0, 2), fractions(0, 2))
 @example(["cos", ["*", "x", "y"]], Fraction(-1), Fraction(-1), Fraction(2), Fraction(2))
 def test_expressions_are_enclosed(raw: Any, x: Fraction, y: Fraction, across: Fraction, up: Fraction) -> None:
@@ -675,7 +746,7 @@ def determinant(rows: list[list[int]]) -> int:
     return total
 
 
-@settings(max_examples=300)
+@settings(max_examples=300, deadline=None)
 @given(st.data())
 def test_semidefinite_as_all_principal_minors_say(data: st.DataObject) -> None:
     n = data.draw(st.integers(1, 4))
@@ -702,18 +773,27 @@ def test_semidefinite_as_all_principal_minors_say(data: st.DataObject) -> None:
     assert before == M
 
 
-@given(st.fractions(Fraction(1, 100), Fraction(99, 100)), st.integers(0, 300), st.integers(-3, 3))
-@example(Fraction(1, 3), 1, 0)
-@example(Fraction(1, 2), 80, 0)
-def test_the_dwell_is_long_enough_exactly_when_the_power_says_so(fall: Fraction, dwell: int, shift: int) -> None:
-    growth = 1 / fall**dwell * (1 + Fraction(shift, 10**12))
+@settings(deadline=None)
+@given(
+    st.fractions(Fraction(1, 100), Fraction(99, 100)),
+    st.integers(0, 300),
+    st.integers(-3, 3),
+    st.sampled_from([12, 24, 40]),
+)
+@example(Fraction(1, 3), 1, 0, 12)
+@example(Fraction(1, 2), 80, 0, 12)
+@example(Fraction(97, 99), 300, 1, 40)
+def test_the_dwell_is_long_enough_just_when_the_power_says_so(
+    fall: Fraction, dwell: int, shift: int, digits: int
+) -> None:
+    growth = 1 / fall**dwell * (1 + Fraction(shift, 10**digits))
     assume(1 <= growth < 10**100)
     entry = {"contact": "x", "flips": [], "growth": growth, "dwell_samples": dwell}
     true = growth * fall**dwell <= 1
     try:
         verify.reversal(entry, [[1]], 1, fall)
     except Refused as fault:
-        assert not true or shift == 0, fault  # with equality rounding may refuse
+        assert not true or shift == 0 or digits == 40, fault  # so close to equality rounding may refuse
     else:
         assert true
 
