@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from pathlib import Path
 
 from codegen.checker import verify as checker
@@ -122,7 +123,7 @@ def generate(
     files, outcome = _generate(spec)
     target = Path(folder) if folder is not None else Path("generated") / spec.name
     if check_only:
-        return Generated(target, files, outcome, _stale(target, spec, files))
+        return Generated(target, files, outcome, _stale(target, files))
     if isinstance(outcome, Certificate) or uncertified:
         write_all(target, files)
     return Generated(target, files, outcome)
@@ -220,26 +221,34 @@ def _complete(
     return result
 
 
-def _stale(folder: Path, spec: Spec, files: Mapping[str, str]) -> tuple[str, ...]:
+def _stale(folder: Path, files: Mapping[str, str]) -> tuple[str, ...]:
     """Names of files on disk that differ from what would be written.
 
     A certificate that differs only in the digits a solver found is current if the checker accepts it for these sources.
     """
     on_disk = {name: _read_or_none(folder / name) for name in files}
-    different = [name for name, text in files.items() if on_disk[name] != text]
+    different = tuple(name for name, text in files.items() if on_disk[name] != text)
     text = on_disk.get("certificate.json")
-    if (
-        set(different) <= {"certificate.json", "manifest.json", "README.md"}
-        and "certificate.json" in different
-        and text
-    ):
-        try:
-            report = checker.check(text, folder)
-        except checker.Refused:
-            return tuple(different)
-        same_spec = json.loads(text)["subject"]["spec_sha256"] == spec.sha256
-        return () if same_spec and not report.unbound else tuple(different)
-    return tuple(different)
+    if "certificate.json" not in different or not text:
+        return different
+    try:
+        checker.check(text, folder)
+    except (checker.Refused, json.JSONDecodeError):
+        return different
+    return tuple(name for name, expected in _with_solution(files, text).items() if on_disk[name] != expected)
+
+
+def _with_solution(files: Mapping[str, str], certificate: str) -> dict[str, str]:
+    """The files as another run of the solver would give them: from ``certificate`` only what a solver chooses."""
+    ours, theirs = json.loads(files["certificate.json"]), json.loads(certificate)
+    rate, other = (f"alpha = {float(Fraction(c['decay_rate'])):.6g} 1/s" for c in (ours, theirs))
+    solved = {key: theirs[key] for key in ("splits", "lyapunov_matrix", "decay_rate", "reversals")}
+    content = ours | solved | {"claim": ours["claim"].replace(rate, other)}
+    result = {**files, "certificate.json": json.dumps(content, indent=1, ensure_ascii=False) + "\n"}
+    result["README.md"] = files["README.md"].replace(rate, other)
+    for name in ("certificate.json", "README.md"):
+        result["manifest.json"] = result["manifest.json"].replace(sha256(files[name]), sha256(result[name]))
+    return result
 
 
 def _read_or_none(path: Path) -> str | None:

@@ -1,0 +1,191 @@
+"""``stiction generate``: what it writes, when it is current, and what it refuses."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+from codegen.checker import verify as checker
+
+from .command import SPECS, contents, process, stiction
+
+NAMES = {"one_mass.h", "one_mass.c", "example_main.c", "__init__.py", "certificate.json", "manifest.json", "README.md"}
+UNSTABLE = (SPECS / "one_mass.yaml").read_text().replace("K_F: 10, K_v: 100", "K_F: 10, K_v: 3000")
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(SPECS / "one_mass.yaml", tmp_path / "one_mass.yaml")
+    return tmp_path
+
+
+@pytest.fixture
+def generated(folder):
+    result = stiction("generate", "one_mass.yaml")
+    assert result.code == 0 and result.err == ""
+    return folder / "generated" / "one_mass"
+
+
+def test_every_file_and_its_path_is_told(folder):
+    result = stiction("generate", "one_mass.yaml")
+    assert set(contents(folder / "generated" / "one_mass")) == NAMES
+    for name in NAMES:
+        assert f"generated/one_mass/{name}\n" in result.out
+    assert {p.name for p in folder.iterdir()} == {"one_mass.yaml", "generated"}
+
+
+def test_same_bytes_again_and_from_elsewhere(generated, folder, monkeypatch):
+    first = contents(generated)
+    assert stiction("generate", "one_mass.yaml").code == 0
+    assert contents(generated) == first
+    (folder / "else").mkdir()
+    result = process("generate", folder / "one_mass.yaml", "-o", "here", cwd=folder / "else")
+    assert result.code == 0
+    assert contents(folder / "else" / "here") == first
+
+
+def test_no_path_and_no_date(generated, folder):
+    for name, data in contents(generated).items():
+        text = data.decode()
+        text = text.replace("Mentzelopoulou 1994", "")
+        assert str(folder) not in text and "/tmp" not in text and "/work" not in text and "/home" not in text, name
+        assert not re.search(r"\b20[2-9]\d-\d\d|\b(19|20)\d\d\b(?![0-9a-f])", re.sub(r'"-?\d+(/\d+)?"', "", text)), name
+
+
+def test_nothing_else_in_the_folder_is_touched(folder):
+    target = folder / "generated" / "one_mass"
+    target.mkdir(parents=True)
+    (target / "notes.txt").write_text("mine")
+    assert stiction("generate", "one_mass.yaml").code == 0
+    assert set(contents(target)) == {*NAMES, "notes.txt"}
+    assert (target / "notes.txt").read_text() == "mine"
+
+
+def test_check_is_current(generated):
+    before = contents(generated)
+    result = stiction("generate", "one_mass.yaml", "--check")
+    assert (result.code, result.out) == (0, "current: generated/one_mass\n")
+    assert contents(generated) == before
+
+
+def test_check_of_nothing(folder):
+    result = stiction("generate", "one_mass.yaml", "--check")
+    assert result.code == 4 and result.out.startswith("stale: ")
+    assert list(contents(folder)) == ["one_mass.yaml"]
+
+
+@pytest.mark.parametrize("name", sorted(NAMES))
+@pytest.mark.parametrize("edit", ["append", "delete", "binary", "cut"])
+def test_check_sees_every_edit(generated, name, edit):
+    path = generated / name
+    if edit == "append":
+        path.write_text(path.read_text() + "\n")
+    elif edit == "cut":
+        path.write_text(path.read_text()[:-3])
+    elif edit == "binary":
+        path.write_bytes(b"\xff\x00")
+    else:
+        path.unlink()
+    result = stiction("generate", "one_mass.yaml", "--check")
+    assert result.code == 4 and name in result.out
+
+
+@pytest.mark.parametrize("key", ["claim", "assumptions", "matrix", "error", "tool"])
+def test_check_sees_a_certificate_of_something_else(generated, key):
+    path = generated / "certificate.json"
+    content = json.loads(path.read_text())
+    changes = {
+        "claim": "the machine is safe",
+        "assumptions": [],
+        "matrix": [["-1", "0"], ["0", "-1"]],
+        "error": [{"name": n, "meaning": "", "unit": ""} for n in "ab"],
+        "tool": {"name": "x", "version": "y", "command": "z"},
+    }
+    path.write_text(json.dumps(content | {key: changes[key]}))
+    assert stiction("generate", "one_mass.yaml", "--check").code == 4
+
+
+def test_check_accepts_other_digits_of_the_solver(generated):
+    """Another run of a solver may give another P and rate; what follows from them must follow from them."""
+    names = ("certificate.json", "README.md", "manifest.json")
+    files = {name: (generated / name).read_text() for name in names}
+    made = json.loads(files["certificate.json"])
+    rate = checker.Fraction(made["decay_rate"])
+    changed = dict(files)
+    for a, b in [(made["decay_rate"], str(rate / 2)), (f"{float(rate):.6g} 1/s", f"{float(rate) / 2:.6g} 1/s")]:
+        changed = {name: text.replace(a, b) for name, text in changed.items()}
+    changed["certificate.json"] = re.sub(r'"dwell_samples": \d+', '"dwell_samples": 9999', changed["certificate.json"])
+    (generated / "certificate.json").write_text(changed["certificate.json"])
+    assert stiction("verify", generated / "certificate.json").code == 0
+    assert "README.md, manifest.json" in stiction("generate", "one_mass.yaml", "--check").out
+    for name in names[:2]:
+        old, new = (hashlib.sha256(text[name].encode()).hexdigest() for text in (files, changed))
+        changed["manifest.json"] = changed["manifest.json"].replace(old, new)
+    for name, text in changed.items():
+        (generated / name).write_text(text)
+    assert stiction("generate", "one_mass.yaml", "--check").code == 0
+
+
+def test_check_sees_an_edited_spec(generated, folder):
+    spec = folder / "one_mass.yaml"
+    spec.write_text(spec.read_text().replace("a: 50", "a: 51"))
+    assert stiction("generate", "one_mass.yaml", "--check").code == 4
+    spec.write_text(spec.read_text().replace("a: 51", "a: 50") + "# a remark\n")
+    assert stiction("generate", "one_mass.yaml", "--check").code == 4
+
+
+def test_manifest(generated, folder):
+    manifest = json.loads((generated / "manifest.json").read_text())
+    files = {name: hashlib.sha256(data).hexdigest() for name, data in contents(generated).items()}
+    del files["manifest.json"]
+    assert manifest["files"] == files
+    assert manifest["spec"] == {
+        "file": "one_mass.yaml",
+        "sha256": hashlib.sha256((folder / "one_mass.yaml").read_bytes()).hexdigest(),
+    }
+
+
+def test_refused_gains_write_nothing(folder):
+    (folder / "one_mass.yaml").write_text(UNSTABLE)
+    result = stiction("generate", "one_mass.yaml")
+    assert result.code == 3 and result.out.startswith("refused: ") and "nothing written" in result.out
+    assert stiction("certify", "one_mass.yaml", "-o", "c.json").code == 3
+    assert list(contents(folder)) == ["one_mass.yaml"]
+
+
+def test_uncertified(folder):
+    (folder / "one_mass.yaml").write_text(UNSTABLE)
+    assert stiction("generate", "one_mass.yaml", "--uncertified").code == 0
+    target = folder / "generated" / "one_mass"
+    assert set(contents(target)) == NAMES - {"certificate.json"}
+    readme = (target / "README.md").read_text()
+    assert "**No certificate**" in readme and "certificate.json" not in readme
+    assert stiction("generate", "one_mass.yaml", "--check", "--uncertified").code == 0
+
+
+def test_verify_with_the_files_beside(generated, folder):
+    certificate = generated / "certificate.json"
+    passed = stiction("verify", certificate, "--spec", "one_mass.yaml")
+    assert passed.code == 0 and "one_mass.c has the SHA-256 stated" in passed.out
+    (generated / "one_mass.c").write_text((generated / "one_mass.c").read_text().replace("fabs", "tanh"))
+    refused = stiction("verify", certificate)
+    assert refused.code == 3 and "one_mass.c" in refused.out
+
+
+def test_verify_against_another_spec(generated):
+    assert stiction("verify", generated / "certificate.json", "--spec", SPECS / "two_mass.yaml").code == 3
+
+
+def test_checker_alone(generated, tmp_path):
+    (tmp_path / "alone").mkdir()
+    script = shutil.copy(checker.__file__, tmp_path / "alone" / "verify.py")
+    command = [sys.executable, "-I", "-S", str(script), str(generated / "certificate.json")]
+    done = subprocess.run(command, cwd="/", capture_output=True, text=True, check=False)
+    assert done.returncode == 0 and done.stderr == "" and "verified: " in done.stdout
