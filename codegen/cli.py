@@ -30,8 +30,8 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-output = Console(soft_wrap=True, highlight=False, markup=False)
-errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
+output = Console(soft_wrap=True, highlight=False, markup=False, emoji=False)
+errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False, emoji=False)
 
 SpecPath = Annotated[Path, typer.Argument(metavar="SPEC", help="the spec file (YAML)")]
 
@@ -187,7 +187,7 @@ def main() -> None:
     try:
         app()
     except BadInput as error:
-        errors.print(f"error: {error}", style="red")
+        errors.print("error: " + " ".join(str(error).split()), style="red")
         sys.exit(2)
     except BrokenPipeError:
         sys.exit(1)

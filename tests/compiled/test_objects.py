@@ -48,7 +48,7 @@ def test_two_functions_and_nothing_else(built):
         f"{name}_init",
         f"{name}_step",
     ]
-    assert {letter for letter in found.values()} <= {"T", "t", "U", "r"}
+    assert set(found.values()) <= {"T", "t", "U", "r"}
     assert {s for s, letter in found.items() if letter == "U"} <= {"sin", "cos", "exp", "tanh", "sqrt", "sincos"}
 
 

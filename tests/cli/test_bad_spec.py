@@ -1,0 +1,134 @@
+"""A spec that cannot be used: one message with file and line, exit 2, nothing written, whatever the verb."""
+
+from __future__ import annotations
+
+import pytest
+
+from .command import SPECS, contents, is_one_message, process, stiction
+
+ONE, TWO = (SPECS / "one_mass.yaml").read_text(), (SPECS / "two_mass.yaml").read_text()
+CALL = "__import__('os').system('touch hacked')"
+
+
+def changed(text: str, old: str, new: str) -> str:
+    assert text.count(old) == 1, old
+    return text.replace(old, new)
+
+
+FAULTS = {
+    "missing key": (
+        changed(ONE, "force:                    # g(x, v, w), everything but friction\n  - w\n", ""),
+        "force",
+    ),
+    "missing inner key": (changed(ONE, "{velocity: v, unit: m}", "{unit: m}"), ":5: coordinates.x.velocity"),
+    "unknown key": (changed(ONE, "observer:", "obsever:"), "unknown key `obsever`"),
+    "unknown name": (changed(ONE, "\n  - w\n", "\n  - kk*w\n"), ":13: force[0]: unknown name `kk`"),
+    "call": (changed(ONE, "\n  - w\n", f'\n  - "{CALL}"\n'), "force[0]"),
+    "call in parameter": (changed(ONE, "value: 1,", f'value: "{CALL}",'), "parameters.m.value"),
+    "attribute": (changed(ONE, "\n  - w\n", "\n  - w.__class__\n"), "`w.__class__`"),
+    "lambda": (changed(ONE, "\n  - w\n", '\n  - "(lambda: w)()"\n'), "force[0]"),
+    "yaml tag": (changed(ONE, "name: one_mass", "name: !!python/object/apply:os.getcwd []"), "name"),
+    "not yaml": (ONE + "\n}{", "YAML 1.2"),
+    "not a mapping": ("- 1\n- 2\n", "expected a mapping"),
+    "empty": ("", "expected a mapping"),
+    "not utf-8": (b"name: \xff\xfe", "not UTF-8"),
+    "mass not symmetric": (changed(TWO, "[m1, 0]", "[m1, m2]"), "expected a symmetric mass matrix"),
+    "mass not positive": (changed(ONE, "[m]", "[-m]"), "positive definite"),
+    "mass not positive somewhere": (
+        changed(changed(ONE, "[m]", "[m*cos(x/L)]"), "kg}\n", "kg}\n  L: {value: 1, unit: m}\n").replace(
+            "v: [-5, 5]", "v: [-5, 5]\n  x: [0, 2]"
+        ),
+        "at x =",
+    ),
+    "mass not square": (changed(ONE, "[m]", "[m, 0]"), "expected 1 by 1"),
+    "distribution of wrong shape": (changed(TWO, "[[1, 0], [-1, 1]]", "[[1], [-1]]"), "friction.distribution"),
+    "distribution of zeros": (changed(TWO, "[[1, 0], [-1, 1]]", "[[1, 0], [-1, 0]]"), "column 2 of zeros"),
+    "gain of wrong shape": (changed(TWO, "[500, 700]", "[500, 700, 3]"), "observer.gains.K_F"),
+    "gain of wrong rows": (changed(TWO, "[500, 700]", "[[500, 700]]"), "observer.gains.K_F"),
+    "gain of wrong sign": (changed(TWO, "[500, 700]", "[500, -700]"), "expected a positive gain"),
+    "gain of zero": (changed(ONE, "K_v: 100", "K_v: 0"), "expected a positive gain"),
+    "gain that is text": (changed(ONE, "K_v: 100", "K_v: much"), "observer.gains.K_v"),
+    "gain missing": (changed(ONE, ", K_v: 100", ""), "gain `K_v` is missing"),
+    "gain unknown": (changed(ONE, "K_v: 100", "K_w: 100"), "unknown gain `K_w`"),
+    "observer unknown": (changed(ONE, "kind: cfo", "kind: cof"), "did you mean 'cfo'"),
+    "observer for one coordinate": (changed(TWO, "kind: gcfo ", "kind: cfo "), "expected gcfo"),
+    "sample time": (changed(ONE, "sample_time: 0.001\nenvelope", "sample_time: -1\nenvelope"), "a positive time"),
+    "unit": (changed(ONE, "w: {unit: N}", "w: {unit: V}"), "mass_matrix[0][0]"),
+    "unit unknown": (changed(ONE, "w: {unit: N}", "w: {unit: newtom}"), "inputs.w.unit"),
+    "law unknown": (changed(ONE, "law: coulomb", "law: columb"), "did you mean 'coulomb'"),
+    "level negative": (changed(ONE, "a: 50", "a: -50"), "friction.contacts[0].a"),
+    "effect unknown": (changed(ONE, "effects: []", "effects: [{kind: coging, on: x, parameters: {}}]"), "'cogging'"),
+    "effect nowhere": (
+        changed(ONE, "effects: []", "effects: [{kind: offset, on: rail, parameters: {f0: 1}}]"),
+        "effects[0].on",
+    ),
+    "envelope reversed": (changed(ONE, "v: [-5, 5]", "v: [5, -5]"), "low < high"),
+    "name of several lines": (changed(ONE, "name: one_mass", 'name: "one\\n\\nmass"'), "name"),
+    "name with control characters": (changed(ONE, "name: one_mass", 'name: "one\\e[2Jmass"'), "name"),
+    "number that is none": (changed(ONE, "value: 1,", "value: .nan,"), "parameters.m.value"),
+    "division by zero": (changed(ONE, "\n  - w\n", "\n  - w/0\n"), "divides by zero"),
+}
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def write(folder, text: str | bytes) -> None:
+    (folder / "s.yaml").write_bytes(text if isinstance(text, bytes) else text.encode())
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_fault(folder, fault):
+    text, words = FAULTS[fault]
+    write(folder, text)
+    before = contents(folder)
+    result = stiction("check", "s.yaml")
+    assert is_one_message(result), result
+    assert result.err.startswith("error: s.yaml") and words in result.err
+    again = stiction("generate", "s.yaml")
+    assert again == result
+    assert contents(folder) == before
+
+
+@pytest.mark.parametrize(
+    "verb",
+    [("derive",), ("certify", "-o", "c.json"), ("simulate", "-o", "l.csv"), ("diagnose", "x.csv"), ("generate",)],
+)
+def test_every_verb(folder, verb):
+    write(folder, FAULTS["unknown name"][0])
+    before = contents(folder)
+    result = stiction(verb[0], "s.yaml", *verb[1:])
+    assert is_one_message(result) and "s.yaml:13: force[0]" in result.err
+    assert contents(folder) == before
+
+
+def test_as_a_process(folder):
+    write(folder, FAULTS["call"][0])
+    result = process("generate", "s.yaml", cwd=folder)
+    assert is_one_message(result) and "s.yaml:13: force[0]" in result.err
+    assert list(contents(folder)) == ["s.yaml"]
+
+
+@pytest.mark.parametrize("verb", [("derive",), ("certify",), ("generate",)])
+def test_without_observer(folder, verb):
+    text = ONE[: ONE.index("observer:")] + ONE[ONE.index("envelope:") :]
+    write(folder, text)
+    result = stiction(*verb, "s.yaml")
+    assert is_one_message(result) and "no `observer:` section" in result.err
+    assert stiction("check", "s.yaml").code == 0
+    assert list(contents(folder)) == ["s.yaml"]
+
+
+def test_without_simulation(folder):
+    write(folder, ONE[: ONE.index("simulation:")])
+    result = stiction("simulate", "s.yaml", "-o", "log.csv")
+    assert is_one_message(result) and "simulation" in result.err
+    assert list(contents(folder)) == ["s.yaml"]
+
+
+def test_without_envelope(folder):
+    write(folder, ONE[: ONE.index("envelope:")])
+    assert stiction("certify", "s.yaml").code == 0  # Psi of one mass depends on no operating point

@@ -1,0 +1,121 @@
+"""Verbs called wrongly, outputs that cannot be written, pipes that close, and words that must come out as they are."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from unittest.mock import patch
+
+import pytest
+
+from .command import COMMAND, SPECS, contents, is_one_message, process, stiction
+
+ONE = SPECS / "one_mass.yaml"
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize("verb", ["check", "derive", "certify", "generate"])
+@pytest.mark.parametrize(("file", "words"), [("none.yaml", "no such file"), (".", "a folder")])
+def test_spec_that_is_no_file(folder, verb, file, words):
+    result = stiction(verb, file)
+    assert is_one_message(result) and words in result.err
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("certify", ONE, "-o", "file/c.json"),
+        ("certify", ONE, "-o", "folder"),
+        ("generate", ONE, "-o", "file"),
+        ("generate", ONE, "-o", "file/deeper"),
+        ("generate", ONE, "-o", "/proc/none"),
+        ("simulate", ONE, "-o", "folder"),
+        ("simulate", ONE, "-o", "file/log.csv"),
+    ],
+    ids=lambda a: f"{a[0]}-{a[3]}",
+)
+def test_output_that_cannot_be_written(folder, arguments):
+    (folder / "file").write_text("kept\n")
+    (folder / "folder").mkdir()
+    result = stiction(*arguments)
+    assert is_one_message(result) and "cannot be written" in result.err
+    assert contents(folder) == {"file": b"kept\n"}
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root writes everywhere")
+def test_folder_without_permission(folder):
+    (folder / "shut").mkdir(mode=0o555)
+    assert is_one_message(stiction("generate", ONE, "-o", "shut"))
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [("unknown",), ("check",), ("check", ONE, "--latex"), ("simulate", ONE), ("generate",), ("diagnose", ONE)],
+)
+def test_unknown_verbs_and_options(folder, arguments):
+    result = stiction(*arguments)
+    assert result.code == 2 and result.out == "" and "Error" in result.err
+    assert not contents(folder)
+
+
+def test_no_arguments_is_help(folder):
+    result = stiction()
+    assert "Usage" in result.out + result.err
+    for verb in ("check", "derive", "certify", "verify", "generate", "simulate", "diagnose", "demo"):
+        assert verb in result.out + result.err
+
+
+def test_several_specs_and_one_folder(folder):
+    result = stiction("generate", ONE, SPECS / "two_mass.yaml", "-o", "x")
+    assert is_one_message(result) and "-o" in result.err
+    assert not contents(folder)
+
+
+def test_certificate_that_cannot_be_read(folder):
+    (folder / "text.json").write_text("{")
+    for name in ("none.json", "text.json", "."):
+        result = stiction("verify", name)
+        assert result.code == 2 and result.out == "" and len(result.err.splitlines()) == 1
+
+
+def test_words_that_look_like_markup_or_pictures(folder):
+    text = ONE.read_text().replace("Mentzelopoulou 1994, sections 2.3 and 3.3", "'[bold]a:smile:b[/bold]'")
+    (folder / ":x:.yaml").write_text(text)
+    shown = stiction("check", ":x:.yaml")
+    assert shown.code == 0 and "[bold]a:smile:b[/bold]" in shown.out
+    assert ":x:/one_mass.c" in stiction("generate", ":x:.yaml", "-o", ":x:").out
+    assert stiction("check", "[red]:x:").err.startswith("error: [red]:x:: no such file")
+
+
+@pytest.mark.parametrize("verb", [("check",), ("derive",), ("derive", "--json"), ("derive", "--latex"), ("certify",)])
+def test_every_verb_on_every_shipped_spec(folder, verb):
+    for name in ("one_mass", "two_mass", "emps", "belt_axis"):
+        result = stiction(verb[0], SPECS / f"{name}.yaml", *verb[1:])
+        assert result.code == 0 and result.out.strip() and result.err == ""
+    assert not contents(folder)
+
+
+def test_ascii_terminal(folder):
+    result = process("derive", ONE, cwd=folder, env={**os.environ, "PYTHONIOENCODING": "ascii"})
+    assert "Traceback" not in result.err and result.code == 0
+
+
+def test_reader_that_goes_away(folder):
+    command = subprocess.Popen(
+        [*COMMAND, "derive", str(ONE)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    command.stdout.close()
+    error = command.stderr.read()
+    assert command.wait(60) in (0, 1)
+    assert error == ""
+
+
+def test_interrupt(folder):
+    with patch("codegen.cli.pipeline.simulate", side_effect=KeyboardInterrupt):
+        result = stiction("simulate", ONE, "-o", "log.csv")
+    assert result.code == 130 and "Traceback" not in result.err
