@@ -11,14 +11,18 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import accumulate
 from typing import Any
 
 import sympy
 
 from codegen.errors import BadInput, Place, nearest_name
-from codegen.spec.functions import CONSTANTS, FUNCTIONS
+from codegen.spec.functions import CONSTANTS, FUNCTIONS, Magnitude, Sgn
 
 LONGEST = 20_000
+DEEPEST = 600
+MOST_PARENTHESES = 40
+LONGEST_NUMBER = 8192
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
 _OPERATORS: dict[type[ast.operator], str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.Pow: "**"}
 
@@ -44,7 +48,8 @@ class Expression:
             BadInput: on a name that is not in ``symbols``, a division by zero or a number out of range.
         """
         value = _to_sympy(self.tree, self, symbols)
-        if value.has(sympy.zoo, sympy.nan, sympy.oo, sympy.I):
+        value = value.replace(sympy.Abs, Magnitude).replace(sympy.sign, Sgn)  # sqrt(x**2) gives SymPy's own
+        if value.has(sympy.zoo, sympy.nan, sympy.oo, sympy.I) or value.is_real is False:
             raise BadInput(self.place, f"`{self.text}` is not a finite real number", "a finite real expression")
         return value
 
@@ -59,9 +64,10 @@ def exact_number(text: str, place: Place) -> sympy.Rational:
         size = float(text)
     except ValueError:
         raise BadInput(place, f"`{text}` is not a number", "a number") from None
-    if not math.isfinite(size) or (size != 0 and not 1e-300 < abs(size) < 1e300):
+    zero = not re.search("[1-9]", re.split("[eE]", text)[0])  # 1e-999 is not, though its double is
+    if not math.isfinite(size) or not (zero or 1e-300 < abs(size) < 1e300):
         raise BadInput(place, f"the number {text}", "a finite number between 1e-300 and 1e300 in size")
-    return sympy.Rational(text)
+    return sympy.Integer(0) if zero else sympy.Rational(text)
 
 
 def parse_expression(text: str | int | float, place: Place) -> Expression:
@@ -77,10 +83,15 @@ def parse_expression(text: str | int | float, place: Place) -> Expression:
     words = " ".join(str(text).split())
     if not words:
         raise BadInput(place, "an empty expression", "an expression such as `m*g*sin(q)`")
+    if not words.isascii():  # Python would read a full-width x as x
+        foreign = next(c for c in words if not c.isascii())
+        raise BadInput(place, f"`{foreign}` in `{words}`", "letters a to z, digits and + - * / ** ( ) only")
     if len(words) > LONGEST:
         raise BadInput(place, f"an expression of {len(words)} characters", f"at most {LONGEST}")
     try:
         tree = ast.parse(words, mode="eval").body
+        if max(accumulate((c == "(") - (c == ")") for c in words)) > MOST_PARENTHESES:
+            raise RecursionError
         _check(tree, words, place)
     except SyntaxError as error:
         near = words[max(0, (error.offset or 1) - 1) :][:20] or "the end"
@@ -90,7 +101,9 @@ def parse_expression(text: str | int | float, place: Place) -> Expression:
     return Expression(words, tree, place)
 
 
-def _check(node: ast.expr, text: str, place: Place) -> None:
+def _check(node: ast.expr, text: str, place: Place, depth: int = 1) -> None:
+    if depth > DEEPEST:
+        raise RecursionError
     what = ast.get_source_segment(text, node) or text
     match node:
         case ast.Constant(value=bool() | None | str() | bytes()) | ast.Constant(value=complex()):
@@ -101,14 +114,14 @@ def _check(node: ast.expr, text: str, place: Place) -> None:
             if not NAME.match(name):
                 raise BadInput(place, f"the name `{name}`", "letters, digits and _, starting with a letter")
         case ast.UnaryOp(op=ast.UAdd() | ast.USub(), operand=operand):
-            _check(operand, text, place)
+            _check(operand, text, place, depth + 1)
         case ast.BinOp(op=ast.BitXor()):
             raise BadInput(place, f"`{what}` uses ^", "** for powers", what.replace("^", "**"))
         case ast.BinOp(left=left, op=op, right=right) if type(op) in _OPERATORS:
-            _check(left, text, place)
-            _check(right, text, place)
+            _check(left, text, place, depth + 1)
+            _check(right, text, place, depth + 1)
         case ast.Call(func=ast.Name(id=name), args=[argument], keywords=[]) if name in FUNCTIONS:
-            _check(argument, text, place)
+            _check(argument, text, place, depth + 1)
         case ast.Call(func=ast.Name(id=name)) if name in FUNCTIONS:
             raise BadInput(place, f"`{what}`", f"one argument for {name}")
         case ast.Call(func=ast.Name(id=name)):
@@ -137,7 +150,11 @@ def _to_sympy(node: ast.expr, whole: Expression, symbols: Mapping[str, sympy.Sym
             return FUNCTIONS[name](_to_sympy(argument, whole, symbols))
         case ast.BinOp(left=left, op=op, right=right):
             a, b = _to_sympy(left, whole, symbols), _to_sympy(right, whole, symbols)
-            return _combine(op, a, b, whole, node)
+            value = _combine(op, a, b, whole, node)
+            too_long = value.is_Rational and value.p.bit_length() + value.q.bit_length() > LONGEST_NUMBER
+            if too_long or (value.is_Pow and value.exp.is_number and abs(value.exp) > 64):
+                raise BadInput(whole.place, f"`{whole.source(node)}`, too large", "powers up to 64 and smaller numbers")
+            return value
     raise BadInput(whole.place, f"`{whole.source(node)}`", "an arithmetic expression")
 
 
@@ -154,7 +171,7 @@ def _combine(op: ast.operator, a: Any, b: Any, whole: Expression, node: ast.expr
                 raise BadInput(whole.place, f"`{whole.source(node)}` divides by zero", "a divisor that is not zero")
             return a / b
         case _:
-            if not b.is_number or abs(b) > 64:
+            if not (b.is_number and b.is_real) or abs(b) > 64:
                 raise BadInput(whole.place, f"`{whole.source(node)}`", "a power whose exponent is a number up to 64")
             if a.is_zero and b.is_negative:
                 raise BadInput(whole.place, f"`{whole.source(node)}` divides by zero", "a base that is not zero")

@@ -133,7 +133,7 @@ def _walk(node: ast.expr, whole: Expression, dims: Mapping[str, Dimension]) -> D
                 raise BadInput(whole.place, found, "an argument without a unit")
             return _none()
         case ast.BinOp(left=left, op=ast.Pow(), right=right):
-            power = _number(right)
+            power = _number(right, whole)
             base = _walk(left, whole, dims)
             return base**power if power is not None else base
         case ast.BinOp(left=left, op=op, right=right):
@@ -142,25 +142,22 @@ def _walk(node: ast.expr, whole: Expression, dims: Mapping[str, Dimension]) -> D
                 return a * b
             if isinstance(op, ast.Div):
                 return a / b
-            if a != b and not _is_zero(left) and not _is_zero(right):
+            if a != b and not _is_zero(left, whole) and not _is_zero(right, whole):
                 found = f"`{whole.source(left)}` in {describe(a)} with `{whole.source(right)}` in {describe(b)}"
                 raise BadInput(
                     whole.place, found, "terms of the same unit in a sum; give a number its unit as a parameter"
                 )
-            return b if _is_zero(left) else a
+            return b if _is_zero(left, whole) else a
     return _none()
 
 
-def _number(node: ast.expr) -> float | None:
+def _number(node: ast.expr, whole: Expression) -> float | None:
+    """The value of a part made of numbers alone, such as -(1/2) or 1 + 1."""
     try:
-        return float(ast.literal_eval(node))
-    except (ValueError, TypeError):
-        match node:
-            case ast.BinOp(left=left, op=ast.Div(), right=right):
-                a, b = _number(left), _number(right)
-                return a / b if a is not None and b else None
-    return None
+        return float(Expression(whole.text, node, whole.place).symbolic({}))
+    except BadInput:
+        return None
 
 
-def _is_zero(node: ast.expr) -> bool:
-    return _number(node) == 0
+def _is_zero(node: ast.expr, whole: Expression) -> bool:
+    return _number(node, whole) == 0
