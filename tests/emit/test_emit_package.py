@@ -1,0 +1,100 @@
+"""Program → files: what the texts say, and that they say it the same way each time."""
+
+from __future__ import annotations
+
+import ast
+import json
+from pathlib import Path
+
+import pytest
+
+from codegen.effects.declare import add_declared_effects
+from codegen.emit.package import emit_manifest, emit_readme, emit_sources, make_header
+from codegen.emit.printer import C
+from codegen.errors import BadInput
+from codegen.files import sha256
+from codegen.mechanics.build import build_system
+from codegen.observers import build_observer
+from codegen.program import Program, build_program
+from codegen.spec.reader import parse_spec
+
+SPECS = Path(__file__).parents[2] / "specs"
+NAMES = ("one_mass", "two_mass", "emps", "belt_axis")
+HEADER = make_header("machine.yaml", "f" * 64, "a book")
+
+
+def program_of(name: str) -> Program:
+    spec = parse_spec((SPECS / f"{name}.yaml").read_text(encoding="utf-8"), Path("machine.yaml"))
+    return build_program(build_observer(spec, add_declared_effects(build_system(spec), spec)))
+
+
+@pytest.fixture(params=NAMES)
+def program(request):
+    return program_of(request.param)
+
+
+def test_the_head_of_every_file_says_where_it_is_from(program):
+    files = emit_sources(program, HEADER)
+    assert list(files) == [f"{program.name}.h", f"{program.name}.c", "example_main.c", "__init__.py"]
+    for name in (f"{program.name}.h", f"{program.name}.c", "__init__.py"):
+        assert "f" * 64 in files[name][:1000] and "stiction generate machine.yaml" in files[name][:1000]
+    assert " * Source: a book.\n" in files[f"{program.name}.h"]
+
+
+def test_every_line_carries_its_unit_and_every_block_its_equation(program):
+    files = emit_sources(program, HEADER)
+    for block in program.blocks:
+        title = block.name.replace("_", " ")
+        assert f"/* {title}, {block.source} */" in files[f"{program.name}.c"]
+        assert f"# {title}, {block.source}\n" in files["__init__.py"]
+        for element, unit in zip(block.elements, block.units, strict=True):
+            assert f"    const double {element} = " in files[f"{program.name}.c"]
+            assert f"; /* {unit} */" in files[f"{program.name}.c"]
+
+
+def test_twin_imports_the_standard_library_only(program):
+    tree = ast.parse(emit_sources(program, HEADER)["__init__.py"])
+    modules = {a.name for n in ast.walk(tree) if isinstance(n, ast.Import) for a in n.names}
+    modules |= {n.module for n in ast.walk(tree) if isinstance(n, ast.ImportFrom)}
+    assert modules == {"math", "dataclasses"}
+
+
+def test_the_same_twice(program):
+    assert emit_sources(program, HEADER) == emit_sources(program_of(program.name), HEADER)
+
+
+def test_text_is_tidy(program):
+    for name, text in emit_sources(program, HEADER).items():
+        assert text.endswith("\n") and not text.endswith("\n\n"), name
+        assert "\t" not in text and "\r" not in text and not [x for x in text.splitlines() if x != x.rstrip()], name
+        assert "\n\n\n\n" not in text, name
+
+
+def test_readme_lists_every_output_and_input(program):
+    text = emit_readme(program, HEADER, "no reason at all")
+    for name, unit, meaning in program.outputs:
+        assert f"| `{name}` | {unit} | {meaning} |" in text
+    for f in program.inputs:
+        assert f"{f.name} in {f.unit}" in text
+    assert "**No certificate**: no reason at all" in text and "stiction verify" not in text
+
+
+def test_manifest():
+    files = {"b.c": "int b;\n", "a.c": "µ\n"}
+    manifest = json.loads(emit_manifest(HEADER, files))
+    assert manifest["files"] == {"a.c": sha256("µ\n"), "b.c": sha256("int b;\n")}
+    assert list(manifest["files"]) == ["a.c", "b.c"]
+    assert manifest["spec"] == {"file": "machine.yaml", "sha256": "f" * 64}
+
+
+@pytest.mark.parametrize("value", [0.1, -0.1, 1e-300, 1e22, 123456789012345678, 5e-324, 1 / 3, 0.0])
+def test_literals_are_the_double_and_no_integer(value):
+    text = C.literal(value)
+    assert float(text) == float(value)
+    assert "." in text or "e" in text
+
+
+@pytest.mark.parametrize("value", [float("inf"), float("-inf"), float("nan")])
+def test_literals_that_there_are_not(value):
+    with pytest.raises(BadInput):
+        C.literal(value)
