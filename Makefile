@@ -19,8 +19,8 @@ demo: $(VENV)/run.stamp
 	$(BIN)/stiction demo
 
 lint: $(VENV)/test.stamp
-	$(BIN)/ruff check codegen tests
-	$(BIN)/ruff format --check codegen tests
+	$(BIN)/ruff check codegen tests benchmarks
+	$(BIN)/ruff format --check codegen tests benchmarks
 
 types: $(VENV)/test.stamp
 	$(BIN)/mypy
