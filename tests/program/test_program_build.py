@@ -86,7 +86,7 @@ def test_a_delay_too_long():
 
 
 def test_one_name_for_two_quantities():
-    with pytest.raises(BadInput, match="the name `v_hat`|two quantities called `v_hat`"):
+    with pytest.raises(BadInput, match="`v_hat`"):
         program_of(ONE.replace("  m: {", "  v_hat: {").replace("[m]", "[v_hat]"))
-    with pytest.raises(BadInput, match="two quantities called `F_hat_on_x`"):
+    with pytest.raises(BadInput, match="`F_hat_on_x`"):
         program_of(ONE.replace("name: rail", "name: on_x"))
