@@ -90,20 +90,23 @@ class _Reading:
         mass = self._matrix("mass_matrix", d.mass_matrix, (n, n))
         force = self._matrix("force", [[row] for row in d.force], (n, 1), column=True)
         distribution = self._matrix("friction.distribution", d.friction.distribution, (n, len(contacts)))
-        check_dimensions(coordinates, inputs, d.parameters, mass, force, distribution, contacts, self.place)
 
         position = {c.name: symbol(c.name) for c in coordinates}
         constant = {p.name: symbol(p.name) for p in parameters}
         moving = {c.velocity: symbol(c.velocity) for c in coordinates} | {i.name: symbol(i.name) for i in inputs}
+        mass_matrix = _symbolic(mass, position | constant)
+        forces = _symbolic(force, position | constant | moving)
+        matrix_u = _symbolic(distribution, position | constant)
+        check_dimensions(coordinates, inputs, d.parameters, mass, force, distribution, contacts, self.place)
         return Spec(
             name=d.name,
             source=d.source,
             coordinates=coordinates,
             inputs=inputs,
             parameters=parameters,
-            mass_matrix=_symbolic(mass, position | constant),
-            force=_symbolic(force, position | constant | moving),
-            distribution=_symbolic(distribution, position | constant),
+            mass_matrix=mass_matrix,
+            force=forces,
+            distribution=matrix_u,
             contacts=tuple(self._contact(i) for i in range(len(contacts))),
             effects=tuple(self._effect(i) for i in range(len(d.effects))),
             observer=self._observer(),

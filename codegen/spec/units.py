@@ -56,7 +56,8 @@ def parse_unit(text: str, place: Place) -> Any:
     """
     try:
         unit = _parse(str(text))
-        registry().Quantity(1.0, unit).to_base_units()
+        if registry().Quantity(0.0, unit).to_base_units().magnitude != 0:
+            raise ValueError(text)  # an offset, as degC has
     except _MALFORMED as error:
         raise BadInput(place, f"unit `{text}`", f"a unit such as N*m or kg*m^2 ({type(error).__name__})") from None
     return unit

@@ -13,6 +13,7 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from codegen.errors import BadInput, Place
 
 LARGEST = 2_000_000
+MOST_NODES = 100_000
 
 
 def round_trip_yaml() -> YAML:
@@ -76,6 +77,8 @@ def load_mapping(text: str, file: str) -> tuple[CommentedMap, dict[str, Place]]:
 
 
 def _collect(node: Any, key: str, file: str, places: dict[str, Place]) -> None:
+    if len(places) > MOST_NODES:
+        raise BadInput(Place(file), "aliases that stand for too many nodes", f"a file of at most {MOST_NODES} values")
     if isinstance(node, CommentedMap):
         for name, value in node.items():
             inner = f"{key}.{name}" if key else str(name)

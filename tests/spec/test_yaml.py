@@ -1,0 +1,103 @@
+"""YAML: what is malformed, dangerous or no YAML file at all; and comments that survive a round trip."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from codegen.errors import BadInput
+from codegen.spec import parse_spec, read_spec
+from codegen.spec.yaml_text import LARGEST, dump, load_mapping
+
+from .faults import GOOD
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def told(text: str) -> BadInput:
+    with pytest.raises(BadInput) as caught:
+        parse_spec(text, Path("slider.yaml"))
+    return caught.value
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "words"),
+    [
+        ("name: a\nname: b\n", 2, "duplicate key"),
+        (GOOD.replace("  k: {", "  mass: {"), 13, "duplicate key"),
+        ("name: [1, 2\nforce: 3\n", 2, "expected"),
+        ("name: a\n\tforce: 3\n", 2, ""),
+        ("name: 'a\n", 2, ""),
+        ("- a\n- b\n", 1, "CommentedSeq"),
+        ("just words\n", 1, ""),
+        ("", 1, "nothing"),
+        ("# only a comment\n", 1, "nothing"),
+        ("---\nname: a\n---\nname: b\n", 3, ""),
+        ("name: \x07\n", None, ""),
+        ("%YAML 9.9\n---\nname: a\n", None, ""),
+    ],
+)
+def test_malformed(text: str, line: int | None, words: str) -> None:
+    error = told(text)
+    assert words in str(error)
+    assert line is None or error.place.line == line
+
+
+def test_tags_build_nothing(tmp_path: Path) -> None:
+    trace = tmp_path / "trace"
+    for tag in ("!!python/object/apply:os.mkdir", "!!python/object/apply:os.system"):
+        told(f"name: {tag} ['{trace}']\n")
+        told(GOOD.replace("name: slider", f"name: {tag} ['{trace}']"))
+        told(GOOD.replace("value: 2,", f"value: {tag} ['{trace}'],"))
+    assert not trace.exists()
+
+
+def test_aliases_are_plain_copies() -> None:
+    text = GOOD.replace("[mass, 0]", "&row [mass, 0]").replace("  x: [-1, 1]", "  x: &range [-1, 1]\n  q: *range")
+    assert parse_spec(text, Path("slider.yaml")).envelope["q"] == (-1, 1)
+
+
+def test_a_node_that_contains_itself_is_refused() -> None:
+    told("name: &a\n  b: *a\n")
+    told(GOOD.replace("inputs:\n", "inputs: &i\n  u: *i\n"))
+    told(GOOD.replace("force:\n", "force: &f\n  - *f\n"))
+
+
+def test_an_alias_bomb_is_refused_quickly() -> None:
+    """Ten levels of nine references each would be 3e9 nodes if copied out."""
+    levels = ["a0: &a0 [x, x]"] + [f"a{k}: &a{k} [{', '.join([f'*a{k - 1}'] * 9)}]" for k in range(1, 10)]
+    told("\n".join(levels) + "\n")
+
+
+def test_files_that_are_none(tmp_path: Path) -> None:
+    cases = {"latin.yaml": GOOD.encode().replace(b"a test", b"\xe9t\xe9"), "empty.yaml": b"", "nul.yaml": b"\x00\x01"}
+    cases["huge.yaml"] = b"#" * (LARGEST + 1)
+    for name, data in cases.items():
+        (tmp_path / name).write_bytes(data)
+        with pytest.raises(BadInput, match=name):
+            read_spec(tmp_path / name)
+    for path in (tmp_path, tmp_path / "absent.yaml"):
+        with pytest.raises(BadInput, match=path.name):
+            read_spec(path)
+
+
+def test_the_hash_is_of_the_bytes(tmp_path: Path) -> None:
+    import hashlib
+
+    for data in (GOOD.encode(), GOOD.replace("\n", "\r\n").encode()):
+        (tmp_path / "a.yaml").write_bytes(data)
+        assert read_spec(tmp_path / "a.yaml").sha256 == hashlib.sha256(data).hexdigest()
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "specs").glob("*.yaml")), ids=lambda p: p.stem)
+def test_a_round_trip_keeps_every_comment_and_every_value(path: Path) -> None:
+    text = path.read_text()
+    document, _ = load_mapping(text, path.name)
+    written = dump(document)
+    comments = [line.split("#", 1)[1].strip() for line in text.splitlines() if "#" in line]
+    assert [line.split("#", 1)[1].strip() for line in written.splitlines() if "#" in line] == comments
+    before, after = parse_spec(text, path), parse_spec(written, path)
+    for part in ("parameters", "mass_matrix", "force", "distribution", "contacts", "observer", "envelope"):
+        assert getattr(before, part) == getattr(after, part)
+    assert dump(load_mapping(written, path.name)[0]) == written
