@@ -21,28 +21,49 @@ def write_atomically(path: Path, text: str) -> None:
     Raises:
         BadInput: if the folder cannot be made or written.
     """
-    write_bytes_atomically(path, text.encode())
-
-
-def write_bytes_atomically(path: Path, data: bytes) -> None:
-    """The same for bytes."""
-    temporary = ""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(data)
-        umask = os.umask(0)
-        os.umask(umask)
-        Path(temporary).chmod(0o666 & ~umask)
-        Path(temporary).replace(path)
-    except OSError as error:
-        if temporary:
-            Path(temporary).unlink(missing_ok=True)
-        raise BadInput(str(path), f"cannot be written ({error.strerror})", "a folder that can be written") from None
+    write_all(path.parent, {path.name: text})
 
 
 def write_all(folder: Path, files: Mapping[str, str]) -> None:
-    """Write several files; nothing else in the folder is touched."""
-    for name, text in files.items():
-        write_atomically(folder / name, text)
+    """Write several files: all are written beside their targets before the first takes its place.
+
+    Nothing else in the folder is touched.
+
+    Args:
+        files: name, or path below the folder → text.
+
+    Raises:
+        BadInput: if a target is a folder, or a folder cannot be made or written.
+    """
+    waiting: dict[Path, Path] = {}
+    path = folder
+    try:
+        for name, text in files.items():
+            path = folder / name
+            if path.is_dir():
+                raise BadInput(str(path), "cannot be written (a folder is there)", "a file, or nothing")
+            path.parent.mkdir(parents=True, exist_ok=True)
+            waiting[path] = _temporary(path, text)
+        for path, temporary in waiting.items():
+            temporary.replace(path)
+    except OSError as error:
+        raise BadInput(str(path), f"cannot be written ({error.strerror})", "a folder that can be written") from None
+    finally:
+        for temporary in waiting.values():
+            temporary.unlink(missing_ok=True)
+
+
+def _temporary(path: Path, text: str) -> Path:
+    """The text in a hidden file beside its target, with the permissions that a new file would get."""
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    temporary = Path(name)
+    try:
+        with os.fdopen(handle, "wb") as stream:
+            stream.write(text.encode())
+        umask = os.umask(0)
+        os.umask(umask)
+        temporary.chmod(0o666 & ~umask)
+    except OSError:
+        temporary.unlink(missing_ok=True)
+        raise
+    return temporary

@@ -59,8 +59,8 @@ def clean(
     rows = len(raw.values)
     if rows == 1:
         raise BadInput(raw.place(0), "a single row", "rows at two times at least")
-    timed = _finite_time(raw, notes)
-    values, repaired = _finite(timed, symbols, held, notes)
+    timed = _finite_time(raw, description.fill_missing, notes)
+    values, repaired = _finite(timed, symbols, held, description.fill_missing, notes)
     kept = _rising(timed, values, notes)
     timed, values = timed.rows(kept), values[kept]
     if len(values) < 2:
@@ -76,18 +76,18 @@ def _bad(values: Array) -> Flags:
     return ~(np.abs(values) < LARGEST_VALUE)
 
 
-def _finite_time(raw: Columns, notes: list[str]) -> Columns:
+def _finite_time(raw: Columns, fill: bool, notes: list[str]) -> Columns:
     """The rows that have a time."""
     bad = _bad(raw.values[:, 0])
     if not bad.any():
         return raw
-    _refuse_many(raw, 0, bad)
+    _refuse_many(raw, 0, bad, fill)
     notes.append(f"{_count(bad.sum(), 'row')} without a time stamp left out (first: {raw.place(int(np.argmax(bad)))})")
     return raw.rows(~bad)
 
 
 def _finite(
-    raw: Columns, symbols: Sequence[str], held: Sequence[bool], notes: list[str]
+    raw: Columns, symbols: Sequence[str], held: Sequence[bool], fill: bool, notes: list[str]
 ) -> tuple[Array, dict[str, int]]:
     """The values with isolated missing ones filled in, and how many in which symbol."""
     values = raw.values.copy()
@@ -96,7 +96,7 @@ def _finite(
         bad = _bad(values[:, j])
         if not bad.any():
             continue
-        _refuse_many(raw, j, bad)
+        _refuse_many(raw, j, bad, fill)
         good = np.flatnonzero(~bad)
         if held[j]:
             before = np.searchsorted(good, np.flatnonzero(bad)) - 1
@@ -110,13 +110,18 @@ def _finite(
     return values, repaired
 
 
-def _refuse_many(raw: Columns, column: int, bad: Flags) -> None:
+def _refuse_many(raw: Columns, column: int, bad: Flags, fill: bool) -> None:
     run, start = longest_run(bad)
     count = int(bad.sum())
     first = int(np.argmax(bad))
     if run > RUN_NOT_FINITE:
         found = f"{count} of {len(bad)} values are not finite (NaN, inf or empty), {run} of them in a row"
         raise BadInput(raw.place(start, column), found, f"gaps of at most {RUN_NOT_FINITE} rows")
+    if not fill:
+        found = f"{count} of {len(bad)} values are not finite (NaN, inf or empty), the first here"
+        raise BadInput(
+            raw.place(first, column), found, "numbers; `missing: fill` in a log description fills single ones in"
+        )
     if count > SHARE_NOT_FINITE * len(bad):
         found = f"{count} of {len(bad)} values are not finite (NaN, inf or empty), the first here"
         raise BadInput(raw.place(first, column), found, f"at most {SHARE_NOT_FINITE:.0%} of them missing")

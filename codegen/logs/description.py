@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict
 
@@ -27,6 +27,7 @@ class LogDescription:
         scale: ``t``, coordinate, velocity or input → factor from the column to SI.
         cutoff_hz: Hz, from ``cutoff_hz`` or else ``evaluation.cutoff_hz``.
         tolerance: relative uncertainty of the declared parameters.
+        fill_missing: whether isolated values that are not finite may be filled in (``missing: fill``); else refused.
         sample_rate_hz: nominal rate.
         input_hold, input_is: as written.
         encoder_step, position_noise: one number a coordinate (a single one stands for all), m or rad; zero for none.
@@ -50,6 +51,7 @@ class LogDescription:
     position_noise: tuple[float, ...] | None = None
     trim_s: float | None = None
     restart_s: float | None = None
+    fill_missing: bool = False
     unknown: tuple[str, ...] = ()
     places: Mapping[str, Place] = field(default_factory=dict)
 
@@ -135,6 +137,7 @@ class DescriptionDocument(BaseModel):
     columns: Annotated[Any, BeforeValidator(_columns)] = {}
     scale: dict[str, Annotated[float, BeforeValidator(_factor)]] = {}
     cutoff_hz: Positive = None
+    missing: Literal["refuse", "fill"] = "refuse"
     parameter_tolerance: Annotated[float | None, BeforeValidator(_share)] = None
     sample_rate_hz: Positive = None
     input_hold: str = ""
@@ -162,6 +165,7 @@ def read_description(path: str | Path) -> LogDescription:
         scale=d.scale,
         cutoff_hz=d.cutoff_hz or d.evaluation.cutoff_hz,
         tolerance=d.parameter_tolerance,
+        fill_missing=d.missing == "fill",
         sample_rate_hz=d.sample_rate_hz,
         input_hold=d.input_hold,
         input_is=d.input_is,

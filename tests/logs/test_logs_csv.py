@@ -122,7 +122,11 @@ def test_isolated_missing_values(tmp_path, spec):
     made["x"][[7, 300]] = np.nan
     made["w"][40] = np.inf
     made["t"][50] = np.nan
-    log = read_log(write_csv(tmp_path / "a.csv", made), spec)
+    path = write_csv(tmp_path / "a.csv", made)
+    with pytest.raises(BadInput, match=r"a\.csv:52: t: 1 of 5000 values are not finite.*missing: fill"):
+        read_log(path, spec)
+    (tmp_path / "meta.yaml").write_text("missing: fill\n")
+    log = read_log(path, spec)
     assert abs(log.positions[7, 0] - kept[7]) < 1e-5
     assert log.inputs[40, 0] == pytest.approx(made["w"][39], abs=1e-8)
     assert log.intake.repaired == {"x": 2, "w": 1} and log.intake.dropped == 1

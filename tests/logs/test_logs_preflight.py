@@ -135,6 +135,7 @@ def test_gaps_jumps_repairs_and_short_logs(tmp_path):
     turned = findings(tmp_path, {"t": made["t"], "x": (made["t"] * 0.7) % 1.0, "w": made["w"]})["jumps of x"]
     assert turned.severity == "problem" and turned.figures["count"] == 13
     made["x"][500] = np.nan
+    (tmp_path / "meta.yaml").write_text("missing: fill\n")
     assert findings(tmp_path, made)["missing values"].figures["count"] == 1
     short = findings(tmp_path, {k: v[:20] for k, v in rows().items()})
     assert short["motion"].severity == "problem" and short["duration"].severity == "warning"
