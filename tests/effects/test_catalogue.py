@@ -1,0 +1,181 @@
+"""Every effect against its equation in effects.md, written by hand: sign, place, weights; and what is refused."""
+
+from __future__ import annotations
+
+from math import pi
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy
+from observers.machines import TEXTS, bare_machine
+
+from codegen.effects import CATALOGUE, Effect
+from codegen.effects.declare import add_declared_effects, effect_symbols, places_of, unit_words
+from codegen.errors import BadInput
+from codegen.mechanics import System, build_system
+from codegen.spec import parse_spec
+
+NUMPY = [{"Sgn": np.sign, "Magnitude": np.abs}, "numpy"]
+
+# What each effect adds to g − M a − U λ. Arguments: x, v, a of the coordinate, or the slip u of the contact, and then the
+# result is λ's change.
+CONTACT = {
+    "viscous": lambda u, b: b * u,
+    "coulomb_asymmetry": lambda u, d: d,
+    "viscous_asymmetry": lambda u, d_b: d_b * abs(u),
+    "stribeck": lambda u, delta, v_s: np.sign(u) * delta * np.exp(-((u / v_s) ** 2)),
+}
+COORDINATE = {
+    "offset": lambda x, v, a, f0: f0,
+    "quadratic_drag": lambda x, v, a, c: -c * v * abs(v),
+    "spring": lambda x, v, a, k: -k * x,
+    "cogging": lambda x, v, a, amplitude, period, phase: amplitude * np.sin(2 * pi * x / period + phase),
+    "inertia_error": lambda x, v, a, delta: -delta * a,
+}
+WITHOUT_FORCE = {"input_delay"}  # acts on time, not on the equation of one instant; simulated in tests/simulate
+
+
+def parameters(effect: Effect, generator: np.random.Generator) -> dict[str, float]:
+    """Random values inside the admissible range, of both signs where that is allowed."""
+    return {
+        p.name: float(generator.uniform(0.1, 2) * (1 if p.low is not None else generator.choice([-1, 1])))
+        for p in effect.parameters
+    }
+
+
+def motion(system: System, generator: np.random.Generator) -> dict[Any, float]:
+    moving = (*system.positions, *system.velocities, *system.accelerations, *system.inputs)
+    return {s: float(v) for s, v in system.values.items()} | {s: float(generator.normal()) for s in moving}
+
+
+def numbers(expression: Any, values: dict[Any, float]) -> Any:
+    used = sorted(expression.free_symbols, key=str)
+    return np.array(sympy.lambdify(used, expression, NUMPY)(*[values[s] for s in used]), dtype=float).ravel()
+
+
+def by_hand(kind: str, system: System, place: int, p: dict[str, float], at: dict[Any, float]) -> Any:
+    u = np.array(sympy.Matrix(system.distribution).subs(at).evalf(), dtype=float)
+    result = np.zeros(system.degrees_of_freedom)
+    if kind in CONTACT:
+        v = np.array([at[s] for s in system.velocities])
+        return -u[:, place] * CONTACT[kind](u[:, place] @ v, **p)
+    if kind in COORDINATE:
+        symbols = (system.positions, system.velocities, system.accelerations)
+        result[place] = COORDINATE[kind](*[at[s[place]] for s in symbols], **p)
+        return result
+    w = system.inputs[place]
+    slope = np.array(sympy.Matrix(system.force.diff(w)).subs(at).evalf(), dtype=float).ravel()
+    return slope * (p["gain"] - 1) * at[w]
+
+
+def cases() -> list[tuple[str, str, int]]:
+    found = []
+    for name in TEXTS:
+        system = bare_machine(name)
+        found += [(k, name, i) for k, e in CATALOGUE.items() for i in range(len(places_of(e, system)))]
+    return [c for c in found if c[0] not in WITHOUT_FORCE]
+
+
+def test_no_kind_is_left_out() -> None:
+    assert set(CATALOGUE) == {*CONTACT, *COORDINATE, *WITHOUT_FORCE, "input_gain"}
+
+
+@pytest.mark.parametrize(("kind", "name", "place"), cases())
+def test_change_regressors_and_weights(kind: str, name: str, place: int) -> None:
+    """`change` is the equation; the weighted regressors are `change`; `recover` and `weights` undo each other."""
+    effect, system = CATALOGUE[kind], bare_machine(name)
+    generator = np.random.default_rng(list(f"{kind}{name}{place}".encode()))
+    symbols = effect_symbols(effect, places_of(effect, system)[place], system)
+    change = effect.change(system, place, symbols)
+    columns, shape = effect.regressors(system, place, symbols)
+    for _ in range(10):
+        p, at = parameters(effect, generator), motion(system, generator)
+        if kind == "cogging":
+            p["amplitude"] = abs(p["amplitude"])  # a negative one is half a turn of phase
+        values = at | {symbols[q]: v for q, v in p.items()}
+        right = by_hand(kind, system, place, p, at)
+        np.testing.assert_allclose(numbers(change, values), right, rtol=1e-11, atol=1e-12)
+        weights = effect.weights(p)
+        assert len(weights) == len(columns)
+        total = sum(weight * numbers(c, values) for weight, c in zip(weights, columns, strict=True))
+        np.testing.assert_allclose(total, right, rtol=1e-11, atol=1e-12)
+        recovered = effect.recover(weights, {q: p[q] for q in shape})
+        assert recovered == pytest.approx(p, rel=1e-12)
+        assert effect.admissible(system, place, p) or kind == "inertia_error"
+
+
+@pytest.mark.parametrize("kind", CATALOGUE)
+def test_neutral_values_do_nothing(kind: str) -> None:
+    effect, system = CATALOGUE[kind], bare_machine("one_mass")
+    symbols = effect_symbols(effect, places_of(effect, system)[0], system)
+    change = effect.change(system, 0, symbols)
+    neutral = {symbols[p.name]: sympy.Rational(str(p.neutral)) for p in effect.parameters if p.neutral is not None}
+    assert change.subs(neutral).applyfunc(sympy.simplify) == sympy.zeros(1, 1)
+
+
+def test_an_inertia_stays_positive() -> None:
+    system, effect = bare_machine("one_mass"), CATALOGUE["inertia_error"]  # m = 1.7
+    assert effect.admissible(system, 0, {"delta": -1.69})
+    assert not effect.admissible(system, 0, {"delta": -1.71})
+
+
+UNITS = {  # of effects.md, on the arm's elbow: F is N*m, q is rad
+    "viscous": {"b": "N*m*s/rad"},
+    "stribeck": {"delta": "N*m", "v_s": "rad/s"},
+    "quadratic_drag": {"c": "N*m*s^2/rad^2"},
+    "cogging": {"amplitude": "N*m", "period": "rad", "phase": "rad"},
+    "inertia_error": {"delta": "N*m*s^2/rad"},
+    "spring": {"k": "N*m/rad"},
+    "input_gain": {"gain": "1"},
+    "input_delay": {"T": "s"},
+}
+
+
+@pytest.mark.parametrize("kind", UNITS)
+def test_units(kind: str) -> None:
+    assert unit_words(CATALOGUE[kind], 1, bare_machine("arm")) == UNITS[kind]
+
+
+def declared(effects: str, name: str = "two_mass") -> System:
+    spec = parse_spec(TEXTS[name] + f"effects: [{effects}]\n", Path("machine.yaml"))
+    return add_declared_effects(build_system(spec), spec)
+
+
+def test_two_of_a_kind_on_one_place_add_up() -> None:
+    one = "{kind: viscous, on: ground, parameters: {b: %s}}"
+    twice, once = declared(f"{one % 2}, {one % 3}"), declared(one % 5)
+    found, right = (numbers(s.equation_error, motion(s, np.random.default_rng(0))) for s in (twice, once))
+    np.testing.assert_allclose(found, right, rtol=1e-12)
+
+
+REFUSED = {
+    "unknown kind": ("{kind: viscos, on: ground, parameters: {b: 1}}", "unknown effect `viscos`", "viscous"),
+    "unknown place": ("{kind: viscous, on: grund, parameters: {b: 1}}", "viscous on `grund`", "ground"),
+    "coordinate for a contact": ("{kind: viscous, on: x1, parameters: {b: 1}}", "viscous on `x1`", None),
+    "contact for a coordinate": ("{kind: spring, on: ground, parameters: {k: 1}}", "spring on `ground`", None),
+    "input for a contact": ("{kind: viscous, on: w, parameters: {b: 1}}", "viscous on `w`", None),
+    "two places": ("{kind: viscous, on: [ground, between], parameters: {b: 1}}", "`ground, between`", None),
+    "no place": ("{kind: viscous, on: [], parameters: {b: 1}}", "viscous on ``", None),
+    "missing parameter": ("{kind: stribeck, on: ground, parameters: {delta: 1}}", "`v_s` is missing", None),
+    "unknown parameter": ("{kind: viscous, on: ground, parameters: {b: 1, bb: 2}}", "unknown parameter `bb`", "b"),
+    "out of range": ("{kind: stribeck, on: ground, parameters: {delta: 1, v_s: 0}}", "v_s = 0", None),
+    "negative delay": ("{kind: input_delay, on: w, parameters: {T: -1}}", "T = -1", None),
+    "not a number": ("{kind: viscous, on: ground, parameters: {b: .nan}}", "the number nan", None),
+    "inertia below zero": (
+        "{kind: inertia_error, on: x1, parameters: {delta: -11}}",
+        "smallest eigenvalue is -1",
+        None,
+    ),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_refused(case: str) -> None:
+    effect, found, nearest = REFUSED[case]
+    with pytest.raises(BadInput) as told:
+        declared(effect)
+    assert found in told.value.found
+    assert told.value.nearest == nearest or nearest is None
+    assert str(told.value).startswith("machine.yaml:")
