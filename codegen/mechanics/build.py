@@ -128,8 +128,12 @@ def check_mass_matrix(system: System, spec: Spec) -> None:
                 raise BadInput(spec.place(f"mass_matrix[{i}][{j}]"), found, "a symmetric mass matrix")
     for point in points:
         at = dict(zip(system.positions, point, strict=True))
-        numbers = np.array(mass.subs(at).evalf(), dtype=float)
-        smallest = np.linalg.eigvalsh(numbers)[0]
+        entries = mass.subs(at).evalf()
+        if not all(e.is_real and e.is_finite for e in entries):
+            where = ", ".join(f"{x} = {value:.4g}" for x, value in at.items() if x in mass.free_symbols)
+            expected = "real entries in the whole envelope"
+            raise BadInput(spec.place("mass_matrix"), f"no real number at {where}", expected)
+        smallest = np.linalg.eigvalsh(np.array(entries, dtype=float))[0]
         if not smallest > 0:
             where = (
                 ", ".join(f"{x} = {value:.4g}" for x, value in at.items() if x in mass.free_symbols) or "every point"

@@ -10,6 +10,7 @@ import casadi
 import numpy as np
 import sympy
 
+from codegen.errors import BadInput
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.system import Matrix
 from codegen.observers.equations import Observer
@@ -54,12 +55,21 @@ class Analysis:
 
 
 def analyse(spec: Spec, observer: Observer) -> Analysis:
-    """Derive the error dynamics and read them off over the envelope."""
+    """Derive the error dynamics and read them off over the envelope.
+
+    Raises:
+        BadInput: where they are not finite somewhere in the envelope.
+    """
     dynamics = derive_error_dynamics(observer)
     points = operating_points(dynamics, spec)
     h = float(observer.sample_time)
     continuous = evaluate(dynamics, dynamics.in_force(dynamics.jacobian), points)
     sampled = evaluate(dynamics, dynamics.in_force(dynamics.sampled), points)
+    finite = np.isfinite(continuous).all(axis=(1, 2)) & np.isfinite(sampled).all(axis=(1, 2))
+    if not finite.all():
+        at = ", ".join(f"{s} = {v:.4g}" for s, v in zip(points.variables, points.values[~finite][0], strict=True))
+        found = f"the error dynamics are not finite at {at or 'every point'}"
+        raise BadInput(spec.place("envelope"), found, "a force and gains whose slopes are finite in the whole envelope")
     eigenvalues = np.linalg.eigvals(continuous)
     radii = np.abs(1 + h * np.linalg.eigvals(sampled)).max(axis=1)
     worst = int(radii.argmax())

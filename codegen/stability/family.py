@@ -68,10 +68,13 @@ def build_family(dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[An
     generators = {*varying, *observer.signs}
     parameters: dict[sympy.Symbol, Any] = {}
     named: dict[Any, sympy.Symbol] = {}
+    theta = "theta"
+    while any(v.name.startswith(theta) for v in ranges):
+        theta += "_"  # a coordinate may well be called theta1
 
     def name_of(expression: Any) -> sympy.Symbol:
         if expression not in named:
-            named[expression] = symbol(f"theta{len(named) + 1}")
+            named[expression] = symbol(f"{theta}{len(named) + 1}")
             parameters[named[expression]] = expression
         return named[expression]
 

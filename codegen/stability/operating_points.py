@@ -88,8 +88,11 @@ def _consistent(
     for s, slip in slips:
         if s not in column:
             continue
+        slip = slip.subs(dynamics.observer.system.values)
         if slip.free_symbols <= set(column):
-            value = sum(float(slip.coeff(v)) * points[:, column[v]] for v in slip.free_symbols)
+            at = casadi.SX.sym("p", len(variables))
+            function = casadi.Function("slip", [at], [to_casadi(slip, {v: at[k] for v, k in column.items()})])
+            value = np.asarray(function.map(len(points))(points.T)).ravel()
         else:
             value = points[:, column[s]]
         points[:, column[s]] = np.where(value < 0, -1.0, 1.0)
