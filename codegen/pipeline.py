@@ -25,6 +25,7 @@ from codegen.spec import Spec, parse_spec, read_spec
 from codegen.stability.analysis import Analysis, analyse
 from codegen.stability.certify import Certificate, Refusal, read_certificate
 from codegen.stability.certify import certify as certify_analysis
+from codegen.text import render
 
 Progress = Callable[[str, float], None]
 
@@ -126,6 +127,9 @@ def generate(
         return Generated(target, files, outcome, _stale(target, files))
     if isinstance(outcome, Certificate) or uncertified:
         write_all(target, files)
+        _make_importable(target, folder)
+        if not isinstance(outcome, Certificate):
+            _drop_old_certificate(target, spec)
     return Generated(target, files, outcome)
 
 
@@ -162,6 +166,10 @@ def diagnose(
     """
     from codegen.report import render_report  # matplotlib costs a second that the other verbs need not pay
 
+    if test is not None and Path(test).resolve() == Path(log).resolve():
+        raise BadInput(
+            str(test), "the training log itself as --test", "another log, or none: the end of LOG is then held out"
+        )
     model = check(path)
     train = read_log(log, model.spec, description=description, columns=columns)
     held_out = read_log(test, model.spec, description=description, columns=columns) if test is not None else None
@@ -221,6 +229,24 @@ def _complete(
     return result
 
 
+def _make_importable(target: Path, folder: str | Path | None) -> None:
+    """In the default place, let ``from generated import NAME`` find this folder and no other package of that name."""
+    marker = target.parent / "__init__.py"
+    if folder is None and not marker.exists():
+        write_atomically(marker, render("text/generated_init.py.j2"))
+
+
+def _drop_old_certificate(target: Path, spec: Spec) -> None:
+    """Remove a certificate that an earlier run wrote for this machine: it does not speak about the new code."""
+    old = target / "certificate.json"
+    try:
+        ours = json.loads(old.read_text(encoding="utf-8"))["subject"]["name"] == spec.name
+    except (OSError, ValueError, KeyError, TypeError):
+        return
+    if ours:
+        old.unlink()
+
+
 def _stale(folder: Path, files: Mapping[str, str]) -> tuple[str, ...]:
     """Names of files on disk that differ from what would be written.
 
@@ -228,6 +254,8 @@ def _stale(folder: Path, files: Mapping[str, str]) -> tuple[str, ...]:
     """
     on_disk = {name: _read_or_none(folder / name) for name in files}
     different = tuple(name for name, text in files.items() if on_disk[name] != text)
+    if "certificate.json" not in files and (folder / "certificate.json").exists():
+        different += ("certificate.json",)
     text = on_disk.get("certificate.json")
     if "certificate.json" not in different or not text:
         return different

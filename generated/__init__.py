@@ -1,1 +1,1 @@
-"""What `stiction generate` makes of the shipped specs; each subpackage is an observer, importable as generated.NAME."""
+"""Observers that `stiction generate` wrote: each subpackage is one, importable as generated.NAME."""

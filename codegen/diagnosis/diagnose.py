@@ -81,7 +81,8 @@ def diagnose_log(
     problem = Problem(system, training, tolerance)
     _refuse_still(problem, log)
     refit = with_values(system, problem.refitted(problem.base.fit()))
-    found, first = _search(problem, refit, log.tolerance or 0.0, tell)
+    faults = [f.words for f in findings["train"] if f.severity == "problem"]
+    found, first = ([], []) if faults else _search(problem, refit, log.tolerance or 0.0, tell)
     tell("held-out error", 0.85)
     augmented = with_values(with_effects(system, found), found[-1].refitted) if found else refit
     judge = Problem(system, other, {})
@@ -96,7 +97,7 @@ def diagnose_log(
     text = augmented_text(spec, named if verdict == "effect" else [], adopted, system)
     diagnosis = Diagnosis(
         verdict=verdict,
-        sentence=_sentence(system, verdict, named, rival, figures),
+        sentence=_sentence(system, verdict, named, rival, figures, faults),
         effects=tuple(named) if verdict == "effect" else (),
         candidates=tuple(r.evidence for r in first[:TABLE_SIZE]),
         declared=figures[0],
@@ -114,12 +115,24 @@ def diagnose_log(
 
 
 def _sentence(
-    system: System, verdict: Verdict, named: list[FoundEffect], rival: list[FoundEffect], figures: list[ErrorFigures]
+    system: System,
+    verdict: Verdict,
+    named: list[FoundEffect],
+    rival: list[FoundEffect],
+    figures: list[ErrorFigures],
+    faults: list[str],
 ) -> str:
     units = {system.force_unit(i) for i in range(system.degrees_of_freedom)}
     unit = " " + units.pop() if len(units) == 1 else ""
     words = render(
-        "text/verdict.j2", verdict=verdict, effects=named, rivals=rival, before=figures[1], after=figures[2], unit=unit
+        "text/verdict.j2",
+        verdict=verdict,
+        effects=named,
+        rivals=rival,
+        before=figures[1],
+        after=figures[2],
+        unit=unit,
+        faults=faults,
     )
     return words.strip()
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from codegen.logs.finding import Finding, decide
+from codegen.logs.finding import Finding, Severity, decide
 from codegen.logs.log import Log
 
 SLOW_HZ = 90.0
 LONG_STEP = 0.1
+UNUSABLE_STEP = 0.5
 SHORT_S = 5.0
 FEW_SAMPLES = 500
 MUCH_JITTER = 0.05
@@ -22,7 +23,9 @@ def audit_record(log: Log) -> Iterator[Finding]:
     yield _length(log)
     yield from _gaps(log)
     yield from _repairs(log)
-    for note in log.notes:
+    for words in log.description.unknown:
+        yield Finding("warning", "description", words[0].upper() + words[1:] + ".")
+    for note in log.notes[len(log.description.unknown) :]:
         yield Finding("info", "reading", note[0].upper() + note[1:] + ".")
 
 
@@ -35,7 +38,8 @@ def _rate(log: Log) -> Finding:
         hint = " That is slow for friction: a reversal passes within one or two samples."
     else:
         hint = ""
-    return Finding(decide(bool(hint)), "sample rate", words + hint, {"rate_hz": rate, "sample_time": log.sample_time})
+    severity: Severity = "problem" if log.sample_time > UNUSABLE_STEP else decide(bool(hint))
+    return Finding(severity, "sample rate", words + hint, {"rate_hz": rate, "sample_time": log.sample_time})
 
 
 def _jitter(log: Log) -> Finding:

@@ -12,6 +12,7 @@ from codegen.errors import BadInput, nearest_name
 from codegen.friction import LAWS
 from codegen.mechanics.system import ContactFriction, Matrix, System
 from codegen.spec.model import Contact, Spec, symbol
+from codegen.spec.units import coherent_name
 
 SAMPLES = 400
 
@@ -24,7 +25,7 @@ def build_system(spec: Spec) -> System:
             symmetric, or not positive definite somewhere in the envelope.
     """
     values: dict[sympy.Symbol, Any] = {symbol(p.name): p.value for p in spec.parameters}
-    units = {symbol(p.name): p.unit for p in spec.parameters}
+    units = {symbol(p.name): coherent_name(p.unit, spec.place(f"parameters.{p.name}.unit")) for p in spec.parameters}
     contacts = []
     for index, contact in enumerate(spec.contacts):
         built = _contact(spec, index, contact)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 import math
 import re
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import accumulate
@@ -89,7 +90,9 @@ def parse_expression(text: str | int | float, place: Place) -> Expression:
     if len(words) > LONGEST:
         raise BadInput(place, f"an expression of {len(words)} characters", f"at most {LONGEST}")
     try:
-        tree = ast.parse(words, mode="eval").body
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # Python warns of `2if`; here it is as wrong as any other text
+            tree = ast.parse(words, mode="eval").body
         if max(accumulate((c == "(") - (c == ")") for c in words)) > MOST_PARENTHESES:
             raise RecursionError
         _check(tree, words, place)

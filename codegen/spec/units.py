@@ -58,8 +58,8 @@ def parse_unit(text: str, place: Place) -> Any:
         unit = _parse(str(text))
         if registry().Quantity(0.0, unit).to_base_units().magnitude != 0:
             raise ValueError(text)  # an offset, as degC has
-    except _MALFORMED as error:
-        raise BadInput(place, f"unit `{text}`", f"a unit such as N*m or kg*m^2 ({type(error).__name__})") from None
+    except _MALFORMED:
+        raise BadInput(place, f"unit `{text}`", "a unit such as N*m, kg*m^2 or 1") from None
     return unit
 
 
@@ -81,8 +81,18 @@ def require_coherent(text: str, place: Place) -> None:
         BadInput: with the SI unit that is meant.
     """
     if si_factor(text, place) != 1:
-        base = registry().Quantity(1.0, parse_unit(text, place)).to_base_units().units
-        raise BadInput(place, f"unit {text}", f"SI ({base:~C}); logs in other units are scaled by their `columns:`")
+        expected = f"{coherent_name(text, place)}, the SI unit; logs in other units are brought to it by their `scale:`"
+        raise BadInput(place, f"unit {text}", expected)
+
+
+def coherent_name(text: str, place: Place) -> str:
+    """The SI unit that a value of this unit is converted to: the text itself where it is coherent already."""
+    if si_factor(text, place) == 1:
+        return text
+    wanted = parse_unit(text, place)
+    if "deg" in text or "rev" in text or "turn" in text or "rpm" in text:
+        return "rad/s" if dimension(wanted) != _none() else "rad"
+    return describe(dimension(wanted))
 
 
 def _none() -> Dimension:
@@ -108,9 +118,24 @@ def describe(d: Dimension | None) -> str:
     """A dimension in SI base units, for a message."""
     if d is None:
         return "a bare number"
+    if d == _none():
+        return "a pure number (1 or rad)"
+    named = _known_units().get(str(d))
+    if named:
+        return named
     symbol = {"[length]": "m", "[mass]": "kg", "[time]": "s", "[current]": "A", "[temperature]": "K"}
     parts = [symbol.get(k, k) + (f"^{float(p):g}" if p != 1 else "") for k, p in sorted(d.items(), key=str) if p]
-    return "*".join(parts) or "a pure number (1 or rad)"
+    return "*".join(parts)
+
+
+@cache
+def _known_units() -> dict[str, str]:
+    """Dimension → the unit by which engineers call it."""
+    names = (
+        *("m", "kg", "s", "A", "V", "N", "N*m", "N/m", "N*s/m", "N*m*s", "kg*m^2", "m/s", "m/s^2", "1/s", "kg*m"),
+        *("N/A", "N*m/A", "N/V", "N*m/V", "N*s^2/m^2", "N*m*s^2", "N/m^3", "ohm", "H", "K", "Pa", "W"),
+    )
+    return {str(dimension(parse_unit(name, Place("")))): name for name in reversed(names)}
 
 
 def _walk(node: ast.expr, whole: Expression, dims: Mapping[str, Dimension]) -> Dimension:

@@ -25,7 +25,6 @@ def unstable_point(analysis: Analysis) -> dict[str, str] | None:
     if dynamics.inverse_mass:
         inverse = observer.system.mass_matrix.subs(values).inv()
         matrix = matrix.subs({w: inverse[i, j] for w, (i, j) in dynamics.inverse_mass.items()})
-    matrix = matrix.applyfunc(lambda e: sympy.nsimplify(e) if e.is_Rational else e)
     if not all(e.is_Rational for e in matrix):
         return None
     step = sympy.eye(matrix.rows) + observer.sample_time * matrix

@@ -1,7 +1,7 @@
 """two_mass: friction observer GCFO, velocity estimated.
 
 Made by stiction 0.1.0 from two_mass.yaml
-sha256 058d7ede764f58430b668471873e0e2599688cab90406ec018715a6d5d868411
+sha256 ccb18d2c4c2dfa9319c5b4a64b18e42a51152227daad0f0a42041e2de1e3c1c0
 with: stiction generate two_mass.yaml
 
 The twin of two_mass.c: the same operations in the same order on doubles, so the same bits. Do not edit.
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "step"]
 
-SPEC_SHA256 = "058d7ede764f58430b668471873e0e2599688cab90406ec018715a6d5d868411"
+SPEC_SHA256 = "ccb18d2c4c2dfa9319c5b4a64b18e42a51152227daad0f0a42041e2de1e3c1c0"
 
 
 @dataclass(slots=True)

@@ -2,7 +2,7 @@
  * two_mass: friction observer GCFO, velocity estimated; 46 operations a step.
  *
  * Made by stiction 0.1.0 from two_mass.yaml
- * sha256 058d7ede764f58430b668471873e0e2599688cab90406ec018715a6d5d868411
+ * sha256 ccb18d2c4c2dfa9319c5b4a64b18e42a51152227daad0f0a42041e2de1e3c1c0
  * with: stiction generate two_mass.yaml
  */
 #include "two_mass.h"

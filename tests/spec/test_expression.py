@@ -192,6 +192,7 @@ REFUSED = {
     "2 x1": "cannot be read",
     "x1; v1": "cannot be read",
     "x1 = 2": "cannot be read",
+    "2if x1 else v1": "2if",
     "await x1": "await",
     "1e999": "1e999",
     "1e-999": "1e-999",

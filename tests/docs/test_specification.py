@@ -1,0 +1,49 @@
+"""The documents name what the registries hold, and the README stays short and true."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from codegen.effects import CATALOGUE
+from codegen.friction import LAWS
+from codegen.observers import OBSERVERS
+from codegen.spec import parse_spec
+
+ROOT = Path(__file__).resolve().parents[2]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+SPECIFICATION = (ROOT / "docs" / "specification.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("effect", CATALOGUE.values(), ids=list(CATALOGUE))
+def test_every_effect_is_documented_with_its_parameters(effect) -> None:
+    (row,) = [line for line in SPECIFICATION.splitlines() if line.startswith(f"| `{effect.kind}` |")]
+    assert f"| {effect.sits_on} |" in row
+    assert all(f"`{p.name}`" in row for p in effect.parameters)
+
+
+def test_every_law_and_observer_is_documented() -> None:
+    for law in LAWS.values():
+        (row,) = [line for line in SPECIFICATION.splitlines() if line.startswith(f"| `{law.name}` |")]
+        assert all(f"`{p.name}`" in row for p in law.parameters)
+    assert all(f"`{kind}`" in SPECIFICATION for kind in OBSERVERS)
+
+
+def test_the_readme_is_short_and_its_spec_is_one() -> None:
+    assert len(README.splitlines()) <= 120
+    (text,) = re.findall(r"```yaml\n(.*?)```", README, re.S)
+    assert parse_spec(text, Path("readme.yaml")).observer is not None
+
+
+def test_the_c_of_the_readme_compiles_and_prints_what_it_says(tmp_path: Path) -> None:
+    (source,) = re.findall(r"```c\n(.*?)```", README, re.S)
+    (printed,) = re.findall(r"It prints `(.*?)`", README)
+    (tmp_path / "main.c").write_text(source)
+    folder = ROOT / "generated" / "two_mass"
+    command = ["cc", "-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", f"-I{folder}", str(tmp_path / "main.c")]
+    subprocess.run([*command, str(folder / "two_mass.c"), "-lm", "-o", str(tmp_path / "a.out")], check=True)
+    done = subprocess.run([str(tmp_path / "a.out")], check=True, capture_output=True, text=True)
+    assert done.stdout.strip() == printed

@@ -1,0 +1,39 @@
+"""A value in SI bears an SI unit: what stands beside a number in the generated code is the unit of that number."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from codegen.mechanics import build_system
+from codegen.spec import parse_spec
+from codegen.spec.units import registry
+
+TEXT = """
+name: joint
+coordinates: {{q: {{velocity: om, unit: rad}}}}
+inputs: {{i: {{unit: A}}}}
+parameters:
+  J: {{value: 300, unit: {inertia}}}
+  kt: {{value: 50, unit: {torque}}}
+mass_matrix: [[J]]
+force: [kt*i]
+friction:
+  distribution: [[1]]
+  contacts: [{{name: bearing, a: 0.01, unit: N*m}}]
+"""
+
+
+@pytest.mark.parametrize(
+    ("inertia", "torque"),
+    [("g*cm^2", "mN*m/A"), ("kg*m^2", "N*m/A"), ("kg*cm^2", "ozf*inch/A"), ("lb*inch^2", "N*cm/A")],
+)
+def test_the_unit_of_a_converted_parameter_is_that_of_its_value(inertia: str, torque: str) -> None:
+    spec = parse_spec(TEXT.format(inertia=inertia, torque=torque), Path("joint.yaml"))
+    system = build_system(spec)
+    for parameter in spec.parameters:
+        s = spec.symbol(parameter.name)
+        declared = registry().Quantity(float(parameter.declared), parameter.unit)
+        labelled = registry().Quantity(float(system.values[s]), system.units[s])
+        assert labelled.to_base_units().magnitude == pytest.approx(declared.to_base_units().magnitude, rel=1e-12)
