@@ -19,8 +19,7 @@ from codegen.spec import parse_spec
 
 NUMPY = [{"Sgn": np.sign, "Magnitude": np.abs}, "numpy"]
 
-# What each effect adds to g − M a − U λ. Arguments: x, v, a of the coordinate, or the slip u of the contact, and then the
-# result is λ's change.
+# What each effect adds to g − M a − U λ, of x, v, a of the coordinate; for contacts what it adds to λ, of the slip u.
 CONTACT = {
     "viscous": lambda u, b: b * u,
     "coulomb_asymmetry": lambda u, d: d,

@@ -1,0 +1,187 @@
+"""Routh–Hurwitz and Jury conditions against NumPy's roots, and the conditions of the thesis that come out of them."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy
+from observers.machines import ONE_MASS, machine
+
+from codegen.errors import BadInput
+from codegen.mechanics import build_system
+from codegen.observers import build_observer
+from codegen.spec import parse_spec
+from codegen.stability.analysis import Analysis, analyse
+from codegen.stability.exact import schur_stable
+from codegen.stability.polynomials import bilinear, characteristic_polynomial, hurwitz_determinant, jury, routh_hurwitz
+
+H = sympy.Symbol("h", positive=True)
+# A root this close to the boundary (relative to the largest) is decided by rounding of the roots, which NumPy finds to
+# about 1e-16**(1/order): such draws are left out, and counted.
+EDGE = 1e-3
+
+
+def compiled(order: int) -> tuple[Any, Any]:
+    c = sympy.symbols(f"k0:{order}", real=True)
+    full = [sympy.Integer(1), *c]
+    routh = sympy.lambdify(c, [e for _, e in routh_hurwitz(full)])
+    step = sympy.lambdify([*c, H], [e for _, e in jury(full, H)])
+    return routh, step
+
+
+def random_roots(order: int, generator: np.random.Generator) -> Any:
+    """Real and conjugate roots, half of the sets stable."""
+    roots: list[complex] = []
+    shift = generator.choice([-1.2, 0.0])
+    while len(roots) < order:
+        re, im = generator.normal() + shift, generator.normal() * 2
+        roots += [complex(re, im), complex(re, -im)] if order - len(roots) > 1 and generator.random() < 0.5 else [re]
+    return np.array(roots)
+
+
+@pytest.mark.parametrize("order", range(1, 7))
+def test_routh_and_jury_agree_with_the_roots(order: int) -> None:
+    """400 random polynomials each, 2400 in all, with no disagreement outside rounding."""
+    routh, step = compiled(order)
+    generator = np.random.default_rng(order)
+    used, stable = 0, 0
+    for _ in range(450):
+        roots = random_roots(order, generator)
+        h = float(generator.uniform(0.1, 1.5))
+        c = np.real(np.poly(roots))[1:]
+        if np.abs(roots.real).min() > EDGE:
+            assert all(value > 0 for value in routh(*c)) == (roots.real < 0).all()
+        radius = np.abs(1 + h * roots)
+        if np.abs(radius - 1).min() > EDGE and np.abs(roots.real).min() > EDGE:
+            assert all(value > 0 for value in step(*c, h)) == (radius < 1).all()
+            used, stable = used + 1, stable + int((radius < 1).all())
+    assert used >= 400
+    assert stable >= 5
+
+
+def test_the_exact_table_agrees_with_the_roots() -> None:
+    """Schur–Cohn in fractions, on 1000 polynomials with roots on either side of the unit circle."""
+    generator = np.random.default_rng(9)
+    counts = {True: 0, False: 0}
+    for k in range(1000):
+        roots = random_roots(1 + k % 6, generator) * generator.uniform(0.2, 0.8)
+        if np.abs(np.abs(roots) - 1).min() < EDGE:
+            continue
+        found = schur_stable([Fraction(float(c)) for c in np.real(np.poly(roots))])
+        assert found == (np.abs(roots) < 1).all()
+        counts[found] += 1
+    assert min(counts.values()) > 200
+
+
+def test_a_root_on_the_circle_is_not_stable() -> None:
+    for polynomial in ([1, -1], [1, 1], [1, 0, 1], [1, -2, 1], [2, 0, 0]):
+        whole = [Fraction(c) for c in polynomial]
+        assert schur_stable(whole) == (polynomial == [2, 0, 0])
+
+
+@pytest.mark.parametrize("n", range(1, 6))
+def test_characteristic_polynomial(n: int) -> None:
+    matrix = sympy.Matrix(n, n, lambda i, j: sympy.Rational((3 * i + 7 * j * j - 5) % 11, 3))
+    s = sympy.Symbol("s")
+    assert characteristic_polynomial(matrix) == sympy.Poly((s * sympy.eye(n) - matrix).det(), s).all_coeffs()
+
+
+def test_the_bilinear_map_is_that_of_the_docstring() -> None:
+    """p(δ) with δ = s/(1 − sh/2), times (1 − sh/2)ⁿ, at numbers."""
+    c, h = [1, 4, 7, 3], sympy.Rational(1, 5)
+    for s in (sympy.Rational(3, 7), sympy.Rational(-2, 3)):
+        delta = s / (1 - s * h / 2)
+        right = sum(k * delta ** (3 - i) for i, k in enumerate(c)) * (1 - s * h / 2) ** 3
+        assert sum(k * s ** (3 - i) for i, k in enumerate(bilinear(c, h))) == right
+
+
+def test_hurwitz_determinants_of_a_cubic() -> None:
+    """Known by hand: D1 = a, D2 = ab − c, D3 = c(ab − c) for s³ + a s² + b s + c."""
+    a, b, c = sympy.symbols("a b c")
+    found = [hurwitz_determinant([1, a, b, c], k) for k in (1, 2, 3)]
+    assert [sympy.expand(f - r) for f, r in zip(found, [a, a * b - c, c * (a * b - c)], strict=True)] == [0, 0, 0]
+
+
+def analysis_of(kind: str, gains: str, name: str, h: float) -> Analysis:
+    section = f"{{kind: {kind}, velocity: estimated, gains: {gains}, sample_time: {h}}}"
+    spec, system = machine(name, section)
+    return analyse(spec, build_observer(spec, system))
+
+
+def test_the_thesis_conditions_of_the_cfo() -> None:
+    """(3.19): on a mass without other forces Ψ is stable just when k_v > 0 and k_F > 0."""
+    text = ONE_MASS.replace("w - b*v - k*x", "w") + (
+        "observer: {kind: cfo, velocity: estimated, gains: {K_F: 10, K_v: 100}, sample_time: 0.001}\n"
+    )
+    spec = parse_spec(text, Path("one_mass.yaml"))
+    found = analyse(spec, build_observer(spec, build_system(spec)))
+    k_f, k_v, m = sympy.symbols("K_F K_v m", real=True)
+    assert [c.expression for c in found.routh] == [k_v, k_f]
+    assert found.polynomial == (1, k_v, k_f * k_v / m)  # s² + k_v s + k_F k_v of section 3.4.1, with its unit mass as m
+    # and the sampled conditions are those of |z² − (2 − h k_v) z + 1 − h k_v + h² k_F k_v/m|, by Jury's own table
+    h = 0.001
+    for k_f_value, k_v_value in np.random.default_rng(0).uniform([-500, -500], [3e6, 4500], (500, 2)):
+        b, c = -(2 - h * k_v_value), 1 - h * k_v_value + h * h * k_f_value * k_v_value / 1.7
+        by_table = 1 + b + c > 0 and 1 - b + c > 0 and c < 1
+        at = {k_f: k_f_value, k_v: k_v_value, m: 1.7, sympy.Symbol("h", real=True): h}
+        held = all(float(x.expression.subs(at)) > 0 for x in (*found.routh, *found.jury))
+        assert held == by_table
+
+
+GAINS = {
+    ("one_mass", "cfo"): "{{K_F: {0}, K_v: {1}}}",
+    ("one_mass", "to"): "{{K_1: {2}, K_2: -{0}, K_v: {1}}}",
+    ("two_mass", "gcfo"): "{{K_F: [[{0}, {2}], [{3}, {1}]], K_v: [{1}, {0}]}}",
+    ("two_mass", "gto"): "{{K_1: [{2}, {3}], K_2: [[-{0}, {3}], [{2}, -{1}]], K_v: [{1}, {0}]}}",
+}
+
+
+@pytest.mark.parametrize(("name", "kind"), GAINS)
+def test_conditions_and_largest_sample_time_against_eigenvalues(name: str, kind: str) -> None:
+    """Random gains through the whole analysis: conditions hold just where eigenvalues say so; the largest sample time
+    is where bisection on the spectral radius of I + hΨ finds it, to 1e-6 (the bisection stops at 1e-9)."""
+    generator = np.random.default_rng(list(f"{name}{kind}".encode()))
+    for _ in range(6):
+        values = [*generator.uniform(1, 60, 2), *generator.uniform(-60, 60, 2)]
+        h = float(generator.choice([0.001, 0.03]))
+        found = analysis_of(kind, GAINS[name, kind].format(*[f"{v:.4f}" for v in values]), name, h)
+        psi = _numbers(found, found.dynamics.jacobian)
+        step = _numbers(found, found.dynamics.sampled)
+        hurwitz = max(np.linalg.eigvals(m).real.max() for m in psi)
+        radius = max(np.abs(np.linalg.eigvals(np.eye(len(m)) + h * m)).max() for m in step)
+        assert found.spectral_abscissa == pytest.approx(hurwitz, rel=1e-6, abs=1e-9)
+        assert found.spectral_radius == pytest.approx(radius, rel=1e-9)
+        assert all(c.holds for c in found.routh) == (hurwitz < 0)
+        assert all(c.holds for c in (*found.routh, *found.jury)) == (hurwitz < 0 and radius < 1)
+        if hurwitz >= 0:
+            assert found.largest_sample_time == 0
+            continue
+        low, high = 0.0, 1e4
+        for _ in range(100):
+            middle = (low + high) / 2
+            bad = any(np.abs(np.linalg.eigvals(np.eye(len(m)) + middle * m)).max() >= 1 for m in psi)
+            low, high = (low, middle) if bad else (middle, high)
+        assert found.largest_sample_time == pytest.approx(low, rel=1e-6)
+
+
+def _numbers(found: Analysis, matrix: Any) -> list[Any]:
+    """The matrix at every point of the analysis, by SymPy's own substitution in force form."""
+    exact = found.dynamics.in_force(matrix).subs(found.dynamics.observer.values)
+    exact = exact.subs(sympy.Symbol("h", real=True), found.dynamics.observer.sample_time)
+    variables = sorted(exact.free_symbols, key=str)
+    columns = [list(found.points.variables).index(s) for s in variables]
+    function = sympy.lambdify(variables, exact, [{"Sgn": np.sign, "Magnitude": np.abs}, "numpy"])
+    rows = found.points.values[:, columns] if columns else np.zeros((1, 0))
+    return [np.array(function(*row), dtype=float) for row in np.unique(rows, axis=0)]
+
+
+def test_an_envelope_where_the_slopes_are_infinite_is_told() -> None:
+    text = ONE_MASS.replace("w - b*v - k*x", "w - b*v*sqrt(x/r)").replace(" b:", " r: {value: 1, unit: m}\n  b:")
+    text += "observer: {kind: cfo, velocity: estimated, gains: {K_F: 10, K_v: 100}, sample_time: 0.001}\n"
+    spec = parse_spec(text + "envelope: {x: [-1, 1]}\n", Path("one_mass.yaml"))
+    with pytest.raises(BadInput, match=r"not finite at .*x = -1"):
+        analyse(spec, build_observer(spec, build_system(spec)))
