@@ -8,7 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from codegen import pipeline
 from codegen.diagnosis.diagnose import diagnose_log
+from codegen.errors import BadInput
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import STAGE, TEST, TRAIN, diagnosed, log_of, stage, system_of
 
@@ -133,3 +135,26 @@ def test_the_augmented_spec_keeps_its_authors_words_and_holds_the_effect(tmp_pat
     train = log_of(stage("[{kind: spring, on: x, parameters: {k: 18}}]", 4.5), tmp_path, "again.csv")
     second, _ = diagnose_log(again, system_of(again), train)
     assert second.verdict == "none", second.sentence
+
+
+@pytest.mark.parametrize(("factor", "word"), [(-1.0, "flipped"), (20.0, "scale")])
+def test_a_log_that_cannot_be_of_this_spec_gives_no_verdict_on_effects(
+    factor: float, word: str, tmp_path: Path
+) -> None:
+    log = log_of(stage("[{kind: spring, on: x, parameters: {k: 18}}]"), tmp_path, "train.csv")
+    log.inputs[:] *= factor
+    spec = stage()
+    diagnosis, models = diagnose_log(spec, system_of(spec), log)
+    assert diagnosis.verdict == "none"
+    assert diagnosis.effects == ()
+    assert "do not fit together" in diagnosis.sentence
+    assert word in diagnosis.sentence
+    assert parse_spec(models.spec_text, Path("spec.yaml")).effects == ()
+
+
+def test_the_training_log_is_no_test_log(tmp_path: Path) -> None:
+    log_of(stage(), tmp_path, "train.csv")
+    (tmp_path / "stage.yaml").write_text(stage().text)
+    with pytest.raises(BadInput, match="the training log itself"):
+        pipeline.diagnose(tmp_path / "stage.yaml", tmp_path / "train.csv", tmp_path / "train.csv", tmp_path / "out")
+    assert not (tmp_path / "out").exists()
