@@ -36,7 +36,7 @@ _C_WORDS = re.compile(
     r"auto|break|case|char|const|continue|default|do|double|else|enum|extern|float|for|goto|if|inline|int|long|register|"
     r"restrict|return|short|signed|sizeof|static|struct|switch|typedef|union|unsigned|void|volatile|while|bool|true|"
     r"false|class|new|delete|this|template|typename|namespace|private|public|protected|virtual|operator|using|NULL|"
-    r"NAN|INFINITY|HUGE_VAL|EOF|M_[A-Z0-9_]+|asm|explicit|friend|mutable|throw|catch|try|xor|typeof|unix|linux|main|"
+    r"NAN|INFINITY|HUGE_VAL|EOF|M_[A-Z0-9_]+|asm|explicit|friend|mutable|throw|catch|try|xor|typeof|unix|linux|"
     r"signbit|isnan|isinf|isfinite|stdin|stdout|stderr|errno|complex|imaginary|constexpr|nullptr|decltype|concept|and|or|not"
 )
 _RESERVED = {"t", "state", "parameters", "inputs", "outputs", "sample_time", "lambda"}
