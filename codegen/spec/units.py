@@ -89,10 +89,12 @@ def coherent_name(text: str, place: Place) -> str:
     """The SI unit that a value of this unit is converted to: the text itself where it is coherent already."""
     if si_factor(text, place) == 1:
         return text
-    wanted = parse_unit(text, place)
-    if "deg" in text or "rev" in text or "turn" in text or "rpm" in text:
-        return "rad/s" if dimension(wanted) != _none() else "rad"
-    return describe(dimension(wanted))
+    wanted = dimension(parse_unit(text, place))
+    if wanted == _none():
+        return "rad" if text.strip() in ("deg", "degree", "degrees", "rev", "turn", "arcmin", "arcsec") else "1"
+    if wanted == _none() / dimension(parse_unit("s", place)):
+        return "rad/s" if any(word in text for word in ("rpm", "deg", "rev", "turn")) else "1/s"
+    return describe(wanted)
 
 
 def _none() -> Dimension:

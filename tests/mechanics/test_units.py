@@ -6,9 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from codegen.errors import Place
 from codegen.mechanics import build_system
 from codegen.spec import parse_spec
-from codegen.spec.units import registry
+from codegen.spec.units import coherent_name, registry
 
 TEXT = """
 name: joint
@@ -37,3 +38,11 @@ def test_the_unit_of_a_converted_parameter_is_that_of_its_value(inertia: str, to
         declared = registry().Quantity(float(parameter.declared), parameter.unit)
         labelled = registry().Quantity(float(system.values[s]), system.units[s])
         assert labelled.to_base_units().magnitude == pytest.approx(declared.to_base_units().magnitude, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("unit", "name"),
+    [("deg", "rad"), ("rpm", "rad/s"), ("N*m/deg", "N*m"), ("1/deg", "1"), ("kg", "kg"), ("kHz", "1/s"), ("mm", "m")],
+)
+def test_the_name_of_the_si_unit(unit: str, name: str) -> None:
+    assert coherent_name(unit, Place("a.yaml")) == name
