@@ -20,7 +20,7 @@ from codegen.spec.functions import Sgn
 Array = NDArray[np.float64]
 Shape = dict[str, float]
 
-KEPT_SHAPES = 4
+KEPT_PERIODS = 4
 STANDS_OUT = 2.0
 """The best period explains at least so many times what the next one does."""
 LEAST_TURNS = 1.5
@@ -70,7 +70,8 @@ def fit_effect(problem: Problem, effect: Effect, place: int, on: str) -> Fit | N
     """Fit one effect with the friction levels; None where it adds nothing that the data could show.
 
     The weights are linear; shape parameters are scanned coarsely, and the held-out error of each block uses the shape
-    that the other blocks prefer, so that a rich search earns no credit by itself.
+    that the other blocks prefer, so that a rich search earns no credit by itself. Only the few periods that a
+    periodic effect is tried at are picked on all blocks.
     """
     build = _delay_build(problem, place) if isinstance(effect, InputDelay) else _column_build(problem, effect, place)
     shapes = _shape_grid(problem, effect, place)
@@ -82,7 +83,6 @@ def fit_effect(problem: Problem, effect: Effect, place: int, on: str) -> Fit | N
     if not tried:
         return None
     tried.sort(key=lambda pair: pair[1].error(pair[1].fit()))
-    tried = tried[:KEPT_SHAPES]
     held_out = np.array([_best_of_others(tried, b) for b in range(len(tried[0][1].products))])
     shape, grams = _refine(tried[0], build)
     weights = grams.fit()
@@ -197,7 +197,7 @@ def _period_grid(problem: Problem, effect: Effect, place: int) -> Array:
     best = sorted(peaks, key=lambda k: -power[k])
     if not best or not _stands_out(best, turns, power):
         return np.empty(0)
-    return np.array([1 / turns[k] for k in best[:KEPT_SHAPES]])
+    return np.array([1 / turns[k] for k in best[:KEPT_PERIODS]])
 
 
 def _stands_out(best: list[int], turns: Array, power: Array) -> bool:
