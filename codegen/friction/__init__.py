@@ -2,8 +2,8 @@
 
 from codegen.friction.coulomb import Coulomb
 from codegen.friction.extended_coulomb import ExtendedCoulomb
-from codegen.friction.law import FrictionLaw
+from codegen.friction.law import DynamicLaw, FrictionLaw, LawParameter, LawState, MemoryLaw, ZeroMemoryLaw
 
 LAWS: dict[str, FrictionLaw] = {law.name: law for law in (Coulomb(), ExtendedCoulomb())}
 
-__all__ = ["LAWS", "FrictionLaw"]
+__all__ = ["LAWS", "DynamicLaw", "FrictionLaw", "LawParameter", "LawState", "MemoryLaw", "ZeroMemoryLaw"]

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 
 import sympy
 
-from codegen.friction.law import FrictionLaw, LawParameter
+from codegen.friction.law import LawParameter, ZeroMemoryLaw
 
 
-class Coulomb(FrictionLaw):
+class Coulomb(ZeroMemoryLaw):
     """F = a sgn(u)."""
 
     name = "coulomb"

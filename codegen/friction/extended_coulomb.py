@@ -6,10 +6,10 @@ from collections.abc import Mapping
 
 import sympy
 
-from codegen.friction.law import FrictionLaw, LawParameter
+from codegen.friction.law import LawParameter, ZeroMemoryLaw
 
 
-class ExtendedCoulomb(FrictionLaw):
+class ExtendedCoulomb(ZeroMemoryLaw):
     """F = (a1 + a2 exp(−a3 |u|) + a4 |u|) sgn(u), (2.5)."""
 
     name = "extended_coulomb"

@@ -1,11 +1,11 @@
-"""What a friction law is: a level over slip speed, its parameters, and a bound on its slope."""
+"""What a friction law is: its parameters, its level in steady sliding, a bound on its slope, what it can drive."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import sympy
 
@@ -16,33 +16,109 @@ class LawParameter:
 
     Attributes:
         unit: template over {F} (the contact's force unit) and {q} (its slip's unit).
-        positive: whether it must be greater than zero; otherwise zero is admitted too.
+        positive: whether the lowest value itself is excluded.
         meaning: a few words.
+        lowest, highest: the admissible range, exact; None where there is no bound.
+        default: used where a spec leaves the parameter out; None makes it required.
     """
 
     name: str
     unit: str
     positive: bool
     meaning: str
+    lowest: Any = 0
+    highest: Any = None
+    default: Any = None
 
 
 class FrictionLaw(ABC):
-    """A zero-memory law F = level(|u|) sgn(u) on the slip velocity u.
+    """A law of the force λ at one contact whose slip velocity is u.
 
     Attributes:
         name: as it stands in a spec.
         source: where the law is published.
         parameters: in order.
+        drives: what an observer can estimate by this law: "level" (CFO, GCFO), "state" (DFO, GDFO), or "" if neither.
+        why_not: where ``drives`` is empty, the reason.
     """
 
     name: ClassVar[str]
     source: ClassVar[str]
     parameters: ClassVar[tuple[LawParameter, ...]]
+    drives: ClassVar[str]
+    why_not: ClassVar[str] = ""
 
     @abstractmethod
     def level(self, slip_speed: sympy.Expr, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
-        """The level a(|u|) ≥ 0, in the contact's force unit."""
+        """The level a(|u|) ≥ 0 in steady sliding, λ = a(|u|) sgn(u), in the contact's force unit."""
 
     @abstractmethod
     def slope_bound(self, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
-        """A bound on |∂a/∂u| (Lemma 2.1), in force unit · s / slip unit."""
+        """A bound on |∂a/∂u| (Lemma 2.1 generalised), in force unit · s / slip unit; oo where there is none."""
+
+
+class ZeroMemoryLaw(FrictionLaw):
+    """λ = level(|u|) sgn(u): the force depends on the present slip velocity alone."""
+
+    drives = "level"
+
+
+@dataclass(frozen=True)
+class LawState:
+    """An internal state of a dynamic law; ``unit`` is a template as in LawParameter."""
+
+    name: str
+    unit: str
+    meaning: str
+
+
+class DynamicLaw(FrictionLaw):
+    """A law in state-space form: λ = force(u, z), dz/dt = rates(u, z).
+
+    Attributes:
+        states: z, in order.
+        scale: the parameter a of λ = a φ(u, z) that neither φ nor the rates contain, so that a DFO can estimate it;
+            "" where there is none, and the DFO then estimates a factor of the whole force, nominally 1.
+    """
+
+    drives = "state"
+    states: ClassVar[tuple[LawState, ...]]
+    scale: ClassVar[str] = ""
+
+    @abstractmethod
+    def rates(self, u: sympy.Expr, z: tuple[sympy.Expr, ...], p: Mapping[str, sympy.Expr]) -> tuple[sympy.Expr, ...]:
+        """ξ(u, z) = dz/dt, one per state."""
+
+    @abstractmethod
+    def force(self, u: sympy.Expr, z: tuple[sympy.Expr, ...], p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+        """λ(u, z) in the contact's force unit; positive opposes u > 0."""
+
+    @abstractmethod
+    def state_range(
+        self, top_speed: sympy.Expr, p: Mapping[str, sympy.Expr]
+    ) -> tuple[tuple[sympy.Expr, sympy.Expr], ...]:
+        """An interval for each state that it cannot leave while |u| ≤ top_speed, if it starts in it."""
+
+    def rest_state(self, p: Mapping[str, sympy.Expr]) -> tuple[sympy.Expr, ...]:
+        """The states at rest without load."""
+        return tuple(sympy.Integer(0) for _ in self.states)
+
+
+class MemoryLaw(FrictionLaw):
+    """A law that is not in state-space form: its force needs the slip's history, such as the time since it stopped."""
+
+    drives = ""
+
+    @abstractmethod
+    def response(self, time: Any, slip_velocity: Any, p: Mapping[str, float], applied_force: Any = None) -> Any:
+        """The force over a whole history.
+
+        Args:
+            time: s, increasing, length N.
+            slip_velocity: u at those times, length N.
+            p: parameters as numbers.
+            applied_force: the force that tries to move the contact, length N, where the law needs it; else None.
+
+        Returns:
+            λ at those times, length N.
+        """

@@ -1,4 +1,4 @@
-"""Spec → System: laws looked up, symbols named, and M(x) checked over the envelope."""
+"""Spec → System: symbols named, and M(x) checked over the envelope."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import sympy
 
-from codegen.errors import BadInput, nearest_name
-from codegen.friction import LAWS
-from codegen.mechanics.system import ContactFriction, Matrix, System
-from codegen.spec.model import Contact, Spec, symbol
+from codegen.errors import BadInput
+from codegen.mechanics.contacts import build_contacts
+from codegen.mechanics.system import Matrix, System
+from codegen.spec.model import Spec, symbol
 from codegen.spec.units import coherent_name
 
 SAMPLES = 400
@@ -26,20 +26,12 @@ def build_system(spec: Spec) -> System:
     """
     values: dict[sympy.Symbol, Any] = {symbol(p.name): p.value for p in spec.parameters}
     units = {symbol(p.name): coherent_name(p.unit, spec.place(f"parameters.{p.name}.unit")) for p in spec.parameters}
-    contacts = []
-    for index, contact in enumerate(spec.contacts):
-        built = _contact(spec, index, contact)
-        for name, s in built.law_parameters.items():
-            if s in values:
-                raise BadInput(
-                    spec.place(f"parameters.{s.name}"),
-                    f"parameter `{s.name}`",
-                    f"a name that contact {contact.name} does not use",
-                )
-            values[s] = contact.parameters[name]
-            template = next(p.unit for p in built.law.parameters if p.name == name)
-            units[s] = template.format(F=contact.unit, q=built.slip_unit)
-        contacts.append(built)
+    contacts, law_values, law_units = build_contacts(spec)
+    for name in law_values:
+        if name in values:
+            contact = next(c for c in contacts if name in c.law_parameters.values())
+            found, expected = f"parameter `{name}`", f"a name that contact {contact.name} does not use"
+            raise BadInput(spec.place(f"parameters.{name}"), found, expected)
     system = System(
         name=spec.name,
         positions=tuple(symbol(c.name) for c in spec.coordinates),
@@ -50,46 +42,12 @@ def build_system(spec: Spec) -> System:
         mass_matrix=Matrix(spec.mass_matrix),
         force=Matrix(spec.force),
         distribution=Matrix(spec.distribution),
-        contacts=tuple(contacts),
-        values=values,
-        units=units,
+        contacts=contacts,
+        values=values | law_values,
+        units=units | law_units,
     )
     check_mass_matrix(system, spec)
     return system
-
-
-def _contact(spec: Spec, index: int, contact: Contact) -> ContactFriction:
-    key = f"friction.contacts[{index}]"
-    law = LAWS.get(contact.law)
-    if law is None:
-        expected = f"one of {', '.join(LAWS)}"
-        raise BadInput(
-            spec.place(f"{key}.law"), f"unknown law `{contact.law}`", expected, nearest_name(contact.law, LAWS)
-        )
-    names = [p.name for p in law.parameters]
-    for name in contact.parameters:
-        if name not in names:
-            expected = f"name, law, unit and {', '.join(names)} of the law {law.name}"
-            raise BadInput(spec.place(f"{key}.{name}"), f"unknown key `{name}`", expected, nearest_name(name, names))
-    for p in law.parameters:
-        if p.name not in contact.parameters:
-            raise BadInput(
-                spec.place(key), f"`{p.name}` ({p.meaning}) is missing", f"`{p.name}:` for the law {law.name}"
-            )
-        value = contact.parameters[p.name]
-        if value < 0 or (p.positive and value == 0):
-            wanted = "a positive number" if p.positive else "zero or a positive number"
-            raise BadInput(spec.place(f"{key}.{p.name}"), f"{p.meaning} {float(value):g}", wanted)
-    touched = [i for i in range(len(spec.coordinates)) if spec.distribution[i, index] != 0]
-    if not touched:
-        raise BadInput(
-            spec.place("friction.distribution"),
-            f"column {index + 1} of zeros",
-            f"a coordinate on which {contact.name} acts",
-        )
-    symbols = {name: symbol(f"{contact.name}_{name}") for name in names}
-    slip_unit = spec.coordinates[touched[0]].unit
-    return ContactFriction(contact.name, contact.unit, slip_unit, symbol(f"slip_{contact.name}"), law, symbols)
 
 
 def position_ranges(system: System, spec: Spec) -> dict[sympy.Symbol, tuple[float, float]]:

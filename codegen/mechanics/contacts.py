@@ -1,0 +1,83 @@
+"""The contacts of a spec: laws looked up, parameters checked against their admissible ranges and named as symbols."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import sympy
+
+from codegen.errors import BadInput, nearest_name
+from codegen.friction import LAWS, FrictionLaw, LawParameter
+from codegen.mechanics.system import ContactFriction
+from codegen.spec.model import Contact, Spec, symbol
+
+Values = dict[sympy.Symbol, Any]
+Units = dict[sympy.Symbol, str]
+
+
+def build_contacts(spec: Spec) -> tuple[tuple[ContactFriction, ...], Values, Units]:
+    """The contacts in order, and the exact values and units of their laws' parameter symbols.
+
+    Raises:
+        BadInput: for an unknown law, a law parameter missing, unknown or out of range, or a contact that acts nowhere.
+    """
+    contacts: list[ContactFriction] = []
+    values: Values = {}
+    units: Units = {}
+    for index, contact in enumerate(spec.contacts):
+        key = f"friction.contacts[{index}]"
+        law = _law(spec, key, contact)
+        slip_unit = _slip_unit(spec, index, contact)
+        symbols = {p.name: symbol(f"{contact.name}_{p.name}") for p in law.parameters}
+        values |= {symbols[p.name]: _value(spec, key, law, p, contact) for p in law.parameters}
+        units |= {symbols[p.name]: p.unit.format(F=contact.unit, q=slip_unit) for p in law.parameters}
+        slip = symbol(f"slip_{contact.name}")
+        contacts.append(ContactFriction(contact.name, contact.unit, slip_unit, slip, law, symbols))
+    return tuple(contacts), values, units
+
+
+def _law(spec: Spec, key: str, contact: Contact) -> FrictionLaw:
+    law = LAWS.get(contact.law)
+    if law is None:
+        expected = f"one of {', '.join(LAWS)}"
+        raise BadInput(
+            spec.place(f"{key}.law"), f"unknown law `{contact.law}`", expected, nearest_name(contact.law, LAWS)
+        )
+    names = [p.name for p in law.parameters]
+    for name in contact.parameters:
+        if name not in names:
+            expected = f"name, law, unit and {', '.join(names)} of the law {law.name}"
+            raise BadInput(spec.place(f"{key}.{name}"), f"unknown key `{name}`", expected, nearest_name(name, names))
+    return law
+
+
+def _slip_unit(spec: Spec, index: int, contact: Contact) -> str:
+    touched = [i for i in range(len(spec.coordinates)) if spec.distribution[i, index] != 0]
+    if not touched:
+        place = spec.place("friction.distribution")
+        raise BadInput(place, f"column {index + 1} of zeros", f"a coordinate on which {contact.name} acts")
+    return spec.coordinates[touched[0]].unit
+
+
+def _value(spec: Spec, key: str, law: FrictionLaw, p: LawParameter, contact: Contact) -> Any:
+    if p.name not in contact.parameters:
+        if p.default is None:
+            found = f"`{p.name}` ({p.meaning}) is missing"
+            raise BadInput(spec.place(key), found, f"`{p.name}:` for the law {law.name}")
+        return sympy.Rational(p.default)
+    value = contact.parameters[p.name]
+    too_low = p.lowest is not None and (value < p.lowest or (p.positive and value == p.lowest))
+    too_high = p.highest is not None and value > p.highest
+    if too_low or too_high:
+        raise BadInput(spec.place(f"{key}.{p.name}"), f"{p.meaning} {float(value):g}", admissible(p))
+    return value
+
+
+def admissible(p: LawParameter) -> str:
+    """The admissible range in words."""
+    if p.lowest == 0 and p.highest is None:
+        return "a positive number" if p.positive else "zero or a positive number"
+    above = "" if p.lowest is None else f"above {p.lowest}" if p.positive else f"of at least {p.lowest}"
+    below = "" if p.highest is None else f"at most {p.highest}"
+    limits = " and ".join(part for part in (above, below) if part)
+    return f"a number {limits}".strip()
