@@ -1,0 +1,49 @@
+"""Dahl's solid friction: a spring that yields towards the Coulomb level."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import sympy
+
+from codegen.friction.law import DynamicLaw, LawParameter, LawState
+from codegen.spec.functions import Magnitude, Sgn
+
+
+class Dahl(DynamicLaw):
+    """F = a f, f' = c u |1 − f sgn(u)|^i sgn(1 − f sgn(u)), (1.1), (1.2) and (6.6) with φ = sgn.
+
+    For i ≥ 1 the level is approached but never reached; for i < 1 it is reached in finite slip, and ∂ξ/∂f is unbounded
+    there.
+    """
+
+    name = "dahl"
+    source = "Dahl 1976; Mentzelopoulou 1994, (1.1) and (6.6)"
+    parameters = (
+        LawParameter("a", "{F}", False, "Coulomb level"),
+        LawParameter(
+            "c", "1/{q}", True, "inverse of the presliding distance; the hysteresis is the wider the smaller c"
+        ),
+        LawParameter("i", "1", False, "exponent of the presliding curve", default=1),
+    )
+    states = (LawState("f", "1", "normalized friction force"),)
+    scale = "a"
+
+    def rates(self, u: sympy.Expr, z: tuple[sympy.Expr, ...], p: Mapping[str, sympy.Expr]) -> tuple[sympy.Expr, ...]:
+        gap = 1 - z[0] * Sgn(u)
+        return (p["c"] * u * Magnitude(gap) ** p["i"] * Sgn(gap),)
+
+    def force(self, u: sympy.Expr, z: tuple[sympy.Expr, ...], p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+        return p["a"] * z[0]
+
+    def state_range(
+        self, top_speed: sympy.Expr, p: Mapping[str, sympy.Expr]
+    ) -> tuple[tuple[sympy.Expr, sympy.Expr], ...]:
+        """f' has the sign of u up to |f| = 1, where it vanishes or points inwards."""
+        return ((sympy.Integer(-1), sympy.Integer(1)),)
+
+    def level(self, slip_speed: sympy.Expr, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+        return p["a"]
+
+    def slope_bound(self, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+        return sympy.Integer(0)
