@@ -73,11 +73,13 @@ class ObserverChoice:
     """The observer section: gains are matrices given by rows (a scalar or a list means a diagonal).
 
     Attributes:
-        kind: cfo, gcfo, to, gto or mgto.
+        kind: cfo, gcfo, to, gto, mgto, dfo or gdfo.
         velocity: "measured" or "estimated".
         gains: raw numbers as written: a scalar, a list or rows.
         sample_time: seconds, exact.
         exponent: μ of (2.6), exact.
+        shape: h(s) over the slip speed s in place of s^μ, or None.
+        laws: contact → the law that the observer assumes there (ξ₁ of 6.3.3), where it is not the plant's.
     """
 
     kind: str
@@ -85,6 +87,8 @@ class ObserverChoice:
     gains: Mapping[str, Any]
     sample_time: Any
     exponent: Any
+    shape: sympy.Expr | None = None
+    laws: Mapping[str, Contact] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -20,12 +20,12 @@ from codegen.spec.model import (
     DeclaredEffect,
     Input,
     LogColumns,
-    ObserverChoice,
     Parameter,
     Simulation,
     Spec,
     symbol,
 )
+from codegen.spec.observer_section import read_observer
 from codegen.spec.schema import SimulationSection, SpecDocument
 from codegen.spec.units import require_coherent, si_factor
 from codegen.spec.validation import validate
@@ -100,6 +100,7 @@ class _Reading:
         forces = _symbolic(force, position | constant | moving)
         matrix_u = _symbolic(distribution, position | constant)
         check_dimensions(coordinates, inputs, d.parameters, mass, force, distribution, contacts, self.place)
+        friction = tuple(self._contact(i) for i in range(len(contacts)))
         return Spec(
             name=d.name,
             source=d.source,
@@ -109,10 +110,10 @@ class _Reading:
             mass_matrix=mass_matrix,
             force=forces,
             distribution=matrix_u,
-            contacts=tuple(self._contact(i) for i in range(len(contacts))),
+            contacts=friction,
             effects=tuple(self._effect(i) for i in range(len(d.effects))),
-            observer=self._observer(),
-            envelope=self._envelope({*position, *moving}),
+            observer=read_observer(d.observer, friction, self.place),
+            envelope=self._envelope({*position, *moving, *(f"{k}_{c.name}" for k in "af" for c in friction)}),
             simulation=self._simulation(d.simulation, coordinates, inputs) if d.simulation else None,
             log=self._log({"t", *position, *moving}),
             text=self.text,
@@ -191,18 +192,6 @@ class _Reading:
         values = {k: self._number(v, f"{key}.parameters.{k}") for k, v in section.parameters.items()}
         return DeclaredEffect(section.kind, tuple(section.on), values)
 
-    def _observer(self) -> ObserverChoice | None:
-        section = self.document.observer
-        if section is None:
-            return None
-        period = self._number(section.sample_time, "observer.sample_time")
-        if period <= 0:
-            raise BadInput(
-                self.place("observer.sample_time"), f"sample time {section.sample_time}", "a positive time in s"
-            )
-        exponent = self._number(section.exponent, "observer.exponent")
-        return ObserverChoice(section.kind, section.velocity, dict(section.gains), period, exponent)
-
     def _envelope(self, names: set[str]) -> dict[str, tuple[Any, Any]]:
         result = {}
         for name, (low, high) in self.document.envelope.items():
@@ -211,7 +200,7 @@ class _Reading:
                 raise BadInput(
                     self.place(key),
                     f"unknown name `{name}`",
-                    "a coordinate, velocity or input",
+                    "a coordinate, velocity or input, or a_ or f_ with a contact's name",
                     nearest_name(name, names),
                 )
             bounds = self._number(low, f"{key}[0]"), self._number(high, f"{key}[1]")

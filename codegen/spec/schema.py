@@ -79,12 +79,22 @@ class EffectSection(Section):
     parameters: dict[str, Number]
 
 
+class AssumedLawSection(BaseModel):
+    """The law that an observer assumes at a contact, with its parameters, where it is not the plant's."""
+
+    model_config = ConfigDict(extra="allow", frozen=True)
+
+    law: str
+
+
 class ObserverSection(Section):
     kind: str
     velocity: Literal["measured", "estimated"] = "measured"
     gains: dict[str, Gain]
     sample_time: Number
     exponent: Number = "1"
+    h: Text | None = None
+    laws: dict[str, AssumedLawSection] = {}
 
 
 class SimulationSection(Section):

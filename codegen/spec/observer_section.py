@@ -1,0 +1,60 @@
+"""The ``observer:`` section → ObserverChoice: numbers exact, the shape h(s) parsed, assumed laws per contact."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from codegen.errors import BadInput, Place, nearest_name
+from codegen.spec.expression import exact_number, parse_expression
+from codegen.spec.model import Contact, ObserverChoice, symbol
+from codegen.spec.schema import ObserverSection
+
+SLIP_SPEED = "s"
+
+
+def read_observer(
+    section: ObserverSection | None, contacts: Sequence[Contact], place: Callable[[str], Place]
+) -> ObserverChoice | None:
+    """The observer that a spec asks for.
+
+    Args:
+        contacts: of the spec; ``laws`` may name another law for each than the plant's.
+        place: key → where it stands.
+
+    Raises:
+        BadInput: for a sample time that is not positive, an ``h`` that is not an expression in s, an ``h`` beside an
+            ``exponent``, or a law for a contact that is not there.
+    """
+    if section is None:
+        return None
+    period = exact_number(section.sample_time, place("observer.sample_time"))
+    if period <= 0:
+        raise BadInput(place("observer.sample_time"), f"sample time {section.sample_time}", "a positive time in s")
+    exponent = exact_number(section.exponent, place("observer.exponent"))
+    shape = None
+    if section.h is not None:
+        where = place("observer.h")
+        if "exponent" in section.model_fields_set:
+            raise BadInput(where, "both `h` and `exponent`", "one of them: an exponent mu means h = s**mu")
+        shape = parse_expression(section.h, where).symbolic({SLIP_SPEED: symbol(SLIP_SPEED)})
+    laws = {name: _assumed(section, name, contacts, place) for name in section.laws}
+    return ObserverChoice(section.kind, section.velocity, dict(section.gains), period, exponent, shape, laws)
+
+
+def _assumed(
+    section: ObserverSection, name: str, contacts: Sequence[Contact], place: Callable[[str], Place]
+) -> Contact:
+    key = f"observer.laws.{name}"
+    plant = next((c for c in contacts if c.name == name), None)
+    if plant is None:
+        names = [c.name for c in contacts]
+        raise BadInput(place(key), f"unknown contact `{name}`", f"one of {', '.join(names)}", nearest_name(name, names))
+    law = section.laws[name]
+    values: dict[str, Any] = {}
+    for parameter, value in (law.model_extra or {}).items():
+        where = place(f"{key}.{parameter}")
+        if isinstance(value, bool) or not isinstance(value, (str, int, float)):
+            raise BadInput(where, f"`{value}`", "a number")
+        values[parameter] = exact_number(str(value), where)
+    return Contact(name, law.law, plant.unit, values)
