@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,9 @@ import sympy
 
 from codegen.errors import BadInput
 from codegen.mechanics.contacts import build_contacts
-from codegen.mechanics.system import Matrix, System
+from codegen.mechanics.motion import equation_of_motion, form_key
+from codegen.mechanics.sampling import position_range
+from codegen.mechanics.system import System
 from codegen.spec.model import Spec, symbol
 from codegen.spec.units import coherent_name
 
@@ -26,7 +27,8 @@ def build_system(spec: Spec) -> System:
     """
     values: dict[sympy.Symbol, Any] = {symbol(p.name): p.value for p in spec.parameters}
     units = {symbol(p.name): coherent_name(p.unit, spec.place(f"parameters.{p.name}.unit")) for p in spec.parameters}
-    contacts, law_values, law_units = build_contacts(spec)
+    motion = equation_of_motion(spec)
+    contacts, law_values, law_units = build_contacts(spec, motion.distribution)
     for name in law_values:
         if name in values:
             contact = next(c for c in contacts if name in c.law_parameters.values())
@@ -39,9 +41,9 @@ def build_system(spec: Spec) -> System:
         inputs=tuple(symbol(i.name) for i in spec.inputs),
         position_units=tuple(c.unit for c in spec.coordinates),
         input_units=tuple(i.unit for i in spec.inputs),
-        mass_matrix=Matrix(spec.mass_matrix),
-        force=Matrix(spec.force),
-        distribution=Matrix(spec.distribution),
+        mass_matrix=motion.mass_matrix,
+        force=motion.force,
+        distribution=motion.distribution,
         contacts=contacts,
         values=values | law_values,
         units=units | law_units,
@@ -52,12 +54,8 @@ def build_system(spec: Spec) -> System:
 
 def position_ranges(system: System, spec: Spec) -> dict[sympy.Symbol, tuple[float, float]]:
     """The range of every position: the envelope's, or one metre or one half turn to each side where it says none."""
-    ranges = {}
-    for x, unit in zip(system.positions, system.position_units, strict=True):
-        default = math.pi if unit == "rad" else 1.0
-        low, high = spec.envelope.get(x.name, (-default, default))
-        ranges[x] = (float(low), float(high))
-    return ranges
+    units = zip(system.positions, system.position_units, strict=True)
+    return {x: position_range(spec, x.name, unit) for x, unit in units}
 
 
 def check_mass_matrix(system: System, spec: Spec) -> None:
@@ -66,7 +64,7 @@ def check_mass_matrix(system: System, spec: Spec) -> None:
     Raises:
         BadInput: with the entry, or the point and its smallest eigenvalue.
     """
-    mass = system.mass_matrix.subs(system.values)
+    mass, key = system.mass_matrix.subs(system.values), form_key(spec)
     n = system.degrees_of_freedom
     ranges = position_ranges(system, spec)
     generator = np.random.default_rng(0)
@@ -84,23 +82,21 @@ def check_mass_matrix(system: System, spec: Spec) -> None:
                 mass[i, j] - mass[j, i], system.positions, points
             ):
                 found = f"entry [{i}][{j}] `{system.mass_matrix[i, j]}` and [{j}][{i}] `{system.mass_matrix[j, i]}`"
-                raise BadInput(spec.place(f"mass_matrix[{i}][{j}]"), found, "a symmetric mass matrix")
+                raise BadInput(spec.place(f"{key}[{i}][{j}]"), found, "a symmetric mass matrix")
     for point in points:
         at = dict(zip(system.positions, point, strict=True))
         entries = mass.subs(at).evalf()
         if not all(e.is_real and e.is_finite for e in entries):
             where = ", ".join(f"{x} = {value:.4g}" for x, value in at.items() if x in mass.free_symbols)
             expected = "real entries in the whole envelope"
-            raise BadInput(spec.place("mass_matrix"), f"no real number at {where}", expected)
+            raise BadInput(spec.place(key), f"no real number at {where}", expected)
         smallest = np.linalg.eigvalsh(np.array(entries, dtype=float))[0]
         if not smallest > 0:
             where = (
                 ", ".join(f"{x} = {value:.4g}" for x, value in at.items() if x in mass.free_symbols) or "every point"
             )
             found = f"its smallest eigenvalue is {smallest:.4g} at {where}"
-            raise BadInput(
-                spec.place("mass_matrix"), found, "a mass matrix that is positive definite in the whole envelope"
-            )
+            raise BadInput(spec.place(key), found, "a mass matrix that is positive definite in the whole envelope")
 
 
 def _differs(difference: sympy.Expr, positions: tuple[sympy.Symbol, ...], points: Any) -> bool:

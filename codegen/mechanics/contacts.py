@@ -8,15 +8,19 @@ import sympy
 
 from codegen.errors import BadInput, nearest_name
 from codegen.friction import LAWS, FrictionLaw, LawParameter
-from codegen.mechanics.system import ContactFriction
+from codegen.mechanics.system import ContactFriction, Matrix
 from codegen.spec.model import Contact, Spec, symbol
+from codegen.spec.units import dimension, parse_unit
 
 Values = dict[sympy.Symbol, Any]
 Units = dict[sympy.Symbol, str]
 
 
-def build_contacts(spec: Spec) -> tuple[tuple[ContactFriction, ...], Values, Units]:
+def build_contacts(spec: Spec, distribution: Matrix) -> tuple[tuple[ContactFriction, ...], Values, Units]:
     """The contacts in order, and the exact values and units of their laws' parameter symbols.
+
+    Args:
+        distribution: U, n by contacts.
 
     Raises:
         BadInput: for an unknown law, a law parameter missing, unknown or out of range, or a contact that acts nowhere.
@@ -25,15 +29,32 @@ def build_contacts(spec: Spec) -> tuple[tuple[ContactFriction, ...], Values, Uni
     values: Values = {}
     units: Units = {}
     for index, contact in enumerate(spec.contacts):
-        key = f"friction.contacts[{index}]"
-        law = _law(spec, key, contact)
-        slip_unit = _slip_unit(spec, index, contact)
-        symbols = {p.name: symbol(f"{contact.name}_{p.name}") for p in law.parameters}
-        values |= {symbols[p.name]: _value(spec, key, law, p, contact) for p in law.parameters}
-        units |= {symbols[p.name]: p.unit.format(F=contact.unit, q=slip_unit) for p in law.parameters}
+        slip_unit = _slip_unit(spec, distribution, index, contact)
+        law, symbols, own, named = law_of(spec, f"friction.contacts[{index}]", contact, slip_unit)
+        values |= own
+        units |= named
         slip = symbol(f"slip_{contact.name}")
         contacts.append(ContactFriction(contact.name, contact.unit, slip_unit, slip, law, symbols))
     return tuple(contacts), values, units
+
+
+def law_of(
+    spec: Spec, key: str, contact: Contact, slip_unit: str, prefix: str = ""
+) -> tuple[FrictionLaw, dict[str, sympy.Symbol], Values, Units]:
+    """A contact's law, its parameters' symbols, and their exact values and units.
+
+    Args:
+        key: where the contact, or the law assumed for it, stands in the spec.
+        prefix: of the symbols' names.
+
+    Raises:
+        BadInput: as ``build_contacts``.
+    """
+    law = _law(spec, key, contact)
+    symbols = {p.name: symbol(f"{prefix}{contact.name}_{p.name}") for p in law.parameters}
+    values = {symbols[p.name]: _value(spec, key, law, p, contact) for p in law.parameters}
+    units = {symbols[p.name]: p.unit.format(F=contact.unit, q=slip_unit) for p in law.parameters}
+    return law, symbols, values, units
 
 
 def _law(spec: Spec, key: str, contact: Contact) -> FrictionLaw:
@@ -51,11 +72,14 @@ def _law(spec: Spec, key: str, contact: Contact) -> FrictionLaw:
     return law
 
 
-def _slip_unit(spec: Spec, index: int, contact: Contact) -> str:
-    touched = [i for i in range(len(spec.coordinates)) if spec.distribution[i, index] != 0]
+def _slip_unit(spec: Spec, distribution: Matrix, index: int, contact: Contact) -> str:
+    touched = [i for i in range(len(spec.coordinates)) if distribution[i, index] != 0]
     if not touched:
-        place = spec.place("friction.distribution")
+        place = spec.place("friction.distribution" if contact.sliding is None else f"friction.contacts[{index}]")
         raise BadInput(place, f"column {index + 1} of zeros", f"a coordinate on which {contact.name} acts")
+    if contact.sliding is not None:  # bodies may slide by a length while the coordinate is an angle
+        place = spec.place(f"friction.contacts[{index}].unit")
+        return "m" if dimension(parse_unit(contact.unit, place)) == dimension(parse_unit("N", place)) else "rad"
     return spec.coordinates[touched[0]].unit
 
 

@@ -11,6 +11,7 @@ from typing import Any
 import sympy
 
 from codegen.errors import Place
+from codegen.spec.motion import Form, Sliding
 
 Rational = sympy.Rational
 
@@ -51,12 +52,13 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Contact:
-    """A place where friction acts: its law's name and that law's parameters in SI."""
+    """A place where friction acts: its law's name, that law's parameters in SI, and the bodies if the spec has any."""
 
     name: str
     law: str
     unit: str
     parameters: Mapping[str, Any]
+    sliding: Sliding | None = None
 
 
 @dataclass(frozen=True)
@@ -69,13 +71,21 @@ class DeclaredEffect:
 
 
 @dataclass(frozen=True)
+class FreeGain:
+    """A gain, or an entry of one, that the spec leaves open between two exact bounds."""
+
+    low: Any
+    high: Any
+
+
+@dataclass(frozen=True)
 class ObserverChoice:
     """The observer section: gains are matrices given by rows (a scalar or a list means a diagonal).
 
     Attributes:
         kind: cfo, gcfo, to, gto, mgto, dfo or gdfo.
         velocity: "measured" or "estimated".
-        gains: raw numbers as written: a scalar, a list or rows.
+        gains: raw numbers as written: a scalar, a list or rows; a FreeGain where the spec leaves one open.
         sample_time: seconds, exact.
         exponent: μ of (2.6), exact.
         shape: h(s) over the slip speed s in place of s^μ, or None.
@@ -125,9 +135,11 @@ class Spec:
     """One machine and its observer, as its author wrote it.
 
     Attributes:
-        mass_matrix: M(x), n by n, over coordinate and parameter symbols.
-        force: g(x, v, w), n by 1, everything but friction, without ``effects``.
-        distribution: U(x), n by contacts; slip velocity is U' v.
+        mass_matrix: M(x), n by n, over coordinate and parameter symbols; None where ``form`` gives it.
+        force: g(x, v, w), n by 1, everything but friction, without ``effects``; beside ``constraints`` and
+            ``lagrangian`` the generalised forces that these do not give.
+        distribution: U(x), n by contacts; slip velocity is U' v; None where the bodies of ``form`` give it.
+        form: topology, constraints or Lagrangian in place of ``mass_matrix``.
         envelope: exact (low, high) for each named variable.
         text, path: the file itself; ``sha256`` is of its bytes.
     """
@@ -137,9 +149,10 @@ class Spec:
     coordinates: tuple[Coordinate, ...]
     inputs: tuple[Input, ...]
     parameters: tuple[Parameter, ...]
-    mass_matrix: sympy.ImmutableMatrix
+    mass_matrix: sympy.ImmutableMatrix | None
     force: sympy.ImmutableMatrix
-    distribution: sympy.ImmutableMatrix
+    distribution: sympy.ImmutableMatrix | None
+    form: Form | None
     contacts: tuple[Contact, ...]
     effects: tuple[DeclaredEffect, ...]
     observer: ObserverChoice | None

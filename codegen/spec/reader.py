@@ -11,8 +11,7 @@ from typing import Any
 import sympy
 
 from codegen.errors import BadInput, Place, nearest_name
-from codegen.spec.dimensions import check_dimensions
-from codegen.spec.expression import Expression, exact_number, parse_expression
+from codegen.spec.expression import exact_number, parse_expression
 from codegen.spec.functions import CONSTANTS, FUNCTIONS
 from codegen.spec.model import (
     Contact,
@@ -25,6 +24,8 @@ from codegen.spec.model import (
     Spec,
     symbol,
 )
+from codegen.spec.motion import Sliding
+from codegen.spec.motion_section import read_motion
 from codegen.spec.observer_section import read_observer
 from codegen.spec.schema import SimulationSection, SpecDocument
 from codegen.spec.units import require_coherent, si_factor
@@ -88,28 +89,20 @@ class _Reading:
         for i in inputs:
             require_coherent(i.unit, self.place(f"inputs.{i.name}.unit"))
 
-        n, contacts = len(coordinates), d.friction.contacts
-        mass = self._matrix("mass_matrix", d.mass_matrix, (n, n))
-        force = self._matrix("force", [[row] for row in d.force], (n, 1), column=True)
-        distribution = self._matrix("friction.distribution", d.friction.distribution, (n, len(contacts)))
-
-        position = {c.name: symbol(c.name) for c in coordinates}
-        constant = {p.name: symbol(p.name) for p in parameters}
-        moving = {c.velocity: symbol(c.velocity) for c in coordinates} | {i.name: symbol(i.name) for i in inputs}
-        mass_matrix = _symbolic(mass, position | constant)
-        forces = _symbolic(force, position | constant | moving)
-        matrix_u = _symbolic(distribution, position | constant)
-        check_dimensions(coordinates, inputs, d.parameters, mass, force, distribution, contacts, self.place)
-        friction = tuple(self._contact(i) for i in range(len(contacts)))
+        position = {c.name for c in coordinates}
+        moving = {c.velocity for c in coordinates} | {i.name for i in inputs}
+        motion = read_motion(d, coordinates, inputs, self.place)
+        friction = tuple(self._contact(i, sliding) for i, sliding in enumerate(motion.slidings))
         return Spec(
             name=d.name,
             source=d.source,
             coordinates=coordinates,
             inputs=inputs,
             parameters=parameters,
-            mass_matrix=mass_matrix,
-            force=forces,
-            distribution=matrix_u,
+            mass_matrix=motion.mass_matrix,
+            force=motion.force,
+            distribution=motion.distribution,
+            form=motion.form,
             contacts=friction,
             effects=tuple(self._effect(i) for i in range(len(d.effects))),
             observer=read_observer(d.observer, friction, self.place),
@@ -159,20 +152,7 @@ class _Reading:
             raise BadInput(place, f"tolerance {text}", "a share such as 1% or 0.01, at most 1000%")
         return number
 
-    def _matrix(
-        self, key: str, rows: list[list[str]], shape: tuple[int, int], column: bool = False
-    ) -> list[list[Expression]]:
-        widths = {len(row) for row in rows}
-        if len(rows) != shape[0] or widths != {shape[1]}:
-            found = f"{len(rows)} entries" if column else f"{len(rows)} rows of {'/'.join(map(str, sorted(widths)))}"
-            wanted = f"{shape[0]} entries, one a coordinate" if column else f"{shape[0]} by {shape[1]}"
-            if key == "friction.distribution":
-                wanted += " (coordinates by contacts)"
-            raise BadInput(self.place(key), found, wanted)
-        at = (lambda i, j: f"{key}[{i}]") if column else (lambda i, j: f"{key}[{i}][{j}]")
-        return [[parse_expression(x, self.place(at(i, j))) for j, x in enumerate(row)] for i, row in enumerate(rows)]
-
-    def _contact(self, index: int) -> Contact:
+    def _contact(self, index: int, sliding: Sliding | None) -> Contact:
         section, key = self.document.friction.contacts[index], f"friction.contacts[{index}]"
         self._name(section.name, f"{key}.name")
         if section.name in {c.name for c in self.document.friction.contacts[:index]}:
@@ -180,7 +160,7 @@ class _Reading:
         require_coherent(section.unit, self.place(f"{key}.unit"))
         extra = section.model_extra or {}
         values = {k: self._number(v, f"{key}.{k}") for k, v in extra.items()}
-        return Contact(section.name, section.law, section.unit, values)
+        return Contact(section.name, section.law, section.unit, values, sliding)
 
     def _number(self, value: Any, key: str) -> Any:
         if isinstance(value, bool) or not isinstance(value, (str, int, float)):
@@ -260,7 +240,3 @@ class _Reading:
         scale = {k: float(self._number(v, f"log.scale.{k}")) for k, v in section.scale.items()}
         cutoff = float(self._number(section.cutoff_hz, "log.cutoff_hz")) if section.cutoff_hz else None
         return LogColumns(dict(section.columns), scale, cutoff, dict(section.published))
-
-
-def _symbolic(rows: list[list[Expression]], symbols: dict[str, sympy.Symbol]) -> sympy.ImmutableMatrix:
-    return sympy.ImmutableMatrix([[x.symbolic(symbols) for x in row] for row in rows])

@@ -31,9 +31,12 @@ def _as_list(value: object) -> object:
     return value if isinstance(value, list) else [value]
 
 
+def _as_direction(value: object) -> object:
+    return {value: "1"} if isinstance(value, str) else value
+
+
 Text = Annotated[str, BeforeValidator(_expression_like)]
 Number = Annotated[str, BeforeValidator(_number_like)]
-Gain = Number | list[Number] | list[list[Number]]
 Range = Annotated[list[Number], Field(min_length=2, max_length=2)]
 
 
@@ -41,6 +44,16 @@ class Section(BaseModel):
     """A mapping of the file; a key that is not listed is an error."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class FreeSection(Section):
+    """A gain that is not chosen yet: ``{free: [low, high]}``."""
+
+    free: Range
+
+
+GainEntry = Number | FreeSection
+Gain = GainEntry | list[GainEntry] | list[list[GainEntry]]
 
 
 class CoordinateSection(Section):
@@ -66,11 +79,42 @@ class ContactSection(BaseModel):
     name: str
     law: str = "coulomb"
     unit: str
+    bodies: Annotated[list[str], BeforeValidator(_as_list)] | None = None
+    along: Annotated[dict[str, Text], BeforeValidator(_as_direction)] | None = None
 
 
 class FrictionSection(Section):
-    distribution: list[list[Text]]
+    distribution: list[list[Text]] | None = None
     contacts: list[ContactSection]
+
+
+class BodySection(Section):
+    """A body; x, y, z and angle are coordinates in a topology, expressions over them under constraints."""
+
+    mass: Text | None = None
+    inertia: Text | None = None
+    x: Text | None = None
+    y: Text | None = None
+    z: Text | None = None
+    angle: Text | None = None
+
+
+class TopologySection(Section):
+    bodies: dict[str, BodySection]
+    transform: list[list[Text]] | None = None
+
+
+class ConstraintsSection(Section):
+    bodies: dict[str, BodySection]
+    force: dict[str, dict[str, Text]] = {}
+    equations: list[Text] = []
+
+
+class LagrangianSection(Section):
+    """Energies; a list is a sum, one entry a body or a spring."""
+
+    kinetic: Annotated[list[Text], BeforeValidator(_as_list)]
+    potential: Annotated[list[Text], BeforeValidator(_as_list)] = ["0"]
 
 
 class EffectSection(Section):
@@ -127,8 +171,11 @@ class SpecDocument(Section):
     coordinates: dict[str, CoordinateSection]
     inputs: dict[str, InputSection] = {}
     parameters: dict[str, ParameterSection] = {}
-    mass_matrix: list[list[Text]]
-    force: list[Text]
+    mass_matrix: list[list[Text]] | None = None
+    topology: TopologySection | None = None
+    constraints: ConstraintsSection | None = None
+    lagrangian: LagrangianSection | None = None
+    force: list[Text] | None = None
     friction: FrictionSection
     effects: list[EffectSection] = []
     observer: ObserverSection | None = None

@@ -1,0 +1,37 @@
+"""Energies differentiated by machine come out long; trigonometric sums are brought to the form a person would write."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import sympy
+from sympy.simplify.fu import TR8
+
+LONGEST = 4000
+HIGHEST_POWER = 6
+
+
+def compact(expression: Any) -> Any:
+    """The shortest of: the expression, its expansion, and that with products of sines and cosines as sums of them.
+
+    In the last form sin² + cos² is 1 and cos a cos(a + b) + sin a sin(a + b) is cos b, since harmonics are linearly
+    independent; ``simplify`` would find the same by trial, in minutes instead of milliseconds.
+
+    Args:
+        expression: a scalar or a matrix; one of more than ``LONGEST`` operations is returned as it is.
+    """
+    if isinstance(expression, sympy.MatrixBase):
+        return expression.applyfunc(compact)
+    if expression.is_Atom or not _expands(expression):
+        return expression
+    expanded = sympy.expand(expression)
+    forms = [expanded, expression]
+    if expanded.has(sympy.sin, sympy.cos) and sympy.count_ops(expanded) <= LONGEST:
+        forms.insert(0, sympy.expand(TR8(expanded)))
+    return min(forms, key=sympy.count_ops)  # of equals the first, so that equal expressions come out equal
+
+
+def _expands(expression: Any) -> bool:
+    """Whether multiplying out stays small."""
+    sums = (p for p in expression.atoms(sympy.Pow) if p.base.is_Add and p.exp.is_Integer)
+    return sympy.count_ops(expression) <= LONGEST and all(abs(p.exp) <= HIGHEST_POWER for p in sums)

@@ -1,0 +1,53 @@
+"""Points of the envelope at which what should hold everywhere, or almost everywhere, is looked at in numbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import sympy
+
+from codegen.spec.model import Spec, symbol
+
+POINTS = 12
+SINGULAR = 1e-9
+
+
+def position_range(spec: Spec, name: str, unit: str) -> tuple[float, float]:
+    """A position's range: the envelope's, or one metre or half a turn to each side where it says none."""
+    default = math.pi if unit == "rad" else 1.0
+    low, high = spec.envelope.get(name, (-default, default))
+    return float(low), float(high)
+
+
+def sampled_values(spec: Spec, count: int = POINTS) -> list[dict[sympy.Symbol, Any]]:
+    """The parameters' values with random positions of the envelope, the same at every call."""
+    generator = np.random.default_rng(1)
+    values = {symbol(p.name): p.value for p in spec.parameters}
+    ranges = {symbol(c.name): position_range(spec, c.name, c.unit) for c in spec.coordinates}
+    return [values | {s: float(generator.uniform(*r)) for s, r in ranges.items()} for _ in range(count)]
+
+
+def numeric_matrix(matrix: Any, point: Mapping[sympy.Symbol, Any]) -> Any:
+    """A matrix in numbers; NaN where it has no real value there."""
+    entries = [complex(entry) for entry in matrix.subs(point).evalf()]
+    numbers = [e.real if abs(e.imag) <= 1e-12 * max(1.0, abs(e.real)) else math.nan for e in entries]
+    return np.array(numbers).reshape(matrix.rows, matrix.cols)
+
+
+def rank(matrix: Any, points: list[dict[sympy.Symbol, Any]]) -> int:
+    """The generic rank: the largest over the points, each row and column brought to size one first.
+
+    A matrix without a real value at any point counts as of full rank; its fault is told elsewhere.
+    """
+    ranks = [_rank(numbers) for point in points if np.isfinite(numbers := numeric_matrix(matrix, point)).all()]
+    return max(ranks, default=min(matrix.rows, matrix.cols))
+
+
+def _rank(numbers: Any) -> int:
+    for axis in (0, 1):
+        size = np.linalg.norm(numbers, axis=axis, keepdims=True)
+        numbers = numbers / np.where(size == 0, 1, size)
+    return int(np.linalg.matrix_rank(numbers, tol=SINGULAR))

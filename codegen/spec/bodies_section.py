@@ -1,0 +1,180 @@
+"""Bodies, the forces on them, the equations that hold them, and the contacts between them, as a spec writes them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import sympy
+
+from codegen.errors import BadInput, nearest_name
+from codegen.spec.expression import NAME, Expression, parse_expression
+from codegen.spec.model import symbol
+from codegen.spec.motion import DIRECTIONS, GROUND, TRANSLATIONS, Body, Sliding, position_name, rate_name
+from codegen.spec.motion_units import Units
+from codegen.spec.schema import BodySection, SpecDocument
+
+Symbols = Mapping[str, sympy.Symbol]
+
+
+def read_bodies(
+    key: str, sections: Mapping[str, BodySection], position: Symbols, units: Units, constant: Symbols
+) -> tuple[Body, ...]:
+    """The bodies of a section, each with its weights over ``constant`` and its positions over ``position``.
+
+    Raises:
+        BadInput: for no body, a body that cannot move or has no mass, unknown names and units that do not fit.
+    """
+    if not sections:
+        raise BadInput(units.place(f"{key}.bodies"), "no body", "at least one")
+    for name in sections:
+        if not NAME.match(name) or name == GROUND:
+            found = f"the body `{name}`"
+            raise BadInput(units.place(f"{key}.bodies.{name}"), found, f"letters, digits and _, and not `{GROUND}`")
+    return tuple(_body(f"{key}.bodies.{name}", name, s, position, units, constant) for name, s in sections.items())
+
+
+def _body(key: str, name: str, section: BodySection, position: Symbols, units: Units, constant: Symbols) -> Body:
+    positions = {}
+    for direction in DIRECTIONS:
+        text = getattr(section, direction)
+        if text is None:
+            continue
+        expression = parse_expression(text, units.place(f"{key}.{direction}"))
+        positions[direction] = expression.symbolic(position)
+        units.check(expression, units.of_direction(direction), f"position {direction} of {name}")
+    if not positions:
+        raise BadInput(units.place(key), f"body {name} without a position", f"one or more of {', '.join(DIRECTIONS)}")
+    translates = any(direction in TRANSLATIONS for direction in positions)
+    weights = {}
+    for quantity, needed, why in (
+        ("mass", translates, "x, y or z"),
+        ("inertia", "angle" in positions, "an angle"),
+    ):
+        text = getattr(section, quantity)
+        if (text is not None) != needed:
+            found = f"body {name} with {why} but no {quantity}" if needed else f"{quantity} of {name} without {why}"
+            raise BadInput(units.place(f"{key}.{quantity}"), found, f"{quantity} and {why} together")
+        weights[quantity] = sympy.S.Zero
+        if text is not None:
+            expression = parse_expression(text, units.place(f"{key}.{quantity}"))
+            weights[quantity] = expression.symbolic(constant)
+            units.check(expression, units.of_weight("angle" if quantity == "inertia" else "x"), f"{quantity} of {name}")
+    return Body(name, weights["mass"], weights["inertia"], positions)
+
+
+def read_body_forces(
+    sections: Mapping[str, Mapping[str, str]], bodies: Sequence[Body], names: Symbols, units: Units
+) -> dict[tuple[str, str], sympy.Expr]:
+    """g_x of (A.54): the force or torque on each body in each of its directions.
+
+    Raises:
+        BadInput: for a body or direction that is not there, unknown names and units that do not fit.
+    """
+    known = {b.name: b for b in bodies}
+    symbols = dict(names) | _body_symbols(bodies, names, units)
+    dimensions = units.with_bodies(bodies)
+    result = {}
+    for name, parts in sections.items():
+        key = f"constraints.force.{name}"
+        _require(name, list(known), "body", key, units)
+        for direction, text in parts.items():
+            _require(direction, list(known[name].positions), f"direction of {name}", f"{key}.{direction}", units)
+            expression = parse_expression(text, units.place(f"{key}.{direction}"))
+            result[name, direction] = expression.symbolic(symbols)
+            wanted = units.energy / units.of_direction(direction)
+            units.check(expression, wanted, f"force on {name}", dimensions)
+    return result
+
+
+def read_equations(
+    texts: Sequence[str], bodies: Sequence[Body], constant: Symbols, units: Units
+) -> tuple[sympy.Expr, ...]:
+    """ψ(x) of (A.47) over the positions of the bodies.
+
+    Raises:
+        BadInput: for unknown names, terms of different units, and an equation without any position.
+    """
+    symbols = dict(constant) | {
+        position_name(b.name, direction): symbol(position_name(b.name, direction))
+        for b in bodies
+        for direction in b.positions
+    }
+    dimensions, result = units.with_bodies(bodies), []
+    for k, text in enumerate(texts):
+        expression = parse_expression(text, units.place(f"constraints.equations[{k}]"))
+        value = expression.symbolic(symbols)
+        units.check_terms(expression, dimensions)
+        if not value.free_symbols - set(constant.values()):
+            found = f"`{text}`, which holds no position"
+            raise BadInput(expression.place, found, f"an expression over {', '.join(set(symbols) - set(constant))}")
+        result.append(value)
+    return tuple(result)
+
+
+def _body_symbols(bodies: Sequence[Body], names: Symbols, units: Units) -> dict[str, sympy.Symbol]:
+    """Symbols for the positions and velocities of bodies; their names must be free."""
+    result = {}
+    for body in bodies:
+        for direction in body.positions:
+            for name in (position_name(body.name, direction), rate_name(body.name, direction)):
+                if name in names or name in result:
+                    found = f"the name `{name}`, which body {body.name} has for its motion, is declared"
+                    raise BadInput(
+                        units.place(f"constraints.bodies.{body.name}"), found, "another name for one of them"
+                    )
+                result[name] = symbol(name)
+    return result
+
+
+def read_sliding(
+    document: SpecDocument, form: str, bodies: Sequence[Body], index: int, names: Symbols, units: Units
+) -> Sliding | None:
+    """Between which bodies contact ``index`` slides; None where ``distribution`` says it.
+
+    Raises:
+        BadInput: for an unknown body or direction, a body against itself, or a contact without a place.
+    """
+    section, key = document.friction.contacts[index], f"friction.contacts[{index}]"
+    if section.bodies is None:
+        if document.friction.distribution is None or section.along is not None:
+            expected = f"`bodies:`, one or two of {', '.join(b.name for b in bodies)} and {GROUND}"
+            raise BadInput(units.place(key), f"contact {section.name} without `bodies`", expected)
+        return None
+    known = {b.name: b for b in bodies}
+    for k, name in enumerate(section.bodies):
+        _require(name, [*known, GROUND], "body", f"{key}.bodies[{k}]", units)
+    moving = [known[name] for name in section.bodies if name != GROUND]
+    if not 1 <= len(section.bodies) <= 2 or not moving or len(set(section.bodies)) != len(section.bodies):
+        found = f"contact {section.name} between {' and '.join(section.bodies) or 'no bodies'}"
+        raise BadInput(units.place(f"{key}.bodies"), found, f"two bodies, or one and {GROUND}")
+    common = [direction for direction in DIRECTIONS if all(direction in b.positions for b in moving)]
+    along = _along(section.along, common, key, f"{form}.bodies", names, units)
+    pair = (section.bodies[0], section.bodies[1]) if len(section.bodies) == 2 else (section.bodies[0], GROUND)
+    slip = units.slip(along)
+    if slip is not None:
+        units.check_contact(index, slip)
+    return Sliding(pair, {direction: part.symbolic(names) for direction, part in along.items()})
+
+
+def _along(
+    given: Mapping[str, str] | None, common: list[str], key: str, where: str, names: Symbols, units: Units
+) -> dict[str, Expression]:
+    if not common:
+        found = "two bodies that share no direction"
+        raise BadInput(units.place(f"{key}.bodies"), found, f"bodies that both have x, y, z or an angle in {where}")
+    if given is None:
+        if len(common) > 1:
+            expected = f"`along:` with one of {', '.join(common)}"
+            raise BadInput(units.place(key), f"a contact that could slide along {' or '.join(common)}", expected)
+        given = {common[0]: "1"}
+    if not given:
+        raise BadInput(units.place(f"{key}.along"), "no direction", f"one of {', '.join(common)}")
+    for direction in given:
+        _require(direction, common, "direction of these bodies", f"{key}.along", units)
+    return {d: parse_expression(text, units.place(f"{key}.along")) for d, text in given.items()}
+
+
+def _require(name: str, known: Sequence[str], what: str, key: str, units: Units) -> None:
+    if name not in known:
+        expected = f"one of {', '.join(known)}"
+        raise BadInput(units.place(key), f"unknown {what} `{name}`", expected, nearest_name(name, known))

@@ -1,0 +1,210 @@
+"""The sections that state the equation of motion → M, g, U as written, or one of the forms that give them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import sympy
+
+from codegen.errors import BadInput, Place, nearest_name
+from codegen.spec.bodies_section import read_bodies, read_body_forces, read_equations, read_sliding
+from codegen.spec.dimensions import check_dimensions
+from codegen.spec.expression import NAME, Expression, parse_expression
+from codegen.spec.model import Coordinate, Input, symbol
+from codegen.spec.motion import DIRECTIONS, Constraints, Form, Lagrangian, Sliding, Topology
+from codegen.spec.motion_units import Units
+from codegen.spec.schema import SpecDocument, TopologySection
+
+FORMS = ("mass_matrix", "topology", "constraints", "lagrangian")
+Rows = list[list[Expression]]
+Symbols = dict[str, sympy.Symbol]
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What a spec says about its motion; the attributes are those of ``Spec``."""
+
+    mass_matrix: sympy.ImmutableMatrix | None
+    force: sympy.ImmutableMatrix
+    distribution: sympy.ImmutableMatrix | None
+    form: Form | None
+    slidings: tuple[Sliding | None, ...]
+
+
+def read_motion(
+    document: SpecDocument, coordinates: Sequence[Coordinate], inputs: Sequence[Input], place: Callable[[str], Place]
+) -> Motion:
+    """Read ``mass_matrix`` or what stands in its place, ``force`` and ``friction``.
+
+    Args:
+        place: key → where it stands.
+
+    Raises:
+        BadInput: for no form or two, matrices of wrong shape, unknown names, and units that do not fit.
+    """
+    return _MotionReading(document, coordinates, inputs, place).motion()
+
+
+class _MotionReading:
+    def __init__(
+        self,
+        document: SpecDocument,
+        coordinates: Sequence[Coordinate],
+        inputs: Sequence[Input],
+        place: Callable[..., Place],
+    ) -> None:
+        self.document, self.place, self.coordinates, self.inputs = document, place, coordinates, inputs
+        self.position: Symbols = {c.name: symbol(c.name) for c in coordinates}
+        self.velocity: Symbols = {c.velocity: symbol(c.velocity) for c in coordinates}
+        self.constant: Symbols = {name: symbol(name) for name in document.parameters}
+        self.entry: Symbols = {i.name: symbol(i.name) for i in inputs}
+
+    def motion(self) -> Motion:
+        d, n = self.document, len(self.coordinates)
+        chosen = self._chosen_form()
+        rows = d.force if d.force is not None else ["0"] * n
+        force = self._matrix("force", [[row] for row in rows], (n, 1), column=True)
+        forces = _symbolic(force, self.position | self.velocity | self.constant | self.entry)
+        distribution = None
+        if d.friction.distribution is not None:
+            shape = n, len(d.friction.contacts)
+            distribution = self._matrix("friction.distribution", d.friction.distribution, shape)
+        matrix_u = None if distribution is None else _symbolic(distribution, self.position | self.constant)
+        if chosen == "mass_matrix":
+            assert d.mass_matrix is not None and distribution is not None
+            mass = self._matrix("mass_matrix", d.mass_matrix, (n, n))
+            mass_matrix = _symbolic(mass, self.position | self.constant)
+            contacts = d.friction.contacts
+            check_dimensions(
+                self.coordinates, self.inputs, d.parameters, mass, force, distribution, contacts, self.place
+            )
+            return Motion(mass_matrix, forces, matrix_u, None, (None,) * len(contacts))
+        units = Units(d, self.coordinates, self.inputs, self.place)
+        units.check_rows(force, distribution)
+        if chosen == "lagrangian":
+            return Motion(None, forces, matrix_u, self._lagrangian(units), (None,) * len(d.friction.contacts))
+        form = self._topology(units) if chosen == "topology" else self._constraints(units)
+        names = self.position | self.constant
+        slidings = tuple(read_sliding(d, chosen, form.bodies, k, names, units) for k in range(len(d.friction.contacts)))
+        return Motion(None, forces, matrix_u, form, slidings)
+
+    def _chosen_form(self) -> str:
+        """The one form that is given, with what it needs beside it."""
+        d = self.document
+        given = [name for name in FORMS if getattr(d, name) is not None]
+        expected = "`mass_matrix:` with `force:`, or one of `topology:`, `constraints:` and `lagrangian:`"
+        if not given:
+            raise BadInput(self.place("mass_matrix"), "key `mass_matrix` is missing", expected)
+        if len(given) > 1:
+            found = f"both `{given[0]}` and `{given[1]}`"
+            raise BadInput(self.place(given[1]), found, "one way to state the equation of motion")
+        (chosen,) = given
+        if d.force is None and chosen in ("mass_matrix", "topology"):
+            raise BadInput(self.place("force"), "key `force` is missing", "`force:`")
+        if d.friction.distribution is None and chosen in ("mass_matrix", "lagrangian"):
+            key = "friction.distribution"
+            raise BadInput(self.place(key), f"key `{key}` is missing", "`distribution:`, coordinates by contacts")
+        for k, contact in enumerate(d.friction.contacts):
+            for name in ("bodies", "along"):
+                if getattr(contact, name) is not None and chosen in ("mass_matrix", "lagrangian"):
+                    key = f"friction.contacts[{k}].{name}"
+                    expected = f"`distribution:` alone beside `{chosen}:`; bodies belong to topology and constraints"
+                    raise BadInput(self.place(key), f"`{name}` of contact {contact.name}", expected)
+        return chosen
+
+    def _topology(self, units: Units) -> Topology:
+        section = self.document.topology
+        assert section is not None
+        # Under a transform the bodies have positions x̄ of their own; without one these are the coordinates themselves.
+        own = self.position if section.transform is None else self._own_positions(section)
+        self._one_position_each(section, own)
+        if section.transform is not None:
+            units.declare_positions({name: key.rpartition(".")[2] for key, name in self._positions(section)})
+        bodies = read_bodies("topology", section.bodies, own, units, self.constant)
+        if section.transform is None:
+            return Topology(bodies, None)
+        n = len(self.coordinates)
+        positions = [(b.name, direction) for b in bodies for direction in b.positions]
+        if len(positions) != n:
+            found = f"{len(positions)} positions of bodies for {n} coordinates"
+            raise BadInput(self.place("topology.transform"), found, "as many as coordinates: T of x = T x̄ is square")
+        rows = self._matrix("topology.transform", section.transform, (n, n))
+        units.check_transform(rows, [direction for _, direction in positions])
+        return Topology(bodies, _symbolic(rows, self.constant))
+
+    def _positions(self, section: TopologySection) -> list[tuple[str, str]]:
+        """(key, name) of every position that the bodies of a topology name."""
+        return [
+            (f"topology.bodies.{name}.{direction}", str(getattr(body, direction)).strip())
+            for name, body in section.bodies.items()
+            for direction in DIRECTIONS
+            if getattr(body, direction) is not None
+        ]
+
+    def _own_positions(self, section: TopologySection) -> Symbols:
+        declared = self.position | self.velocity | self.constant | self.entry
+        for key, name in self._positions(section):
+            if not NAME.match(name) or name in declared:
+                found, expected = f"`{name}` as a position before the transform", "a name of its own"
+                raise BadInput(self.place(key), found, expected)
+        return {name: symbol(name) for _, name in self._positions(section)}
+
+    def _one_position_each(self, section: TopologySection, own: Symbols) -> None:
+        """Without constraints each body moves alone: its positions are names, and no two share one (A.1.1)."""
+        seen: dict[str, str] = {}
+        for key, name in self._positions(section):
+            if name not in own:
+                expected = f"a coordinate ({', '.join(own)}); positions that are functions belong to `constraints:`"
+                raise BadInput(self.place(key), f"position `{name}`", expected, nearest_name(name, own))
+            if name in seen:
+                expected = "a coordinate for each body; bodies that move together belong to `constraints:`"
+                raise BadInput(self.place(key), f"`{name}`, which is {seen[name]} too", expected)
+            seen[name] = key
+        for name in own:
+            if name not in seen:
+                found = f"coordinate {name}, which is no body's position"
+                raise BadInput(self.place("topology.bodies"), found, f"a body with `{name}`")
+
+    def _constraints(self, units: Units) -> Constraints:
+        section = self.document.constraints
+        assert section is not None
+        bodies = read_bodies("constraints", section.bodies, self.position | self.constant, units, self.constant)
+        moving = self.position | self.velocity | self.constant | self.entry
+        forces = read_body_forces(section.force, bodies, moving, units)
+        return Constraints(bodies, forces, read_equations(section.equations, bodies, self.constant, units))
+
+    def _lagrangian(self, units: Units) -> Lagrangian:
+        section = self.document.lagrangian
+        assert section is not None
+        still = self.position | self.constant
+        kinetic = self._energy("kinetic", section.kinetic, still | self.velocity, units)
+        return Lagrangian(kinetic, self._energy("potential", section.potential, still, units))
+
+    def _energy(self, name: str, terms: list[str], names: Symbols, units: Units) -> sympy.Expr:
+        total: sympy.Expr = sympy.S.Zero
+        for k, text in enumerate(terms):
+            term = parse_expression(text, self.place(f"lagrangian.{name}[{k}]"))
+            total += term.symbolic(names)
+            units.check(term, units.energy, f"{name} energy")
+        return total
+
+    def _matrix(self, key: str, rows: list[list[str]], shape: tuple[int, int], column: bool = False) -> Rows:
+        widths = {len(row) for row in rows}
+        if len(rows) != shape[0] or widths != {shape[1]}:
+            found = f"{len(rows)} entries" if column else f"{len(rows)} rows of {'/'.join(map(str, sorted(widths)))}"
+            wanted = f"{shape[0]} entries, one a coordinate" if column else f"{shape[0]} by {shape[1]}"
+            if key == "friction.distribution":
+                wanted += " (coordinates by contacts)"
+            raise BadInput(self.place(key), found, wanted)
+        return [
+            [
+                parse_expression(x, self.place(f"{key}[{i}]" if column else f"{key}[{i}][{j}]"))
+                for j, x in enumerate(row)
+            ]
+            for i, row in enumerate(rows)
+        ]
+
+
+def _symbolic(rows: Rows, symbols: Mapping[str, sympy.Symbol]) -> sympy.ImmutableMatrix:
+    return sympy.ImmutableMatrix([[x.symbolic(symbols) for x in row] for row in rows])

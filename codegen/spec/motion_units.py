@@ -1,0 +1,117 @@
+"""Do the units of energies, bodies and generalised forces fit? A row of the equation is energy by coordinate."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from codegen.errors import BadInput, Place
+from codegen.spec.expression import Expression
+from codegen.spec.model import Coordinate, Input
+from codegen.spec.motion import Body, position_name, rate_name
+from codegen.spec.schema import SpecDocument
+from codegen.spec.units import Dimension, describe, dimension, dimension_of, parse_unit
+
+
+class Units:
+    """The dimension of every name of a spec, and checks of expressions against what they must be.
+
+    A bare number may stand for any unit; inside a sum it may not.
+    """
+
+    def __init__(
+        self,
+        document: SpecDocument,
+        coordinates: Sequence[Coordinate],
+        inputs: Sequence[Input],
+        place: Callable[..., Place],
+    ) -> None:
+        self.place = place
+        self.second, self.metre, self.kilogram, self.energy, self.number = (
+            dimension(parse_unit(text, place("name"))) for text in ("s", "m", "kg", "J", "1")
+        )
+        self.coordinates = [dimension(parse_unit(c.unit, place(f"coordinates.{c.name}.unit"))) for c in coordinates]
+        self.names: dict[str, Dimension] = {}
+        for c, of in zip(coordinates, self.coordinates, strict=True):
+            self.names |= {c.name: of, c.velocity: of / self.second}
+        for name, p in document.parameters.items():
+            self.names[name] = dimension(parse_unit(p.unit, place(f"parameters.{name}.unit")))
+        for i in inputs:
+            self.names[i.name] = dimension(parse_unit(i.unit, place(f"inputs.{i.name}.unit")))
+        self.contacts = [
+            dimension(parse_unit(c.unit, place(f"friction.contacts[{k}].unit")))
+            for k, c in enumerate(document.friction.contacts)
+        ]
+
+    def declare_positions(self, directions: Mapping[str, str]) -> None:
+        """Names of positions of bodies that are no coordinates, each with its direction."""
+        self.names |= {name: self.of_direction(direction) for name, direction in directions.items()}
+
+    def of_direction(self, direction: str) -> Dimension:
+        """Of a body's position: a length, or an angle's pure number."""
+        return self.number if direction == "angle" else self.metre
+
+    def of_weight(self, direction: str) -> Dimension:
+        """kg, or kg*m^2 for an angle."""
+        return self.kilogram * self.metre**2 if direction == "angle" else self.kilogram
+
+    def with_bodies(self, bodies: Sequence[Body]) -> Mapping[str, Dimension]:
+        """The names with those of the bodies' positions and velocities."""
+        names = dict(self.names)
+        for body in bodies:
+            for direction in body.positions:
+                of = self.of_direction(direction)
+                names |= {position_name(body.name, direction): of, rate_name(body.name, direction): of / self.second}
+        return names
+
+    def check(
+        self, expression: Expression, wanted: Dimension, what: str, names: Mapping[str, Dimension] | None = None
+    ) -> None:
+        """Raise BadInput where an expression is not of the dimension ``wanted``."""
+        found = dimension_of(expression, names or self.names)
+        if found is not None and found != wanted:
+            raise BadInput(expression.place, f"{what} `{expression.text}` in {describe(found)}", describe(wanted))
+
+    def check_terms(self, expression: Expression, names: Mapping[str, Dimension]) -> None:
+        """Raise BadInput where terms of different dimension are added."""
+        dimension_of(expression, names)
+
+    def check_rows(self, force: list[list[Expression]], distribution: list[list[Expression]] | None) -> None:
+        """Generalised forces are energy by coordinate; so is each U_ik λ_k."""
+        for i, of in enumerate(self.coordinates):
+            self.check(force[i][0], self.energy / of, "force")
+            for k, friction in enumerate(self.contacts if distribution is not None else ()):
+                assert distribution is not None
+                entry = distribution[i][k]
+                if entry.text.strip() in ("0", "0.0"):
+                    continue
+                found = dimension_of(entry, self.names)
+                of_force = friction if found is None else found * friction
+                if of_force != self.energy / of:
+                    words = f"distribution `{entry.text}` times the friction of contact {k + 1} gives"
+                    raise BadInput(entry.place, f"{words} {describe(of_force)}", describe(self.energy / of))
+
+    def check_transform(self, rows: list[list[Expression]], directions: Sequence[str]) -> None:
+        """T of x = T x̄ takes positions of bodies to coordinates."""
+        for row, of in zip(rows, self.coordinates, strict=True):
+            for entry, direction in zip(row, directions, strict=True):
+                self.check(entry, of / self.of_direction(direction), "transform")
+
+    def slip(self, along: Mapping[str, Expression]) -> Any:
+        """The dimension of what a contact slides by, or None where bare numbers leave it open."""
+        found: Any = None
+        for direction, part in along.items():
+            factor = dimension_of(part, self.names)
+            of = self.of_direction(direction) if factor is None else factor * self.of_direction(direction)
+            if found is not None and of != found:
+                words = f"`{part.text}` times {direction} in {describe(of)}"
+                raise BadInput(part.place, words, f"{describe(found)}, as the directions before it")
+            found = of
+        return found
+
+    def check_contact(self, index: int, slip: Dimension) -> None:
+        """Friction times slip velocity is power."""
+        wanted = self.energy / slip
+        if self.contacts[index] != wanted:
+            key = f"friction.contacts[{index}].unit"
+            raise BadInput(self.place(key), f"friction in {describe(self.contacts[index])}", describe(wanted))
