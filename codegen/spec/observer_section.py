@@ -7,6 +7,7 @@ from typing import Any
 
 from codegen.errors import BadInput, Place, nearest_name
 from codegen.spec.expression import exact_number, parse_expression
+from codegen.spec.free_gains import read_free_gains
 from codegen.spec.model import Contact, ObserverChoice, symbol
 from codegen.spec.schema import ObserverSection
 
@@ -24,7 +25,7 @@ def read_observer(
 
     Raises:
         BadInput: for a sample time that is not positive, an ``h`` that is not an expression in s, an ``h`` beside an
-            ``exponent``, or a law for a contact that is not there.
+            ``exponent``, a law for a contact that is not there, or a free gain without a range.
     """
     if section is None:
         return None
@@ -39,7 +40,8 @@ def read_observer(
             raise BadInput(where, "both `h` and `exponent`", "one of them: an exponent mu means h = s**mu")
         shape = parse_expression(section.h, where).symbolic({SLIP_SPEED: symbol(SLIP_SPEED)})
     laws = {name: _assumed(section, name, contacts, place) for name in section.laws}
-    return ObserverChoice(section.kind, section.velocity, dict(section.gains), period, exponent, shape, laws)
+    gains = {name: read_free_gains(raw, f"observer.gains.{name}", place) for name, raw in section.gains.items()}
+    return ObserverChoice(section.kind, section.velocity, gains, period, exponent, shape, laws)
 
 
 def _assumed(

@@ -63,7 +63,7 @@ def _explain(error: ValidationError, model: type[BaseModel], places: Mapping[str
 def _is_variant(step: object) -> bool:
     """Pydantic puts the tried alternative of a union into the path; it is not a key of the file."""
     return isinstance(step, str) and (
-        step.startswith(("function-before", "list[", "constrained")) or step == "nullable"
+        step.startswith(("function-before", "list[", "constrained")) or step in ("nullable", "FreeSection")
     )
 
 

@@ -1,0 +1,103 @@
+"""Free gains: ``K_F: {free: [1, 1000]}`` in a spec, found, refused where a number is needed, and filled in."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from codegen.errors import BadInput, Place
+from codegen.spec.expression import exact_number
+from codegen.spec.model import FreeGain, Spec
+from codegen.spec.schema import FreeSection
+
+
+@dataclass(frozen=True)
+class GainEntry:
+    """An entry of ``observer.gains``.
+
+    Attributes:
+        gain: name of the gain.
+        path: () for a scalar, (i,) in a list, (i, j) in rows.
+        value: the number as written, or a FreeGain.
+    """
+
+    gain: str
+    path: tuple[int, ...]
+    value: Any
+
+    @property
+    def key(self) -> str:
+        return f"observer.gains.{self.gain}" + "".join(f"[{k}]" for k in self.path)
+
+
+def read_free_gains(raw: Any, key: str, place: Callable[[str], Place]) -> Any:
+    """A gain of the schema with its free entries as FreeGain.
+
+    Raises:
+        BadInput: for a range that is not low < high.
+    """
+    if isinstance(raw, list):
+        return [read_free_gains(entry, f"{key}[{k}]", place) for k, entry in enumerate(raw)]
+    if not isinstance(raw, FreeSection):
+        return raw
+    where = place(f"{key}.free")
+    low, high = (exact_number(bound, where) for bound in raw.free)
+    if not low < high:
+        raise BadInput(where, f"free: [{raw.free[0]}, {raw.free[1]}]", "a range [low, high] with low < high")
+    return FreeGain(low, high)
+
+
+def gain_entries(gains: Mapping[str, Any]) -> tuple[GainEntry, ...]:
+    """Every entry of the gains, in the order in which they are written."""
+    return tuple(entry for name, raw in gains.items() for entry in _entries(name, (), raw))
+
+
+def free_entries(spec: Spec) -> tuple[GainEntry, ...]:
+    """The entries that a spec leaves free."""
+    if spec.observer is None:
+        return ()
+    return tuple(e for e in gain_entries(spec.observer.gains) if isinstance(e.value, FreeGain))
+
+
+def refuse_free_gains(spec: Spec) -> None:
+    """Raise BadInput where a gain is free, with the verb that finds a number for it."""
+    for entry in free_entries(spec):
+        name = entry.key.removeprefix("observer.gains.")
+        found = f"the gain `{name}` is free ({float(entry.value.low):g} to {float(entry.value.high):g})"
+        expected = f"a number; `stiction gains {spec.path}` shows which are stable and suggests one"
+        raise BadInput(spec.place(entry.key), found, expected)
+
+
+def with_gains(spec: Spec, numbers: Mapping[tuple[str, tuple[int, ...]], float]) -> Spec:
+    """The spec with other numbers at (gain, path); its text stays as it is."""
+    assert spec.observer is not None
+    gains = {name: _filled(name, (), raw, numbers) for name, raw in spec.observer.gains.items()}
+    return replace(spec, observer=replace(spec.observer, gains=gains))
+
+
+def middle(free: FreeGain) -> float:
+    """A number in the range: the geometric mean where it has one, else the middle, or the upper end if that is zero."""
+    low, high = float(free.low), float(free.high)
+    if low * high > 0:
+        return float(f"{math.copysign(math.sqrt(low * high), low):.6g}")
+    return (low + high) / 2 or high
+
+
+def at_middle(spec: Spec) -> Spec:
+    """The spec with every free gain at the middle of its range, for what does not depend on the number."""
+    free = free_entries(spec)
+    return with_gains(spec, {(e.gain, e.path): middle(e.value) for e in free}) if free else spec
+
+
+def _entries(name: str, path: tuple[int, ...], raw: Any) -> list[GainEntry]:
+    if isinstance(raw, list):
+        return [entry for k, inner in enumerate(raw) for entry in _entries(name, (*path, k), inner)]
+    return [GainEntry(name, path, raw)]
+
+
+def _filled(name: str, path: tuple[int, ...], raw: Any, numbers: Mapping[tuple[str, tuple[int, ...]], float]) -> Any:
+    if isinstance(raw, list):
+        return [_filled(name, (*path, k), inner, numbers) for k, inner in enumerate(raw)]
+    return repr(float(numbers[name, path])) if (name, path) in numbers else raw
