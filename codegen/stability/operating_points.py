@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -109,21 +110,37 @@ def evaluate(
     dynamics: ErrorDynamics, matrix: Matrix, points: OperatingPoints, sample_time: float | None = None
 ) -> Array:
     """A matrix of the error dynamics at every point, points by m by m, at the spec's gains and parameters."""
-    system = dynamics.observer.system
-    variables = casadi.SX.sym("p", len(points.variables)) if points.variables else casadi.SX.sym("p", 1)
+    h = float(dynamics.observer.sample_time if sample_time is None else sample_time)
+    function = matrix_function(dynamics, matrix, points, ())
+    return evaluate_columns(function, points.values, np.full((len(points.values), 1), h))
+
+
+def matrix_function(
+    dynamics: ErrorDynamics, matrix: Matrix, points: OperatingPoints, gains: Sequence[sympy.Symbol]
+) -> Any:
+    """A matrix of the error dynamics as a CasADi function of (point, gains and sample time).
+
+    Args:
+        matrix: m by m over the symbols of ``dynamics``.
+        points: whose variables are the first argument, in order.
+        gains: that stay open; the second argument is these and then h. The others are the spec's.
+    """
+    variables = casadi.SX.sym("p", len(points.variables))
+    open_values = casadi.SX.sym("k", len(gains) + 1)
     names: dict[sympy.Symbol, Any] = {s: casadi.SX(float(v)) for s, v in dynamics.observer.values.items()}
+    names |= {s: open_values[k] for k, s in enumerate((*gains, sympy.Symbol("h", real=True)))}
     names |= {s: variables[k] for k, s in enumerate(points.variables)}
-    names[sympy.Symbol("h", real=True)] = casadi.SX(
-        float(dynamics.observer.sample_time if sample_time is None else sample_time)
-    )
     if dynamics.inverse_mass:
-        mass = to_casadi(system.mass_matrix, names)
+        mass = to_casadi(dynamics.observer.system.mass_matrix, names)
         columns = [solve_symmetric(mass, casadi.SX.eye(mass.shape[0])[:, j]) for j in range(mass.shape[0])]
         for s, (i, j) in dynamics.inverse_mass.items():
             names[s] = columns[j][i]
-    m = matrix.rows
-    function = casadi.Function("matrix", [variables], [casadi.densify(to_casadi(matrix, names))])
-    values = points.values.T if points.variables else np.zeros((1, 1))
-    count = values.shape[1]
-    flat = np.asarray(function.map(count)(values)).reshape(m, count, m)
+    return casadi.Function("matrix", [variables, open_values], [casadi.densify(to_casadi(matrix, names))])
+
+
+def evaluate_columns(function: Any, *arguments: Array) -> Array:
+    """A CasADi function of columns at N of them, N by rows by columns of its result; each argument is N by its size."""
+    count = len(arguments[0])
+    rows, columns = function.size_out(0)
+    flat = np.asarray(function.map(count)(*[a.T for a in arguments])).reshape(rows, count, columns)
     return np.ascontiguousarray(flat.transpose(1, 0, 2))
