@@ -6,6 +6,7 @@ from collections.abc import Callable
 from codegen.errors import BadInput, nearest_name
 from codegen.mechanics.system import System
 from codegen.observers.coulomb import coulomb_friction_observer
+from codegen.observers.dynamic import dynamic_friction_observer
 from codegen.observers.equations import Equation, ErrorVariable, Observer
 from codegen.observers.tracking import tracking_observer
 from codegen.spec.model import Spec
@@ -16,8 +17,10 @@ OBSERVERS: dict[str, Callable[[Spec, System], Observer]] = {
     "to": tracking_observer,
     "gto": tracking_observer,
     "mgto": tracking_observer,
+    "dfo": dynamic_friction_observer,
+    "gdfo": dynamic_friction_observer,
 }
-SINGLE = {"cfo": "gcfo", "to": "gto"}
+SINGLE = {"cfo": "gcfo", "to": "gto", "dfo": "gdfo"}
 
 
 def build_observer(spec: Spec, system: System) -> Observer:
@@ -52,6 +55,7 @@ def _refuse_shared_names(spec: Spec, observer: Observer) -> None:
     own = [s.name for e in observer.equations for s in (*e.symbols, *(e.state or ()))]
     own += [s.name for e in observer.errors for s in {e.symbol, e.truth} - {*system.velocities}]
     own += [s.name for s in (*observer.signs, *observer.gains, *system.accelerations)]
+    own += [s.name for s in observer.assumed if s not in {e.truth for e in observer.errors}]
     own += ["h", *[f"{v.name}_next" for v in system.velocities]]
     declared = {s.name for s in (*system.positions, *system.velocities, *system.inputs, *system.values)}
     for name in [*own, *sorted(declared)]:

@@ -4,30 +4,28 @@ from __future__ import annotations
 
 import sympy
 
-from codegen.errors import BadInput
 from codegen.mechanics.system import Matrix, System
 from codegen.observers import parts
 from codegen.observers.equations import Equation, ErrorVariable, Observer
 from codegen.observers.gains import read_gain, refuse_unknown_gains
-from codegen.spec.functions import Magnitude
+from codegen.observers.shape import Shape, read_shape
 from codegen.spec.model import Spec, symbol
-
-LARGEST_EXPONENT = 8
 
 
 def coulomb_friction_observer(spec: Spec, system: System) -> Observer:
-    """CFO (2.6)–(2.8), (3.8)–(3.10) and GCFO (4.10)–(4.15), (4.27)–(4.28), with h(|u|) = |u|^μ.
+    """CFO (2.6)–(2.8), (3.8)–(3.10) and GCFO (4.10)–(4.15), (4.27)–(4.28), with any monotone h; s^μ in the thesis.
 
-    â = z_F − K_F h(|û|),  F̂ = U S â,  dz_F/dt = K_F D S U' M⁻¹[g − F̂],  D = diag(μ |û|^(μ−1)).
+    â = z_F − K_F h(|û|),  F̂ = U S â,  dz_F/dt = K_F D S d(U'v)/dt,  D = diag(h'(|û|)),
+    d(U'v)/dt = U' M⁻¹[g − F̂] + U̇' v̂.
+
+    The thesis has no U̇' v̂ in (4.12); without it the level estimate moves at e = 0 where U depends on x.
 
     Raises:
-        BadInput: for gains of wrong shape or sign, or an exponent that is not positive or above 8.
+        BadInput: for gains of wrong shape or sign, or an h that does not rise.
     """
     choice = spec.observer
     assert choice is not None
-    if not 0 < choice.exponent <= LARGEST_EXPONENT:
-        wanted = f"a positive number up to {LARGEST_EXPONENT}"
-        raise BadInput(spec.place("observer.exponent"), f"exponent {choice.exponent}", wanted)
+    shape = read_shape(spec, system)
     refuse_unknown_gains(spec, choice, ("K_F", "K_v"))
     names, velocities = parts.contact_names(system), parts.velocity_names(system)
     friction_gain = read_gain(spec, choice, "K_F", names, names, sign=1)
@@ -46,8 +44,7 @@ def coulomb_friction_observer(spec: Spec, system: System) -> Observer:
 
     slip, sign = parts.slip_equations(system, velocity)
     equations += [slip, sign]
-    mu = choice.exponent
-    speed = Matrix([Magnitude(u) ** mu for u in slip.symbols])
+    speed = Matrix([shape.value(u) for u in slip.symbols])
     state = Matrix([symbol(f"z_{name}") for name in names])
     level = Equation(
         "friction_level",
@@ -60,33 +57,20 @@ def coulomb_friction_observer(spec: Spec, system: System) -> Observer:
     )
     law_force = Matrix([s * a for s, a in zip(sign.symbols, level.symbols, strict=True)])
     equations.append(level)
-    if parts.has_declared_friction(system):
-        known = parts.declared_friction(system, slip.symbols)
-        equations.append(known)
-        law_force = Matrix(law_force + known.symbols)
-    contact = Equation(
-        "contact_friction", parts.vector("F_hat", names), law_force, parts.contact_units(system), "(4.10)", output=True
-    )
-    force = Equation(
-        "friction_force",
-        parts.vector("F_hat_on", [x.name for x in system.positions]),
-        Matrix(system.distribution * contact.symbols),
-        parts.force_units(system),
-        "(4.10)",
-        output=True,
-    )
-    acceleration = parts.acceleration_equation(system, velocity, force.symbols)
-    equations += [contact, force, acceleration]
+    equations += parts.friction_equations(system, slip, law_force, "(4.10)")
+    acceleration = parts.acceleration_equation(system, velocity, equations[-1].symbols)
+    equations.append(acceleration)
 
     if estimated:
         states += list(equations[0].state or [])
         rates += list(parts.velocity_rate(system, velocity_gain.matrix, velocity, acceleration.symbols))
         initial += list(-velocity_gain.matrix * system.x)
         units += list(parts.velocity_units(system))
-    slope = sympy.diag(*[mu * Magnitude(u) ** (mu - 1) * s for u, s in zip(slip.symbols, sign.symbols, strict=True)])
+    slope = sympy.diag(*[shape.slope(u) * s for u, s in zip(slip.symbols, sign.symbols, strict=True)])
+    slip_rate = parts.slip_rate(system, velocity, acceleration.symbols)
     states += list(state)
-    rates += list(friction_gain.matrix * (slope * (system.distribution.T * acceleration.symbols)))
-    initial += _declared_levels(system, None if estimated else system.slip_velocity, friction_gain.matrix, mu)
+    rates += list(friction_gain.matrix * (slope * slip_rate))
+    initial += _declared_levels(system, None if estimated else system.slip_velocity, friction_gain.matrix, shape)
     units += list(parts.contact_units(system))
 
     signs = tuple(symbol(f"s_{name}") for name in names)
@@ -109,24 +93,25 @@ def coulomb_friction_observer(spec: Spec, system: System) -> Observer:
         true_friction=Matrix(truth_force),
         signs=signs,
         gains=values,
-        gain_units={s: _gain_unit(s, values, friction_gain.values, system, mu) for s in values},
+        gain_units={s: _gain_unit(s, values, friction_gain.values, system, shape) for s in values},
         sample_time=choice.sample_time,
         level_errors=True,
     )
 
 
-def _declared_levels(system: System, slip: Matrix | None, gain: Matrix, mu: sympy.Expr) -> list[sympy.Expr]:
+def _declared_levels(system: System, slip: Matrix | None, gain: Matrix, shape: Shape) -> list[sympy.Expr]:
     """z_F at the start, so that â is the level that the spec declares for zero slip."""
     levels = Matrix([c.law_level.subs(c.slip, 0) for c in system.contacts])
-    if slip is None:
-        return list(levels)
-    return list(levels + gain * Matrix([Magnitude(u) ** mu for u in slip]))
+    speeds = [0] * len(levels) if slip is None else list(slip)
+    return list(levels + gain * Matrix([shape.value(u) for u in speeds]))
 
 
 def _gain_unit(
-    s: sympy.Symbol, values: object, friction: dict[sympy.Symbol, object], system: System, mu: sympy.Expr
+    s: sympy.Symbol, values: object, friction: dict[sympy.Symbol, object], system: System, shape: Shape
 ) -> str:
     if s not in friction:
         return "1/s"
-    contact = system.contacts[0]
+    contact, mu = system.contacts[0], shape.exponent
+    if mu is None:
+        return f"{contact.unit} per unit of h"
     return f"{contact.unit}*s/{contact.slip_unit}" if mu == 1 else f"{contact.unit}*(s/{contact.slip_unit})^{mu}"

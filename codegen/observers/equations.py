@@ -6,7 +6,7 @@ The error dynamics, Ψ, the gain conditions, the certificate and the generated c
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import sympy
@@ -70,6 +70,10 @@ class Observer:
         gains: gain symbols' exact values; ``gain_units`` their units.
         sample_time: exact, seconds.
         level_errors: whether the friction error is in levels (a − â), whose force form carries the slip sign.
+        assumed: exact values of what Ψ holds beside gains and the system's parameters: the parameters of the law that
+            the observer assumes, and true levels that the envelope gives no range for; ``assumed_units`` their units.
+        truth_ranges: true values that vary, such as a friction state, and the range that their law keeps them in.
+        exact: whether e = 0 is an equilibrium: the observer assumes the plant's own laws and parameters (ξ₁ = ξ).
     """
 
     kind: str
@@ -87,8 +91,12 @@ class Observer:
     gain_units: Mapping[sympy.Symbol, str]
     sample_time: Any
     level_errors: bool
+    assumed: Mapping[sympy.Symbol, Any] = field(default_factory=dict)
+    assumed_units: Mapping[sympy.Symbol, str] = field(default_factory=dict)
+    truth_ranges: Mapping[sympy.Symbol, tuple[Any, Any]] = field(default_factory=dict)
+    exact: bool = True
 
     @property
     def values(self) -> dict[sympy.Symbol, Any]:
-        """Exact values of all parameters and gains."""
-        return {**self.system.values, **self.gains}
+        """Exact values of all parameters, gains and assumed constants."""
+        return {**self.system.values, **self.assumed, **self.gains}

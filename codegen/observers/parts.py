@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sympy
+
 from codegen.mechanics.system import Matrix, System
 from codegen.observers.equations import Equation, ErrorVariable
 from codegen.spec.functions import Sgn
@@ -75,6 +77,52 @@ def slip_equations(system: System, velocity: Matrix) -> tuple[Equation, Equation
     )
     signs = Equation("slip_sign", sign, Matrix([Sgn(u) for u in slip]), ("1",) * len(names), "(4.13)")
     return slips, signs
+
+
+def times(a: Matrix, b: Matrix) -> Matrix:
+    """diag(a) b."""
+    return Matrix([p * q for p, q in zip(a, b, strict=True)])
+
+
+def per(unit: str, *below: str) -> str:
+    """A unit divided by others; "1" is left out."""
+    divisors = [u for u in below if u != "1"]
+    plain = unit.removeprefix("1*")
+    return "/".join([plain, *(u if "/" not in u and "*" not in u else f"({u})" for u in divisors)])
+
+
+def slip_rate(system: System, velocity: Matrix, acceleration: Matrix) -> Matrix:
+    """d(U'v)/dt = U' v' + (dU/dt)' v; the second part, which the thesis leaves out, is zero where U is constant."""
+    distribution = sympy.Matrix(system.distribution)
+    rate = sympy.zeros(*distribution.shape)
+    for x, v in zip(system.positions, velocity, strict=True):
+        rate += distribution.diff(x) * v
+    return Matrix(distribution.T * acceleration + rate.T * velocity)
+
+
+def friction_equations(system: System, slip: Equation, law_force: Matrix, source: str) -> list[Equation]:
+    """From the contact forces of a law: what declared effects add, F̂ at the contacts, U F̂ on the coordinates."""
+    equations = []
+    if has_declared_friction(system):
+        equations.append(declared_friction(system, slip.symbols))
+        law_force = Matrix(law_force + equations[0].symbols)
+    contact = Equation(
+        "contact_friction",
+        vector("F_hat", contact_names(system)),
+        law_force,
+        contact_units(system),
+        source,
+        output=True,
+    )
+    force = Equation(
+        "friction_force",
+        vector("F_hat_on", [x.name for x in system.positions]),
+        Matrix(system.distribution * contact.symbols),
+        force_units(system),
+        source,
+        output=True,
+    )
+    return [*equations, contact, force]
 
 
 def declared_friction(system: System, slip: Matrix) -> Equation:

@@ -89,6 +89,10 @@ def _field(
 def _parameters(observer: Observer, names: dict[sympy.Symbol, Any]) -> list[Field]:
     system = observer.system
     fields = [_field(names, s, system.units[s], "model parameter", float(value)) for s, value in system.values.items()]
+    fields += [
+        _field(names, s, observer.assumed_units[s], "assumed by the observer", float(value))
+        for s, value in observer.assumed.items()
+    ]
     gains = observer.gains.items()
     return fields + [_field(names, s, observer.gain_units[s], "observer gain", float(value)) for s, value in gains]
 

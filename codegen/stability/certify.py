@@ -99,9 +99,6 @@ def certify(spec: Spec, analysis: Analysis, files: Mapping[str, str], command: s
     if not analysis.stable:
         return _unstable(analysis)
     observer = analysis.dynamics.observer
-    if observer.level_errors and observer.system.distribution.has(*observer.system.positions):
-        # (4.12) has no term for dU/dt: at e = 0 the level estimate still moves by K_F D S (dU/dt)' v.
-        return _undecided(analysis, "U varies with position, and the equations (4.12) leave its rate of change out")
     h = Fraction(str(observer.sample_time))
     try:
         family = build_family(analysis.dynamics, points.ranges)

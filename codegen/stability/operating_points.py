@@ -59,6 +59,8 @@ def operating_points(dynamics: ErrorDynamics, spec: Spec, count: int = RANDOM_PO
             ranges[s] = (sympy.Integer(-1), sympy.Integer(1))
         elif base.name in spec.envelope:
             ranges[s] = spec.envelope[base.name]
+        elif s in dynamics.observer.truth_ranges:
+            ranges[s] = dynamics.observer.truth_ranges[s]
         else:
             missing.append(s)
             unit = dict(zip(dynamics.observer.system.positions, dynamics.observer.system.position_units, strict=True))

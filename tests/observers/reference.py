@@ -14,6 +14,7 @@ import numpy as np
 from .machines import Hand, magnitude
 
 STEP = 1e-30
+DIFFERENCE = 1e-3
 
 
 @dataclass(frozen=True)
@@ -80,10 +81,15 @@ class Reference:
             u = self.hand.distribution(x)
             slip = u.T @ v_hat
             slope = self.exponent * magnitude(slip) ** (self.exponent - 1) * np.sign(np.real(slip))
-            z_rate = self.first @ (slope * (u.T @ a))
+            z_rate = self.first @ (slope * (u.T @ a + self.turning(x, v_hat).T @ v_hat))
         else:
             z_rate = -self.first @ v_hat - self.second @ a
         return np.concatenate([-self.velocity @ v_hat + a, z_rate]) if self.estimated else z_rate
+
+    def turning(self, x: Any, v: Any) -> Any:
+        """dU/dt along v by a five-point difference, which takes complex v too; the thesis leaves it out of (4.12)."""
+        at = [self.hand.distribution(x + k * DIFFERENCE * v) for k in (-2, -1, 1, 2)]
+        return (at[0] - 8 * at[1] + 8 * at[2] - at[3]) / (12 * DIFFERENCE)
 
     def perturbed(self, e: Any, p: Point) -> Any:
         """The states at the point when the estimation error is e."""

@@ -61,10 +61,8 @@ def block_formula(case: Case, p: Point) -> Any:
         return -r.first @ d @ s @ u.T @ inverse @ u @ s if r.levels else r.second @ inverse @ onto
     lower = r.first @ d @ s @ u.T @ r.velocity if r.levels else -(r.first + r.second @ r.velocity)
     if r.levels:  # the thesis takes U as constant: (4.19), (4.32) lack the part of d(U'v)/dt that comes from dU/dt
-        turning = np.imag(r.hand.distribution(p.x + 1j * STEP * p.v)) / STEP
-        lower = lower - r.first @ d @ s @ turning.T
-        bend = r.exponent * (r.exponent - 1) * np.abs(slip) ** (r.exponent - 2)
-        lower = lower - r.first @ np.diag(bend * (turning.T @ p.v)) @ u.T
+        axes = [np.imag(r.hand.distribution(p.x + 1j * STEP * axis)) / STEP for axis in np.eye(n)]
+        lower = lower + r.first @ d @ s @ np.array([turned.T @ p.v for turned in axes]).T
     return np.block([[-r.velocity + inverse @ slope, -inverse @ onto], [lower, np.zeros((len(lower), onto.shape[1]))]])
 
 

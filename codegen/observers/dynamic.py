@@ -1,0 +1,251 @@
+"""DFO and GDFO: friction by a law with a state; the state and the level that multiplies it are both estimated."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import sympy
+
+from codegen.errors import BadInput
+from codegen.friction import DynamicLaw, FrictionLaw
+from codegen.mechanics.contacts import law_of
+from codegen.mechanics.system import ContactFriction, Matrix, System
+from codegen.observers import parts
+from codegen.observers.equations import Equation, ErrorVariable, Observer
+from codegen.observers.gains import read_gain, refuse_unknown_gains
+from codegen.spec.model import Spec, symbol
+
+
+@dataclass(frozen=True)
+class AssumedLaw:
+    """The law with one state that the observer assumes at a contact: λ = a φ(u, f), f' = ξ₁(u, f).
+
+    Attributes:
+        level: the nominal a: the law's scale, or 1 where the law has none and a is a factor of the whole force.
+        values, units: of the law's parameter symbols, where the observer assumes another law than the plant's.
+    """
+
+    contact: ContactFriction
+    law: DynamicLaw
+    parameters: dict[str, Any]
+    level: Any
+    level_unit: str
+    values: dict[sympy.Symbol, Any]
+    units: dict[sympy.Symbol, str]
+
+    @property
+    def state_unit(self) -> str:
+        return self.law.states[0].unit.format(F=self.contact.unit, q=self.contact.slip_unit)
+
+    def force(self, level: Any, slip: Any, state: Any) -> Any:
+        """λ with the level in the scale's place."""
+        if self.law.scale:
+            return self.law.force(slip, (state,), {**self.parameters, self.law.scale: level})
+        return level * self.law.force(slip, (state,), self.parameters)
+
+    def rate(self, slip: Any, state: Any) -> Any:
+        """ξ₁(u, f)."""
+        return self.law.rates(slip, (state,), self.parameters)[0]
+
+
+def dynamic_friction_observer(spec: Spec, system: System) -> Observer:
+    """DFO (6.13)–(6.15) and GDFO (7.10)–(7.12) on any law with one state.
+
+    f̂ = z_f + K_f1 x + K_f2 v̂,  â = z_a + K_a diag(f̂) û,  F̂ = U diag(â) φ(û, f̂),
+    dz_f/dt = −K_f1 v̂ − K_f2 M⁻¹[g − F̂] + ξ₁(û, f̂),
+    dz_a/dt = −K_a {diag(û) ξ₁ + diag(f̂) d(U'v)/dt},  d(U'v)/dt = U' M⁻¹[g − F̂] + U̇' v̂.
+
+    The thesis has no U̇' v̂ in (7.10); without it the level moves at e = 0 where U depends on x.
+
+    Raises:
+        BadInput: for gains of wrong shape, or a law without state, or with more than one, at a contact.
+    """
+    choice = spec.observer
+    assert choice is not None
+    refuse_unknown_gains(spec, choice, ("K_a", "K_f1", "K_f2", "K_v"))
+    laws = [_assumed_law(spec, system, contact) for contact in system.contacts]
+    names, velocities = parts.contact_names(system), parts.velocity_names(system)
+    positions = [x.name for x in system.positions]
+    square = len(names) == len(positions)
+    level_gain = read_gain(spec, choice, "K_a", names, names)
+    first = read_gain(spec, choice, "K_f1", names, positions, default=0 if square else None)
+    second = read_gain(spec, choice, "K_f2", names, positions, default=0 if square else None)
+    values = level_gain.values | first.values | second.values
+    equations: list[Equation] = []
+
+    velocity = system.v
+    estimated = choice.velocity == "estimated"
+    if estimated:
+        velocity_gain = read_gain(spec, choice, "K_v", velocities, velocities, sign=1)
+        values |= velocity_gain.values
+        equations.append(parts.velocity_estimate(system, velocity_gain.matrix))
+        velocity = equations[-1].symbols
+
+    slip, _ = parts.slip_equations(system, velocity)
+    z_f, z_a = parts.vector("z_f", names), parts.vector("z_a", names)
+    f_hat, a_hat = parts.vector("f_hat", names), parts.vector("a_hat", names)
+    state = Equation(
+        "friction_state",
+        f_hat,
+        Matrix(z_f + first.matrix * system.x + second.matrix * velocity),
+        tuple(law.state_unit for law in laws),
+        "(7.11)",
+        state=z_f,
+        output=True,
+    )
+    regressor = parts.times(f_hat, slip.symbols)
+    level = Equation(
+        "friction_level",
+        a_hat,
+        Matrix(z_a + level_gain.matrix * regressor),
+        tuple(law.level_unit for law in laws),
+        "(7.10)",
+        state=z_a,
+        output=True,
+    )
+    law_force = Matrix([law.force(a, u, f) for law, a, u, f in zip(laws, a_hat, slip.symbols, f_hat, strict=True)])
+    equations += [slip, state, level]
+    equations += parts.friction_equations(system, slip, law_force, "(7.12)")
+    acceleration = parts.acceleration_equation(system, velocity, equations[-1].symbols)
+    rate = Equation(
+        "friction_state_rate",
+        parts.vector("f_rate", names),
+        Matrix([law.rate(u, f) for law, u, f in zip(laws, slip.symbols, f_hat, strict=True)]),
+        tuple(parts.per(law.state_unit, "s") for law in laws),
+        "xi_1 of (6.5), (6.6)",
+    )
+    equations += [acceleration, rate]
+
+    slip_rate = parts.slip_rate(system, velocity, acceleration.symbols)
+    state_rates = -first.matrix * velocity - second.matrix * acceleration.symbols + rate.symbols
+    level_rates = -level_gain.matrix * (parts.times(slip.symbols, rate.symbols) + parts.times(f_hat, slip_rate))
+    rest = Matrix([law.law.rest_state(law.parameters)[0] for law in laws])
+    known_velocity = sympy.zeros(len(velocities), 1) if estimated else system.v
+    known_slip = system.distribution.T * known_velocity
+    states, units = [*z_f, *z_a], [law.state_unit for law in laws] + [law.level_unit for law in laws]
+    rates = [*state_rates, *level_rates]
+    initial = [
+        *(rest - first.matrix * system.x - second.matrix * known_velocity),
+        *(Matrix([_declared(law) for law in laws]) - level_gain.matrix * parts.times(rest, known_slip)),
+    ]
+    if estimated:
+        states = [*(equations[0].state or ()), *states]
+        rates = [*parts.velocity_rate(system, velocity_gain.matrix, velocity, acceleration.symbols), *rates]
+        initial = [*(-velocity_gain.matrix * system.x), *initial]
+        units = [*parts.velocity_units(system), *units]
+
+    true_state = [symbol(f"f_{name}") for name in names]
+    true_level = [symbol(f"a_{name}") for name in names]
+    errors = [
+        ErrorVariable(symbol(f"e_f_{n}"), f, k, f"f_{n} - f_hat_{n}", laws[k].state_unit)
+        for k, (n, f) in enumerate(zip(names, true_state, strict=True))
+    ]
+    errors += [
+        ErrorVariable(symbol(f"e_a_{n}"), a, k, f"a_{n} - a_hat_{n}", laws[k].level_unit)
+        for k, (n, a) in enumerate(zip(names, true_level, strict=True))
+    ]
+    true_force = Matrix(
+        [law.force(a, c.slip, f) for law, a, c, f in zip(laws, true_level, system.contacts, true_state, strict=True)]
+    )
+    fixed = {a: law.level for a, law in zip(true_level, laws, strict=True) if a.name not in spec.envelope}
+    gain_units = _gain_units(laws, system, level_gain.values, first.values, second.values)
+    return Observer(
+        kind=choice.kind,
+        velocity=choice.velocity,
+        system=system,
+        equations=tuple(equations),
+        states=Matrix(states),
+        state_units=tuple(units),
+        rates=Matrix(rates),
+        initial=Matrix(initial),
+        errors=(*(parts.velocity_errors(system) if estimated else ()), *errors),
+        true_friction=Matrix(
+            system.distribution
+            * true_force.subs(
+                {c.slip: u for c, u in zip(system.contacts, system.slip_velocity, strict=True)}, simultaneous=True
+            )
+        ),
+        signs=tuple(symbol(f"s_{name}") for name in names),
+        gains=values,
+        gain_units={s: gain_units.get(s, "1/s") for s in values},
+        sample_time=choice.sample_time,
+        level_errors=False,
+        assumed=fixed | {s: value for law in laws for s, value in law.values.items()},
+        assumed_units={a: law.level_unit for a, law in zip(true_level, laws, strict=True)}
+        | {s: unit for law in laws for s, unit in law.units.items()},
+        truth_ranges={f: r for f, law in zip(true_state, laws, strict=True) if (r := _range(spec, system, law))},
+        exact=all(law.contact.law is law.law and not law.values for law in laws),
+    )
+
+
+def _assumed_law(spec: Spec, system: System, contact: ContactFriction) -> AssumedLaw:
+    choice = spec.observer
+    assert choice is not None
+    place = spec.place(f"friction.contacts[{system.contact_index(contact.name)}].law")
+    law: FrictionLaw = contact.law
+    parameters: dict[str, Any] = dict(contact.law_parameters)
+    values: dict[sympy.Symbol, Any] = {}
+    units: dict[sympy.Symbol, str] = {}
+    known = dict(system.values)
+    if contact.name in choice.laws:
+        key = f"observer.laws.{contact.name}"
+        place = spec.place(f"{key}.law")
+        law, parameters, values, units = law_of(spec, key, choice.laws[contact.name], contact.slip_unit, "assumed_")
+        known = values
+    if not isinstance(law, DynamicLaw) or law.drives != "state" or len(law.states) != 1:
+        reason = law.why_not or f"{law.name} has no state"
+        expected = "a law in state-space form, such as dahl, or one under `observer: laws:`"
+        raise BadInput(place, f"the law {law.name} at {contact.name} under a {choice.kind}: {reason}", expected)
+    for p in law.parameters:
+        if p.unit == "1":  # an exponent: as a number, so that powers become products and their slopes stay finite
+            parameters[p.name] = known[parameters[p.name]]
+    if law.scale:
+        scale = parameters[law.scale]
+        return AssumedLaw(contact, law, parameters, known[scale], contact.unit, values, units)
+    return AssumedLaw(contact, law, parameters, sympy.Integer(1), "1", values, units)
+
+
+def _declared(law: AssumedLaw) -> Any:
+    """The level at the start, as a parameter of the generated code where the law has one."""
+    return law.parameters[law.law.scale] if law.law.scale else law.level
+
+
+def _range(spec: Spec, system: System, law: AssumedLaw) -> tuple[Any, Any] | None:
+    """The states that the law can reach within the envelope's slip speeds, exact; None where these are unknown."""
+    column = system.distribution.col(system.contact_index(law.contact.name)).subs(system.values)
+    top: Any = sympy.Integer(0)
+    for entry, v in zip(column, system.velocities, strict=True):
+        if entry == 0:
+            continue
+        if entry.free_symbols or v.name not in spec.envelope:
+            top = None
+            break
+        top += abs(entry) * max(abs(end) for end in spec.envelope[v.name])
+    known = {**system.values, **law.values}
+    numbers = {name: known.get(s, s) for name, s in law.parameters.items()}
+    marker = symbol("top_speed_")
+    low, high = law.law.state_range(marker, numbers)[0]
+    if top is None and (low.has(marker) or high.has(marker)):
+        return None
+    return _rational(low.subs(marker, top), -1), _rational(high.subs(marker, top), 1)
+
+
+def _rational(value: Any, outward: int) -> Any:
+    """An exact number as it is; any other as the nearest decimal of 15 digits on the outer side."""
+    if value.is_Rational:
+        return value
+    number = sympy.Rational(str(sympy.N(value, 20)))
+    return number + outward * abs(number) * sympy.Rational(1, 10**15)
+
+
+def _gain_units(
+    laws: list[AssumedLaw], system: System, level: dict[Any, Any], first: dict[Any, Any], second: dict[Any, Any]
+) -> dict[sympy.Symbol, str]:
+    law, q = laws[0], system.position_units[0]
+    state = law.state_unit
+    return (
+        dict.fromkeys(level, parts.per(f"{law.level_unit}*s", state, law.contact.slip_unit))
+        | dict.fromkeys(first, parts.per(state, q))
+        | dict.fromkeys(second, parts.per(f"{state}*s" if state != "1" else "s", q))
+    )
