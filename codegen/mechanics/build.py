@@ -8,6 +8,7 @@ import numpy as np
 import sympy
 
 from codegen.errors import BadInput
+from codegen.mechanics.contact_rank import refuse_dependent_contacts
 from codegen.mechanics.contacts import build_contacts
 from codegen.mechanics.motion import equation_of_motion, form_key
 from codegen.mechanics.sampling import position_range
@@ -23,7 +24,8 @@ def build_system(spec: Spec) -> System:
 
     Raises:
         BadInput: for an unknown law, a law parameter missing, unknown or out of range, or a mass matrix that is not
-            symmetric, or not positive definite somewhere in the envelope.
+            symmetric, or not positive definite somewhere in the envelope; contacts that slide dependently under an
+            observer of each of them; and what ``equation_of_motion`` refuses.
     """
     values: dict[sympy.Symbol, Any] = {symbol(p.name): p.value for p in spec.parameters}
     units = {symbol(p.name): coherent_name(p.unit, spec.place(f"parameters.{p.name}.unit")) for p in spec.parameters}
@@ -49,6 +51,7 @@ def build_system(spec: Spec) -> System:
         units=units | law_units,
     )
     check_mass_matrix(system, spec)
+    refuse_dependent_contacts(spec, system.distribution)
     return system
 
 

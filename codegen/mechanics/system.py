@@ -10,6 +10,7 @@ import sympy
 from sympy import ImmutableMatrix
 
 from codegen.friction import FrictionLaw
+from codegen.mechanics.input_matrix import NonlinearInput, input_matrix
 from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import symbol
 
@@ -99,6 +100,11 @@ class System:
     def slip_velocity(self) -> Matrix:
         """U' v, one row a contact."""
         return Matrix(self.distribution.T * self.v)
+
+    @property
+    def input_matrix(self) -> Matrix | NonlinearInput:
+        """B of g = g₀(x, v) + B(x, v) w, n by inputs; where g is not linear in w, the entry that shows it."""
+        return input_matrix(self.force, self.positions, self.inputs)
 
     def known_friction(self, slip: Matrix) -> Matrix:
         """Contact forces of the declared effects at slip velocities ``slip``, one row a contact."""
