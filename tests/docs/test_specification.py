@@ -11,11 +11,14 @@ import pytest
 from codegen.effects import CATALOGUE
 from codegen.friction import LAWS
 from codegen.observers import OBSERVERS
+from codegen.report.law_pictures import law_picture
+from codegen.report.laws import laws_page
 from codegen.spec import parse_spec
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 SPECIFICATION = (ROOT / "docs" / "specification.md").read_text(encoding="utf-8")
+PAGE_OF_LAWS = (ROOT / "docs" / "laws.md").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("effect", CATALOGUE.values(), ids=list(CATALOGUE))
@@ -26,10 +29,24 @@ def test_every_effect_is_documented_with_its_parameters(effect) -> None:
 
 
 def test_every_law_and_observer_is_documented() -> None:
+    """The specification names each law; its row, parameters and picture are on the page of the laws."""
     for law in LAWS.values():
-        (row,) = [line for line in SPECIFICATION.splitlines() if line.startswith(f"| `{law.name}` |")]
+        assert f"`{law.name}`" in SPECIFICATION
+        (row,) = [line for line in PAGE_OF_LAWS.splitlines() if line.startswith(f"| `{law.name}` |")]
         assert all(f"`{p.name}`" in row for p in law.parameters)
+        assert f"](laws/{law.name}.svg)" in PAGE_OF_LAWS
+        assert (ROOT / "docs" / "laws" / f"{law.name}.svg").read_text(encoding="utf-8").startswith("<?xml")
     assert all(f"`{kind}`" in SPECIFICATION for kind in OBSERVERS)
+
+
+def test_the_page_of_the_laws_is_current() -> None:
+    """Written again by ``stiction laws -o docs``; the pictures are drawn from the same classes."""
+    assert laws_page() == PAGE_OF_LAWS
+
+
+@pytest.mark.parametrize("name", ["lugre", "karnopp", "static_viscous"])
+def test_a_picture_comes_out_the_same_each_time(name: str) -> None:
+    assert law_picture(LAWS[name]) == law_picture(LAWS[name])
 
 
 def test_the_readme_is_short_and_its_spec_is_one() -> None:

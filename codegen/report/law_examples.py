@@ -1,0 +1,162 @@
+"""What the pictures of the laws show: example parameters, prescribed slips, and the force that a law gives to them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import casadi
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from codegen.friction import LAWS, DynamicLaw, FrictionLaw, MemoryLaw
+from codegen.friction.karnopp import Karnopp
+from codegen.friction.linker_dieterich import LinkerDieterich
+from codegen.friction.rising_static import RisingStatic
+from codegen.friction.ruina import Ruina
+from codegen.mechanics.casadi_form import to_casadi
+from codegen.spec.functions import Magnitude
+from codegen.spec.model import symbol
+
+
+@dataclass(frozen=True)
+class Example:
+    """How a law is shown, in N, m and s.
+
+    Attributes:
+        top_speed: of the slip velocity, a sine of ``frequency``.
+        presliding: amplitudes of the small sines of the slip beside it.
+    """
+
+    parameters: Mapping[str, float]
+    top_speed: float = 0.1
+    frequency: float = 1.0
+    presliding: tuple[float, ...] = ()
+
+
+STRIBECK = {"F_c": 40.0, "F_s": 60.0, "v_s": 0.02, "F_v": 100.0}
+EXTENDED = {"a1": 40.0, "a2": 20.0, "a3": 50.0, "a4": 100.0}
+ROCK = {"F_0": 60.0, "a": 0.6, "b": 0.9, "L": 1e-5, "v_0": 1e-6}
+EXAMPLES: dict[str, Example] = {
+    "coulomb": Example({"a": 50.0}),
+    "static_viscous": Example({"F_c": 40.0, "F_s": 60.0, "F_v": 100.0}),
+    "tustin": Example({"F_c": 40.0, "F_s": 60.0, "v_c": 0.02, "F_v": 100.0}),
+    "bo_pavelescu": Example({"F_c": 40.0, "F_s": 60.0, "alpha": 0.02, "n": 0.75, "F_v": 100.0}),
+    "gaussian": Example(STRIBECK),
+    "gaussian_offset": Example({**STRIBECK, "v_0": 0.01}),
+    "lorentzian": Example(STRIBECK),
+    "polynomial": Example({"a0": 60.0, "a1": -800.0, "a2": 12000.0, "a3": -45000.0}),
+    "canudas": Example({"alpha_0": 60.0, "alpha_1": -120.0, "alpha_2": 300.0}),
+    "extended_coulomb": Example(EXTENDED),
+    "dahl": Example({"a": 50.0, "c": 500.0, "i": 1.0}, presliding=(0.001, 0.003)),
+    "reset_integrator": Example({"a": 50.0, "c": 100.0, "D1": 1000.0, "D2": 1e-4}, 0.2, presliding=(0.005, 0.015)),
+    "lugre": Example(
+        {"sigma_0": 1e5, "sigma_1": 316.0, "sigma_2": 0.4, "F_c": 1.0, "F_s": 1.5, "v_s": 0.001},
+        0.004,
+        5.0,
+        (1e-5, 3e-5),
+    ),
+    "walrath": Example({"T": 50.0, "tau": 0.05}, presliding=(0.001, 0.003)),
+    "ruina": Example(ROCK),
+    "linker_dieterich": Example(ROCK),
+    "extended_dynamic": Example({**EXTENDED, "c": 500.0, "i": 1.0}, presliding=(0.001, 0.003)),
+    "extended_reset_integrator": Example(
+        {**EXTENDED, "c": 200.0, "D1": 1000.0, "D2": 1e-4}, presliding=(0.0025, 0.0075)
+    ),
+    "rising_static_derjaguin": Example({"F_c": 40.0, "F_s_inf": 60.0, "gamma": 0.5}),
+    "rising_static_kato": Example({"F_c": 40.0, "F_s_inf": 60.0, "gamma": 0.64, "n": 0.67}),
+    "hess_soom_lag": Example({**STRIBECK, "tau_L": 0.01}),
+    "seven_parameter": Example(
+        {"k_t": 2e4, "F_c": 40.0, "F_v": 100.0, "F_s_inf": 20.0, "v_s": 0.02, "tau_L": 0.01, "gamma": 0.5},
+        presliding=(0.0015, 0.006),
+    ),
+    "karnopp": Example({"F_c": 40.0, "F_s": 60.0, "D_v": 0.001, "F_v": 0.0}),
+    "bristle": Example({"N": 25.0, "sigma_0": 1000.0, "delta_s": 0.002}, presliding=(0.001, 0.004)),
+}
+DRAG = {"mass": 1.0, "stiffness": 1000.0, "speed": 0.1}
+"""kg, N/m and m/s: what Karnopp's contact is dragged by."""
+
+
+def caption(law: FrictionLaw) -> str:
+    """What a law's picture shows."""
+    match law:
+        case Ruina() | LinkerDieterich():
+            return "force of steady sliding, and the force through a step of the velocity to ten times as much and back"
+        case RisingStatic():
+            return "force against velocity after three times at rest, and the static level against the time at rest"
+        case Karnopp():
+            return (
+                f"force against velocity and over time, of a mass of {DRAG['mass']:g} kg dragged by a spring of "
+                f"{DRAG['stiffness']:g} N/m whose end moves at {DRAG['speed']:g} m/s"
+            )
+        case DynamicLaw() | MemoryLaw():
+            example = EXAMPLES[law.name]
+            loop = f"hysteresis under a sinusoidal velocity of {example.frequency:g} Hz (steady sliding dashed)"
+            return f"{loop}, and {'under small displacements' if example.presliding else 'its force over time'}"
+        case _:
+            return "force against velocity"
+
+
+def steady_level(law: FrictionLaw, speed: Any) -> Any:
+    """level(|u|) at speeds, in N."""
+    u, p = symbol("u"), {name: symbol(name) for name in EXAMPLES[law.name].parameters}
+    level = _function(law.level(Magnitude(u), p), {u: None}, law)
+    return np.array([level(v) for v in speed])
+
+
+def steady_force(law: FrictionLaw, velocity: Any) -> Any:
+    """level(|u|) sgn(u) at velocities, in N."""
+    return steady_level(law, velocity) * np.sign(velocity)
+
+
+def force_over(law: FrictionLaw, time: Any, velocity: Callable[[float], float]) -> Any:
+    """The force of a dynamic or a memory law over a slip that begins at rest without load, in N."""
+    p = EXAMPLES[law.name].parameters
+    u_over_time = np.array([velocity(t) for t in time])
+    if isinstance(law, MemoryLaw):
+        return law.response(time, u_over_time, p)
+    if not isinstance(law, DynamicLaw):
+        return steady_force(law, u_over_time)
+    u, z = symbol("u"), tuple(symbol(s.name) for s in law.states)
+    symbols = {name: symbol(name) for name in p}
+    arguments = dict.fromkeys((u, *z))
+    rate = _function(law.rates(u, z, symbols)[0], arguments, law)
+    force = _function(law.force(u, z, symbols), arguments, law)
+    start = [float(e.subs({symbols[n]: v for n, v in p.items()})) for e in law.rest_state(symbols)]
+    done = solve_ivp(
+        lambda t, state: [rate(velocity(t), state[0])],
+        (time[0], time[-1]),
+        start,
+        "LSODA",
+        time,
+        rtol=1e-7,
+        atol=1e-9,
+        max_step=(time[-1] - time[0]) / 200,
+    )
+    return np.array([force(v, state) for v, state in zip(u_over_time, done.y[0], strict=True)])
+
+
+def dragged_mass(end: float = 3.0, step: float = 2e-4) -> tuple[Any, Any, Any]:
+    """Time, velocity and friction of a mass dragged over Karnopp's contact by a spring whose end moves steadily."""
+    law, p = LAWS["karnopp"], EXAMPLES["karnopp"].parameters
+    if not isinstance(law, Karnopp):
+        raise TypeError("karnopp is not Karnopp's law")
+    time = np.arange(0, end, step)
+    velocity, friction = np.zeros_like(time), np.zeros_like(time)
+    x = v = 0.0
+    for k, t in enumerate(time):
+        pull = DRAG["stiffness"] * (DRAG["speed"] * t - x)
+        friction[k] = law.response([t], [v], p, [pull])[0]
+        velocity[k] = v
+        stuck = abs(v) <= p["D_v"] and abs(pull) <= p["F_s"]
+        v = 0.0 if stuck else v + step * (pull - friction[k]) / DRAG["mass"]
+        x += step * v
+    return time, velocity, friction
+
+
+def _function(expression: Any, arguments: Mapping[Any, None], law: FrictionLaw) -> Callable[..., float]:
+    entries = {s: casadi.SX.sym(s.name) for s in arguments}
+    names = entries | {symbol(n): casadi.SX(v) for n, v in EXAMPLES[law.name].parameters.items()}
+    function = casadi.Function("law", list(entries.values()), [casadi.SX(to_casadi(expression, names))])
+    return lambda *values: float(function(*values))

@@ -1,0 +1,201 @@
+"""The pictures of the laws as SVG: one style, the same bytes from the same data."""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+from codegen.friction import DynamicLaw, FrictionLaw, MemoryLaw
+from codegen.friction.karnopp import Karnopp
+from codegen.friction.linker_dieterich import LinkerDieterich
+from codegen.friction.rising_static import RisingStatic
+from codegen.friction.ruina import Ruina
+from codegen.report.law_examples import EXAMPLES, dragged_mass, force_over, steady_force, steady_level
+from codegen.report.pictures import INK, QUIET, STYLE
+from codegen.report.wording import prefixed
+
+CURVE, SECOND, THIRD = "#1f6fb4", "#e08214", "#4d9221"
+PANEL_IN, HEIGHT_IN = 4.0, 3.0
+SAMPLES = 1200
+DIGITS = 5
+FORCE = "force in N"
+
+
+def law_picture(law: FrictionLaw) -> str:
+    """The SVG of a law's picture."""
+    panels: tuple[Callable[[Any], None], ...]
+    match law:
+        case Ruina() | LinkerDieterich():
+            panels = (lambda axes: _steady_rate(axes, law), lambda axes: _velocity_step(axes, law))
+        case RisingStatic():
+            panels = (lambda axes: _after_rest(axes, law), lambda axes: _static_level(axes, law))
+        case Karnopp():
+            motion = dragged_mass()
+            panels = (lambda axes: _drag_velocity(axes, motion), lambda axes: _drag_time(axes, motion))
+        case DynamicLaw() | MemoryLaw():
+            second = _presliding if EXAMPLES[law.name].presliding else _over_time
+            panels = (lambda axes: _loop(axes, law), lambda axes: second(axes, law))
+        case _:
+            panels = (lambda axes: _characteristic(axes, law),)
+    return _svg(panels)
+
+
+def _characteristic(axes: Any, law: FrictionLaw) -> None:
+    """Both directions, joined at standstill by all that the law can hold there."""
+    top = EXAMPLES[law.name].top_speed
+    speed = np.concatenate(([0.0, 0.0], np.geomspace(top * 1e-6, top, SAMPLES // 2)))
+    level = steady_level(law, speed)
+    level[0] = 0.0
+    for side in (-1, 1):
+        _plot(axes, side * speed, side * level, CURVE)
+    _frame(axes, "velocity in m/s", FORCE)
+
+
+def _loop(axes: Any, law: FrictionLaw) -> None:
+    example = EXAMPLES[law.name]
+    omega = 2 * np.pi * example.frequency
+    time = np.linspace(0, 3 / example.frequency, 3 * SAMPLES + 1)
+    force = force_over(law, time, lambda t: example.top_speed * np.sin(omega * t))
+    velocity = example.top_speed * np.sin(omega * time)
+    speed = np.geomspace(example.top_speed * 1e-4, example.top_speed, SAMPLES // 4)
+    factor, unit = prefixed([example.top_speed], "m")
+    for side in (-1, 1):
+        _plot(axes, side * speed * factor, steady_force(law, side * speed), QUIET, (0, (4, 3)), 1.2)
+    last = time >= 2 / example.frequency
+    _plot(axes, velocity[last] * factor, force[last], CURVE)
+    _frame(axes, f"velocity in {unit}/s", FORCE)
+
+
+def _presliding(axes: Any, law: FrictionLaw) -> None:
+    """From rest: the virgin curve and two loops."""
+    example = EXAMPLES[law.name]
+    omega = 2 * np.pi * example.frequency
+    time = np.linspace(0, 2.25 / example.frequency, 2 * SAMPLES + 1)
+    factor, unit = prefixed([max(example.presliding)], "m")
+    for amplitude, colour in zip(reversed(example.presliding), (CURVE, SECOND), strict=False):
+        force = force_over(law, time, partial(_cosine, amplitude * omega, omega))
+        _plot(axes, factor * amplitude * np.sin(omega * time), force, colour)
+    _frame(axes, f"displacement in {unit}", FORCE)
+
+
+def _cosine(top: float, omega: float, t: float) -> float:
+    return top * math.cos(omega * t)
+
+
+def _over_time(axes: Any, law: FrictionLaw) -> None:
+    example = EXAMPLES[law.name]
+    omega = 2 * np.pi * example.frequency
+    time = np.linspace(0, 2 / example.frequency, 2 * SAMPLES + 1)
+    velocity = example.top_speed * np.sin(omega * time)
+    moving = np.abs(velocity) > 1e-9
+    _plot(axes, time[moving], steady_force(law, velocity[moving]), QUIET, (0, (4, 3)), 1.2)
+    force = force_over(law, time, lambda t: example.top_speed * np.sin(omega * t))
+    _plot(axes, time[moving], force[moving], CURVE)
+    _frame(axes, "time in s", FORCE)
+
+
+def _steady_rate(axes: Any, law: FrictionLaw) -> None:
+    speed = np.geomspace(1e-8, 1e-3, 60)
+    _plot(axes, speed, steady_force(law, speed), CURVE)
+    axes.set_xscale("log")
+    _frame(axes, "velocity in m/s", FORCE)
+
+
+def _velocity_step(axes: Any, law: FrictionLaw) -> None:
+    p = EXAMPLES[law.name].parameters
+    slow, fast = p["v_0"], 10 * p["v_0"]
+    first, second = 2 * p["L"] / slow, 2 * p["L"] / slow + 10 * p["L"] / fast
+    time = np.concatenate(
+        [
+            np.linspace(0, first, SAMPLES, endpoint=False),
+            np.linspace(first, second, SAMPLES, endpoint=False),
+            np.linspace(second, second + 10 * p["L"] / slow, SAMPLES),
+        ]
+    )
+
+    def velocity(t: float) -> float:
+        return fast if first <= t < second else slow
+
+    slip = np.concatenate(([0.0], np.cumsum(np.diff(time) * [velocity(t) for t in time[:-1]])))
+    factor, unit = prefixed([float(slip[-1])], "m")
+    _plot(axes, factor * slip, force_over(law, time, velocity), CURVE)
+    _frame(axes, f"displacement in {unit}", FORCE)
+
+
+def _after_rest(axes: Any, law: RisingStatic) -> None:
+    p = EXAMPLES[law.name].parameters
+    for dwell, colour in ((10.0, CURVE), (1.0, SECOND), (0.1, THIRD)):
+        static = float(law.static_level(dwell, p))
+        _plot(axes, [0, 0], [-static, static], colour)
+        axes.plot([0, 0], [-static, static], "o", color=colour, markersize=6, label=f"{dwell:g} s at rest")
+    for side in (-1, 1):
+        _plot(axes, [0, side * 0.1], [side * p["F_c"]] * 2, INK)
+    _frame(axes, "velocity in m/s", FORCE)
+    axes.legend(loc="lower right", frameon=False, handletextpad=0.2)
+
+
+def _static_level(axes: Any, law: RisingStatic) -> None:
+    dwell = np.geomspace(1e-3, 1e3, SAMPLES // 4)
+    _plot(axes, dwell, law.static_level(dwell, EXAMPLES[law.name].parameters), CURVE)
+    axes.set_xscale("log")
+    _frame(axes, "time at rest in s", "static level in N")
+
+
+def _drag_velocity(axes: Any, motion: tuple[Any, Any, Any]) -> None:
+    _plot(axes, motion[1], motion[2], CURVE)
+    _frame(axes, "velocity in m/s", FORCE)
+
+
+def _drag_time(axes: Any, motion: tuple[Any, Any, Any]) -> None:
+    _plot(axes, motion[0], motion[2], CURVE)
+    _frame(axes, "time in s", FORCE)
+
+
+def _plot(axes: Any, x: Any, y: Any, colour: str, dashes: Any = "-", width: float = 2.2) -> None:
+    """Rounded to some digits of its size, so that the last bits of a platform do not show."""
+    axes.plot(_rounded(x), _rounded(y), color=colour, linestyle=dashes, linewidth=width)
+
+
+def _rounded(values: Any) -> Any:
+    array = np.asarray(values, dtype=float)
+    size = float(np.abs(array).max())
+    return array if size == 0 or array.min() > 0 else np.round(array / size, DIGITS) * size
+
+
+def _frame(axes: Any, x: str, y: str) -> None:
+    axes.set_xlabel(x)
+    axes.set_ylabel(y)
+    axes.grid(True, color="#dfe2e6", linewidth=0.8)
+    axes.set_axisbelow(True)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+    low, high = axes.get_ylim()
+    if axes.get_xscale() == "linear":
+        axes.locator_params(axis="x", nbins=5)
+        if low < 0 < high:
+            axes.axhline(0, color=QUIET, linewidth=0.8, zorder=1.5)
+            axes.axvline(0, color=QUIET, linewidth=0.8, zorder=1.5)
+    axes.locator_params(axis="y", nbins=5)
+
+
+def _svg(panels: tuple[Callable[[Any], None], ...]) -> str:
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update({**STYLE, "font.size": 13, "xtick.labelsize": 12, "ytick.labelsize": 12})
+        layout = ConstrainedLayoutEngine(w_pad=0.08, h_pad=0.06, wspace=0.05)
+        figure = Figure(figsize=(PANEL_IN * len(panels), HEIGHT_IN), layout=layout, facecolor="white")
+        FigureCanvasSVG(figure)
+        for axes, draw in zip(figure.subplots(1, len(panels), squeeze=False)[0], panels, strict=True):
+            draw(axes)
+        buffer = io.BytesIO()
+        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+    return buffer.getvalue().decode()

@@ -1,0 +1,140 @@
+"""The page of the friction laws: what each class says of itself, in words, and its picture."""
+
+from __future__ import annotations
+
+import inspect
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import sympy
+
+from codegen.files import write_all
+from codegen.friction import LAWS, DynamicLaw, FrictionLaw, LawParameter, MemoryLaw
+from codegen.mechanics.contacts import admissible
+from codegen.report.law_examples import EXAMPLES, caption
+from codegen.report.law_pictures import law_picture
+from codegen.report.wording import with_unit
+from codegen.spec.functions import Magnitude
+from codegen.text import render
+
+SPEED = sympy.Symbol("s", nonnegative=True)
+
+
+@dataclass(frozen=True)
+class Group:
+    """A kind of law with its laws as the template reads them."""
+
+    title: str
+    about: str
+    laws: tuple[dict[str, Any], ...]
+
+
+def law_groups() -> tuple[Group, ...]:
+    """Every registered law by its kind, in the order of the registry."""
+    kinds: tuple[tuple[str, str, Any], ...] = (
+        (
+            "Zero-memory laws",
+            "The force depends on the present slip velocity alone, as in figure 1.1 of the thesis.",
+            lambda law: not isinstance(law, DynamicLaw | MemoryLaw),
+        ),
+        (
+            "Laws in state-space form",
+            "The force and the states' rates are functions of slip velocity and states; hysteresis as in figure 1.2.",
+            lambda law: isinstance(law, DynamicLaw),
+        ),
+        (
+            "Laws that are not in state-space form",
+            "The force needs the history of the slip. No observer can run them; in steady sliding they have a level.",
+            lambda law: isinstance(law, MemoryLaw),
+        ),
+    )
+    return tuple(
+        Group(title, about, tuple(law_view(law) for law in LAWS.values() if belongs(law)))
+        for title, about, belongs in kinds
+    )
+
+
+def law_view(law: FrictionLaw) -> dict[str, Any]:
+    """A law in words."""
+    first, *remarks = inspect.cleandoc(type(law).__doc__ or "").split("\n\n")
+    # Known to be positive where they are, so that the expressions read without needless bars.
+    symbols = {p.name: _symbol(p) for p in law.parameters}
+    return {
+        "name": law.name,
+        "equation": first.removesuffix("."),
+        "remarks": [" ".join(r.split()).replace("``", "`") for r in remarks],
+        "parameters": [
+            {
+                "name": p.name,
+                "unit": p.unit.format(F="F", q="q"),
+                "range": admissible(p),
+                "meaning": p.meaning,
+                "default": "" if p.default is None else str(p.default),
+            }
+            for p in law.parameters
+        ],
+        "states": [
+            {"name": s.name, "unit": s.unit.format(F="F", q="q"), "meaning": s.meaning}
+            for s in (law.states if isinstance(law, DynamicLaw) else ())
+        ],
+        "level": _plain(law.level(SPEED, symbols)),
+        "bound": _bound(law.slope_bound(symbols)),
+        "drives": law.drives or "neither",
+        "why_not": law.why_not,
+        "source": law.source,
+        "caption": caption(law),
+        "example": "Drawn with " + ", ".join(f"{n} = {with_unit(v, u)}" for n, v, u in _values(law)),
+    }
+
+
+def laws_page() -> str:
+    """The text of docs/laws.md."""
+    return render("text/laws.md.j2", groups=law_groups())
+
+
+def write_laws(folder: Path) -> Path:
+    """Write laws.md and its pictures into laws/ below it; the page's path.
+
+    Raises:
+        BadInput: if the folder cannot be written.
+    """
+    write_all(folder, {f"laws/{law.name}.svg": law_picture(law) for law in LAWS.values()} | {"laws.md": laws_page()})
+    return folder / "laws.md"
+
+
+def _symbol(p: LawParameter) -> sympy.Symbol:
+    if p.lowest is None or p.lowest < 0:
+        return sympy.Symbol(p.name, real=True)
+    return sympy.Symbol(p.name, positive=True) if p.positive else sympy.Symbol(p.name, nonnegative=True)
+
+
+def _values(law: FrictionLaw) -> list[tuple[str, float, str]]:
+    values = EXAMPLES[law.name].parameters
+    return [(p.name, values[p.name], p.unit.format(F="N", q="m")) for p in law.parameters]
+
+
+def _plain(expression: sympy.Expr) -> str:
+    magnitude = expression.replace(Magnitude, sympy.Abs)
+    return str(magnitude).replace("Abs", "abs").replace("Max", "max").replace("Min", "min").replace("**", "^")
+
+
+def _bound(bound: sympy.Expr) -> str:
+    if bound == sympy.oo:
+        return "none"
+    if isinstance(bound, sympy.Piecewise):
+        return ", otherwise ".join(
+            _bound(value) + ("" if where is sympy.true else f" where `{_condition(where)}`")
+            for value, where in bound.args
+        )
+    return f"`{_plain(bound)}`"
+
+
+def _condition(where: Any) -> str:
+    if isinstance(where, sympy.And):
+        return " and ".join(sorted(_condition(part) for part in where.args))
+    signs = {sympy.Eq: "=", sympy.Ne: "≠"}
+    for kind, sign in signs.items():
+        if isinstance(where, kind):
+            return f"{where.lhs} {sign} {where.rhs}"
+    return str(where)
