@@ -153,6 +153,24 @@ def demo(
 
 
 @app.command()
+def laws(
+    out: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="DIR", help="write laws.md and its pictures here")
+    ] = None,
+) -> None:
+    """List the friction laws, or write their page with a picture of each."""
+    from codegen.report.laws import (
+        law_groups,
+        write_laws,
+    )  # matplotlib costs a second that the other verbs need not pay
+
+    if out is None:
+        output.print(render("text/laws.txt.j2", groups=law_groups()), end="")
+    else:
+        output.print(str(write_laws(out)))
+
+
+@app.command()
 def version() -> None:
     """Print the version."""
     output.print(VERSION)
