@@ -71,9 +71,12 @@ def _check_equations(spec: Spec, form: Constraints, x: Matrix) -> None:
         if dependent:
             found = f"redundant: equation {k + 1} `{equation}` follows from those before it"
             raise BadInput(place, found, "equations that are independent")
-    if form.equations and len(axes) - len(form.equations) != len(spec.positions):
-        found = f"{len(form.equations)} equations on {len(axes)} positions, with {len(spec.positions)} coordinates"
-        raise BadInput(spec.place("constraints.equations"), found, "as many equations as positions less coordinates")
+    wanted = len(axes) - len(spec.positions)
+    if form.equations and len(form.equations) != wanted:
+        given, motions = len(form.equations), len(spec.positions)
+        found = f"{given} of {wanted} equations for {len(axes)} positions and {motions} coordinates"
+        expected = f"{wanted} equations, positions less coordinates, or none"
+        raise BadInput(spec.place("constraints.equations"), found, expected)
 
 
 def _largest(expression: sympy.Expr, points: list[dict[sympy.Symbol, sympy.Expr]]) -> tuple[float, str]:

@@ -10,6 +10,8 @@ import sympy
 
 from codegen.mechanics.compact import compact
 
+LONGEST = 200
+
 
 @dataclass(frozen=True)
 class NonlinearInput:
@@ -46,7 +48,9 @@ def input_matrix(
         for j, entry in enumerate(inputs):
             slope = force[i].diff(entry)
             if slope.has(*inputs):
-                slope = compact(slope)  # w**2/w and the like are linear after all
+                slope = compact(slope)
+            if slope.has(*inputs) and sympy.count_ops(slope) <= LONGEST:
+                slope = sympy.cancel(slope)  # a quotient in which w falls out
             # a step in w has no slope, and ``sgn`` says that its own is zero
             steps = [f for f in force[i].atoms(sympy.Function) if f.has(entry)]
             if slope.has(*inputs) or steps:

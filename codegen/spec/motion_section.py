@@ -11,12 +11,13 @@ from codegen.errors import BadInput, Place, nearest_name
 from codegen.spec.bodies_section import read_bodies, read_body_forces, read_equations, read_sliding
 from codegen.spec.dimensions import check_dimensions
 from codegen.spec.expression import NAME, Expression, parse_expression
+from codegen.spec.kinematics import KinematicTree
 from codegen.spec.model import Coordinate, Input, symbol
 from codegen.spec.motion import DIRECTIONS, Constraints, Form, Lagrangian, Sliding, Topology
 from codegen.spec.motion_units import Units
 from codegen.spec.schema import SpecDocument, TopologySection
 
-FORMS = ("mass_matrix", "topology", "constraints", "lagrangian")
+FORMS = ("mass_matrix", "topology", "constraints", "lagrangian", "urdf")
 Rows = list[list[Expression]]
 Symbols = dict[str, sympy.Symbol]
 
@@ -33,17 +34,22 @@ class Motion:
 
 
 def read_motion(
-    document: SpecDocument, coordinates: Sequence[Coordinate], inputs: Sequence[Input], place: Callable[[str], Place]
+    document: SpecDocument,
+    coordinates: Sequence[Coordinate],
+    inputs: Sequence[Input],
+    place: Callable[[str], Place],
+    tree: KinematicTree | None = None,
 ) -> Motion:
     """Read ``mass_matrix`` or what stands in its place, ``force`` and ``friction``.
 
     Args:
         place: key → where it stands.
+        tree: of the robot file that ``urdf:`` names.
 
     Raises:
         BadInput: for no form or two, matrices of wrong shape, unknown names, and units that do not fit.
     """
-    return _MotionReading(document, coordinates, inputs, place).motion()
+    return _MotionReading(document, coordinates, inputs, place).motion(tree)
 
 
 class _MotionReading:
@@ -60,7 +66,7 @@ class _MotionReading:
         self.constant: Symbols = {name: symbol(name) for name in document.parameters}
         self.entry: Symbols = {i.name: symbol(i.name) for i in inputs}
 
-    def motion(self) -> Motion:
+    def motion(self, tree: KinematicTree | None) -> Motion:
         d, n = self.document, len(self.coordinates)
         chosen = self._chosen_form()
         rows = d.force if d.force is not None else ["0"] * n
@@ -82,6 +88,8 @@ class _MotionReading:
             return Motion(mass_matrix, forces, matrix_u, None, (None,) * len(contacts))
         units = Units(d, self.coordinates, self.inputs, self.place)
         units.check_rows(force, distribution)
+        if chosen == "urdf":
+            return Motion(None, forces, matrix_u, tree, (None,) * len(d.friction.contacts))
         if chosen == "lagrangian":
             return Motion(None, forces, matrix_u, self._lagrangian(units), (None,) * len(d.friction.contacts))
         form = self._topology(units) if chosen == "topology" else self._constraints(units)
@@ -93,12 +101,13 @@ class _MotionReading:
         """The one form that is given, with what it needs beside it."""
         d = self.document
         given = [name for name in FORMS if getattr(d, name) is not None]
-        expected = "`mass_matrix:` with `force:`, or one of `topology:`, `constraints:` and `lagrangian:`"
+        expected = "`mass_matrix:` with `force:`, or one of `topology:`, `constraints:`, `lagrangian:` and `urdf:`"
         if not given:
             raise BadInput(self.place("mass_matrix"), "key `mass_matrix` is missing", expected)
         if len(given) > 1:
-            found = f"both `{given[0]}` and `{given[1]}`"
-            raise BadInput(self.place(given[1]), found, "one way to state the equation of motion")
+            first, second = sorted(given, key=lambda name: self.place(name).line or 0)[:2]
+            found = f"both `{first}` and `{second}`"
+            raise BadInput(self.place(second), found, "one way to state the equation of motion")
         (chosen,) = given
         if d.force is None and chosen in ("mass_matrix", "topology"):
             raise BadInput(self.place("force"), "key `force` is missing", "`force:`")
@@ -107,7 +116,7 @@ class _MotionReading:
             raise BadInput(self.place(key), f"key `{key}` is missing", "`distribution:`, coordinates by contacts")
         for k, contact in enumerate(d.friction.contacts):
             for name in ("bodies", "along"):
-                if getattr(contact, name) is not None and chosen in ("mass_matrix", "lagrangian"):
+                if getattr(contact, name) is not None and chosen in ("mass_matrix", "lagrangian", "urdf"):
                     key = f"friction.contacts[{k}].{name}"
                     expected = f"`distribution:` alone beside `{chosen}:`; bodies belong to topology and constraints"
                     raise BadInput(self.place(key), f"`{name}` of contact {contact.name}", expected)
@@ -118,10 +127,10 @@ class _MotionReading:
         assert section is not None
         # Under a transform the bodies have positions x̄ of their own; without one these are the coordinates themselves.
         own = self.position if section.transform is None else self._own_positions(section)
-        self._one_position_each(section, own)
         if section.transform is not None:
             units.declare_positions({name: key.rpartition(".")[2] for key, name in self._positions(section)})
         bodies = read_bodies("topology", section.bodies, own, units, self.constant)
+        self._one_position_each(section, own)
         if section.transform is None:
             return Topology(bodies, None)
         n = len(self.coordinates)
