@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -47,6 +48,19 @@ def test_the_two_masses_by_topology_are_those_of_the_spec() -> None:
     written = read((SPECS / "two_mass.yaml").read_text())[1]
     derived = read(swapped("two_mass", TWO_MASS_TOPOLOGY))[1]
     assert derived == written
+
+
+DOCUMENTED = re.findall(r"```yaml\n(.*?)```", (SPECS.parent / "docs" / "specification.md").read_text("utf-8"), re.S)
+
+
+@pytest.mark.parametrize("form", ["topology", "constraints", "lagrangian"])
+def test_the_forms_of_the_documentation_are_the_shipped_machines(form: str) -> None:
+    (block,) = [text for text in DOCUMENTED if text.startswith(f"{form}:")]
+    name = "two_link_arm" if form == "constraints" else "two_mass"
+    shipped, found = read((SPECS / f"{name}.yaml").read_text())[1], read(swapped(name, block))[1]
+    assert sympy.expand(found.mass_matrix) == sympy.expand(shipped.mass_matrix)
+    assert sympy.expand(found.force) == sympy.expand(shipped.force)
+    assert found.distribution == shipped.distribution and found.contacts == shipped.contacts
 
 
 @settings(max_examples=40, deadline=None)
