@@ -18,6 +18,7 @@ from codegen.checker import verify as checker
 from codegen.demo import run_demo
 from codegen.errors import BadInput
 from codegen.readable import analysis_json, analysis_latex, analysis_view, model_view
+from codegen.readable_gains import gains_view
 from codegen.stability.certify import Refusal
 from codegen.text import render
 from codegen.version import VERSION
@@ -110,6 +111,28 @@ def generate(
         elif refused and not uncertified:
             code = code or REFUSED
     raise typer.Exit(code)
+
+
+@app.command()
+def gains(
+    spec: SpecPath,
+    out: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="DIR", help="folder for gains.json, gains.png, spec.yaml")
+    ] = None,
+    over: Annotated[
+        tuple[str, str] | None,
+        typer.Option("--over", metavar="NAME NAME", help="axes of the map; h is the sample time"),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="print JSON")] = False,
+) -> None:
+    """Show which gains are stable, with what margin, and suggest some; for free gains or around chosen ones."""
+    report = pipeline.gains(spec, out, over or ())
+    if as_json:
+        output.print(json.dumps(report.content, indent=1, ensure_ascii=False, allow_nan=False))
+    else:
+        output.print(render("text/gains.txt.j2", files=report.files, **gains_view(report.feasibility)), end="")
+    if report.feasibility.infeasible is not None:
+        raise typer.Exit(REFUSED)
 
 
 @app.command()

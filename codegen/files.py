@@ -24,13 +24,13 @@ def write_atomically(path: Path, text: str) -> None:
     write_all(path.parent, {path.name: text})
 
 
-def write_all(folder: Path, files: Mapping[str, str]) -> None:
+def write_all(folder: Path, files: Mapping[str, str | bytes] | Mapping[str, str]) -> None:
     """Write several files: all are written beside their targets before the first takes its place.
 
     Nothing else in the folder is touched.
 
     Args:
-        files: name, or path below the folder → text.
+        files: name, or path below the folder → text, or the bytes of a picture.
 
     Raises:
         BadInput: if a target is a folder, or a folder cannot be made or written.
@@ -53,13 +53,13 @@ def write_all(folder: Path, files: Mapping[str, str]) -> None:
             temporary.unlink(missing_ok=True)
 
 
-def _temporary(path: Path, text: str) -> Path:
-    """The text in a hidden file beside its target, with the permissions that a new file would get."""
+def _temporary(path: Path, content: str | bytes) -> Path:
+    """The content in a hidden file beside its target, with the permissions that a new file would get."""
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     temporary = Path(name)
     try:
         with os.fdopen(handle, "wb") as stream:
-            stream.write(text.encode())
+            stream.write(content.encode() if isinstance(content, str) else content)
         umask = os.umask(0)
         os.umask(umask)
         temporary.chmod(0o666 & ~umask)

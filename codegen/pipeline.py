@@ -15,6 +15,7 @@ from codegen.effects.declare import add_declared_effects
 from codegen.emit.package import Header, emit_manifest, emit_readme, emit_sources, make_header
 from codegen.errors import BadInput, Place
 from codegen.files import sha256, write_all, write_atomically
+from codegen.gain_report import GainReport, gains
 from codegen.logs import read_log
 from codegen.mechanics import System, build_system
 from codegen.observers import Observer, build_observer
@@ -22,6 +23,7 @@ from codegen.program import Program, build_program
 from codegen.simulate import simulate as simulate_plant
 from codegen.simulate import write_log
 from codegen.spec import Spec, parse_spec, read_spec
+from codegen.spec.free_gains import at_middle, refuse_free_gains
 from codegen.stability.analysis import Analysis, analyse
 from codegen.stability.certify import Certificate, Refusal, read_certificate
 from codegen.stability.certify import certify as certify_analysis
@@ -32,7 +34,7 @@ Progress = Callable[[str, float], None]
 
 @dataclass(frozen=True)
 class Model:
-    """A spec with its system (declared effects included) and observer, if it has one."""
+    """A spec with its system (declared effects included) and observer, if it has one; free gains at mid-range."""
 
     spec: Spec
     system: System
@@ -171,6 +173,7 @@ def diagnose(
             str(test), "the training log itself as --test", "another log, or none: the end of LOG is then held out"
         )
     model = check(path)
+    refuse_free_gains(model.spec)
     train = read_log(log, model.spec, description=description, columns=columns)
     held_out = read_log(test, model.spec, description=description, columns=columns) if test is not None else None
     diagnosis, models = diagnose_log(model.spec, model.system, train, held_out, progress)
@@ -197,10 +200,11 @@ def write_certificate(certificate: Certificate, path: str | Path) -> Path:
 
 def _model(spec: Spec) -> Model:
     system = add_declared_effects(build_system(spec), spec)
-    return Model(spec, system, build_observer(spec, system) if spec.observer is not None else None)
+    return Model(spec, system, build_observer(at_middle(spec), system) if spec.observer is not None else None)
 
 
 def _observed(spec: Spec) -> tuple[Spec, Observer]:
+    refuse_free_gains(spec)
     system = add_declared_effects(build_system(spec), spec)
     return spec, build_observer(spec, system)
 
@@ -293,12 +297,14 @@ def _rate(outcome: Certificate | Refusal) -> float | str:
 __all__ = [
     "BadInput",
     "Diagnosed",
+    "GainReport",
     "Generated",
     "Model",
     "certify",
     "check",
     "derive",
     "diagnose",
+    "gains",
     "generate",
     "simulate",
     "verify",
