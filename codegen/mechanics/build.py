@@ -11,7 +11,7 @@ from codegen.errors import BadInput
 from codegen.mechanics.contact_rank import refuse_dependent_contacts
 from codegen.mechanics.contacts import build_contacts
 from codegen.mechanics.motion import equation_of_motion, form_key
-from codegen.mechanics.sampling import position_range
+from codegen.mechanics.sampling import numbers_over, position_range
 from codegen.mechanics.system import System
 from codegen.spec.model import Spec, symbol
 from codegen.spec.units import coherent_name
@@ -67,41 +67,38 @@ def check_mass_matrix(system: System, spec: Spec) -> None:
     Raises:
         BadInput: with the entry, or the point and its smallest eigenvalue.
     """
-    mass, key = system.mass_matrix.subs(system.values), form_key(spec)
-    n = system.degrees_of_freedom
-    ranges = position_ranges(system, spec)
-    generator = np.random.default_rng(0)
-    corners = (
-        np.array(np.meshgrid(*[(lo, (lo + hi) / 2, hi) for lo, hi in list(ranges.values())[:6]]))
-        .reshape(min(n, 6), -1)
-        .T
-    )
-    corners = np.hstack([corners, np.zeros((len(corners), n - corners.shape[1]))])
-    low, high = np.array(list(ranges.values())).T
-    points = np.vstack([corners, generator.uniform(low, high, (SAMPLES, n))]) if mass.free_symbols else corners[:1]
+    key, n = form_key(spec), system.degrees_of_freedom
+    varying = [x for x in system.positions if x in system.mass_matrix.free_symbols]
+    points = _points(system, spec) if varying else np.zeros((1, n))
+    entries = numbers_over(system.mass_matrix, system.values, system.positions, points)
+    finite = np.isfinite(entries).all(axis=(1, 2))
+    size = float(np.abs(entries[finite]).max(initial=0.0))
     for i in range(n):
         for j in range(i):
-            if sympy.expand(mass[i, j] - mass[j, i]) != 0 and _differs(
-                mass[i, j] - mass[j, i], system.positions, points
-            ):
-                found = f"entry [{i}][{j}] `{system.mass_matrix[i, j]}` and [{j}][{i}] `{system.mass_matrix[j, i]}`"
+            above, below = system.mass_matrix[j, i], system.mass_matrix[i, j]
+            apart = np.abs(entries[finite, i, j] - entries[finite, j, i]).max(initial=0.0)
+            if above != below and apart > 1e-12 * size:
+                found = f"entry [{i}][{j}] `{below}` and [{j}][{i}] `{above}`"
                 raise BadInput(spec.place(f"{key}[{i}][{j}]"), found, "a symmetric mass matrix")
-    for point in points:
-        at = dict(zip(system.positions, point, strict=True))
-        entries = mass.subs(at).evalf()
-        if not all(e.is_real and e.is_finite for e in entries):
-            where = ", ".join(f"{x} = {value:.4g}" for x, value in at.items() if x in mass.free_symbols)
-            expected = "real entries in the whole envelope"
-            raise BadInput(spec.place(key), f"no real number at {where}", expected)
-        smallest = np.linalg.eigvalsh(np.array(entries, dtype=float))[0]
-        if not smallest > 0:
-            where = (
-                ", ".join(f"{x} = {value:.4g}" for x, value in at.items() if x in mass.free_symbols) or "every point"
-            )
-            found = f"its smallest eigenvalue is {smallest:.4g} at {where}"
-            raise BadInput(spec.place(key), found, "a mass matrix that is positive definite in the whole envelope")
+    smallest = np.full(len(points), np.nan)
+    smallest[finite] = np.linalg.eigvalsh(entries[finite])[:, 0]
+    bad = ~(smallest > 0)
+    if not bad.any():
+        return
+    first = int(bad.argmax())
+    at = dict(zip(system.positions, points[first], strict=True))
+    where = ", ".join(f"{x} = {at[x]:.4g}" for x in varying) or "every point"
+    if not finite[first]:
+        raise BadInput(spec.place(key), f"no real number at {where}", "real entries in the whole envelope")
+    found = f"its smallest eigenvalue is {smallest[first]:.4g} at {where}"
+    raise BadInput(spec.place(key), found, "a mass matrix that is positive definite in the whole envelope")
 
 
-def _differs(difference: sympy.Expr, positions: tuple[sympy.Symbol, ...], points: Any) -> bool:
-    values = [abs(complex(difference.subs(dict(zip(positions, p, strict=True))).evalf())) for p in points[:20]]
-    return max(values) > 1e-12
+def _points(system: System, spec: Spec) -> Any:
+    """Corners, mid-points and random points of the positions' ranges, points by n."""
+    n = system.degrees_of_freedom
+    ranges = np.array(list(position_ranges(system, spec).values()))
+    few = [(low, (low + high) / 2, high) for low, high in ranges[:6]]
+    corners = np.array(np.meshgrid(*few)).reshape(len(few), -1).T
+    corners = np.hstack([corners, np.tile(ranges[6:].mean(axis=1), (len(corners), 1))])
+    return np.vstack([corners, np.random.default_rng(0).uniform(*ranges.T, (SAMPLES, n))])

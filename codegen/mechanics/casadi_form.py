@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import casadi
 import sympy
 
+from codegen.mechanics.computed import ComputedEntry
 from codegen.spec.functions import Magnitude, Sgn
 
 _FUNCTIONS: dict[Any, Callable[[Any], Any]] = {
@@ -22,6 +24,14 @@ _FUNCTIONS: dict[Any, Callable[[Any], Any]] = {
 }
 
 
+@dataclass(frozen=True)
+class _Scope:
+    """What symbols stand for, and the computations that are already put in: all entries of one share its graph."""
+
+    names: Mapping[sympy.Symbol, Any]
+    computed: dict[tuple[Any, ...], Any] = field(default_factory=dict)
+
+
 def to_casadi(expression: Any, names: Mapping[sympy.Symbol, Any]) -> Any:
     """The CasADi SX of a SymPy expression or matrix.
 
@@ -33,52 +43,62 @@ def to_casadi(expression: Any, names: Mapping[sympy.Symbol, Any]) -> Any:
         KeyError: for a symbol without an entry.
         TypeError: for a SymPy node that no spec can hold.
     """
+    scope = _Scope(names)
     if isinstance(expression, sympy.MatrixBase):
         result = casadi.SX(expression.rows, expression.cols)
         for i in range(expression.rows):
             for j in range(expression.cols):
                 if expression[i, j] != 0:
-                    result[i, j] = _scalar(expression[i, j], names)
+                    result[i, j] = _scalar(expression[i, j], scope)
         return result
-    return _scalar(expression, names)
+    return _scalar(expression, scope)
 
 
-def _scalar(e: Any, names: Mapping[sympy.Symbol, Any]) -> Any:
+def _scalar(e: Any, scope: _Scope) -> Any:
     if e.is_Symbol:
-        return names[e]
+        return scope.names[e]
     if e.is_Number or e is sympy.pi or e is sympy.E:
         return casadi.SX(float(e))
     if e.is_Add:
         # SymPy keeps terms in its own order; a leading negative term would cost an operation.
         terms = sorted(e.args, key=lambda term: term.could_extract_minus_sign())
-        total = _scalar(terms[0], names)
+        total = _scalar(terms[0], scope)
         for term in terms[1:]:
-            total = total - _scalar(-term, names) if term.could_extract_minus_sign() else total + _scalar(term, names)
+            total = total - _scalar(-term, scope) if term.could_extract_minus_sign() else total + _scalar(term, scope)
         return total
     if e.is_Mul:
-        return _product(e, names)
+        return _product(e, scope)
     if e.is_Pow:
-        return _power(e.base, e.exp, names)
+        return _power(e.base, e.exp, scope)
+    if isinstance(e, ComputedEntry):
+        return _computed(e, scope)
     function = _FUNCTIONS.get(e.func)
     if function is None:
         raise TypeError(f"no CasADi form for {e.func}")
-    return function(_scalar(e.args[0], names))
+    return function(_scalar(e.args[0], scope))
 
 
-def _product(e: Any, names: Mapping[sympy.Symbol, Any]) -> Any:
+def _computed(e: ComputedEntry, scope: _Scope) -> Any:
+    key = (e.computation, *e.arguments)
+    if key not in scope.computed:
+        scope.computed[key] = e.computation.function(casadi.vertcat(*[_scalar(a, scope) for a in e.arguments]))
+    return scope.computed[key][e.index]
+
+
+def _product(e: Any, scope: _Scope) -> Any:
     above, below, negative = None, None, False
     for factor in e.args:
         if factor == -1:
             negative = not negative
         elif factor.is_Pow and factor.exp.is_number and factor.exp.is_negative:
-            value = _power(factor.base, -factor.exp, names)
+            value = _power(factor.base, -factor.exp, scope)
             below = value if below is None else below * value
         elif factor.is_Rational and not factor.is_Integer and factor.p in (1, -1):
             negative ^= factor.p < 0
             value = casadi.SX(float(factor.q))
             below = value if below is None else below * value
         else:
-            value = _scalar(factor, names)
+            value = _scalar(factor, scope)
             above = value if above is None else above * value
     result = casadi.SX(1.0) if above is None else above
     if below is not None:
@@ -86,16 +106,16 @@ def _product(e: Any, names: Mapping[sympy.Symbol, Any]) -> Any:
     return -result if negative else result
 
 
-def _power(base: Any, exponent: Any, names: Mapping[sympy.Symbol, Any]) -> Any:
-    value = _scalar(base, names)
+def _power(base: Any, exponent: Any, scope: _Scope) -> Any:
+    value = _scalar(base, scope)
     if exponent.is_Integer:
         n = int(exponent)
         return _repeated(value, n) if n >= 0 else 1 / _repeated(value, -n)
     if exponent == sympy.Rational(1, 2):
         return casadi.sqrt(value)
     if base is sympy.E:
-        return casadi.exp(_scalar(exponent, names))
-    return casadi.power(value, _scalar(exponent, names))
+        return casadi.exp(_scalar(exponent, scope))
+    return casadi.power(value, _scalar(exponent, scope))
 
 
 def _repeated(value: Any, n: int) -> Any:

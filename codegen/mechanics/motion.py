@@ -7,12 +7,14 @@ from dataclasses import dataclass
 import sympy
 
 from codegen.errors import BadInput
+from codegen.mechanics.chain_motion import chain_motion
 from codegen.mechanics.compact import compact
 from codegen.mechanics.constraints import constrained_motion
 from codegen.mechanics.lagrangian import lagrangian_motion
 from codegen.mechanics.sampling import numeric_matrix, sampled_values
 from codegen.mechanics.system import Matrix
 from codegen.mechanics.topology import topology_motion
+from codegen.spec.kinematics import KinematicTree
 from codegen.spec.model import Spec
 from codegen.spec.motion import Constraints, Lagrangian, Topology
 
@@ -45,12 +47,17 @@ def equation_of_motion(spec: Spec) -> Motion:
         case Lagrangian():
             mass, force = lagrangian_motion(spec, spec.form)
             return Motion(mass, force, Matrix(spec.distribution))
+        case KinematicTree():
+            mass, force = chain_motion(spec, spec.form)
+            return Motion(mass, force, Matrix(spec.distribution))
         case _:
             return Motion(Matrix(spec.mass_matrix), force, Matrix(spec.distribution))
 
 
 def form_key(spec: Spec) -> str:
     """The section in which the mass matrix stands."""
+    if isinstance(spec.form, KinematicTree):
+        return "urdf"
     return "mass_matrix" if spec.form is None else type(spec.form).__name__.lower()
 
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+import casadi
 import numpy as np
 import sympy
 
+from codegen.mechanics.casadi_form import to_casadi
 from codegen.spec.model import Spec, symbol
 
 POINTS = 12
@@ -35,6 +37,26 @@ def numeric_matrix(matrix: Any, point: Mapping[sympy.Symbol, Any]) -> Any:
     entries = [complex(entry) for entry in matrix.subs(point).evalf()]
     numbers = [e.real if abs(e.imag) <= 1e-12 * max(1.0, abs(e.real)) else math.nan for e in entries]
     return np.array(numbers).reshape(matrix.rows, matrix.cols)
+
+
+def numbers_over(
+    matrix: Any, values: Mapping[sympy.Symbol, Any], variables: Sequence[sympy.Symbol], points: Any
+) -> Any:
+    """A matrix at many points through CasADi; what has no real value there is NaN or infinite.
+
+    Args:
+        matrix: n by m over ``values`` and ``variables``.
+        values: symbol → number.
+        points: points by variables.
+
+    Returns:
+        points by n by m.
+    """
+    at = casadi.SX.sym("at", len(variables))
+    names = {s: casadi.SX(float(v)) for s, v in values.items()} | {s: at[k] for k, s in enumerate(variables)}
+    function = casadi.Function("matrix", [at], [casadi.densify(to_casadi(matrix, names))])
+    flat = np.asarray(function.map(len(points))(np.asarray(points).T))
+    return flat.reshape(matrix.rows, len(points), matrix.cols).transpose(1, 0, 2)
 
 
 def rank(matrix: Any, points: list[dict[sympy.Symbol, Any]]) -> int:

@@ -11,6 +11,7 @@ from typing import Any
 import sympy
 
 from codegen.errors import Place
+from codegen.spec.kinematics import KinematicTree
 from codegen.spec.motion import Form, Sliding
 
 Rational = sympy.Rational
@@ -139,9 +140,9 @@ class Spec:
         force: g(x, v, w), n by 1, everything but friction, without ``effects``; beside ``constraints`` and
             ``lagrangian`` the generalised forces that these do not give.
         distribution: U(x), n by contacts; slip velocity is U' v; None where the bodies of ``form`` give it.
-        form: topology, constraints or Lagrangian in place of ``mass_matrix``.
+        form: topology, constraints, Lagrangian or a robot file's kinematic tree in place of ``mass_matrix``.
         envelope: exact (low, high) for each named variable.
-        text, path: the file itself; ``sha256`` is of its bytes.
+        text, path: the file itself.
     """
 
     name: str
@@ -164,9 +165,15 @@ class Spec:
     places: Mapping[str, Place]
 
     @property
-    def sha256(self) -> str:
+    def file_sha256(self) -> str:
         """Hash of the spec file's bytes."""
         return hashlib.sha256(self.text.encode()).hexdigest()
+
+    @property
+    def sha256(self) -> str:
+        """Hash of all that the spec says: of the file's bytes, and of its robot file's hash where it names one."""
+        robot = self.form.sha256 if isinstance(self.form, KinematicTree) else ""
+        return hashlib.sha256(self.text.encode() + robot.encode()).hexdigest()
 
     @property
     def positions(self) -> tuple[str, ...]:

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import sympy
 
+from codegen.spec.kinematics import KinematicTree
+
 GROUND = "ground"
 TRANSLATIONS = ("x", "y", "z")
 DIRECTIONS = (*TRANSLATIONS, "angle")
@@ -74,7 +76,7 @@ class Lagrangian:
     potential: sympy.Expr
 
 
-Form = Topology | Constraints | Lagrangian
+Form = Topology | Constraints | Lagrangian | KinematicTree
 
 
 @dataclass(frozen=True)

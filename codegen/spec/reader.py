@@ -29,6 +29,7 @@ from codegen.spec.motion_section import read_motion
 from codegen.spec.observer_section import read_observer
 from codegen.spec.schema import SimulationSection, SpecDocument
 from codegen.spec.units import require_coherent, si_factor
+from codegen.spec.urdf_section import expand_robot
 from codegen.spec.validation import validate
 from codegen.spec.yaml_text import load_mapping, plain, read_text
 
@@ -67,7 +68,8 @@ class _Reading:
     def __init__(self, text: str, path: Path) -> None:
         self.text, self.path = text, path
         document, self.places = load_mapping(text, str(path))
-        self.document = validate(SpecDocument, plain(document), self.places, str(path))
+        filled, self.tree = expand_robot(plain(document), path, self.place)
+        self.document = validate(SpecDocument, filled, self.places, str(path))
 
     def place(self, key: str) -> Place:
         known = self.places.get(key)
@@ -91,7 +93,7 @@ class _Reading:
 
         position = {c.name for c in coordinates}
         moving = {c.velocity for c in coordinates} | {i.name for i in inputs}
-        motion = read_motion(d, coordinates, inputs, self.place)
+        motion = read_motion(d, coordinates, inputs, self.place, self.tree)
         friction = tuple(self._contact(i, sliding) for i, sliding in enumerate(motion.slidings))
         return Spec(
             name=d.name,

@@ -5,7 +5,7 @@ Names, units and expressions are checked afterwards, in ``reader``; here a value
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
@@ -175,6 +175,7 @@ class SpecDocument(Section):
     topology: TopologySection | None = None
     constraints: ConstraintsSection | None = None
     lagrangian: LagrangianSection | None = None
+    urdf: str | dict[str, Any] | None = None  # read by ``urdf_section`` before the rest
     force: list[Text] | None = None
     friction: FrictionSection
     effects: list[EffectSection] = []

@@ -161,7 +161,7 @@ def _content(
     return {
         "format": FORMAT,
         "tool": {"name": "stiction", "version": VERSION, "command": command},
-        "subject": {"name": spec.name, "spec_sha256": spec.sha256, "files": dict(sorted(files.items()))},
+        "subject": {"name": spec.name, "spec_sha256": spec.file_sha256, "files": dict(sorted(files.items()))},
         "observer": {"kind": observer.kind, "velocity": observer.velocity, "integration": "euler"},
         "claim": " ".join(render("text/claim.j2", **words).split()),
         "sample_time": rational_text(h),

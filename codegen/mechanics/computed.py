@@ -1,0 +1,148 @@
+"""Quantities that are computed rather than written down: SymPy functions that carry a CasADi definition.
+
+M(x) of a seven-joint arm has no expression that anyone would read, and expanding it symbolically never ends. Here an
+entry is one SymPy function of its arguments: it can be substituted into and differentiated (the derivative is another
+computed quantity, from CasADi), and ``to_casadi`` puts its definition in, once for all entries at the same arguments.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
+from typing import Any, cast
+
+import casadi
+import sympy
+from sympy import ImmutableMatrix
+
+
+class Computation(sympy.Atom):
+    """A column of quantities over named arguments, given by CasADi.
+
+    Two computations are equal if they have the same labels, arguments and instructions.
+
+    Attributes:
+        names: of the arguments that any entry depends on, in order.
+        labels: what each entry is called when printed.
+    """
+
+    def __new__(cls, labels: Sequence[str], expression: Any, arguments: Mapping[str, Any]) -> Computation:
+        """Args:
+        labels: one per entry.
+        expression: SX, k by 1.
+        arguments: name → SX symbol.
+        """
+        self: Computation = super().__new__(cls)
+        used = {s.name() for s in casadi.symvar(casadi.SX(expression))}
+        kept = {name: s for name, s in arguments.items() if s.name() in used}
+        self.labels, self.names = tuple(labels), tuple(kept)
+        self._symbols, self._expression = list(kept.values()), expression
+        return self
+
+    @cached_property
+    def function(self) -> Any:
+        """The CasADi function of the arguments stacked in one column."""
+        column = casadi.SX.sym("arguments", len(self.names))
+        value = casadi.substitute(self._expression, casadi.vertcat(*self._symbols), column) if self.names else None
+        return casadi.Function("computed", [column], [self._expression if value is None else value])
+
+    @cached_property
+    def digest(self) -> str:
+        """A hash of what is computed."""
+        return hashlib.sha256(f"{self.labels} {self.names} {self.function.serialize()}".encode()).hexdigest()
+
+    @cached_property
+    def slope(self) -> Computation:
+        """Derivatives of every entry with respect to every argument, argument by argument."""
+        column = casadi.vertcat(*self._symbols)
+        jacobian = casadi.vec(casadi.jacobian(self._expression, column))
+        labels = [f"d{label}_d{name}" for name in self.names for label in self.labels]
+        return Computation(labels, jacobian, dict(zip(self.names, self._symbols, strict=True)))
+
+    def entry(self, index: int, arguments: Mapping[str, Any]) -> Any:
+        """One entry at ``arguments``; an exact number where it does not depend on any."""
+        value = self._expression[index]
+        if value.is_constant():
+            return sympy.Rational(f"{float(value):.15g}")
+        return ComputedEntry(self, sympy.Integer(index), *[arguments[name] for name in self.names])
+
+    def _hashable_content(self) -> tuple[Any, ...]:
+        return (self.digest,)
+
+    def _sympystr(self, printer: Any) -> str:
+        return f"{self.labels[0]}..{self.labels[-1]}"
+
+    def sort_key(self, order: Any = None) -> Any:
+        """Name first, so that an order never depends on how CasADi writes its instructions."""
+        return self.class_key(), (2, (self.labels[0], self.digest)), sympy.S.One.sort_key(), sympy.S.One
+
+
+class ComputedEntry(sympy.Function):
+    """An entry of a computation at given arguments: ``args`` are the computation, the entry's index, the arguments."""
+
+    is_real = True
+    is_commutative = True
+
+    @property
+    def computation(self) -> Computation:
+        return cast(Computation, self.args[0])
+
+    @property
+    def index(self) -> int:
+        return int(self.args[1])
+
+    @property
+    def arguments(self) -> tuple[Any, ...]:
+        return tuple(self.args[2:])
+
+    def _eval_derivative(self, s: Any) -> Any:
+        """The chain rule; the outer derivatives are entries of the computation's slope."""
+        at = dict(zip(self.computation.names, self.arguments, strict=True))
+        total = sympy.S.Zero
+        for k, argument in enumerate(self.arguments):
+            inner = argument.diff(s)
+            if inner != 0:
+                total += self.computation.slope.entry(k * len(self.computation.labels) + self.index, at) * inner
+        return total
+
+    def _eval_evalf(self, precision: int) -> Any:
+        values = [a.evalf(precision) for a in self.arguments]
+        if not all(v.is_Float or v.is_Integer for v in values):
+            return None
+        return sympy.Float(float(self.computation.function([float(v) for v in values])[self.index]))
+
+    def _sympystr(self, printer: Any) -> Any:
+        """Its label, with the arguments that are not simply the computation's own."""
+        pairs = zip(self.computation.names, self.arguments, strict=True)
+        other = ", ".join(f"{name}={printer._print(a)}" for name, a in pairs if str(a) != name)
+        return self.computation.labels[self.index] + (f"({other})" if other else "")
+
+    _sympyrepr = _sympystr
+
+    def _latex(self, printer: Any, exp: str | None = None) -> str:
+        body = r"\mathrm{" + str(self).replace("_", r"\_") + "}"
+        return rf"{body}^{{{exp}}}" if exp else body
+
+
+def computed_matrix(
+    label: Callable[[int, int], str], value: Any, arguments: Mapping[sympy.Symbol, Any], symmetric: bool = False
+) -> Any:
+    """A matrix of computed entries.
+
+    Args:
+        label: (i, j) → the entry's name.
+        value: n by m SX over ``arguments``; constant entries become exact numbers, structural zeros 0.
+        arguments: SymPy symbol → SX symbol.
+        symmetric: take the lower triangle for both.
+
+    Returns:
+        n by m SymPy matrix.
+    """
+    rows, columns = value.shape
+    places = [(i, j) for j in range(columns) for i in range(rows) if not symmetric or j <= i]
+    column = casadi.vertcat(*[casadi.densify(value)[i, j] for i, j in places])
+    computation = Computation([label(i, j) for i, j in places], column, {s.name: x for s, x in arguments.items()})
+    named = {s.name: s for s in arguments}
+    entries = {place: computation.entry(k, named) for k, place in enumerate(places)}
+    return ImmutableMatrix(rows, columns, lambda i, j: entries[max(i, j), min(i, j)] if symmetric else entries[i, j])

@@ -1,0 +1,133 @@
+"""A URDF file → elements with typed values and lines, through ROS's own parser (urdf_parser_py)."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from lxml import etree
+from urdf_parser_py.urdf import Robot
+from urdf_parser_py.xml_reflection import core
+
+from codegen.errors import BadInput, Place
+
+KNOWN = {
+    "robot": {"link", "joint"},
+    "link": {"inertial"},
+    "inertial": {"origin", "mass", "inertia"},
+    "joint": {"origin", "parent", "child", "axis", "dynamics", "mimic"},
+}
+LARGEST = 20_000_000
+
+
+class RobotFile:
+    """What a URDF file says about masses and joints; pictures, limits and transmissions are left out.
+
+    Attributes:
+        robot: as urdf_parser_py gives it.
+        content: the file's bytes.
+    """
+
+    def __init__(self, path: Path, named_at: Place) -> None:
+        """Args:
+            path: of the file.
+            named_at: where the spec names it.
+
+        Raises:
+            BadInput: for a file that cannot be read, is no XML or no URDF.
+        """
+        self.path = path
+        try:
+            self.content = path.read_bytes()
+        except OSError as error:
+            expected = "a robot description (URDF), its path relative to the spec"
+            raise BadInput(named_at, f"`{path}` cannot be read ({error.strerror})", expected) from None
+        if len(self.content) > LARGEST:
+            raise BadInput(str(path), f"{len(self.content)} bytes", f"a robot description of at most {LARGEST}")
+        # No entities and no network: a robot description is a stranger's file.
+        parser = etree.XMLParser(resolve_entities=False, no_network=True, remove_comments=True, remove_pis=True)
+        try:
+            self._root = etree.fromstring(self.content, parser)
+        except etree.XMLSyntaxError as error:
+            raise BadInput(Place(str(path), error.lineno), str(error.msg), "a robot description (XML)") from None
+        if self._root is None or self._root.tag != "robot":
+            found = f"<{self._root.tag}>" if self._root is not None else "no element"
+            raise BadInput(Place(str(path), 1), found, "<robot>, a robot description (URDF)")
+        self._keep_mechanics()
+        self.robot: Any = self._parsed()
+
+    def place(self, kind: str, name: str, inner: str = "") -> Place:
+        """Where a link or joint stands, or an element inside it if it has that."""
+        for element in self._root.findall(kind):
+            if element.get("name") == name:
+                found = element.find(inner) if inner else element
+                line = (element if found is None else found).sourceline
+                return Place(str(self.path), line, f'{kind} "{name}"')
+        return Place(str(self.path), None, f'{kind} "{name}"')
+
+    def _keep_mechanics(self) -> None:
+        """Drop what is not mechanics, so that a strange mesh or transmission is no error; refuse what stands twice."""
+        for element in list(self._root.iter()):
+            known = KNOWN.get(str(element.tag))
+            for child in list(element) if known else []:
+                if child.tag not in (known or ()):
+                    element.remove(child)
+            tags = [str(child.tag) for child in element]
+            twice = [tag for tag in tags if tags.count(tag) > 1 and element is not self._root]
+            if twice:
+                raise BadInput(Place(str(self.path), element.sourceline), f"two <{twice[0]}>", "one")
+        for kind in ("link", "joint"):
+            names = [element.get("name") for element in self._root.findall(kind)]
+            for element in self._root.findall(kind):
+                if names.count(element.get("name")) > 1:
+                    found = f'a second {kind} "{element.get("name")}"'
+                    raise BadInput(Place(str(self.path), element.sourceline), found, "a name of its own")
+
+    def _parsed(self) -> Any:
+        try:
+            # The parser reports attributes that it does not know on stderr; a robot description may have them.
+            with contextlib.redirect_stderr(io.StringIO()):
+                return Robot.from_xml(self._root, core.Path("robot", tree=self._root.getroottree()))
+        except core.ParseError as error:
+            words = " ".join(str(error.e).split())
+            raise BadInput(self._place_of(str(error.path)), words, "a robot description (URDF)") from None
+        except (AssertionError, TypeError, ValueError, AttributeError) as error:
+            # The parser meets a missing attribute of <mass>, <axis>, <parent> or <child> with one of these.
+            incomplete = self._incomplete()
+            found = " ".join(str(error).split()) if incomplete is None else f"<{incomplete.tag}> is incomplete"
+            line = None if incomplete is None else incomplete.sourceline
+            raise BadInput(Place(str(self.path), line), found, "a robot description (URDF)") from None
+
+    def _place_of(self, xpath: str) -> Place:
+        with contextlib.suppress(etree.XPathError):
+            found = self._root.getroottree().xpath(xpath)
+            if isinstance(found, list) and found:
+                return Place(str(self.path), found[0].sourceline)
+        return Place(str(self.path), None, xpath)
+
+    def _incomplete(self) -> Any:
+        wanted: dict[str, tuple[str, Callable[[str], object]]] = {
+            "mass": ("value", float),
+            "axis": ("xyz", _three),
+            "parent": ("link", str),
+            "child": ("link", str),
+        }
+        for element in self._root.iter(*wanted):
+            attribute, read = wanted[str(element.tag)]
+            try:
+                if element.get(attribute) is None:
+                    return element
+                read(element.get(attribute))
+            except ValueError:
+                return element
+        return None
+
+
+def _three(text: str) -> list[float]:
+    values = [float(word) for word in text.split()]
+    if len(values) != 3:
+        raise ValueError
+    return values

@@ -1,0 +1,219 @@
+"""A robot description → its kinematic tree: fixed links merged, what cannot be a rigid mechanism refused."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codegen.errors import BadInput, Place
+from codegen.spec.kinematics import KinematicTree, MovingBody, Rows, Vector
+from codegen.spec.robot_file import RobotFile
+
+Array = NDArray[np.float64]
+STANDARD_GRAVITY = (0.0, 0.0, -9.81)
+MOVING = ("revolute", "continuous", "prismatic")
+ZERO = 1e-15
+
+
+@dataclass
+class _Body:
+    """A moving body while its links are gathered: what ``MovingBody`` will hold."""
+
+    joint: Any
+    parent: int
+    rotation: Array
+    offset: Array
+    mass: float
+    first_moment: Array
+    inertia: Array
+
+
+def read_kinematic_tree(path: Path, named_at: Place, gravity: Sequence[float] = STANDARD_GRAVITY) -> KinematicTree:
+    """Read a URDF file.
+
+    Args:
+        path: of the file.
+        named_at: where the spec names it, for a file that cannot be read.
+        gravity: in the base's frame, m/s².
+
+    Raises:
+        BadInput: for a file that is no URDF, a joint that is floating, planar or a mimic, a loop, or inertial data that
+            are missing or impossible.
+    """
+    return _Reading(RobotFile(path, named_at)).tree(gravity)
+
+
+def identifier(name: str) -> str:
+    """A joint's name as an identifier: letters, digits and ``_``, starting with a letter."""
+    word = "".join(c if c.isascii() and (c.isalnum() or c == "_") else "_" for c in name)
+    return word if word[:1].isalpha() else f"joint_{word.lstrip('_')}"
+
+
+class _Reading:
+    def __init__(self, file: RobotFile) -> None:
+        self.file = file
+        self.joints: list[Any] = file.robot.joints
+        self.links: dict[str, Any] = file.robot.link_map
+        self.bodies: list[_Body] = []
+
+    def tree(self, gravity: Sequence[float]) -> KinematicTree:
+        root = self._root()
+        waiting = [(root, -1, np.eye(3), np.zeros(3))]
+        reached = set()
+        while waiting:
+            link, body, rotation, offset = waiting.pop()
+            reached.add(link)
+            if body >= 0:
+                self._add_inertia(self.bodies[body], link, rotation, offset)
+            following = []
+            for joint in self.joints:
+                if joint.parent != link:
+                    continue
+                turn, shift = self._placement(joint.origin, self.file.place("joint", joint.name, "origin"))
+                here, there = rotation @ turn, offset + rotation @ shift
+                if self._kind(joint) == "fixed":
+                    following.append((joint.child, body, here, there))
+                else:
+                    self.bodies.append(_Body(joint, body, here, there, 0.0, np.zeros(3), np.zeros((3, 3))))
+                    following.append((joint.child, len(self.bodies) - 1, np.eye(3), np.zeros(3)))
+            waiting += reversed(following)
+        if len(reached) < len(self.links):
+            lost = next(name for name in self.links if name not in reached)
+            raise BadInput(self.file.place("link", lost), "a loop of joints", f"links that hang on {root}")
+        if not self.bodies:
+            raise BadInput(str(self.file.path), "no moving joint", f"at least one joint: {', '.join(MOVING)}")
+        vector = (float(gravity[0]), float(gravity[1]), float(gravity[2]))
+        return KinematicTree(self._moving_bodies(), vector, hashlib.sha256(self.file.content).hexdigest())
+
+    def _root(self) -> str:
+        parent: dict[str, str] = {}
+        for joint in self.joints:
+            for end in ("parent", "child"):
+                if getattr(joint, end) not in self.links:
+                    place = self.file.place("joint", joint.name, end)
+                    raise BadInput(place, f'unknown link "{getattr(joint, end)}"', f"a link as {end}")
+            if joint.child in parent:
+                found = f'link "{joint.child}" is the child of {parent[joint.child]} already'
+                raise BadInput(self.file.place("joint", joint.name, "child"), found, "one joint that moves each link")
+            parent[joint.child] = joint.name
+        roots = [name for name in self.links if name not in parent]
+        if len(roots) != 1:
+            found = f"links {', '.join(roots)} without a parent" if roots else "no link without a parent"
+            raise BadInput(str(self.file.path), found, "one base link on which all others hang")
+        return roots[0]
+
+    def _kind(self, joint: Any) -> str:
+        place = self.file.place("joint", joint.name)
+        if joint.mimic is not None:
+            raise BadInput(
+                self.file.place("joint", joint.name, "mimic"), "a mimic joint", "a joint of its own, or a fixed one"
+            )
+        if joint.type not in (*MOVING, "fixed"):
+            raise BadInput(place, f"a {joint.type} joint", f"one of {', '.join(MOVING)}, fixed")
+        return str(joint.type)
+
+    def _placement(self, origin: Any, place: Place) -> tuple[Array, Array]:
+        """R and p of an ``<origin>``; roll, pitch and yaw about fixed axes x, y, z."""
+        if origin is None:
+            return np.eye(3), np.zeros(3)
+        xyz, rpy = (self._numbers(v if v is not None else [0.0] * 3, place) for v in (origin.xyz, origin.rpy))
+        (cr, sr), (cp, sp), (cy, sy) = ((math.cos(angle), math.sin(angle)) for angle in rpy)
+        rotation = np.array(
+            [
+                [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+                [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+                [-sp, cp * sr, cp * cr],
+            ]
+        )
+        return np.where(np.abs(rotation) < ZERO, 0.0, rotation), xyz  # cos of a right angle in sixteen digits is zero
+
+    def _add_inertia(self, body: _Body, link: str, rotation: Array, offset: Array) -> None:
+        """Add a link that stands still on a body: I about the body's origin by the parallel-axis theorem."""
+        inertial = self.links[link].inertial
+        if inertial is None:
+            return  # a frame without mass
+        place = self.file.place("link", link, "inertial")
+        mass = float(self._numbers([inertial.mass], self.file.place("link", link, "inertial/mass"))[0])
+        if not mass > 0:
+            raise BadInput(self.file.place("link", link, "inertial/mass"), f"a mass of {mass:g} kg", "a positive mass")
+        if inertial.inertia is None:
+            raise BadInput(place, "<inertia> is missing", "ixx, ixy, ixz, iyy, iyz, izz about the centre of mass")
+        where = self.file.place("link", link, "inertial/inertia")
+        about_centre = np.array([self._numbers(row, where) for row in inertial.inertia.to_matrix()])
+        smallest = float(np.linalg.eigvalsh(about_centre)[0])
+        if not smallest > 0:
+            found = f"an inertia with the principal moment {smallest:.4g} kg m^2"
+            raise BadInput(where, found, "a positive definite inertia")
+        turn, centre = self._placement(inertial.origin, self.file.place("link", link, "inertial/origin"))
+        turn, c = rotation @ turn, offset + rotation @ centre
+        body.mass += mass
+        body.first_moment = body.first_moment + mass * c
+        body.inertia = body.inertia + turn @ about_centre @ turn.T + mass * (c @ c * np.eye(3) - np.outer(c, c))
+
+    def _moving_bodies(self) -> tuple[MovingBody, ...]:
+        names: dict[str, str] = {}
+        result = []
+        for body in self.bodies:
+            joint, place = body.joint, self.file.place("joint", body.joint.name)
+            name = identifier(joint.name)
+            if name in names:
+                found = f'joints "{names[name]}" and "{joint.name}" both read as {name}'
+                raise BadInput(place, found, "names that differ in letters and digits")
+            names[name] = joint.name
+            if not body.mass > 0:
+                found = f'nothing with a mass hangs fixed on link "{joint.child}"'
+                raise BadInput(self.file.place("link", joint.child), found, "<inertial> with mass and inertia")
+            result.append(
+                MovingBody(
+                    joint=name,
+                    label=joint.name,
+                    kind="prismatic" if joint.type == "prismatic" else "revolute",
+                    parent=body.parent,
+                    rotation=_rows(body.rotation),
+                    offset=_vector(body.offset),
+                    axis=_vector(self._axis(joint)),
+                    mass=body.mass,
+                    first_moment=_vector(body.first_moment),
+                    inertia=_rows(body.inertia),
+                    damping=self._dynamics(joint, "damping"),
+                    friction=self._dynamics(joint, "friction"),
+                )
+            )
+        return tuple(result)
+
+    def _axis(self, joint: Any) -> Array:
+        place = self.file.place("joint", joint.name, "axis")
+        axis = self._numbers(joint.axis if joint.axis is not None else [1.0, 0.0, 0.0], place)
+        length = float(np.linalg.norm(axis))
+        if not length > 0:
+            raise BadInput(place, "an axis of zeros", "a direction")
+        return axis / length
+
+    def _dynamics(self, joint: Any, name: str) -> float:
+        place = self.file.place("joint", joint.name, "dynamics")
+        value = getattr(joint.dynamics, name, None) if joint.dynamics is not None else None
+        number = float(self._numbers([value or 0.0], place)[0])
+        if number < 0:
+            raise BadInput(place, f"{name} {number:g}", "zero or a positive number")
+        return number
+
+    def _numbers(self, values: Any, place: Place) -> Array:
+        numbers = np.array(values, dtype=float)
+        if not np.isfinite(numbers).all():
+            raise BadInput(place, f"{' '.join(map(str, values))}", "finite numbers")
+        return numbers
+
+
+def _vector(values: Array) -> Vector:
+    return cast(Vector, tuple(float(x) for x in values))
+
+
+def _rows(matrix: Array) -> Rows:
+    return cast(Rows, tuple(_vector(row) for row in matrix))

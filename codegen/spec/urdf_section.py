@@ -1,0 +1,82 @@
+"""``urdf:`` of a spec: the robot file names coordinates, inputs and contacts, so that the rest is read as ever."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from codegen.errors import BadInput, Place
+from codegen.spec.expression import exact_number
+from codegen.spec.kinematics import KinematicTree, MovingBody
+from codegen.spec.urdf import STANDARD_GRAVITY, read_kinematic_tree
+
+GIVEN = ("coordinates", "inputs", "force")
+
+
+def expand_robot(
+    document: Mapping[str, Any], path: Path, place: Callable[[str], Place]
+) -> tuple[dict[str, Any], KinematicTree | None]:
+    """Fill in what a robot file says: a coordinate and an input a joint, g = w − h, and joint friction.
+
+    Without ``friction:`` each joint has a Coulomb contact and a viscous effect with the figures of its ``<dynamics>``;
+    with it, U is the identity where no distribution is given.
+
+    Args:
+        document: a spec as plain data, not yet validated.
+        path: of the spec; the robot file's is relative to it.
+        place: key → where it stands.
+
+    Returns:
+        the document with the sections filled in, and the tree; the document as it is where it has no ``urdf:``.
+
+    Raises:
+        BadInput: for a robot file that cannot be used, or sections beside it that it gives itself.
+    """
+    filled = dict(document)
+    if filled.get("urdf") is None:
+        return filled, None
+    tree = _read(filled["urdf"], path, place)
+    for key in GIVEN:
+        if filled.get(key) is not None:
+            raise BadInput(place(key), f"`{key}:` beside `urdf:`", "the joints of the robot file alone")
+    bodies = tree.bodies
+    filled["coordinates"] = {b.joint: {"velocity": f"v_{b.joint}", "unit": _position_unit(b)} for b in bodies}
+    filled["inputs"] = {f"w_{b.joint}": {"unit": _force_unit(b)} for b in bodies}
+    filled["force"] = list(filled["inputs"])
+    if filled.get("friction") is None:
+        filled["friction"] = {"contacts": [_contact(b) for b in bodies]}
+        damped = [{"kind": "viscous", "on": b.joint, "parameters": {"b": b.damping}} for b in bodies if b.damping]
+        filled["effects"] = damped + list(filled.get("effects") or [])
+    friction = filled["friction"]
+    if isinstance(friction, Mapping) and friction.get("distribution") is None:
+        identity = [[int(i == j) for j in range(len(bodies))] for i in range(len(bodies))]
+        filled["friction"] = {**friction, "distribution": identity}
+    return filled, tree
+
+
+def _read(section: Any, path: Path, place: Callable[[str], Place]) -> KinematicTree:
+    parts = section if isinstance(section, Mapping) else {"file": section}
+    for key in parts:
+        if key not in ("file", "gravity"):
+            raise BadInput(place(f"urdf.{key}"), f"unknown key `{key}`", "`file` and `gravity`")
+    file, at = parts.get("file"), place("urdf.file" if isinstance(section, Mapping) else "urdf")
+    if not isinstance(file, str) or not file.strip() or "\0" in file:
+        raise BadInput(at, f"`{file}` as a file", "the path of a robot description, relative to the spec")
+    gravity = parts.get("gravity", list(STANDARD_GRAVITY))
+    if not isinstance(gravity, list) or len(gravity) != 3:
+        raise BadInput(place("urdf.gravity"), f"`{gravity}`", "three numbers in m/s^2, such as [0, 0, -9.81]")
+    numbers = [float(exact_number(str(g), place(f"urdf.gravity[{k}]"))) for k, g in enumerate(gravity)]
+    return read_kinematic_tree(path.parent / file, at, numbers)
+
+
+def _contact(body: MovingBody) -> dict[str, Any]:
+    return {"name": body.joint, "law": "coulomb", "unit": _force_unit(body), "a": body.friction}
+
+
+def _position_unit(body: MovingBody) -> str:
+    return "rad" if body.kind == "revolute" else "m"
+
+
+def _force_unit(body: MovingBody) -> str:
+    return "N*m" if body.kind == "revolute" else "N"
