@@ -7,6 +7,8 @@ from typing import Any
 import sympy
 from sympy.simplify.fu import TR8
 
+from codegen.spec.functions import Magnitude, Sgn
+
 LONGEST = 4000
 HIGHEST_POWER = 6
 
@@ -23,12 +25,17 @@ def compact(expression: Any) -> Any:
     if isinstance(expression, sympy.MatrixBase):
         return expression.applyfunc(compact)
     if expression.is_Atom or not _expands(expression):
-        return expression
+        return _own_functions(expression)
     expanded = sympy.expand(expression)
     forms = [expanded, expression]
     if expanded.has(sympy.sin, sympy.cos) and sympy.count_ops(expanded) <= LONGEST:
         forms.insert(0, sympy.expand(TR8(expanded)))
-    return min(forms, key=sympy.count_ops)  # of equals the first, so that equal expressions come out equal
+    return _own_functions(min(forms, key=sympy.count_ops))  # of equals the first: equal expressions come out equal
+
+
+def _own_functions(expression: Any) -> Any:
+    """A root of a square gives SymPy's own absolute value; a spec has ``Magnitude``."""
+    return expression.replace(sympy.Abs, Magnitude).replace(sympy.sign, Sgn)
 
 
 def _expands(expression: Any) -> bool:

@@ -64,8 +64,14 @@ def rank(matrix: Any, points: list[dict[sympy.Symbol, Any]]) -> int:
 
     A matrix without a real value at any point counts as of full rank; its fault is told elsewhere.
     """
-    ranks = [_rank(numbers) for point in points if np.isfinite(numbers := numeric_matrix(matrix, point)).all()]
-    return max(ranks, default=min(matrix.rows, matrix.cols))
+    full, best = min(matrix.rows, matrix.cols), -1
+    for point in points:
+        numbers = numeric_matrix(matrix, point)
+        if np.isfinite(numbers).all():
+            best = max(best, _rank(numbers))
+        if best == full:
+            break
+    return full if best < 0 else best
 
 
 def _rank(numbers: Any) -> int:

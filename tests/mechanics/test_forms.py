@@ -154,6 +154,19 @@ def test_a_change_of_coordinates(rows: str, mass: Any, slips: Any) -> None:
         assert list(system.slip_velocity) == [v1, v2]
 
 
+def test_a_turned_plane() -> None:
+    """A unitary T of a parameter (A.37): what slides along x̄ slides along both coordinates; M of one body stays."""
+    form = TRANSFORM.replace("force:", "  transform: [[cos(eta), -sin(eta)], [sin(eta), cos(eta)]]\nforce:")
+    form = form.replace("bottom: {mass: m2, x: bottom_x}", "").replace("mass: m1, x: top_x", "mass: m1, x: xb, y: yb")
+    form = form.replace("[top, bottom]", "top, along: x").replace("[bottom, ground]", "top, along: y")
+    text = swapped("two_mass", form).replace("parameters:\n", "parameters:\n  eta: {value: 25, unit: deg}\n")
+    system = read(text)[1]
+    eta, m1, v1, v2 = sympy.symbols("eta m1 v1 v2", real=True)
+    cos, sin = sympy.cos(eta), sympy.sin(eta)
+    assert system.mass_matrix == m1 * sympy.eye(2)
+    assert list(system.slip_velocity) == [v1 * cos + v2 * sin, -v1 * sin + v2 * cos]
+
+
 def at(matrix: Any, system: System, x: Any, v: Any = None, w: Any = 0.0) -> Any:
     """A matrix in numbers."""
     values = dict(system.values) | dict(zip(system.positions, x, strict=True))

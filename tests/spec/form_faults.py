@@ -52,6 +52,8 @@ friction:
     - {{name: floor, a: 1, unit: N}}
 {OBSERVER}"""
 
+BODIES = "    top: {mass: m1, x: x1}\n    bottom: {mass: m2, x: x2}\n"
+OWN = BODIES.replace("x: x", "x: p")
 WHEEL = "x: x1}\n    wheel: {mass: m2, inertia: J, x: x2, y: l, angle: x2/l}\n"
 ALIKE = WHEEL.replace("x1}", "x1 + x2}").replace("x2,", "x1 + x2,").replace("x2/l", "(x1 + x2)/l")
 Fault = tuple[str, str, str, str, str | None]
@@ -88,6 +90,13 @@ FAULTS: dict[str, Fault] = {
                                   "coordinate x2, which is no body's", None),
     "a transform of three": (TOPOLOGY, "force: [w", "  transform: [[1, 0, 1], [0, 1, 1]]\nforce: [w",
                              "`x1` as a position before the transform", None),
+    "a transform without inverse": (TOPOLOGY, BODIES, OWN + "  transform: [[1, 2], [m1, 2*m1]]\n",
+                                    "transform `m1` in kg", None),
+    "a transform of rank one": (TOPOLOGY, BODIES, OWN + "  transform: [[1, m2/m1], [m1/m2, 1]]\n",
+                                "a transform of determinant 0", None),
+    "a transform not square": (TOPOLOGY, BODIES, OWN + "  transform: [[1, 2]]\n", "1 rows of 2; expected 2 by 2", None),
+    "a transform of too few": (TOPOLOGY, BODIES, "    top: {mass: m1, x: p1}\n  transform: [[1, 2], [3, 4]]\n",
+                               "1 positions of bodies for 2 coordinates", None),
     # contacts
     "an unknown body": (TOPOLOGY, "[top, bottom]", "[top, botom]", "unknown body `botom`", "bottom"),
     "a body with itself": (TOPOLOGY, "[top, bottom]", "[top, top]", "contact between between top and top", None),
