@@ -55,6 +55,7 @@ def _refuse_shared_names(spec: Spec, observer: Observer) -> None:
     own = [s.name for e in observer.equations for s in (*e.symbols, *(e.state or ()))]
     own += [s.name for e in observer.errors for s in {e.symbol, e.truth} - {*system.velocities}]
     own += [s.name for s in (*observer.signs, *observer.gains, *system.accelerations)]
+    own += [label for e in observer.equations for f in e.law for label in f.labels]
     own += [s.name for s in observer.assumed if s not in {e.truth for e in observer.errors}]
     own += ["h", *[f"{v.name}_next" for v in system.velocities]]
     declared = {s.name for s in (*system.positions, *system.velocities, *system.inputs, *system.values)}

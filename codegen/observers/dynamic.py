@@ -12,7 +12,7 @@ from codegen.friction import DynamicLaw, FrictionLaw
 from codegen.mechanics.contacts import law_of
 from codegen.mechanics.system import ContactFriction, Matrix, System
 from codegen.observers import parts
-from codegen.observers.equations import Equation, ErrorVariable, Observer
+from codegen.observers.equations import Equation, ErrorVariable, LawFunction, Observer
 from codegen.observers.gains import read_gain, refuse_unknown_gains
 from codegen.spec.model import Spec, symbol
 
@@ -104,9 +104,16 @@ def dynamic_friction_observer(spec: Spec, system: System) -> Observer:
         state=z_a,
         output=True,
     )
-    law_force = Matrix([law.force(a, u, f) for law, a, u, f in zip(laws, a_hat, slip.symbols, f_hat, strict=True)])
-    equations += [slip, state, level]
-    equations += parts.friction_equations(system, slip, law_force, "(7.12)")
+    unit_force = Equation(
+        "unit_friction",
+        parts.vector("phi_hat", names),
+        Matrix([law.force(1, u, f) for law, u, f in zip(laws, slip.symbols, f_hat, strict=True)]),
+        tuple(parts.per(law.contact.unit, law.level_unit) for law in laws),
+        "the law's force at level 1; f of (7.12)",
+        law=_law_functions("phi", names, slip.symbols, f_hat),
+    )
+    equations += [slip, state, level, unit_force]
+    equations += parts.friction_equations(system, slip, parts.times(a_hat, unit_force.symbols), "(7.12)")
     acceleration = parts.acceleration_equation(system, velocity, equations[-1].symbols)
     rate = Equation(
         "friction_state_rate",
@@ -114,6 +121,7 @@ def dynamic_friction_observer(spec: Spec, system: System) -> Observer:
         Matrix([law.rate(u, f) for law, u, f in zip(laws, slip.symbols, f_hat, strict=True)]),
         tuple(parts.per(law.state_unit, "s") for law in laws),
         "xi_1 of (6.5), (6.6)",
+        law=_law_functions("xi", names, slip.symbols, f_hat),
     )
     equations += [acceleration, rate]
 
@@ -177,6 +185,10 @@ def dynamic_friction_observer(spec: Spec, system: System) -> Observer:
         truth_ranges={f: r for f, law in zip(true_state, laws, strict=True) if (r := _range(spec, system, law))},
         exact=all(law.contact.law is law.law and not law.values for law in laws),
     )
+
+
+def _law_functions(label: str, names: list[str], slip: Matrix, state: Matrix) -> tuple[LawFunction, ...]:
+    return tuple(LawFunction(f"{label}_{n}", {"u": u, "f": f}) for n, u, f in zip(names, slip, state, strict=True))
 
 
 def _assumed_law(spec: Spec, system: System, contact: ContactFriction) -> AssumedLaw:

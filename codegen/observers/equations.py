@@ -26,6 +26,8 @@ class Equation:
         source: equation number.
         state: the state z whose estimate this is (estimate = z + …), k by 1, or None.
         output: whether the generated code hands it out.
+        law: where each element is a function of its own few symbols by a friction law: these symbols, and what the
+            function is called; its slopes stay symbols in Ψ, so that no law's formula hides the structure.
     """
 
     name: str
@@ -36,6 +38,28 @@ class Equation:
     form: Literal["algebra", "mass_solve"] = "algebra"
     state: Matrix | None = None
     output: bool = False
+    law: tuple[LawFunction, ...] = ()
+
+
+@dataclass(frozen=True)
+class LawFunction:
+    """One element of an Equation as a function of a law.
+
+    Attributes:
+        label: of its value, such as xi_rail; its slopes are label_symbol.
+        arguments: letter → symbol of an earlier equation, such as u → slip_rail.
+    """
+
+    label: str
+    arguments: Mapping[str, sympy.Symbol]
+
+    def slope_label(self, letter: str) -> str:
+        head, _, tail = self.label.partition("_")
+        return f"{head}_{letter}_{tail}"
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        return (self.label, *(self.slope_label(letter) for letter in self.arguments))
 
 
 @dataclass(frozen=True)

@@ -8,16 +8,18 @@ respect to e is carried along, so that no expression grows.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import sympy
 
 from codegen.mechanics.system import Matrix, System
-from codegen.observers.equations import Observer
+from codegen.observers.equations import LawFunction, Observer
 from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import symbol
 from codegen.stability.terms import expand_products
+
+SHORT = 6
 
 
 @dataclass(frozen=True)
@@ -30,6 +32,7 @@ class ErrorDynamics:
         sampled: A for explicit Euler at sample time h (symbol ``h``); for the force form see ``in_force``.
         inverse_mass: symbol W_ij → (i, j); empty where M is diagonal.
         next_velocity: symbol → velocity symbol: the velocity one sample later, in the same envelope.
+        slopes: symbol for the value or a slope of a friction law at the true slip and state → its expression.
     """
 
     observer: Observer
@@ -37,6 +40,7 @@ class ErrorDynamics:
     sampled: Matrix
     inverse_mass: Mapping[sympy.Symbol, tuple[int, int]]
     next_velocity: Mapping[sympy.Symbol, sympy.Symbol]
+    slopes: Mapping[sympy.Symbol, Any] = field(default_factory=dict)
 
     @property
     def errors(self) -> tuple[sympy.Symbol, ...]:
@@ -92,7 +96,13 @@ def derive_error_dynamics(observer: Observer) -> ErrorDynamics:
     truth = {error.truth: error.truth - error.symbol for error in observer.errors}
     estimate_of = iter(observer.errors)
     values: dict[sympy.Symbol, Any] = {}
+    slopes: dict[sympy.Symbol, Any] = {}
+    signs_of_slip = _slip_signs(observer, {})
     for equation in observer.equations:
+        if equation.law:
+            for element, value, function in zip(equation.symbols, equation.expression, equation.law, strict=True):
+                values[element] = _first_order(value, function, values, zero, signs_of_slip, slopes)
+            continue
         expression = equation.expression.subs(values, simultaneous=True)
         if equation.state is not None:
             rest = (equation.expression - equation.state).subs(values, simultaneous=True)
@@ -131,11 +141,37 @@ def derive_error_dynamics(observer: Observer) -> ErrorDynamics:
 
     to_next = {a: (n - v) / h for a, (n, v) in zip(accelerations, later.items(), strict=True)}
     sampled = sampled.subs(to_next, simultaneous=True)
-    slips = {**_slip_signs(observer, {}), **_slip_signs(observer, {v: n for n, v in later.items()})}
+    slips = {**signs_of_slip, **_slip_signs(observer, {v: n for n, v in later.items()})}
     psi = Matrix(jacobian.applyfunc(lambda x: _tidy(x, slips, observer.signs)))
     step = Matrix(sampled.applyfunc(lambda x: _tidy(_speeds_as_slips(x, slips), slips, observer.signs)))
     used = {s: ij for s, ij in inverse_names.items() if psi.has(s) or step.has(s)}
-    return ErrorDynamics(observer, psi, step, used, {n: v for n, v in later.items() if step.has(n)})
+    slopes = {s: e for s, e in slopes.items() if psi.has(s) or step.has(s)}
+    return ErrorDynamics(observer, psi, step, used, {n: v for n, v in later.items() if step.has(n)}, slopes)
+
+
+def _first_order(
+    value: Any,
+    function: LawFunction,
+    values: Mapping[sympy.Symbol, Any],
+    zero: Mapping[sympy.Symbol, int],
+    slips: Mapping[Any, sympy.Symbol],
+    slopes: dict[sympy.Symbol, Any],
+) -> Any:
+    """A law at the estimates: its value at the truth plus slopes times errors, each long one as a symbol."""
+    at = {s: values[s].subs(zero) for s in function.arguments.values()}
+
+    def written(label: str, expression: Any) -> Any:
+        plain = expression.subs(at, simultaneous=True)
+        plain = plain.replace(Sgn, lambda u: _sign(sympy.expand(u), slips))
+        if int(sympy.count_ops(plain)) <= SHORT:
+            return plain
+        slopes[symbol(label)] = plain
+        return symbol(label)
+
+    total = written(function.label, value)
+    for letter, s in function.arguments.items():
+        total += written(function.slope_label(letter), value.diff(s)) * (values[s] - at[s])
+    return total
 
 
 def _estimates_of_state(observer: Observer) -> Matrix:

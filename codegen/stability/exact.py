@@ -21,7 +21,7 @@ def unstable_point(analysis: Analysis) -> dict[str, str] | None:
     point = {name: sympy.Rational(str(round(value, 6))) for name, value in analysis.worst.items()}
     values = {**observer.values, sympy.Symbol("h", real=True): observer.sample_time}
     values |= {s: point[s.name] for s in analysis.points.variables}
-    matrix = dynamics.in_force(dynamics.sampled).subs(values)
+    matrix = dynamics.in_force(dynamics.sampled).subs(dynamics.slopes).subs(values)
     if dynamics.inverse_mass:
         inverse = observer.system.mass_matrix.subs(values).inv()
         matrix = matrix.subs({w: inverse[i, j] for w, (i, j) in dynamics.inverse_mass.items()})

@@ -59,8 +59,9 @@ def build_family(dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[An
     single |= {n: single[v] for n, v in dynamics.next_velocity.items() if v in single}
     matrix = matrix.applyfunc(lambda e: _signed_slips(e, single))
     inverse, varying = _inverse_mass(dynamics, numbers)
-    matrix = matrix.subs(inverse)
     extra: dict[Any, sympy.Symbol] = {}
+    varying |= {s: _bounded_functions(e.subs(numbers), extra) for s, e in dynamics.slopes.items()}
+    matrix = matrix.subs(inverse)
     matrix = matrix.subs(sympy.pi, PI)
     varying = {w: e.subs(sympy.pi, PI) for w, e in varying.items()}
     matrix = matrix.applyfunc(lambda e: _bounded_functions(e, extra))

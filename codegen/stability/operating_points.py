@@ -42,7 +42,9 @@ def dependence(dynamics: ErrorDynamics) -> tuple[sympy.Symbol, ...]:
     system = dynamics.observer.system
     constants = set(dynamics.observer.values)
     free = (dynamics.jacobian.free_symbols | dynamics.in_force(dynamics.sampled).free_symbols) - constants
-    free -= {sympy.Symbol("h", real=True), *dynamics.inverse_mass}
+    for expression in dynamics.slopes.values():
+        free |= expression.free_symbols - constants
+    free -= {sympy.Symbol("h", real=True), *dynamics.inverse_mass, *dynamics.slopes}
     if dynamics.inverse_mass:
         free |= system.mass_matrix.free_symbols - constants
     return tuple(sorted(free, key=lambda s: s.name))
@@ -132,6 +134,7 @@ def matrix_function(
     names: dict[sympy.Symbol, Any] = {s: casadi.SX(float(v)) for s, v in dynamics.observer.values.items()}
     names |= {s: open_values[k] for k, s in enumerate((*gains, sympy.Symbol("h", real=True)))}
     names |= {s: variables[k] for k, s in enumerate(points.variables)}
+    names |= {s: to_casadi(e, names) for s, e in dynamics.slopes.items()}
     if dynamics.inverse_mass:
         mass = to_casadi(dynamics.observer.system.mass_matrix, names)
         columns = [solve_symmetric(mass, casadi.SX.eye(mass.shape[0])[:, j]) for j in range(mass.shape[0])]
