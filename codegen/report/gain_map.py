@@ -98,7 +98,13 @@ def _draw(figure: Any, axes: Any, report: Feasibility) -> None:
         if judged is not None:
             at = [_number(judged, axis, report) for axis in (region.x, region.y)]
             size = 15 if marker == "o" else 24
-            style: dict[str, Any] = {"marker": marker, "color": colour, "markersize": size, "markeredgecolor": INK, "linestyle": ""}
+            style: dict[str, Any] = {
+                "marker": marker,
+                "color": colour,
+                "markersize": size,
+                "markeredgecolor": INK,
+                "linestyle": "",
+            }
             axes.plot(*at, **style, markeredgewidth=1.8, zorder=5, clip_on=False)
             handles.append(Line2D([], [], **style, label=words))
     _frame(axes, region.x, region.y)

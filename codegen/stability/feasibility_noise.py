@@ -63,6 +63,7 @@ class NoiseModel:
     two noisy positions, so the noise of the sample before, over h, is a state too.
 
     Attributes:
+        variables, points: operating points at which it is looked at, points by variables.
         outputs, units: of the friction estimate: contact forces, or generalised ones for a (G)TO.
         levels: steady friction there at each point, points by outputs.
     """
@@ -73,8 +74,8 @@ class NoiseModel:
         estimate = names.get("contact_friction", names["friction_force"])
         self.outputs = tuple(s.name for s in estimate.symbols)
         self.units = estimate.units
-        variables, self._points = _points(observer, spec)
-        point = {s: casadi.SX.sym(s.name) for s in variables}
+        self.variables, self.points = _points(observer, spec)
+        point = {s: casadi.SX.sym(s.name) for s in self.variables}
         gains = {s: casadi.SX.sym(s.name) for s in observer.gains}
         h = casadi.SX.sym("h")
         known = {s: casadi.SX(float(v)) for s, v in observer.values.items()} | point | gains
@@ -87,8 +88,8 @@ class NoiseModel:
 
     def matrices(self, settings: Settings) -> tuple[Array, Array, Array, Array]:
         """Φ, B, C, D at each set and point: sets by points by their size, noise per unit RMS of each coordinate."""
-        sets, count = len(settings), len(self._points)
-        values = np.tile(self._points, (sets, 1))
+        sets, count = len(settings), len(self.points)
+        values = np.tile(self.points, (sets, 1))
         flat = evaluate_columns(self._function, values, np.repeat(settings.columns, count, axis=0))[:, :, 0]
         parts, start = [], 0
         for rows, columns in self._shapes:
@@ -121,7 +122,7 @@ class NoiseModel:
             for _ in range(DOUBLINGS):
                 covariance = covariance + power @ covariance @ power.swapaxes(2, 3)
                 power = power @ power
-                if not np.nanmax(np.abs(power)) > 1e-12:
+                if np.max(np.abs(power), where=np.isfinite(power), initial=0.0) < 1e-12:
                     break
             total = seen @ covariance @ seen.swapaxes(2, 3) + direct @ direct.swapaxes(2, 3)
             found = np.sqrt(np.diagonal(total, axis1=2, axis2=3))
@@ -156,7 +157,7 @@ class NoiseModel:
         if not by_contact:
             column = casadi.fabs(to_casadi(system.distribution, known)) @ column
         function = casadi.Function("levels", [point], [casadi.densify(column)])
-        return np.abs(evaluate_columns(function, self._points)[:, :, 0])
+        return np.abs(evaluate_columns(function, self.points)[:, :, 0])
 
 
 def _points(observer: Observer, spec: Spec) -> tuple[tuple[sympy.Symbol, ...], Array]:

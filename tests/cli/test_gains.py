@@ -1,0 +1,101 @@
+"""``stiction gains`` as a user calls it: text, JSON, picture, the spec with the suggested numbers, refusals."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import matplotlib.image
+import numpy as np
+import pytest
+
+from codegen.spec import read_spec
+
+from .command import SPECS, is_one_message, stiction
+
+FREE = "gains:\n    K_F: {free: [0.1, 1e4]}   # not known yet\n    K_v: {free: [1, 1e4]}"
+
+
+@pytest.fixture
+def free(tmp_path: Path) -> Path:
+    text = (SPECS / "one_mass.yaml").read_text()
+    path = tmp_path / "free.yaml"
+    path.write_text(text.replace("gains: {K_F: 10, K_v: 100}", FREE))
+    return path
+
+
+def test_a_free_gain_is_checked_but_not_derived_certified_or_generated(free: Path, tmp_path: Path) -> None:
+    assert stiction("check", free).code == 0
+    for verb in (["derive"], ["derive", "--json"], ["certify"], ["generate", "-o", tmp_path / "out"]):
+        result = stiction(verb[0], free, *verb[1:])
+        assert is_one_message(result)
+        assert "the gain `K_F` is free (0.1 to 10000)" in result.err
+        assert f"stiction gains {free}" in result.err
+        assert "free.yaml:23" in result.err or "free.yaml:24" in result.err
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_suggested_spec_keeps_comments_and_is_certified(free: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "gains"
+    result = stiction("gains", free, "-o", folder)
+    assert result.code == 0
+    assert "Suggested gains" in result.out
+    assert "Why: " in result.out
+    assert sorted(p.name for p in folder.iterdir()) == ["gains.json", "gains.png", "spec.yaml"]
+    text = (folder / "spec.yaml").read_text()
+    assert "not known yet; K_F suggested by stiction gains, was free 0.1 to 10000" in text
+    assert "# the operating region for which the certificate speaks" in text
+    suggested = json.loads((folder / "gains.json").read_text())["suggested"]["gains"]
+    choice = read_spec(folder / "spec.yaml").observer
+    assert choice is not None
+    assert {k: float(v) for k, v in choice.gains.items()} == pytest.approx(suggested)
+    assert stiction("certify", folder / "spec.yaml").code == 0
+
+
+def test_the_same_call_gives_the_same_bytes_and_a_picture_with_content(tmp_path: Path) -> None:
+    for folder in ("a", "b"):
+        assert stiction("gains", SPECS / "two_mass.yaml", "-o", tmp_path / folder).code == 0
+    for name in ("gains.json", "gains.png", "spec.yaml"):
+        assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
+    picture = matplotlib.image.imread(tmp_path / "a" / "gains.png")
+    assert picture.shape[0] > 900
+    assert len(np.unique(picture[::4, ::4, :3].reshape(-1, 3), axis=0)) > 50
+    text = (tmp_path / "a" / "spec.yaml").read_text()
+    assert "K_F suggested by stiction gains, was 500, 700" in text
+
+
+def test_json_holds_grid_values_and_boundary(free: Path) -> None:
+    report = json.loads(stiction("gains", free, "--json", "--over", "h", "K_v").out)
+    assert report["format"] == "stiction-gains/1"
+    assert set(report) == {
+        *("format", "spec", "observer", "sample_time", "operating_points", "position_noise_rms"),
+        *("position_noise_given", "axes", "chosen", "suggested", "rule", "noise_bound", "gain_factor"),
+        *("gain_sets_tried", "infeasible", "map"),
+    }
+    assert report["chosen"] is None
+    assert report["infeasible"] is None
+    plane = report["map"]
+    assert (plane["x"]["name"], plane["y"]["name"]) == ("h", "K_v")
+    size = (len(plane["x"]["values"]), len(plane["y"]["values"]))
+    for key in ("spectral_radius", "decay_rate", "spectral_abscissa", "noise_share"):
+        assert np.array(plane[key], dtype=float).shape == size
+    assert set(plane["boundary"]) == {"sampled", "continuous"}
+    assert all(len(vertex) == 2 for line in plane["boundary"]["sampled"] for vertex in line)
+    assert {m["of"] for m in report["suggested"]["margins"]} == {"K_F", "K_v", "all gains", "sample time"}
+
+
+def test_infeasible_is_refused_with_condition_and_place(tmp_path: Path) -> None:
+    text = (SPECS / "one_mass.yaml").read_text()
+    text = text.replace("kind: cfo ", "kind: to ").replace("{K_F: 10, K_v: 100}", "{K_2: {free: [1, 100]}, K_v: 100}")
+    (tmp_path / "wrong.yaml").write_text(text)
+    result = stiction("gains", tmp_path / "wrong.yaml", "-o", tmp_path / "out")
+    assert result.code == 3
+    assert "Infeasible: no gain set in the range is stable" in result.out
+    assert "fails: c0 > 0 (Routh-Hurwitz; c0 = -" in result.out
+    assert not (tmp_path / "out" / "spec.yaml").exists()
+    assert json.loads((tmp_path / "out" / "gains.json").read_text())["infeasible"]["of"] == "continuous"
+
+
+@pytest.mark.parametrize("over", [("K_F", "K_x"), ("K_F", "K_F")])
+def test_axes_that_are_not_there_are_told(over: tuple[str, str]) -> None:
+    assert is_one_message(stiction("gains", SPECS / "one_mass.yaml", "--over", *over))
