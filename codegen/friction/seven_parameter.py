@@ -23,8 +23,8 @@ class SevenParameter(MemoryLaw):
     F_s(γ, t2) = F_s,a + (F_s∞ − F_s,a) t2/(t2 + γ) with t2 the time stuck and F_s,a the Stribeck friction when the last
     sliding ended. It is what F_s adds to the Coulomb level, so that sliding starts at |F| = F_c + F_s(γ, t2).
 
-    The source leaves two things open. Here the spring of a contact that sticks holds the force with which it stopped
-    (the force is continuous there), and a history begins stuck without load, after a long rest.
+    The source leaves two things open. Here the spring of a contact that sticks holds the force with which sliding
+    ends at u = 0, and a history begins stuck without load, after a long rest.
     """
 
     name = "seven_parameter"
@@ -47,11 +47,11 @@ class SevenParameter(MemoryLaw):
         direction, stuck_since, left = 0.0, -np.inf, p["F_s_inf"]  # direction 0: stuck
         stribeck = left
         for k in range(len(t)):
+            before, travel = (force[k - 1], (u[k] + u[k - 1]) / 2 * (t[k] - t[k - 1])) if k else (0.0, 0.0)
             if direction and u[k] * direction <= 0:
-                direction, stuck_since, left = 0.0, t[k], stribeck * share[k]
+                stuck_since, left = t[k], stribeck * share[k]
+                before, travel, direction = (p["F_c"] + left) * direction, 0.0, 0.0
             if not direction:
-                before = force[k - 1] if k else 0.0
-                travel = (u[k] + u[k - 1]) / 2 * (t[k] - t[k - 1]) if k else 0.0
                 force[k] = before + p["k_t"] * travel
                 stribeck = p["F_s_inf"] - (p["F_s_inf"] - left) * p["gamma"] / (t[k] - stuck_since + p["gamma"])
                 if abs(force[k]) <= p["F_c"] + stribeck or u[k] * force[k] <= 0:
