@@ -101,4 +101,4 @@ def _points(system: System, spec: Spec) -> Any:
     few = [(low, (low + high) / 2, high) for low, high in ranges[:6]]
     corners = np.array(np.meshgrid(*few)).reshape(len(few), -1).T
     corners = np.hstack([corners, np.tile(ranges[6:].mean(axis=1), (len(corners), 1))])
-    return np.vstack([corners, np.random.default_rng(0).uniform(*ranges.T, (SAMPLES, n))])
+    return np.vstack([corners, np.random.default_rng(0).uniform(ranges[:, 0], ranges[:, 1], (SAMPLES, n))])

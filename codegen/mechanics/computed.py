@@ -96,14 +96,19 @@ class ComputedEntry(sympy.Function):
     def arguments(self) -> tuple[Any, ...]:
         return tuple(self.args[2:])
 
+    @cached_property
+    def free_symbols(self) -> set[Any]:
+        """As ever, but gathered once: SymPy asks for them at every node of every derivative."""
+        return set().union(*(a.free_symbols for a in self.arguments))
+
     def _eval_derivative(self, s: Any) -> Any:
         """The chain rule; the outer derivatives are entries of the computation's slope."""
         at = dict(zip(self.computation.names, self.arguments, strict=True))
         total = sympy.S.Zero
         for k, argument in enumerate(self.arguments):
-            inner = argument.diff(s)
-            if inner != 0:
-                total += self.computation.slope.entry(k * len(self.computation.labels) + self.index, at) * inner
+            if s in argument.free_symbols:
+                outer = self.computation.slope.entry(k * len(self.computation.labels) + self.index, at)
+                total += outer * argument.diff(s)
         return total
 
     def _eval_evalf(self, precision: int) -> Any:

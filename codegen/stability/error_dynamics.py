@@ -46,6 +46,16 @@ class ErrorDynamics:
     def errors(self) -> tuple[sympy.Symbol, ...]:
         return tuple(e.symbol for e in self.observer.errors)
 
+    @property
+    def inverse_mass_matrix(self) -> Matrix:
+        """W = M⁻¹ in the symbols of Ψ, n by n."""
+        return inverse_mass_symbols(self.observer.system)[0]
+
+    def tidied(self, matrix: Matrix) -> Matrix:
+        """A matrix over the system's symbols, written as Ψ is: slip signs as symbols, products expanded."""
+        slips = _slip_signs(self.observer, {})
+        return Matrix(matrix.applyfunc(lambda e: _tidy(e, slips, self.observer.signs)))
+
     def in_force(self, matrix: Matrix) -> Matrix:
         """A Ψ or A in which level errors e_a are replaced by force errors s·e_a.
 
@@ -88,7 +98,7 @@ def derive_error_dynamics(observer: Observer) -> ErrorDynamics:
     system = observer.system
     inverse_mass, inverse_names = inverse_mass_symbols(system)
     e = [error.symbol for error in observer.errors]
-    zero = dict.fromkeys(e, 0)
+    zero = dict.fromkeys(e, sympy.S.Zero)
     h = symbol("h")
     accelerations = system.accelerations
 
@@ -103,22 +113,22 @@ def derive_error_dynamics(observer: Observer) -> ErrorDynamics:
             for element, value, function in zip(equation.symbols, equation.expression, equation.law, strict=True):
                 values[element] = _first_order(value, function, values, zero, signs_of_slip, slopes)
             continue
-        expression = equation.expression.subs(values, simultaneous=True)
+        expression = equation.expression.xreplace(values)
         if equation.state is not None:
-            rest = (equation.expression - equation.state).subs(values, simultaneous=True)
+            rest = (equation.expression - equation.state).xreplace(values)
             for element, state, other in zip(equation.symbols, equation.state, rest, strict=True):
                 values[element] = truth[next(estimate_of).truth]
                 values[state] = values[element] - other
         elif equation.form == "mass_solve":
-            slope = (inverse_mass * expression.jacobian(sympy.Matrix(e))).subs(zero)
+            slope = (inverse_mass * expression.jacobian(sympy.Matrix(e))).xreplace(zero)
             first_order = slope * sympy.Matrix(e)
             for element, a, change in zip(equation.symbols, accelerations, first_order, strict=True):
                 values[element] = a + change
         else:
             values.update(zip(equation.symbols, expression, strict=True))
 
-    state_values = observer.states.subs(values, simultaneous=True)
-    rate_values = observer.rates.subs(values, simultaneous=True)
+    state_values = observer.states.xreplace(values)
+    rate_values = observer.rates.xreplace(values)
     estimates = _estimates_of_state(observer)
     position_rate = dict(zip(system.positions, system.velocities, strict=True))
     velocity_rate = dict(zip(system.velocities, accelerations, strict=True))
@@ -128,19 +138,19 @@ def derive_error_dynamics(observer: Observer) -> ErrorDynamics:
     flow = estimates.jacobian(observer.states) * rate_values
     for variable, rate in {**position_rate, **velocity_rate}.items():
         flow += estimates.diff(variable) * rate
-    flow = flow.subs(at_truth, simultaneous=True)
-    jacobian = -flow.jacobian(sympy.Matrix(e)).subs(zero)
+    flow = flow.xreplace(at_truth)
+    jacobian = -flow.jacobian(sympy.Matrix(e)).xreplace(zero)
 
     # Sampled: one explicit Euler step of the states, and the plant's own motion to first order in h.
     stepped: dict[sympy.Symbol, Any] = dict(zip(observer.states, state_values + h * rate_values, strict=True))
     stepped |= {x: x + h * v for x, v in position_rate.items()}
     later = {symbol(f"{v.name}_next"): v for v in system.velocities}
     stepped |= {v: name for name, v in later.items()}
-    next_estimates = estimates.subs(stepped, simultaneous=True)
-    sampled = (-next_estimates.jacobian(sympy.Matrix(e)).subs(zero) - sympy.eye(len(e))) / h
+    next_estimates = estimates.xreplace(stepped)
+    sampled = (-next_estimates.jacobian(sympy.Matrix(e)).xreplace(zero) - sympy.eye(len(e))) / h
 
     to_next = {a: (n - v) / h for a, (n, v) in zip(accelerations, later.items(), strict=True)}
-    sampled = sampled.subs(to_next, simultaneous=True)
+    sampled = sampled.xreplace(to_next)
     slips = {**signs_of_slip, **_slip_signs(observer, {v: n for n, v in later.items()})}
     psi = Matrix(jacobian.applyfunc(lambda x: _tidy(x, slips, observer.signs)))
     step = Matrix(sampled.applyfunc(lambda x: _tidy(_speeds_as_slips(x, slips), slips, observer.signs)))
@@ -153,15 +163,15 @@ def _first_order(
     value: Any,
     function: LawFunction,
     values: Mapping[sympy.Symbol, Any],
-    zero: Mapping[sympy.Symbol, int],
+    zero: Mapping[sympy.Symbol, Any],
     slips: Mapping[Any, sympy.Symbol],
     slopes: dict[sympy.Symbol, Any],
 ) -> Any:
     """A law at the estimates: its value at the truth plus slopes times errors, each long one as a symbol."""
-    at = {s: values[s].subs(zero) for s in function.arguments.values()}
+    at = {s: values[s].xreplace(zero) for s in function.arguments.values()}
 
     def written(label: str, expression: Any) -> Any:
-        plain = expression.subs(at, simultaneous=True)
+        plain = expression.xreplace(at)
         plain = plain.replace(Sgn, lambda u: _sign(sympy.expand(u), slips))
         if int(sympy.count_ops(plain)) <= SHORT:
             return plain
@@ -181,7 +191,7 @@ def _estimates_of_state(observer: Observer) -> Matrix:
     for equation in observer.equations:
         if equation.form == "mass_solve":
             break
-        expression = equation.expression.subs(values, simultaneous=True)
+        expression = equation.expression.xreplace(values)
         values.update(zip(equation.symbols, expression, strict=True))
         if equation.state is not None:
             estimates += list(expression)
@@ -190,7 +200,7 @@ def _estimates_of_state(observer: Observer) -> Matrix:
 
 def _slip_signs(observer: Observer, rename: Mapping[sympy.Symbol, sympy.Symbol]) -> dict[Any, sympy.Symbol]:
     """Slip expression → its sign symbol."""
-    slips = observer.system.slip_velocity.subs(rename, simultaneous=True)
+    slips = observer.system.slip_velocity.xreplace(rename)
     return {sympy.expand(u): s for u, s in zip(slips, observer.signs, strict=True)}
 
 

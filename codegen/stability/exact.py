@@ -6,6 +6,7 @@ from fractions import Fraction
 
 import sympy
 
+from codegen.mechanics.computed import ComputedEntry
 from codegen.stability.analysis import Analysis
 from codegen.stability.polynomials import characteristic_polynomial
 
@@ -23,7 +24,10 @@ def unstable_point(analysis: Analysis) -> dict[str, str] | None:
     values |= {s: point[s.name] for s in analysis.points.variables}
     matrix = dynamics.in_force(dynamics.sampled).subs(dynamics.slopes).subs(values)
     if dynamics.inverse_mass:
-        inverse = observer.system.mass_matrix.subs(values).inv()
+        mass = observer.system.mass_matrix.subs(values)
+        if mass.has(ComputedEntry):
+            return None
+        inverse = mass.inv()
         matrix = matrix.subs({w: inverse[i, j] for w, (i, j) in dynamics.inverse_mass.items()})
     if not all(e.is_Rational for e in matrix):
         return None

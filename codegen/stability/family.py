@@ -12,6 +12,7 @@ from typing import Any
 
 import sympy
 
+from codegen.mechanics.computed import ComputedEntry
 from codegen.mechanics.system import Matrix
 from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import symbol
@@ -46,11 +47,14 @@ def build_family(dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[An
     """Put numbers in and name what varies.
 
     Raises:
-        NotEnclosable: for a varying mass matrix above order 3, or a function that the certificate has no word for.
+        NotEnclosable: for a varying mass matrix above order 3, or a function that the certificate has no word for,
+            or quantities that a robot file gives.
     """
     observer = dynamics.observer
     numbers = {**observer.values, sympy.Symbol("h", real=True): observer.sample_time}
     matrix = dynamics.in_force(dynamics.sampled).subs(numbers)
+    if matrix.has(ComputedEntry) or (dynamics.inverse_mass and observer.system.mass_matrix.has(ComputedEntry)):
+        raise NotEnclosable("an M(x) or force computed along a robot's joints; a certificate needs expressions")
     matrix, slips = _in_slips(matrix, dynamics, ranges)
     matrix = matrix.applyfunc(expand_products)
     ranges = {**ranges, **slips}
