@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 
-.PHONY: demo test lint types check-all generate benchmarks clean
+.PHONY: demo test lint types check-all generate audit benchmarks clean
 .DEFAULT_GOAL := test
 
 $(VENV)/run.stamp: pyproject.toml
@@ -35,6 +35,10 @@ check-all: test
 # Write generated/ anew from the shipped specs.
 generate: $(VENV)/run.stamp
 	$(BIN)/stiction generate specs/*.yaml
+
+# Write docs/audit.md anew: the printed formulas of the thesis against the derivation.
+audit: $(VENV)/run.stamp
+	$(BIN)/stiction audit -o docs/audit.md
 
 benchmarks: $(VENV)/test.stamp
 	$(BIN)/python -m benchmarks.step

@@ -165,6 +165,21 @@ def diagnose(
 
 
 @app.command()
+def audit(
+    out: Annotated[Path | None, typer.Option("-o", "--output", metavar="FILE", help="write docs/audit.md here")] = None,
+    as_json: Annotated[Path | None, typer.Option("--json", metavar="FILE", help="write the findings as JSON")] = None,
+) -> None:
+    """Hold the printed formulas of the thesis against our own derivation of them."""
+    from codegen.audit import audit_summary, run_audit, write_audit
+
+    with _progress() as tell:
+        findings = run_audit(progress=lambda share: tell("audit", share))
+    for target in write_audit(findings, out, as_json):
+        output.print(str(target))
+    output.print(audit_summary(findings), end="")
+
+
+@app.command()
 def demo(
     out: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="folder for what it writes")] = Path(
         "demo"
