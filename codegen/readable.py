@@ -10,6 +10,7 @@ from codegen.pipeline import Model
 from codegen.spec.functions import Magnitude
 from codegen.stability.analysis import Analysis
 from codegen.stability.conditions import Condition
+from codegen.stability.modes import Modes
 
 
 def model_view(model: Model) -> dict[str, Any]:
@@ -45,8 +46,12 @@ def analysis_view(analysis: Analysis) -> dict[str, Any]:
         "same": dynamics.sampled == dynamics.in_force(dynamics.jacobian) or dynamics.sampled == dynamics.jacobian,
         "sampled": [[str(e) for e in dynamics.sampled.row(i)] for i in range(dynamics.sampled.rows)],
         "inverse": [(w.name, i + 1, j + 1) for w, (i, j) in dynamics.inverse_mass.items()],
-        "polynomial": _powers(analysis.polynomial),
-        "polynomial_words": _polynomial_words(analysis.polynomial),
+        "factors": [
+            (_polynomial_words(f.polynomial), _powers(f.polynomial), [e.name for e in f.errors])
+            for f in analysis.factors
+        ],
+        "modes": analysis.modes,
+        "slopes": [(s.name, str(e)) for s, e in dynamics.slopes.items()],
         "routh": [_condition(c) for c in analysis.routh],
         "jury": [_condition(c) for c in analysis.jury],
         "signs": [s.name for s in dynamics.observer.signs if dynamics.jacobian.has(s)],
@@ -63,7 +68,16 @@ def analysis_json(analysis: Analysis) -> dict[str, Any]:
         "psi": [[str(e) for e in dynamics.jacobian.row(i)] for i in range(dynamics.jacobian.rows)],
         "sampled": [[str(e) for e in dynamics.sampled.row(i)] for i in range(dynamics.sampled.rows)],
         "inverse_mass": {w.name: [i, j] for w, (i, j) in dynamics.inverse_mass.items()},
-        "characteristic_polynomial": None if analysis.polynomial is None else [str(c) for c in analysis.polynomial],
+        "slopes": {s.name: str(e) for s, e in dynamics.slopes.items()},
+        "characteristic_polynomial": _texts(analysis.polynomial),
+        "factors": [
+            {
+                "error": [e.name for e in f.errors],
+                "polynomial": None if f.polynomial is None else [str(c) for c in f.polynomial],
+            }
+            for f in analysis.factors
+        ],
+        "modes": _modes_json(analysis.modes),
         "routh_hurwitz": [_condition_json(c) for c in analysis.routh],
         "jury": [_condition_json(c) for c in analysis.jury],
         "sample_time": float(dynamics.observer.sample_time),
@@ -127,6 +141,21 @@ def _condition(c: Condition) -> tuple[str, str, float, bool]:
         else f"(an expression of {int(sympy.count_ops(c.expression))} operations; see --json)"
     )
     return c.name, text, c.value, c.holds
+
+
+def _texts(polynomial: tuple[Any, ...] | None) -> list[str] | None:
+    return None if polynomial is None else [str(c) for c in polynomial]
+
+
+def _modes_json(modes: Modes | None) -> dict[str, Any] | None:
+    if modes is None:
+        return None
+    return {
+        "lambda_of": modes.product,
+        "smallest_lambda": modes.smallest,
+        "largest_lambda": modes.largest,
+        "largest_sample_time": modes.sample_time,
+    }
 
 
 def _condition_json(c: Condition) -> dict[str, Any]:

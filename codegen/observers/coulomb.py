@@ -6,7 +6,7 @@ import sympy
 
 from codegen.mechanics.system import Matrix, System
 from codegen.observers import parts
-from codegen.observers.equations import Equation, ErrorVariable, Observer
+from codegen.observers.equations import Cascade, Equation, ErrorVariable, Observer
 from codegen.observers.gains import read_gain, refuse_unknown_gains
 from codegen.observers.shape import Shape, read_shape
 from codegen.spec.model import Spec, symbol
@@ -96,6 +96,14 @@ def coulomb_friction_observer(spec: Spec, system: System) -> Observer:
         gain_units={s: _gain_unit(s, values, friction_gain.values, system, shape) for s in values},
         sample_time=choice.sample_time,
         level_errors=True,
+        cascade=Cascade(
+            friction_gain.matrix,
+            Matrix(sympy.diag(*[shape.slope(u) for u in system.slip_velocity])),
+            system.distribution,
+            velocity_gain.matrix if estimated else None,
+            "K_F",
+            "K_F U' M^-1 U" if shape.exponent == 1 else "K_F D U' M^-1 U, D = diag(h'(|u|))",
+        ),
     )
 
 

@@ -81,6 +81,28 @@ class ErrorVariable:
 
 
 @dataclass(frozen=True)
+class Cascade:
+    """The form Ψ = −G D O' M⁻¹ O, or [[−K_v, −M⁻¹O], [G D O' K_v, 0]] behind the velocity observer, in force errors.
+
+    It holds where g does not depend on v and U not on x; ``stability`` checks that against the derived Ψ.
+
+    Attributes:
+        gain: G, p by p: K_F of a (G)CFO, −K_2 of a (G)TO with K_1 = 0.
+        weight: D, p by p, diagonal and positive: h'(|u|).
+        onto: O, n by p: U, or the identity.
+        velocity_gain: K_v, n by n, or None where the velocity is measured.
+        label, words: the gain's name, and the product G D O' M⁻¹ O in words.
+    """
+
+    gain: Matrix
+    weight: Matrix
+    onto: Matrix
+    velocity_gain: Matrix | None
+    label: str
+    words: str
+
+
+@dataclass(frozen=True)
 class Observer:
     """An observer on a System.
 
@@ -97,6 +119,7 @@ class Observer:
         assumed: exact values of what Ψ holds beside gains and the system's parameters: the parameters of the law that
             the observer assumes, and true levels that the envelope gives no range for; ``assumed_units`` their units.
         truth_ranges: true values that vary, such as a friction state, and the range that their law keeps them in.
+        cascade: the form that Ψ has for this kind where g does not depend on v; None if it has no such form.
         exact: whether e = 0 is an equilibrium: the observer assumes the plant's own laws and parameters (ξ₁ = ξ).
     """
 
@@ -118,6 +141,7 @@ class Observer:
     assumed: Mapping[sympy.Symbol, Any] = field(default_factory=dict)
     assumed_units: Mapping[sympy.Symbol, str] = field(default_factory=dict)
     truth_ranges: Mapping[sympy.Symbol, tuple[Any, Any]] = field(default_factory=dict)
+    cascade: Cascade | None = None
     exact: bool = True
 
     @property

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import sympy
+
 from codegen.mechanics.system import Matrix, System
 from codegen.observers import parts
-from codegen.observers.equations import Equation, ErrorVariable, Observer
+from codegen.observers.equations import Cascade, Equation, ErrorVariable, Observer
 from codegen.observers.gains import read_gain, refuse_unknown_gains
 from codegen.spec.model import Spec, symbol
 
@@ -101,4 +103,14 @@ def tracking_observer(spec: Spec, system: System) -> Observer:
         gain_units={s: gain_units.get(s, "1/s") for s in values},
         sample_time=choice.sample_time,
         level_errors=False,
+        cascade=None
+        if by_contact
+        else Cascade(
+            Matrix(-second.matrix),
+            Matrix(sympy.eye(len(names))),
+            Matrix(sympy.eye(len(names))),
+            velocity_gain.matrix if estimated else None,
+            "-K_2",
+            "-K_2 M^-1",
+        ),
     )

@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import casadi
 import numpy as np
-import sympy
 
 from codegen.errors import BadInput
-from codegen.mechanics.casadi_form import to_casadi
-from codegen.mechanics.system import Matrix
 from codegen.observers.equations import Observer
 from codegen.spec.model import Spec
-from codegen.stability.conditions import Condition, positive_parameters, reduce_conditions
+from codegen.stability.conditions import Condition
 from codegen.stability.error_dynamics import ErrorDynamics, derive_error_dynamics
+from codegen.stability.factors import Factor, factor_conditions
+from codegen.stability.modes import Modes, find_modes
 from codegen.stability.operating_points import OperatingPoints, evaluate, operating_points
-from codegen.stability.polynomials import characteristic_polynomial, jury, routh_hurwitz
-
-SYMBOLIC_ORDER = 4
 
 
 @dataclass(frozen=True)
@@ -29,8 +23,9 @@ class Analysis:
 
     Attributes:
         dynamics: Ψ and the sampled matrix.
-        polynomial: coefficients of |sI − Ψ| in force errors, highest first; None above the fourth order.
-        routh, jury: conditions > 0, necessary and sufficient; () above the fourth order.
+        factors: |sI − Ψ| in force errors as a product over the blocks that Ψ falls apart into.
+        modes: where the conditions are signs of gains whatever the order, and the polynomial a product over modes.
+        routh, jury: conditions > 0, necessary and sufficient; () where a block is above the fourth order.
         points: where numbers were taken.
         spectral_abscissa: largest real part of Ψ's eigenvalues over the points, 1/s.
         spectral_radius: largest |z| of the sampled matrix over the points, at the spec's sample time.
@@ -39,14 +34,32 @@ class Analysis:
     """
 
     dynamics: ErrorDynamics
-    polynomial: tuple[Any, ...] | None
-    routh: tuple[Condition, ...]
-    jury: tuple[Condition, ...]
+    factors: tuple[Factor, ...]
+    modes: Modes | None
     points: OperatingPoints
     spectral_abscissa: float
     spectral_radius: float
     largest_sample_time: float
     worst: dict[str, float]
+
+    @property
+    def polynomial(self) -> tuple[Any, ...] | None:
+        """Coefficients of |sI − Ψ|, highest first, where Ψ is one block of up to the fourth order."""
+        return self.factors[0].polynomial if len(self.factors) == 1 else None
+
+    @property
+    def routh(self) -> tuple[Condition, ...]:
+        """Routh–Hurwitz conditions of Ψ."""
+        if self.modes is not None:
+            return self.modes.conditions
+        return _all(self.factors, [f.routh for f in self.factors])
+
+    @property
+    def jury(self) -> tuple[Condition, ...]:
+        """Jury conditions of the explicit Euler step."""
+        if self.modes is not None and self.modes.jury:
+            return self.modes.jury
+        return _all(self.factors, [f.jury for f in self.factors])
 
     @property
     def stable(self) -> bool:
@@ -73,12 +86,10 @@ def analyse(spec: Spec, observer: Observer) -> Analysis:
     eigenvalues = np.linalg.eigvals(continuous)
     radii = np.abs(1 + h * np.linalg.eigvals(sampled)).max(axis=1)
     worst = int(radii.argmax())
-    polynomial, routh, conditions = _symbolic(dynamics, continuous, sampled, h)
     return Analysis(
         dynamics=dynamics,
-        polynomial=polynomial,
-        routh=routh,
-        jury=conditions,
+        factors=factor_conditions(dynamics, continuous, sampled, h),
+        modes=find_modes(dynamics, continuous, h),
         points=points,
         spectral_abscissa=float(eigenvalues.real.max()),
         spectral_radius=float(radii[worst]),
@@ -94,40 +105,6 @@ def _largest_sample_time(eigenvalues: Any) -> float:
     return float((-2 * eigenvalues.real / np.abs(eigenvalues) ** 2).min())
 
 
-def _symbolic(
-    dynamics: ErrorDynamics, continuous: Any, sampled: Any, h: float
-) -> tuple[Any, tuple[Condition, ...], tuple[Condition, ...]]:
-    """Polynomial and conditions: written out in the gains up to second order, in the coefficients c above it."""
-    order = dynamics.jacobian.rows
-    if order > SYMBOLIC_ORDER:
-        return None, (), ()
-    c = [sympy.Integer(1), *[sympy.Symbol(f"c{k}", real=True) for k in range(order - 1, -1, -1)]]
-    period = sympy.Symbol("h", real=True)
-    routh, step = routh_hurwitz(c), jury(c, period)
-    of_jacobian = characteristic_polynomial(dynamics.in_force(dynamics.jacobian))
-    of_sampled = characteristic_polynomial(dynamics.in_force(dynamics.sampled))
-    positive = positive_parameters(dynamics.observer.system.values)
-    written = reduce_conditions(_written(routh, c, of_jacobian), positive)
-    known = positive | {period} | {e for _, e in written}
-    later = reduce_conditions(_written(step, c, of_sampled), known)
-    return tuple(of_jacobian), _valued(written, routh, c, continuous, h), _valued(later, step, c, sampled, h)
-
-
-def _written(raw: Sequence[tuple[str, Any]], c: Sequence[Any], coefficients: Sequence[Any]) -> list[tuple[str, Any]]:
-    """Coefficients put in where that can be read: all at low order, else only where a condition is one."""
-    values = dict(zip(c[1:], coefficients[1:], strict=True))
-    return [(name, e.subs(values) if len(c) <= 3 or e in values else e) for name, e in raw]
-
-
-def _valued(
-    written: Sequence[tuple[str, Any]], raw: Sequence[tuple[str, Any]], c: Sequence[Any], matrices: Any, h: float
-) -> tuple[Condition, ...]:
-    """Each condition with its smallest value over the points, from the coefficients of the numeric matrices."""
-    symbols = casadi.SX.sym("c", len(c) - 1)
-    names = {s: symbols[k] for k, s in enumerate(c[1:])} | {sympy.Symbol("h", real=True): casadi.SX(h)}
-    column = Matrix([e for _, e in raw])
-    function = casadi.Function("conditions", [symbols], [casadi.densify(to_casadi(column, names))])
-    coefficients = np.array([np.poly(m)[1:] for m in matrices]).T
-    values = np.asarray(function.map(coefficients.shape[1])(coefficients)).reshape(len(raw), -1).min(axis=1)
-    smallest = dict(zip([name for name, _ in raw], values, strict=True))
-    return tuple(Condition(name, e, float(smallest[name])) for name, e in written)
+def _all(factors: tuple[Factor, ...], conditions: list[tuple[Condition, ...]]) -> tuple[Condition, ...]:
+    """The conditions of all blocks; none where a block has none, since the rest would not suffice."""
+    return tuple(c for block in conditions for c in block) if all(f.polynomial for f in factors) else ()
