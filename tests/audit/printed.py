@@ -1,0 +1,34 @@
+"""The shipped audit, run once for all tests of this folder, and claims with another printed form."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from codegen.audit.claim import Claim, read_claims
+from codegen.audit.finding import Finding
+from codegen.audit.run import judge, run_audit
+
+ROOT = Path(__file__).parents[2]
+THESIS = ROOT.parent / "shared" / "thesis.txt"
+
+
+@cache
+def findings() -> list[Finding]:
+    return run_audit()
+
+
+def of(equation: str, part: str = "") -> list[Finding]:
+    """Findings of an equation, or of those of its parts that begin so."""
+    return [f for f in findings() if f.claim.entry.equation == equation and f.claim.entry.part.startswith(part)]
+
+
+def reprinted(claim: Claim, printed: Any) -> Finding:
+    """The verdict if the thesis had printed something else."""
+    return judge(replace(claim, entry=claim.entry.model_copy(update={"printed": printed})))
+
+
+def claim(equation: str, part: str = "") -> Claim:
+    return next(c for c in read_claims() if c.entry.equation == equation and c.entry.part.startswith(part))
