@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.stability.feasibility_axes import GainAxis
-from codegen.stability.feasibility_family import Family, Settings
+from codegen.stability.feasibility_family import Family, Settings, joined
 from codegen.stability.feasibility_noise import NoiseModel
 from codegen.stability.feasibility_region import GRID, LINE, stable
 
@@ -18,7 +18,8 @@ NOISE_SHARE = 0.05
 GAIN_FACTOR = 2.0
 AS_FAST = 0.98
 SCATTERED = 3000
-LOCAL, LOCAL_ROUNDS = 200, 5
+LOCAL, LOCAL_ROUNDS = 200, 10
+WIDEST, NARROWING = 0.2, 0.68
 CHUNK = 100
 DIGITS = 3
 
@@ -68,7 +69,7 @@ def suggest(family: Family, noise: NoiseModel, base: Settings, axes: Sequence[Ga
     tried = len(looked.shares)
     best, rule = _best(family, base, axes, looked)
     for k in range(LOCAL_ROUNDS):
-        width = 0.06 * 0.5**k
+        width = WIDEST * NARROWING**k
         around = best + generator.uniform(-width, width, (LOCAL, len(axes)))
         more = _look(family, noise, base, axes, np.vstack([best, np.clip(around, 0, 1)]))
         tried += LOCAL
@@ -76,10 +77,12 @@ def suggest(family: Family, noise: NoiseModel, base: Settings, axes: Sequence[Ga
         if rule != "fastest" or found == "fastest":
             best, rule = better, found
     settings = _sets(base, axes, best[None, :])
-    if not stable(family, "sampled", settings, True)[0]:
-        if rule == "none":
-            return NothingStable(settings, tried)
-        family.focus(settings)  # unstable at a point that was left aside: look again with that point
+    if rule == "none":
+        return NothingStable(settings, tried)
+    claimed = joined([settings, *_scaled(settings, axes)]) if rule == "fastest" else settings
+    surprises = ~stable(family, "sampled", claimed, True)
+    if surprises.any():
+        family.focus(claimed.rows(surprises))  # unstable at a point that was left aside: look again with that point
         return suggest(family, noise, base, axes)
     numbers = {axis.name: float(_numbers(axis, best[[k]])[0]) for k, axis in enumerate(axes)}
     held = looked.radius < 1
@@ -90,12 +93,19 @@ def suggest(family: Family, noise: NoiseModel, base: Settings, axes: Sequence[Ga
 def wide_margin(family: Family, base: Settings, axes: Sequence[GainAxis]) -> NDArray[np.bool_]:
     """Whether each set stays stable when any one axis is doubled or halved."""
     held = np.ones(len(base), dtype=bool)
+    for moved in _scaled(base, axes):
+        held &= stable(family, "sampled", moved)
+    return held
+
+
+def _scaled(base: Settings, axes: Sequence[GainAxis]) -> list[Settings]:
+    """The sets with one axis doubled or halved, each."""
+    moved = []
     for axis in axes:
         s, weight = next(iter(axis.weights.items()))
         values = base.gains[:, base.symbols.index(s)] / weight
-        for factor in (GAIN_FACTOR, 1 / GAIN_FACTOR):
-            held &= stable(family, "sampled", base.along(axis, factor * values))
-    return held
+        moved += [base.along(axis, factor * values) for factor in (GAIN_FACTOR, 1 / GAIN_FACTOR)]
+    return moved
 
 
 def _first(count: int, generator: np.random.Generator) -> Array:
