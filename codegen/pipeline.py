@@ -213,7 +213,7 @@ def _generate(spec: Spec) -> tuple[dict[str, str], Certificate | Refusal]:
     """All files of generated/NAME, and the certificate or refusal."""
     _, observer = _observed(spec)
     program = build_program(observer)
-    header = make_header(spec.path.name, spec.sha256, spec.source)
+    header = make_header(spec.path.name, spec.sha256, spec.source, spec.robot)
     files = emit_sources(program, header)
     hashes = {name: sha256(text) for name, text in files.items()}
     outcome = certify_analysis(spec, analyse(spec, observer), hashes, header.command)

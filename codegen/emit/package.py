@@ -16,17 +16,23 @@ from codegen.version import VERSION
 
 @dataclass(frozen=True)
 class Header:
-    """What the head of every generated file says; no date, so that the same spec gives the same bytes."""
+    """What the head of every generated file says; no date, so that the same spec gives the same bytes.
+
+    Attributes:
+        spec_sha256: of the spec with the robot file that it names.
+        robot: that file's name and hash.
+    """
 
     spec_file: str
     spec_sha256: str
     source: str
     version: str
     command: str
+    robot: tuple[str, str] | None = None
 
 
-def make_header(spec_file: str, spec_sha256: str, source: str) -> Header:
-    return Header(spec_file, spec_sha256, source, VERSION, f"stiction generate {spec_file}")
+def make_header(spec_file: str, spec_sha256: str, source: str, robot: tuple[str, str] | None = None) -> Header:
+    return Header(spec_file, spec_sha256, source, VERSION, f"stiction generate {spec_file}", robot)
 
 
 def emit_sources(program: Program, header: Header) -> dict[str, str]:
@@ -52,9 +58,11 @@ def emit_readme(program: Program, header: Header, certificate: Any) -> str:
 
 def emit_manifest(header: Header, files: dict[str, str]) -> str:
     """Hashes of the spec and of every file beside the manifest."""
+    robot = {"robot": dict(zip(("file", "sha256"), header.robot, strict=True))} if header.robot else {}
     content = {
         "tool": {"name": "stiction", "version": header.version, "command": header.command},
         "spec": {"file": header.spec_file, "sha256": header.spec_sha256},
+        **robot,
         "files": {name: sha256(text) for name, text in sorted(files.items())},
     }
     return json.dumps(content, indent=2) + "\n"

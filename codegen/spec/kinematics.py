@@ -45,9 +45,10 @@ class KinematicTree:
     """Bodies in an order in which a parent comes before its children, and gravity in the base's frame, m/s².
 
     Attributes:
-        sha256: of the robot description's bytes.
+        file: the robot description's name; ``sha256`` is of its bytes.
     """
 
     bodies: tuple[MovingBody, ...]
     gravity: Vector
+    file: str
     sha256: str

@@ -176,6 +176,11 @@ class Spec:
         return hashlib.sha256(self.text.encode() + robot.encode()).hexdigest()
 
     @property
+    def robot(self) -> tuple[str, str] | None:
+        """Name and hash of the robot file that ``urdf:`` names."""
+        return (self.form.file, self.form.sha256) if isinstance(self.form, KinematicTree) else None
+
+    @property
     def positions(self) -> tuple[str, ...]:
         return tuple(c.name for c in self.coordinates)
 

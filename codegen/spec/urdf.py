@@ -90,7 +90,8 @@ class _Reading:
         if not self.bodies:
             raise BadInput(str(self.file.path), "no moving joint", f"at least one joint: {', '.join(MOVING)}")
         vector = (float(gravity[0]), float(gravity[1]), float(gravity[2]))
-        return KinematicTree(self._moving_bodies(), vector, hashlib.sha256(self.file.content).hexdigest())
+        digest = hashlib.sha256(self.file.content).hexdigest()
+        return KinematicTree(self._moving_bodies(), vector, self.file.path.name, digest)
 
     def _root(self) -> str:
         parent: dict[str, str] = {}
@@ -141,6 +142,8 @@ class _Reading:
             return  # a frame without mass
         place = self.file.place("link", link, "inertial")
         mass = float(self._numbers([inertial.mass], self.file.place("link", link, "inertial/mass"))[0])
+        if mass == 0 and inertial.inertia is not None and not np.any(inertial.inertia.to_matrix()):
+            return  # the same, written with zeros
         if not mass > 0:
             raise BadInput(self.file.place("link", link, "inertial/mass"), f"a mass of {mass:g} kg", "a positive mass")
         if inertial.inertia is None:

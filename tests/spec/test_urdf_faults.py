@@ -1,0 +1,216 @@
+"""A robot file or ``urdf:`` section that cannot be used: what is said, and at which line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from codegen.errors import BadInput, Place
+from codegen.spec import parse_spec
+from codegen.spec.urdf import identifier, read_kinematic_tree
+
+ARM = """<robot name="arm">
+  <link name="base"/>
+  <joint name="hinge" type="revolute">
+    <origin xyz="0 0 1" rpy="0 0 0"/>
+    <parent link="base"/>
+    <child link="rod"/>
+    <axis xyz="0 1 0"/>
+    <dynamics damping="0.5" friction="0.25"/>
+  </joint>
+  <link name="rod">
+    <inertial>
+      <origin xyz="0 0 0.5"/>
+      <mass value="2"/>
+      <inertia ixx="0.2" ixy="0" ixz="0" iyy="0.2" iyz="0" izz="0.01"/>
+    </inertial>
+  </link>
+</robot>
+"""
+SECOND = '<joint name="{}" type="fixed"><parent link="{}"/><child link="{}"/></joint>'
+UNIT = '<mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
+LINK = f'<link name="{{}}"><inertial>{UNIT}</inertial></link>'
+FAULTS = {
+    "no xml": ("<robot", "<robot <", ":1", "expected a robot description (XML)"),
+    "no urdf": ('<robot name="arm">', '<robot name="arm"></robot><robot>', ":1", "a robot description (XML)"),
+    "mass": ('value="2"', 'value="-2"', ":13", "a mass of -2 kg; expected a positive mass"),
+    "no mass": ('value="2"', 'value="0"', ":13", "a mass of 0 kg; expected a positive mass"),
+    "mass in words": ('value="2"', 'value="heavy"', ":13", "<mass> is incomplete"),
+    "mass unsaid": ('<mass value="2"/>', "", ":11", "mass"),
+    "not a number": ('value="2"', 'value="nan"', ":13", "expected finite numbers"),
+    "inertia": ('izz="0.01"', 'izz="0"', ":14", "the principal moment 0 kg m^2; expected a positive definite inertia"),
+    "indefinite": ('ixy="0"', 'ixy="0.3"', ":14", "expected a positive definite inertia"),
+    "inertia unsaid": (
+        '<inertia ixx="0.2" ixy="0" ixz="0" iyy="0.2" iyz="0" izz="0.01"/>',
+        "",
+        ":11",
+        "<inertia> is missing",
+    ),
+    "entry unsaid": ('iyz="0" ', "", ":14", "iyz"),
+    "kind": (
+        '"revolute"',
+        '"floating"',
+        ":3",
+        "a floating joint; expected one of revolute, continuous, prismatic, fixed",
+    ),
+    "planar": ('"revolute"', '"planar"', ":3", "a planar joint"),
+    "unknown kind": ('"revolute"', '"hinged"', ":3", "hinged"),
+    "mimic": ('<axis xyz="0 1 0"/>', '<mimic joint="hinge"/>', ":7", "a mimic joint"),
+    "axis": ("0 1 0", "0 0 0", ":7", "an axis of zeros"),
+    "short axis": ("0 1 0", "0 1", ":7", "<axis> is incomplete"),
+    "no child": ('<child link="rod"/>', "", ":3", "child"),
+    "child of nothing": ('<child link="rod"/>', "<child/>", ":6", 'unknown link "None"; expected a link as child'),
+    "unknown link": ('<child link="rod"/>', '<child link="rood"/>', ":6", 'unknown link "rood"'),
+    "two masses": ('<mass value="2"/>', '<mass value="2"/><mass value="3"/>', ":11", "two <mass>"),
+    "damping": ('damping="0.5"', 'damping="-1"', ":8", "damping -1; expected zero or a positive number"),
+    "two of a name": ('<link name="base"/>', '<link name="base"/><link name="rod"/>', ":2", 'a second link "rod"'),
+    "two roots": (
+        '<link name="base"/>',
+        '<link name="base"/><link name="other"/>',
+        "",
+        "links base, other without a parent",
+    ),
+    "loop": ("</robot>", SECOND.format("back", "rod", "base") + "</robot>", "", "no link without a parent"),
+    "apart": (
+        "</robot>",
+        '<link name="a"/><link name="b"/>' + SECOND.format("j", "a", "b") + SECOND.format("k", "b", "a") + "</robot>",
+        ":17",
+        "a loop of joints",
+    ),
+    "two parents": (
+        "</robot>",
+        SECOND.format("again", "base", "rod") + "</robot>",
+        ":17",
+        "is the child of hinge already",
+    ),
+    "nothing moves": ('"revolute"', '"fixed"', "", "no moving joint"),
+    "names that clash": (
+        "</robot>",
+        SECOND.format("hin ge", "rod", "x").replace("fixed", "continuous")
+        + SECOND.format("hin-ge", "rod", "y").replace("fixed", "continuous")
+        + LINK.format("x")
+        + LINK.format("y")
+        + "</robot>",
+        ":17",
+        'joints "hin ge" and "hin-ge" both read as hin_ge',
+    ),
+}
+
+
+def read(folder: Path, text: str):
+    path = folder / "arm.urdf"
+    path.write_text(text, encoding="utf-8")
+    return read_kinematic_tree(path, Place("spec.yaml", 2, "urdf"))
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_every_fault_is_told_at_its_line(fault: str, tmp_path: Path, capfd) -> None:
+    old, new, line, words = FAULTS[fault]
+    assert ARM.count(old) >= 1
+    with pytest.raises(BadInput) as error:
+        read(tmp_path, ARM.replace(old, new, 1))
+    message = str(error.value)
+    assert message.startswith(f"{tmp_path / 'arm.urdf'}{line}") and words in message and "\n" not in message
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_link_without_mass_that_moves_is_refused(tmp_path: Path) -> None:
+    start, end = ARM.index("    <inertial>"), ARM.index("</inertial>") + len("</inertial>\n")
+    with pytest.raises(BadInput, match=r':10: link "rod": nothing with a mass hangs fixed on link "rod"'):
+        read(tmp_path, ARM[:start] + ARM[end:])
+
+
+def test_entities_are_not_expanded(tmp_path: Path) -> None:
+    (tmp_path / "secret").write_text("7")
+    head = f'<!DOCTYPE robot [<!ENTITY s SYSTEM "{(tmp_path / "secret").as_uri()}">]>'
+    tree = read(tmp_path, head + ARM.replace("<axis", "&s;<axis"))
+    assert [b.joint for b in tree.bodies] == ["hinge"]
+
+
+def test_what_is_not_mechanics_is_left_alone(tmp_path: Path) -> None:
+    odd = '<transmission name="t"/><gazebo/><material name="m"/><!-- a --><?b c?></robot>'
+    plain = read(tmp_path, ARM)
+    assert (
+        read(tmp_path, ARM.replace("</robot>", odd).replace("<inertial>", "<visual/><inertial>")).bodies == plain.bodies
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"), [("joint 1", "joint_1"), ("7", "joint_7"), ("a-b.c", "a_b_c"), ("ä", "joint_")]
+)
+def test_names_become_identifiers(name: str, expected: str) -> None:
+    assert identifier(name) == expected
+
+
+@pytest.mark.parametrize(
+    ("section", "words"),
+    [
+        ("urdf: none.urdf", ":2: urdf: `"),
+        ("urdf: {file: none.urdf}", "cannot be read"),
+        ("urdf: {path: arm.urdf}", "unknown key `path`"),
+        ("urdf: 3", "`3` as a file"),
+        ("urdf: {gravity: [0, 0, -9.81]}", "`None` as a file"),
+        ("urdf: {file: arm.urdf, gravity: [0, 0]}", "three numbers"),
+        ("urdf: {file: arm.urdf, gravity: [0, 0, down]}", ":2"),
+        ("urdf: arm.urdf\nforce: [w]", ":3: force: `force:` beside `urdf:`"),
+        ("urdf: arm.urdf\ncoordinates: {x: {velocity: v, unit: m}}", "`coordinates:` beside `urdf:`"),
+        ("urdf: arm.urdf\nmass_matrix: [[1]]", "both `urdf` and `mass_matrix`"),
+        ("urdf: arm.urdf\nfriction: {contacts: []}", "(coordinates by contacts)"),
+        ("urdf: arm.urdf\nfriction: oil", ":3: friction"),
+        ("urdf: arm.urdf\nenvelope: {hing: [0, 1]}", "unknown name `hing`"),
+        ("urdf: [arm.urdf]", ":2"),
+    ],
+)
+def test_a_section_that_cannot_be_used(section: str, words: str, tmp_path: Path) -> None:
+    (tmp_path / "arm.urdf").write_text(ARM, encoding="utf-8")
+    with pytest.raises(BadInput) as error:
+        parse_spec(f"name: arm\n{section}\n", tmp_path / "arm.yaml")
+    assert words in str(error.value)
+
+
+def test_joint_friction_is_that_of_the_file_unless_the_spec_gives_it(tmp_path: Path) -> None:
+    (tmp_path / "arm.urdf").write_text(ARM, encoding="utf-8")
+    spec = parse_spec("name: arm\nurdf: arm.urdf\n", tmp_path / "arm.yaml")
+    (contact,), (effect,) = spec.contacts, spec.effects
+    assert (contact.name, contact.law, contact.unit, float(contact.parameters["a"])) == (
+        "hinge",
+        "coulomb",
+        "N*m",
+        0.25,
+    )
+    assert (effect.kind, effect.on, float(effect.parameters["b"])) == ("viscous", ("hinge",), 0.5)
+    own = "friction: {contacts: [{name: c, law: coulomb, a: 3, unit: N*m}]}"
+    spec = parse_spec(f"name: arm\nurdf: arm.urdf\n{own}\n", tmp_path / "arm.yaml")
+    assert (
+        [c.name for c in spec.contacts] == ["c"] and not spec.effects and spec.distribution == spec.distribution.eye(1)
+    )
+
+
+def test_the_hash_of_a_spec_counts_its_robot_file(tmp_path: Path) -> None:
+    text, hashes, files = "name: arm\nurdf: arm.urdf\n", [], []
+    for mass in ("2", "3"):
+        (tmp_path / "arm.urdf").write_text(ARM.replace('value="2"', f'value="{mass}"'), encoding="utf-8")
+        spec = parse_spec(text, tmp_path / "arm.yaml")
+        hashes.append(spec.sha256)
+        files.append(spec.file_sha256)
+    assert hashes[0] != hashes[1] and files[0] == files[1]
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.data())
+def test_a_damaged_file_is_bad_input_or_a_robot(tmp_path_factory, data) -> None:
+    """Words taken out or put elsewhere: never another exception than BadInput."""
+    words = ARM.split(" ")
+    for _ in range(data.draw(st.integers(1, 3))):
+        k = data.draw(st.integers(0, len(words) - 1))
+        words[k] = data.draw(
+            st.sampled_from(["", "0", '"', "<link/>", 'name="rod"', "1e999", words[(7 * k) % len(words)]])
+        )
+    folder = tmp_path_factory.mktemp("damaged")
+    try:
+        read(folder, " ".join(words))
+    except BadInput as error:
+        assert "\n" not in str(error)
