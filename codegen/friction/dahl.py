@@ -31,7 +31,9 @@ class Dahl(DynamicLaw):
 
     def rates(self, u: sympy.Expr, z: tuple[sympy.Expr, ...], p: Mapping[str, sympy.Expr]) -> tuple[sympy.Expr, ...]:
         gap = 1 - z[0] * Sgn(u)
-        return (p["c"] * u * gap * Magnitude(gap) ** (p["i"] - 1),)  # |gap|^i sgn(gap), smooth for i = 1
+        odd = p["i"].is_Integer and p["i"] % 2 == 1  # then |gap|^i sgn(gap) is gap^i, with its slope at a gap of zero
+        power = gap ** p["i"] if odd else Magnitude(gap) ** p["i"] * Sgn(gap)
+        return (p["c"] * u * power,)
 
     def force(self, u: sympy.Expr, z: tuple[sympy.Expr, ...], p: Mapping[str, sympy.Expr]) -> sympy.Expr:
         return p["a"] * z[0]
