@@ -17,7 +17,7 @@ from codegen.audit.world import Derived, World, tidy
 from codegen.stability.conditions import reduce_conditions
 from codegen.stability.polynomials import characteristic_polynomial, routh_hurwitz
 
-TRIALS = 4000
+TRIALS = 2000
 NOT_SO = "not so at the counterexample"
 VIOLATED: dict[str, Verdict] = {"inequality": "wrong", "implies": "insufficient"}
 CLEAR = 1e-3

@@ -20,10 +20,10 @@ NEGLIGIBLE = sympy.Rational(1, 10**35)
 def judge_equality(claim: Claim, world: World, derived: Derived) -> Finding:
     """``holds`` if the printed formula equals the derived value at every point, else ``wrong`` with a point."""
     steady = dict.fromkeys(world.steady, sympy.S.Zero) if claim.entry.constant_U else {}
-    value = derived.value.subs(steady) if steady else derived.value
+    value = derived.value.xreplace(steady) if steady else derived.value
     right = as_text(readable(Derived(value, derived.form)))
     try:
-        printed = as_matrix(evaluate(claim.entry.printed, world.names, claim.place)).subs(steady)
+        printed = as_matrix(evaluate(claim.entry.printed, world.names, claim.place)).xreplace(steady)
     except Misfit:
         return Finding(claim, "wrong", right, None, "the shapes of its matrices do not fit")
     if printed.has(sympy.zoo, sympy.nan):
@@ -38,7 +38,7 @@ def judge_equality(claim: Claim, world: World, derived: Derived) -> Finding:
     evidence = ""
     if world.steady and not steady:
         zero = dict.fromkeys(world.steady, sympy.S.Zero)
-        same = difference_point(printed.subs(zero), value.subs(zero), world, given) is None
+        same = difference_point(printed.xreplace(zero), value.xreplace(zero), world, given) is None
         evidence = "holds where U is constant" if same else "differs where U is constant, too"
     return Finding(claim, "wrong", right, _numbers(printed, value, point), evidence, POINTS)
 

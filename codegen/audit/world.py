@@ -85,8 +85,8 @@ def moving(symbols: Any, rates: Any) -> dict[Any, Any]:
 
 def jacobian_at_zero(rates: Any, errors: Any, first_order: Mapping[Any, Any]) -> Any:
     """∂rates/∂errors at zero error, with what depends on the estimate given to first order in the error."""
-    expanded = rates.subs(dict(first_order), simultaneous=True)
-    return expanded.jacobian(errors).subs(dict.fromkeys(errors, 0))
+    expanded = rates.xreplace(dict(first_order))
+    return expanded.jacobian(errors).xreplace(dict.fromkeys(errors, sympy.S.Zero))
 
 
 def tidy(expression: Any) -> Any:
@@ -96,7 +96,7 @@ def tidy(expression: Any) -> Any:
         u = s.args[0]
         expression = expression.subs(s**3, s).subs(s**2, 1)
         expression = sympy.expand(expression.subs(u * s, Magnitude(u)))
-    return expression
+    return sympy.expand(sympy.powsimp(expression), power_exp=False)  # |u|^μ/|u| is |u|^(μ−1)
 
 
 def readable(derived: Derived) -> Any:

@@ -21,8 +21,8 @@ def findings() -> list[Finding]:
 
 
 def of(equation: str, part: str = "") -> list[Finding]:
-    """Findings of an equation, or of those of its parts that begin so."""
-    return [f for f in findings() if f.claim.entry.equation == equation and f.claim.entry.part.startswith(part)]
+    """Findings of an equation's parts that begin so; without a part, of the equation itself."""
+    return [f for f in findings() if _is(f.claim, equation, part)]
 
 
 def reprinted(claim: Claim, printed: Any) -> Finding:
@@ -31,4 +31,9 @@ def reprinted(claim: Claim, printed: Any) -> Finding:
 
 
 def claim(equation: str, part: str = "") -> Claim:
-    return next(c for c in read_claims() if c.entry.equation == equation and c.entry.part.startswith(part))
+    return next(c for c in read_claims() if _is(c, equation, part))
+
+
+def _is(claim: Claim, equation: str, part: str) -> bool:
+    entry = claim.entry
+    return entry.equation == equation and (entry.part.startswith(part) if part else not entry.part)

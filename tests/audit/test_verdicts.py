@@ -52,7 +52,7 @@ def test_a_mutated_formula_is_wrong(equation, part, _, mutant):
     [
         ("3.4.1.1", "conditions", ["k_v > 0"], "insufficient"),
         ("3.4.1.1", "conditions", ["k_v > 1", "k_F > 0"], "unnecessary"),
-        ("2.4.2", "", ["k_2 > 0"], "insufficient"),
+        ("2.4.2", "condition", ["k_2 > 0"], "insufficient"),
         ("3.4.2.1", "conditions", ["k_v > 0", "k_1 < 0"], "insufficient"),
         ("2.15", "", ["a_4 - a_2*a_3 <= -a_2*a_3*exp(-a_3*abs(v)) < a_4 - a_2"], "wrong"),
     ],

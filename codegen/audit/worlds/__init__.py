@@ -13,6 +13,7 @@ from codegen.audit.worlds.one_dynamic import one_dynamic, one_dynamic_estimated
 from codegen.audit.worlds.one_equations import compensated, one_equations, rig_equations
 from codegen.audit.worlds.one_errors import one_coulomb, one_coulomb_estimated, one_tracking, one_tracking_estimated
 from codegen.audit.worlds.shipped import shipped_one_mass, shipped_two_mass
+from codegen.audit.worlds.single import single_equations, single_errors
 from codegen.audit.worlds.topology import contacts_of_masses, directions, extended_friction, rotated_coordinates
 from codegen.audit.worlds.two_mass import two_mass
 
@@ -33,6 +34,8 @@ WORLDS: dict[str, Callable[[], World]] = {
     "many_static_estimated": many_static_estimated,
     "many_dynamic": many_dynamic,
     "many_dynamic_estimated": many_dynamic_estimated,
+    "single": single_equations,
+    "single_errors": single_errors,
     "shipped_one_mass": shipped_one_mass,
     "shipped_two_mass": shipped_two_mass,
     "two_mass": two_mass,

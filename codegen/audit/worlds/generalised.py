@@ -43,8 +43,8 @@ def _world(driven: tuple[Any, ...]) -> World:
     inertia = momentum_rate - energy.jacobian(q).T
     M_q = sympy.hessian(energy[0], list(q_dot))
     U_q = slip.jacobian(q_dot).T
-    free = moving(q_ddot, [0, 0])
-    rest = inertia.subs(free)
+    free = dict.fromkeys(q_ddot, sympy.S.Zero)
+    rest = inertia.xreplace(free)
     no_friction = sympy.Matrix([(g_x.T * (T_q * virtual))[0]]).jacobian(virtual).T
     derived = {
         "x_dot": Derived(x_dot, "" if any(driven) else "T_q*q_dot"),

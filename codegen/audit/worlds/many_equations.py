@@ -67,4 +67,4 @@ def many_equations() -> World:
 def _with_coulomb(derived: Derived, sign: Any) -> Derived:
     """F̂ = U S â in place of the symbol F̂."""
     force = m.U * diagonal(sign) * m.a_hat
-    return Derived(derived.value.subs(moving(m.F_hat, force), simultaneous=True), derived.form)
+    return Derived(derived.value.xreplace(moving(m.F_hat, force)), derived.form)

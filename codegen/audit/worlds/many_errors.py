@@ -48,7 +48,7 @@ def many_static_estimated() -> World:
     v_hat_rate = model - m.K_v * v_hat + m.K_v * m.v
     flows = moving(m.v_hat, v_hat_rate) | moving(m.U, m.U_dot)
     z_rate = m.K_F * D_hat * S_hat * m.U.T * model  # (4.27) as printed
-    level = m.level_rate(m.v_hat, flows, m.d_hat, m.s_hat).subs(moving(m.v_hat, v_hat))
+    level = m.level_rate(m.v_hat, flows, m.d_hat, m.s_hat).xreplace(moving(m.v_hat, v_hat))
     q_v, q_a = acceleration - v_hat_rate, m.K_F * level - z_rate
     between = moving(m.s_hat, m.s) | moving(m.d_hat, m.d) | moving(m.g_hat, m.g - m.g_v * m.e_v)
     between |= dict.fromkeys(m.STEADY, sympy.S.Zero)
@@ -82,7 +82,7 @@ def many_dynamic() -> World:
     f_hat_rate = z_f + rate(m.K_f1 * m.x + m.K_f2 * m.v, flows)
     z_a = -m.K_a * diagonal(m.U.T * m.v) * m.xi_hat - m.K_a * diagonal(f_hat) * m.U.T * model
     moved = flows | moving(m.f_hat, f_hat_rate)
-    coefficient = rate(m.K_a * diagonal(m.f_hat) * m.U.T * m.v, moved).subs(moving(m.f_hat, f_hat))
+    coefficient = rate(m.K_a * diagonal(m.f_hat) * m.U.T * m.v, moved).xreplace(moving(m.f_hat, f_hat))
     e_f_dot, e_a_dot = m.xi - f_hat_rate, -(z_a + coefficient)
     first = moving(m.xi_hat, m.xi - diagonal(m.xi_f) * m.e_f) | dict.fromkeys(m.STEADY, sympy.S.Zero)
     psi = jacobian_at_zero(sympy.Matrix([e_f_dot, e_a_dot]), sympy.Matrix([m.e_f, m.e_a]), first)
@@ -113,7 +113,7 @@ def many_dynamic_estimated() -> World:
     z_a = -m.K_a * diagonal(m.U.T * v_hat) * m.xi_hat - m.K_a * diagonal(f_hat) * m.U.T * model
     moved = moving(m.v_hat, v_hat_rate) | moving(m.U, m.U_dot) | moving(m.f_hat, f_hat_rate)
     coefficient = rate(m.K_a * diagonal(m.f_hat) * m.U.T * m.v_hat, moved)
-    coefficient = coefficient.subs(moving(m.f_hat, f_hat) | moving(m.v_hat, v_hat), simultaneous=True)
+    coefficient = coefficient.xreplace(moving(m.f_hat, f_hat) | moving(m.v_hat, v_hat))
     q_v, q_a, q_f = m.M_inv * (m.g - F) - v_hat_rate, -(z_a + coefficient), m.xi - f_hat_rate
     slope_v, slope_f = diagonal(m.xi_u) * m.U.T, diagonal(m.xi_f)
     first = moving(m.xi_hat, m.xi - slope_v * m.e_v - slope_f * m.e_f)
