@@ -108,6 +108,7 @@ def derive_error_dynamics(observer: Observer) -> ErrorDynamics:
     values: dict[sympy.Symbol, Any] = {}
     slopes: dict[sympy.Symbol, Any] = {}
     signs_of_slip = _slip_signs(observer, {})
+    carried: dict[sympy.Symbol, Any] = {}
     for equation in observer.equations:
         if equation.law:
             for element, value, function in zip(equation.symbols, equation.expression, equation.law, strict=True):
@@ -121,7 +122,10 @@ def derive_error_dynamics(observer: Observer) -> ErrorDynamics:
                 values[state] = values[element] - other
         elif equation.form == "mass_solve":
             slope = (inverse_mass * expression.jacobian(sympy.Matrix(e))).xreplace(zero)
-            first_order = slope * sympy.Matrix(e)
+            # Each slope is carried by a name of its own: what is differentiated below stays short.
+            carried = {sympy.Dummy(f"slope{k}", real=True): entry for k, entry in enumerate(slope) if entry != 0}
+            name_of = {entry: name for name, entry in carried.items()}
+            first_order = slope.applyfunc(lambda entry, name_of=name_of: name_of.get(entry, entry)) * sympy.Matrix(e)
             for element, a, change in zip(equation.symbols, accelerations, first_order, strict=True):
                 values[element] = a + change
         else:
@@ -152,8 +156,10 @@ def derive_error_dynamics(observer: Observer) -> ErrorDynamics:
     to_next = {a: (n - v) / h for a, (n, v) in zip(accelerations, later.items(), strict=True)}
     sampled = sampled.xreplace(to_next)
     slips = {**signs_of_slip, **_slip_signs(observer, {v: n for n, v in later.items()})}
-    psi = Matrix(jacobian.applyfunc(lambda x: _tidy(x, slips, observer.signs)))
-    step = Matrix(sampled.applyfunc(lambda x: _tidy(_speeds_as_slips(x, slips), slips, observer.signs)))
+    psi = Matrix(jacobian.xreplace(carried).applyfunc(lambda x: _tidy(x, slips, observer.signs)))
+    step = Matrix(
+        sampled.xreplace(carried).applyfunc(lambda x: _tidy(_speeds_as_slips(x, slips), slips, observer.signs))
+    )
     used = {s: ij for s, ij in inverse_names.items() if psi.has(s) or step.has(s)}
     slopes = {s: e for s, e in slopes.items() if psi.has(s) or step.has(s)}
     return ErrorDynamics(observer, psi, step, used, {n: v for n, v in later.items() if step.has(n)}, slopes)
