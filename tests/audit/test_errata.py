@@ -26,6 +26,7 @@ FOUND = [
     ("1.1.1", "Bo", "wrong"),
     ("1.1.2.2", "reset", "wrong"),
     ("2.4.1", "conditions", "unnecessary"),
+    ("2.4.1", "conditions 1 to 3", "insufficient"),
     ("3.21", "", "wrong"),
     ("4.12", "as printed", "wrong"),
     ("4.12", "where U", "holds"),

@@ -37,6 +37,7 @@ def one_coulomb() -> World:
     zdot = real("zdot_F")[0]
     step = F_dot - rate(estimate_F, {v: v_dot, z_F: zdot})
     names = {**GAINS, "F": F, "F_hat": F_estimate, "w": w, "zdot_F": zdot}
+    names["e_rest"] = sympy.solve(e_a_dot, e_a)[0]  # where the level error settles while (∂a/∂v) v̇ lasts
     derived = {
         "e_a_dot": _one(e_a_dot),
         "e_F_dot": _one(tidy(F_dot - F_rate)),
