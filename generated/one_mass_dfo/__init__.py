@@ -1,0 +1,115 @@
+"""one_mass_dfo: friction observer DFO, velocity estimated.
+
+Made by stiction 0.1.0 from one_mass_dfo.yaml
+sha256 e39923b63c195b3ca7d1eb762acfc92ae45defa43d4e36b2c550d479270222f0
+with: stiction generate one_mass_dfo.yaml
+
+The twin of one_mass_dfo.c: the same operations in the same order on doubles, so the same bits. Do not edit.
+"""
+
+import math
+from dataclasses import dataclass
+
+__all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "step"]
+
+SPEC_SHA256 = "e39923b63c195b3ca7d1eb762acfc92ae45defa43d4e36b2c550d479270222f0"
+
+
+@dataclass(slots=True)
+class Parameters:
+    """Constants of the model and gains, with the spec's values."""
+
+    m: float = 1.0  # kg: model parameter
+    rail_a: float = 50.0  # N: model parameter
+    rail_c: float = 100.0  # 1/m: model parameter
+    rail_D1: float = 1000.0  # m/s: model parameter
+    rail_D2: float = 0.0001  # m/s: model parameter
+    K_a: float = -10.0  # N*s/m: observer gain
+    K_f1: float = -0.01  # 1/m: observer gain
+    K_f2: float = 0.0  # s/m: observer gain
+    K_v: float = 100.0  # 1/s: observer gain
+    sample_time: float = 1e-05  # s: sample time
+
+
+@dataclass(slots=True)
+class State:
+    """What the observer remembers from sample to sample."""
+
+    z_v: float = 0.0  # m/s: observer state
+    z_f_rail: float = 0.0  # 1: observer state
+    z_a_rail: float = 0.0  # N: observer state
+
+
+@dataclass(slots=True)
+class Inputs:
+    """What is measured and commanded at a sample."""
+
+    x: float = 0.0  # m: measured position
+    w: float = 0.0  # N: input
+
+
+@dataclass(slots=True)
+class Outputs:
+    """What is estimated."""
+
+    v_hat: float = 0.0  # m/s: velocity estimate, (4.25)
+    f_hat_rail: float = 0.0  # 1: friction state, (7.11)
+    a_hat_rail: float = 0.0  # N: friction level, (7.10)
+    F_hat_rail: float = 0.0  # N: contact friction, (7.12)
+    F_hat_on_x: float = 0.0  # N: friction force, (7.12)
+
+
+def init(parameters: Parameters, inputs: Inputs) -> State:
+    """The state from the first measurement."""
+    # states at the first sample
+    return State(
+        z_v=-(parameters.K_v * inputs.x),
+        z_f_rail=-(parameters.K_f1 * inputs.x),
+        z_a_rail=parameters.rail_a,
+    )
+
+
+def step(state: State, parameters: Parameters, inputs: Inputs) -> Outputs:
+    """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample."""
+    # velocity estimate, (4.25)
+    v_hat = state.z_v + parameters.K_v * inputs.x  # m/s
+
+    # slip velocity, U' v, (4.5)
+    slip_rail = v_hat  # m/s
+
+    # friction state, (7.11)
+    f_hat_rail = state.z_f_rail + parameters.K_f1 * inputs.x + parameters.K_f2 * v_hat  # 1
+
+    # friction level, (7.10)
+    a_hat_rail = state.z_a_rail + parameters.K_a * f_hat_rail * slip_rail  # N
+
+    # unit friction, the law's force at level 1; f of (7.12)
+    phi_hat_rail = f_hat_rail  # N/N
+
+    # contact friction, (7.12)
+    F_hat_rail = a_hat_rail * phi_hat_rail  # N
+
+    # friction force, (7.12)
+    F_hat_on_x = F_hat_rail  # N
+
+    # acceleration, (4.2)
+    v_dot_hat = (inputs.w - F_hat_on_x) / parameters.m  # m/s^2
+
+    # friction state rate, xi_1 of (6.5), (6.6)
+    f_rate_rail = parameters.rail_c * (slip_rail - f_hat_rail * parameters.rail_D2 - (parameters.rail_D1 - parameters.rail_D2) * (f_hat_rail + abs(f_hat_rail - 1.0) / 2.0 - abs(1.0 + f_hat_rail) / 2.0))  # 1/s
+
+    # states one sample later (explicit Euler)
+    z_v_next = state.z_v + parameters.sample_time * (v_dot_hat - parameters.K_v * v_hat)
+    z_f_rail_next = state.z_f_rail + parameters.sample_time * (f_rate_rail - parameters.K_f1 * v_hat - parameters.K_f2 * v_dot_hat)
+    z_a_rail_next = state.z_a_rail - parameters.sample_time * (parameters.K_a * (f_hat_rail * v_dot_hat + f_rate_rail * slip_rail))
+    state.z_v = z_v_next
+    state.z_f_rail = z_f_rail_next
+    state.z_a_rail = z_a_rail_next
+
+    return Outputs(
+        v_hat=v_hat,
+        f_hat_rail=f_hat_rail,
+        a_hat_rail=a_hat_rail,
+        F_hat_rail=F_hat_rail,
+        F_hat_on_x=F_hat_on_x,
+    )

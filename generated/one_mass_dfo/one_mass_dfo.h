@@ -1,0 +1,81 @@
+/*
+ * one_mass_dfo: friction observer DFO, velocity estimated.
+ * Source: Mentzelopoulou 1994, section 6.7.
+ *
+ * Made by stiction 0.1.0 from one_mass_dfo.yaml
+ * sha256 e39923b63c195b3ca7d1eb762acfc92ae45defa43d4e36b2c550d479270222f0
+ * with: stiction generate one_mass_dfo.yaml
+ *
+ * C99, no heap, no statics, no globals, re-entrant. Compile with -std=c99 (or -ffp-contract=off) to get the
+ * bits of the Python twin. Do not edit: change the spec and generate again.
+ */
+#ifndef STICTION_ONE_MASS_DFO_H
+#define STICTION_ONE_MASS_DFO_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Constants of the model and gains; ONE_MASS_DFO_PARAMETERS holds the spec's values. */
+typedef struct {
+    double m; /* kg: model parameter */
+    double rail_a; /* N: model parameter */
+    double rail_c; /* 1/m: model parameter */
+    double rail_D1; /* m/s: model parameter */
+    double rail_D2; /* m/s: model parameter */
+    double K_a; /* N*s/m: observer gain */
+    double K_f1; /* 1/m: observer gain */
+    double K_f2; /* s/m: observer gain */
+    double K_v; /* 1/s: observer gain */
+    double sample_time; /* s: sample time */
+} one_mass_dfo_parameters;
+
+#define ONE_MASS_DFO_PARAMETERS \
+    { \
+        1.0, /* m */ \
+        50.0, /* rail_a */ \
+        100.0, /* rail_c */ \
+        1000.0, /* rail_D1 */ \
+        0.0001, /* rail_D2 */ \
+        -10.0, /* K_a */ \
+        -0.01, /* K_f1 */ \
+        0.0, /* K_f2 */ \
+        100.0, /* K_v */ \
+        1e-05 /* sample_time */ \
+    }
+
+/* What the observer remembers from sample to sample. */
+typedef struct {
+    double z_v; /* m/s: observer state */
+    double z_f_rail; /* 1: observer state */
+    double z_a_rail; /* N: observer state */
+} one_mass_dfo_state;
+
+/* What is measured and commanded at a sample. */
+typedef struct {
+    double x; /* m: measured position */
+    double w; /* N: input */
+} one_mass_dfo_inputs;
+
+/* What is estimated. */
+typedef struct {
+    double v_hat; /* m/s: velocity estimate, (4.25) */
+    double f_hat_rail; /* 1: friction state, (7.11) */
+    double a_hat_rail; /* N: friction level, (7.10) */
+    double F_hat_rail; /* N: contact friction, (7.12) */
+    double F_hat_on_x; /* N: friction force, (7.12) */
+} one_mass_dfo_outputs;
+
+/* Set the state from the first measurement. */
+void one_mass_dfo_init(one_mass_dfo_state *state, const one_mass_dfo_parameters *parameters,
+                             const one_mass_dfo_inputs *inputs);
+
+/* One sample: estimates from the state and this measurement, then the state of the next sample. */
+void one_mass_dfo_step(one_mass_dfo_state *state, const one_mass_dfo_parameters *parameters,
+                             const one_mass_dfo_inputs *inputs, one_mass_dfo_outputs *outputs);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

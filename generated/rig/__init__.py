@@ -1,0 +1,102 @@
+"""rig: friction observer CFO, velocity estimated.
+
+Made by stiction 0.1.0 from rig.yaml
+sha256 7251f4f1b617cc2038090d9dbaa1075a2eab900ef9bf816326a579f8bfb3dcf1
+with: stiction generate rig.yaml
+
+The twin of rig.c: the same operations in the same order on doubles, so the same bits. Do not edit.
+"""
+
+import math
+from dataclasses import dataclass
+
+__all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "step"]
+
+SPEC_SHA256 = "7251f4f1b617cc2038090d9dbaa1075a2eab900ef9bf816326a579f8bfb3dcf1"
+
+
+@dataclass(slots=True)
+class Parameters:
+    """Constants of the model and gains, with the spec's values."""
+
+    J: float = 1.0  # kg*m^2: model parameter
+    plates_a: float = 30.0  # N*m: model parameter
+    K_F: float = 10.0  # N*m*s/rad: observer gain
+    K_v: float = 50.0  # 1/s: observer gain
+    sample_time: float = 0.01  # s: sample time
+
+
+@dataclass(slots=True)
+class State:
+    """What the observer remembers from sample to sample."""
+
+    z_omega: float = 0.0  # rad/s: observer state
+    z_plates: float = 0.0  # N*m: observer state
+
+
+@dataclass(slots=True)
+class Inputs:
+    """What is measured and commanded at a sample."""
+
+    theta: float = 0.0  # rad: measured position
+    w: float = 0.0  # N*m: input
+
+
+@dataclass(slots=True)
+class Outputs:
+    """What is estimated."""
+
+    omega_hat: float = 0.0  # rad/s: velocity estimate, (4.25)
+    a_hat_plates: float = 0.0  # N*m: friction level, (4.11)
+    F_hat_plates: float = 0.0  # N*m: contact friction, (4.10)
+    F_hat_on_theta: float = 0.0  # N*m: friction force, (4.10)
+
+
+def _sign(u: float) -> float:
+    return 1.0 if u > 0.0 else (-1.0 if u < 0.0 else 0.0)
+
+
+def init(parameters: Parameters, inputs: Inputs) -> State:
+    """The state from the first measurement."""
+    # states at the first sample
+    return State(
+        z_omega=-(parameters.K_v * inputs.theta),
+        z_plates=parameters.plates_a,
+    )
+
+
+def step(state: State, parameters: Parameters, inputs: Inputs) -> Outputs:
+    """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample."""
+    # velocity estimate, (4.25)
+    omega_hat = state.z_omega + parameters.K_v * inputs.theta  # rad/s
+
+    # slip velocity, U' v, (4.5)
+    slip_plates = omega_hat  # rad/s
+
+    # slip sign, (4.13)
+    sign_plates = _sign(slip_plates)  # 1
+
+    # friction level, (4.11)
+    a_hat_plates = state.z_plates - parameters.K_F * abs(slip_plates)  # N*m
+
+    # contact friction, (4.10)
+    F_hat_plates = a_hat_plates * sign_plates  # N*m
+
+    # friction force, (4.10)
+    F_hat_on_theta = F_hat_plates  # N*m
+
+    # acceleration, (4.2)
+    omega_dot_hat = (inputs.w - F_hat_on_theta) / parameters.J  # rad/s^2
+
+    # states one sample later (explicit Euler)
+    z_omega_next = state.z_omega + parameters.sample_time * (omega_dot_hat - parameters.K_v * omega_hat)
+    z_plates_next = state.z_plates + parameters.sample_time * (parameters.K_F * omega_dot_hat * sign_plates)
+    state.z_omega = z_omega_next
+    state.z_plates = z_plates_next
+
+    return Outputs(
+        omega_hat=omega_hat,
+        a_hat_plates=a_hat_plates,
+        F_hat_plates=F_hat_plates,
+        F_hat_on_theta=F_hat_on_theta,
+    )

@@ -1,0 +1,115 @@
+"""rig_dfoa: friction observer DFO, velocity estimated.
+
+Made by stiction 0.1.0 from rig_dfoa.yaml
+sha256 69aaea3018dec1cd2da8ec6c8a524dd0cbad32293aeaf657237465d01904a3f3
+with: stiction generate rig_dfoa.yaml
+
+The twin of rig_dfoa.c: the same operations in the same order on doubles, so the same bits. Do not edit.
+"""
+
+import math
+from dataclasses import dataclass
+
+__all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "step"]
+
+SPEC_SHA256 = "69aaea3018dec1cd2da8ec6c8a524dd0cbad32293aeaf657237465d01904a3f3"
+
+
+@dataclass(slots=True)
+class Parameters:
+    """Constants of the model and gains, with the spec's values."""
+
+    J: float = 1.0  # kg*m^2: model parameter
+    plates_a: float = 30.0  # N*m: model parameter
+    plates_c: float = 1.0  # 1/rad: model parameter
+    plates_D1: float = 100.0  # rad/s: model parameter
+    plates_D2: float = 0.1  # rad/s: model parameter
+    K_a: float = -5.0  # N*m*s/rad: observer gain
+    K_f1: float = 0.0  # 1/rad: observer gain
+    K_f2: float = 0.0  # s/rad: observer gain
+    K_v: float = 50.0  # 1/s: observer gain
+    sample_time: float = 0.01  # s: sample time
+
+
+@dataclass(slots=True)
+class State:
+    """What the observer remembers from sample to sample."""
+
+    z_omega: float = 0.0  # rad/s: observer state
+    z_f_plates: float = 0.0  # 1: observer state
+    z_a_plates: float = 0.0  # N*m: observer state
+
+
+@dataclass(slots=True)
+class Inputs:
+    """What is measured and commanded at a sample."""
+
+    theta: float = 0.0  # rad: measured position
+    w: float = 0.0  # N*m: input
+
+
+@dataclass(slots=True)
+class Outputs:
+    """What is estimated."""
+
+    omega_hat: float = 0.0  # rad/s: velocity estimate, (4.25)
+    f_hat_plates: float = 0.0  # 1: friction state, (7.11)
+    a_hat_plates: float = 0.0  # N*m: friction level, (7.10)
+    F_hat_plates: float = 0.0  # N*m: contact friction, (7.12)
+    F_hat_on_theta: float = 0.0  # N*m: friction force, (7.12)
+
+
+def init(parameters: Parameters, inputs: Inputs) -> State:
+    """The state from the first measurement."""
+    # states at the first sample
+    return State(
+        z_omega=-(parameters.K_v * inputs.theta),
+        z_f_plates=-(parameters.K_f1 * inputs.theta),
+        z_a_plates=parameters.plates_a,
+    )
+
+
+def step(state: State, parameters: Parameters, inputs: Inputs) -> Outputs:
+    """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample."""
+    # velocity estimate, (4.25)
+    omega_hat = state.z_omega + parameters.K_v * inputs.theta  # rad/s
+
+    # slip velocity, U' v, (4.5)
+    slip_plates = omega_hat  # rad/s
+
+    # friction state, (7.11)
+    f_hat_plates = state.z_f_plates + parameters.K_f1 * inputs.theta + parameters.K_f2 * omega_hat  # 1
+
+    # friction level, (7.10)
+    a_hat_plates = state.z_a_plates + parameters.K_a * f_hat_plates * slip_plates  # N*m
+
+    # unit friction, the law's force at level 1; f of (7.12)
+    phi_hat_plates = f_hat_plates  # N*m/(N*m)
+
+    # contact friction, (7.12)
+    F_hat_plates = a_hat_plates * phi_hat_plates  # N*m
+
+    # friction force, (7.12)
+    F_hat_on_theta = F_hat_plates  # N*m
+
+    # acceleration, (4.2)
+    omega_dot_hat = (inputs.w - F_hat_on_theta) / parameters.J  # rad/s^2
+
+    # friction state rate, xi_1 of (6.5), (6.6)
+    f_rate_plates = parameters.plates_c * (slip_plates - f_hat_plates * parameters.plates_D2 - (parameters.plates_D1 - parameters.plates_D2) * (f_hat_plates + abs(f_hat_plates - 1.0) / 2.0 - abs(1.0 + f_hat_plates) / 2.0))  # 1/s
+
+    # states one sample later (explicit Euler)
+    z_omega_next = state.z_omega + parameters.sample_time * (omega_dot_hat - parameters.K_v * omega_hat)
+    z_f_plates_next = state.z_f_plates + parameters.sample_time * (f_rate_plates - parameters.K_f1 * omega_hat - parameters.K_f2 * omega_dot_hat)
+    z_a_plates_next = state.z_a_plates - parameters.sample_time * (parameters.K_a * (f_hat_plates * omega_dot_hat + f_rate_plates * slip_plates))
+    state.z_omega = z_omega_next
+    state.z_f_plates = z_f_plates_next
+    state.z_a_plates = z_a_plates_next
+
+    return Outputs(
+        omega_hat=omega_hat,
+        f_hat_plates=f_hat_plates,
+        a_hat_plates=a_hat_plates,
+        F_hat_plates=F_hat_plates,
+        F_hat_on_theta=F_hat_on_theta,
+    )

@@ -1,0 +1,81 @@
+/*
+ * rig_dfoa: friction observer DFO, velocity estimated.
+ * Source: Mentzelopoulou 1994, (8.8)-(8.10), DFOa, on the reset integrator.
+ *
+ * Made by stiction 0.1.0 from rig_dfoa.yaml
+ * sha256 69aaea3018dec1cd2da8ec6c8a524dd0cbad32293aeaf657237465d01904a3f3
+ * with: stiction generate rig_dfoa.yaml
+ *
+ * C99, no heap, no statics, no globals, re-entrant. Compile with -std=c99 (or -ffp-contract=off) to get the
+ * bits of the Python twin. Do not edit: change the spec and generate again.
+ */
+#ifndef STICTION_RIG_DFOA_H
+#define STICTION_RIG_DFOA_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Constants of the model and gains; RIG_DFOA_PARAMETERS holds the spec's values. */
+typedef struct {
+    double J; /* kg*m^2: model parameter */
+    double plates_a; /* N*m: model parameter */
+    double plates_c; /* 1/rad: model parameter */
+    double plates_D1; /* rad/s: model parameter */
+    double plates_D2; /* rad/s: model parameter */
+    double K_a; /* N*m*s/rad: observer gain */
+    double K_f1; /* 1/rad: observer gain */
+    double K_f2; /* s/rad: observer gain */
+    double K_v; /* 1/s: observer gain */
+    double sample_time; /* s: sample time */
+} rig_dfoa_parameters;
+
+#define RIG_DFOA_PARAMETERS \
+    { \
+        1.0, /* J */ \
+        30.0, /* plates_a */ \
+        1.0, /* plates_c */ \
+        100.0, /* plates_D1 */ \
+        0.1, /* plates_D2 */ \
+        -5.0, /* K_a */ \
+        0.0, /* K_f1 */ \
+        0.0, /* K_f2 */ \
+        50.0, /* K_v */ \
+        0.01 /* sample_time */ \
+    }
+
+/* What the observer remembers from sample to sample. */
+typedef struct {
+    double z_omega; /* rad/s: observer state */
+    double z_f_plates; /* 1: observer state */
+    double z_a_plates; /* N*m: observer state */
+} rig_dfoa_state;
+
+/* What is measured and commanded at a sample. */
+typedef struct {
+    double theta; /* rad: measured position */
+    double w; /* N*m: input */
+} rig_dfoa_inputs;
+
+/* What is estimated. */
+typedef struct {
+    double omega_hat; /* rad/s: velocity estimate, (4.25) */
+    double f_hat_plates; /* 1: friction state, (7.11) */
+    double a_hat_plates; /* N*m: friction level, (7.10) */
+    double F_hat_plates; /* N*m: contact friction, (7.12) */
+    double F_hat_on_theta; /* N*m: friction force, (7.12) */
+} rig_dfoa_outputs;
+
+/* Set the state from the first measurement. */
+void rig_dfoa_init(rig_dfoa_state *state, const rig_dfoa_parameters *parameters,
+                             const rig_dfoa_inputs *inputs);
+
+/* One sample: estimates from the state and this measurement, then the state of the next sample. */
+void rig_dfoa_step(rig_dfoa_state *state, const rig_dfoa_parameters *parameters,
+                             const rig_dfoa_inputs *inputs, rig_dfoa_outputs *outputs);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

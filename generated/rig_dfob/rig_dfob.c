@@ -1,0 +1,71 @@
+/*
+ * rig_dfob: friction observer DFO, velocity estimated; 33 operations a step.
+ *
+ * Made by stiction 0.1.0 from rig_dfob.yaml
+ * sha256 35344a60bec08ac01ae4fac2503c305726c82aef028174816f332dc9de0dc5f3
+ * with: stiction generate rig_dfob.yaml
+ */
+#include "rig_dfob.h"
+
+#include <math.h>
+
+static double signum(double u)
+{
+    return u > 0.0 ? 1.0 : (u < 0.0 ? -1.0 : 0.0);
+}
+
+void rig_dfob_init(rig_dfob_state *state, const rig_dfob_parameters *parameters,
+                             const rig_dfob_inputs *inputs)
+{
+    (void)parameters;
+    (void)inputs;
+    /* states at the first sample */
+    state->z_omega = -(parameters->K_v * inputs->theta);
+    state->z_f_plates = -(parameters->K_f1 * inputs->theta);
+    state->z_a_plates = parameters->plates_a;
+}
+
+void rig_dfob_step(rig_dfob_state *state, const rig_dfob_parameters *parameters,
+                             const rig_dfob_inputs *inputs, rig_dfob_outputs *outputs)
+{
+    /* velocity estimate, (4.25) */
+    const double omega_hat = state->z_omega + parameters->K_v * inputs->theta; /* rad/s */
+
+    /* slip velocity, U' v, (4.5) */
+    const double slip_plates = omega_hat; /* rad/s */
+
+    /* friction state, (7.11) */
+    const double f_hat_plates = state->z_f_plates + parameters->K_f1 * inputs->theta + parameters->K_f2 * omega_hat; /* 1 */
+
+    /* friction level, (7.10) */
+    const double a_hat_plates = state->z_a_plates + parameters->K_a * f_hat_plates * slip_plates; /* N*m */
+
+    /* unit friction, the law's force at level 1; f of (7.12) */
+    const double phi_hat_plates = f_hat_plates; /* N*m/(N*m) */
+
+    /* contact friction, (7.12) */
+    const double F_hat_plates = a_hat_plates * phi_hat_plates; /* N*m */
+
+    /* friction force, (7.12) */
+    const double F_hat_on_theta = F_hat_plates; /* N*m */
+
+    /* acceleration, (4.2) */
+    const double omega_dot_hat = (inputs->w - F_hat_on_theta) / parameters->J; /* rad/s^2 */
+
+    /* friction state rate, xi_1 of (6.5), (6.6) */
+    const double f_rate_plates = parameters->plates_c * slip_plates * (1.0 - f_hat_plates * signum(slip_plates)); /* 1/s */
+
+    /* states one sample later (explicit Euler) */
+    const double z_omega_next = state->z_omega + parameters->sample_time * (omega_dot_hat - parameters->K_v * omega_hat);
+    const double z_f_plates_next = state->z_f_plates + parameters->sample_time * (f_rate_plates - parameters->K_f1 * omega_hat - parameters->K_f2 * omega_dot_hat);
+    const double z_a_plates_next = state->z_a_plates - parameters->sample_time * (parameters->K_a * (f_hat_plates * omega_dot_hat + f_rate_plates * slip_plates));
+    state->z_omega = z_omega_next;
+    state->z_f_plates = z_f_plates_next;
+    state->z_a_plates = z_a_plates_next;
+
+    outputs->omega_hat = omega_hat;
+    outputs->f_hat_plates = f_hat_plates;
+    outputs->a_hat_plates = a_hat_plates;
+    outputs->F_hat_plates = F_hat_plates;
+    outputs->F_hat_on_theta = F_hat_on_theta;
+}

@@ -1,0 +1,77 @@
+/*
+ * rig_dfob: friction observer DFO, velocity estimated.
+ * Source: Mentzelopoulou 1994, (8.11)-(8.13), DFOb, on the Dahl law.
+ *
+ * Made by stiction 0.1.0 from rig_dfob.yaml
+ * sha256 35344a60bec08ac01ae4fac2503c305726c82aef028174816f332dc9de0dc5f3
+ * with: stiction generate rig_dfob.yaml
+ *
+ * C99, no heap, no statics, no globals, re-entrant. Compile with -std=c99 (or -ffp-contract=off) to get the
+ * bits of the Python twin. Do not edit: change the spec and generate again.
+ */
+#ifndef STICTION_RIG_DFOB_H
+#define STICTION_RIG_DFOB_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Constants of the model and gains; RIG_DFOB_PARAMETERS holds the spec's values. */
+typedef struct {
+    double J; /* kg*m^2: model parameter */
+    double plates_a; /* N*m: model parameter */
+    double plates_c; /* 1/rad: model parameter */
+    double K_a; /* N*m*s/rad: observer gain */
+    double K_f1; /* 1/rad: observer gain */
+    double K_f2; /* s/rad: observer gain */
+    double K_v; /* 1/s: observer gain */
+    double sample_time; /* s: sample time */
+} rig_dfob_parameters;
+
+#define RIG_DFOB_PARAMETERS \
+    { \
+        1.0, /* J */ \
+        30.0, /* plates_a */ \
+        5.0, /* plates_c */ \
+        -5.0, /* K_a */ \
+        0.0, /* K_f1 */ \
+        0.0, /* K_f2 */ \
+        50.0, /* K_v */ \
+        0.01 /* sample_time */ \
+    }
+
+/* What the observer remembers from sample to sample. */
+typedef struct {
+    double z_omega; /* rad/s: observer state */
+    double z_f_plates; /* 1: observer state */
+    double z_a_plates; /* N*m: observer state */
+} rig_dfob_state;
+
+/* What is measured and commanded at a sample. */
+typedef struct {
+    double theta; /* rad: measured position */
+    double w; /* N*m: input */
+} rig_dfob_inputs;
+
+/* What is estimated. */
+typedef struct {
+    double omega_hat; /* rad/s: velocity estimate, (4.25) */
+    double f_hat_plates; /* 1: friction state, (7.11) */
+    double a_hat_plates; /* N*m: friction level, (7.10) */
+    double F_hat_plates; /* N*m: contact friction, (7.12) */
+    double F_hat_on_theta; /* N*m: friction force, (7.12) */
+} rig_dfob_outputs;
+
+/* Set the state from the first measurement. */
+void rig_dfob_init(rig_dfob_state *state, const rig_dfob_parameters *parameters,
+                             const rig_dfob_inputs *inputs);
+
+/* One sample: estimates from the state and this measurement, then the state of the next sample. */
+void rig_dfob_step(rig_dfob_state *state, const rig_dfob_parameters *parameters,
+                             const rig_dfob_inputs *inputs, rig_dfob_outputs *outputs);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,68 @@
+/*
+ * rig_to: friction observer TO, velocity estimated.
+ * Source: Mentzelopoulou 1994, (8.6)-(8.7), tracking observer.
+ *
+ * Made by stiction 0.1.0 from rig_to.yaml
+ * sha256 548fde0b8ad1aa0f939cbcfd46f103a1fdb2f3fd97d1d062f74811fafc58e9f5
+ * with: stiction generate rig_to.yaml
+ *
+ * C99, no heap, no statics, no globals, re-entrant. Compile with -std=c99 (or -ffp-contract=off) to get the
+ * bits of the Python twin. Do not edit: change the spec and generate again.
+ */
+#ifndef STICTION_RIG_TO_H
+#define STICTION_RIG_TO_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Constants of the model and gains; RIG_TO_PARAMETERS holds the spec's values. */
+typedef struct {
+    double J; /* kg*m^2: model parameter */
+    double K_1; /* N*m/rad: observer gain */
+    double K_2; /* N*m*s/rad: observer gain */
+    double K_v; /* 1/s: observer gain */
+    double sample_time; /* s: sample time */
+} rig_to_parameters;
+
+#define RIG_TO_PARAMETERS \
+    { \
+        1.0, /* J */ \
+        0.0, /* K_1 */ \
+        -10.0, /* K_2 */ \
+        50.0, /* K_v */ \
+        0.01 /* sample_time */ \
+    }
+
+/* What the observer remembers from sample to sample. */
+typedef struct {
+    double z_omega; /* rad/s: observer state */
+    double z_theta; /* N*m: observer state */
+} rig_to_state;
+
+/* What is measured and commanded at a sample. */
+typedef struct {
+    double theta; /* rad: measured position */
+    double w; /* N*m: input */
+} rig_to_inputs;
+
+/* What is estimated. */
+typedef struct {
+    double omega_hat; /* rad/s: velocity estimate, (4.25) */
+    double tracked_theta; /* N*m: tracked friction, (4.16) */
+    double F_hat_on_theta; /* N*m: friction force, (4.16) */
+} rig_to_outputs;
+
+/* Set the state from the first measurement. */
+void rig_to_init(rig_to_state *state, const rig_to_parameters *parameters,
+                             const rig_to_inputs *inputs);
+
+/* One sample: estimates from the state and this measurement, then the state of the next sample. */
+void rig_to_step(rig_to_state *state, const rig_to_parameters *parameters,
+                             const rig_to_inputs *inputs, rig_to_outputs *outputs);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,158 @@
+/*
+ * seven_joint_arm: friction observer GTO, velocity estimated.
+ * Source: a robot description of our own, seven_joint_arm.urdf; observer of Mentzelopoulou 1994, section 4.6.
+ *
+ * Made by stiction 0.1.0 from seven_joint_arm.yaml
+ * sha256 52b7fc24362cad8069841d41e04e6920488a5d21d83ed6b1e517ee0008775850
+ * with: stiction generate seven_joint_arm.yaml
+ *
+ * C99, no heap, no statics, no globals, re-entrant. Compile with -std=c99 (or -ffp-contract=off) to get the
+ * bits of the Python twin. Do not edit: change the spec and generate again.
+ */
+#ifndef STICTION_SEVEN_JOINT_ARM_H
+#define STICTION_SEVEN_JOINT_ARM_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Constants of the model and gains; SEVEN_JOINT_ARM_PARAMETERS holds the spec's values. */
+typedef struct {
+    double viscous_shoulder_yaw_b; /* N*m*s/rad: model parameter */
+    double viscous_shoulder_pitch_b; /* N*m*s/rad: model parameter */
+    double viscous_arm_roll_b; /* N*m*s/rad: model parameter */
+    double viscous_elbow_pitch_b; /* N*m*s/rad: model parameter */
+    double viscous_forearm_roll_b; /* N*m*s/rad: model parameter */
+    double viscous_wrist_pitch_b; /* N*m*s/rad: model parameter */
+    double viscous_hand_roll_b; /* N*m*s/rad: model parameter */
+    double K_1_shoulder_yaw; /* N*m/rad: observer gain */
+    double K_1_shoulder_pitch; /* N*m/rad: observer gain */
+    double K_1_arm_roll; /* N*m/rad: observer gain */
+    double K_1_elbow_pitch; /* N*m/rad: observer gain */
+    double K_1_forearm_roll; /* N*m/rad: observer gain */
+    double K_1_wrist_pitch; /* N*m/rad: observer gain */
+    double K_1_hand_roll; /* N*m/rad: observer gain */
+    double K_2_shoulder_yaw; /* N*m*s/rad: observer gain */
+    double K_2_shoulder_pitch; /* N*m*s/rad: observer gain */
+    double K_2_arm_roll; /* N*m*s/rad: observer gain */
+    double K_2_elbow_pitch; /* N*m*s/rad: observer gain */
+    double K_2_forearm_roll; /* N*m*s/rad: observer gain */
+    double K_2_wrist_pitch; /* N*m*s/rad: observer gain */
+    double K_2_hand_roll; /* N*m*s/rad: observer gain */
+    double K_v_v_shoulder_yaw; /* 1/s: observer gain */
+    double K_v_v_shoulder_pitch; /* 1/s: observer gain */
+    double K_v_v_arm_roll; /* 1/s: observer gain */
+    double K_v_v_elbow_pitch; /* 1/s: observer gain */
+    double K_v_v_forearm_roll; /* 1/s: observer gain */
+    double K_v_v_wrist_pitch; /* 1/s: observer gain */
+    double K_v_v_hand_roll; /* 1/s: observer gain */
+    double sample_time; /* s: sample time */
+} seven_joint_arm_parameters;
+
+#define SEVEN_JOINT_ARM_PARAMETERS \
+    { \
+        0.9, /* viscous_shoulder_yaw_b */ \
+        0.9, /* viscous_shoulder_pitch_b */ \
+        0.6, /* viscous_arm_roll_b */ \
+        0.5, /* viscous_elbow_pitch_b */ \
+        0.3, /* viscous_forearm_roll_b */ \
+        0.2, /* viscous_wrist_pitch_b */ \
+        0.1, /* viscous_hand_roll_b */ \
+        0.0, /* K_1_shoulder_yaw */ \
+        0.0, /* K_1_shoulder_pitch */ \
+        0.0, /* K_1_arm_roll */ \
+        0.0, /* K_1_elbow_pitch */ \
+        0.0, /* K_1_forearm_roll */ \
+        0.0, /* K_1_wrist_pitch */ \
+        0.0, /* K_1_hand_roll */ \
+        -40.0, /* K_2_shoulder_yaw */ \
+        -40.0, /* K_2_shoulder_pitch */ \
+        -16.0, /* K_2_arm_roll */ \
+        -16.0, /* K_2_elbow_pitch */ \
+        -6.0, /* K_2_forearm_roll */ \
+        -3.0, /* K_2_wrist_pitch */ \
+        -0.8, /* K_2_hand_roll */ \
+        200.0, /* K_v_v_shoulder_yaw */ \
+        200.0, /* K_v_v_shoulder_pitch */ \
+        200.0, /* K_v_v_arm_roll */ \
+        200.0, /* K_v_v_elbow_pitch */ \
+        200.0, /* K_v_v_forearm_roll */ \
+        200.0, /* K_v_v_wrist_pitch */ \
+        200.0, /* K_v_v_hand_roll */ \
+        0.0005 /* sample_time */ \
+    }
+
+/* What the observer remembers from sample to sample. */
+typedef struct {
+    double z_v_shoulder_yaw; /* rad/s: observer state */
+    double z_v_shoulder_pitch; /* rad/s: observer state */
+    double z_v_arm_roll; /* rad/s: observer state */
+    double z_v_elbow_pitch; /* rad/s: observer state */
+    double z_v_forearm_roll; /* rad/s: observer state */
+    double z_v_wrist_pitch; /* rad/s: observer state */
+    double z_v_hand_roll; /* rad/s: observer state */
+    double z_shoulder_yaw; /* N*m: observer state */
+    double z_shoulder_pitch; /* N*m: observer state */
+    double z_arm_roll; /* N*m: observer state */
+    double z_elbow_pitch; /* N*m: observer state */
+    double z_forearm_roll; /* N*m: observer state */
+    double z_wrist_pitch; /* N*m: observer state */
+    double z_hand_roll; /* N*m: observer state */
+} seven_joint_arm_state;
+
+/* What is measured and commanded at a sample. */
+typedef struct {
+    double shoulder_yaw; /* rad: measured position */
+    double shoulder_pitch; /* rad: measured position */
+    double arm_roll; /* rad: measured position */
+    double elbow_pitch; /* rad: measured position */
+    double forearm_roll; /* rad: measured position */
+    double wrist_pitch; /* rad: measured position */
+    double hand_roll; /* rad: measured position */
+    double w_shoulder_yaw; /* N*m: input */
+    double w_shoulder_pitch; /* N*m: input */
+    double w_arm_roll; /* N*m: input */
+    double w_elbow_pitch; /* N*m: input */
+    double w_forearm_roll; /* N*m: input */
+    double w_wrist_pitch; /* N*m: input */
+    double w_hand_roll; /* N*m: input */
+} seven_joint_arm_inputs;
+
+/* What is estimated. */
+typedef struct {
+    double v_shoulder_yaw_hat; /* rad/s: velocity estimate, (4.25) */
+    double v_shoulder_pitch_hat; /* rad/s: velocity estimate, (4.25) */
+    double v_arm_roll_hat; /* rad/s: velocity estimate, (4.25) */
+    double v_elbow_pitch_hat; /* rad/s: velocity estimate, (4.25) */
+    double v_forearm_roll_hat; /* rad/s: velocity estimate, (4.25) */
+    double v_wrist_pitch_hat; /* rad/s: velocity estimate, (4.25) */
+    double v_hand_roll_hat; /* rad/s: velocity estimate, (4.25) */
+    double tracked_shoulder_yaw; /* N*m: tracked friction, (4.16) */
+    double tracked_shoulder_pitch; /* N*m: tracked friction, (4.16) */
+    double tracked_arm_roll; /* N*m: tracked friction, (4.16) */
+    double tracked_elbow_pitch; /* N*m: tracked friction, (4.16) */
+    double tracked_forearm_roll; /* N*m: tracked friction, (4.16) */
+    double tracked_wrist_pitch; /* N*m: tracked friction, (4.16) */
+    double tracked_hand_roll; /* N*m: tracked friction, (4.16) */
+    double F_hat_on_shoulder_yaw; /* N*m: friction force, (4.16) */
+    double F_hat_on_shoulder_pitch; /* N*m: friction force, (4.16) */
+    double F_hat_on_arm_roll; /* N*m: friction force, (4.16) */
+    double F_hat_on_elbow_pitch; /* N*m: friction force, (4.16) */
+    double F_hat_on_forearm_roll; /* N*m: friction force, (4.16) */
+    double F_hat_on_wrist_pitch; /* N*m: friction force, (4.16) */
+    double F_hat_on_hand_roll; /* N*m: friction force, (4.16) */
+} seven_joint_arm_outputs;
+
+/* Set the state from the first measurement. */
+void seven_joint_arm_init(seven_joint_arm_state *state, const seven_joint_arm_parameters *parameters,
+                             const seven_joint_arm_inputs *inputs);
+
+/* One sample: estimates from the state and this measurement, then the state of the next sample. */
+void seven_joint_arm_step(seven_joint_arm_state *state, const seven_joint_arm_parameters *parameters,
+                             const seven_joint_arm_inputs *inputs, seven_joint_arm_outputs *outputs);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,103 @@
+/*
+ * two_link_arm: friction observer GCFO, velocity estimated.
+ * Source: Mentzelopoulou 1994, section 4.8.
+ *
+ * Made by stiction 0.1.0 from two_link_arm.yaml
+ * sha256 8b25c9c1855802942b021ffbcf57601b15385794294bca198854e44907fbf30b
+ * with: stiction generate two_link_arm.yaml
+ *
+ * C99, no heap, no statics, no globals, re-entrant. Compile with -std=c99 (or -ffp-contract=off) to get the
+ * bits of the Python twin. Do not edit: change the spec and generate again.
+ */
+#ifndef STICTION_TWO_LINK_ARM_H
+#define STICTION_TWO_LINK_ARM_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Constants of the model and gains; TWO_LINK_ARM_PARAMETERS holds the spec's values. */
+typedef struct {
+    double m1; /* kg: model parameter */
+    double m2; /* kg: model parameter */
+    double l1; /* m: model parameter */
+    double b1; /* m: model parameter */
+    double b2; /* m: model parameter */
+    double I1; /* kg*m^2: model parameter */
+    double I2; /* kg*m^2: model parameter */
+    double gravity; /* m/s^2: model parameter */
+    double shoulder_a; /* N*m: model parameter */
+    double elbow_a; /* N*m: model parameter */
+    double K_F_shoulder_shoulder; /* N*m*s/rad: observer gain */
+    double K_F_elbow_shoulder; /* N*m*s/rad: observer gain */
+    double K_F_elbow_elbow; /* N*m*s/rad: observer gain */
+    double K_v_omega1_omega1; /* 1/s: observer gain */
+    double K_v_omega1_omega2; /* 1/s: observer gain */
+    double K_v_omega2_omega1; /* 1/s: observer gain */
+    double K_v_omega2_omega2; /* 1/s: observer gain */
+    double sample_time; /* s: sample time */
+} two_link_arm_parameters;
+
+#define TWO_LINK_ARM_PARAMETERS \
+    { \
+        0.7718, /* m1 */ \
+        0.2713, /* m2 */ \
+        0.205, /* l1 */ \
+        0.04, /* b1 */ \
+        0.065, /* b2 */ \
+        0.00863, /* I1 */ \
+        0.00132, /* I2 */ \
+        9.8, /* gravity */ \
+        0.001, /* shoulder_a */ \
+        0.005, /* elbow_a */ \
+        0.01, /* K_F_shoulder_shoulder */ \
+        0.01, /* K_F_elbow_shoulder */ \
+        0.005, /* K_F_elbow_elbow */ \
+        1.0, /* K_v_omega1_omega1 */ \
+        0.5, /* K_v_omega1_omega2 */ \
+        1.0, /* K_v_omega2_omega1 */ \
+        10.0, /* K_v_omega2_omega2 */ \
+        0.001 /* sample_time */ \
+    }
+
+/* What the observer remembers from sample to sample. */
+typedef struct {
+    double z_omega1; /* rad/s: observer state */
+    double z_omega2; /* rad/s: observer state */
+    double z_shoulder; /* N*m: observer state */
+    double z_elbow; /* N*m: observer state */
+} two_link_arm_state;
+
+/* What is measured and commanded at a sample. */
+typedef struct {
+    double theta1; /* rad: measured position */
+    double theta2; /* rad: measured position */
+    double w1; /* N*m: input */
+    double w2; /* N*m: input */
+} two_link_arm_inputs;
+
+/* What is estimated. */
+typedef struct {
+    double omega1_hat; /* rad/s: velocity estimate, (4.25) */
+    double omega2_hat; /* rad/s: velocity estimate, (4.25) */
+    double a_hat_shoulder; /* N*m: friction level, (4.11) */
+    double a_hat_elbow; /* N*m: friction level, (4.11) */
+    double F_hat_shoulder; /* N*m: contact friction, (4.10) */
+    double F_hat_elbow; /* N*m: contact friction, (4.10) */
+    double F_hat_on_theta1; /* N*m: friction force, (4.10) */
+    double F_hat_on_theta2; /* N*m: friction force, (4.10) */
+} two_link_arm_outputs;
+
+/* Set the state from the first measurement. */
+void two_link_arm_init(two_link_arm_state *state, const two_link_arm_parameters *parameters,
+                             const two_link_arm_inputs *inputs);
+
+/* One sample: estimates from the state and this measurement, then the state of the next sample. */
+void two_link_arm_step(two_link_arm_state *state, const two_link_arm_parameters *parameters,
+                             const two_link_arm_inputs *inputs, two_link_arm_outputs *outputs);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,159 @@
+"""two_mass_gdfo: friction observer GDFO, velocity estimated.
+
+Made by stiction 0.1.0 from two_mass_gdfo.yaml
+sha256 ee364b282c5465487c951510e910846b8feae0083a9518d173ece857e9cd939b
+with: stiction generate two_mass_gdfo.yaml
+
+The twin of two_mass_gdfo.c: the same operations in the same order on doubles, so the same bits. Do not edit.
+"""
+
+import math
+from dataclasses import dataclass
+
+__all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "step"]
+
+SPEC_SHA256 = "ee364b282c5465487c951510e910846b8feae0083a9518d173ece857e9cd939b"
+
+
+@dataclass(slots=True)
+class Parameters:
+    """Constants of the model and gains, with the spec's values."""
+
+    m1: float = 10.0  # kg: model parameter
+    m2: float = 50.0  # kg: model parameter
+    eta1: float = 100.0  # N/m: model parameter
+    eta2: float = 50.0  # N/m: model parameter
+    eta3: float = 20.0  # N/m: model parameter
+    between_a: float = 10.0  # N: model parameter
+    between_c: float = 100.0  # 1/m: model parameter
+    between_D1: float = 1000.0  # m/s: model parameter
+    between_D2: float = 0.0001  # m/s: model parameter
+    ground_a: float = 20.0  # N: model parameter
+    ground_c: float = 100.0  # 1/m: model parameter
+    ground_D1: float = 1000.0  # m/s: model parameter
+    ground_D2: float = 0.0001  # m/s: model parameter
+    K_a_between: float = -30.0  # N*s/m: observer gain
+    K_a_ground: float = -100.0  # N*s/m: observer gain
+    K_f1_between: float = 0.01  # 1/m: observer gain
+    K_f1_ground: float = 0.01  # 1/m: observer gain
+    K_f2_between: float = 0.0  # s/m: observer gain
+    K_f2_ground: float = 0.0  # s/m: observer gain
+    K_v_v1: float = 10.0  # 1/s: observer gain
+    K_v_v2: float = 10.0  # 1/s: observer gain
+    sample_time: float = 1e-05  # s: sample time
+
+
+@dataclass(slots=True)
+class State:
+    """What the observer remembers from sample to sample."""
+
+    z_v1: float = 0.0  # m/s: observer state
+    z_v2: float = 0.0  # m/s: observer state
+    z_f_between: float = 0.0  # 1: observer state
+    z_f_ground: float = 0.0  # 1: observer state
+    z_a_between: float = 0.0  # N: observer state
+    z_a_ground: float = 0.0  # N: observer state
+
+
+@dataclass(slots=True)
+class Inputs:
+    """What is measured and commanded at a sample."""
+
+    x1: float = 0.0  # m: measured position
+    x2: float = 0.0  # m: measured position
+    w: float = 0.0  # N: input
+
+
+@dataclass(slots=True)
+class Outputs:
+    """What is estimated."""
+
+    v1_hat: float = 0.0  # m/s: velocity estimate, (4.25)
+    v2_hat: float = 0.0  # m/s: velocity estimate, (4.25)
+    f_hat_between: float = 0.0  # 1: friction state, (7.11)
+    f_hat_ground: float = 0.0  # 1: friction state, (7.11)
+    a_hat_between: float = 0.0  # N: friction level, (7.10)
+    a_hat_ground: float = 0.0  # N: friction level, (7.10)
+    F_hat_between: float = 0.0  # N: contact friction, (7.12)
+    F_hat_ground: float = 0.0  # N: contact friction, (7.12)
+    F_hat_on_x1: float = 0.0  # N: friction force, (7.12)
+    F_hat_on_x2: float = 0.0  # N: friction force, (7.12)
+
+
+def init(parameters: Parameters, inputs: Inputs) -> State:
+    """The state from the first measurement."""
+    # states at the first sample
+    return State(
+        z_v1=-(parameters.K_v_v1 * inputs.x1),
+        z_v2=-(parameters.K_v_v2 * inputs.x2),
+        z_f_between=-(parameters.K_f1_between * inputs.x1),
+        z_f_ground=-(parameters.K_f1_ground * inputs.x2),
+        z_a_between=parameters.between_a,
+        z_a_ground=parameters.ground_a,
+    )
+
+
+def step(state: State, parameters: Parameters, inputs: Inputs) -> Outputs:
+    """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample."""
+    # velocity estimate, (4.25)
+    v1_hat = state.z_v1 + parameters.K_v_v1 * inputs.x1  # m/s
+    v2_hat = state.z_v2 + parameters.K_v_v2 * inputs.x2  # m/s
+
+    # slip velocity, U' v, (4.5)
+    slip_between = v1_hat - v2_hat  # m/s
+    slip_ground = v2_hat  # m/s
+
+    # friction state, (7.11)
+    f_hat_between = state.z_f_between + parameters.K_f1_between * inputs.x1 + parameters.K_f2_between * v1_hat  # 1
+    f_hat_ground = state.z_f_ground + parameters.K_f1_ground * inputs.x2 + parameters.K_f2_ground * v2_hat  # 1
+
+    # friction level, (7.10)
+    a_hat_between = state.z_a_between + parameters.K_a_between * f_hat_between * slip_between  # N
+    a_hat_ground = state.z_a_ground + parameters.K_a_ground * f_hat_ground * slip_ground  # N
+
+    # unit friction, the law's force at level 1; f of (7.12)
+    phi_hat_between = f_hat_between  # N/N
+    phi_hat_ground = f_hat_ground  # N/N
+
+    # contact friction, (7.12)
+    F_hat_between = a_hat_between * phi_hat_between  # N
+    F_hat_ground = a_hat_ground * phi_hat_ground  # N
+
+    # friction force, (7.12)
+    F_hat_on_x1 = F_hat_between  # N
+    F_hat_on_x2 = F_hat_ground - F_hat_between  # N
+
+    # acceleration, (4.2)
+    v1_dot_hat = (parameters.eta3 * inputs.x2 - inputs.x1 * (parameters.eta2 + parameters.eta3) - F_hat_on_x1) / parameters.m1  # m/s^2
+    v2_dot_hat = (inputs.w + parameters.eta3 * inputs.x1 - F_hat_on_x2 - inputs.x2 * (parameters.eta1 + parameters.eta3)) / parameters.m2  # m/s^2
+
+    # friction state rate, xi_1 of (6.5), (6.6)
+    f_rate_between = parameters.between_c * (slip_between - parameters.between_D2 * f_hat_between - (parameters.between_D1 - parameters.between_D2) * (f_hat_between + abs(f_hat_between - 1.0) / 2.0 - abs(1.0 + f_hat_between) / 2.0))  # 1/s
+    f_rate_ground = parameters.ground_c * (slip_ground - f_hat_ground * parameters.ground_D2 - (parameters.ground_D1 - parameters.ground_D2) * (f_hat_ground + abs(f_hat_ground - 1.0) / 2.0 - abs(1.0 + f_hat_ground) / 2.0))  # 1/s
+
+    # states one sample later (explicit Euler)
+    z_v1_next = state.z_v1 + parameters.sample_time * (v1_dot_hat - parameters.K_v_v1 * v1_hat)
+    z_v2_next = state.z_v2 + parameters.sample_time * (v2_dot_hat - parameters.K_v_v2 * v2_hat)
+    z_f_between_next = state.z_f_between + parameters.sample_time * (f_rate_between - parameters.K_f1_between * v1_hat - parameters.K_f2_between * v1_dot_hat)
+    z_f_ground_next = state.z_f_ground + parameters.sample_time * (f_rate_ground - parameters.K_f1_ground * v2_hat - parameters.K_f2_ground * v2_dot_hat)
+    z_a_between_next = state.z_a_between - parameters.sample_time * (parameters.K_a_between * (f_hat_between * (v1_dot_hat - v2_dot_hat) + f_rate_between * slip_between))
+    z_a_ground_next = state.z_a_ground - parameters.sample_time * (parameters.K_a_ground * (f_hat_ground * v2_dot_hat + f_rate_ground * slip_ground))
+    state.z_v1 = z_v1_next
+    state.z_v2 = z_v2_next
+    state.z_f_between = z_f_between_next
+    state.z_f_ground = z_f_ground_next
+    state.z_a_between = z_a_between_next
+    state.z_a_ground = z_a_ground_next
+
+    return Outputs(
+        v1_hat=v1_hat,
+        v2_hat=v2_hat,
+        f_hat_between=f_hat_between,
+        f_hat_ground=f_hat_ground,
+        a_hat_between=a_hat_between,
+        a_hat_ground=a_hat_ground,
+        F_hat_between=F_hat_between,
+        F_hat_ground=F_hat_ground,
+        F_hat_on_x1=F_hat_on_x1,
+        F_hat_on_x2=F_hat_on_x2,
+    )

@@ -1,0 +1,114 @@
+/*
+ * two_mass_gdfo: friction observer GDFO, velocity estimated.
+ * Source: Mentzelopoulou 1994, section 7.7.
+ *
+ * Made by stiction 0.1.0 from two_mass_gdfo.yaml
+ * sha256 ee364b282c5465487c951510e910846b8feae0083a9518d173ece857e9cd939b
+ * with: stiction generate two_mass_gdfo.yaml
+ *
+ * C99, no heap, no statics, no globals, re-entrant. Compile with -std=c99 (or -ffp-contract=off) to get the
+ * bits of the Python twin. Do not edit: change the spec and generate again.
+ */
+#ifndef STICTION_TWO_MASS_GDFO_H
+#define STICTION_TWO_MASS_GDFO_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Constants of the model and gains; TWO_MASS_GDFO_PARAMETERS holds the spec's values. */
+typedef struct {
+    double m1; /* kg: model parameter */
+    double m2; /* kg: model parameter */
+    double eta1; /* N/m: model parameter */
+    double eta2; /* N/m: model parameter */
+    double eta3; /* N/m: model parameter */
+    double between_a; /* N: model parameter */
+    double between_c; /* 1/m: model parameter */
+    double between_D1; /* m/s: model parameter */
+    double between_D2; /* m/s: model parameter */
+    double ground_a; /* N: model parameter */
+    double ground_c; /* 1/m: model parameter */
+    double ground_D1; /* m/s: model parameter */
+    double ground_D2; /* m/s: model parameter */
+    double K_a_between; /* N*s/m: observer gain */
+    double K_a_ground; /* N*s/m: observer gain */
+    double K_f1_between; /* 1/m: observer gain */
+    double K_f1_ground; /* 1/m: observer gain */
+    double K_f2_between; /* s/m: observer gain */
+    double K_f2_ground; /* s/m: observer gain */
+    double K_v_v1; /* 1/s: observer gain */
+    double K_v_v2; /* 1/s: observer gain */
+    double sample_time; /* s: sample time */
+} two_mass_gdfo_parameters;
+
+#define TWO_MASS_GDFO_PARAMETERS \
+    { \
+        10.0, /* m1 */ \
+        50.0, /* m2 */ \
+        100.0, /* eta1 */ \
+        50.0, /* eta2 */ \
+        20.0, /* eta3 */ \
+        10.0, /* between_a */ \
+        100.0, /* between_c */ \
+        1000.0, /* between_D1 */ \
+        0.0001, /* between_D2 */ \
+        20.0, /* ground_a */ \
+        100.0, /* ground_c */ \
+        1000.0, /* ground_D1 */ \
+        0.0001, /* ground_D2 */ \
+        -30.0, /* K_a_between */ \
+        -100.0, /* K_a_ground */ \
+        0.01, /* K_f1_between */ \
+        0.01, /* K_f1_ground */ \
+        0.0, /* K_f2_between */ \
+        0.0, /* K_f2_ground */ \
+        10.0, /* K_v_v1 */ \
+        10.0, /* K_v_v2 */ \
+        1e-05 /* sample_time */ \
+    }
+
+/* What the observer remembers from sample to sample. */
+typedef struct {
+    double z_v1; /* m/s: observer state */
+    double z_v2; /* m/s: observer state */
+    double z_f_between; /* 1: observer state */
+    double z_f_ground; /* 1: observer state */
+    double z_a_between; /* N: observer state */
+    double z_a_ground; /* N: observer state */
+} two_mass_gdfo_state;
+
+/* What is measured and commanded at a sample. */
+typedef struct {
+    double x1; /* m: measured position */
+    double x2; /* m: measured position */
+    double w; /* N: input */
+} two_mass_gdfo_inputs;
+
+/* What is estimated. */
+typedef struct {
+    double v1_hat; /* m/s: velocity estimate, (4.25) */
+    double v2_hat; /* m/s: velocity estimate, (4.25) */
+    double f_hat_between; /* 1: friction state, (7.11) */
+    double f_hat_ground; /* 1: friction state, (7.11) */
+    double a_hat_between; /* N: friction level, (7.10) */
+    double a_hat_ground; /* N: friction level, (7.10) */
+    double F_hat_between; /* N: contact friction, (7.12) */
+    double F_hat_ground; /* N: contact friction, (7.12) */
+    double F_hat_on_x1; /* N: friction force, (7.12) */
+    double F_hat_on_x2; /* N: friction force, (7.12) */
+} two_mass_gdfo_outputs;
+
+/* Set the state from the first measurement. */
+void two_mass_gdfo_init(two_mass_gdfo_state *state, const two_mass_gdfo_parameters *parameters,
+                             const two_mass_gdfo_inputs *inputs);
+
+/* One sample: estimates from the state and this measurement, then the state of the next sample. */
+void two_mass_gdfo_step(two_mass_gdfo_state *state, const two_mass_gdfo_parameters *parameters,
+                             const two_mass_gdfo_inputs *inputs, two_mass_gdfo_outputs *outputs);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,113 @@
+"""two_mass_gto: friction observer GTO, velocity estimated.
+
+Made by stiction 0.1.0 from two_mass_gto.yaml
+sha256 87d51f805980c45db360a00ee5cf74dd6cf9e35fa419deb0343d1de8258f0cfe
+with: stiction generate two_mass_gto.yaml
+
+The twin of two_mass_gto.c: the same operations in the same order on doubles, so the same bits. Do not edit.
+"""
+
+import math
+from dataclasses import dataclass
+
+__all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "step"]
+
+SPEC_SHA256 = "87d51f805980c45db360a00ee5cf74dd6cf9e35fa419deb0343d1de8258f0cfe"
+
+
+@dataclass(slots=True)
+class Parameters:
+    """Constants of the model and gains, with the spec's values."""
+
+    m1: float = 10.0  # kg: model parameter
+    m2: float = 50.0  # kg: model parameter
+    eta1: float = 100.0  # N/m: model parameter
+    eta2: float = 50.0  # N/m: model parameter
+    eta3: float = 20.0  # N/m: model parameter
+    K_1_x1: float = 0.0  # N/m: observer gain
+    K_1_x2: float = 0.0  # N/m: observer gain
+    K_2_x1: float = -1000.0  # N*s/m: observer gain
+    K_2_x2: float = -5000.0  # N*s/m: observer gain
+    K_v_v1: float = 10.0  # 1/s: observer gain
+    K_v_v2: float = 10.0  # 1/s: observer gain
+    sample_time: float = 0.001  # s: sample time
+
+
+@dataclass(slots=True)
+class State:
+    """What the observer remembers from sample to sample."""
+
+    z_v1: float = 0.0  # m/s: observer state
+    z_v2: float = 0.0  # m/s: observer state
+    z_x1: float = 0.0  # N: observer state
+    z_x2: float = 0.0  # N: observer state
+
+
+@dataclass(slots=True)
+class Inputs:
+    """What is measured and commanded at a sample."""
+
+    x1: float = 0.0  # m: measured position
+    x2: float = 0.0  # m: measured position
+    w: float = 0.0  # N: input
+
+
+@dataclass(slots=True)
+class Outputs:
+    """What is estimated."""
+
+    v1_hat: float = 0.0  # m/s: velocity estimate, (4.25)
+    v2_hat: float = 0.0  # m/s: velocity estimate, (4.25)
+    tracked_x1: float = 0.0  # N: tracked friction, (4.16)
+    tracked_x2: float = 0.0  # N: tracked friction, (4.16)
+    F_hat_on_x1: float = 0.0  # N: friction force, (4.16)
+    F_hat_on_x2: float = 0.0  # N: friction force, (4.16)
+
+
+def init(parameters: Parameters, inputs: Inputs) -> State:
+    """The state from the first measurement."""
+    # states at the first sample
+    return State(
+        z_v1=-(parameters.K_v_v1 * inputs.x1),
+        z_v2=-(parameters.K_v_v2 * inputs.x2),
+        z_x1=-(parameters.K_1_x1 * inputs.x1),
+        z_x2=-(parameters.K_1_x2 * inputs.x2),
+    )
+
+
+def step(state: State, parameters: Parameters, inputs: Inputs) -> Outputs:
+    """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample."""
+    # velocity estimate, (4.25)
+    v1_hat = state.z_v1 + parameters.K_v_v1 * inputs.x1  # m/s
+    v2_hat = state.z_v2 + parameters.K_v_v2 * inputs.x2  # m/s
+
+    # tracked friction, (4.16)
+    tracked_x1 = state.z_x1 + parameters.K_1_x1 * inputs.x1 + parameters.K_2_x1 * v1_hat  # N
+    tracked_x2 = state.z_x2 + parameters.K_1_x2 * inputs.x2 + parameters.K_2_x2 * v2_hat  # N
+
+    # friction force, (4.16)
+    F_hat_on_x1 = tracked_x1  # N
+    F_hat_on_x2 = tracked_x2  # N
+
+    # acceleration, (4.2)
+    v1_dot_hat = (parameters.eta3 * inputs.x2 - inputs.x1 * (parameters.eta2 + parameters.eta3) - F_hat_on_x1) / parameters.m1  # m/s^2
+    v2_dot_hat = (inputs.w + parameters.eta3 * inputs.x1 - F_hat_on_x2 - inputs.x2 * (parameters.eta1 + parameters.eta3)) / parameters.m2  # m/s^2
+
+    # states one sample later (explicit Euler)
+    z_v1_next = state.z_v1 + parameters.sample_time * (v1_dot_hat - parameters.K_v_v1 * v1_hat)
+    z_v2_next = state.z_v2 + parameters.sample_time * (v2_dot_hat - parameters.K_v_v2 * v2_hat)
+    z_x1_next = state.z_x1 - parameters.sample_time * (parameters.K_1_x1 * v1_hat + parameters.K_2_x1 * v1_dot_hat)
+    z_x2_next = state.z_x2 - parameters.sample_time * (parameters.K_1_x2 * v2_hat + parameters.K_2_x2 * v2_dot_hat)
+    state.z_v1 = z_v1_next
+    state.z_v2 = z_v2_next
+    state.z_x1 = z_x1_next
+    state.z_x2 = z_x2_next
+
+    return Outputs(
+        v1_hat=v1_hat,
+        v2_hat=v2_hat,
+        tracked_x1=tracked_x1,
+        tracked_x2=tracked_x2,
+        F_hat_on_x1=F_hat_on_x1,
+        F_hat_on_x2=F_hat_on_x2,
+    )

@@ -1,0 +1,59 @@
+/*
+ * two_mass_gto: friction observer GTO, velocity estimated; 43 operations a step.
+ *
+ * Made by stiction 0.1.0 from two_mass_gto.yaml
+ * sha256 87d51f805980c45db360a00ee5cf74dd6cf9e35fa419deb0343d1de8258f0cfe
+ * with: stiction generate two_mass_gto.yaml
+ */
+#include "two_mass_gto.h"
+
+#include <math.h>
+
+void two_mass_gto_init(two_mass_gto_state *state, const two_mass_gto_parameters *parameters,
+                             const two_mass_gto_inputs *inputs)
+{
+    (void)parameters;
+    (void)inputs;
+    /* states at the first sample */
+    state->z_v1 = -(parameters->K_v_v1 * inputs->x1);
+    state->z_v2 = -(parameters->K_v_v2 * inputs->x2);
+    state->z_x1 = -(parameters->K_1_x1 * inputs->x1);
+    state->z_x2 = -(parameters->K_1_x2 * inputs->x2);
+}
+
+void two_mass_gto_step(two_mass_gto_state *state, const two_mass_gto_parameters *parameters,
+                             const two_mass_gto_inputs *inputs, two_mass_gto_outputs *outputs)
+{
+    /* velocity estimate, (4.25) */
+    const double v1_hat = state->z_v1 + parameters->K_v_v1 * inputs->x1; /* m/s */
+    const double v2_hat = state->z_v2 + parameters->K_v_v2 * inputs->x2; /* m/s */
+
+    /* tracked friction, (4.16) */
+    const double tracked_x1 = state->z_x1 + parameters->K_1_x1 * inputs->x1 + parameters->K_2_x1 * v1_hat; /* N */
+    const double tracked_x2 = state->z_x2 + parameters->K_1_x2 * inputs->x2 + parameters->K_2_x2 * v2_hat; /* N */
+
+    /* friction force, (4.16) */
+    const double F_hat_on_x1 = tracked_x1; /* N */
+    const double F_hat_on_x2 = tracked_x2; /* N */
+
+    /* acceleration, (4.2) */
+    const double v1_dot_hat = (parameters->eta3 * inputs->x2 - inputs->x1 * (parameters->eta2 + parameters->eta3) - F_hat_on_x1) / parameters->m1; /* m/s^2 */
+    const double v2_dot_hat = (inputs->w + parameters->eta3 * inputs->x1 - F_hat_on_x2 - inputs->x2 * (parameters->eta1 + parameters->eta3)) / parameters->m2; /* m/s^2 */
+
+    /* states one sample later (explicit Euler) */
+    const double z_v1_next = state->z_v1 + parameters->sample_time * (v1_dot_hat - parameters->K_v_v1 * v1_hat);
+    const double z_v2_next = state->z_v2 + parameters->sample_time * (v2_dot_hat - parameters->K_v_v2 * v2_hat);
+    const double z_x1_next = state->z_x1 - parameters->sample_time * (parameters->K_1_x1 * v1_hat + parameters->K_2_x1 * v1_dot_hat);
+    const double z_x2_next = state->z_x2 - parameters->sample_time * (parameters->K_1_x2 * v2_hat + parameters->K_2_x2 * v2_dot_hat);
+    state->z_v1 = z_v1_next;
+    state->z_v2 = z_v2_next;
+    state->z_x1 = z_x1_next;
+    state->z_x2 = z_x2_next;
+
+    outputs->v1_hat = v1_hat;
+    outputs->v2_hat = v2_hat;
+    outputs->tracked_x1 = tracked_x1;
+    outputs->tracked_x2 = tracked_x2;
+    outputs->F_hat_on_x1 = F_hat_on_x1;
+    outputs->F_hat_on_x2 = F_hat_on_x2;
+}

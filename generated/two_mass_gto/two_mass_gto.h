@@ -1,0 +1,88 @@
+/*
+ * two_mass_gto: friction observer GTO, velocity estimated.
+ * Source: Mentzelopoulou 1994, section 7.7.
+ *
+ * Made by stiction 0.1.0 from two_mass_gto.yaml
+ * sha256 87d51f805980c45db360a00ee5cf74dd6cf9e35fa419deb0343d1de8258f0cfe
+ * with: stiction generate two_mass_gto.yaml
+ *
+ * C99, no heap, no statics, no globals, re-entrant. Compile with -std=c99 (or -ffp-contract=off) to get the
+ * bits of the Python twin. Do not edit: change the spec and generate again.
+ */
+#ifndef STICTION_TWO_MASS_GTO_H
+#define STICTION_TWO_MASS_GTO_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Constants of the model and gains; TWO_MASS_GTO_PARAMETERS holds the spec's values. */
+typedef struct {
+    double m1; /* kg: model parameter */
+    double m2; /* kg: model parameter */
+    double eta1; /* N/m: model parameter */
+    double eta2; /* N/m: model parameter */
+    double eta3; /* N/m: model parameter */
+    double K_1_x1; /* N/m: observer gain */
+    double K_1_x2; /* N/m: observer gain */
+    double K_2_x1; /* N*s/m: observer gain */
+    double K_2_x2; /* N*s/m: observer gain */
+    double K_v_v1; /* 1/s: observer gain */
+    double K_v_v2; /* 1/s: observer gain */
+    double sample_time; /* s: sample time */
+} two_mass_gto_parameters;
+
+#define TWO_MASS_GTO_PARAMETERS \
+    { \
+        10.0, /* m1 */ \
+        50.0, /* m2 */ \
+        100.0, /* eta1 */ \
+        50.0, /* eta2 */ \
+        20.0, /* eta3 */ \
+        0.0, /* K_1_x1 */ \
+        0.0, /* K_1_x2 */ \
+        -1000.0, /* K_2_x1 */ \
+        -5000.0, /* K_2_x2 */ \
+        10.0, /* K_v_v1 */ \
+        10.0, /* K_v_v2 */ \
+        0.001 /* sample_time */ \
+    }
+
+/* What the observer remembers from sample to sample. */
+typedef struct {
+    double z_v1; /* m/s: observer state */
+    double z_v2; /* m/s: observer state */
+    double z_x1; /* N: observer state */
+    double z_x2; /* N: observer state */
+} two_mass_gto_state;
+
+/* What is measured and commanded at a sample. */
+typedef struct {
+    double x1; /* m: measured position */
+    double x2; /* m: measured position */
+    double w; /* N: input */
+} two_mass_gto_inputs;
+
+/* What is estimated. */
+typedef struct {
+    double v1_hat; /* m/s: velocity estimate, (4.25) */
+    double v2_hat; /* m/s: velocity estimate, (4.25) */
+    double tracked_x1; /* N: tracked friction, (4.16) */
+    double tracked_x2; /* N: tracked friction, (4.16) */
+    double F_hat_on_x1; /* N: friction force, (4.16) */
+    double F_hat_on_x2; /* N: friction force, (4.16) */
+} two_mass_gto_outputs;
+
+/* Set the state from the first measurement. */
+void two_mass_gto_init(two_mass_gto_state *state, const two_mass_gto_parameters *parameters,
+                             const two_mass_gto_inputs *inputs);
+
+/* One sample: estimates from the state and this measurement, then the state of the next sample. */
+void two_mass_gto_step(two_mass_gto_state *state, const two_mass_gto_parameters *parameters,
+                             const two_mass_gto_inputs *inputs, two_mass_gto_outputs *outputs);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
