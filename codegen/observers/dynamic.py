@@ -238,8 +238,8 @@ def _range(spec: Spec, system: System, law: AssumedLaw) -> tuple[Any, Any] | Non
     numbers = {name: known.get(s, s) for name, s in law.parameters.items()}
     marker = symbol("top_speed_")
     low, high = law.law.state_range(marker, numbers)[0]
-    if top is None and (low.has(marker) or high.has(marker)):
-        return None
+    if top is None:
+        return None if low.has(marker) or high.has(marker) else (_rational(low, -1), _rational(high, 1))
     return _rational(low.subs(marker, top), -1), _rational(high.subs(marker, top), 1)
 
 
