@@ -1,4 +1,4 @@
-"""The thesis' two-link arm by its energies and by a robot file: the same M and g (the constraints' way: test_constraints)."""
+"""The two-link arm of section 4.8 by its energies and by a robot file: one M and one g."""
 
 from __future__ import annotations
 
