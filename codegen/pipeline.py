@@ -7,16 +7,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from codegen.checker import verify as checker
-from codegen.diagnosis.diagnose import diagnose_log
-from codegen.diagnosis.results import CertificateChange, Diagnosis
 from codegen.effects.declare import add_declared_effects
 from codegen.emit.package import Header, emit_manifest, emit_readme, emit_sources, make_header
 from codegen.errors import BadInput, Place
 from codegen.files import sha256, write_all, write_atomically
 from codegen.gain_report import GainReport, gains
-from codegen.logs import read_log
 from codegen.mechanics import System, build_system
 from codegen.observers import Observer, build_observer
 from codegen.program import Program, build_program
@@ -28,6 +26,9 @@ from codegen.stability.analysis import Analysis, analyse
 from codegen.stability.certify import Certificate, Refusal, read_certificate
 from codegen.stability.certify import certify as certify_analysis
 from codegen.text import render
+
+if TYPE_CHECKING:
+    from codegen.diagnosis.results import Diagnosis
 
 Progress = Callable[[str, float], None]
 
@@ -166,7 +167,11 @@ def diagnose(
     Raises:
         BadInput: for a bad spec or log; nothing is written then.
     """
-    from codegen.report import render_report  # matplotlib costs a second that the other verbs need not pay
+    # SciPy's signal tools and matplotlib cost two seconds that the other verbs need not pay.
+    from codegen.diagnosis.diagnose import diagnose_log
+    from codegen.diagnosis.results import CertificateChange
+    from codegen.logs import read_log
+    from codegen.report import render_report
 
     if test is not None and Path(test).resolve() == Path(log).resolve():
         raise BadInput(
