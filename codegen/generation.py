@@ -1,0 +1,163 @@
+"""``stiction generate`` as a function: all files of generated/NAME/, and whether those on disk are current."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+
+from codegen.checker import verify as checker
+from codegen.effects.declare import add_declared_effects
+from codegen.emit.package import Header, emit_manifest, emit_readme, emit_sources, make_header
+from codegen.files import sha256, write_all, write_atomically
+from codegen.mechanics import build_system
+from codegen.observers import Observer, build_observer
+from codegen.program import Program, build_program
+from codegen.spec import Spec, read_spec
+from codegen.spec.free_gains import refuse_free_gains
+from codegen.stability.analysis import analyse
+from codegen.stability.certify import Certificate, Refusal
+from codegen.stability.certify import certify as certify_analysis
+from codegen.text import render
+
+
+@dataclass(frozen=True)
+class Generated:
+    """What ``generate`` made.
+
+    Attributes:
+        folder: where the files belong.
+        files: name → text.
+        outcome: the certificate, or why there is none.
+        stale: with ``check``, the files on disk that are missing or not current.
+    """
+
+    folder: Path
+    files: Mapping[str, str]
+    outcome: Certificate | Refusal
+    stale: tuple[str, ...] = ()
+
+
+def generate(
+    path: str | Path, folder: str | Path | None = None, check_only: bool = False, uncertified: bool = False
+) -> Generated:
+    """C, Python, certificate and README of a spec's observer.
+
+    Args:
+        folder: where to write; ``generated/NAME`` by default.
+        check_only: write nothing; say what on disk is not current.
+        uncertified: write the code even where no certificate can be given.
+
+    Raises:
+        BadInput: for a bad spec or a folder that cannot be written.
+    """
+    spec = read_spec(path)
+    files, outcome = generated_files(spec)
+    target = Path(folder) if folder is not None else Path("generated") / spec.name
+    if check_only:
+        return Generated(target, files, outcome, _stale(target, files))
+    if isinstance(outcome, Certificate) or uncertified:
+        write_all(target, files)
+        _make_importable(target, folder)
+        if not isinstance(outcome, Certificate):
+            _drop_old_certificate(target, spec)
+    return Generated(target, files, outcome)
+
+
+def observer_of(spec: Spec) -> Observer:
+    """The observer of a spec.
+
+    Raises:
+        BadInput: for a spec without one, or with free gains.
+    """
+    refuse_free_gains(spec)
+    return build_observer(spec, add_declared_effects(build_system(spec), spec))
+
+
+def generated_files(spec: Spec) -> tuple[dict[str, str], Certificate | Refusal]:
+    """All files of generated/NAME, and the certificate or refusal."""
+    _, files, outcome = generated_program(spec)
+    return files, outcome
+
+
+def generated_program(spec: Spec) -> tuple[Program, dict[str, str], Certificate | Refusal]:
+    """The program that the files are printed from, all files of generated/NAME, and the certificate or refusal."""
+    observer = observer_of(spec)
+    program = build_program(observer)
+    header = make_header(spec.path.name, spec.sha256, spec.source, spec.robot)
+    files = emit_sources(program, header)
+    hashes = {name: sha256(text) for name, text in files.items()}
+    outcome = certify_analysis(spec, analyse(spec, observer), hashes, header.command)
+    return program, _complete(files, outcome, program, header), outcome
+
+
+def _complete(
+    files: Mapping[str, str], outcome: Certificate | Refusal, program: Program, header: Header
+) -> dict[str, str]:
+    result = dict(files)
+    if isinstance(outcome, Certificate):
+        result["certificate.json"] = outcome.text
+    result["README.md"] = emit_readme(
+        program, header, outcome.content if isinstance(outcome, Certificate) else outcome.reason
+    )
+    result["manifest.json"] = emit_manifest(header, result)
+    return result
+
+
+def _make_importable(target: Path, folder: str | Path | None) -> None:
+    """In the default place, let ``from generated import NAME`` find this folder and no other package of that name."""
+    marker = target.parent / "__init__.py"
+    if folder is None and not marker.exists():
+        write_atomically(marker, render("text/generated_init.py.j2"))
+
+
+def _drop_old_certificate(target: Path, spec: Spec) -> None:
+    """Remove a certificate that an earlier run wrote for this machine: it does not speak about the new code."""
+    old = target / "certificate.json"
+    try:
+        ours = json.loads(old.read_text(encoding="utf-8"))["subject"]["name"] == spec.name
+    except (OSError, ValueError, KeyError, TypeError):
+        return
+    if ours:
+        old.unlink()
+
+
+def _stale(folder: Path, files: Mapping[str, str]) -> tuple[str, ...]:
+    """Names of files on disk that differ from what would be written.
+
+    A certificate that differs only in the digits a solver found is current if the checker accepts it for these sources.
+    """
+    on_disk = {name: _read_or_none(folder / name) for name in files}
+    different = tuple(name for name, text in files.items() if on_disk[name] != text)
+    if "certificate.json" not in files and (folder / "certificate.json").exists():
+        different += ("certificate.json",)
+    text = on_disk.get("certificate.json")
+    if "certificate.json" not in different or not text:
+        return different
+    try:
+        checker.check(text, folder)
+    except (checker.Refused, json.JSONDecodeError):
+        return different
+    return tuple(name for name, expected in _with_solution(files, text).items() if on_disk[name] != expected)
+
+
+def _with_solution(files: Mapping[str, str], certificate: str) -> dict[str, str]:
+    """The files as another run of the solver would give them: from ``certificate`` only what a solver chooses."""
+    ours, theirs = json.loads(files["certificate.json"]), json.loads(certificate)
+    rate, other = (f"alpha = {float(Fraction(c['decay_rate'])):.6g} 1/s" for c in (ours, theirs))
+    solved = {key: theirs[key] for key in ("splits", "lyapunov_matrix", "decay_rate", "reversals")}
+    content = ours | solved | {"claim": ours["claim"].replace(rate, other)}
+    result = {**files, "certificate.json": json.dumps(content, indent=1, ensure_ascii=False) + "\n"}
+    result["README.md"] = files["README.md"].replace(rate, other)
+    for name in ("certificate.json", "README.md"):
+        result["manifest.json"] = result["manifest.json"].replace(sha256(files[name]), sha256(result[name]))
+    return result
+
+
+def _read_or_none(path: Path) -> str | None:
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError):
+        return None
