@@ -1,0 +1,79 @@
+"""Every shipped spec and the C and Python that it gives now, in each precision that the tool offers."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from codegen import pipeline
+from codegen.emit.package import emit_sources, make_header
+from codegen.program import Program, build_program
+
+from .interface import Interface, read_interface
+from .signals import Channel, Excitation
+
+SPECS = Path(__file__).parents[2] / "specs"
+SHIPPED = tuple(sorted(str(p.relative_to(SPECS).with_suffix("")) for p in SPECS.rglob("*.yaml")))
+SHIPPED = tuple(name for name in SHIPPED if not name.startswith("plants/"))
+PRECISIONS = ("double", "single")
+REST = {"theta1": -np.pi / 2}
+"""The two-link arm hangs down, where the gravity that its input does not carry is small."""
+
+
+def path_of(spec: str) -> Path:
+    return SPECS / f"{spec}.yaml"
+
+
+@cache
+def model(spec: str) -> pipeline.Model:
+    return pipeline.check(path_of(spec))
+
+
+@cache
+def program(spec: str) -> Program:
+    observer = model(spec).observer
+    assert observer is not None
+    return build_program(observer)
+
+
+def offers_single() -> bool:
+    """Whether the emitter knows the precision; it does as soon as it takes the word."""
+    return "precision" in inspect.signature(emit_sources).parameters
+
+
+@cache
+def sources(spec: str, precision: str = "double") -> Mapping[str, str]:
+    """File name → text, as ``stiction generate`` writes it; skips the test if there is no such precision yet."""
+    made, header = program(spec), make_header(path_of(spec).name, "0" * 64, "")
+    if precision == "double":
+        return emit_sources(made, header)
+    if not offers_single():
+        pytest.skip("codegen.emit knows no single precision yet")
+    return emit_sources(made, header, precision=precision)  # type: ignore[call-arg,unused-ignore]
+
+
+@cache
+def interface(spec: str, precision: str = "double") -> Interface:
+    name = program(spec).name
+    return read_interface(name, sources(spec, precision)[f"{name}.h"])
+
+
+@cache
+def excitation(spec: str, precision: str = "double") -> Excitation:
+    """Speeds within the envelope, and inputs of three times the largest friction level."""
+    machine, face = model(spec).spec, interface(spec, precision)
+    observer = model(spec).observer
+    assert observer is not None
+    envelope = {name: float(high) for name, (_, high) in machine.envelope.items()}
+    levels = [float(v) for c in machine.contacts for name, v in c.parameters.items() if name in ("a", "a1")]
+    channels = {w.name: Channel("input", envelope.get(w.name, 3 * max(levels))) for w in machine.inputs}
+    for x in machine.coordinates:
+        channels[x.name] = Channel("position", envelope[x.velocity], REST.get(x.name, 0.0))
+        channels[x.velocity] = Channel("velocity", envelope[x.velocity])
+    order = tuple(channels[element] for element in face.elements("inputs"))
+    return Excitation(order, float(observer.sample_time), np.dtype("f8" if face.real == "double" else "f4"))

@@ -1,0 +1,153 @@
+"""Same bits everywhere: the Python twin, gcc and clang at every level, on every shipped spec.
+
+By default 2^12 steps through all of them; the slow tests run 2^20 steps through every C build, and through the twin as
+many as it does in about a minute and a half: all 2^20 of a machine with one or two masses, 2^16 of the seven-joint arm.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+import pytest
+
+from .driver import Loaded, load
+from .shipped import PRECISIONS, SHIPPED, excitation, interface, program, sources
+from .signals import broken, episodes, has_fault_policy, ordinary
+from .toolchain import CLANG, GCC, Workshop
+from .twin_run import Twin
+
+BUILDS = ((GCC, "-O2"), (GCC, "-O0"), (GCC, "-O3"), (CLANG, "-O2"), (CLANG, "-O3"))
+CHUNK = 1 << 15
+TWIN_STEPS = {"seven_joint_arm": 1 << 16, "two_link_arm": 1 << 18}
+
+
+class Runner(Protocol):
+    dtype: np.dtype
+
+    def start(self, row: np.ndarray) -> None: ...
+
+    def run(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]: ...
+
+
+def builds(workshop: Workshop, spec: str, precision: str) -> list[Loaded]:
+    """Every build whose compiler is here."""
+    here = [(compiler, flag) for compiler, flag in BUILDS if shutil.which(compiler.command)]
+    files, face = sources(spec, precision), interface(spec, precision)
+    return [load(workshop, files, face, compiler, flag) for compiler, flag in here]
+
+
+def first_difference(runners: Sequence[Runner], rows: Sequence[np.ndarray]) -> str:
+    """Where a runner gives other bits than the first, or nothing. Each part of ``rows`` begins with an init."""
+    done = 0
+    for part in rows:
+        for runner in runners:
+            runner.start(part[0])
+        for at in range(0, len(part), CHUNK):
+            expected = runners[0].run(part[at : at + CHUNK])
+            for k, runner in enumerate(runners[1:], start=1):
+                for what, a, b in zip(("output", "state"), expected, runner.run(part[at : at + CHUNK]), strict=True):
+                    if a.tobytes() != b.tobytes():
+                        bits = f"u{a.itemsize}"
+                        row, column = np.argwhere(a.view(bits) != b.view(bits))[0]
+                        return f"runner {k}, {what} {column}, step {done + at + row}: {a[row, column]} {b[row, column]}"
+        done += len(part)
+    return ""
+
+
+def steps(spec: str, samples: int, precision: str = "double") -> list[np.ndarray]:
+    return episodes(interface(spec, precision), excitation(spec, precision), samples)
+
+
+@pytest.mark.parametrize("spec", SHIPPED)
+def test_twin_and_compilers_agree(workshop, spec):
+    face = interface(spec)
+    twin = Twin(sources(spec)["__init__.py"], face)
+    assert first_difference([twin, *builds(workshop, spec, "double")], steps(spec, 1 << 12)) == ""
+
+
+@pytest.mark.parametrize("spec", SHIPPED)
+def test_compilers_agree_in_single_precision(workshop, spec):
+    face = interface(spec, "single")
+    assert face.real == "float"
+    assert first_difference(builds(workshop, spec, "single"), steps(spec, 1 << 12, "single")) == ""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("precision", PRECISIONS)
+@pytest.mark.parametrize("spec", SHIPPED)
+def test_a_million_steps_through_every_compiler(workshop, spec, precision):
+    assert first_difference(builds(workshop, spec, precision), steps(spec, 1 << 20, precision)) == ""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("spec", SHIPPED)
+def test_a_million_steps_through_the_twin(workshop, spec):
+    face = interface(spec)
+    twin = Twin(sources(spec)["__init__.py"], face)
+    samples = TWIN_STEPS.get(spec, 1 << 20)
+    assert first_difference([twin, builds(workshop, spec, "double")[0]], steps(spec, samples)) == ""
+
+
+@pytest.mark.parametrize("precision", PRECISIONS)
+@pytest.mark.parametrize("spec", SHIPPED)
+def test_ordinary_motion_stays_finite_and_moves_every_output(workshop, spec, precision):
+    face = interface(spec, precision)
+    observer = builds(workshop, spec, precision)[0]
+    rows = ordinary(excitation(spec, precision), 1 << 12)
+    observer.start(rows[0])
+    outputs, states = observer.run(rows)
+    assert np.all(np.isfinite(outputs)) and np.all(np.isfinite(states))
+    reals = [k for k in range(outputs.shape[1]) if k not in face.flags]
+    assert np.all(np.std(outputs[:, reals], axis=0) > 0)
+
+
+@pytest.mark.parametrize("precision", PRECISIONS)
+@pytest.mark.parametrize("spec", SHIPPED)
+def test_a_broken_sensor_holds_the_estimate_and_raises_the_flag(workshop, spec, precision):
+    face = interface(spec, precision)
+    if not has_fault_policy(face):
+        pytest.skip("the generated code has no sensor fault policy yet")
+    observer = builds(workshop, spec, precision)[0]
+    rows = broken(excitation(spec, precision), 1 << 12)
+    observer.start(rows[0])
+    outputs, states = observer.run(rows)
+    flag = [member.name for member in face.outputs for _ in member.elements].index("fault")
+    bad = ~np.all(np.isfinite(rows), axis=1)
+    assert np.all(np.isfinite(outputs)) and np.all(np.isfinite(states))
+    assert np.array_equal(outputs[:, flag] != 0, bad)
+    at = np.flatnonzero(bad)
+    others = [k for k in range(outputs.shape[1]) if k != flag]
+    assert np.array_equal(outputs[at][:, others], outputs[at - 1][:, others])
+
+
+def test_reassociated_arithmetic_is_noticed(workshop):
+    """The comparison can fail: one regrouped sum changes a last bit somewhere."""
+    files, face = dict(sources("two_mass")), interface("two_mass")
+    code = files["two_mass.c"]
+    changed = code.replace("* inputs->x1", "* (inputs->x1 * (1.0 + 2.3e-16))", 2)
+    assert changed != code
+    altered = load(workshop, files | {"two_mass.c": changed}, face, GCC, "-O2")
+    rows = steps("two_mass", 1 << 12)
+    assert "step" in first_difference([load(workshop, files, face, GCC, "-O2"), altered], rows)
+
+
+@pytest.mark.parametrize("flag", ["-ffast-math"])
+def test_unsafe_optimisation_is_noticed(workshop, flag):
+    """The comparison can fail: unsafe arithmetic gives other bits on some shipped spec."""
+    found = []
+    for spec in ("thesis/two_mass_gdfo", "seven_joint_arm"):
+        files, face = sources(spec), interface(spec)
+        unsafe = load(workshop, files, face, GCC, "-O3", flag)
+        found.append(first_difference([builds(workshop, spec, "double")[0], unsafe], steps(spec, 1 << 12)))
+    assert any(found)
+
+
+def test_names_of_both_precisions_are_the_same():
+    for spec in SHIPPED:
+        double, single = interface(spec), interface(spec, "single")
+        for part in ("parameters", "state", "inputs", "outputs"):
+            assert double.elements(part) == single.elements(part)
+        assert double.elements("inputs") == tuple(f.name for f in program(spec).inputs)
