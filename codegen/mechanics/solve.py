@@ -46,3 +46,33 @@ def solve_symmetric(mass: Any, right: Any) -> Any:
             if not lower[k][i].is_zero():
                 a[i] = a[i] - lower[k][i] * a[k]
     return casadi.vertcat(*a)
+
+
+def solve_by_elimination(matrix: Any, right: Any) -> Any:
+    """Solve A y = r by Gauss's elimination in the given order, unrolled over A's own sparsity.
+
+    Args:
+        matrix: n by n SX whose leading blocks are regular; structural zeros cost nothing.
+        right: n by 1 SX.
+
+    Returns:
+        y, n by 1.
+    """
+    n = matrix.shape[0]
+    rows = [[matrix[i, j] for j in range(n)] for i in range(n)]
+    y = [right[i] for i in range(n)]
+    for k in range(n):
+        for i in range(k + 1, n):
+            if rows[i][k].is_zero():
+                continue
+            factor = rows[i][k] / rows[k][k]
+            for j in range(k + 1, n):
+                if not rows[k][j].is_zero():
+                    rows[i][j] = rows[i][j] - factor * rows[k][j]
+            y[i] = y[i] - factor * y[k]
+    for i in reversed(range(n)):
+        for j in range(i + 1, n):
+            if not rows[i][j].is_zero():
+                y[i] = y[i] - rows[i][j] * y[j]
+        y[i] = y[i] / rows[i][i]
+    return casadi.vertcat(*y)

@@ -45,6 +45,12 @@ class ContactFriction:
         return self.law.level(Magnitude(self.slip), self.law_parameters)
 
     @property
+    def level_at_rest(self) -> sympy.Expr | None:
+        """The declared law's level at standstill; None where it has none, as under ln|u|."""
+        level = self.law_level.subs(self.slip, 0)
+        return None if level.has(sympy.zoo, sympy.oo, -sympy.oo, sympy.nan) else level
+
+    @property
     def known_force(self) -> sympy.Expr:
         """The part of λ that declared effects give and an observer need not estimate."""
         return Sgn(self.slip) * self.extra_level + self.extra_force

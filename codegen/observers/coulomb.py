@@ -108,8 +108,9 @@ def coulomb_friction_observer(spec: Spec, system: System) -> Observer:
 
 
 def _declared_levels(system: System, slip: Matrix | None, gain: Matrix, shape: Shape) -> list[sympy.Expr]:
-    """z_F at the start, so that â is the level that the spec declares for zero slip."""
-    levels = Matrix([c.law_level.subs(c.slip, 0) for c in system.contacts])
+    """z_F at the start, so that â is the level that the spec declares for zero slip; 0 where the law has none there."""
+    at_rest = [c.level_at_rest for c in system.contacts]
+    levels = Matrix([0 if level is None else level for level in at_rest])
     speeds = [0] * len(levels) if slip is None else list(slip)
     return list(levels + gain * Matrix([shape.value(u) for u in speeds]))
 

@@ -1,16 +1,35 @@
-"""Set-valued Coulomb friction over one time step: the mean contact forces, by projected Gauss–Seidel."""
+"""Contact forces over one time step: set-valued laws by projected Gauss–Seidel, laws with states beside them."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import casadi
 
 SWEEPS = 6
+REST = 1e-9
+"""Slip speed, in slip unit/s, below which a contact whose level jumps at standstill counts as at rest."""
 _TINY = 1e-300
 
 
-def contact_forces(slip: Any, free: Any, mobility: Any, levels: tuple[Any, Any], step: Any, start: Any) -> Any:
+@dataclass(frozen=True)
+class Levels:
+    """What bounds set-valued forces: the levels of sliding for u > 0 and u < 0, each contacts by 1, not negative.
+
+    Attributes:
+        held_forward, held_backward: the levels at rest where these are others, contacts by 1, or None where the level
+            is continuous at standstill; an entry of ``jumps`` says for each contact whether they count.
+    """
+
+    forward: Any
+    backward: Any
+    held_forward: Any = None
+    held_backward: Any = None
+    jumps: tuple[bool, ...] = ()
+
+
+def contact_forces(slip: Any, free: Any, mobility: Any, levels: Levels, step: Any, start: Any) -> Any:
     """Mean contact forces q over a step, so that each lies in its set-valued law.
 
     The slip velocities move as u' = free − mobility q. Each q_c is ±level while its contact slides and whatever in
@@ -23,7 +42,7 @@ def contact_forces(slip: Any, free: Any, mobility: Any, levels: tuple[Any, Any],
         slip: u at the start, contacts by 1.
         free: slip acceleration without contact forces, contacts by 1.
         mobility: U' M⁻¹ U, contacts by contacts.
-        levels: level for u > 0 and for u < 0, each contacts by 1, not negative.
+        levels: of each contact.
         step: h, seconds.
         start: the guess for q, contacts by 1, such as the step before.
 
@@ -33,25 +52,43 @@ def contact_forces(slip: Any, free: Any, mobility: Any, levels: tuple[Any, Any],
     Source: Moreau 1988, Unilateral contact and dry friction in finite freedom dynamics; Acary & Brogliato 2008,
     Numerical methods for nonsmooth dynamical systems, chapters 10 and 13.
     """
+    q = start
+    for _ in range(SWEEPS if coupled(mobility) else 1):
+        q = sweep(slip, free, mobility, levels, step, q)
+    return q
+
+
+def sweep(slip: Any, free: Any, mobility: Any, levels: Levels, step: Any, start: Any) -> Any:
+    """One turn of ``contact_forces`` through all contacts."""
     count = slip.shape[0]
     q = [start[c] for c in range(count)]
-    coupled = any(not mobility[c, d].is_zero() for c in range(count) for d in range(count) if c != d)
-    for _ in range(SWEEPS if coupled else 1):
-        for c in range(count):
-            alone = free[c]
-            for d in range(count):
-                if d != c and not mobility[c, d].is_zero():
-                    alone = alone - mobility[c, d] * q[d]
-            q[c] = _lone_contact(slip[c], alone, mobility[c, c], levels[0][c], levels[1][c], step)
+    for c in range(count):
+        alone = free[c]
+        for d in range(count):
+            if d != c and not mobility[c, d].is_zero():
+                alone = alone - mobility[c, d] * q[d]
+        q[c] = _lone_contact(slip[c], alone, mobility[c, c], levels, c, step)
     return casadi.vertcat(*q)
 
 
-def _lone_contact(slip: Any, free: Any, mobility: Any, forward: Any, backward: Any, step: Any) -> Any:
+def coupled(mobility: Any) -> bool:
+    """Whether the force of one contact moves another."""
+    rows, columns = mobility.shape
+    return any(not mobility[c, d].is_zero() for c in range(rows) for d in range(columns) if c != d)
+
+
+def _lone_contact(slip: Any, free: Any, mobility: Any, levels: Levels, c: int, step: Any) -> Any:
     """Exact mean force of one contact under a constant ``free``: slide to rest, then stick or turn round."""
+    forward, backward = levels.forward[c], levels.backward[c]
     onward = slip >= 0
     sliding = casadi.if_else(onward, forward, -backward)
     braking = casadi.if_else(onward, 1, -1) * (mobility * sliding - free)
     speed = casadi.fabs(slip)
     share = speed / casadi.fmax(casadi.fmax(braking * step, speed), _TINY)
-    after = casadi.fmin(casadi.fmax(free / mobility, -backward), forward)
+    holding = free / mobility
+    after = casadi.fmin(casadi.fmax(holding, -backward), forward)
+    if levels.jumps and levels.jumps[c]:
+        held = casadi.logic_and(holding <= levels.held_forward[c], holding >= -levels.held_backward[c])
+        after = casadi.if_else(held, holding, after)
+        share = casadi.if_else(speed <= REST, 0, share)
     return share * sliding + (1 - share) * after

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import casadi
 import numpy as np
 from numpy.typing import NDArray
 
+from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.system import System
 from codegen.simulate.drive import drive_columns
 from codegen.simulate.plant import Plant
@@ -24,7 +26,9 @@ def free_run(
 ) -> Array:
     """Predicted positions, restarted from the measured state every ``restart_s`` seconds.
 
-    Pass the whole log and trim here, not before: a delayed input reaches back to commands before the first restart.
+    Pass the whole log and trim here, not before: a delayed input reaches back to commands before the first restart, and
+    the states of friction laws, which no log has, are run along the measured slip from the log's beginning. A law that
+    a plant cannot run (see ``is_simulable``) is replaced by its level of steady sliding.
 
     Args:
         system: with its effects.
@@ -55,12 +59,26 @@ def free_run(
     drives = drive_columns(system, log_time, inputs, substeps)[used]
     drives = np.vstack([drives, np.repeat(drives[-1:], runs * length - kept, axis=0)]).reshape(runs, length, -1)
     plant = Plant(system, substeps)
-    start = plant.start(positions[used][::length], velocities[used][::length])
-    states = plant.run(start, drives[:, : length - 1])
+    states = friction_states(plant, positions, velocities, period)[used][::length]
+    start = plant.start(positions[used][::length], velocities[used][::length], states)
+    after = plant.run(start, drives[:, : length - 1])
     predicted = np.full((count, n), np.nan)
-    rows = np.concatenate([start[:, None, :n], states[:, :, :n]], axis=1).reshape(runs * length, n)[:kept]
+    rows = np.concatenate([start[:, None, :n], after[:, :, :n]], axis=1).reshape(runs * length, n)[:kept]
     predicted[used] = np.where(np.isfinite(rows), rows, np.inf)
     return predicted
+
+
+def friction_states(plant: Plant, positions: Array, velocities: Array, period: float) -> Array:
+    """The states (N, states) that a plant's friction laws reach along a measured motion, from rest without load."""
+    system, dynamic = plant.system, plant.contacts.dynamic
+    if not dynamic.contacts:
+        return np.zeros((len(positions), 0))
+    x, v = casadi.SX.sym("x", positions.shape[1]), casadi.SX.sym("v", positions.shape[1])
+    names = {s: casadi.SX(float(value)) for s, value in system.values.items()}
+    names |= {s: x[i] for i, s in enumerate(system.positions)}
+    slip = casadi.mtimes(to_casadi(system.distribution, names).T, v)[list(dynamic.contacts)]
+    slips = casadi.Function("slip", [x, v], [slip])(positions.T, velocities.T).full().T
+    return dynamic.follow(slips, period, plant.substeps)
 
 
 def free_run_rmse(

@@ -12,13 +12,12 @@ from numpy.typing import NDArray
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.solve import solve_symmetric
 from codegen.mechanics.system import System
-from codegen.simulate.contact import contact_forces
 from codegen.simulate.drive import drive_columns
+from codegen.simulate.plant_contacts import PlantContacts
 from codegen.spec.model import symbol
 
 Array = NDArray[np.float64]
 TIME = symbol("t")
-_STANDSTILL = 1e-30
 
 
 class Plant:
@@ -28,13 +27,17 @@ class Plant:
     x⁺ = x_m + h/2 v⁺. A first pass with the forces at v gives v_m = (v + v⁺)/2 for the second: smooth motion is
     second-order accurate. Velocity-dependent forces are explicit: h must stay below 2/rate of the fastest damping.
 
-    The state is the column (x, v, q): n positions, n velocities, and each contact's set-valued force of the last
-    substep, the guess for the next. ``t`` in an expression is time from the start of the run, in seconds.
+    Laws with states are integrated by an L-stable scheme of second order beside that, however stiff they are.
+
+    The state is the column (x, v, q, z): n positions, n velocities, each set-valued force of the last substep, the
+    guess for the next, and the states of the laws that have any. ``t`` in an expression is time from the start of the
+    run, in seconds.
 
     Attributes:
         system: what it was built from.
         substeps: steps in one sample.
-        state_size: 2 n + contacts.
+        contacts: how each contact is taken.
+        state_size: 2 n + set-valued forces + states.
         sample: CasADi function (state, drive column) → (state one sample later, contact forces λ in the first substep).
             A drive column is (t, h, w of substep 1, …, w of the last substep).
     """
@@ -48,14 +51,21 @@ class Plant:
         if substeps < 1:
             raise ValueError(f"{substeps} substeps; expected 1 or more")
         self.system, self.substeps = system, substeps
-        self.state_size = 2 * system.degrees_of_freedom + len(system.contacts)
-        self._step = _step_function(system)
+        self.contacts = PlantContacts(system)
+        self.state_size = 2 * system.degrees_of_freedom + self.contacts.memory_size
+        self._step = _step_function(self.contacts)
         self.sample = self._sample_function()
 
-    def start(self, positions: Array, velocities: Array) -> Array:
-        """States (runs, state_size) from positions and velocities (runs, n)."""
+    def start(self, positions: Array, velocities: Array, contact_states: Array | None = None) -> Array:
+        """States (runs, state_size) from positions and velocities (runs, n).
+
+        Args:
+            contact_states: (runs, states) of the laws that have any; as at rest without load if not given.
+        """
         x, v = np.atleast_2d(positions), np.atleast_2d(velocities)
-        return np.hstack([x, v, np.zeros((len(x), len(self.system.contacts)))])
+        rest = np.tile(self.contacts.dynamic.rest, (len(x), 1))
+        z = rest if contact_states is None else np.atleast_2d(contact_states)
+        return np.hstack([x, v, np.zeros((len(x), len(self.contacts.set_valued))), z])
 
     def run(self, states: Array, drives: Array) -> Array:
         """Run all rows of ``states`` side by side.
@@ -86,7 +96,13 @@ class Plant:
 
 
 def simulate_open_loop(
-    system: System, time: Array, inputs: Array, x0: Array, v0: Array, substeps: int = 10
+    system: System,
+    time: Array,
+    inputs: Array,
+    x0: Array,
+    v0: Array,
+    substeps: int = 10,
+    contact_states: Array | None = None,
 ) -> tuple[Array, Array]:
     """The motion under a recorded input, held from t_k to t_(k+1), with the system's input delay.
 
@@ -96,57 +112,49 @@ def simulate_open_loop(
         inputs: (N, m) commands in SI.
         x0, v0: (n,) state at time[0].
         substeps: steps in one sample.
+        contact_states: (states,) of the laws that have any, at time[0]; as at rest without load if not given.
 
     Returns:
         positions (N, n) and velocities (N, n) at ``time``; inf from where the motion is not finite.
     """
     plant = Plant(system, substeps)
     n = system.degrees_of_freedom
-    start = plant.start(np.asarray(x0, dtype=float), np.asarray(v0, dtype=float))
+    start = plant.start(np.asarray(x0, dtype=float), np.asarray(v0, dtype=float), contact_states)
     drives = drive_columns(system, np.asarray(time, dtype=float), np.asarray(inputs, dtype=float), substeps)
     states = np.vstack([start, plant.run(start, drives[None, :-1])[0]]) if len(time) > 1 else start
     states = np.where(np.isfinite(states), states, np.inf)
     return states[:, :n], states[:, n : 2 * n]
 
 
-def _step_function(system: System) -> Any:
+def _step_function(contacts: PlantContacts) -> Any:
     """CasADi function (state, w, t, h) → (state, λ) of one step."""
-    n, contacts = system.degrees_of_freedom, len(system.contacts)
-    state = casadi.SX.sym("state", 2 * n + contacts)
+    system = contacts.system
+    n = system.degrees_of_freedom
+    state = casadi.SX.sym("state", 2 * n + contacts.memory_size)
     w, t, h = casadi.SX.sym("w", len(system.inputs)), casadi.SX.sym("t"), casadi.SX.sym("h")
-    x, v, q = state[:n], state[n : 2 * n], state[2 * n :]
+    x, v, memory = state[:n], state[n : 2 * n], state[2 * n :]
     middle = x + h / 2 * v
     names: dict[sympy.Symbol, Any] = {s: casadi.SX(float(value)) for s, value in system.values.items()}
     names |= {s: middle[i] for i, s in enumerate(system.positions)}
     names |= {s: w[i] for i, s in enumerate(system.inputs)} | {TIME: t + h / 2}
     mass, U = to_casadi(system.mass_matrix, names), to_casadi(system.distribution, names)
-    compliance = casadi.horzcat(*[solve_symmetric(mass, U[:, c]) for c in range(contacts)])
-    mobility = casadi.mtimes(U.T, compliance) if contacts else casadi.SX(0, 0)
+    compliance = casadi.horzcat(*[solve_symmetric(mass, U[:, c]) for c in range(len(system.contacts))])
+    mobility = casadi.mtimes(U.T, compliance) if system.contacts else casadi.SX(0, 0)
 
     def end_velocity(velocity: Any, guess: Any) -> tuple[Any, Any, Any]:
-        """v⁺, set-valued forces and whole contact forces, with the smooth forces at ``velocity``."""
+        """v⁺, the contacts' memory and whole contact forces, with the smooth forces at ``velocity``."""
         here = names | {s: velocity[i] for i, s in enumerate(system.velocities)}
-        smooth, forward, backward = _contact_terms(system, casadi.mtimes(U.T, velocity), here)
         force = to_casadi(system.force, here)
-        if not contacts:
+        if not system.contacts:
             return v + h * solve_symmetric(mass, force), guess, guess
+        slip = casadi.mtimes(U.T, velocity)
+        smooth, levels = contacts.smooth(slip, here), contacts.levels(slip, here)
         free = solve_symmetric(mass, force - casadi.mtimes(U, smooth))
-        found = contact_forces(casadi.mtimes(U.T, v), casadi.mtimes(U.T, free), mobility, (forward, backward), h, guess)
-        return v + h * (free - casadi.mtimes(compliance, found)), found, found + smooth
+        before, pushed = casadi.mtimes(U.T, v), casadi.mtimes(U.T, free)
+        found, after = contacts.forces(guess, before, pushed, mobility, levels, h)
+        return v + h * (free - casadi.mtimes(compliance, found)), after, found + smooth
 
-    predicted, guess, _ = end_velocity(v, q)
-    after, found, force = end_velocity((v + predicted) / 2, guess)
+    predicted, first, _ = end_velocity(v, memory)
+    after, found, force = end_velocity((v + predicted) / 2, contacts.guess(memory, first))
     result = casadi.vertcat(middle + h / 2 * after, after, found)
     return casadi.Function("step", [state, w, t, h], [result, force], {"cse": True})
-
-
-def _contact_terms(system: System, slip: Any, names: dict[sympy.Symbol, Any]) -> tuple[Any, Any, Any]:
-    """Each contact's smooth force, and its level at this speed for u > 0 and for u < 0."""
-    smooth, forward, backward = [], [], []
-    for c, contact in enumerate(system.contacts):
-        level = contact.law_level + contact.extra_level
-        speed = casadi.fabs(slip[c]) + _STANDSTILL
-        smooth.append(to_casadi(contact.extra_force, names | {contact.slip: slip[c]}))
-        forward.append(casadi.fmax(0, to_casadi(level, names | {contact.slip: speed})))
-        backward.append(casadi.fmax(0, to_casadi(level, names | {contact.slip: -speed})))
-    return casadi.vertcat(*smooth), casadi.vertcat(*forward), casadi.vertcat(*backward)

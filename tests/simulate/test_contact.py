@@ -7,7 +7,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from codegen.simulate.contact import contact_forces
+from codegen.simulate.contact import Levels, contact_forces
 
 NUMBERS = st.floats(-20, 20)
 LEVELS = st.floats(0, 10)
@@ -18,7 +18,7 @@ def solver(contacts: int):
     columns = {n: casadi.SX.sym(n, contacts) for n in ("slip", "free", "forward", "backward", "start")}
     mobility, h = casadi.SX.sym("mobility", contacts, contacts), casadi.SX.sym("h")
     slip, free, forward, backward, start = columns.values()
-    q = contact_forces(slip, free, mobility, (forward, backward), h, start)
+    q = contact_forces(slip, free, mobility, Levels(forward, backward), h, start)
     return casadi.Function("solve", [slip, free, mobility, forward, backward, h, start], [q])
 
 

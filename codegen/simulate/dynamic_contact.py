@@ -1,0 +1,177 @@
+"""Contacts whose laws have states, over one time step: slip and states together, stiffly stable, inside CasADi."""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import Any
+
+import casadi
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+
+from codegen.friction import DynamicLaw
+from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.solve import solve_by_elimination
+from codegen.mechanics.system import ContactFriction, System
+from codegen.spec.functions import Sgn
+
+Array = NDArray[np.float64]
+
+ITERATIONS = 6
+STANDSTILL = 1e-9
+"""Half width of the slip speeds over which sgn(u) goes from −1 to 1, in slip unit/s."""
+_GAMMA = 1 - 1 / sqrt(2)
+_INSIDE = 1 - 1e-9
+"""Slopes are taken this hair inside a state: a power of the gap to the limit may have an infinite one at it."""
+
+
+def has_states(contact: ContactFriction) -> bool:
+    """Whether the plant integrates the contact's law; a law without force at standstill it cannot."""
+    return isinstance(contact.law, DynamicLaw) and contact.level_at_rest is not None
+
+
+class DynamicContacts:
+    """The contacts of a System with λ = force(u, z), z' = rates(u, z), stepped together.
+
+    Attributes:
+        contacts: their indices among the system's contacts, in order.
+        states: names CONTACT_STATE, in order.
+        rest: (states,) the states at rest without load.
+        stiffness: (contacts,) ∂λ/∂z ∂ξ/∂u at rest, the slope of the force over presliding, in force/slip unit.
+    """
+
+    def __init__(self, system: System) -> None:
+        chosen = [c for c, contact in enumerate(system.contacts) if has_states(contact)]
+        self.contacts = tuple(chosen)
+        slip = casadi.SX.sym("slip", len(chosen))
+        names: dict[sympy.Symbol, Any] = {s: casadi.SX(float(value)) for s, value in system.values.items()}
+        forces, rates, symbols, rest = [], [], [], []
+        lower, upper, labels, owner = [], [], [], []
+        for k, c in enumerate(chosen):
+            contact = system.contacts[c]
+            law = contact.law
+            assert isinstance(law, DynamicLaw)
+            # An exponent as a number, so that powers become products.
+            p = {name: _number(law, name, s, system) for name, s in contact.law_parameters.items()}
+            u, direction = contact.slip, sympy.Dummy("direction", real=True)
+            z = tuple(sympy.Dummy(state.name, real=True) for state in law.states)
+            own = casadi.SX.sym(f"states_{contact.name}", len(z))
+            names |= {u: slip[k], direction: casadi.fmax(-1, casadi.fmin(1, slip[k] / STANDSTILL))}
+            names |= {s: own[i] for i, s in enumerate(z)}
+            laws = [law.force(u, z, p), *law.rates(u, z, p)]
+            force, *own_rates = [to_casadi(e.subs(Sgn(u), direction), names) for e in laws]
+            forces.append(force)
+            rates += own_rates
+            symbols.append(own)
+            rest += [float(value.subs(system.values)) for value in law.rest_state(p)]
+            for low, high in law.state_range(_TOP_SPEED, p):
+                lower.append(_limit(low, -np.inf, system))
+                upper.append(_limit(high, np.inf, system))
+            labels += [f"{contact.name}_{state.name}" for state in law.states]
+            owner += [k] * len(z)
+        states = casadi.vertcat(*symbols) if symbols else casadi.SX(0, 1)
+        values = casadi.vertcat(*forces, *rates) if forces else casadi.SX(0, 1)
+        slopes = casadi.jacobian(values, casadi.vertcat(slip, states))
+        self._laws = casadi.Function("laws", [slip, states], [values])
+        self._slopes = casadi.Function("slopes", [slip, states], [slopes], {"cse": True})
+        self._owner, self._lower, self._upper = owner, lower, upper
+        self.states, self.rest = tuple(labels), np.array(rest)
+        self.stiffness = self._stiffness()
+
+    def step(self, slip: Any, free: Any, mobility: Any, states: Any, step: Any) -> tuple[Any, Any]:
+        """Mean forces over a step and the states after it, by a two-stage, L-stable, second-order SDIRK.
+
+        The slips move as u' = free − mobility λ(u, z). Each stage is solved by ``ITERATIONS`` of Newton's method for
+        slips and states at once; an iterate that would pass standstill stops there, since the laws bend there, and
+        states stay in the range that their law cannot leave.
+
+        Args:
+            slip, free: u at the start and the slip acceleration without these contacts' forces, contacts by 1.
+            mobility: contacts by contacts.
+            states: z at the start, states by 1.
+            step: h, seconds.
+
+        Returns:
+            (mean λ, contacts by 1; z at the end, states by 1).
+
+        Source: Alexander 1977, Diagonally implicit Runge–Kutta methods for stiff ODEs; Hairer & Wanner, volume II, IV.6
+        """
+        count = len(self.contacts)
+        part = _GAMMA * step
+        first_slip, first_states = self._stage(slip, states, slip, states, free, mobility, part)
+        laws = self._laws(first_slip, first_states)
+        first_force, first_rate = laws[:count], laws[count:]
+        share = (1 - _GAMMA) * step
+        base_slip = slip + share * (free - casadi.mtimes(mobility, first_force))
+        base_states = states + share * first_rate
+        last_slip, last_states = self._stage(base_slip, base_states, first_slip, first_states, free, mobility, part)
+        last_force = self._laws(last_slip, last_states)[:count]
+        return (1 - _GAMMA) * first_force + _GAMMA * last_force, last_states
+
+    def follow(self, slips: Array, period: float, substeps: int) -> Array:
+        """The states under given slip velocities, linear between samples, from rest.
+
+        Args:
+            slips: (N, contacts).
+            period: seconds between samples.
+            substeps: steps in one sample.
+
+        Returns:
+            (N, states).
+        """
+        count, h = len(self.contacts), period / substeps
+        z, ends = casadi.SX.sym("z", len(self.states)), casadi.SX.sym("ends", 2 * count)
+        now, slope = z, (ends[count:] - ends[:count]) / period
+        for k in range(substeps):
+            now = self.step(ends[:count] + k * h * slope, slope, casadi.SX(count, count), now, h)[1]
+        function = casadi.Function("follow", [z, ends], [now]).mapaccum("history", len(slips) - 1, 1)
+        later = function(self.rest, np.hstack([slips[:-1], slips[1:]]).T).full().T
+        return np.vstack([self.rest, later])
+
+    def _stage(
+        self, base_slip: Any, base_states: Any, slip: Any, states: Any, free: Any, mobility: Any, part: Any
+    ) -> tuple[Any, Any]:
+        """Solve U = base + part (free − mobility λ(U, Z)), Z = base + part ξ(U, Z), from a guess."""
+        count, size = len(self.contacts), len(self.states)
+        for _ in range(ITERATIONS):
+            laws, slopes = self._laws(slip, states), self._slopes(slip, _INSIDE * states)
+            force, rate = laws[:count], laws[count:]
+            miss_slip = slip - base_slip - part * (free - casadi.mtimes(mobility, force))
+            miss_states = states - base_states - part * rate
+            # The states first: their block is diagonal, one law after the other.
+            matrix = casadi.blockcat(
+                [
+                    [casadi.SX.eye(size) - part * slopes[count:, count:], -part * slopes[count:, :count]],
+                    [
+                        part * casadi.mtimes(mobility, slopes[:count, count:]),
+                        casadi.SX.eye(count) + part * casadi.mtimes(mobility, slopes[:count, :count]),
+                    ],
+                ]
+            )
+            move = solve_by_elimination(matrix, casadi.vertcat(miss_states, miss_slip))
+            there = slip - move[size:]
+            slip = casadi.if_else(slip * there < 0, 0, there)
+            states = casadi.fmax(self._lower, casadi.fmin(self._upper, states - move[:size]))
+        return slip, states
+
+    def _stiffness(self) -> Array:
+        count = len(self.contacts)
+        slopes = np.asarray(self._slopes(np.zeros(count), self.rest))
+        result = np.zeros(count)
+        for j, k in enumerate(self._owner):
+            result[k] += slopes[k, count + j] * slopes[count + j, k]
+        return result
+
+
+_TOP_SPEED = sympy.Dummy("top_speed", real=True)
+
+
+def _number(law: DynamicLaw, name: str, s: sympy.Symbol, system: System) -> Any:
+    unit = next(p.unit for p in law.parameters if p.name == name)
+    return system.values[s] if unit == "1" else s
+
+
+def _limit(value: sympy.Expr, otherwise: float, system: System) -> float:
+    """A limit as a number; ``otherwise`` where it depends on a top speed, which a plant does not have."""
+    return otherwise if value.has(_TOP_SPEED) else float(value.subs(system.values))

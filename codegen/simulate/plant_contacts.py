@@ -1,0 +1,107 @@
+"""All contacts of a plant in one step: which are set-valued, which have states, and what each exerts."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi
+import sympy
+
+from codegen.friction.karnopp import Karnopp
+from codegen.friction.static_viscous import StaticViscous
+from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.system import ContactFriction, System
+from codegen.simulate.contact import SWEEPS, Levels, contact_forces, coupled, sweep
+from codegen.simulate.dynamic_contact import DynamicContacts, has_states
+from codegen.spec.functions import Magnitude, Sgn
+
+_STANDSTILL = 1e-30
+
+
+class PlantContacts:
+    """The contacts of a System, each with up to three parts: a set-valued one, one with states, a smooth one.
+
+    A law of zero memory is set-valued. A law with states is integrated, and what declared effects add to its level is
+    a set-valued part beside it: λ = force(u, z) + sgn(u) extra_level + extra_force. A law that has neither form stands
+    by its level of steady sliding, which ``refuse_unsimulable`` keeps from a simulation.
+
+    Attributes:
+        set_valued: indices of the contacts that have a set-valued part.
+        dynamic: the contacts whose laws have states.
+        memory_size: set-valued forces of the last substep, as a guess for the next, and states.
+    """
+
+    def __init__(self, system: System) -> None:
+        self.system = system
+        self.dynamic = DynamicContacts(system)
+        contacts = system.contacts
+        self.set_valued = tuple(c for c, one in enumerate(contacts) if not has_states(one) or one.extra_level != 0)
+        self._levels = [_level(contacts[c]) for c in self.set_valued]
+        self._jumps = tuple(level.has(Sgn) for level in self._levels)
+        self.memory_size = len(self.set_valued) + len(self.dynamic.states)
+
+    def forces(self, memory: Any, slip: Any, free: Any, mobility: Any, levels: Levels, step: Any) -> tuple[Any, Any]:
+        """Mean contact forces of a step, contacts by 1 and without the smooth part, and the memory after it.
+
+        Set-valued parts and states that move each other are solved in turns.
+
+        Args:
+            memory: as it was before the step, memory_size by 1.
+            slip, free, mobility: of all contacts, as in ``contact_forces``.
+            levels: of the set-valued parts, see ``levels``.
+        """
+        lines, chosen = list(self.set_valued), list(self.dynamic.contacts)
+        q, z = self._split(memory)
+        if not chosen:
+            found = contact_forces(slip, free, mobility, levels, step, q)
+            return found, found
+        total = casadi.SX(len(self.system.contacts), 1)
+        among = mobility[chosen, chosen]
+        if not lines:
+            forces, after = self.dynamic.step(slip[chosen], free[chosen], among, z, step)
+            total[chosen] = forces
+            return total, after
+        own, cross = mobility[lines, lines], mobility[lines, chosen]
+        for _ in range(SWEEPS if cross.nnz() or coupled(own) else 1):
+            rest = free[chosen] - casadi.mtimes(cross.T, q)
+            forces, after = self.dynamic.step(slip[chosen], rest, among, z, step)
+            left = free[lines] - casadi.mtimes(cross, forces)
+            q = sweep(slip[lines], left, own, levels, step, q)
+        for k, c in enumerate(lines):
+            total[c] += q[k]
+        for k, c in enumerate(chosen):
+            total[c] += forces[k]
+        return total, casadi.vertcat(q, after)
+
+    def guess(self, memory: Any, found: Any) -> Any:
+        """The memory before a step, with the set-valued forces that a first pass through it found."""
+        return casadi.vertcat(self._split(found)[0], self._split(memory)[1])
+
+    def _split(self, memory: Any) -> list[Any]:
+        count = len(self.set_valued)
+        return list(casadi.vertsplit(memory, [0, count, self.memory_size]))
+
+    def levels(self, slip: Any, names: dict[sympy.Symbol, Any]) -> Levels:
+        """The set-valued parts' levels at slip velocities ``slip``, contacts by 1."""
+        columns: list[list[Any]] = [[], [], [], []]
+        for c, level in zip(self.set_valued, self._levels, strict=True):
+            symbol = self.system.contacts[c].slip
+            speed = casadi.fabs(slip[c]) + _STANDSTILL
+            for column, u in zip(columns, (speed, -speed, casadi.SX(0), casadi.SX(0)), strict=True):
+                column.append(casadi.fmax(0, to_casadi(level, names | {symbol: u})))
+        forward, backward, held_forward, held_backward = [casadi.vertcat(*column) for column in columns]
+        return Levels(forward, backward, held_forward, held_backward, self._jumps)
+
+    def smooth(self, slip: Any, names: dict[sympy.Symbol, Any]) -> Any:
+        """What declared effects add to each contact's force, contacts by 1."""
+        contacts = enumerate(self.system.contacts)
+        return casadi.vertcat(*[to_casadi(c.extra_force, names | {c.slip: slip[k]}) for k, c in contacts])
+
+
+def _level(contact: ContactFriction) -> sympy.Expr:
+    """Of the set-valued part. Karnopp's law is taken with a band of no width: static, Coulomb and viscous friction."""
+    if has_states(contact):
+        return contact.extra_level
+    if isinstance(contact.law, Karnopp):
+        return StaticViscous().level(Magnitude(contact.slip), contact.law_parameters) + contact.extra_level
+    return contact.law_level + contact.extra_level

@@ -1,0 +1,43 @@
+"""Which friction laws a plant can run, and what is said of the others."""
+
+from __future__ import annotations
+
+from codegen.errors import BadInput
+from codegen.friction import MemoryLaw
+from codegen.friction.karnopp import Karnopp
+from codegen.mechanics.system import ContactFriction, System
+from codegen.spec.model import Spec
+
+_INSTEAD = {
+    "rising_static_derjaguin": "static_viscous or karnopp, whose static level does not rise",
+    "rising_static_kato": "static_viscous or karnopp, whose static level does not rise",
+    "hess_soom_lag": "lorentzian, which is its steady sliding",
+    "seven_parameter": "lugre, which has presliding and Stribeck friction, or lorentzian, which is its steady sliding",
+    "bristle": "lugre, dahl or reset_integrator, whose state is a mean deflection",
+    "ruina": "lugre or tustin",
+    "linker_dieterich": "lugre or tustin",
+}
+
+
+def is_simulable(contact: ContactFriction) -> bool:
+    """Whether a plant runs the contact's law as it stands, and not by its level of steady sliding.
+
+    Karnopp's law is run with a band of no width.
+    """
+    if isinstance(contact.law, MemoryLaw):
+        return isinstance(contact.law, Karnopp)
+    return contact.level_at_rest is not None
+
+
+def refuse_unsimulable(spec: Spec, system: System) -> None:
+    """Refuse a machine with a contact that a plant would run by its steady level only.
+
+    Raises:
+        BadInput: at the contact's law, with the reason and a law that can be run.
+    """
+    for index, contact in enumerate(system.contacts):
+        if not is_simulable(contact):
+            name = contact.law.name
+            found = f"the law {name} at {contact.name} in a simulation: {contact.law.why_not}"
+            instead = _INSTEAD.get(name, "a law of zero memory or with states")
+            raise BadInput(spec.place(f"friction.contacts[{index}].law"), found, f"such as {instead}")
