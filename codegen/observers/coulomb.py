@@ -7,7 +7,7 @@ import sympy
 from codegen.mechanics.system import Matrix, System
 from codegen.observers import parts
 from codegen.observers.equations import Cascade, Equation, ErrorVariable, Observer
-from codegen.observers.gains import read_gain, refuse_unknown_gains
+from codegen.observers.gains import GainMatrix, read_gain, refuse_unknown_gains
 from codegen.observers.shape import Shape, read_shape
 from codegen.spec.model import Spec, symbol
 
@@ -93,7 +93,7 @@ def coulomb_friction_observer(spec: Spec, system: System) -> Observer:
         true_friction=Matrix(truth_force),
         signs=signs,
         gains=values,
-        gain_units={s: _gain_unit(s, values, friction_gain.values, system, shape) for s in values},
+        gain_units=dict.fromkeys(values, "1/s") | _gain_units(friction_gain, system, shape),
         sample_time=choice.sample_time,
         level_errors=True,
         cascade=Cascade(
@@ -115,12 +115,11 @@ def _declared_levels(system: System, slip: Matrix | None, gain: Matrix, shape: S
     return list(levels + gain * Matrix([shape.value(u) for u in speeds]))
 
 
-def _gain_unit(
-    s: sympy.Symbol, values: object, friction: dict[sympy.Symbol, object], system: System, shape: Shape
-) -> str:
-    if s not in friction:
-        return "1/s"
-    contact, mu = system.contacts[0], shape.exponent
+def _gain_units(gain: GainMatrix, system: System, shape: Shape) -> dict[sympy.Symbol, str]:
+    """Of K_F: a level over h of a slip speed."""
+    mu, slips = shape.exponent, [c.slip_unit for c in system.contacts]
     if mu is None:
-        return f"{contact.unit} per unit of h"
-    return f"{contact.unit}*s/{contact.slip_unit}" if mu == 1 else f"{contact.unit}*(s/{contact.slip_unit})^{mu}"
+        divisors = [" per unit of h"] * len(slips)
+    else:
+        divisors = [f"*s/{q}" if mu == 1 else f"*(s/{q})^{mu}" for q in slips]
+    return gain.units(parts.contact_units(system), divisors)

@@ -13,7 +13,7 @@ from codegen.mechanics.contacts import law_of
 from codegen.mechanics.system import ContactFriction, Matrix, System
 from codegen.observers import parts
 from codegen.observers.equations import Equation, ErrorVariable, LawFunction, Observer
-from codegen.observers.gains import read_gain, refuse_unknown_gains
+from codegen.observers.gains import GainMatrix, read_gain, refuse_unknown_gains
 from codegen.spec.model import Spec, symbol
 
 
@@ -157,7 +157,7 @@ def dynamic_friction_observer(spec: Spec, system: System) -> Observer:
         [law.force(a, c.slip, f) for law, a, c, f in zip(laws, true_level, system.contacts, true_state, strict=True)]
     )
     fixed = {a: law.level for a, law in zip(true_level, laws, strict=True) if a.name not in spec.envelope}
-    gain_units = _gain_units(laws, system, level_gain.values, first.values, second.values)
+    gain_units = _gain_units(laws, system, level_gain, first, second)
     return Observer(
         kind=choice.kind,
         velocity=choice.velocity,
@@ -252,12 +252,14 @@ def _rational(value: Any, outward: int) -> Any:
 
 
 def _gain_units(
-    laws: list[AssumedLaw], system: System, level: dict[Any, Any], first: dict[Any, Any], second: dict[Any, Any]
+    laws: list[AssumedLaw], system: System, level: GainMatrix, first: GainMatrix, second: GainMatrix
 ) -> dict[sympy.Symbol, str]:
-    law, q = laws[0], system.position_units[0]
-    state = law.state_unit
+    states, positions = [law.state_unit for law in laws], [f"/{q}" for q in system.position_units]
     return (
-        dict.fromkeys(level, parts.per(f"{law.level_unit}*s", state, law.contact.slip_unit))
-        | dict.fromkeys(first, parts.per(state, q))
-        | dict.fromkeys(second, parts.per(f"{state}*s" if state != "1" else "s", q))
+        level.units(
+            [f"{law.level_unit}*s".removeprefix("1*") for law in laws],
+            [parts.per("", law.state_unit, law.contact.slip_unit) for law in laws],
+        )
+        | first.units(states, positions)
+        | second.units([f"{state}*s".removeprefix("1*") for state in states], positions)
     )

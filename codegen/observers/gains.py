@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,6 +25,15 @@ class GainMatrix:
 
     matrix: Matrix
     values: dict[sympy.Symbol, Any]
+
+    def units(self, rows: Sequence[str], columns: Sequence[str]) -> dict[sympy.Symbol, str]:
+        """Each symbol's unit: of its row, then of its column; a machine that turns and slides has several."""
+        return {
+            self.matrix[i, j]: row + column
+            for i, row in enumerate(rows)
+            for j, column in enumerate(columns)
+            if self.matrix[i, j] != 0
+        }
 
 
 def read_gain(

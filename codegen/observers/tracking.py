@@ -85,8 +85,8 @@ def tracking_observer(spec: Spec, system: System) -> Observer:
         for k, (name, truth, unit) in enumerate(zip(names, truths, units, strict=True))
     )
     truth_force = system.distribution * Matrix(truths) if by_contact else Matrix(truths)
-    force_unit, q = units[0], system.position_units[0]
-    gain_units = dict.fromkeys(first.values, f"{force_unit}/{q}") | dict.fromkeys(second.values, f"{force_unit}*s/{q}")
+    q = system.position_units
+    gain_units = first.units(units, [f"/{unit}" for unit in q]) | second.units(units, [f"*s/{unit}" for unit in q])
     return Observer(
         kind=choice.kind,
         velocity=choice.velocity,

@@ -144,7 +144,7 @@ def _axis(
     observer: Observer,
 ) -> GainAxis:
     name = group[0].gain if len(moved) > 1 else next(iter(moved)).name
-    unit = observer.gain_units[next(iter(moved))]
+    unit = " or ".join(dict.fromkeys(observer.gain_units[s] for s in moved))
     if isinstance(group[0].value, FreeGain):
         low, high = float(group[0].value.low), float(group[0].value.high)
         sign = -1.0 if high <= 0 else 1.0
