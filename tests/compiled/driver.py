@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from .interface import Interface
-from .toolchain import GCC, NO_CONTRACTION, Compiler, Workshop
+from .toolchain import GCC, NO_CONTRACTION, STRICT, Compiler, Workshop
 
 HARNESS = Path(__file__).with_name("harness")
+HOST_FLAGS = (*STRICT, "-fPIC", NO_CONTRACTION)
 
 
 def fields_header(face: Interface, header: str) -> str:
@@ -79,7 +80,6 @@ def load(
         name: the observer's C file, where it is not NAME.c.
     """
     beside = driver_files(files, face, HARNESS / "library.c")
-    driver = workshop.object(beside, "library.c", GCC, "-std=c99", "-O1", "-fPIC", NO_CONTRACTION)
-    kept = {k: v for k, v in files.items() if k.endswith((".c", ".h"))}
-    observer = workshop.object(kept, name or f"{face.name}.c", compiler, "-std=c99", "-fPIC", NO_CONTRACTION, *flags)
+    driver = workshop.object(beside, "library.c", GCC, *HOST_FLAGS, "-O1")
+    observer = workshop.object(files, name or f"{face.name}.c", compiler, *HOST_FLAGS, *flags)
     return Loaded(workshop.link(f"{face.name}.so", GCC, "-shared", driver, observer, "-lm"), face)
