@@ -36,7 +36,9 @@ class Condition:
 
 
 def reduce_conditions(raw: Sequence[tuple[str, Any]], positive: set[sympy.Symbol]) -> list[tuple[str, Any]]:
-    """Drop from each condition the factors that are positive: given ones, squares, and earlier conditions.
+    """Drop from each condition the factors that are positive: given ones, earlier conditions, squares of denominators.
+
+    A square in a numerator stays unless it is known not to be zero: a slip speed or a friction state may pass zero.
 
     Args:
         raw: (name, expression) pairs, each expression > 0.
@@ -59,17 +61,20 @@ def _without(expression: Any, known: Sequence[Any]) -> Any:
     numerator, denominator = sympy.fraction(sympy.together(expression))
     sign = 1
     kept: list[Any] = []
-    for part, power in [*_factors(numerator), *_factors(denominator)]:
-        if power % 2 == 0:
-            continue
+    factors = [(part, power, True) for part, power in _factors(numerator)]
+    factors += [(part, power, False) for part, power in _factors(denominator)]
+    for part, power, above in factors:
+        odd = power % 2 == 1
         if part.is_number:
-            sign *= 1 if part > 0 else -1
+            sign *= -1 if odd and part < 0 else 1
         elif any(sympy.expand(part - k) == 0 for k in known):
             continue
         elif any(sympy.expand(part + k) == 0 for k in known):
-            sign = -sign
-        else:
+            sign *= -1 if odd else 1
+        elif odd:
             kept.append(part)
+        elif above:
+            kept.append(part**2)
     reduced = sympy.Mul(sign, *kept)
     return sympy.expand(reduced) if len(kept) <= 1 else reduced
 

@@ -45,6 +45,8 @@ class Modes:
         conditions: on the gains, necessary and sufficient.
         uniform: whether K_v is k_v I (or velocity is measured), so that each λ gives one mode: s + λ, or
             s² + k_v s + k_v λ.
+        frictionless: how many motions no contact acts on, n less the contacts, behind a velocity observer: each adds a
+            factor s + k_v.
         velocity_gain: the symbol of k_v, or None.
         smallest, largest: λ over the operating points.
         jury: conditions on the explicit Euler step, over every λ; () where a λ is not one mode or A is not Ψ.
@@ -55,6 +57,7 @@ class Modes:
     product: str
     conditions: tuple[Condition, ...]
     uniform: bool
+    frictionless: int
     velocity_gain: sympy.Symbol | None
     smallest: float
     largest: float
@@ -73,7 +76,7 @@ def find_modes(dynamics: ErrorDynamics, continuous: Array, h: float) -> Modes | 
     form = observer.cascade
     if form is None:
         return None
-    n, k_v = form.onto.rows, form.velocity_gain
+    (n, contacts), k_v = form.onto.shape, form.velocity_gain
     absent = {s: 0 for s, value in observer.gains.items() if value == 0}
     psi = dynamics.in_force(dynamics.jacobian).subs(absent)
     inverse = dynamics.inverse_mass_matrix
@@ -100,21 +103,26 @@ def find_modes(dynamics: ErrorDynamics, continuous: Array, h: float) -> Modes | 
     alone = uniform and dynamics.in_force(dynamics.sampled).subs(absent) == psi
     conditions = [] if k_v is None else _positive(k_v, "K_v", observer.gains)
     conditions += _positive(form.gain, form.label, observer.gains)
+    frictionless = n - contacts if k_v is not None else 0
     limits = [_sample_time(x, None if first is None else k) for x in eigenvalues.ravel() if x > 0 and k > 0]
+    settled = alone and len(limits) == eigenvalues.size
     return Modes(
         product=form.words,
         conditions=tuple(conditions),
         uniform=uniform,
+        frictionless=frictionless,
         velocity_gain=first,
         smallest=float(eigenvalues.min()),
         largest=float(eigenvalues.max()),
-        jury=_jury(first, k, h, eigenvalues.ravel()) if alone else (),
-        sample_time=min(limits) if alone and len(limits) == eigenvalues.size else None,
+        jury=_jury(first, k, h, eigenvalues.ravel(), frictionless) if alone else (),
+        sample_time=min([*limits, 2 / k] if frictionless else limits) if settled else None,
     )
 
 
-def _jury(gain: sympy.Symbol | None, k: float, h: float, eigenvalues: Array) -> tuple[Condition, ...]:
-    """The Jury conditions of δ + λ, or of δ² + k_v δ + k_v λ, with the least value over every λ."""
+def _jury(
+    gain: sympy.Symbol | None, k: float, h: float, eigenvalues: Array, frictionless: int
+) -> tuple[Condition, ...]:
+    """The Jury conditions of δ + λ, or of δ² + k_v δ + k_v λ and δ + k_v, with the least value over every λ."""
     step = sympy.Symbol("h", real=True)
     if gain is None:
         return (
@@ -126,7 +134,8 @@ def _jury(gain: sympy.Symbol | None, k: float, h: float, eigenvalues: Array) -> 
         ("J:c1", gain * (1 - step * LAMBDA), k * (1 - h * eigenvalues)),
         ("p(z=-1)", 4 - 2 * step * gain + step**2 * gain * LAMBDA, 4 - 2 * h * k + h * h * k * eigenvalues),
     ]
-    return tuple(Condition(name, e, float(values.min())) for name, e, values in conditions)
+    found = tuple(Condition(name, e, float(values.min())) for name, e, values in conditions)
+    return (*found, Condition("J:k_v", 2 - step * gain, 2 - h * k)) if frictionless else found
 
 
 def _sample_time(x: float, k_v: float | None) -> float:

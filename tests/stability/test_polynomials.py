@@ -15,6 +15,7 @@ from codegen.errors import BadInput
 from codegen.mechanics import build_system
 from codegen.observers import build_observer
 from codegen.spec import parse_spec
+from codegen.spec.functions import Magnitude
 from codegen.stability.analysis import Analysis, analyse
 from codegen.stability.exact import schur_stable
 from codegen.stability.polynomials import bilinear, characteristic_polynomial, hurwitz_determinant, jury, routh_hurwitz
@@ -185,3 +186,45 @@ def test_an_envelope_where_the_slopes_are_infinite_is_told() -> None:
     spec = parse_spec(text + "envelope: {x: [-1, 1]}\n", Path("one_mass.yaml"))
     with pytest.raises(BadInput, match=r"not finite at .*x = -1"):
         analyse(spec, build_observer(spec, build_system(spec)))
+
+
+@pytest.mark.parametrize("h", [0.01, 0.19, 0.21, 0.25])
+def test_a_motion_without_contact_limits_the_sample_time(h: float) -> None:
+    """Three masses, two contacts, K_v = k_v I: beside the modes of λ there is a factor s + k_v, stable for h < 2/k_v;
+    at λ = 3 and 3.5 with k_v = 10 that is 0.2 s, where 1/λ alone would allow 0.286 s."""
+    text = (
+        "name: three\n"
+        "coordinates: {x: {velocity: u, unit: m}, y: {velocity: v, unit: m}, z: {velocity: r, unit: m}}\n"
+        "inputs: {w: {unit: N}}\n"
+        "parameters: {m: {value: 10, unit: kg}}\n"
+        "mass_matrix: [[m, 0, 0], [0, m, 0], [0, 0, m]]\n"
+        "force: [w, w, w]\n"
+        "friction:\n"
+        "  distribution: [[1, 0], [0, 1], [0, 0]]\n"
+        "  contacts: [{name: one, law: coulomb, a: 5, unit: N}, {name: two, law: coulomb, a: 5, unit: N}]\n"
+        f"observer: {{kind: gcfo, velocity: estimated, gains: {{K_F: [30, 35], K_v: 10}}, sample_time: {h}}}\n"
+    )
+    spec = parse_spec(text, Path("three.yaml"))
+    found = analyse(spec, build_observer(spec, build_system(spec)))
+    assert found.modes is not None and found.modes.frictionless == 1
+    assert found.modes.sample_time == pytest.approx(0.2) == found.largest_sample_time
+    assert all(c.holds for c in found.routh)
+    assert all(c.holds for c in found.jury) == (found.spectral_radius < 1) == (h < 0.2)
+
+
+@pytest.mark.parametrize("exponent", [1, 2, 3, 5])
+def test_a_square_that_may_be_zero_stays_in_a_condition(exponent: int) -> None:
+    """h = s^μ has no slope at u = 0 for μ > 1: there the error does not decay, and the conditions as written say so."""
+    text = ONE_MASS.replace("w - b*v - k*x", "w") + (
+        f"observer: {{kind: cfo, velocity: measured, exponent: {exponent}, gains: {{K_F: 10}}, sample_time: 0.001}}\n"
+        "envelope: {v: [-2, 2]}\n"
+    )
+    spec = parse_spec(text, Path("one_mass.yaml"))
+    found = analyse(spec, build_observer(spec, build_system(spec)))
+    v = sympy.Symbol("v", real=True)
+    for conditions in (found.routh, found.jury):
+        values = [c.expression.subs(found.dynamics.observer.values) for c in conditions]
+        values = [value.subs(found.dynamics.observer.signs[0], sympy.sign(v)).subs(v, 0) for value in values]
+        values = [value.subs(sympy.Symbol("h", real=True), found.dynamics.observer.sample_time) for value in values]
+        written = all(float(value.replace(Magnitude, sympy.Abs).doit()) > 0 for value in values)
+        assert written == (exponent == 1) == all(c.holds for c in conditions)
