@@ -6,6 +6,7 @@
 
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 int main(int count, char **words)
 {
@@ -22,6 +23,7 @@ int main(int count, char **words)
     for (long k = 0; fread(row, sizeof row, 1, stdin) == 1; ++k) {
         take_inputs(inputs, row);
         if (k == 0 || (episode > 0 && k % episode == 0)) {
+            memset(outputs, 0, sizeof *outputs);
             observer_init(state, parameters, inputs);
         }
         observer_step(state, parameters, inputs, outputs);
