@@ -132,10 +132,7 @@ class ByHand:
         rows = {"K_a": self.k_a, "K_f1": self.k_f1, "K_f2": self.k_f2} | ({"K_v": self.k_v} if self.estimated else {})
         gains = ", ".join(f"{name}: {matrix.tolist()}" for name, matrix in rows.items())
         velocity = "estimated" if self.estimated else "measured"
-        text, contacts = (
-            re.sub(r"law: coulomb, a: [0-9.]+", LAWS[law][0], MACHINES[self.machine][0]),
-            CONTACTS[self.machine],
-        )
+        text = re.sub(r"law: coulomb, a: [0-9.]+", LAWS[law][0], MACHINES[self.machine][0])
         text += f"observer: {{kind: gdfo, velocity: {velocity}, gains: {{{gains}}}, sample_time: {H}}}\n"
         text += "envelope: {" + ", ".join(f"a_{name}: [1, 5]" for name in CONTACTS[self.machine]) + "}\n"
         return parse_spec(text, Path(f"{self.machine}.yaml"))
