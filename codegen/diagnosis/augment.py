@@ -27,7 +27,7 @@ def augmented_text(spec: Spec, effects: Sequence[FoundEffect], values: Mapping[s
     for index, contact in enumerate(system.contacts):
         for name, s in contact.law_parameters.items():
             if s.name in values:
-                _replace(sections, index, name, values[s.name])
+                _replace(sections, index, name, values[s.name], float(system.values[s]))
     for parameter in spec.parameters:
         if parameter.name in values and parameter.value != 0:
             share = values[parameter.name] / float(parameter.value)
@@ -51,10 +51,12 @@ def augmented_text(spec: Spec, effects: Sequence[FoundEffect], values: Mapping[s
     return dump(document)
 
 
-def _replace(parent: CommentedMap | CommentedSeq, entry: str | int, key: str, value: float) -> None:
-    """Put a new number into ``parent[entry][key]`` and say beside the entry what stood there."""
+def _replace(
+    parent: CommentedMap | CommentedSeq, entry: str | int, key: str, value: float, default: float = 0.0
+) -> None:
+    """Put a new number into ``parent[entry][key]`` and say beside the entry what stood there, or held by default."""
     section = parent[entry]
-    old = section[key]
+    old = section.get(key, default)
     if float(old) == _short(value):
         return
     section[key] = _short(value)

@@ -22,6 +22,7 @@ from codegen.effects.declare import unit_words
 from codegen.errors import BadInput
 from codegen.logs import Finding, Log, preflight
 from codegen.mechanics.system import System
+from codegen.simulate.simulable import is_simulable
 from codegen.spec.model import Spec
 from codegen.text import render
 
@@ -67,7 +68,7 @@ def diagnose_log(
     """
     tell = progress or (lambda station, share: None)
     tell("preflight", 0.0)
-    findings = {"train": preflight(log, spec)}
+    findings = {"train": (*preflight(log, spec), *_steady_laws(system))}
     if test_log is not None:
         findings["test"] = preflight(test_log, spec)
     motion = smooth_motion(log)
@@ -248,6 +249,16 @@ def _refuse_still(problem: Problem, log: Log) -> None:
     if moving < 60:
         found = f"{moving} independent samples in motion on a coordinate"
         raise BadInput(str(log.path), found, "at least 60, so that friction in slip can be seen")
+
+
+def _steady_laws(system: System) -> tuple[Finding, ...]:
+    """What residual and free run cannot tell of a contact whose law they take by its level of steady sliding."""
+    words = "its level of steady sliding stands for it, in the residual and in the free run"
+    return tuple(
+        Finding("warning", "law", f"the law {c.law.name} at {c.name} is not simulated: {words}")
+        for c in system.contacts
+        if not is_simulable(c)
+    )
 
 
 def _training(problem: Problem, models: tuple[System, System, System]) -> tuple[float, float, float]:
