@@ -47,7 +47,7 @@ def reduce_conditions(raw: Sequence[tuple[str, Any]], positive: set[sympy.Symbol
     known: list[Any] = [*positive]
     result: list[tuple[str, Any]] = []
     for name, expression in raw:
-        reduced = _without(expression, known)
+        reduced = sympy.S.Zero if expression == 0 else _without(expression, known)  # 0 > 0 holds for no gain: said
         if reduced.is_number and reduced > 0:
             continue
         known.append(reduced)

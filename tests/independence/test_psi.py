@@ -3,7 +3,7 @@
 SymPy and CasADi both differentiate exactly: what is left is rounding, a relative 1e-9 of the largest entry (1e-16
 amplified by the inverse of M and a few hundred operations), and by û = z + K_v x, whose last digit 1e-14 is large
 beside a slip of 1e-9. A is a difference divided by h, so its entries carry 1e-15/h at least. The simulated Ψ leaves
-out what is of second order in its steps: 1e-4 of the largest entry.
+out what is of second order in its steps, and rounds: 5e-4 of the largest entry.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from .simulated import simulated_jacobian
 from .true_plant import Point, TruePlant
 from .variants import STATE_LAWS, H, Variant, build, variants
 
-EXACT, ROUNDED_SLIP, SIMULATED = 1e-9, 1e-13, 1e-4
+EXACT, ROUNDED_SLIP, SIMULATED = 1e-9, 1e-13, 5e-4
 SPEEDS = (1.0, 1.0, 1e-3, 1e-6, 1e-9)
 SEVEN = "seven_joint_arm"
 
@@ -63,15 +63,15 @@ def check_derivatives(derived: Derived, plant: TruePlant, p: Point) -> bool:
 
 
 def check_simulation(derived: Derived, plant: TruePlant, spec: Spec, observer: Observer, random: Any) -> None:
-    """Ψ at a point where slips are far from reversal, within the span of the simulation."""
+    """Ψ at a point far from the kinks: of |u| at reversal, and of the reset integrator at |f| = 1."""
     p = random_point(spec, observer, random)
-    while np.abs(plant.slips(p, 0)[0]).min() < 0.02:
+    while np.abs(plant.slips(p, 0)[0]).min() < 0.02 or np.abs(np.abs(p.truth) - 1).min() < 0.02:
         p = random_point(spec, observer, random)
     slip = np.abs(plant.slips(p, 0)[0]).min()
     psi, _ = derived.matrices(p, plant, H)
     acceleration, _, _ = plant.flow(p, plant.states(p, np.zeros(len(psi))))
-    span = min(1e-3 / np.linalg.norm(psi, 2), 0.01 * slip / (1 + np.abs(acceleration).max()))
-    assert distance(psi, simulated_jacobian(plant, p, 1e-3 * slip, span), 0) < SIMULATED
+    span = min(1e-3, 1e-3 / np.linalg.norm(psi, 2), 0.01 * slip / (1 + np.abs(acceleration).max()))
+    assert distance(psi, simulated_jacobian(plant, p, 1e-3 * min(slip, 1.0), span), 0) < SIMULATED
 
 
 @pytest.mark.parametrize("variant", CASES)
