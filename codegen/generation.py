@@ -11,6 +11,7 @@ from pathlib import Path
 from codegen.checker import verify as checker
 from codegen.effects.declare import add_declared_effects
 from codegen.emit.package import Header, emit_manifest, emit_readme, emit_sources, make_header
+from codegen.errors import BadInput
 from codegen.files import sha256, write_all, write_atomically
 from codegen.mechanics import build_system
 from codegen.observers import Observer, build_observer
@@ -59,6 +60,7 @@ def generate(
     if check_only:
         return Generated(target, files, outcome, _stale(target, files))
     if isinstance(outcome, Certificate) or uncertified:
+        _refuse_folder_of_another(target, spec.name)
         write_all(target, files)
         _make_importable(target, folder)
         if not isinstance(outcome, Certificate):
@@ -104,6 +106,17 @@ def _complete(
     )
     result["manifest.json"] = emit_manifest(header, result)
     return result
+
+
+def _refuse_folder_of_another(target: Path, name: str) -> None:
+    """Raise BadInput where another machine's code was generated: half of its files would be overwritten."""
+    try:
+        theirs = json.loads((target / "manifest.json").read_text(encoding="utf-8"))["files"]
+        header = next((file for file in theirs if file.endswith(".h") and file != f"{name}.h"), None)
+    except (OSError, ValueError, KeyError, TypeError):
+        return
+    if header is not None:
+        raise BadInput(str(target), f"the code of {header.removesuffix('.h')}", f"a folder of its own for {name}")
 
 
 def _make_importable(target: Path, folder: str | Path | None) -> None:

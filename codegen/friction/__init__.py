@@ -49,5 +49,7 @@ _STATE_SPACE: tuple[FrictionLaw, ...] = (
 _MEMORY: tuple[FrictionLaw, ...] = (Derjaguin(), Kato(), HessSoomLag(), SevenParameter(), Karnopp(), Bristle())
 
 LAWS: dict[str, FrictionLaw] = {law.name: law for law in (*_ZERO_MEMORY, *_STATE_SPACE, *_MEMORY)}
+ALSO_CALLED = {"stribeck": "gaussian", "viscous": "static_viscous", "stiction": "static_viscous"}
+"""What others call a law of ours."""
 
-__all__ = ["LAWS", "DynamicLaw", "FrictionLaw", "LawParameter", "LawState", "MemoryLaw", "ZeroMemoryLaw"]
+__all__ = ["ALSO_CALLED", "LAWS", "DynamicLaw", "FrictionLaw", "LawParameter", "LawState", "MemoryLaw", "ZeroMemoryLaw"]

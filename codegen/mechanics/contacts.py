@@ -7,7 +7,7 @@ from typing import Any
 import sympy
 
 from codegen.errors import BadInput, nearest_name
-from codegen.friction import LAWS, FrictionLaw, LawParameter
+from codegen.friction import ALSO_CALLED, LAWS, FrictionLaw, LawParameter
 from codegen.mechanics.system import ContactFriction, Matrix
 from codegen.spec.model import Contact, Spec, symbol
 from codegen.spec.units import dimension, parse_unit
@@ -62,7 +62,10 @@ def _law(spec: Spec, key: str, contact: Contact) -> FrictionLaw:
     if law is None:
         expected = f"one of {', '.join(LAWS)}"
         raise BadInput(
-            spec.place(f"{key}.law"), f"unknown law `{contact.law}`", expected, nearest_name(contact.law, LAWS)
+            spec.place(f"{key}.law"),
+            f"unknown law `{contact.law}`",
+            expected,
+            nearest_name(contact.law, LAWS) or ALSO_CALLED.get(contact.law.lower()),
         )
     names = [p.name for p in law.parameters]
     for name in contact.parameters:

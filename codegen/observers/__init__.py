@@ -9,7 +9,7 @@ from codegen.observers.coulomb import coulomb_friction_observer
 from codegen.observers.dynamic import dynamic_friction_observer
 from codegen.observers.equations import Equation, ErrorVariable, Observer
 from codegen.observers.tracking import tracking_observer
-from codegen.spec.model import Spec
+from codegen.spec.model import ObserverChoice, Spec
 
 OBSERVERS: dict[str, Callable[[Spec, System], Observer]] = {
     "cfo": coulomb_friction_observer,
@@ -44,9 +44,20 @@ def build_observer(spec: Spec, system: System) -> Observer:
     if choice.kind in SINGLE and (system.degrees_of_freedom > 1 or len(system.contacts) > 1):
         found = f"{choice.kind} on {system.degrees_of_freedom} coordinates and {len(system.contacts)} contacts"
         raise BadInput(place, found, f"{SINGLE[choice.kind]}, its general form", SINGLE[choice.kind])
+    _refuse_idle_options(spec, choice)
     observer = builder(spec, system)
     _refuse_shared_names(spec, observer)
     return observer
+
+
+def _refuse_idle_options(spec: Spec, choice: ObserverChoice) -> None:
+    """Raise BadInput for what only another kind of observer reads, so that nobody takes it for done."""
+    options = {"laws": (bool(choice.laws), "dfo"), "h": (choice.shape is not None, "cfo")}
+    options["exponent"] = (choice.exponent != 1, "cfo")
+    for key, (given, reader) in options.items():
+        if given and not choice.kind.endswith(reader):
+            found = f"`{key}` under {choice.kind}, which does not read it"
+            raise BadInput(spec.place(f"observer.{key}"), found, f"it under {reader} or g{reader}")
 
 
 def _refuse_shared_names(spec: Spec, observer: Observer) -> None:

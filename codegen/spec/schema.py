@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict
 
 
 def _expression_like(value: object) -> object:
@@ -23,8 +23,15 @@ def _number_like(value: object) -> object:
     try:
         float(value)
     except ValueError:
-        raise ValueError("expected a number") from None
+        alone = " alone, without its unit" if isinstance(value, str) and value[:1].isdigit() else ""
+        raise ValueError(f"expected a number{alone}") from None
     return str(value)
+
+
+def _range_like(value: object) -> object:
+    if not isinstance(value, list) or len(value) != 2:
+        raise ValueError("expected a range [low, high]")
+    return value
 
 
 def _as_list(value: object) -> object:
@@ -37,7 +44,7 @@ def _as_direction(value: object) -> object:
 
 Text = Annotated[str, BeforeValidator(_expression_like)]
 Number = Annotated[str, BeforeValidator(_number_like)]
-Range = Annotated[list[Number], Field(min_length=2, max_length=2)]
+Range = Annotated[list[Number], BeforeValidator(_range_like)]
 
 
 class Section(BaseModel):

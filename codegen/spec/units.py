@@ -7,6 +7,7 @@ inputs are declared in SI, since generated code takes and returns them as they a
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Mapping
 from functools import cache
 from tokenize import TokenError
@@ -15,7 +16,7 @@ from typing import Any
 import pint
 import sympy
 
-from codegen.errors import BadInput, Place
+from codegen.errors import BadInput, Place, nearest_name
 from codegen.spec.expression import Expression
 
 Dimension = Any
@@ -33,6 +34,13 @@ _MALFORMED = (
     ValueError,
     TokenError,
 )  # what pint lets through on malformed text
+
+_CALLED = (
+    *("m", "kg", "s", "A", "V", "N", "N*m", "N/m", "N*s/m", "N*m*s", "kg*m^2", "m/s", "m/s^2", "1/s", "kg*m"),
+    *("N/A", "N*m/A", "N/V", "N*m/V", "N*s^2/m^2", "N*m*s^2", "N/m^3", "ohm", "H", "K", "Pa", "W"),
+)
+_RUN_TOGETHER = {"Nm": "N*m", "Nms": "N*m*s", "Ns": "N*s", "Nmm": "N*mm", "kNm": "kN*m", "mNm": "mN*m", "Vs": "V*s"}
+_RUN_TOGETHER |= {"kgm": "kg*m", "kgm2": "kg*m^2", "gcm2": "g*cm^2", "kgcm2": "kg*cm^2", "m2": "m^2", "s2": "s^2"}
 
 
 @cache
@@ -54,12 +62,16 @@ def parse_unit(text: str, place: Place) -> Any:
     Raises:
         BadInput: if pint does not know it or it has an offset (degC).
     """
+    apart = re.sub(r"[A-Za-z]+\d*", lambda word: _RUN_TOGETHER.get(word[0], word[0]), str(text))
+    if apart != text:  # pint takes Nm for a yarn's count, 1000 m/kg
+        raise BadInput(place, f"unit `{text}`", "factors joined by *, such as N*m or kg*m^2", apart)
     try:
         unit = _parse(str(text))
         if registry().Quantity(0.0, unit).to_base_units().magnitude != 0:
             raise ValueError(text)  # an offset, as degC has
     except _MALFORMED:
-        raise BadInput(place, f"unit `{text}`", "a unit such as N*m, kg*m^2 or 1") from None
+        nearest = nearest_name(str(text), _CALLED)
+        raise BadInput(place, f"unit `{text}`", "a unit such as N*m, kg*m^2 or 1", nearest) from None
     return unit
 
 
@@ -133,11 +145,7 @@ def describe(d: Dimension | None) -> str:
 @cache
 def _known_units() -> dict[str, str]:
     """Dimension → the unit by which engineers call it."""
-    names = (
-        *("m", "kg", "s", "A", "V", "N", "N*m", "N/m", "N*s/m", "N*m*s", "kg*m^2", "m/s", "m/s^2", "1/s", "kg*m"),
-        *("N/A", "N*m/A", "N/V", "N*m/V", "N*s^2/m^2", "N*m*s^2", "N/m^3", "ohm", "H", "K", "Pa", "W"),
-    )
-    return {str(dimension(parse_unit(name, Place("")))): name for name in reversed(names)}
+    return {str(dimension(parse_unit(name, Place("")))): name for name in reversed(_CALLED)}
 
 
 def _walk(node: ast.expr, whole: Expression, dims: Mapping[str, Dimension]) -> Dimension:

@@ -6,12 +6,13 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from codegen.errors import BadInput, Place
+from codegen.errors import BadInput, Place, nearest_name
 from codegen.spec.expression import exact_number
 from codegen.spec.kinematics import KinematicTree, MovingBody
 from codegen.spec.urdf import STANDARD_GRAVITY, read_kinematic_tree
 
 GIVEN = ("coordinates", "inputs", "force")
+PARTS = ("file", "gravity")
 
 
 def expand_robot(
@@ -58,8 +59,10 @@ def expand_robot(
 def _read(section: Any, path: Path, place: Callable[[str], Place]) -> KinematicTree:
     parts = section if isinstance(section, Mapping) else {"file": section}
     for key in parts:
-        if key not in ("file", "gravity"):
-            raise BadInput(place(f"urdf.{key}"), f"unknown key `{key}`", "`file` and `gravity`")
+        if key not in PARTS:
+            raise BadInput(
+                place(f"urdf.{key}"), f"unknown key `{key}`", "`file` and `gravity`", nearest_name(key, PARTS)
+            )
     file, at = parts.get("file"), place("urdf.file" if isinstance(section, Mapping) else "urdf")
     if not isinstance(file, str) or not file.strip() or "\0" in file:
         raise BadInput(at, f"`{file}` as a file", "the path of a robot description, relative to the spec")

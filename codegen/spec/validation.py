@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
@@ -34,8 +35,9 @@ def validate(model: type[Model], data: Any, places: Mapping[str, Place], file: s
 
 
 def _explain(error: ValidationError, model: type[BaseModel], places: Mapping[str, Place], file: str) -> BadInput:
-    # An unknown key explains the missing one beside it (a typing error), so it is told first.
-    faults = sorted(error.errors(), key=lambda e: e["type"] != "extra_forbidden")
+    # An unknown key explains the missing one beside it (a typing error), so it is told first; of a gain that is a
+    # mapping, what is wrong with its range.
+    faults = sorted(error.errors(), key=lambda e: (e["type"] != "extra_forbidden", e["loc"][-1:] != ("free",)))
     fault = faults[0]
     steps = [s for s in fault["loc"] if isinstance(s, int) or not _is_variant(s)]
     key = ""
@@ -56,8 +58,9 @@ def _explain(error: ValidationError, model: type[BaseModel], places: Mapping[str
         case other:
             expected = _EXPECTED.get(other, fault["msg"])
     found = fault["input"]
+    nearest = nearest_name(str(found), re.findall(r"'(\w+)'", expected)) if fault["type"] == "literal_error" else None
     words = "nothing" if found is None else f"`{found}`" if not isinstance(found, (dict, list)) else _shape(found)
-    return BadInput(place, words, expected)
+    return BadInput(place, words, expected, nearest)
 
 
 def _is_variant(step: object) -> bool:

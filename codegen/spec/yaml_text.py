@@ -66,7 +66,7 @@ def load_mapping(text: str, file: str) -> tuple[CommentedMap, dict[str, Place]]:
     except (YAMLError, ValueError, TypeError, AttributeError, LookupError, RecursionError) as error:
         raise BadInput(Place(file), f"malformed YAML ({' '.join(str(error).split())[:120]})", "YAML 1.2") from None
     if not isinstance(document, CommentedMap):
-        found = "nothing" if document is None else f"a {type(document).__name__}"
+        found = "nothing" if document is None else "a list" if isinstance(document, CommentedSeq) else "plain text"
         raise BadInput(Place(file, 1), found, "a mapping such as `name: one_mass`")
     places: dict[str, Place] = {}
     try:

@@ -90,11 +90,11 @@ def certify(spec: Spec, analysis: Analysis, files: Mapping[str, str], command: s
     """
     points = analysis.points
     if points.missing:
-        names = ", ".join(s.name for s in points.missing)
+        names = [s.name for s in points.missing]
+        ranges = " and ".join(f"`{name}: [low, high]`" for name in names)
+        depends = "it" if len(names) == 1 else "them"
         raise BadInput(
-            spec.place("envelope"),
-            f"no range for {names}",
-            f"`{points.missing[0].name}: [low, high]`, since Ψ depends on it",
+            spec.place("envelope"), f"no range for {', '.join(names)}", f"{ranges}, since Ψ depends on {depends}"
         )
     if not analysis.stable:
         return _unstable(analysis)
@@ -103,10 +103,12 @@ def certify(spec: Spec, analysis: Analysis, files: Mapping[str, str], command: s
     try:
         family = build_family(analysis.dynamics, points.ranges)
         cells, proposal = _propose(family, float(h))
-    except (NotEnclosable, verify.Refused) as error:
+    except NotEnclosable as error:
+        return _undecided(analysis, str(error), narrower=False)
+    except verify.Refused as error:
         return _undecided(analysis, str(error))
     except TypeError as error:
-        return _undecided(analysis, f"the certificate has no word for {error}")
+        return _undecided(analysis, f"the certificate has no word for {error}", narrower=False)
     if proposal is None:
         return _undecided(analysis, "no quadratic Lyapunov function common to the whole envelope was found")
     matrix, alpha = proposal
@@ -239,8 +241,9 @@ def _unstable(analysis: Analysis) -> Refusal:
     )
 
 
-def _undecided(analysis: Analysis, why: str) -> Refusal:
-    reason = render("text/refused_undecided.j2", why=why, analysis=analysis).strip()
+def _undecided(analysis: Analysis, why: str, narrower: bool = True) -> Refusal:
+    """``narrower``: whether a narrower envelope might change it."""
+    reason = render("text/refused_undecided.j2", why=why, analysis=analysis, narrower=narrower).strip()
     return Refusal(reason, None, analysis.spectral_radius, (), analysis.largest_sample_time, False)
 
 

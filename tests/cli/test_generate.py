@@ -189,3 +189,12 @@ def test_checker_alone(generated, tmp_path):
     command = [sys.executable, "-I", "-S", str(script), str(generated / "certificate.json")]
     done = subprocess.run(command, cwd="/", capture_output=True, text=True, check=False)
     assert done.returncode == 0 and done.stderr == "" and "verified: " in done.stdout
+
+
+def test_the_folder_of_another_machine_is_refused(generated, folder):
+    before = contents(generated)
+    shutil.copy(SPECS / "two_mass.yaml", folder / "two_mass.yaml")
+    result = stiction("generate", "two_mass.yaml", "-o", str(generated))
+    assert result.code == 2
+    assert "the code of one_mass; expected a folder of its own for two_mass" in result.err
+    assert contents(generated) == before

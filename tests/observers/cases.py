@@ -110,7 +110,8 @@ def write_observer(
     if velocity == "estimated":
         written["K_v"] = third
     gains = ", ".join(f"{key}: {_written(value)}" for key, value in written.items())
-    section = f"{{kind: {kind}, velocity: {velocity}, sample_time: {h}, exponent: {exponent}, gains: {{{gains}}}}}"
+    shape = f"exponent: {exponent}, " if kind.endswith("cfo") else ""
+    section = f"{{kind: {kind}, velocity: {velocity}, sample_time: {h}, {shape}gains: {{{gains}}}}}"
     return section, Reference(hand, kind, velocity == "estimated", first, second, third, exponent, effects)
 
 

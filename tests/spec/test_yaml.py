@@ -29,7 +29,7 @@ def told(text: str) -> BadInput:
         ("name: [1, 2\nforce: 3\n", 2, "expected"),
         ("name: a\n\tforce: 3\n", 2, ""),
         ("name: 'a\n", 2, ""),
-        ("- a\n- b\n", 1, "CommentedSeq"),
+        ("- a\n- b\n", 1, "a list; expected a mapping"),
         ("just words\n", 1, ""),
         ("", 1, "nothing"),
         ("# only a comment\n", 1, "nothing"),
