@@ -1,14 +1,26 @@
-"""Program → what the templates of a language need: fields, and for each block its comment and lines."""
+"""Code → what the templates of a language need: for each group its comment and lines, every value as text."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
-import casadi
+from codegen.emit.expression import Expressions, wrapped
+from codegen.emit.language import Language
+from codegen.program import Code, Program
+from codegen.program.code import Assignment, Operations
+from codegen.program.graph import Node, reachable
 
-from codegen.emit.printer import Language, Printed, print_expression
-from codegen.program import Block, Field, Program
+
+@dataclass(frozen=True)
+class Style:
+    """How a language writes the fields of the structs: formats with {name}; ``declared`` is before a local's value."""
+
+    language: Language
+    parameter: str
+    state: str
+    entry: str
+    declared: str
 
 
 @dataclass(frozen=True)
@@ -21,55 +33,104 @@ class Line:
 
 
 @dataclass(frozen=True)
-class BlockView:
-    """A block in one language."""
+class Lines:
+    """Lines under one comment."""
 
     title: str
     source: str
-    definitions: tuple[str, ...]
     lines: tuple[Line, ...]
 
 
 @dataclass(frozen=True)
-class ProgramView:
-    """A program in one language."""
+class Constant:
+    """A derived constant: its value as a literal, its formula over the parameters' names, and as an expression."""
 
-    blocks: tuple[BlockView, ...]
-    next_state: BlockView
-    initial_state: BlockView
-    uses_sign: bool
-    operations: int
+    name: str
+    value: str
+    formula: str
+    expression: str
 
 
-def view(program: Program, language: Language, parameter: str, state: str, entry: str) -> ProgramView:
-    """Print every block.
+@dataclass(frozen=True)
+class CodeView:
+    """A program in one language.
 
-    Args:
-        parameter, state, entry: formats with {name} that say how a struct's field is written.
+    Attributes:
+        started_from: the inputs that ``init`` uses; ``samples`` is their sum, which is finite if they are.
+        check: the sum of the next states, and of the inputs that do not make one of them infinite or NaN when they are.
     """
-    words = _words(program.parameters, parameter) | _words(program.states, state) | _words(program.inputs, entry)
-    words |= {element: element for block in program.blocks for element in block.elements}
-    printed: list[Printed] = []
 
-    def block_view(block: Block) -> BlockView:
-        result = print_expression(block.expression, words, language, f"part_of_{block.name}")
-        printed.append(result)
-        lines = tuple(Line(n, v, u) for n, v, u in zip(block.elements, result.values, block.units, strict=True))
-        return BlockView(block.name.replace("_", " "), block.source, result.definitions, lines)
-
-    def fields_view(title: str, prefix: str, values: tuple[Any, ...]) -> BlockView:
-        result = print_expression(casadi.vertcat(*values), words, language, f"part_of_{prefix}")
-        printed.append(result)
-        lines = tuple(Line(f.name, v, f.unit) for f, v in zip(program.states, result.values, strict=True))
-        return BlockView(title, "", result.definitions, lines)
-
-    blocks = tuple(block_view(block) for block in program.blocks)
-    following = fields_view("states one sample later (explicit Euler)", "step", program.next_state)
-    operations = sum(p.operations for p in printed)
-    initial = fields_view("states at the first sample", "initial", program.initial_state)
-    uses_sign = any(casadi.OP_SIGN in p.calls for p in printed)
-    return ProgramView(blocks, following, initial, uses_sign, operations)
+    derived: tuple[Constant, ...]
+    step: tuple[Lines, ...]
+    next_state: tuple[Line, ...]
+    outputs: tuple[Line, ...]
+    initial: tuple[Line, ...]
+    initial_parts: tuple[Line, ...]
+    samples: str
+    check: str
+    started_from: tuple[str, ...]
+    start_uses_parameters: bool
+    step_uses_parameters: bool
+    functions: frozenset[str]
+    divides: bool
+    operations: Operations
 
 
-def _words(fields: tuple[Field, ...], pattern: str) -> dict[str, str]:
-    return {f.name: pattern.format(name=f.name) for f in fields}
+def view(program: Program, code: Code, style: Style) -> CodeView:
+    """Print every expression."""
+    language = style.language
+    parameters = {f.name: style.parameter.format(name=f.name) for f in program.parameters}
+    fields = {f.name: style.state.format(name=f.name) for f in program.states}
+    fields |= {f.name: style.entry.format(name=f.name) for f in program.inputs}
+    constants = {n: style.parameter.format(name=name) for n, name in code.constants.items()}
+    local = {f.name: f.name for f in program.inputs} if program.fault == "hold" else fields
+    step = Expressions(language, parameters | fields, constants | code.names)
+    start = Expressions(language, parameters | fields | local, code.initial_names)
+    plain = Expressions(language, {f.name: f.name for f in program.parameters}, code.constants)
+    prepare = Expressions(language, parameters, constants)
+
+    def lines(assignments: Sequence[Assignment], printer: Expressions, head: str = "") -> list[Line]:
+        """Definitions of locals, or with ``head`` assignments to fields from them."""
+        result = []
+        for a in assignments:
+            start = len(head or style.declared) - len("{name}") + len(a.name)
+            result.append(Line(a.name, wrapped(printer.text(a.value, whole=not head), start, language), a.unit))
+        return result
+
+    derived = tuple(
+        Constant(
+            a.name,
+            language.literal(value),
+            plain.text(a.value, whole=True),
+            wrapped(prepare.text(a.value, whole=True), len(f"    {constants[a.value]} = "), language),
+        )
+        for a, value in zip(code.derived, code.derived_values, strict=True)
+    )
+    used = reachable(a.value for a in (*code.initial_parts, *code.initial))
+    called = {n.name for n in used if n.kind == "symbol"}
+    started_from = tuple(f.name for f in program.inputs if f.name in called)
+    unseen = [fields[name] for name in code.unseen(f.name for f in program.inputs)]
+    following = [f"{f.name}_next" for f in program.states]
+    needed = _constants_used(code)
+    return CodeView(
+        derived=derived,
+        step=tuple(Lines(g.title, g.source, tuple(lines(g.assignments, step))) for g in code.step),
+        next_state=tuple(lines(code.next_state, step, style.declared)),
+        outputs=tuple(lines(code.outputs, step, "        outputs->{name} = ")),
+        initial=tuple(lines(code.initial, start, "    state->{name} = ")),
+        initial_parts=tuple(lines(code.initial_parts, start)),
+        samples=wrapped(" + ".join(fields[name] for name in started_from), 25, language),
+        check=wrapped(" + ".join([*unseen, *following]), 25, language),
+        started_from=started_from,
+        start_uses_parameters=any(n.kind == "symbol" and n.constant for n in used),
+        step_uses_parameters=needed,
+        functions=code.functions,
+        divides=code.divides,
+        operations=code.operations(),
+    )
+
+
+def _constants_used(code: Code) -> bool:
+    assigned = [a.value for g in code.step for a in g.assignments]
+    nodes: list[Node] = reachable([*assigned, *(a.value for a in (*code.next_state, *code.outputs))])
+    return any(n.kind == "symbol" and n.constant for n in nodes)

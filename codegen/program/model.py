@@ -39,6 +39,7 @@ class Block:
         units: one per element.
         source: equation number.
         output: whether the elements are outputs.
+        inner: whether an element is written under its name only where it is used more than once.
     """
 
     name: str
@@ -48,6 +49,7 @@ class Block:
     units: tuple[str, ...]
     source: str
     output: bool = False
+    inner: bool = False
 
 
 @dataclass(frozen=True)
@@ -61,6 +63,8 @@ class Program:
         blocks: computed in order in a step.
         next_state: SX of each state one sample later, over fields and blocks.
         initial_state: SX of each state at the first sample, over parameters and inputs.
+        precision: of the arithmetic, ``double`` or ``single``.
+        fault: what a step does with samples that are not finite: ``hold`` the last estimate, or ``none``.
     """
 
     name: str
@@ -72,6 +76,8 @@ class Program:
     blocks: tuple[Block, ...]
     next_state: tuple[Any, ...]
     initial_state: tuple[Any, ...]
+    precision: str = "double"
+    fault: str = "hold"
 
     @property
     def outputs(self) -> tuple[tuple[str, str, str], ...]:

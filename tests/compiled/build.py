@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 
@@ -45,41 +46,55 @@ class Built:
     ``*_run`` take (N, inputs) and give (N, outputs) and (N, states), the states as they are after each step.
     """
 
-    def __init__(self, folder: Path, text: str) -> None:
-        self.folder, self.program = folder, program_of(text)
+    def __init__(self, folder: Path, text: str, precision: str = "double") -> None:
+        self.folder, self.program = folder, replace(program_of(text), precision=precision)
         self.files = sources_of(self.program, parse_spec(text, Path("machine.yaml")).source)
         for name, content in self.files.items():
             (folder / name).write_text(content, encoding="utf-8")
         self.twin: ModuleType = load_twin(self.files["__init__.py"], f"twin_{self.program.name}")
-        self.parameters = np.array([p.value for p in self.program.parameters])
+        self.parameters = self.twin.Parameters()
 
     def c_run(self, rows: np.ndarray, *flags: str) -> tuple[np.ndarray, np.ndarray]:
-        p, name = self.program, self.program.name
+        name = self.program.name
         library = ctypes.CDLL(str(compile_shared(self.folder, f"{name}.c", *flags)))
         init, step = getattr(library, f"{name}_init"), getattr(library, f"{name}_step")
         init.restype = step.restype = None
-        outputs, states = np.zeros((len(rows), len(p.outputs))), np.zeros((len(rows), len(p.states)))
-        state, rows = np.zeros(len(p.states)), np.ascontiguousarray(rows)
-        constants, now = self.parameters.ctypes.data_as(ctypes.c_void_p), state.ctypes.data_as(ctypes.c_void_p)
-        init(now, constants, rows[0].ctypes.data_as(ctypes.c_void_p))
-        first, width = rows.ctypes.data, rows.strides[0]
-        out, stride = outputs.ctypes.data, outputs.strides[0]
-        for k in range(len(rows)):
-            step(now, constants, ctypes.c_void_p(first + k * width), ctypes.c_void_p(out + k * stride))
-            states[k] = state
-        return outputs, states
+        constants, inputs, state, outputs = (struct() for struct in self.structs)
+        for field, _ in constants._fields_:
+            setattr(constants, field, getattr(self.parameters, field))
+        found, states = [], []
+        places = [ctypes.byref(x) for x in (state, constants, inputs, outputs)]
+        for k, row in enumerate(rows.tolist()):
+            for (field, _), value in zip(inputs._fields_, row, strict=True):
+                setattr(inputs, field, value)
+            if k == 0:
+                init(*places[:3])
+            step(*places)
+            found.append([getattr(outputs, field) for field, _ in outputs._fields_])
+            states.append([getattr(state, field) for field, _ in state._fields_])
+        return np.array(found, dtype=float)[:, : len(self.program.outputs)], np.array(states, dtype=float)
+
+    @property
+    def structs(self) -> list[type[ctypes.Structure]]:
+        """parameters, inputs, state and outputs as C lays them out."""
+        real = ctypes.c_float if self.program.precision == "single" else ctypes.c_double
+        made = []
+        for part in ("Parameters", "Inputs", "State", "Outputs"):
+            names = getattr(self.twin, part).__slots__
+            fields = [(name, ctypes.c_int if name == "fault" else real) for name in names]
+            made.append(type(part, (ctypes.Structure,), {"_fields_": fields}))
+        return made
 
     def python_run(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        names = [name for name, _, _ in self.program.outputs]
+        twin, names = self.twin, [name for name, _, _ in self.program.outputs]
         fields = [f.name for f in self.program.states]
-        parameters = self.twin.Parameters(*self.parameters.tolist())
-        outputs, states = np.zeros((len(rows), len(names))), np.zeros((len(rows), len(fields)))
-        state = self.twin.init(parameters, self.twin.Inputs(*rows[0].tolist()))
-        for k, row in enumerate(rows.tolist()):
-            out = self.twin.step(state, parameters, self.twin.Inputs(*row))
-            outputs[k] = [getattr(out, n) for n in names]
-            states[k] = [getattr(state, n) for n in fields]
-        return outputs, states
+        found, states = [], []
+        state, outputs = twin.init(self.parameters, twin.Inputs(*rows[0].tolist())), twin.Outputs()
+        for row in rows.tolist():
+            outputs = twin.step(state, self.parameters, twin.Inputs(*row), outputs)
+            found.append([float(getattr(outputs, n)) for n in names])
+            states.append([float(getattr(state, n)) for n in fields])
+        return np.array(found), np.array(states)
 
 
 def motion(program: Program, samples: int, seed: int = 1) -> np.ndarray:

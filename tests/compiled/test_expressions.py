@@ -13,13 +13,21 @@ import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
-from codegen.emit.printer import PYTHON, C, Language, print_expression
+from codegen.emit.c import FUNCTIONS
+from codegen.emit.expression import Expressions
+from codegen.emit.language import Language
 from codegen.errors import BadInput
+from codegen.program.graph import Graph
+from codegen.program.normal import normalise
+from codegen.program.translate import to_graph
 
 from .build import compile_shared
 
 NAMES = ("x", "y", "z")
 SYMBOLS = {name: casadi.SX.sym(name) for name in NAMES}
+C_CALLS = {name: name for name in FUNCTIONS} | {"abs": "fabs", "sign": "signum"}
+C = Language(C_CALLS)
+PYTHON = Language({n: f"math.{n}" for n in FUNCTIONS} | {"abs": "abs", "sign": "_sign"})
 SIGNUM = "static double signum(double u) { return u > 0.0 ? 1.0 : (u < 0.0 ? -1.0 : 0.0); }\n"
 
 
@@ -27,30 +35,28 @@ def sign(u: float) -> float:
     return 1.0 if u > 0.0 else (-1.0 if u < 0.0 else 0.0)
 
 
-def printed(expression: casadi.SX, language: Language) -> tuple[list[str], str]:
-    result = print_expression(expression, {n: n for n in NAMES}, language, "part")
-    assert len(result.values) == 1
-    return list(result.definitions), result.values[0]
+def printed(expression: casadi.SX, language: Language, factoring: bool = True) -> str:
+    """The expression in its short form."""
+    graph = Graph()
+    root = to_graph(expression, {n: graph.symbol(n, False) for n in NAMES}, graph)
+    short = normalise(root, [], graph, factoring)
+    return Expressions(language, {n: n for n in NAMES}, {}).text(short[root[0]])
 
 
 def in_python(expression: casadi.SX, at: tuple[float, ...]) -> float:
-    definitions, value = printed(expression, PYTHON)
     names = dict(zip(NAMES, at, strict=True)) | {"math": math, "_sign": sign}
-    exec("\n".join([*definitions, f"result = {value}"]), names)
-    return names["result"]
+    return eval(printed(expression, PYTHON), names)
 
 
 def in_c(folder: Path, expressions: list[casadi.SX]) -> list[ctypes._CFuncPtr]:
     """All expressions in one library."""
     lines = ["#include <math.h>", SIGNUM]
     for k, expression in enumerate(expressions):
-        definitions, value = printed(expression, C)
         lines += [
             f"double f{k}(double x, double y, double z);",
             f"double f{k}(double x, double y, double z) {{",
             "(void)x; (void)y; (void)z; (void)signum;",
-            *definitions,
-            f"return {value}; }}",
+            f"return {printed(expression, C)}; }}",
         ]
     (folder / "expressions.c").write_text("\n".join(lines) + "\n")
     library = ctypes.CDLL(str(compile_shared(folder, "expressions.c")))
@@ -125,7 +131,7 @@ def test_each_operation(compiled, name):
     for at in [*points, (0.5, 0.5, 0.5), (-0.25, -0.25, 2.0), (-1.0, 0.75, -0.125)]:
         value = in_python(expression, at)
         assert compiled[name](*at).hex() == value.hex()
-        assert value == pytest.approx(in_casadi(expression, at), rel=2e-15, abs=1e-320)
+        assert value == pytest.approx(in_casadi(expression, at), rel=1e-10 if name == "all" else 2e-13, abs=1e-14)
 
 
 def test_a_missing_word_is_an_error():
@@ -136,13 +142,6 @@ def test_a_missing_word_is_an_error():
 def test_a_constant_beyond_doubles_is_an_error():
     with pytest.raises(BadInput, match="the constant inf"):
         printed(x * casadi.SX(1e300) * casadi.SX(1e300) + casadi.SX(math.inf), C)
-
-
-def test_several_elements_share_definitions():
-    both = print_expression(casadi.vertcat(shared**2, 1 / shared), {n: n for n in NAMES}, C, "part")
-    assert len(both.definitions) == 1
-    assert both.values == ("part_1 * part_1", "1.0 / part_1")
-    assert both.operations == 5
 
 
 def trees() -> st.SearchStrategy[casadi.SX]:
@@ -174,6 +173,30 @@ def trees() -> st.SearchStrategy[casadi.SX]:
 POINTS = [(0.7, -1.3, 2.1), (-0.2, 0.9, -3.3), (1.1, 1.1, 0.4), (-0.0, 1e-200, -1e150)]
 
 
+def largest_part(tree: casadi.SX, at: tuple[float, ...]) -> float:
+    """The largest magnitude among an expression's parts and the divisors' inverses; regrouping rounds by its share."""
+    f = casadi.Function("f", list(SYMBOLS.values()), [tree])
+    held: dict[int, float] = {}
+    largest = 0.0
+    for k in range(f.n_instructions()):
+        operation, out, into = f.instruction_id(k), f.instruction_output(k), f.instruction_input(k)
+        if operation == casadi.OP_OUTPUT:
+            continue
+        if operation == casadi.OP_INPUT:
+            held[out[0]] = at[into[0]]
+        elif operation == casadi.OP_CONST:
+            held[out[0]] = f.instruction_constant(k)
+        else:
+            arguments = [held[r] for r in into]
+            if operation in (casadi.OP_DIV, casadi.OP_INV):
+                largest = max(largest, 1 / abs(arguments[-1]) if arguments[-1] else math.inf)
+            parts = [casadi.SX.sym("a"), casadi.SX.sym("b")]
+            whole = casadi.SX.binary(operation, *parts) if len(into) > 1 else casadi.SX.unary(operation, parts[0])
+            held[out[0]] = float(casadi.Function("o", parts, [whole])(arguments[0], arguments[-1]))
+        largest = max(largest, abs(held[out[0]])) if not math.isnan(held[out[0]]) else math.inf
+    return largest
+
+
 def test_random_trees(tmp_path):
     found: list[casadi.SX] = []
 
@@ -194,7 +217,7 @@ def test_random_trees(tmp_path):
                 continue  # where C goes on with an infinity
             expected = in_casadi(tree, at)
             assert function(*at).hex() == value.hex() or (math.isnan(value) and math.isnan(function(*at)))
-            if math.isfinite(expected):
-                assert value == pytest.approx(expected, rel=1e-15, abs=0), printed(tree, PYTHON)
+            if largest_part(tree, at) < 1e5:
+                assert value == pytest.approx(expected, rel=1e-9, abs=1e-9), printed(tree, PYTHON)
                 compared += 1
-    assert len(found) >= 300 and compared > 900
+    assert len(found) >= 300 and compared > 400

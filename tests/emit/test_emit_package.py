@@ -6,21 +6,23 @@ import ast
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from codegen.effects.declare import add_declared_effects
+from codegen.emit.language import Language
 from codegen.emit.package import emit_manifest, emit_readme, emit_sources, make_header
-from codegen.emit.printer import C
 from codegen.errors import BadInput
 from codegen.files import sha256
 from codegen.mechanics.build import build_system
 from codegen.observers import build_observer
-from codegen.program import Program, build_program
+from codegen.program import Program, build_program, lower
 from codegen.spec.reader import parse_spec
 
 SPECS = Path(__file__).parents[2] / "specs"
 NAMES = ("one_mass", "two_mass", "emps", "belt_axis")
 HEADER = make_header("machine.yaml", "f" * 64, "a book")
+DOUBLE, SINGLE = Language({}), Language({}, single=True, number="{digits}f")
 
 
 def program_of(name: str) -> Program:
@@ -35,7 +37,8 @@ def program(request):
 
 def test_the_head_of_every_file_says_where_it_is_from(program):
     files = emit_sources(program, HEADER)
-    assert list(files) == [f"{program.name}.h", f"{program.name}.c", "example_main.c", "__init__.py"]
+    build_files = ["CMakeLists.txt", f"{program.name}.mk"]
+    assert list(files) == [f"{program.name}.h", f"{program.name}.c", "example_main.c", *build_files, "__init__.py"]
     for name in (f"{program.name}.h", f"{program.name}.c", "__init__.py"):
         assert "f" * 64 in files[name][:1000] and "stiction generate machine.yaml" in files[name][:1000]
     assert " * Source: a book.\n" in files[f"{program.name}.h"]
@@ -43,13 +46,15 @@ def test_the_head_of_every_file_says_where_it_is_from(program):
 
 def test_every_line_carries_its_unit_and_every_block_its_equation(program):
     files = emit_sources(program, HEADER)
-    for block in program.blocks:
-        title = block.name.replace("_", " ")
-        assert f"/* {title}, {block.source} */" in files[f"{program.name}.c"]
-        assert f"# {title}, {block.source}\n" in files["__init__.py"]
-        for element, unit in zip(block.elements, block.units, strict=True):
-            assert f"    const double {element} = " in files[f"{program.name}.c"]
-            assert f"; /* {unit} */" in files[f"{program.name}.c"]
+    for group in lower(program).step:
+        if group.source:
+            assert f"/* {group.title}, {group.source} */" in files[f"{program.name}.c"]
+            assert f"# {group.title}, {group.source}\n" in files["__init__.py"]
+        for line in group.assignments:
+            assert f"    const double {line.name} = " in files[f"{program.name}.c"]
+            assert not line.unit or f"; /* {line.unit} */" in files[f"{program.name}.c"]
+    for name, unit, meaning in program.outputs:
+        assert f"double {name}; /* {unit}: {meaning} */" in files[f"{program.name}.h"]
 
 
 def test_twin_imports_the_standard_library_only(program):
@@ -89,12 +94,22 @@ def test_manifest():
 
 @pytest.mark.parametrize("value", [0.1, -0.1, 1e-300, 1e22, 123456789012345678, 5e-324, 1 / 3, 0.0])
 def test_literals_are_the_double_and_no_integer(value):
-    text = C.literal(value)
+    text = DOUBLE.literal(value)
     assert float(text) == float(value)
     assert "." in text or "e" in text
+    if value not in (1e-300, 5e-324):
+        text = SINGLE.literal(value)
+        assert np.float32(text.removesuffix("f")) == np.float32(value)
+        assert text.endswith("f") and len(text) < 17 and ("." in text or "e" in text)
 
 
 @pytest.mark.parametrize("value", [float("inf"), float("-inf"), float("nan")])
 def test_literals_that_there_are_not(value):
     with pytest.raises(BadInput):
-        C.literal(value)
+        DOUBLE.literal(value)
+
+
+@pytest.mark.parametrize("value", [1e39, -4e38, 1e-60])
+def test_single_literals_that_there_are_not(value):
+    with pytest.raises(BadInput, match="a single can hold"):
+        SINGLE.literal(value)

@@ -1,0 +1,51 @@
+"""C99 in double or single precision: the observer, a complete example, and files that build them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from codegen.emit.header import Header
+from codegen.emit.language import Language
+from codegen.emit.view import Style, view
+from codegen.program import Code, Program
+from codegen.text import render
+
+FUNCTIONS = ("sin", "cos", "tan", "exp", "log", "sqrt", "tanh", "pow")
+
+
+def c_language(program: Program) -> Language:
+    """C's words; in single precision those of ``float``, so that no double helper is linked."""
+    single = program.precision == "single"
+    end = "f" if single else ""
+    calls = {name: name + end for name in FUNCTIONS} | {"abs": f"fabs{end}", "sign": f"{program.name}_sign"}
+    return Language(calls, single, f"{{digits}}{end}")
+
+
+def c_words(program: Program, code: Code, header: Header) -> dict[str, Any]:
+    """What every template of C needs beside the view."""
+    language = c_language(program)
+    single = language.single
+    return {
+        "program": program,
+        "header": header,
+        "literal": language.literal,
+        "real": "float" if single else "double",
+        "magnitude": language.calls["abs"],
+        "largest": "FLT_MAX" if single else "DBL_MAX",
+        "parameter_count": len(program.parameters) + len(code.derived),
+    }
+
+
+def emit_c(program: Program, code: Code, header: Header) -> dict[str, str]:
+    """NAME.h, NAME.c, example_main.c, CMakeLists.txt and NAME.mk."""
+    language = c_language(program)
+    real = "float" if language.single else "double"
+    style = Style(language, "parameters->{name}", "state->{name}", "inputs->{name}", f"    const {real} {{name}} = ")
+    words = c_words(program, code, header) | {"view": view(program, code, style)}
+    return {
+        f"{program.name}.h": render("c/observer.h.j2", **words),
+        f"{program.name}.c": render("c/observer.c.j2", **words),
+        "example_main.c": render("c/example_main.c.j2", **words),
+        "CMakeLists.txt": render("c/CMakeLists.txt.j2", **words),
+        f"{program.name}.mk": render("c/observer.mk.j2", **words),
+    }

@@ -1,0 +1,91 @@
+"""Node → text: the one place where code is made of strings, and only for expressions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from codegen.emit.language import Language
+from codegen.program.graph import Node
+
+ATOM, UNARY, PRODUCT, SUM = 4, 3, 2, 1
+WIDTH = 112
+
+
+class Expressions:
+    """Writes nodes in a language.
+
+    ``words`` says how a symbol is written, ``names`` how a node is that has a name already.
+    """
+
+    def __init__(self, language: Language, words: Mapping[str, str], names: Mapping[Node, str]) -> None:
+        self.language, self.words, self.names = language, words, names
+
+    def text(self, node: Node, whole: bool = False) -> str:
+        """The expression; ``whole`` writes out a node that has a name, for its definition."""
+        return self._write(node, whole)[0]
+
+    def _write(self, node: Node, whole: bool = False) -> tuple[str, int]:
+        """(text, binding strength)."""
+        if not whole and node in self.names:
+            return self.names[node], ATOM
+        arguments = node.arguments
+        match node.kind:
+            case "number":
+                return self.language.literal(node.value), ATOM if node.value >= 0 else UNARY
+            case "symbol":
+                return self.words[node.name], ATOM
+            case "negative":
+                return f"-{self._bound(arguments[0], ATOM)}", UNARY
+            case "call":
+                inside = ", ".join(self.text(a) for a in arguments)
+                return f"{self.language.calls[node.name]}({inside})", ATOM
+            case "quotient" if not node.constant and "quotient" in self.language.calls:
+                above, below = (self.text(a) for a in arguments)
+                return f"{self.language.calls['quotient']}({above}, {below})", ATOM
+            case "quotient":
+                return f"{self._bound(arguments[0], PRODUCT)} / {self._bound(arguments[1], UNARY)}", PRODUCT
+            case "product":
+                first, *rest = arguments
+                return " * ".join([self._bound(first, PRODUCT), *(self._bound(a, UNARY) for a in rest)]), PRODUCT
+        parts = [self._bound(arguments[0], SUM if node.signs[0] > 0 else UNARY)]
+        parts[0] = parts[0] if node.signs[0] > 0 else f"-{parts[0]}"
+        for sign, term in zip(node.signs[1:], arguments[1:], strict=True):
+            parts.append(f"{'+' if sign > 0 else '-'} {self._bound(term, PRODUCT)}")
+        return " ".join(parts), SUM
+
+    def _bound(self, node: Node, least: int) -> str:
+        text, strength = self._write(node)
+        return text if strength >= least else f"({text})"
+
+
+def wrapped(text: str, start: int, language: Language, indent: int = 8) -> str:
+    """An expression in lines that end before column 112, broken before the loosest operators.
+
+    Args:
+        start: column at which it starts.
+        indent: of the lines after the first.
+    """
+    if start + len(text) <= WIDTH:
+        return text
+    lines = [""]
+    for piece, depth in _pieces(text):
+        used = len(lines[-1]) + (start if len(lines) == 1 and not language.opening else indent)
+        if lines[-1] and used + len(piece) > WIDTH and depth < 3:
+            lines.append("")
+        lines[-1] += piece
+    inner = ("\n" + " " * indent).join(line.strip() for line in lines)
+    if language.opening:
+        return f"{language.opening}\n{' ' * indent}{inner}\n{' ' * (indent - 4)}{language.closing}"
+    return inner
+
+
+def _pieces(text: str) -> list[tuple[str, int]]:
+    """The text cut before its binary operators, with the depth of parentheses at each cut."""
+    pieces: list[tuple[str, int]] = []
+    depth = begin = cut = 0
+    for k, c in enumerate(text):
+        if c == " " and text[k + 1 : k + 3] in {"+ ", "- ", "* ", "/ "}:
+            pieces.append((text[begin:k], cut))
+            begin, cut = k, depth
+        depth += (c == "(") - (c == ")")
+    return [*pieces, (text[begin:], cut)]

@@ -1,0 +1,43 @@
+"""Words of a language: how it calls functions and writes numbers; infix + − * / and parentheses are common to all."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from codegen.errors import BadInput
+
+
+@dataclass(frozen=True)
+class Language:
+    """A language at one precision.
+
+    Attributes:
+        calls: function → its name; a ``quotient`` stands for division by what may be zero.
+        single: whether numbers are single precision.
+        number: format of a literal with {digits}.
+        opening, closing: around an expression that takes several lines.
+    """
+
+    calls: Mapping[str, str]
+    single: bool = False
+    number: str = "{digits}"
+    opening: str = ""
+    closing: str = ""
+
+    def literal(self, value: float) -> str:
+        """The shortest decimal that is this number, with a point or an exponent.
+
+        Raises:
+            BadInput: for a number that no literal can say, or that vanishes or overflows in single precision.
+        """
+        size = "single" if self.single else "double"
+        with np.errstate(over="ignore", under="ignore"):
+            rounded = np.float32(value) if self.single else np.float64(value)
+        if not math.isfinite(rounded) or (value != 0) != (rounded != 0):
+            raise BadInput("generated code", f"the constant {value}", f"numbers whose products a {size} can hold")
+        digits = repr(float(value)) if not self.single else str(rounded)
+        return self.number.format(digits=digits)

@@ -1,0 +1,34 @@
+"""The Python twin: the same operations in the same order on plain floats, or on NumPy's float32."""
+
+from __future__ import annotations
+
+from codegen.emit.header import Header
+from codegen.emit.language import Language
+from codegen.emit.view import Style, view
+from codegen.program import Code, Program
+from codegen.text import render
+
+FUNCTIONS = ("sin", "cos", "tan", "exp", "log", "sqrt", "pow", "sign")
+
+
+def python_language(program: Program) -> Language:
+    """Python's words; a function that raises where C gives inf or NaN has one that does not."""
+    single = program.precision == "single"
+    calls = {name: f"_{name}" for name in FUNCTIONS} | {"abs": "abs", "tanh": "math.tanh", "quotient": "_quotient"}
+    if single:
+        calls = {name: f"_{name}" for name in (*FUNCTIONS, "tanh")} | {"abs": "abs"}
+    return Language(calls, single, "float32({digits})" if single else "{digits}", "(", ")")
+
+
+def emit_python(program: Program, code: Code, header: Header) -> dict[str, str]:
+    """__init__.py."""
+    language = python_language(program)
+    style = Style(
+        language, "parameters.{name}", "state.{name}", "{name}" if language.single else "inputs.{name}", "    {name} = "
+    )
+    printed = view(program, code, style)
+    real = "float32" if language.single else "float"
+    text = render(
+        "python/observer.py.j2", program=program, header=header, view=printed, literal=language.literal, real=real
+    )
+    return {"__init__.py": text}

@@ -1,0 +1,112 @@
+"""The program as it is printed: assignments in order, constants apart, every expression a node of one graph."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from codegen.program.graph import Node, reachable
+
+LIMITS = ("exp", "tanh", "sign", "pow")
+"""Functions that may be finite where their argument is not."""
+
+
+@dataclass(frozen=True)
+class Assignment:
+    """A name and what it holds; ``unit`` is empty for a partial result."""
+
+    name: str
+    value: Node
+    unit: str = ""
+
+
+@dataclass(frozen=True)
+class Group:
+    """Assignments under one comment: what they are and the equation's number."""
+
+    title: str
+    source: str
+    assignments: tuple[Assignment, ...]
+
+
+@dataclass(frozen=True)
+class Operations:
+    """What a step costs: additions and subtractions, products, divisions, calls of functions, selections of a sign."""
+
+    additions: int
+    products: int
+    divisions: int
+    calls: int
+    selections: int
+
+    @property
+    def total(self) -> int:
+        return self.additions + self.products + self.divisions + self.calls + self.selections
+
+
+@dataclass(frozen=True)
+class Code:
+    """A lowered program.
+
+    Attributes:
+        derived: constants that follow from the parameters, in the order in which ``prepare`` computes them;
+            ``derived_values`` are theirs, by the same operations.
+        step: in order; ``next_state`` and ``outputs`` are over what it assigns.
+        initial: partial results and then the first state, over parameters and inputs.
+        names: node → how later expressions call it, where it has a name.
+    """
+
+    derived: tuple[Assignment, ...]
+    derived_values: tuple[float, ...]
+    step: tuple[Group, ...]
+    next_state: tuple[Assignment, ...]
+    outputs: tuple[Assignment, ...]
+    initial: tuple[Assignment, ...]
+    names: dict[Node, str]
+    initial_parts: tuple[Assignment, ...]
+    initial_names: dict[Node, str]
+
+    def unseen(self, inputs: Iterable[str]) -> tuple[str, ...]:
+        """The inputs that may be NaN or infinite without a next state being so."""
+        through: dict[Node, set[str]] = {}
+        for node in reachable(a.value for a in self.next_state):
+            if node.kind == "symbol":
+                through[node] = {node.name}
+                continue
+            carried = node.arguments[:1] if node.kind == "quotient" else node.arguments
+            through[node] = set() if node.name in LIMITS else set().union(*(through[a] for a in carried))
+        seen: set[str] = set().union(*(through[a.value] for a in self.next_state))
+        return tuple(name for name in inputs if name not in seen)
+
+    @property
+    def constants(self) -> dict[Node, str]:
+        """The node of each derived constant → its name."""
+        return {a.value: a.name for a in self.derived}
+
+    @property
+    def functions(self) -> frozenset[str]:
+        """Every function that is called anywhere."""
+        parts = [*self.derived, *self.initial_parts, *self.initial, *self._assigned, *self.next_state, *self.outputs]
+        return frozenset(node.name for node in reachable(a.value for a in parts) if node.kind == "call")
+
+    @property
+    def divides(self) -> bool:
+        """Whether anything is divided by what is not constant."""
+        nodes = reachable(a.value for a in (*self._assigned, *self.next_state, *self.outputs, *self.initial))
+        return any(node.kind == "quotient" and not node.constant for node in nodes)
+
+    @property
+    def _assigned(self) -> list[Assignment]:
+        return [a for group in self.step for a in group.assignments]
+
+    def operations(self) -> Operations:
+        """Counted as they are printed: a node with a name once."""
+        nodes = [n for n in reachable(a.value for a in (*self._assigned, *self.next_state)) if not n.constant]
+        calls = [n.name for n in nodes if n.kind == "call"]
+        return Operations(
+            additions=sum(len(n.arguments) - 1 for n in nodes if n.kind == "sum"),
+            products=sum(len(n.arguments) - 1 for n in nodes if n.kind == "product"),
+            divisions=sum(n.kind == "quotient" for n in nodes),
+            calls=len(calls) - calls.count("sign") - calls.count("abs"),
+            selections=calls.count("sign") + calls.count("abs"),
+        )

@@ -1,0 +1,97 @@
+"""Expressions as a graph in which equal ones are one node: sums and products of several terms, quotients, calls."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, eq=False)
+class Node:
+    """One expression; two nodes of a graph are equal only if they are the same.
+
+    Attributes:
+        kind: number, symbol, sum, product, quotient, negative or call.
+        arguments: terms, factors, (numerator, denominator), the negated, or the arguments of a call.
+        signs: of a sum's terms, 1 or -1.
+        value: of a number.
+        name: of a symbol or a function.
+        constant: whether it depends on parameters and numbers alone.
+        index: in the order of creation; arguments come before what they are arguments of.
+    """
+
+    kind: str
+    arguments: tuple[Node, ...] = ()
+    signs: tuple[int, ...] = ()
+    value: float = 0.0
+    name: str = ""
+    constant: bool = False
+    index: int = 0
+
+    @property
+    def leaf(self) -> bool:
+        return not self.arguments
+
+    def is_number(self, value: float | None = None) -> bool:
+        return self.kind == "number" and (value is None or self.value == value)
+
+
+class Graph:
+    """Makes nodes, each expression once."""
+
+    def __init__(self) -> None:
+        self._known: dict[tuple[object, ...], Node] = {}
+
+    def number(self, value: float) -> Node:
+        return self._node("number", value=float(value), constant=True)
+
+    def symbol(self, name: str, constant: bool) -> Node:
+        return self._node("symbol", name=name, constant=constant)
+
+    def sum(self, terms: Sequence[tuple[int, Node]]) -> Node:
+        """Terms with their signs, added from left to right."""
+        return self._node("sum", [node for _, node in terms], signs=tuple(sign for sign, _ in terms))
+
+    def product(self, factors: Sequence[Node]) -> Node:
+        """Factors, multiplied from left to right."""
+        return self._node("product", factors)
+
+    def quotient(self, above: Node, below: Node) -> Node:
+        return self._node("quotient", (above, below))
+
+    def negative(self, node: Node) -> Node:
+        return self._node("negative", (node,))
+
+    def call(self, name: str, arguments: Sequence[Node]) -> Node:
+        return self._node("call", arguments, name=name)
+
+    def _node(
+        self,
+        kind: str,
+        arguments: Iterable[Node] = (),
+        signs: tuple[int, ...] = (),
+        value: float = 0.0,
+        name: str = "",
+        constant: bool | None = None,
+    ) -> Node:
+        arguments = tuple(arguments)
+        key = (kind, *(a.index for a in arguments), signs, value.hex(), name)
+        node = self._known.get(key)
+        if node is None:
+            if constant is None:
+                constant = all(a.constant for a in arguments)
+            node = Node(kind, arguments, signs, value, name, constant, len(self._known))
+            self._known[key] = node
+        return node
+
+
+def reachable(roots: Iterable[Node]) -> list[Node]:
+    """Every node below the roots, arguments first."""
+    found: dict[int, Node] = {}
+    waiting = list(roots)
+    while waiting:
+        node = waiting.pop()
+        if node.index not in found:
+            found[node.index] = node
+            waiting.extend(node.arguments)
+    return [found[index] for index in sorted(found)]

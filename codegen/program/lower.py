@@ -1,0 +1,162 @@
+"""Program → Code: one graph over all blocks, its expressions short, constants apart, shared work once."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable
+from typing import Any
+
+import casadi
+
+from codegen.program.code import Assignment, Code, Group
+from codegen.program.evaluate import Evaluator
+from codegen.program.graph import Graph, Node, reachable
+from codegen.program.model import Program
+from codegen.program.naming import Names, constant_name, partial_name
+from codegen.program.normal import normalise
+from codegen.program.translate import to_graph
+
+WORDS = {"state", "parameters", "inputs", "outputs", "check", "first", "lane", "field", "dataclass", "math"}
+
+
+def lower(program: Program) -> Code:
+    """The cheaper of the program's two forms: with and without its sums factored.
+
+    Raises:
+        BadInput: if a constant is not finite, or a name has no place in the generated code.
+    """
+    forms = [_Lowering(program, factoring).code() for factoring in (False, True)]
+    return min(forms, key=lambda code: code.operations().total)
+
+
+class _Lowering:
+    def __init__(self, program: Program, factoring: bool) -> None:
+        self.program, self.factoring = program, factoring
+        self.graph = Graph()
+        period = self.graph.symbol("sample_time", True)
+        nodes = {f.name: self.graph.symbol(f.name, True) for f in program.parameters}
+        nodes |= {f.name: self.graph.symbol(f.name, False) for f in (*program.states, *program.inputs)}
+        self.symbols = {**nodes, "sample_time": period}
+        elements = {e for b in program.blocks for e in b.elements}
+        following = {f"{f.name}_next" for f in program.states}
+        self.names = Names(elements | following | {f.name for f in program.inputs} | WORDS)
+
+    def code(self) -> Code:
+        raw, named = self._translated()
+        roots = [raw[e] for b in self.program.blocks if not b.inner for e in b.elements]
+        following = self._nodes(self.program.next_state, raw)
+        short = normalise([*roots, *following], named, self.graph, self.factoring)
+        value = {element: short[node] for element, node in raw.items() if node in short}
+        final = [short[node] for node in following]
+        derived = self._derived([*final, *(value[name] for name, _, _ in self.program.outputs)])
+        groups, known = self._groups(value, final)
+        states = self.program.states
+        parts, initial, initial_names = self._initial()
+        parameters = {f.name: f.value for f in self.program.parameters if f.value is not None}
+        evaluator = Evaluator(parameters, self.program.precision == "single")
+        return Code(
+            derived=derived,
+            derived_values=tuple(evaluator.value(a.value) for a in derived),
+            step=groups,
+            next_state=tuple(Assignment(f.name, n, f.unit) for f, n in zip(states, final, strict=True)),
+            outputs=tuple(Assignment(name, value[name], unit) for name, unit, _ in self.program.outputs),
+            initial=initial,
+            names=known,
+            initial_parts=parts,
+            initial_names=initial_names,
+        )
+
+    def _translated(self) -> tuple[dict[str, Node], list[Node]]:
+        """The node of every element, and those that stay whole because they are printed under their name."""
+        raw: dict[str, Node] = {}
+        named: list[Node] = []
+        for block in self.program.blocks:
+            nodes = to_graph(block.expression, {**self.symbols, **raw}, self.graph)
+            raw |= dict(zip(block.elements, nodes, strict=True))
+            named += [] if block.inner else nodes
+        return raw, named
+
+    def _nodes(self, values: Iterable[Any], raw: dict[str, Node]) -> list[Node]:
+        values = list(values)
+        return to_graph(casadi.vertcat(*values), {**self.symbols, **raw}, self.graph) if values else []
+
+    def _derived(self, roots: list[Node]) -> tuple[Assignment, ...]:
+        """The constants that a step needs."""
+        needed = {a for n in reachable(roots) if not n.constant for a in n.arguments if a.constant}
+        needed |= {n for n in roots if n.constant}
+        names = Names({f.name for f in self.program.parameters})
+        result = []
+        for node in sorted((n for n in needed if not n.leaf), key=lambda n: n.index):
+            wish = constant_name(node)
+            result.append(Assignment(names.take(wish) if wish else names.numbered("constant"), node))
+        return tuple(result)
+
+    def _groups(self, value: dict[str, Node], final: list[Node]) -> tuple[tuple[Group, ...], dict[Node, str]]:
+        """Assignments under the blocks: partial results where they are first needed, then the elements."""
+        blocks = self.program.blocks
+        wishes: dict[Node, str] = {}
+        for block in blocks:
+            for element in block.elements:
+                if element in value:
+                    wishes.setdefault(value[element], element)
+        roots = [*final, *(value[name] for name, _, _ in self.program.outputs)]
+        live = set(reachable(roots))
+        uses = Counter(a for n in live if not n.constant for a in n.arguments)
+        uses.update(roots)
+        whole = {value[e] for b in blocks if not b.inner for e in b.elements}
+        known: dict[Node, str] = {}
+        groups: list[Group] = []
+
+        def assign(roots: list[Node], stem: str, lines: list[Assignment]) -> None:
+            """Partial results below the roots that are used more than once."""
+            for node in reachable(roots):
+                shared = uses[node] > 1 and node.kind != "negative"
+                if node.constant or node.leaf or node in known or not (shared or node in whole) or node in roots:
+                    continue
+                wish = wishes.get(node) or partial_name(node, known)
+                inner = node in wishes
+                known[node] = (wish or "") if inner else self._partial(wish, stem)
+                lines.append(Assignment(known[node], node))
+
+        for block in blocks:
+            lines: list[Assignment] = []
+            if block.inner:
+                continue
+            for element, unit in zip(block.elements, block.units, strict=True):
+                node = value[element]
+                if node in known or node.leaf or node.constant or node not in live:
+                    continue
+                assign([node], block.name, lines)
+                known[node] = element
+                lines.append(Assignment(element, node, unit))
+            if lines:
+                groups.append(Group(block.name.replace("_", " "), block.source, tuple(lines)))
+        rest: list[Assignment] = []
+        shared = [n for n in final if uses[n] > 1]
+        assign([n for n in final if n not in shared], "step", rest)
+        for node in shared:
+            if node not in known and not node.leaf and not node.constant:
+                assign([node], "step", rest)
+                known[node] = self._partial(partial_name(node, known), "step")
+                rest.append(Assignment(known[node], node))
+        if rest:
+            groups.append(Group("shared by the states", "", tuple(rest)))
+        return tuple(groups), known
+
+    def _partial(self, wish: str | None, stem: str) -> str:
+        return self.names.take(wish) if wish and len(wish) <= 40 else self.names.numbered(stem)
+
+    def _initial(self) -> tuple[tuple[Assignment, ...], tuple[Assignment, ...], dict[Node, str]]:
+        nodes = self._nodes(self.program.initial_state, {})
+        short = normalise(nodes, [], self.graph, factoring=False)
+        final = [short[node] for node in nodes]
+        used = reachable(final)
+        uses = Counter(a for n in used for a in n.arguments)
+        known: dict[Node, str] = {}
+        parts = []
+        for node in used:
+            if uses[node] > 1 and not node.leaf and node.kind != "negative" and not node.constant:
+                known[node] = self._partial(partial_name(node, known), "initial")
+                parts.append(Assignment(known[node], node))
+        states = self.program.states
+        return tuple(parts), tuple(Assignment(f.name, n, f.unit) for f, n in zip(states, final, strict=True)), known

@@ -1,0 +1,88 @@
+"""Names for what a spec has no name for: constants derived from parameters, and partial results."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+from codegen.program.graph import Node
+
+LONGEST = 40
+
+
+class Names:
+    """Hands out names, each once; ``taken`` are those that are in use already, whatever their case."""
+
+    def __init__(self, taken: set[str]) -> None:
+        self._taken = {name.lower() for name in taken}
+        self._counts: dict[str, int] = {}
+
+    def take(self, wish: str) -> str:
+        """The wish, or the wish with a number behind it."""
+        name = wish
+        while name.lower() in self._taken:
+            self._counts[wish] = self._counts.get(wish, 1) + 1
+            name = f"{wish}_{self._counts[wish]}"
+        self._taken.add(name.lower())
+        return name
+
+    def numbered(self, stem: str) -> str:
+        """stem_1, stem_2, …"""
+        while True:
+            self._counts[stem] = self._counts.get(stem, 0) + 1
+            name = f"{stem}_{self._counts[stem]}"
+            if name.lower() not in self._taken:
+                self._taken.add(name.lower())
+                return name
+
+
+def constant_name(node: Node) -> str | None:
+    """A constant's formula as a name: h_K_F_rail, one_over_m1, eta2_plus_eta3; None where that gets too long."""
+    words = _words(node)
+    return words if words is not None and len(words) <= LONGEST else None
+
+
+def _words(node: Node) -> str | None:
+    match node.kind:
+        case "number":
+            return {1.0: "one", 2.0: "twice"}.get(node.value) or (f"{node.value:g}" if node.value % 1 == 0 else None)
+        case "symbol":
+            return "h" if node.name == "sample_time" else node.name
+        case "call":
+            inner = _words(node.arguments[0])
+            return None if inner is None or len(node.arguments) > 1 else f"{node.name}_{inner}"
+        case "negative":
+            inner = _words(node.arguments[0])
+            return None if inner is None else f"minus_{inner}"
+    parts = [_words(a) for a in node.arguments]
+    if None in parts or any(a.kind == "sum" for a in node.arguments):
+        return None
+    text = [p for p in parts if p is not None]
+    if node.kind == "product":
+        lead = sorted(text, key=lambda word: word != "h" and word != "twice")
+        name = "_".join(_powers(lead))
+    elif node.kind == "quotient":
+        name = "_over_".join(text)
+    else:
+        signs = ("minus" if sign < 0 else "plus" for sign in node.signs[1:])
+        name = text[0] + "".join(f"_{sign}_{word}" for sign, word in zip(signs, text[1:], strict=True))
+    return name if re.fullmatch(r"[A-Za-z]\w*", name) else None
+
+
+def _powers(words: list[str]) -> list[str]:
+    squared = [f"{word}_squared" if words.count(word) == 2 else word for word in words]
+    return list(dict.fromkeys(squared)) if all(words.count(w) <= 2 for w in words) else words
+
+
+def partial_name(node: Node, known: Mapping[Node, str]) -> str | None:
+    """sin_x, omega_squared, one_over_d: where one operation on something with a name makes it; else None."""
+    inner = [known.get(a) or (a.name if a.kind == "symbol" else None) for a in node.arguments]
+    if None in inner[:1] and not (node.kind == "quotient" and inner[-1]):
+        return None
+    if node.kind == "call" and len(inner) == 1:
+        return f"{node.name}_{inner[0]}"
+    if node.kind == "product" and len(inner) == 2 and node.arguments[0] is node.arguments[1]:
+        return f"{inner[0]}_squared"
+    if node.kind == "quotient" and node.arguments[0].is_number(1.0):
+        return f"one_over_{inner[1]}"
+    return None

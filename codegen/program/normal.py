@@ -1,0 +1,192 @@
+"""The rules by which expressions get short: constants gathered, divisions by constants made products, like terms added.
+
+A node that is named or used more than once is closed: it is computed as it stands. What is open may be taken apart by
+what uses it. Every rule either saves operations of a step or moves them into constants; the result is the one order of
+operations that every language prints.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+
+from codegen.program.graph import Graph, Node, reachable
+from codegen.program.normal_constants import constant_product, constant_reciprocal, constant_sum
+
+Term = tuple[int, Node]
+
+
+def normalise(roots: Sequence[Node], named: Iterable[Node], graph: Graph, factoring: bool) -> dict[Node, Node]:
+    """The short form of every node below the roots.
+
+    Args:
+        roots: what is to be computed.
+        named: nodes that get a name, and so stay whole.
+        factoring: whether sums are factored: a x + b x as (a + b) x with a and b that vary.
+    """
+    nodes = reachable(roots)
+    uses = Counter(a for node in nodes for a in node.arguments)
+    uses.update(roots)
+    divided = Counter(node.arguments[1] for node in nodes if node.kind == "quotient")
+    named = set(named)
+    rules = _Rules(graph, factoring)
+    short: dict[Node, Node] = {}
+    for node in nodes:
+        result = rules.rebuilt(node, [short[a] for a in node.arguments], divided)
+        if node in named or uses[node] > 1:
+            rules.closed.add(result)
+        short[node] = result
+    return short
+
+
+class _Rules:
+    def __init__(self, graph: Graph, factoring: bool) -> None:
+        self.graph, self.factoring = graph, factoring
+        self.closed: set[Node] = set()
+
+    def rebuilt(self, node: Node, arguments: list[Node], divided: Counter[Node]) -> Node:
+        match node.kind:
+            case "sum":
+                return self.sum(list(zip(node.signs, arguments, strict=True)))
+            case "product":
+                return self.product(arguments)
+            case "negative":
+                return self.sum([(-1, arguments[0])])
+            case "quotient":
+                return self.quotient(arguments[0], arguments[1], divided[node.arguments[1]] > 1)
+            case "call":
+                return self.graph.call(node.name, arguments)
+        return node
+
+    def open(self, node: Node) -> bool:
+        return node.constant or node not in self.closed
+
+    def coefficient(self, node: Node) -> tuple[Node | None, Node | None]:
+        """(constant factor, the rest that varies) of a term; None for what there is not."""
+        if node.constant:
+            return node, None
+        if node.kind == "product" and node.arguments[0].constant and self.open(node):
+            rest = node.arguments[1:]
+            return node.arguments[0], rest[0] if len(rest) == 1 else self.graph.product(rest)
+        return None, node
+
+    def sum(self, terms: Sequence[Term]) -> Node:
+        groups: dict[Node | None, list[tuple[int, Node | None]]] = {}
+        whole: dict[Node | None, Node] = {}
+        for sign, node in self.flat(terms):
+            factor, rest = self.coefficient(node)
+            groups.setdefault(rest, []).append((sign, factor))
+            whole[rest] = node
+        result: list[Term] = []
+        for rest, factors in groups.items():
+            if len(factors) == 1:
+                result.append((factors[0][0], whole[rest]))
+                continue
+            one = self.graph.number(1.0)
+            total = constant_sum([(sign, one if f is None else f) for sign, f in factors], self.graph)
+            result += self.flat([(1, total if rest is None else self.product([total, rest]))])
+        if self.factoring:
+            result = self.factored(result)
+        return self.assembled(result)
+
+    def flat(self, terms: Sequence[Term]) -> list[Term]:
+        """Open sums and negatives opened, the signs of numbers taken out, zeros left out."""
+        result: list[Term] = []
+        for sign, node in terms:
+            if node.kind == "sum" and self.open(node) and not node.constant:
+                result += [(sign * s, t) for s, t in zip(node.signs, node.arguments, strict=True)]
+            elif node.kind == "negative" and self.open(node):
+                result += self.flat([(-sign, node.arguments[0])])
+            elif node.is_number():
+                if node.value:
+                    result.append((sign if node.value > 0 else -sign, self.graph.number(abs(node.value))))
+            else:
+                result.append((sign, node))
+        return result
+
+    def factored(self, terms: list[Term]) -> list[Term]:
+        """A factor that several open products share taken out, the most frequent first."""
+        counts: Counter[Node] = Counter()
+        for _, node in terms:
+            counts.update({f for f in self.factors(node) if not f.constant})
+        most = max(counts.items(), key=lambda item: (item[1], -item[0].index), default=None)
+        if most is None or most[1] < 2:
+            return terms
+        common = most[0]
+        inside: list[Term] = []
+        outside: list[Term] = []
+        for sign, node in terms:
+            factors = list(self.factors(node))
+            if common in factors:
+                factors.remove(common)
+                inside.append((sign, self.product(factors)))
+            else:
+                outside.append((sign, node))
+        return self.factored([*outside, *self.flat([(1, self.product([self.sum(inside), common]))])])
+
+    def factors(self, node: Node) -> tuple[Node, ...]:
+        return node.arguments if node.kind == "product" and self.open(node) else (node,)
+
+    def assembled(self, terms: list[Term]) -> Node:
+        """A positive term first, the rest in order."""
+        if not terms:
+            return self.graph.number(0.0)
+        if len(terms) > 1 and all(node.constant for _, node in terms):
+            return constant_sum(terms, self.graph)
+        lead = next((k for k, (sign, _) in enumerate(terms) if sign > 0), None)
+        if lead is None:
+            total = self.assembled([(1, node) for _, node in terms])
+            return self.graph.number(-total.value) if total.is_number() else self.graph.negative(total)
+        if len(terms) == 1:
+            return terms[0][1]
+        return self.graph.sum([terms[lead], *terms[:lead], *terms[lead + 1 :]])
+
+    def product(self, nodes: Sequence[Node]) -> Node:
+        sign, constants, varying = 1, [], []
+        for node in self.opened(nodes):
+            if node.kind == "negative" and self.open(node):
+                sign, node = -sign, node.arguments[0]
+                more = self.opened([node])
+            else:
+                more = [node]
+            constants += [f for f in more if f.constant]
+            varying += [f for f in more if not f.constant]
+        factor = constant_product(constants, self.graph)
+        if factor.kind == "negative":
+            sign, factor = -sign, factor.arguments[0]
+        if factor.is_number() and factor.value < 0:
+            sign, factor = -sign, self.graph.number(-factor.value)
+        if factor.is_number(0.0):
+            return factor
+        if len(varying) == 1 and not factor.is_number(1.0) and self.absorbs(varying[0]):
+            inner = varying[0]
+            terms = [(sign * s, self.product([factor, t])) for s, t in zip(inner.signs, inner.arguments, strict=True)]
+            return self.sum(terms)
+        varying.sort(key=lambda f: f.index)
+        factors = varying if factor.is_number(1.0) and varying else [factor, *varying]
+        result = factors[0] if len(factors) == 1 else self.graph.product(factors)
+        return self.assembled([(sign, result)])
+
+    def opened(self, nodes: Sequence[Node]) -> list[Node]:
+        return [f for node in nodes for f in (node.arguments if self._open_product(node) else (node,))]
+
+    def _open_product(self, node: Node) -> bool:
+        return node.kind == "product" and not node.constant and self.open(node)
+
+    def absorbs(self, node: Node) -> bool:
+        """Whether a constant factor of this sum costs nothing, as each of its terms has one already."""
+        if node.kind != "sum" or not self.open(node):
+            return False
+        return all(self.coefficient(t)[0] is not None for t in node.arguments)
+
+    def quotient(self, above: Node, below: Node, shared: bool) -> Node:
+        factor, rest = self.coefficient(below)
+        if factor is not None:
+            above = self.product([above, constant_reciprocal(factor, self.graph)])
+        if rest is None or above.is_number(0.0):
+            return above
+        if shared and not above.is_number(1.0):
+            return self.product([above, self.graph.quotient(self.graph.number(1.0), rest)])
+        if above.kind == "negative" and self.open(above):
+            return self.graph.negative(self.graph.quotient(above.arguments[0], rest))
+        return self.graph.quotient(above, rest)
