@@ -61,6 +61,7 @@ def _without(expression: Any, known: Sequence[Any]) -> Any:
     numerator, denominator = sympy.fraction(sympy.together(expression))
     sign = 1
     kept: list[Any] = []
+    squares: list[Any] = []
     factors = [(part, power, True) for part, power in _factors(numerator)]
     factors += [(part, power, False) for part, power in _factors(denominator)]
     for part, power, above in factors:
@@ -74,9 +75,11 @@ def _without(expression: Any, known: Sequence[Any]) -> Any:
         elif odd:
             kept.append(part)
         elif above:
-            kept.append(part**2)
-    reduced = sympy.Mul(sign, *kept)
-    return sympy.expand(reduced) if len(kept) <= 1 else reduced
+            squares.append(part**2)
+    if not kept and sign < 0:
+        return sympy.Integer(-1)  # whatever the squares are, it never holds
+    reduced = sympy.Mul(sign, *kept, *squares)
+    return sympy.expand(reduced) if len(kept) + len(squares) <= 1 else reduced
 
 
 def _factors(expression: Any) -> list[tuple[Any, int]]:

@@ -8,17 +8,22 @@ from __future__ import annotations
 
 import json
 from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import sympy
 from observers.cases import seeded, write_observer
-from observers.machines import HANDS, TEXTS
+from observers.machines import HANDS, ONE_MASS, TEXTS
 from observers.reference import Point
 
 from codegen.checker import verify
 from codegen.errors import BadInput
+from codegen.mechanics import build_system
+from codegen.observers import build_observer
+from codegen.spec import parse_spec
+from codegen.stability.analysis import analyse
 from codegen.stability.certify import Certificate, Refusal, certify
 
 from .certified import COMMAND, analysis_of, fall, lyapunov, outcome, step_matrix, worst_fall
@@ -235,3 +240,20 @@ def test_names_like_the_certificate_s_own_parameters() -> None:
         del TEXTS["arm_theta"]
     assert isinstance(found, Certificate), found.reason
     assert worst_fall(found.content, grid(found.content)) <= fall(found.content) + ROUNDING
+
+
+@pytest.mark.parametrize("assumed", ["", "laws: {rail: {law: walrath, T: 5, tau: 0.01}}, "])
+def test_a_dfo_s_assumptions_are_about_its_friction_state(assumed: str) -> None:
+    """Its true friction is not constant, nor does it jump at a reversal; under another law e = 0 is no equilibrium."""
+    text = ONE_MASS.replace("law: coulomb, a: 5", "law: walrath, T: 5, tau: 0.05") + (
+        f"observer: {{kind: dfo, velocity: measured, {assumed}gains: {{K_a: -10, K_f1: 0, K_f2: 0}}, "
+        "sample_time: 0.0001}\n"
+        "envelope: {v: [0.5, 1], f_rail: [0.9, 1]}\n"
+    )
+    spec = parse_spec(text, Path("one_mass.yaml"))
+    found = certify(spec, analyse(spec, build_observer(spec, build_system(spec))), {}, COMMAND)
+    assert isinstance(found, Certificate), found.reason
+    words = " ".join(found.content["assumptions"])
+    assert "friction that is estimated is constant" not in words
+    assert "true friction jumps" not in words
+    assert ("e = 0 is no equilibrium" in words) == bool(assumed)
