@@ -12,6 +12,9 @@ from codegen.stability.analysis import Analysis
 from codegen.stability.conditions import Condition
 from codegen.stability.modes import Modes
 
+LONGEST_ENTRY = 60
+"""Operations up to which an entry of a printed matrix is written out."""
+
 
 def model_view(model: Model) -> dict[str, Any]:
     """What ``stiction check`` prints."""
@@ -42,9 +45,10 @@ def analysis_view(analysis: Analysis) -> dict[str, Any]:
         "analysis": analysis,
         "observer": dynamics.observer,
         "errors": [(e.symbol.name, e.meaning, e.unit) for e in dynamics.observer.errors],
-        "rows": [[str(e) for e in dynamics.jacobian.row(i)] for i in range(dynamics.jacobian.rows)],
+        "rows": [[_entry(e) for e in dynamics.jacobian.row(i)] for i in range(dynamics.jacobian.rows)],
         "same": dynamics.sampled == dynamics.in_force(dynamics.jacobian) or dynamics.sampled == dynamics.jacobian,
-        "sampled": [[str(e) for e in dynamics.sampled.row(i)] for i in range(dynamics.sampled.rows)],
+        "sampled": [[_entry(e) for e in dynamics.sampled.row(i)] for i in range(dynamics.sampled.rows)],
+        "unsaid": [(s.name, *map(float, analysis.points.ranges[s])) for s in analysis.points.missing],
         "inverse": [(w.name, i + 1, j + 1) for w, (i, j) in dynamics.inverse_mass.items()],
         "factors": [
             (_polynomial_words(f.polynomial), _powers(f.polynomial), [e.name for e in f.errors])
@@ -127,9 +131,15 @@ def _polynomial_words(polynomial: tuple[Any, ...] | None) -> str:
     return " + ".join([powers[0], *(f"c{order - k} {powers[k]}".strip() for k in range(1, order + 1))])
 
 
+def _entry(expression: Any) -> str:
+    """An entry of a printed matrix: one that would fill lines is counted instead."""
+    operations = int(sympy.count_ops(expression))
+    return str(expression) if operations <= LONGEST_ENTRY else f"({operations} operations; see --json)"
+
+
 def _written(expression: Any) -> str:
     operations = int(sympy.count_ops(expression))
-    if operations > 60:
+    if operations > LONGEST_ENTRY:
         return f"(an expression of {operations} operations; see --json)"
     return str(sympy.factor(expression)) if not expression.has(Magnitude) else str(expression)
 
