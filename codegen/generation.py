@@ -4,20 +4,23 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 
 from codegen.checker import verify as checker
 from codegen.effects.declare import add_declared_effects
+from codegen.emit import ALWAYS, PRINTERS
 from codegen.emit.package import Header, emit_manifest, emit_readme, emit_sources, make_header
-from codegen.errors import BadInput
+from codegen.errors import BadInput, nearest_name
 from codegen.files import sha256, write_all, write_atomically
 from codegen.mechanics import build_system
 from codegen.observers import Observer, build_observer
 from codegen.program import Program, build_program
+from codegen.program.model import FAULTS, PRECISIONS, refuse_names_alike
 from codegen.spec import Spec, read_spec
 from codegen.spec.free_gains import refuse_free_gains
+from codegen.spec.model import CodeChoice
 from codegen.stability.analysis import analyse
 from codegen.stability.certify import Certificate, Refusal
 from codegen.stability.certify import certify as certify_analysis
@@ -41,8 +44,48 @@ class Generated:
     stale: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True)
+class Overrides:
+    """What the command asks for beside the spec; None and () where the spec and the default hold."""
+
+    precision: str | None = None
+    fault: str | None = None
+    targets: tuple[str, ...] = ()
+
+    @property
+    def printers(self) -> tuple[str, ...]:
+        """The names in PRINTERS that are asked for, in its order."""
+        return tuple(PRINTERS) if "all" in self.targets else self.targets or ALWAYS
+
+    def applied(self, spec: Spec) -> Spec:
+        """The spec with the command's choices.
+
+        Raises:
+            BadInput: for a precision, a fault policy or a target that there is not.
+        """
+        for option, value, known in (("--precision", self.precision, PRECISIONS), ("--fault", self.fault, FAULTS)):
+            if value is not None and value not in known:
+                raise BadInput(option, f"`{value}`", " or ".join(known), nearest_name(value, known))
+        for target in self.targets:
+            if target not in (*PRINTERS, "all"):
+                raise BadInput(
+                    "--target", f"`{target}`", f"one of {', '.join((*PRINTERS, 'all'))}", nearest_name(target, PRINTERS)
+                )
+        return replace(spec, code=CodeChoice(self.precision or spec.code.precision, self.fault or spec.code.fault))
+
+    @property
+    def options(self) -> str:
+        """As in the command, a space before each."""
+        given = [("--precision", self.precision), ("--fault", self.fault), *(("--target", t) for t in self.targets)]
+        return "".join(f" {option} {value}" for option, value in given if value is not None)
+
+
 def generate(
-    path: str | Path, folder: str | Path | None = None, check_only: bool = False, uncertified: bool = False
+    path: str | Path,
+    folder: str | Path | None = None,
+    check_only: bool = False,
+    uncertified: bool = False,
+    overrides: Overrides | None = None,
 ) -> Generated:
     """C, Python, certificate and README of a spec's observer.
 
@@ -50,12 +93,13 @@ def generate(
         folder: where to write; ``generated/NAME`` by default.
         check_only: write nothing; say what on disk is not current.
         uncertified: write the code even where no certificate can be given.
+        overrides: the command's own choices of precision, fault policy and targets.
 
     Raises:
         BadInput: for a bad spec or a folder that cannot be written.
     """
     spec = read_spec(path)
-    files, outcome = generated_files(spec)
+    files, outcome = generated_files(spec, overrides)
     target = Path(folder) if folder is not None else Path("generated") / spec.name
     if check_only:
         return Generated(target, files, outcome, _stale(target, files))
@@ -78,18 +122,23 @@ def observer_of(spec: Spec) -> Observer:
     return build_observer(spec, add_declared_effects(build_system(spec), spec))
 
 
-def generated_files(spec: Spec) -> tuple[dict[str, str], Certificate | Refusal]:
+def generated_files(spec: Spec, overrides: Overrides | None = None) -> tuple[dict[str, str], Certificate | Refusal]:
     """All files of generated/NAME, and the certificate or refusal."""
-    _, files, outcome = generated_program(spec)
+    _, files, outcome = generated_program(spec, overrides)
     return files, outcome
 
 
-def generated_program(spec: Spec) -> tuple[Program, dict[str, str], Certificate | Refusal]:
+def generated_program(
+    spec: Spec, overrides: Overrides | None = None
+) -> tuple[Program, dict[str, str], Certificate | Refusal]:
     """The program that the files are printed from, all files of generated/NAME, and the certificate or refusal."""
+    overrides = overrides or Overrides()
+    spec = overrides.applied(spec)
     observer = observer_of(spec)
-    program = build_program(observer)
-    header = make_header(spec.path.name, spec.sha256, spec.source, spec.robot)
-    files = emit_sources(program, header)
+    program = build_program(observer, spec.code)
+    refuse_names_alike(program)
+    header = make_header(spec.path.name, spec.sha256, spec.source, spec.robot, overrides.options)
+    files = emit_sources(program, header, overrides.printers)
     hashes = {name: sha256(text) for name, text in files.items()}
     outcome = certify_analysis(spec, analyse(spec, observer), hashes, header.command)
     return program, _complete(files, outcome, program, header), outcome
@@ -102,7 +151,7 @@ def _complete(
     if isinstance(outcome, Certificate):
         result["certificate.json"] = outcome.text
     result["README.md"] = emit_readme(
-        program, header, outcome.content if isinstance(outcome, Certificate) else outcome.reason
+        program, header, outcome.content if isinstance(outcome, Certificate) else outcome.reason, tuple(files)
     )
     result["manifest.json"] = emit_manifest(header, result)
     return result

@@ -15,13 +15,17 @@ from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.solve import solve_symmetric
 from codegen.observers.equations import Observer
 from codegen.program.model import Block, Field, Program
+from codegen.spec.model import CodeChoice
 
 LONGEST_DELAY = 1000
 EXAMPLE = "example_main"
 
 
-def build_program(observer: Observer) -> Program:
+def build_program(observer: Observer, choice: CodeChoice | None = None) -> Program:
     """The program of an observer in explicit Euler form.
+
+    Args:
+        choice: precision and what to do with faults; double and ``hold`` by default.
 
     Raises:
         BadInput: if two quantities would get one name in the generated code, or a delay is longer than 1000 samples.
@@ -64,6 +68,7 @@ def build_program(observer: Observer) -> Program:
         initial += first
     blocks = _needed(blocks, next_state)
     used = _used(blocks, next_state, initial)
+    choice = choice or CodeChoice()
     program = Program(
         name=system.name,
         kind=observer.kind,
@@ -74,6 +79,8 @@ def build_program(observer: Observer) -> Program:
         blocks=tuple(blocks),
         next_state=tuple(next_state),
         initial_state=tuple(initial),
+        precision=choice.precision,
+        fault=choice.fault,
     )
     _refuse_shared_names(program)
     return program

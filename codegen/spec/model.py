@@ -132,6 +132,19 @@ class LogColumns:
 
 
 @dataclass(frozen=True)
+class CodeChoice:
+    """How the code is written.
+
+    Attributes:
+        precision: ``double`` or ``single``.
+        fault: what a step does with samples that are not finite: ``hold`` the last estimate and say so, or ``none``.
+    """
+
+    precision: str = "double"
+    fault: str = "hold"
+
+
+@dataclass(frozen=True)
 class Spec:
     """One machine and its observer, as its author wrote it.
 
@@ -163,6 +176,7 @@ class Spec:
     text: str
     path: Path
     places: Mapping[str, Place]
+    code: CodeChoice = field(default_factory=CodeChoice)
 
     @property
     def file_sha256(self) -> str:

@@ -14,6 +14,7 @@ from codegen.errors import BadInput, Place, nearest_name
 from codegen.spec.expression import exact_number, parse_expression
 from codegen.spec.functions import CONSTANTS, FUNCTIONS
 from codegen.spec.model import (
+    CodeChoice,
     Contact,
     Coordinate,
     DeclaredEffect,
@@ -41,7 +42,8 @@ _C_WORDS = re.compile(
     r"NAN|INFINITY|HUGE_VAL|EOF|M_[A-Z0-9_]+|asm|explicit|friend|mutable|throw|catch|try|xor|typeof|unix|linux|"
     r"signbit|isnan|isinf|isfinite|stdin|stdout|stderr|errno|complex|imaginary|constexpr|nullptr|decltype|concept|and|or|not"
 )
-_RESERVED = {"t", "state", "parameters", "inputs", "outputs", "sample_time", "lambda"}
+_RESERVED = {"t", "state", "parameters", "inputs", "outputs", "sample_time", "lambda", "I", "E"}
+"""Words of the generated code, and names that complex.h and readers of formulas keep for i and e."""
 
 
 def read_spec(path: str | Path) -> Spec:
@@ -114,6 +116,7 @@ class _Reading:
             text=self.text,
             path=self.path,
             places=self.places,
+            code=CodeChoice(d.code.precision, d.code.fault),
         )
 
     def _name(self, name: str, key: str) -> None:

@@ -172,6 +172,13 @@ class LogSection(Section):
     published: dict[str, Text] = {}
 
 
+class CodeSection(Section):
+    """How the code is written."""
+
+    precision: Literal["double", "single"] = "double"
+    fault: Literal["hold", "none"] = "hold"
+
+
 class SpecDocument(Section):
     name: str
     source: str = ""
@@ -190,3 +197,4 @@ class SpecDocument(Section):
     envelope: dict[str, Range] = {}
     simulation: SimulationSection | None = None
     log: LogSection | None = None
+    code: CodeSection = CodeSection()

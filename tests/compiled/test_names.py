@@ -50,7 +50,7 @@ def test_a_machine_called_like_the_example_is_refused(tmp_path):
         Built(tmp_path, spec_text("one_mass").replace("name: one_mass", "name: example_main"))
 
 
-@pytest.mark.parametrize("name", ["first", "z_rail", "slip", "math", "field", "dataclass", "self", "scanf", "j0", "I"])
+@pytest.mark.parametrize("name", ["first", "z_rail", "slip", "math", "field", "dataclass", "self", "scanf", "j0"])
 def test_parameters(tmp_path, name):
     text = spec_text("one_mass").replace("  m: {value", f"  {name}: {{value").replace("[m]", f"[{name}]")
     if name == "z_rail":
