@@ -55,6 +55,8 @@ def _explain(error: ValidationError, model: type[BaseModel], places: Mapping[str
             expected = str(fault["ctx"]["error"]).removeprefix("expected ")
         case "literal_error":
             expected = str(fault["ctx"]["expected"])
+        case "model_type" if keys := _known_keys(model, steps):
+            expected = f"a mapping with {', '.join(keys)}"
         case other:
             expected = _EXPECTED.get(other, fault["msg"])
     found = fault["input"]

@@ -46,6 +46,7 @@ FAULTS: dict[str, tuple[str, str, str, str | None]] = {
     "a word where a number belongs": ("value: 2,", "value: two,", "expected a number", None),
     "true where a number belongs": ("value: 2,", "value: true,", "expected a number", None),
     "nothing where a number belongs": ("value: 2,", "value: null,", "expected a number", None),
+    "a value for a mapping": ("{value: 30, unit: N/m}", "30", "a mapping with tolerance, unit, value", None),
     "velocity guessed": ("velocity: estimated", "velocity: guessed", "'measured' or 'estimated'", None),
     "velocity misspelt": ("velocity: estimated", "velocity: estimate", "'measured' or 'estimated'", "estimated"),
     "a number with its unit": ("0.001\n", "1 ms\n", "`1 ms`; expected a number alone, without its unit", None),
