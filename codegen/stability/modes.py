@@ -80,7 +80,8 @@ def find_modes(dynamics: ErrorDynamics, continuous: Array, h: float) -> Modes | 
     absent = {s: 0 for s, value in observer.gains.items() if value == 0}
     psi = dynamics.in_force(dynamics.jacobian).subs(absent)
     inverse = dynamics.inverse_mass_matrix
-    into = Matrix(form.gain * form.weight * form.onto.T)
+    turn = sympy.diag(*observer.signs) if observer.level_errors else sympy.eye(form.gain.rows)
+    into = Matrix(turn * form.gain * turn * form.weight * form.onto.T)
     if k_v is not None:
         blocks = [[-k_v, -inverse * form.onto], [into * k_v, sympy.zeros(into.rows)]]
         expected = sympy.Matrix(sympy.BlockMatrix(blocks))

@@ -18,6 +18,7 @@ from codegen.observers import build_observer
 from codegen.spec import parse_spec
 from codegen.stability.analysis import Analysis, analyse
 
+SPECS = Path(__file__).parents[2] / "specs"
 EDGE = 1e-9
 # Four dense contacts: half a minute for polynomials that the modes make unnecessary.
 DENSE = pytest.param("gcfo", 4, marks=pytest.mark.slow)
@@ -164,3 +165,13 @@ def test_contacts_that_slide_dependently_are_refused_before(dependent: str) -> N
     text = chain(2, "gcfo", "measured", np.random.default_rng(3), distribution=dependent)
     with pytest.raises(BadInput, match="slide independently"):
         analysed(text)
+
+
+def test_a_full_symmetric_level_gain_has_modes() -> None:
+    """In force errors the gain is S K_F S, of the same inertia; the printed conditions are K_F's leading minors."""
+    text = (SPECS / "two_mass.yaml").read_text().replace("K_F: [500, 700]", "K_F: [[500, 90], [90, 700]]")
+    spec = parse_spec(text, Path("full.yaml"))
+    analysis = analyse(spec, build_observer(spec, build_system(spec)))
+    assert analysis.modes is not None
+    assert [c.value for c in analysis.modes.conditions if c.name.startswith("K_F")] == [500, 500 * 700 - 90 * 90]
+    assert analysis.modes.sample_time == pytest.approx(analysis.largest_sample_time)
