@@ -1,4 +1,4 @@
-"""belt_axis: friction observer GCFO, velocity estimated.
+"""belt_axis: friction observer GCFO, velocity estimated, double precision.
 
 Made by stiction 0.1.0 from belt_axis.yaml
 sha256 86f79aec1e97a2e042a4a218049bfc2c81c9121b32e6b6825b9fe7177cca10ed
@@ -10,14 +10,15 @@ The twin of belt_axis.c: the same operations in the same order on doubles, so th
 import math
 from dataclasses import dataclass
 
-__all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "step"]
+__all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"]
 
 SPEC_SHA256 = "86f79aec1e97a2e042a4a218049bfc2c81c9121b32e6b6825b9fe7177cca10ed"
+LARGEST = 1.7976931348623157e308
 
 
 @dataclass(slots=True)
 class Parameters:
-    """Constants of the model and gains, with the spec's values."""
+    """Constants of the model and gains, with the spec's values; behind them what ``prepare`` derives from these."""
 
     m: float = 4.2  # kg: model parameter
     kf: float = 18.5  # N/V: model parameter
@@ -26,6 +27,8 @@ class Parameters:
     K_F: float = 250.0  # N*s/m: observer gain
     K_v: float = 120.0  # 1/s: observer gain
     sample_time: float = 0.001  # s: sample time
+    one_over_m: float = 0.23809523809523808  # 1.0 / m
+    h_K_F: float = 0.25  # sample_time * K_F
 
 
 @dataclass(slots=True)
@@ -52,53 +55,69 @@ class Outputs:
     a_hat_guide: float = 0.0  # N: friction level, (4.11)
     F_hat_guide: float = 0.0  # N: contact friction, (4.10)
     F_hat_on_x: float = 0.0  # N: friction force, (4.10)
+    fault: int = 0  # 1 if this sample was not used
 
 
 def _sign(u: float) -> float:
     return 1.0 if u > 0.0 else (-1.0 if u < 0.0 else 0.0)
 
 
+def prepare(parameters: Parameters) -> None:
+    """Compute the derived constants anew, after a parameter was changed."""
+    parameters.one_over_m = 1.0 / parameters.m
+    parameters.h_K_F = parameters.sample_time * parameters.K_F
+
+
 def init(parameters: Parameters, inputs: Inputs) -> State:
-    """The state from the first measurement."""
-    # states at the first sample
+    """The state from the first measurement; from rest at zero if it is not finite."""
+    check = inputs.x
+    finite = abs(check) <= LARGEST
+    x = inputs.x if finite else 0.0
     return State(
-        z_v=-(parameters.K_v * inputs.x),
+        z_v=-(parameters.K_v * x),
         z_guide=parameters.guide_a,
     )
 
 
-def step(state: State, parameters: Parameters, inputs: Inputs) -> Outputs:
-    """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample."""
+def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs | None = None) -> Outputs:
+    """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample.
+
+    The estimates go into ``outputs``, or into new ones.
+    Where an input is NaN or infinite, or a next state would be, state and ``outputs`` stay as they are but for
+    ``fault``, which is 1.
+    """
+    if outputs is None:
+        outputs = Outputs()
+
     # velocity estimate, (4.25)
     v_hat = state.z_v + parameters.K_v * inputs.x  # m/s
 
-    # slip velocity, U' v, (4.5)
-    slip_guide = v_hat  # m/s
-
     # slip sign, (4.13)
-    sign_guide = _sign(slip_guide)  # 1
+    sign_guide = _sign(v_hat)  # 1
 
     # friction level, (4.11)
-    a_hat_guide = state.z_guide - parameters.K_F * abs(slip_guide)  # N
+    a_hat_guide = state.z_guide - parameters.K_F * abs(v_hat)  # N
 
     # contact friction, (4.10)
-    F_hat_guide = a_hat_guide * sign_guide  # N
-
-    # friction force, (4.10)
-    F_hat_on_x = F_hat_guide  # N
+    F_hat_guide = sign_guide * a_hat_guide  # N
 
     # acceleration, (4.2)
-    v_dot_hat = (parameters.kf * inputs.u - F_hat_on_x - parameters.b * v_hat) / parameters.m  # m/s^2
+    v_dot_hat = parameters.one_over_m * (parameters.kf * inputs.u - F_hat_guide - parameters.b * v_hat)  # m/s^2
 
     # states one sample later (explicit Euler)
     z_v_next = state.z_v + parameters.sample_time * (v_dot_hat - parameters.K_v * v_hat)
-    z_guide_next = state.z_guide + parameters.sample_time * (parameters.K_F * sign_guide * v_dot_hat)
+    z_guide_next = state.z_guide + parameters.h_K_F * sign_guide * v_dot_hat
+
+    # hold the last state and estimates where a next state, or an input that it does not show, is not finite
+    check = z_v_next + z_guide_next
+    if not abs(check) <= LARGEST:
+        outputs.fault = 1
+        return outputs
+    outputs.fault = 0
+    outputs.v_hat = v_hat
+    outputs.a_hat_guide = a_hat_guide
+    outputs.F_hat_guide = F_hat_guide
+    outputs.F_hat_on_x = F_hat_guide
     state.z_v = z_v_next
     state.z_guide = z_guide_next
-
-    return Outputs(
-        v_hat=v_hat,
-        a_hat_guide=a_hat_guide,
-        F_hat_guide=F_hat_guide,
-        F_hat_on_x=F_hat_on_x,
-    )
+    return outputs

@@ -1,13 +1,14 @@
 /*
- * belt_axis: friction observer GCFO, velocity estimated.
+ * belt_axis: friction observer GCFO, velocity estimated, double precision.
  * Source: the project's own example.
  *
  * Made by stiction 0.1.0 from belt_axis.yaml
  * sha256 86f79aec1e97a2e042a4a218049bfc2c81c9121b32e6b6825b9fe7177cca10ed
  * with: stiction generate belt_axis.yaml
  *
- * C99, no heap, no statics, no globals, re-entrant. Compile with -std=c99 (or -ffp-contract=off) to get the
- * bits of the Python twin. Do not edit: change the spec and generate again.
+ * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a product with its reciprocal, which the
+ * parameters hold; the Python twin does the same. Compile with -std=c99 (or -ffp-contract=off) to get the bits of the
+ * twin. Do not edit: change the spec and generate again.
  */
 #ifndef STICTION_BELT_AXIS_H
 #define STICTION_BELT_AXIS_H
@@ -25,6 +26,9 @@ typedef struct {
     double K_F; /* N*s/m: observer gain */
     double K_v; /* 1/s: observer gain */
     double sample_time; /* s: sample time */
+    /* derived: belt_axis_prepare computes them from those above */
+    double one_over_m; /* 1.0 / m */
+    double h_K_F; /* sample_time * K_F */
 } belt_axis_parameters;
 
 #define BELT_AXIS_PARAMETERS \
@@ -35,7 +39,9 @@ typedef struct {
         9.0, /* guide_a */ \
         250.0, /* K_F */ \
         120.0, /* K_v */ \
-        0.001 /* sample_time */ \
+        0.001, /* sample_time */ \
+        0.23809523809523808, /* one_over_m */ \
+        0.25 /* h_K_F */ \
     }
 
 /* What the observer remembers from sample to sample. */
@@ -56,15 +62,23 @@ typedef struct {
     double a_hat_guide; /* N: friction level, (4.11) */
     double F_hat_guide; /* N: contact friction, (4.10) */
     double F_hat_on_x; /* N: friction force, (4.10) */
+    int fault; /* 1 if this sample was not used, 0 otherwise */
 } belt_axis_outputs;
 
-/* Set the state from the first measurement. */
-void belt_axis_init(belt_axis_state *state, const belt_axis_parameters *parameters,
-                             const belt_axis_inputs *inputs);
+/* Compute the derived constants anew: call it after a parameter was changed; BELT_AXIS_PARAMETERS has them. */
+void belt_axis_prepare(belt_axis_parameters *parameters);
 
-/* One sample: estimates from the state and this measurement, then the state of the next sample. */
+/* Set the state from the first measurement; from rest at zero if it is not finite. */
+void belt_axis_init(belt_axis_state *state, const belt_axis_parameters *parameters,
+    const belt_axis_inputs *inputs);
+
+/*
+ * One sample: estimates from the state and this measurement, then the state of the next sample.
+ * Where an input is NaN or infinite, or a next state would be, state and estimates stay as they are and fault is 1;
+ * set the outputs to zero before the first step.
+ */
 void belt_axis_step(belt_axis_state *state, const belt_axis_parameters *parameters,
-                             const belt_axis_inputs *inputs, belt_axis_outputs *outputs);
+    const belt_axis_inputs *inputs, belt_axis_outputs *outputs);
 
 #ifdef __cplusplus
 }

@@ -1,13 +1,14 @@
 /*
- * emps: friction observer GCFO, velocity estimated.
+ * emps: friction observer GCFO, velocity estimated, double precision.
  * Source: Janot, Gautier and Brunot 2019, Data set and reference models of EMPS; symmetric model.
  *
  * Made by stiction 0.1.0 from emps.yaml
  * sha256 d12d46064ab668b52af346ac1f00c9207373a086bbfb7d2f3571a5090dba0d19
  * with: stiction generate emps.yaml
  *
- * C99, no heap, no statics, no globals, re-entrant. Compile with -std=c99 (or -ffp-contract=off) to get the
- * bits of the Python twin. Do not edit: change the spec and generate again.
+ * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a product with its reciprocal, which the
+ * parameters hold; the Python twin does the same. Compile with -std=c99 (or -ffp-contract=off) to get the bits of the
+ * twin. Do not edit: change the spec and generate again.
  */
 #ifndef STICTION_EMPS_H
 #define STICTION_EMPS_H
@@ -26,6 +27,9 @@ typedef struct {
     double K_F; /* N*s/m: observer gain */
     double K_v; /* 1/s: observer gain */
     double sample_time; /* s: sample time */
+    /* derived: emps_prepare computes them from those above */
+    double one_over_M; /* 1.0 / M */
+    double h_K_F; /* sample_time * K_F */
 } emps_parameters;
 
 #define EMPS_PARAMETERS \
@@ -37,7 +41,9 @@ typedef struct {
         20.3935, /* rail_a */ \
         4000.0, /* K_F */ \
         150.0, /* K_v */ \
-        0.001 /* sample_time */ \
+        0.001, /* sample_time */ \
+        0.010514263123640373, /* one_over_M */ \
+        4.0 /* h_K_F */ \
     }
 
 /* What the observer remembers from sample to sample. */
@@ -58,15 +64,23 @@ typedef struct {
     double a_hat_rail; /* N: friction level, (4.11) */
     double F_hat_rail; /* N: contact friction, (4.10) */
     double F_hat_on_x; /* N: friction force, (4.10) */
+    int fault; /* 1 if this sample was not used, 0 otherwise */
 } emps_outputs;
 
-/* Set the state from the first measurement. */
-void emps_init(emps_state *state, const emps_parameters *parameters,
-                             const emps_inputs *inputs);
+/* Compute the derived constants anew: call it after a parameter was changed; EMPS_PARAMETERS has them. */
+void emps_prepare(emps_parameters *parameters);
 
-/* One sample: estimates from the state and this measurement, then the state of the next sample. */
+/* Set the state from the first measurement; from rest at zero if it is not finite. */
+void emps_init(emps_state *state, const emps_parameters *parameters,
+    const emps_inputs *inputs);
+
+/*
+ * One sample: estimates from the state and this measurement, then the state of the next sample.
+ * Where an input is NaN or infinite, or a next state would be, state and estimates stay as they are and fault is 1;
+ * set the outputs to zero before the first step.
+ */
 void emps_step(emps_state *state, const emps_parameters *parameters,
-                             const emps_inputs *inputs, emps_outputs *outputs);
+    const emps_inputs *inputs, emps_outputs *outputs);
 
 #ifdef __cplusplus
 }

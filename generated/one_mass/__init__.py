@@ -1,4 +1,4 @@
-"""one_mass: friction observer CFO, velocity estimated.
+"""one_mass: friction observer CFO, velocity estimated, double precision.
 
 Made by stiction 0.1.0 from one_mass.yaml
 sha256 e67cd56555665e4cb1932194e4d6ac3973199ae183caabde74369e4fecf4dea9
@@ -10,20 +10,23 @@ The twin of one_mass.c: the same operations in the same order on doubles, so the
 import math
 from dataclasses import dataclass
 
-__all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "step"]
+__all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"]
 
 SPEC_SHA256 = "e67cd56555665e4cb1932194e4d6ac3973199ae183caabde74369e4fecf4dea9"
+LARGEST = 1.7976931348623157e308
 
 
 @dataclass(slots=True)
 class Parameters:
-    """Constants of the model and gains, with the spec's values."""
+    """Constants of the model and gains, with the spec's values; behind them what ``prepare`` derives from these."""
 
     m: float = 1.0  # kg: model parameter
     rail_a: float = 50.0  # N: model parameter
     K_F: float = 10.0  # N*s/m: observer gain
     K_v: float = 100.0  # 1/s: observer gain
     sample_time: float = 0.001  # s: sample time
+    one_over_m: float = 1.0  # 1.0 / m
+    h_K_F: float = 0.01  # sample_time * K_F
 
 
 @dataclass(slots=True)
@@ -50,53 +53,69 @@ class Outputs:
     a_hat_rail: float = 0.0  # N: friction level, (4.11)
     F_hat_rail: float = 0.0  # N: contact friction, (4.10)
     F_hat_on_x: float = 0.0  # N: friction force, (4.10)
+    fault: int = 0  # 1 if this sample was not used
 
 
 def _sign(u: float) -> float:
     return 1.0 if u > 0.0 else (-1.0 if u < 0.0 else 0.0)
 
 
+def prepare(parameters: Parameters) -> None:
+    """Compute the derived constants anew, after a parameter was changed."""
+    parameters.one_over_m = 1.0 / parameters.m
+    parameters.h_K_F = parameters.sample_time * parameters.K_F
+
+
 def init(parameters: Parameters, inputs: Inputs) -> State:
-    """The state from the first measurement."""
-    # states at the first sample
+    """The state from the first measurement; from rest at zero if it is not finite."""
+    check = inputs.x
+    finite = abs(check) <= LARGEST
+    x = inputs.x if finite else 0.0
     return State(
-        z_v=-(parameters.K_v * inputs.x),
+        z_v=-(parameters.K_v * x),
         z_rail=parameters.rail_a,
     )
 
 
-def step(state: State, parameters: Parameters, inputs: Inputs) -> Outputs:
-    """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample."""
+def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs | None = None) -> Outputs:
+    """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample.
+
+    The estimates go into ``outputs``, or into new ones.
+    Where an input is NaN or infinite, or a next state would be, state and ``outputs`` stay as they are but for
+    ``fault``, which is 1.
+    """
+    if outputs is None:
+        outputs = Outputs()
+
     # velocity estimate, (4.25)
     v_hat = state.z_v + parameters.K_v * inputs.x  # m/s
 
-    # slip velocity, U' v, (4.5)
-    slip_rail = v_hat  # m/s
-
     # slip sign, (4.13)
-    sign_rail = _sign(slip_rail)  # 1
+    sign_rail = _sign(v_hat)  # 1
 
     # friction level, (4.11)
-    a_hat_rail = state.z_rail - parameters.K_F * abs(slip_rail)  # N
+    a_hat_rail = state.z_rail - parameters.K_F * abs(v_hat)  # N
 
     # contact friction, (4.10)
-    F_hat_rail = a_hat_rail * sign_rail  # N
-
-    # friction force, (4.10)
-    F_hat_on_x = F_hat_rail  # N
+    F_hat_rail = sign_rail * a_hat_rail  # N
 
     # acceleration, (4.2)
-    v_dot_hat = (inputs.w - F_hat_on_x) / parameters.m  # m/s^2
+    v_dot_hat = parameters.one_over_m * (inputs.w - F_hat_rail)  # m/s^2
 
     # states one sample later (explicit Euler)
     z_v_next = state.z_v + parameters.sample_time * (v_dot_hat - parameters.K_v * v_hat)
-    z_rail_next = state.z_rail + parameters.sample_time * (parameters.K_F * sign_rail * v_dot_hat)
+    z_rail_next = state.z_rail + parameters.h_K_F * sign_rail * v_dot_hat
+
+    # hold the last state and estimates where a next state, or an input that it does not show, is not finite
+    check = z_v_next + z_rail_next
+    if not abs(check) <= LARGEST:
+        outputs.fault = 1
+        return outputs
+    outputs.fault = 0
+    outputs.v_hat = v_hat
+    outputs.a_hat_rail = a_hat_rail
+    outputs.F_hat_rail = F_hat_rail
+    outputs.F_hat_on_x = F_hat_rail
     state.z_v = z_v_next
     state.z_rail = z_rail_next
-
-    return Outputs(
-        v_hat=v_hat,
-        a_hat_rail=a_hat_rail,
-        F_hat_rail=F_hat_rail,
-        F_hat_on_x=F_hat_on_x,
-    )
+    return outputs

@@ -1,5 +1,6 @@
 /*
- * one_mass: friction observer CFO, velocity estimated; 17 operations a step.
+ * one_mass: friction observer CFO, velocity estimated, double precision.
+ * A step: 6 additions, 8 multiplications, 0 divisions, 0 calls, 2 of sign or magnitude.
  *
  * Made by stiction 0.1.0 from one_mass.yaml
  * sha256 e67cd56555665e4cb1932194e4d6ac3973199ae183caabde74369e4fecf4dea9
@@ -7,55 +8,70 @@
  */
 #include "one_mass.h"
 
+#include <float.h>
 #include <math.h>
 
-static double signum(double u)
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+static inline double one_mass_sign(double u)
 {
-    return u > 0.0 ? 1.0 : (u < 0.0 ? -1.0 : 0.0);
+    return (u > 0.0) ? 1.0 : ((u < 0.0) ? -1.0 : 0.0);
+}
+
+void one_mass_prepare(one_mass_parameters *parameters)
+{
+    parameters->one_over_m = 1.0 / parameters->m;
+    parameters->h_K_F = parameters->sample_time * parameters->K_F;
 }
 
 void one_mass_init(one_mass_state *state, const one_mass_parameters *parameters,
-                             const one_mass_inputs *inputs)
+    const one_mass_inputs *inputs)
 {
-    (void)parameters;
-    (void)inputs;
-    /* states at the first sample */
-    state->z_v = -(parameters->K_v * inputs->x);
+    /* from rest at zero if the first sample is not finite */
+    const double check = inputs->x;
+    const int finite = fabs(check) <= DBL_MAX;
+    const double x = finite ? inputs->x : 0.0;
+
+    state->z_v = -(parameters->K_v * x);
     state->z_rail = parameters->rail_a;
 }
 
 void one_mass_step(one_mass_state *state, const one_mass_parameters *parameters,
-                             const one_mass_inputs *inputs, one_mass_outputs *outputs)
+    const one_mass_inputs *inputs, one_mass_outputs *outputs)
 {
     /* velocity estimate, (4.25) */
     const double v_hat = state->z_v + parameters->K_v * inputs->x; /* m/s */
 
-    /* slip velocity, U' v, (4.5) */
-    const double slip_rail = v_hat; /* m/s */
-
     /* slip sign, (4.13) */
-    const double sign_rail = signum(slip_rail); /* 1 */
+    const double sign_rail = one_mass_sign(v_hat); /* 1 */
 
     /* friction level, (4.11) */
-    const double a_hat_rail = state->z_rail - parameters->K_F * fabs(slip_rail); /* N */
+    const double a_hat_rail = state->z_rail - parameters->K_F * fabs(v_hat); /* N */
 
     /* contact friction, (4.10) */
-    const double F_hat_rail = a_hat_rail * sign_rail; /* N */
-
-    /* friction force, (4.10) */
-    const double F_hat_on_x = F_hat_rail; /* N */
+    const double F_hat_rail = sign_rail * a_hat_rail; /* N */
 
     /* acceleration, (4.2) */
-    const double v_dot_hat = (inputs->w - F_hat_on_x) / parameters->m; /* m/s^2 */
+    const double v_dot_hat = parameters->one_over_m * (inputs->w - F_hat_rail); /* m/s^2 */
 
     /* states one sample later (explicit Euler) */
     const double z_v_next = state->z_v + parameters->sample_time * (v_dot_hat - parameters->K_v * v_hat);
-    const double z_rail_next = state->z_rail + parameters->sample_time * (parameters->K_F * sign_rail * v_dot_hat);
-    state->z_v = z_v_next;
-    state->z_rail = z_rail_next;
+    const double z_rail_next = state->z_rail + parameters->h_K_F * sign_rail * v_dot_hat;
 
-    outputs->v_hat = v_hat;
-    outputs->a_hat_rail = a_hat_rail;
-    outputs->F_hat_rail = F_hat_rail;
-    outputs->F_hat_on_x = F_hat_on_x;
+    /* hold the last state and estimates where a next state, or an input that it does not show, is not finite */
+    const double check = z_v_next + z_rail_next;
+    if (fabs(check) <= DBL_MAX) {
+        outputs->v_hat = v_hat;
+        outputs->a_hat_rail = a_hat_rail;
+        outputs->F_hat_rail = F_hat_rail;
+        outputs->F_hat_on_x = F_hat_rail;
+
+        state->z_v = z_v_next;
+        state->z_rail = z_rail_next;
+        outputs->fault = 0;
+    } else {
+        outputs->fault = 1;
+    }
 }

@@ -1,13 +1,14 @@
 /*
- * one_mass: friction observer CFO, velocity estimated.
+ * one_mass: friction observer CFO, velocity estimated, double precision.
  * Source: Mentzelopoulou 1994, sections 2.3 and 3.3.
  *
  * Made by stiction 0.1.0 from one_mass.yaml
  * sha256 e67cd56555665e4cb1932194e4d6ac3973199ae183caabde74369e4fecf4dea9
  * with: stiction generate one_mass.yaml
  *
- * C99, no heap, no statics, no globals, re-entrant. Compile with -std=c99 (or -ffp-contract=off) to get the
- * bits of the Python twin. Do not edit: change the spec and generate again.
+ * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a product with its reciprocal, which the
+ * parameters hold; the Python twin does the same. Compile with -std=c99 (or -ffp-contract=off) to get the bits of the
+ * twin. Do not edit: change the spec and generate again.
  */
 #ifndef STICTION_ONE_MASS_H
 #define STICTION_ONE_MASS_H
@@ -23,6 +24,9 @@ typedef struct {
     double K_F; /* N*s/m: observer gain */
     double K_v; /* 1/s: observer gain */
     double sample_time; /* s: sample time */
+    /* derived: one_mass_prepare computes them from those above */
+    double one_over_m; /* 1.0 / m */
+    double h_K_F; /* sample_time * K_F */
 } one_mass_parameters;
 
 #define ONE_MASS_PARAMETERS \
@@ -31,7 +35,9 @@ typedef struct {
         50.0, /* rail_a */ \
         10.0, /* K_F */ \
         100.0, /* K_v */ \
-        0.001 /* sample_time */ \
+        0.001, /* sample_time */ \
+        1.0, /* one_over_m */ \
+        0.01 /* h_K_F */ \
     }
 
 /* What the observer remembers from sample to sample. */
@@ -52,15 +58,23 @@ typedef struct {
     double a_hat_rail; /* N: friction level, (4.11) */
     double F_hat_rail; /* N: contact friction, (4.10) */
     double F_hat_on_x; /* N: friction force, (4.10) */
+    int fault; /* 1 if this sample was not used, 0 otherwise */
 } one_mass_outputs;
 
-/* Set the state from the first measurement. */
-void one_mass_init(one_mass_state *state, const one_mass_parameters *parameters,
-                             const one_mass_inputs *inputs);
+/* Compute the derived constants anew: call it after a parameter was changed; ONE_MASS_PARAMETERS has them. */
+void one_mass_prepare(one_mass_parameters *parameters);
 
-/* One sample: estimates from the state and this measurement, then the state of the next sample. */
+/* Set the state from the first measurement; from rest at zero if it is not finite. */
+void one_mass_init(one_mass_state *state, const one_mass_parameters *parameters,
+    const one_mass_inputs *inputs);
+
+/*
+ * One sample: estimates from the state and this measurement, then the state of the next sample.
+ * Where an input is NaN or infinite, or a next state would be, state and estimates stay as they are and fault is 1;
+ * set the outputs to zero before the first step.
+ */
 void one_mass_step(one_mass_state *state, const one_mass_parameters *parameters,
-                             const one_mass_inputs *inputs, one_mass_outputs *outputs);
+    const one_mass_inputs *inputs, one_mass_outputs *outputs);
 
 #ifdef __cplusplus
 }

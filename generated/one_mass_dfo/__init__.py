@@ -1,7 +1,7 @@
-"""one_mass_dfo: friction observer DFO, velocity estimated.
+"""one_mass_dfo: friction observer DFO, velocity estimated, double precision.
 
 Made by stiction 0.1.0 from one_mass_dfo.yaml
-sha256 e39923b63c195b3ca7d1eb762acfc92ae45defa43d4e36b2c550d479270222f0
+sha256 762cb0fe635cadf0ec9ed26bd15d18fe482c70acc287a26e516008fdf2427ed9
 with: stiction generate one_mass_dfo.yaml
 
 The twin of one_mass_dfo.c: the same operations in the same order on doubles, so the same bits. Do not edit.
@@ -10,14 +10,15 @@ The twin of one_mass_dfo.c: the same operations in the same order on doubles, so
 import math
 from dataclasses import dataclass
 
-__all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "step"]
+__all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"]
 
-SPEC_SHA256 = "e39923b63c195b3ca7d1eb762acfc92ae45defa43d4e36b2c550d479270222f0"
+SPEC_SHA256 = "762cb0fe635cadf0ec9ed26bd15d18fe482c70acc287a26e516008fdf2427ed9"
+LARGEST = 1.7976931348623157e308
 
 
 @dataclass(slots=True)
 class Parameters:
-    """Constants of the model and gains, with the spec's values."""
+    """Constants of the model and gains, with the spec's values; behind them what ``prepare`` derives from these."""
 
     m: float = 1.0  # kg: model parameter
     rail_a: float = 50.0  # N: model parameter
@@ -29,6 +30,9 @@ class Parameters:
     K_f2: float = 0.0  # s/m: observer gain
     K_v: float = 100.0  # 1/s: observer gain
     sample_time: float = 1e-05  # s: sample time
+    rail_D1_minus_rail_D2: float = 999.9999  # rail_D1 - rail_D2
+    one_over_m: float = 1.0  # 1.0 / m
+    h_K_a: float = -0.0001  # sample_time * K_a
 
 
 @dataclass(slots=True)
@@ -57,59 +61,79 @@ class Outputs:
     a_hat_rail: float = 0.0  # N: friction level, (7.10)
     F_hat_rail: float = 0.0  # N: contact friction, (7.12)
     F_hat_on_x: float = 0.0  # N: friction force, (7.12)
+    fault: int = 0  # 1 if this sample was not used
+
+
+def prepare(parameters: Parameters) -> None:
+    """Compute the derived constants anew, after a parameter was changed."""
+    parameters.rail_D1_minus_rail_D2 = parameters.rail_D1 - parameters.rail_D2
+    parameters.one_over_m = 1.0 / parameters.m
+    parameters.h_K_a = parameters.sample_time * parameters.K_a
 
 
 def init(parameters: Parameters, inputs: Inputs) -> State:
-    """The state from the first measurement."""
-    # states at the first sample
+    """The state from the first measurement; from rest at zero if it is not finite."""
+    check = inputs.x
+    finite = abs(check) <= LARGEST
+    x = inputs.x if finite else 0.0
     return State(
-        z_v=-(parameters.K_v * inputs.x),
-        z_f_rail=-(parameters.K_f1 * inputs.x),
+        z_v=-(parameters.K_v * x),
+        z_f_rail=-(parameters.K_f1 * x),
         z_a_rail=parameters.rail_a,
     )
 
 
-def step(state: State, parameters: Parameters, inputs: Inputs) -> Outputs:
-    """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample."""
+def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs | None = None) -> Outputs:
+    """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample.
+
+    The estimates go into ``outputs``, or into new ones.
+    Where an input is NaN or infinite, or a next state would be, state and ``outputs`` stay as they are but for
+    ``fault``, which is 1.
+    """
+    if outputs is None:
+        outputs = Outputs()
+
     # velocity estimate, (4.25)
     v_hat = state.z_v + parameters.K_v * inputs.x  # m/s
-
-    # slip velocity, U' v, (4.5)
-    slip_rail = v_hat  # m/s
 
     # friction state, (7.11)
     f_hat_rail = state.z_f_rail + parameters.K_f1 * inputs.x + parameters.K_f2 * v_hat  # 1
 
     # friction level, (7.10)
-    a_hat_rail = state.z_a_rail + parameters.K_a * f_hat_rail * slip_rail  # N
-
-    # unit friction, the law's force at level 1; f of (7.12)
-    phi_hat_rail = f_hat_rail  # N/N
+    a_hat_rail = state.z_a_rail + parameters.K_a * v_hat * f_hat_rail  # N
 
     # contact friction, (7.12)
-    F_hat_rail = a_hat_rail * phi_hat_rail  # N
-
-    # friction force, (7.12)
-    F_hat_on_x = F_hat_rail  # N
+    F_hat_rail = f_hat_rail * a_hat_rail  # N
 
     # acceleration, (4.2)
-    v_dot_hat = (inputs.w - F_hat_on_x) / parameters.m  # m/s^2
+    v_dot_hat = parameters.one_over_m * (inputs.w - F_hat_rail)  # m/s^2
 
     # friction state rate, xi_1 of (6.5), (6.6)
-    f_rate_rail = parameters.rail_c * (slip_rail - f_hat_rail * parameters.rail_D2 - (parameters.rail_D1 - parameters.rail_D2) * (f_hat_rail + abs(f_hat_rail - 1.0) / 2.0 - abs(1.0 + f_hat_rail) / 2.0))  # 1/s
+    f_rate_rail = (
+        parameters.rail_c * (v_hat - parameters.rail_D2 * f_hat_rail - parameters.rail_D1_minus_rail_D2
+        * (f_hat_rail + 0.5 * abs(f_hat_rail - 1.0) - 0.5 * abs(1.0 + f_hat_rail)))
+    )  # 1/s
 
     # states one sample later (explicit Euler)
     z_v_next = state.z_v + parameters.sample_time * (v_dot_hat - parameters.K_v * v_hat)
-    z_f_rail_next = state.z_f_rail + parameters.sample_time * (f_rate_rail - parameters.K_f1 * v_hat - parameters.K_f2 * v_dot_hat)
-    z_a_rail_next = state.z_a_rail - parameters.sample_time * (parameters.K_a * (f_hat_rail * v_dot_hat + f_rate_rail * slip_rail))
+    z_f_rail_next = (
+        state.z_f_rail + parameters.sample_time * (f_rate_rail - parameters.K_f1 * v_hat - parameters.K_f2
+        * v_dot_hat)
+    )
+    z_a_rail_next = state.z_a_rail - parameters.h_K_a * (f_hat_rail * v_dot_hat + v_hat * f_rate_rail)
+
+    # hold the last state and estimates where a next state, or an input that it does not show, is not finite
+    check = z_v_next + z_f_rail_next + z_a_rail_next
+    if not abs(check) <= LARGEST:
+        outputs.fault = 1
+        return outputs
+    outputs.fault = 0
+    outputs.v_hat = v_hat
+    outputs.f_hat_rail = f_hat_rail
+    outputs.a_hat_rail = a_hat_rail
+    outputs.F_hat_rail = F_hat_rail
+    outputs.F_hat_on_x = F_hat_rail
     state.z_v = z_v_next
     state.z_f_rail = z_f_rail_next
     state.z_a_rail = z_a_rail_next
-
-    return Outputs(
-        v_hat=v_hat,
-        f_hat_rail=f_hat_rail,
-        a_hat_rail=a_hat_rail,
-        F_hat_rail=F_hat_rail,
-        F_hat_on_x=F_hat_on_x,
-    )
+    return outputs

@@ -1,11 +1,21 @@
 /*
  * A complete program around one_mass_dfo: build with
  *     cc -std=c99 -O2 example_main.c one_mass_dfo.c -lm -o example
- * Reads one sample a line (x, w) and prints the estimates.
+ * Reads one sample a line (x, w) and prints the estimates and the fault flag.
  */
 #include "one_mass_dfo.h"
 
 #include <stdio.h>
+#include <string.h>
+
+static int read_sample(one_mass_dfo_inputs *inputs)
+{
+    int count = 0;
+
+    count += scanf("%lf", &inputs->x);
+    count += scanf("%lf", &inputs->w);
+    return count == 2;
+}
 
 int main(void)
 {
@@ -15,13 +25,19 @@ int main(void)
     one_mass_dfo_outputs outputs;
     int first = 1;
 
-    while (scanf("%lf %lf", &inputs.x, &inputs.w) == 2) {
+    memset(&outputs, 0, sizeof outputs);
+    while (read_sample(&inputs)) {
         if (first) {
             one_mass_dfo_init(&state, &parameters, &inputs);
             first = 0;
         }
         one_mass_dfo_step(&state, &parameters, &inputs, &outputs);
-        printf("%.17g %.17g %.17g %.17g %.17g\n", outputs.v_hat, outputs.f_hat_rail, outputs.a_hat_rail, outputs.F_hat_rail, outputs.F_hat_on_x);
+        printf("%.17g ", outputs.v_hat);
+        printf("%.17g ", outputs.f_hat_rail);
+        printf("%.17g ", outputs.a_hat_rail);
+        printf("%.17g ", outputs.F_hat_rail);
+        printf("%.17g ", outputs.F_hat_on_x);
+        printf("%d\n", outputs.fault);
     }
     return 0;
 }

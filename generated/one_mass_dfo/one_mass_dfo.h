@@ -1,13 +1,14 @@
 /*
- * one_mass_dfo: friction observer DFO, velocity estimated.
+ * one_mass_dfo: friction observer DFO, velocity estimated, double precision.
  * Source: Mentzelopoulou 1994, section 6.7.
  *
  * Made by stiction 0.1.0 from one_mass_dfo.yaml
- * sha256 e39923b63c195b3ca7d1eb762acfc92ae45defa43d4e36b2c550d479270222f0
+ * sha256 762cb0fe635cadf0ec9ed26bd15d18fe482c70acc287a26e516008fdf2427ed9
  * with: stiction generate one_mass_dfo.yaml
  *
- * C99, no heap, no statics, no globals, re-entrant. Compile with -std=c99 (or -ffp-contract=off) to get the
- * bits of the Python twin. Do not edit: change the spec and generate again.
+ * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a product with its reciprocal, which the
+ * parameters hold; the Python twin does the same. Compile with -std=c99 (or -ffp-contract=off) to get the bits of the
+ * twin. Do not edit: change the spec and generate again.
  */
 #ifndef STICTION_ONE_MASS_DFO_H
 #define STICTION_ONE_MASS_DFO_H
@@ -28,6 +29,10 @@ typedef struct {
     double K_f2; /* s/m: observer gain */
     double K_v; /* 1/s: observer gain */
     double sample_time; /* s: sample time */
+    /* derived: one_mass_dfo_prepare computes them from those above */
+    double rail_D1_minus_rail_D2; /* rail_D1 - rail_D2 */
+    double one_over_m; /* 1.0 / m */
+    double h_K_a; /* sample_time * K_a */
 } one_mass_dfo_parameters;
 
 #define ONE_MASS_DFO_PARAMETERS \
@@ -41,7 +46,10 @@ typedef struct {
         -0.01, /* K_f1 */ \
         0.0, /* K_f2 */ \
         100.0, /* K_v */ \
-        1e-05 /* sample_time */ \
+        1e-05, /* sample_time */ \
+        999.9999, /* rail_D1_minus_rail_D2 */ \
+        1.0, /* one_over_m */ \
+        -0.0001 /* h_K_a */ \
     }
 
 /* What the observer remembers from sample to sample. */
@@ -64,15 +72,23 @@ typedef struct {
     double a_hat_rail; /* N: friction level, (7.10) */
     double F_hat_rail; /* N: contact friction, (7.12) */
     double F_hat_on_x; /* N: friction force, (7.12) */
+    int fault; /* 1 if this sample was not used, 0 otherwise */
 } one_mass_dfo_outputs;
 
-/* Set the state from the first measurement. */
-void one_mass_dfo_init(one_mass_dfo_state *state, const one_mass_dfo_parameters *parameters,
-                             const one_mass_dfo_inputs *inputs);
+/* Compute the derived constants anew: call it after a parameter was changed; ONE_MASS_DFO_PARAMETERS has them. */
+void one_mass_dfo_prepare(one_mass_dfo_parameters *parameters);
 
-/* One sample: estimates from the state and this measurement, then the state of the next sample. */
+/* Set the state from the first measurement; from rest at zero if it is not finite. */
+void one_mass_dfo_init(one_mass_dfo_state *state, const one_mass_dfo_parameters *parameters,
+    const one_mass_dfo_inputs *inputs);
+
+/*
+ * One sample: estimates from the state and this measurement, then the state of the next sample.
+ * Where an input is NaN or infinite, or a next state would be, state and estimates stay as they are and fault is 1;
+ * set the outputs to zero before the first step.
+ */
 void one_mass_dfo_step(one_mass_dfo_state *state, const one_mass_dfo_parameters *parameters,
-                             const one_mass_dfo_inputs *inputs, one_mass_dfo_outputs *outputs);
+    const one_mass_dfo_inputs *inputs, one_mass_dfo_outputs *outputs);
 
 #ifdef __cplusplus
 }

@@ -1,4 +1,4 @@
-"""rig: friction observer CFO, velocity estimated.
+"""rig: friction observer CFO, velocity estimated, double precision.
 
 Made by stiction 0.1.0 from rig.yaml
 sha256 7251f4f1b617cc2038090d9dbaa1075a2eab900ef9bf816326a579f8bfb3dcf1
@@ -10,20 +10,23 @@ The twin of rig.c: the same operations in the same order on doubles, so the same
 import math
 from dataclasses import dataclass
 
-__all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "step"]
+__all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"]
 
 SPEC_SHA256 = "7251f4f1b617cc2038090d9dbaa1075a2eab900ef9bf816326a579f8bfb3dcf1"
+LARGEST = 1.7976931348623157e308
 
 
 @dataclass(slots=True)
 class Parameters:
-    """Constants of the model and gains, with the spec's values."""
+    """Constants of the model and gains, with the spec's values; behind them what ``prepare`` derives from these."""
 
     J: float = 1.0  # kg*m^2: model parameter
     plates_a: float = 30.0  # N*m: model parameter
     K_F: float = 10.0  # N*m*s/rad: observer gain
     K_v: float = 50.0  # 1/s: observer gain
     sample_time: float = 0.01  # s: sample time
+    one_over_J: float = 1.0  # 1.0 / J
+    h_K_F: float = 0.1  # sample_time * K_F
 
 
 @dataclass(slots=True)
@@ -50,53 +53,69 @@ class Outputs:
     a_hat_plates: float = 0.0  # N*m: friction level, (4.11)
     F_hat_plates: float = 0.0  # N*m: contact friction, (4.10)
     F_hat_on_theta: float = 0.0  # N*m: friction force, (4.10)
+    fault: int = 0  # 1 if this sample was not used
 
 
 def _sign(u: float) -> float:
     return 1.0 if u > 0.0 else (-1.0 if u < 0.0 else 0.0)
 
 
+def prepare(parameters: Parameters) -> None:
+    """Compute the derived constants anew, after a parameter was changed."""
+    parameters.one_over_J = 1.0 / parameters.J
+    parameters.h_K_F = parameters.sample_time * parameters.K_F
+
+
 def init(parameters: Parameters, inputs: Inputs) -> State:
-    """The state from the first measurement."""
-    # states at the first sample
+    """The state from the first measurement; from rest at zero if it is not finite."""
+    check = inputs.theta
+    finite = abs(check) <= LARGEST
+    theta = inputs.theta if finite else 0.0
     return State(
-        z_omega=-(parameters.K_v * inputs.theta),
+        z_omega=-(parameters.K_v * theta),
         z_plates=parameters.plates_a,
     )
 
 
-def step(state: State, parameters: Parameters, inputs: Inputs) -> Outputs:
-    """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample."""
+def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs | None = None) -> Outputs:
+    """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample.
+
+    The estimates go into ``outputs``, or into new ones.
+    Where an input is NaN or infinite, or a next state would be, state and ``outputs`` stay as they are but for
+    ``fault``, which is 1.
+    """
+    if outputs is None:
+        outputs = Outputs()
+
     # velocity estimate, (4.25)
     omega_hat = state.z_omega + parameters.K_v * inputs.theta  # rad/s
 
-    # slip velocity, U' v, (4.5)
-    slip_plates = omega_hat  # rad/s
-
     # slip sign, (4.13)
-    sign_plates = _sign(slip_plates)  # 1
+    sign_plates = _sign(omega_hat)  # 1
 
     # friction level, (4.11)
-    a_hat_plates = state.z_plates - parameters.K_F * abs(slip_plates)  # N*m
+    a_hat_plates = state.z_plates - parameters.K_F * abs(omega_hat)  # N*m
 
     # contact friction, (4.10)
-    F_hat_plates = a_hat_plates * sign_plates  # N*m
-
-    # friction force, (4.10)
-    F_hat_on_theta = F_hat_plates  # N*m
+    F_hat_plates = sign_plates * a_hat_plates  # N*m
 
     # acceleration, (4.2)
-    omega_dot_hat = (inputs.w - F_hat_on_theta) / parameters.J  # rad/s^2
+    omega_dot_hat = parameters.one_over_J * (inputs.w - F_hat_plates)  # rad/s^2
 
     # states one sample later (explicit Euler)
     z_omega_next = state.z_omega + parameters.sample_time * (omega_dot_hat - parameters.K_v * omega_hat)
-    z_plates_next = state.z_plates + parameters.sample_time * (parameters.K_F * omega_dot_hat * sign_plates)
+    z_plates_next = state.z_plates + parameters.h_K_F * sign_plates * omega_dot_hat
+
+    # hold the last state and estimates where a next state, or an input that it does not show, is not finite
+    check = z_omega_next + z_plates_next
+    if not abs(check) <= LARGEST:
+        outputs.fault = 1
+        return outputs
+    outputs.fault = 0
+    outputs.omega_hat = omega_hat
+    outputs.a_hat_plates = a_hat_plates
+    outputs.F_hat_plates = F_hat_plates
+    outputs.F_hat_on_theta = F_hat_plates
     state.z_omega = z_omega_next
     state.z_plates = z_plates_next
-
-    return Outputs(
-        omega_hat=omega_hat,
-        a_hat_plates=a_hat_plates,
-        F_hat_plates=F_hat_plates,
-        F_hat_on_theta=F_hat_on_theta,
-    )
+    return outputs

@@ -1,5 +1,6 @@
 /*
- * rig: friction observer CFO, velocity estimated; 17 operations a step.
+ * rig: friction observer CFO, velocity estimated, double precision.
+ * A step: 6 additions, 8 multiplications, 0 divisions, 0 calls, 2 of sign or magnitude.
  *
  * Made by stiction 0.1.0 from rig.yaml
  * sha256 7251f4f1b617cc2038090d9dbaa1075a2eab900ef9bf816326a579f8bfb3dcf1
@@ -7,55 +8,71 @@
  */
 #include "rig.h"
 
+#include <float.h>
 #include <math.h>
 
-static double signum(double u)
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+static inline double rig_sign(double u)
 {
-    return u > 0.0 ? 1.0 : (u < 0.0 ? -1.0 : 0.0);
+    return (u > 0.0) ? 1.0 : ((u < 0.0) ? -1.0 : 0.0);
+}
+
+void rig_prepare(rig_parameters *parameters)
+{
+    parameters->one_over_J = 1.0 / parameters->J;
+    parameters->h_K_F = parameters->sample_time * parameters->K_F;
 }
 
 void rig_init(rig_state *state, const rig_parameters *parameters,
-                             const rig_inputs *inputs)
+    const rig_inputs *inputs)
 {
-    (void)parameters;
-    (void)inputs;
-    /* states at the first sample */
-    state->z_omega = -(parameters->K_v * inputs->theta);
+    /* from rest at zero if the first sample is not finite */
+    const double check = inputs->theta;
+    const int finite = fabs(check) <= DBL_MAX;
+    const double theta = finite ? inputs->theta : 0.0;
+
+    state->z_omega = -(parameters->K_v * theta);
     state->z_plates = parameters->plates_a;
 }
 
 void rig_step(rig_state *state, const rig_parameters *parameters,
-                             const rig_inputs *inputs, rig_outputs *outputs)
+    const rig_inputs *inputs, rig_outputs *outputs)
 {
     /* velocity estimate, (4.25) */
     const double omega_hat = state->z_omega + parameters->K_v * inputs->theta; /* rad/s */
 
-    /* slip velocity, U' v, (4.5) */
-    const double slip_plates = omega_hat; /* rad/s */
-
     /* slip sign, (4.13) */
-    const double sign_plates = signum(slip_plates); /* 1 */
+    const double sign_plates = rig_sign(omega_hat); /* 1 */
 
     /* friction level, (4.11) */
-    const double a_hat_plates = state->z_plates - parameters->K_F * fabs(slip_plates); /* N*m */
+    const double a_hat_plates = state->z_plates - parameters->K_F * fabs(omega_hat); /* N*m */
 
     /* contact friction, (4.10) */
-    const double F_hat_plates = a_hat_plates * sign_plates; /* N*m */
-
-    /* friction force, (4.10) */
-    const double F_hat_on_theta = F_hat_plates; /* N*m */
+    const double F_hat_plates = sign_plates * a_hat_plates; /* N*m */
 
     /* acceleration, (4.2) */
-    const double omega_dot_hat = (inputs->w - F_hat_on_theta) / parameters->J; /* rad/s^2 */
+    const double omega_dot_hat = parameters->one_over_J * (inputs->w - F_hat_plates); /* rad/s^2 */
 
     /* states one sample later (explicit Euler) */
-    const double z_omega_next = state->z_omega + parameters->sample_time * (omega_dot_hat - parameters->K_v * omega_hat);
-    const double z_plates_next = state->z_plates + parameters->sample_time * (parameters->K_F * omega_dot_hat * sign_plates);
-    state->z_omega = z_omega_next;
-    state->z_plates = z_plates_next;
+    const double z_omega_next = state->z_omega + parameters->sample_time * (omega_dot_hat - parameters->K_v
+        * omega_hat);
+    const double z_plates_next = state->z_plates + parameters->h_K_F * sign_plates * omega_dot_hat;
 
-    outputs->omega_hat = omega_hat;
-    outputs->a_hat_plates = a_hat_plates;
-    outputs->F_hat_plates = F_hat_plates;
-    outputs->F_hat_on_theta = F_hat_on_theta;
+    /* hold the last state and estimates where a next state, or an input that it does not show, is not finite */
+    const double check = z_omega_next + z_plates_next;
+    if (fabs(check) <= DBL_MAX) {
+        outputs->omega_hat = omega_hat;
+        outputs->a_hat_plates = a_hat_plates;
+        outputs->F_hat_plates = F_hat_plates;
+        outputs->F_hat_on_theta = F_hat_plates;
+
+        state->z_omega = z_omega_next;
+        state->z_plates = z_plates_next;
+        outputs->fault = 0;
+    } else {
+        outputs->fault = 1;
+    }
 }

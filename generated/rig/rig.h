@@ -1,13 +1,14 @@
 /*
- * rig: friction observer CFO, velocity estimated.
+ * rig: friction observer CFO, velocity estimated, double precision.
  * Source: Mentzelopoulou 1994, chapter 8; the signs of (8.4)-(8.5) as in (3.8)-(3.10).
  *
  * Made by stiction 0.1.0 from rig.yaml
  * sha256 7251f4f1b617cc2038090d9dbaa1075a2eab900ef9bf816326a579f8bfb3dcf1
  * with: stiction generate rig.yaml
  *
- * C99, no heap, no statics, no globals, re-entrant. Compile with -std=c99 (or -ffp-contract=off) to get the
- * bits of the Python twin. Do not edit: change the spec and generate again.
+ * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a product with its reciprocal, which the
+ * parameters hold; the Python twin does the same. Compile with -std=c99 (or -ffp-contract=off) to get the bits of the
+ * twin. Do not edit: change the spec and generate again.
  */
 #ifndef STICTION_RIG_H
 #define STICTION_RIG_H
@@ -23,6 +24,9 @@ typedef struct {
     double K_F; /* N*m*s/rad: observer gain */
     double K_v; /* 1/s: observer gain */
     double sample_time; /* s: sample time */
+    /* derived: rig_prepare computes them from those above */
+    double one_over_J; /* 1.0 / J */
+    double h_K_F; /* sample_time * K_F */
 } rig_parameters;
 
 #define RIG_PARAMETERS \
@@ -31,7 +35,9 @@ typedef struct {
         30.0, /* plates_a */ \
         10.0, /* K_F */ \
         50.0, /* K_v */ \
-        0.01 /* sample_time */ \
+        0.01, /* sample_time */ \
+        1.0, /* one_over_J */ \
+        0.1 /* h_K_F */ \
     }
 
 /* What the observer remembers from sample to sample. */
@@ -52,15 +58,23 @@ typedef struct {
     double a_hat_plates; /* N*m: friction level, (4.11) */
     double F_hat_plates; /* N*m: contact friction, (4.10) */
     double F_hat_on_theta; /* N*m: friction force, (4.10) */
+    int fault; /* 1 if this sample was not used, 0 otherwise */
 } rig_outputs;
 
-/* Set the state from the first measurement. */
-void rig_init(rig_state *state, const rig_parameters *parameters,
-                             const rig_inputs *inputs);
+/* Compute the derived constants anew: call it after a parameter was changed; RIG_PARAMETERS has them. */
+void rig_prepare(rig_parameters *parameters);
 
-/* One sample: estimates from the state and this measurement, then the state of the next sample. */
+/* Set the state from the first measurement; from rest at zero if it is not finite. */
+void rig_init(rig_state *state, const rig_parameters *parameters,
+    const rig_inputs *inputs);
+
+/*
+ * One sample: estimates from the state and this measurement, then the state of the next sample.
+ * Where an input is NaN or infinite, or a next state would be, state and estimates stay as they are and fault is 1;
+ * set the outputs to zero before the first step.
+ */
 void rig_step(rig_state *state, const rig_parameters *parameters,
-                             const rig_inputs *inputs, rig_outputs *outputs);
+    const rig_inputs *inputs, rig_outputs *outputs);
 
 #ifdef __cplusplus
 }

@@ -1,13 +1,14 @@
 /*
- * rig_dfoa: friction observer DFO, velocity estimated.
+ * rig_dfoa: friction observer DFO, velocity estimated, double precision.
  * Source: Mentzelopoulou 1994, (8.8)-(8.10), DFOa, on the reset integrator.
  *
  * Made by stiction 0.1.0 from rig_dfoa.yaml
  * sha256 69aaea3018dec1cd2da8ec6c8a524dd0cbad32293aeaf657237465d01904a3f3
  * with: stiction generate rig_dfoa.yaml
  *
- * C99, no heap, no statics, no globals, re-entrant. Compile with -std=c99 (or -ffp-contract=off) to get the
- * bits of the Python twin. Do not edit: change the spec and generate again.
+ * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a product with its reciprocal, which the
+ * parameters hold; the Python twin does the same. Compile with -std=c99 (or -ffp-contract=off) to get the bits of the
+ * twin. Do not edit: change the spec and generate again.
  */
 #ifndef STICTION_RIG_DFOA_H
 #define STICTION_RIG_DFOA_H
@@ -28,6 +29,10 @@ typedef struct {
     double K_f2; /* s/rad: observer gain */
     double K_v; /* 1/s: observer gain */
     double sample_time; /* s: sample time */
+    /* derived: rig_dfoa_prepare computes them from those above */
+    double plates_D1_minus_plates_D2; /* plates_D1 - plates_D2 */
+    double one_over_J; /* 1.0 / J */
+    double h_K_a; /* sample_time * K_a */
 } rig_dfoa_parameters;
 
 #define RIG_DFOA_PARAMETERS \
@@ -41,7 +46,10 @@ typedef struct {
         0.0, /* K_f1 */ \
         0.0, /* K_f2 */ \
         50.0, /* K_v */ \
-        0.01 /* sample_time */ \
+        0.01, /* sample_time */ \
+        99.9, /* plates_D1_minus_plates_D2 */ \
+        1.0, /* one_over_J */ \
+        -0.05 /* h_K_a */ \
     }
 
 /* What the observer remembers from sample to sample. */
@@ -64,15 +72,23 @@ typedef struct {
     double a_hat_plates; /* N*m: friction level, (7.10) */
     double F_hat_plates; /* N*m: contact friction, (7.12) */
     double F_hat_on_theta; /* N*m: friction force, (7.12) */
+    int fault; /* 1 if this sample was not used, 0 otherwise */
 } rig_dfoa_outputs;
 
-/* Set the state from the first measurement. */
-void rig_dfoa_init(rig_dfoa_state *state, const rig_dfoa_parameters *parameters,
-                             const rig_dfoa_inputs *inputs);
+/* Compute the derived constants anew: call it after a parameter was changed; RIG_DFOA_PARAMETERS has them. */
+void rig_dfoa_prepare(rig_dfoa_parameters *parameters);
 
-/* One sample: estimates from the state and this measurement, then the state of the next sample. */
+/* Set the state from the first measurement; from rest at zero if it is not finite. */
+void rig_dfoa_init(rig_dfoa_state *state, const rig_dfoa_parameters *parameters,
+    const rig_dfoa_inputs *inputs);
+
+/*
+ * One sample: estimates from the state and this measurement, then the state of the next sample.
+ * Where an input is NaN or infinite, or a next state would be, state and estimates stay as they are and fault is 1;
+ * set the outputs to zero before the first step.
+ */
 void rig_dfoa_step(rig_dfoa_state *state, const rig_dfoa_parameters *parameters,
-                             const rig_dfoa_inputs *inputs, rig_dfoa_outputs *outputs);
+    const rig_dfoa_inputs *inputs, rig_dfoa_outputs *outputs);
 
 #ifdef __cplusplus
 }

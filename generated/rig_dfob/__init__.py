@@ -1,4 +1,4 @@
-"""rig_dfob: friction observer DFO, velocity estimated.
+"""rig_dfob: friction observer DFO, velocity estimated, double precision.
 
 Made by stiction 0.1.0 from rig_dfob.yaml
 sha256 35344a60bec08ac01ae4fac2503c305726c82aef028174816f332dc9de0dc5f3
@@ -10,14 +10,15 @@ The twin of rig_dfob.c: the same operations in the same order on doubles, so the
 import math
 from dataclasses import dataclass
 
-__all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "step"]
+__all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"]
 
 SPEC_SHA256 = "35344a60bec08ac01ae4fac2503c305726c82aef028174816f332dc9de0dc5f3"
+LARGEST = 1.7976931348623157e308
 
 
 @dataclass(slots=True)
 class Parameters:
-    """Constants of the model and gains, with the spec's values."""
+    """Constants of the model and gains, with the spec's values; behind them what ``prepare`` derives from these."""
 
     J: float = 1.0  # kg*m^2: model parameter
     plates_a: float = 30.0  # N*m: model parameter
@@ -27,6 +28,8 @@ class Parameters:
     K_f2: float = 0.0  # s/rad: observer gain
     K_v: float = 50.0  # 1/s: observer gain
     sample_time: float = 0.01  # s: sample time
+    one_over_J: float = 1.0  # 1.0 / J
+    h_K_a: float = -0.05  # sample_time * K_a
 
 
 @dataclass(slots=True)
@@ -55,63 +58,81 @@ class Outputs:
     a_hat_plates: float = 0.0  # N*m: friction level, (7.10)
     F_hat_plates: float = 0.0  # N*m: contact friction, (7.12)
     F_hat_on_theta: float = 0.0  # N*m: friction force, (7.12)
+    fault: int = 0  # 1 if this sample was not used
 
 
 def _sign(u: float) -> float:
     return 1.0 if u > 0.0 else (-1.0 if u < 0.0 else 0.0)
 
 
+def prepare(parameters: Parameters) -> None:
+    """Compute the derived constants anew, after a parameter was changed."""
+    parameters.one_over_J = 1.0 / parameters.J
+    parameters.h_K_a = parameters.sample_time * parameters.K_a
+
+
 def init(parameters: Parameters, inputs: Inputs) -> State:
-    """The state from the first measurement."""
-    # states at the first sample
+    """The state from the first measurement; from rest at zero if it is not finite."""
+    check = inputs.theta
+    finite = abs(check) <= LARGEST
+    theta = inputs.theta if finite else 0.0
     return State(
-        z_omega=-(parameters.K_v * inputs.theta),
-        z_f_plates=-(parameters.K_f1 * inputs.theta),
+        z_omega=-(parameters.K_v * theta),
+        z_f_plates=-(parameters.K_f1 * theta),
         z_a_plates=parameters.plates_a,
     )
 
 
-def step(state: State, parameters: Parameters, inputs: Inputs) -> Outputs:
-    """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample."""
+def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs | None = None) -> Outputs:
+    """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample.
+
+    The estimates go into ``outputs``, or into new ones.
+    Where an input is NaN or infinite, or a next state would be, state and ``outputs`` stay as they are but for
+    ``fault``, which is 1.
+    """
+    if outputs is None:
+        outputs = Outputs()
+
     # velocity estimate, (4.25)
     omega_hat = state.z_omega + parameters.K_v * inputs.theta  # rad/s
-
-    # slip velocity, U' v, (4.5)
-    slip_plates = omega_hat  # rad/s
 
     # friction state, (7.11)
     f_hat_plates = state.z_f_plates + parameters.K_f1 * inputs.theta + parameters.K_f2 * omega_hat  # 1
 
     # friction level, (7.10)
-    a_hat_plates = state.z_a_plates + parameters.K_a * f_hat_plates * slip_plates  # N*m
-
-    # unit friction, the law's force at level 1; f of (7.12)
-    phi_hat_plates = f_hat_plates  # N*m/(N*m)
+    a_hat_plates = state.z_a_plates + parameters.K_a * omega_hat * f_hat_plates  # N*m
 
     # contact friction, (7.12)
-    F_hat_plates = a_hat_plates * phi_hat_plates  # N*m
-
-    # friction force, (7.12)
-    F_hat_on_theta = F_hat_plates  # N*m
+    F_hat_plates = f_hat_plates * a_hat_plates  # N*m
 
     # acceleration, (4.2)
-    omega_dot_hat = (inputs.w - F_hat_on_theta) / parameters.J  # rad/s^2
+    omega_dot_hat = parameters.one_over_J * (inputs.w - F_hat_plates)  # rad/s^2
 
     # friction state rate, xi_1 of (6.5), (6.6)
-    f_rate_plates = parameters.plates_c * slip_plates * (1.0 - f_hat_plates * _sign(slip_plates))  # 1/s
+    f_rate_plates = parameters.plates_c * omega_hat * (1.0 - _sign(omega_hat) * f_hat_plates)  # 1/s
 
     # states one sample later (explicit Euler)
     z_omega_next = state.z_omega + parameters.sample_time * (omega_dot_hat - parameters.K_v * omega_hat)
-    z_f_plates_next = state.z_f_plates + parameters.sample_time * (f_rate_plates - parameters.K_f1 * omega_hat - parameters.K_f2 * omega_dot_hat)
-    z_a_plates_next = state.z_a_plates - parameters.sample_time * (parameters.K_a * (f_hat_plates * omega_dot_hat + f_rate_plates * slip_plates))
+    z_f_plates_next = (
+        state.z_f_plates + parameters.sample_time * (f_rate_plates - parameters.K_f1 * omega_hat
+        - parameters.K_f2 * omega_dot_hat)
+    )
+    z_a_plates_next = (
+        state.z_a_plates - parameters.h_K_a * (f_hat_plates * omega_dot_hat + omega_hat * f_rate_plates)
+    )
+
+    # hold the last state and estimates where a next state, or an input that it does not show, is not finite
+    check = z_omega_next + z_f_plates_next + z_a_plates_next
+    if not abs(check) <= LARGEST:
+        outputs.fault = 1
+        return outputs
+    outputs.fault = 0
+    outputs.omega_hat = omega_hat
+    outputs.f_hat_plates = f_hat_plates
+    outputs.a_hat_plates = a_hat_plates
+    outputs.F_hat_plates = F_hat_plates
+    outputs.F_hat_on_theta = F_hat_plates
     state.z_omega = z_omega_next
     state.z_f_plates = z_f_plates_next
     state.z_a_plates = z_a_plates_next
-
-    return Outputs(
-        omega_hat=omega_hat,
-        f_hat_plates=f_hat_plates,
-        a_hat_plates=a_hat_plates,
-        F_hat_plates=F_hat_plates,
-        F_hat_on_theta=F_hat_on_theta,
-    )
+    return outputs

@@ -1,11 +1,21 @@
 /*
  * A complete program around rig_dfob: build with
  *     cc -std=c99 -O2 example_main.c rig_dfob.c -lm -o example
- * Reads one sample a line (theta, w) and prints the estimates.
+ * Reads one sample a line (theta, w) and prints the estimates and the fault flag.
  */
 #include "rig_dfob.h"
 
 #include <stdio.h>
+#include <string.h>
+
+static int read_sample(rig_dfob_inputs *inputs)
+{
+    int count = 0;
+
+    count += scanf("%lf", &inputs->theta);
+    count += scanf("%lf", &inputs->w);
+    return count == 2;
+}
 
 int main(void)
 {
@@ -15,13 +25,19 @@ int main(void)
     rig_dfob_outputs outputs;
     int first = 1;
 
-    while (scanf("%lf %lf", &inputs.theta, &inputs.w) == 2) {
+    memset(&outputs, 0, sizeof outputs);
+    while (read_sample(&inputs)) {
         if (first) {
             rig_dfob_init(&state, &parameters, &inputs);
             first = 0;
         }
         rig_dfob_step(&state, &parameters, &inputs, &outputs);
-        printf("%.17g %.17g %.17g %.17g %.17g\n", outputs.omega_hat, outputs.f_hat_plates, outputs.a_hat_plates, outputs.F_hat_plates, outputs.F_hat_on_theta);
+        printf("%.17g ", outputs.omega_hat);
+        printf("%.17g ", outputs.f_hat_plates);
+        printf("%.17g ", outputs.a_hat_plates);
+        printf("%.17g ", outputs.F_hat_plates);
+        printf("%.17g ", outputs.F_hat_on_theta);
+        printf("%d\n", outputs.fault);
     }
     return 0;
 }

@@ -1,13 +1,14 @@
 /*
- * rig_dfob: friction observer DFO, velocity estimated.
+ * rig_dfob: friction observer DFO, velocity estimated, double precision.
  * Source: Mentzelopoulou 1994, (8.11)-(8.13), DFOb, on the Dahl law.
  *
  * Made by stiction 0.1.0 from rig_dfob.yaml
  * sha256 35344a60bec08ac01ae4fac2503c305726c82aef028174816f332dc9de0dc5f3
  * with: stiction generate rig_dfob.yaml
  *
- * C99, no heap, no statics, no globals, re-entrant. Compile with -std=c99 (or -ffp-contract=off) to get the
- * bits of the Python twin. Do not edit: change the spec and generate again.
+ * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a product with its reciprocal, which the
+ * parameters hold; the Python twin does the same. Compile with -std=c99 (or -ffp-contract=off) to get the bits of the
+ * twin. Do not edit: change the spec and generate again.
  */
 #ifndef STICTION_RIG_DFOB_H
 #define STICTION_RIG_DFOB_H
@@ -26,6 +27,9 @@ typedef struct {
     double K_f2; /* s/rad: observer gain */
     double K_v; /* 1/s: observer gain */
     double sample_time; /* s: sample time */
+    /* derived: rig_dfob_prepare computes them from those above */
+    double one_over_J; /* 1.0 / J */
+    double h_K_a; /* sample_time * K_a */
 } rig_dfob_parameters;
 
 #define RIG_DFOB_PARAMETERS \
@@ -37,7 +41,9 @@ typedef struct {
         0.0, /* K_f1 */ \
         0.0, /* K_f2 */ \
         50.0, /* K_v */ \
-        0.01 /* sample_time */ \
+        0.01, /* sample_time */ \
+        1.0, /* one_over_J */ \
+        -0.05 /* h_K_a */ \
     }
 
 /* What the observer remembers from sample to sample. */
@@ -60,15 +66,23 @@ typedef struct {
     double a_hat_plates; /* N*m: friction level, (7.10) */
     double F_hat_plates; /* N*m: contact friction, (7.12) */
     double F_hat_on_theta; /* N*m: friction force, (7.12) */
+    int fault; /* 1 if this sample was not used, 0 otherwise */
 } rig_dfob_outputs;
 
-/* Set the state from the first measurement. */
-void rig_dfob_init(rig_dfob_state *state, const rig_dfob_parameters *parameters,
-                             const rig_dfob_inputs *inputs);
+/* Compute the derived constants anew: call it after a parameter was changed; RIG_DFOB_PARAMETERS has them. */
+void rig_dfob_prepare(rig_dfob_parameters *parameters);
 
-/* One sample: estimates from the state and this measurement, then the state of the next sample. */
+/* Set the state from the first measurement; from rest at zero if it is not finite. */
+void rig_dfob_init(rig_dfob_state *state, const rig_dfob_parameters *parameters,
+    const rig_dfob_inputs *inputs);
+
+/*
+ * One sample: estimates from the state and this measurement, then the state of the next sample.
+ * Where an input is NaN or infinite, or a next state would be, state and estimates stay as they are and fault is 1;
+ * set the outputs to zero before the first step.
+ */
 void rig_dfob_step(rig_dfob_state *state, const rig_dfob_parameters *parameters,
-                             const rig_dfob_inputs *inputs, rig_dfob_outputs *outputs);
+    const rig_dfob_inputs *inputs, rig_dfob_outputs *outputs);
 
 #ifdef __cplusplus
 }

@@ -1,4 +1,4 @@
-"""rig_to: friction observer TO, velocity estimated.
+"""rig_to: friction observer TO, velocity estimated, double precision.
 
 Made by stiction 0.1.0 from rig_to.yaml
 sha256 548fde0b8ad1aa0f939cbcfd46f103a1fdb2f3fd97d1d062f74811fafc58e9f5
@@ -10,20 +10,24 @@ The twin of rig_to.c: the same operations in the same order on doubles, so the s
 import math
 from dataclasses import dataclass
 
-__all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "step"]
+__all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"]
 
 SPEC_SHA256 = "548fde0b8ad1aa0f939cbcfd46f103a1fdb2f3fd97d1d062f74811fafc58e9f5"
+LARGEST = 1.7976931348623157e308
 
 
 @dataclass(slots=True)
 class Parameters:
-    """Constants of the model and gains, with the spec's values."""
+    """Constants of the model and gains, with the spec's values; behind them what ``prepare`` derives from these."""
 
     J: float = 1.0  # kg*m^2: model parameter
     K_1: float = 0.0  # N*m/rad: observer gain
     K_2: float = -10.0  # N*m*s/rad: observer gain
     K_v: float = 50.0  # 1/s: observer gain
     sample_time: float = 0.01  # s: sample time
+    one_over_J: float = 1.0  # 1.0 / J
+    h_K_1: float = 0.0  # sample_time * K_1
+    h_K_2: float = -0.1  # sample_time * K_2
 
 
 @dataclass(slots=True)
@@ -49,39 +53,59 @@ class Outputs:
     omega_hat: float = 0.0  # rad/s: velocity estimate, (4.25)
     tracked_theta: float = 0.0  # N*m: tracked friction, (4.16)
     F_hat_on_theta: float = 0.0  # N*m: friction force, (4.16)
+    fault: int = 0  # 1 if this sample was not used
+
+
+def prepare(parameters: Parameters) -> None:
+    """Compute the derived constants anew, after a parameter was changed."""
+    parameters.one_over_J = 1.0 / parameters.J
+    parameters.h_K_1 = parameters.sample_time * parameters.K_1
+    parameters.h_K_2 = parameters.sample_time * parameters.K_2
 
 
 def init(parameters: Parameters, inputs: Inputs) -> State:
-    """The state from the first measurement."""
-    # states at the first sample
+    """The state from the first measurement; from rest at zero if it is not finite."""
+    check = inputs.theta
+    finite = abs(check) <= LARGEST
+    theta = inputs.theta if finite else 0.0
     return State(
-        z_omega=-(parameters.K_v * inputs.theta),
-        z_theta=-(parameters.K_1 * inputs.theta),
+        z_omega=-(parameters.K_v * theta),
+        z_theta=-(parameters.K_1 * theta),
     )
 
 
-def step(state: State, parameters: Parameters, inputs: Inputs) -> Outputs:
-    """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample."""
+def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs | None = None) -> Outputs:
+    """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample.
+
+    The estimates go into ``outputs``, or into new ones.
+    Where an input is NaN or infinite, or a next state would be, state and ``outputs`` stay as they are but for
+    ``fault``, which is 1.
+    """
+    if outputs is None:
+        outputs = Outputs()
+
     # velocity estimate, (4.25)
     omega_hat = state.z_omega + parameters.K_v * inputs.theta  # rad/s
 
     # tracked friction, (4.16)
     tracked_theta = state.z_theta + parameters.K_1 * inputs.theta + parameters.K_2 * omega_hat  # N*m
 
-    # friction force, (4.16)
-    F_hat_on_theta = tracked_theta  # N*m
-
     # acceleration, (4.2)
-    omega_dot_hat = (inputs.w - F_hat_on_theta) / parameters.J  # rad/s^2
+    omega_dot_hat = parameters.one_over_J * (inputs.w - tracked_theta)  # rad/s^2
 
     # states one sample later (explicit Euler)
     z_omega_next = state.z_omega + parameters.sample_time * (omega_dot_hat - parameters.K_v * omega_hat)
-    z_theta_next = state.z_theta - parameters.sample_time * (parameters.K_1 * omega_hat + parameters.K_2 * omega_dot_hat)
+    z_theta_next = state.z_theta - parameters.h_K_1 * omega_hat - parameters.h_K_2 * omega_dot_hat
+
+    # hold the last state and estimates where a next state, or an input that it does not show, is not finite
+    check = z_omega_next + z_theta_next
+    if not abs(check) <= LARGEST:
+        outputs.fault = 1
+        return outputs
+    outputs.fault = 0
+    outputs.omega_hat = omega_hat
+    outputs.tracked_theta = tracked_theta
+    outputs.F_hat_on_theta = tracked_theta
     state.z_omega = z_omega_next
     state.z_theta = z_theta_next
-
-    return Outputs(
-        omega_hat=omega_hat,
-        tracked_theta=tracked_theta,
-        F_hat_on_theta=F_hat_on_theta,
-    )
+    return outputs

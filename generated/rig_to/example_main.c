@@ -1,11 +1,21 @@
 /*
  * A complete program around rig_to: build with
  *     cc -std=c99 -O2 example_main.c rig_to.c -lm -o example
- * Reads one sample a line (theta, w) and prints the estimates.
+ * Reads one sample a line (theta, w) and prints the estimates and the fault flag.
  */
 #include "rig_to.h"
 
 #include <stdio.h>
+#include <string.h>
+
+static int read_sample(rig_to_inputs *inputs)
+{
+    int count = 0;
+
+    count += scanf("%lf", &inputs->theta);
+    count += scanf("%lf", &inputs->w);
+    return count == 2;
+}
 
 int main(void)
 {
@@ -15,13 +25,17 @@ int main(void)
     rig_to_outputs outputs;
     int first = 1;
 
-    while (scanf("%lf %lf", &inputs.theta, &inputs.w) == 2) {
+    memset(&outputs, 0, sizeof outputs);
+    while (read_sample(&inputs)) {
         if (first) {
             rig_to_init(&state, &parameters, &inputs);
             first = 0;
         }
         rig_to_step(&state, &parameters, &inputs, &outputs);
-        printf("%.17g %.17g %.17g\n", outputs.omega_hat, outputs.tracked_theta, outputs.F_hat_on_theta);
+        printf("%.17g ", outputs.omega_hat);
+        printf("%.17g ", outputs.tracked_theta);
+        printf("%.17g ", outputs.F_hat_on_theta);
+        printf("%d\n", outputs.fault);
     }
     return 0;
 }

@@ -1,13 +1,14 @@
 /*
- * rig_to: friction observer TO, velocity estimated.
+ * rig_to: friction observer TO, velocity estimated, double precision.
  * Source: Mentzelopoulou 1994, (8.6)-(8.7), tracking observer.
  *
  * Made by stiction 0.1.0 from rig_to.yaml
  * sha256 548fde0b8ad1aa0f939cbcfd46f103a1fdb2f3fd97d1d062f74811fafc58e9f5
  * with: stiction generate rig_to.yaml
  *
- * C99, no heap, no statics, no globals, re-entrant. Compile with -std=c99 (or -ffp-contract=off) to get the
- * bits of the Python twin. Do not edit: change the spec and generate again.
+ * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a product with its reciprocal, which the
+ * parameters hold; the Python twin does the same. Compile with -std=c99 (or -ffp-contract=off) to get the bits of the
+ * twin. Do not edit: change the spec and generate again.
  */
 #ifndef STICTION_RIG_TO_H
 #define STICTION_RIG_TO_H
@@ -23,6 +24,10 @@ typedef struct {
     double K_2; /* N*m*s/rad: observer gain */
     double K_v; /* 1/s: observer gain */
     double sample_time; /* s: sample time */
+    /* derived: rig_to_prepare computes them from those above */
+    double one_over_J; /* 1.0 / J */
+    double h_K_1; /* sample_time * K_1 */
+    double h_K_2; /* sample_time * K_2 */
 } rig_to_parameters;
 
 #define RIG_TO_PARAMETERS \
@@ -31,7 +36,10 @@ typedef struct {
         0.0, /* K_1 */ \
         -10.0, /* K_2 */ \
         50.0, /* K_v */ \
-        0.01 /* sample_time */ \
+        0.01, /* sample_time */ \
+        1.0, /* one_over_J */ \
+        0.0, /* h_K_1 */ \
+        -0.1 /* h_K_2 */ \
     }
 
 /* What the observer remembers from sample to sample. */
@@ -51,15 +59,23 @@ typedef struct {
     double omega_hat; /* rad/s: velocity estimate, (4.25) */
     double tracked_theta; /* N*m: tracked friction, (4.16) */
     double F_hat_on_theta; /* N*m: friction force, (4.16) */
+    int fault; /* 1 if this sample was not used, 0 otherwise */
 } rig_to_outputs;
 
-/* Set the state from the first measurement. */
-void rig_to_init(rig_to_state *state, const rig_to_parameters *parameters,
-                             const rig_to_inputs *inputs);
+/* Compute the derived constants anew: call it after a parameter was changed; RIG_TO_PARAMETERS has them. */
+void rig_to_prepare(rig_to_parameters *parameters);
 
-/* One sample: estimates from the state and this measurement, then the state of the next sample. */
+/* Set the state from the first measurement; from rest at zero if it is not finite. */
+void rig_to_init(rig_to_state *state, const rig_to_parameters *parameters,
+    const rig_to_inputs *inputs);
+
+/*
+ * One sample: estimates from the state and this measurement, then the state of the next sample.
+ * Where an input is NaN or infinite, or a next state would be, state and estimates stay as they are and fault is 1;
+ * set the outputs to zero before the first step.
+ */
 void rig_to_step(rig_to_state *state, const rig_to_parameters *parameters,
-                             const rig_to_inputs *inputs, rig_to_outputs *outputs);
+    const rig_to_inputs *inputs, rig_to_outputs *outputs);
 
 #ifdef __cplusplus
 }

@@ -1,4 +1,4 @@
-"""seven_joint_arm: friction observer GTO, velocity estimated.
+"""seven_joint_arm: friction observer GTO, velocity estimated, double precision.
 
 Made by stiction 0.1.0 from seven_joint_arm.yaml
 sha256 52b7fc24362cad8069841d41e04e6920488a5d21d83ed6b1e517ee0008775850
@@ -10,14 +10,15 @@ The twin of seven_joint_arm.c: the same operations in the same order on doubles,
 import math
 from dataclasses import dataclass
 
-__all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "step"]
+__all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"]
 
 SPEC_SHA256 = "52b7fc24362cad8069841d41e04e6920488a5d21d83ed6b1e517ee0008775850"
+LARGEST = 1.7976931348623157e308
 
 
 @dataclass(slots=True)
 class Parameters:
-    """Constants of the model and gains, with the spec's values."""
+    """Constants of the model and gains, with the spec's values; behind them what ``prepare`` derives from these."""
 
     viscous_shoulder_yaw_b: float = 0.9  # N*m*s/rad: model parameter
     viscous_shoulder_pitch_b: float = 0.9  # N*m*s/rad: model parameter
@@ -48,6 +49,20 @@ class Parameters:
     K_v_v_wrist_pitch: float = 200.0  # 1/s: observer gain
     K_v_v_hand_roll: float = 200.0  # 1/s: observer gain
     sample_time: float = 0.0005  # s: sample time
+    h_K_1_shoulder_yaw: float = 0.0  # sample_time * K_1_shoulder_yaw
+    h_K_2_shoulder_yaw: float = -0.02  # sample_time * K_2_shoulder_yaw
+    h_K_1_shoulder_pitch: float = 0.0  # sample_time * K_1_shoulder_pitch
+    h_K_2_shoulder_pitch: float = -0.02  # sample_time * K_2_shoulder_pitch
+    h_K_1_arm_roll: float = 0.0  # sample_time * K_1_arm_roll
+    h_K_2_arm_roll: float = -0.008  # sample_time * K_2_arm_roll
+    h_K_1_elbow_pitch: float = 0.0  # sample_time * K_1_elbow_pitch
+    h_K_2_elbow_pitch: float = -0.008  # sample_time * K_2_elbow_pitch
+    h_K_1_forearm_roll: float = 0.0  # sample_time * K_1_forearm_roll
+    h_K_2_forearm_roll: float = -0.003  # sample_time * K_2_forearm_roll
+    h_K_1_wrist_pitch: float = 0.0  # sample_time * K_1_wrist_pitch
+    h_K_2_wrist_pitch: float = -0.0015  # sample_time * K_2_wrist_pitch
+    h_K_1_hand_roll: float = 0.0  # sample_time * K_1_hand_roll
+    h_K_2_hand_roll: float = -0.0004  # sample_time * K_2_hand_roll
 
 
 @dataclass(slots=True)
@@ -115,31 +130,83 @@ class Outputs:
     F_hat_on_forearm_roll: float = 0.0  # N*m: friction force, (4.16)
     F_hat_on_wrist_pitch: float = 0.0  # N*m: friction force, (4.16)
     F_hat_on_hand_roll: float = 0.0  # N*m: friction force, (4.16)
+    fault: int = 0  # 1 if this sample was not used
+
+
+def _sin(u: float) -> float:
+    return math.sin(u) if math.isfinite(u) else math.nan
+
+
+def _cos(u: float) -> float:
+    return math.cos(u) if math.isfinite(u) else math.nan
+
+
+def _quotient(a: float, b: float) -> float:
+    if b != 0.0:
+        return a / b
+    return math.nan if a == 0.0 or a != a else math.copysign(math.inf, a) * math.copysign(1.0, b)
+
+
+def prepare(parameters: Parameters) -> None:
+    """Compute the derived constants anew, after a parameter was changed."""
+    parameters.h_K_1_shoulder_yaw = parameters.sample_time * parameters.K_1_shoulder_yaw
+    parameters.h_K_2_shoulder_yaw = parameters.sample_time * parameters.K_2_shoulder_yaw
+    parameters.h_K_1_shoulder_pitch = parameters.sample_time * parameters.K_1_shoulder_pitch
+    parameters.h_K_2_shoulder_pitch = parameters.sample_time * parameters.K_2_shoulder_pitch
+    parameters.h_K_1_arm_roll = parameters.sample_time * parameters.K_1_arm_roll
+    parameters.h_K_2_arm_roll = parameters.sample_time * parameters.K_2_arm_roll
+    parameters.h_K_1_elbow_pitch = parameters.sample_time * parameters.K_1_elbow_pitch
+    parameters.h_K_2_elbow_pitch = parameters.sample_time * parameters.K_2_elbow_pitch
+    parameters.h_K_1_forearm_roll = parameters.sample_time * parameters.K_1_forearm_roll
+    parameters.h_K_2_forearm_roll = parameters.sample_time * parameters.K_2_forearm_roll
+    parameters.h_K_1_wrist_pitch = parameters.sample_time * parameters.K_1_wrist_pitch
+    parameters.h_K_2_wrist_pitch = parameters.sample_time * parameters.K_2_wrist_pitch
+    parameters.h_K_1_hand_roll = parameters.sample_time * parameters.K_1_hand_roll
+    parameters.h_K_2_hand_roll = parameters.sample_time * parameters.K_2_hand_roll
 
 
 def init(parameters: Parameters, inputs: Inputs) -> State:
-    """The state from the first measurement."""
-    # states at the first sample
+    """The state from the first measurement; from rest at zero if it is not finite."""
+    check = (
+        inputs.shoulder_yaw + inputs.shoulder_pitch + inputs.arm_roll + inputs.elbow_pitch + inputs.forearm_roll
+        + inputs.wrist_pitch + inputs.hand_roll
+    )
+    finite = abs(check) <= LARGEST
+    shoulder_yaw = inputs.shoulder_yaw if finite else 0.0
+    shoulder_pitch = inputs.shoulder_pitch if finite else 0.0
+    arm_roll = inputs.arm_roll if finite else 0.0
+    elbow_pitch = inputs.elbow_pitch if finite else 0.0
+    forearm_roll = inputs.forearm_roll if finite else 0.0
+    wrist_pitch = inputs.wrist_pitch if finite else 0.0
+    hand_roll = inputs.hand_roll if finite else 0.0
     return State(
-        z_v_shoulder_yaw=-(parameters.K_v_v_shoulder_yaw * inputs.shoulder_yaw),
-        z_v_shoulder_pitch=-(parameters.K_v_v_shoulder_pitch * inputs.shoulder_pitch),
-        z_v_arm_roll=-(parameters.K_v_v_arm_roll * inputs.arm_roll),
-        z_v_elbow_pitch=-(parameters.K_v_v_elbow_pitch * inputs.elbow_pitch),
-        z_v_forearm_roll=-(parameters.K_v_v_forearm_roll * inputs.forearm_roll),
-        z_v_wrist_pitch=-(parameters.K_v_v_wrist_pitch * inputs.wrist_pitch),
-        z_v_hand_roll=-(parameters.K_v_v_hand_roll * inputs.hand_roll),
-        z_shoulder_yaw=-(parameters.K_1_shoulder_yaw * inputs.shoulder_yaw),
-        z_shoulder_pitch=-(parameters.K_1_shoulder_pitch * inputs.shoulder_pitch),
-        z_arm_roll=-(parameters.K_1_arm_roll * inputs.arm_roll),
-        z_elbow_pitch=-(parameters.K_1_elbow_pitch * inputs.elbow_pitch),
-        z_forearm_roll=-(parameters.K_1_forearm_roll * inputs.forearm_roll),
-        z_wrist_pitch=-(parameters.K_1_wrist_pitch * inputs.wrist_pitch),
-        z_hand_roll=-(parameters.K_1_hand_roll * inputs.hand_roll),
+        z_v_shoulder_yaw=-(parameters.K_v_v_shoulder_yaw * shoulder_yaw),
+        z_v_shoulder_pitch=-(parameters.K_v_v_shoulder_pitch * shoulder_pitch),
+        z_v_arm_roll=-(parameters.K_v_v_arm_roll * arm_roll),
+        z_v_elbow_pitch=-(parameters.K_v_v_elbow_pitch * elbow_pitch),
+        z_v_forearm_roll=-(parameters.K_v_v_forearm_roll * forearm_roll),
+        z_v_wrist_pitch=-(parameters.K_v_v_wrist_pitch * wrist_pitch),
+        z_v_hand_roll=-(parameters.K_v_v_hand_roll * hand_roll),
+        z_shoulder_yaw=-(parameters.K_1_shoulder_yaw * shoulder_yaw),
+        z_shoulder_pitch=-(parameters.K_1_shoulder_pitch * shoulder_pitch),
+        z_arm_roll=-(parameters.K_1_arm_roll * arm_roll),
+        z_elbow_pitch=-(parameters.K_1_elbow_pitch * elbow_pitch),
+        z_forearm_roll=-(parameters.K_1_forearm_roll * forearm_roll),
+        z_wrist_pitch=-(parameters.K_1_wrist_pitch * wrist_pitch),
+        z_hand_roll=-(parameters.K_1_hand_roll * hand_roll),
     )
 
 
-def step(state: State, parameters: Parameters, inputs: Inputs) -> Outputs:
-    """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample."""
+def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs | None = None) -> Outputs:
+    """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample.
+
+    The estimates go into ``outputs``, or into new ones.
+    Where an input is NaN or infinite, or a next state would be, state and ``outputs`` stay as they are but for
+    ``fault``, which is 1.
+    """
+    if outputs is None:
+        outputs = Outputs()
+
     # velocity estimate, (4.25)
     v_shoulder_yaw_hat = state.z_v_shoulder_yaw + parameters.K_v_v_shoulder_yaw * inputs.shoulder_yaw  # rad/s
     v_shoulder_pitch_hat = state.z_v_shoulder_pitch + parameters.K_v_v_shoulder_pitch * inputs.shoulder_pitch  # rad/s
@@ -150,31 +217,42 @@ def step(state: State, parameters: Parameters, inputs: Inputs) -> Outputs:
     v_hand_roll_hat = state.z_v_hand_roll + parameters.K_v_v_hand_roll * inputs.hand_roll  # rad/s
 
     # tracked friction, (4.16)
-    tracked_shoulder_yaw = state.z_shoulder_yaw + parameters.K_1_shoulder_yaw * inputs.shoulder_yaw + parameters.K_2_shoulder_yaw * v_shoulder_yaw_hat  # N*m
-    tracked_shoulder_pitch = state.z_shoulder_pitch + parameters.K_1_shoulder_pitch * inputs.shoulder_pitch + parameters.K_2_shoulder_pitch * v_shoulder_pitch_hat  # N*m
-    tracked_arm_roll = state.z_arm_roll + parameters.K_1_arm_roll * inputs.arm_roll + parameters.K_2_arm_roll * v_arm_roll_hat  # N*m
-    tracked_elbow_pitch = state.z_elbow_pitch + parameters.K_1_elbow_pitch * inputs.elbow_pitch + parameters.K_2_elbow_pitch * v_elbow_pitch_hat  # N*m
-    tracked_forearm_roll = state.z_forearm_roll + parameters.K_1_forearm_roll * inputs.forearm_roll + parameters.K_2_forearm_roll * v_forearm_roll_hat  # N*m
-    tracked_wrist_pitch = state.z_wrist_pitch + parameters.K_1_wrist_pitch * inputs.wrist_pitch + parameters.K_2_wrist_pitch * v_wrist_pitch_hat  # N*m
-    tracked_hand_roll = state.z_hand_roll + parameters.K_1_hand_roll * inputs.hand_roll + parameters.K_2_hand_roll * v_hand_roll_hat  # N*m
-
-    # slip velocity, U' v, (4.5)
-    slip_shoulder_yaw = v_shoulder_yaw_hat  # rad/s
-    slip_shoulder_pitch = v_shoulder_pitch_hat  # rad/s
-    slip_arm_roll = v_arm_roll_hat  # rad/s
-    slip_elbow_pitch = v_elbow_pitch_hat  # rad/s
-    slip_forearm_roll = v_forearm_roll_hat  # rad/s
-    slip_wrist_pitch = v_wrist_pitch_hat  # rad/s
-    slip_hand_roll = v_hand_roll_hat  # rad/s
+    tracked_shoulder_yaw = (
+        state.z_shoulder_yaw + parameters.K_1_shoulder_yaw * inputs.shoulder_yaw + parameters.K_2_shoulder_yaw
+        * v_shoulder_yaw_hat
+    )  # N*m
+    tracked_shoulder_pitch = (
+        state.z_shoulder_pitch + parameters.K_1_shoulder_pitch * inputs.shoulder_pitch
+        + parameters.K_2_shoulder_pitch * v_shoulder_pitch_hat
+    )  # N*m
+    tracked_arm_roll = (
+        state.z_arm_roll + parameters.K_1_arm_roll * inputs.arm_roll + parameters.K_2_arm_roll * v_arm_roll_hat
+    )  # N*m
+    tracked_elbow_pitch = (
+        state.z_elbow_pitch + parameters.K_1_elbow_pitch * inputs.elbow_pitch + parameters.K_2_elbow_pitch
+        * v_elbow_pitch_hat
+    )  # N*m
+    tracked_forearm_roll = (
+        state.z_forearm_roll + parameters.K_1_forearm_roll * inputs.forearm_roll + parameters.K_2_forearm_roll
+        * v_forearm_roll_hat
+    )  # N*m
+    tracked_wrist_pitch = (
+        state.z_wrist_pitch + parameters.K_1_wrist_pitch * inputs.wrist_pitch + parameters.K_2_wrist_pitch
+        * v_wrist_pitch_hat
+    )  # N*m
+    tracked_hand_roll = (
+        state.z_hand_roll + parameters.K_1_hand_roll * inputs.hand_roll + parameters.K_2_hand_roll
+        * v_hand_roll_hat
+    )  # N*m
 
     # known friction, declared effects
-    known_shoulder_yaw = slip_shoulder_yaw * parameters.viscous_shoulder_yaw_b  # N*m
-    known_shoulder_pitch = slip_shoulder_pitch * parameters.viscous_shoulder_pitch_b  # N*m
-    known_arm_roll = slip_arm_roll * parameters.viscous_arm_roll_b  # N*m
-    known_elbow_pitch = slip_elbow_pitch * parameters.viscous_elbow_pitch_b  # N*m
-    known_forearm_roll = slip_forearm_roll * parameters.viscous_forearm_roll_b  # N*m
-    known_wrist_pitch = slip_wrist_pitch * parameters.viscous_wrist_pitch_b  # N*m
-    known_hand_roll = slip_hand_roll * parameters.viscous_hand_roll_b  # N*m
+    known_shoulder_yaw = parameters.viscous_shoulder_yaw_b * v_shoulder_yaw_hat  # N*m
+    known_shoulder_pitch = parameters.viscous_shoulder_pitch_b * v_shoulder_pitch_hat  # N*m
+    known_arm_roll = parameters.viscous_arm_roll_b * v_arm_roll_hat  # N*m
+    known_elbow_pitch = parameters.viscous_elbow_pitch_b * v_elbow_pitch_hat  # N*m
+    known_forearm_roll = parameters.viscous_forearm_roll_b * v_forearm_roll_hat  # N*m
+    known_wrist_pitch = parameters.viscous_wrist_pitch_b * v_wrist_pitch_hat  # N*m
+    known_hand_roll = parameters.viscous_hand_roll_b * v_hand_roll_hat  # N*m
 
     # friction force, (4.16)
     F_hat_on_shoulder_yaw = known_shoulder_yaw + tracked_shoulder_yaw  # N*m
@@ -186,369 +264,995 @@ def step(state: State, parameters: Parameters, inputs: Inputs) -> Outputs:
     F_hat_on_hand_roll = known_hand_roll + tracked_hand_roll  # N*m
 
     # acceleration, (4.2)
-    part_of_acceleration_1 = math.sin(inputs.shoulder_pitch)
-    part_of_acceleration_2 = part_of_acceleration_1 * v_shoulder_yaw_hat
-    part_of_acceleration_3 = part_of_acceleration_2 * v_shoulder_pitch_hat
-    part_of_acceleration_4 = math.cos(inputs.shoulder_pitch)
-    part_of_acceleration_5 = part_of_acceleration_4 * v_shoulder_yaw_hat
-    part_of_acceleration_6 = part_of_acceleration_5 * v_shoulder_pitch_hat
-    part_of_acceleration_7 = 0.0816141 * v_shoulder_pitch_hat - (0.00011800000000000001 * part_of_acceleration_2 + 0.01112 * part_of_acceleration_5)
-    part_of_acceleration_8 = 0.01112 * v_shoulder_pitch_hat - (5.099999999999994e-05 * part_of_acceleration_2 + 0.0126441 * part_of_acceleration_5)
-    part_of_acceleration_9 = math.cos(inputs.arm_roll)
-    part_of_acceleration_10 = math.sin(inputs.arm_roll)
-    part_of_acceleration_11 = part_of_acceleration_10 * part_of_acceleration_2 + part_of_acceleration_9 * v_shoulder_pitch_hat
-    part_of_acceleration_12 = part_of_acceleration_11 * v_arm_roll_hat - part_of_acceleration_9 * part_of_acceleration_6
-    part_of_acceleration_13 = part_of_acceleration_10 * v_shoulder_pitch_hat - part_of_acceleration_9 * part_of_acceleration_2
-    part_of_acceleration_14 = part_of_acceleration_10 * part_of_acceleration_6 - part_of_acceleration_13 * v_arm_roll_hat
-    part_of_acceleration_15 = 9.81 * part_of_acceleration_1
-    part_of_acceleration_16 = -0.39 * part_of_acceleration_6
-    part_of_acceleration_17 = -0.39 * v_shoulder_pitch_hat
-    part_of_acceleration_18 = -0.39 * part_of_acceleration_2
-    part_of_acceleration_19 = part_of_acceleration_9 * part_of_acceleration_17 + part_of_acceleration_10 * part_of_acceleration_18
-    part_of_acceleration_20 = part_of_acceleration_10 * part_of_acceleration_15 - part_of_acceleration_9 * part_of_acceleration_16 + part_of_acceleration_19 * v_arm_roll_hat
-    part_of_acceleration_21 = part_of_acceleration_5 + v_arm_roll_hat
-    part_of_acceleration_22 = part_of_acceleration_10 * part_of_acceleration_17 - part_of_acceleration_9 * part_of_acceleration_18
-    part_of_acceleration_23 = 0.001368 * part_of_acceleration_13 + 0.005310000000000001 * part_of_acceleration_11 + 0.0118396 * part_of_acceleration_21 + (0.012400000000000001 * part_of_acceleration_22 + 0.093 * part_of_acceleration_19)
-    part_of_acceleration_24 = -7.200000000000007e-05 * part_of_acceleration_13 + 0.0342396 * part_of_acceleration_11 + 0.005310000000000001 * part_of_acceleration_21 - -0.21700000000000003 * part_of_acceleration_19
-    part_of_acceleration_25 = 0.012400000000000001 * part_of_acceleration_11 - 0.093 * part_of_acceleration_13
-    part_of_acceleration_26 = math.cos(inputs.elbow_pitch)
-    part_of_acceleration_27 = math.sin(inputs.elbow_pitch)
-    part_of_acceleration_28 = part_of_acceleration_26 * part_of_acceleration_21 - part_of_acceleration_27 * part_of_acceleration_13
-    part_of_acceleration_29 = part_of_acceleration_26 * part_of_acceleration_12 - part_of_acceleration_27 * part_of_acceleration_3 + part_of_acceleration_28 * v_elbow_pitch_hat
-    part_of_acceleration_30 = part_of_acceleration_26 * part_of_acceleration_13 + part_of_acceleration_27 * part_of_acceleration_21
-    part_of_acceleration_31 = part_of_acceleration_27 * part_of_acceleration_12 + part_of_acceleration_26 * part_of_acceleration_3 + part_of_acceleration_30 * v_elbow_pitch_hat
-    part_of_acceleration_32 = part_of_acceleration_20 - 0.02 * part_of_acceleration_12
-    part_of_acceleration_33 = 9.81 * part_of_acceleration_4
-    part_of_acceleration_34 = part_of_acceleration_22 * v_arm_roll_hat - (part_of_acceleration_9 * part_of_acceleration_15 + part_of_acceleration_10 * part_of_acceleration_16)
-    part_of_acceleration_35 = part_of_acceleration_34 + 0.02 * part_of_acceleration_14
-    part_of_acceleration_36 = 0.02 * part_of_acceleration_11 - part_of_acceleration_19
-    part_of_acceleration_37 = part_of_acceleration_26 * part_of_acceleration_36
-    part_of_acceleration_38 = part_of_acceleration_26 * part_of_acceleration_33 - part_of_acceleration_27 * part_of_acceleration_35 - part_of_acceleration_37 * v_elbow_pitch_hat
-    part_of_acceleration_39 = v_elbow_pitch_hat - part_of_acceleration_11
-    part_of_acceleration_40 = part_of_acceleration_27 * part_of_acceleration_36
-    part_of_acceleration_41 = -0.00013900000000000007 * part_of_acceleration_30 + -0.010199999999999999 * part_of_acceleration_28 + 0.0490261 * part_of_acceleration_39 - (-0.0087 * part_of_acceleration_40 + 0.29 * part_of_acceleration_37)
-    part_of_acceleration_42 = part_of_acceleration_22 - 0.02 * part_of_acceleration_13
-    part_of_acceleration_43 = 0.00107 * part_of_acceleration_30 + 0.010636099999999996 * part_of_acceleration_28 + -0.010199999999999999 * part_of_acceleration_39 + (0.087 * part_of_acceleration_37 + -0.0087 * part_of_acceleration_42)
-    part_of_acceleration_44 = 2.9 * part_of_acceleration_42 + (-0.0087 * part_of_acceleration_28 - 0.29 * part_of_acceleration_30)
-    part_of_acceleration_45 = 2.9 * part_of_acceleration_40 + (0.087 * part_of_acceleration_30 - -0.0087 * part_of_acceleration_39)
-    part_of_acceleration_46 = math.cos(inputs.forearm_roll)
-    part_of_acceleration_47 = math.sin(inputs.forearm_roll)
-    part_of_acceleration_48 = part_of_acceleration_47 * part_of_acceleration_30 + part_of_acceleration_46 * part_of_acceleration_39
-    part_of_acceleration_49 = part_of_acceleration_46 * part_of_acceleration_29 + part_of_acceleration_47 * part_of_acceleration_14 - part_of_acceleration_48 * v_forearm_roll_hat
-    part_of_acceleration_50 = part_of_acceleration_46 * part_of_acceleration_30 - part_of_acceleration_47 * part_of_acceleration_39
-    part_of_acceleration_51 = part_of_acceleration_46 * part_of_acceleration_14 - part_of_acceleration_47 * part_of_acceleration_29 - part_of_acceleration_50 * v_forearm_roll_hat
-    part_of_acceleration_52 = part_of_acceleration_26 * part_of_acceleration_35 + part_of_acceleration_27 * part_of_acceleration_33 - part_of_acceleration_40 * v_elbow_pitch_hat
-    part_of_acceleration_53 = part_of_acceleration_52 + 0.37 * part_of_acceleration_14
-    part_of_acceleration_54 = 0.37 * part_of_acceleration_29 - part_of_acceleration_32
-    part_of_acceleration_55 = part_of_acceleration_37 - 0.37 * part_of_acceleration_39
-    part_of_acceleration_56 = 0.37 * part_of_acceleration_30 - part_of_acceleration_42
-    part_of_acceleration_57 = part_of_acceleration_46 * part_of_acceleration_55 - part_of_acceleration_47 * part_of_acceleration_56
-    part_of_acceleration_58 = part_of_acceleration_47 * part_of_acceleration_53 + part_of_acceleration_46 * part_of_acceleration_54 + part_of_acceleration_57 * v_forearm_roll_hat
-    part_of_acceleration_59 = part_of_acceleration_28 + v_forearm_roll_hat
-    part_of_acceleration_60 = part_of_acceleration_47 * part_of_acceleration_55 + part_of_acceleration_46 * part_of_acceleration_56
-    part_of_acceleration_61 = 0.00033200000000000005 * part_of_acceleration_50 - 0.0035399999999999997 * part_of_acceleration_48 + 0.005882199999999999 * part_of_acceleration_59 - (0.0022 * part_of_acceleration_60 + 0.044000000000000004 * part_of_acceleration_57)
-    part_of_acceleration_62 = -0.000144 * part_of_acceleration_50 - 0.0189222 * part_of_acceleration_48 + 0.0035399999999999997 * part_of_acceleration_59 + (-0.132 * part_of_acceleration_57 + 0.0022 * part_of_acceleration_40)
-    part_of_acceleration_63 = 0.0022 * part_of_acceleration_48 + 0.044000000000000004 * part_of_acceleration_50 - 2.2 * part_of_acceleration_40
-    part_of_acceleration_64 = 2.2 * part_of_acceleration_60 + (-0.132 * part_of_acceleration_50 - 0.0022 * part_of_acceleration_59)
-    part_of_acceleration_65 = math.cos(inputs.wrist_pitch)
-    part_of_acceleration_66 = math.sin(inputs.wrist_pitch)
-    part_of_acceleration_67 = part_of_acceleration_66 * part_of_acceleration_50 + part_of_acceleration_65 * part_of_acceleration_59
-    part_of_acceleration_68 = part_of_acceleration_65 * part_of_acceleration_49 + part_of_acceleration_66 * part_of_acceleration_31 - part_of_acceleration_67 * v_wrist_pitch_hat
-    part_of_acceleration_69 = part_of_acceleration_65 * part_of_acceleration_50 - part_of_acceleration_66 * part_of_acceleration_59
-    part_of_acceleration_70 = part_of_acceleration_65 * part_of_acceleration_31 - part_of_acceleration_66 * part_of_acceleration_49 - part_of_acceleration_69 * v_wrist_pitch_hat
-    part_of_acceleration_71 = part_of_acceleration_46 * part_of_acceleration_53 - part_of_acceleration_47 * part_of_acceleration_54 - part_of_acceleration_60 * v_forearm_roll_hat
-    part_of_acceleration_72 = part_of_acceleration_71 + 0.02 * part_of_acceleration_51
-    part_of_acceleration_73 = part_of_acceleration_57 - 0.02 * part_of_acceleration_48
-    part_of_acceleration_74 = part_of_acceleration_65 * part_of_acceleration_73 + part_of_acceleration_66 * part_of_acceleration_40
-    part_of_acceleration_75 = part_of_acceleration_66 * part_of_acceleration_72 + part_of_acceleration_65 * part_of_acceleration_38 + part_of_acceleration_74 * v_wrist_pitch_hat
-    part_of_acceleration_76 = part_of_acceleration_58 + 0.02 * part_of_acceleration_49
-    part_of_acceleration_77 = part_of_acceleration_65 * part_of_acceleration_40 - part_of_acceleration_66 * part_of_acceleration_73
-    part_of_acceleration_78 = part_of_acceleration_60 + 0.02 * part_of_acceleration_50
-    part_of_acceleration_79 = 0.0034 * part_of_acceleration_67 + -0.068 * part_of_acceleration_69 - 1.7 * part_of_acceleration_78
-    part_of_acceleration_80 = v_wrist_pitch_hat - part_of_acceleration_48
-    part_of_acceleration_81 = 1.7 * part_of_acceleration_77 - (0.0085 * part_of_acceleration_69 - 0.0034 * part_of_acceleration_80)
-    part_of_acceleration_82 = 8.300000000000001e-05 * part_of_acceleration_69 - 0.00074 * part_of_acceleration_67 + 0.0078268 * part_of_acceleration_80 + (0.0034 * part_of_acceleration_77 - -0.068 * part_of_acceleration_74)
-    part_of_acceleration_83 = 0.000236 * part_of_acceleration_69 - 0.0038493000000000004 * part_of_acceleration_67 + 0.00074 * part_of_acceleration_80 + (0.0085 * part_of_acceleration_74 + 0.0034 * part_of_acceleration_78)
-    part_of_acceleration_84 = math.cos(inputs.hand_roll)
-    part_of_acceleration_85 = 0.9950041652780258 * part_of_acceleration_84
-    part_of_acceleration_86 = 0.09983341664682815 * part_of_acceleration_84
-    part_of_acceleration_87 = math.sin(inputs.hand_roll)
-    part_of_acceleration_88 = 0.09983341664682815 * part_of_acceleration_87
-    part_of_acceleration_89 = 0.9950041652780258 * part_of_acceleration_87
-    part_of_acceleration_90 = part_of_acceleration_88 * part_of_acceleration_67 - part_of_acceleration_89 * part_of_acceleration_69 + part_of_acceleration_84 * part_of_acceleration_80
-    part_of_acceleration_91 = part_of_acceleration_85 * part_of_acceleration_68 + part_of_acceleration_86 * part_of_acceleration_70 + part_of_acceleration_87 * part_of_acceleration_51 + part_of_acceleration_90 * v_hand_roll_hat
-    part_of_acceleration_92 = part_of_acceleration_85 * part_of_acceleration_69 - part_of_acceleration_86 * part_of_acceleration_67 + part_of_acceleration_87 * part_of_acceleration_80
-    part_of_acceleration_93 = part_of_acceleration_84 * part_of_acceleration_51 - (part_of_acceleration_89 * part_of_acceleration_68 + part_of_acceleration_88 * part_of_acceleration_70) - part_of_acceleration_92 * v_hand_roll_hat
-    part_of_acceleration_94 = 0.09983341664682815 * part_of_acceleration_68 + -0.9950041652780258 * part_of_acceleration_70
-    part_of_acceleration_95 = part_of_acceleration_65 * part_of_acceleration_72 - part_of_acceleration_66 * part_of_acceleration_38 + part_of_acceleration_77 * v_wrist_pitch_hat
-    part_of_acceleration_96 = part_of_acceleration_95 - -0.06 * part_of_acceleration_51
-    part_of_acceleration_97 = 0.05 * part_of_acceleration_51 - part_of_acceleration_75
-    part_of_acceleration_98 = 0.09983341664682815 * part_of_acceleration_96 + -0.9950041652780258 * part_of_acceleration_97
-    part_of_acceleration_99 = part_of_acceleration_76 + (0.05 * part_of_acceleration_70 - -0.06 * part_of_acceleration_68)
-    part_of_acceleration_100 = part_of_acceleration_74 - -0.06 * part_of_acceleration_80
-    part_of_acceleration_101 = part_of_acceleration_77 + 0.05 * part_of_acceleration_80
-    part_of_acceleration_102 = 0.05 * part_of_acceleration_67 + -0.06 * part_of_acceleration_69 - part_of_acceleration_78
-    part_of_acceleration_103 = part_of_acceleration_85 * part_of_acceleration_100 + part_of_acceleration_86 * part_of_acceleration_101 + part_of_acceleration_87 * part_of_acceleration_102
-    part_of_acceleration_104 = part_of_acceleration_89 * part_of_acceleration_96 + part_of_acceleration_88 * part_of_acceleration_97 + part_of_acceleration_84 * part_of_acceleration_99 + part_of_acceleration_103 * v_hand_roll_hat
-    part_of_acceleration_105 = 0.09983341664682815 * part_of_acceleration_69 - -0.9950041652780258 * part_of_acceleration_67 + v_hand_roll_hat
-    part_of_acceleration_106 = part_of_acceleration_84 * part_of_acceleration_102 - (part_of_acceleration_89 * part_of_acceleration_100 + part_of_acceleration_88 * part_of_acceleration_101)
-    part_of_acceleration_107 = 0.00019601428534987285 * part_of_acceleration_92 + -0.0002340142853498729 * part_of_acceleration_90 + 0.0020205999999999987 * part_of_acceleration_105 + (-0.0004627416997969522 * part_of_acceleration_106 - 0.0010627416997969527 * part_of_acceleration_103)
-    part_of_acceleration_108 = 0.09983341664682815 * part_of_acceleration_100 + -0.9950041652780258 * part_of_acceleration_101
-    part_of_acceleration_109 = 0.00028 * part_of_acceleration_92 + 0.0169318 * part_of_acceleration_90 + -0.0002340142853498729 * part_of_acceleration_105 + (0.12200000000000001 * part_of_acceleration_103 - -0.0004627416997969522 * part_of_acceleration_108)
-    part_of_acceleration_110 = 1.4 * part_of_acceleration_108 - (-0.0004627416997969522 * part_of_acceleration_90 - 0.0010627416997969527 * part_of_acceleration_92)
-    part_of_acceleration_111 = 1.4 * part_of_acceleration_106 - (0.12200000000000001 * part_of_acceleration_92 - -0.0004627416997969522 * part_of_acceleration_105)
-    part_of_acceleration_112 = 0.0170088 * part_of_acceleration_91 + 0.0002799999999999998 * part_of_acceleration_93 + 0.00019601428534987285 * part_of_acceleration_94 + (0.0010627416997969527 * part_of_acceleration_98 + 0.12200000000000001 * part_of_acceleration_104) + (part_of_acceleration_90 * part_of_acceleration_107 - part_of_acceleration_105 * part_of_acceleration_109 + (part_of_acceleration_106 * part_of_acceleration_110 - part_of_acceleration_108 * part_of_acceleration_111))
-    part_of_acceleration_113 = part_of_acceleration_85 * part_of_acceleration_96 + part_of_acceleration_86 * part_of_acceleration_97 - part_of_acceleration_87 * part_of_acceleration_99 + part_of_acceleration_106 * v_hand_roll_hat
-    part_of_acceleration_114 = 0.0170088 * part_of_acceleration_92 + 0.0002799999999999998 * part_of_acceleration_90 + 0.00019601428534987285 * part_of_acceleration_105 + (0.0010627416997969527 * part_of_acceleration_108 - 0.12200000000000001 * part_of_acceleration_106)
-    part_of_acceleration_115 = 1.4 * part_of_acceleration_103 - (0.0010627416997969527 * part_of_acceleration_105 - 0.12200000000000001 * part_of_acceleration_90)
-    part_of_acceleration_116 = 0.00028 * part_of_acceleration_91 + 0.0169318 * part_of_acceleration_93 + -0.0002340142853498729 * part_of_acceleration_94 + (0.12200000000000001 * part_of_acceleration_113 - -0.0004627416997969522 * part_of_acceleration_98) + (part_of_acceleration_105 * part_of_acceleration_114 - part_of_acceleration_92 * part_of_acceleration_107 + (part_of_acceleration_108 * part_of_acceleration_115 - part_of_acceleration_103 * part_of_acceleration_110))
-    part_of_acceleration_117 = 0.00019601428534987285 * part_of_acceleration_91 + -0.0002340142853498729 * part_of_acceleration_93 + 0.0020205999999999987 * part_of_acceleration_94 - (-0.0004627416997969522 * part_of_acceleration_104 + 0.0010627416997969527 * part_of_acceleration_113) + (part_of_acceleration_92 * part_of_acceleration_109 - part_of_acceleration_90 * part_of_acceleration_114 + (part_of_acceleration_103 * part_of_acceleration_111 - part_of_acceleration_106 * part_of_acceleration_115))
-    part_of_acceleration_118 = 1.4 * part_of_acceleration_113 - (0.0010627416997969527 * part_of_acceleration_94 - 0.12200000000000001 * part_of_acceleration_93) + (part_of_acceleration_90 * part_of_acceleration_110 - part_of_acceleration_105 * part_of_acceleration_111)
-    part_of_acceleration_119 = part_of_acceleration_105 * part_of_acceleration_115 - part_of_acceleration_92 * part_of_acceleration_110 - (1.4 * part_of_acceleration_104 + (0.12200000000000001 * part_of_acceleration_91 - -0.0004627416997969522 * part_of_acceleration_94))
-    part_of_acceleration_120 = part_of_acceleration_87 * part_of_acceleration_118 + part_of_acceleration_84 * part_of_acceleration_119
-    part_of_acceleration_121 = 0.0089625 * part_of_acceleration_68 + 0.000236 * part_of_acceleration_70 + 8.300000000000001e-05 * part_of_acceleration_51 + (0.0085 * part_of_acceleration_75 - -0.068 * part_of_acceleration_76) + (part_of_acceleration_77 * part_of_acceleration_79 + part_of_acceleration_78 * part_of_acceleration_81 - (part_of_acceleration_67 * part_of_acceleration_82 + part_of_acceleration_80 * part_of_acceleration_83)) + (part_of_acceleration_85 * part_of_acceleration_112 - part_of_acceleration_89 * part_of_acceleration_116 + 0.09983341664682815 * part_of_acceleration_117 + -0.06 * part_of_acceleration_120)
-    part_of_acceleration_122 = 0.0089625 * part_of_acceleration_69 - 0.000236 * part_of_acceleration_67 + 8.300000000000001e-05 * part_of_acceleration_80 - (-0.068 * part_of_acceleration_78 + 0.0085 * part_of_acceleration_77)
-    part_of_acceleration_123 = 1.7 * part_of_acceleration_74 - (-0.068 * part_of_acceleration_80 + 0.0085 * part_of_acceleration_67)
-    part_of_acceleration_124 = 0.000236 * part_of_acceleration_68 + 0.0038493000000000004 * part_of_acceleration_70 + 0.00074 * part_of_acceleration_51 + (0.0085 * part_of_acceleration_95 + 0.0034 * part_of_acceleration_76) + (part_of_acceleration_80 * part_of_acceleration_122 - part_of_acceleration_69 * part_of_acceleration_82 - (part_of_acceleration_78 * part_of_acceleration_123 + part_of_acceleration_74 * part_of_acceleration_79)) + (part_of_acceleration_86 * part_of_acceleration_112 - part_of_acceleration_88 * part_of_acceleration_116 + -0.9950041652780258 * part_of_acceleration_117 - 0.05 * part_of_acceleration_120)
-    part_of_acceleration_125 = part_of_acceleration_69 * part_of_acceleration_81 + part_of_acceleration_67 * part_of_acceleration_123 - (1.7 * part_of_acceleration_76 + (0.0034 * part_of_acceleration_70 - -0.068 * part_of_acceleration_68)) + part_of_acceleration_120
-    part_of_acceleration_126 = 0.0208 * part_of_acceleration_49 + -0.000144 * part_of_acceleration_51 - 0.00033200000000000005 * part_of_acceleration_31 + (0.044000000000000004 * part_of_acceleration_38 + -0.132 * part_of_acceleration_58) - (part_of_acceleration_48 * part_of_acceleration_61 + part_of_acceleration_59 * part_of_acceleration_62 + (part_of_acceleration_60 * part_of_acceleration_63 + part_of_acceleration_40 * part_of_acceleration_64)) + (part_of_acceleration_65 * part_of_acceleration_121 - part_of_acceleration_66 * part_of_acceleration_124 - 0.02 * part_of_acceleration_125)
-    part_of_acceleration_127 = 0.0208 * part_of_acceleration_50 - -0.000144 * part_of_acceleration_48 + 0.00033200000000000005 * part_of_acceleration_59 + (-0.132 * part_of_acceleration_60 - 0.044000000000000004 * part_of_acceleration_40)
-    part_of_acceleration_128 = 2.2 * part_of_acceleration_57 - (0.044000000000000004 * part_of_acceleration_59 + -0.132 * part_of_acceleration_48)
-    part_of_acceleration_129 = 1.4 * part_of_acceleration_98 - (-0.0004627416997969522 * part_of_acceleration_93 - 0.0010627416997969527 * part_of_acceleration_91) + (part_of_acceleration_92 * part_of_acceleration_111 - part_of_acceleration_90 * part_of_acceleration_115)
-    part_of_acceleration_130 = part_of_acceleration_86 * part_of_acceleration_118 - part_of_acceleration_88 * part_of_acceleration_119 + -0.9950041652780258 * part_of_acceleration_129
-    part_of_acceleration_131 = part_of_acceleration_85 * part_of_acceleration_118 - part_of_acceleration_89 * part_of_acceleration_119 + 0.09983341664682815 * part_of_acceleration_129
-    part_of_acceleration_132 = 8.300000000000001e-05 * part_of_acceleration_68 + 0.00074 * part_of_acceleration_70 + 0.0078268 * part_of_acceleration_51 - (0.0034 * part_of_acceleration_75 + -0.068 * part_of_acceleration_95) + (part_of_acceleration_69 * part_of_acceleration_83 + part_of_acceleration_67 * part_of_acceleration_122 + (part_of_acceleration_74 * part_of_acceleration_81 - part_of_acceleration_77 * part_of_acceleration_123)) + (part_of_acceleration_87 * part_of_acceleration_112 + part_of_acceleration_84 * part_of_acceleration_116 + (0.05 * part_of_acceleration_130 - -0.06 * part_of_acceleration_131))
-    part_of_acceleration_133 = 1.7 * part_of_acceleration_95 - (-0.068 * part_of_acceleration_51 - 0.0085 * part_of_acceleration_70) - (part_of_acceleration_67 * part_of_acceleration_79 + part_of_acceleration_80 * part_of_acceleration_81) + part_of_acceleration_131
-    part_of_acceleration_134 = part_of_acceleration_80 * part_of_acceleration_123 - part_of_acceleration_69 * part_of_acceleration_79 - (1.7 * part_of_acceleration_75 + (0.0085 * part_of_acceleration_68 - 0.0034 * part_of_acceleration_51)) + part_of_acceleration_130
-    part_of_acceleration_135 = part_of_acceleration_65 * part_of_acceleration_133 - part_of_acceleration_66 * part_of_acceleration_134
-    part_of_acceleration_136 = -0.000144 * part_of_acceleration_49 + 0.0189222 * part_of_acceleration_51 - 0.0035399999999999997 * part_of_acceleration_31 + (-0.132 * part_of_acceleration_71 - 0.0022 * part_of_acceleration_38) + (part_of_acceleration_59 * part_of_acceleration_127 - part_of_acceleration_50 * part_of_acceleration_61 - (part_of_acceleration_40 * part_of_acceleration_128 + part_of_acceleration_57 * part_of_acceleration_63)) + (part_of_acceleration_132 + 0.02 * part_of_acceleration_135)
-    part_of_acceleration_137 = 2.2 * part_of_acceleration_71 + (0.044000000000000004 * part_of_acceleration_31 + -0.132 * part_of_acceleration_51) + (part_of_acceleration_59 * part_of_acceleration_64 - part_of_acceleration_48 * part_of_acceleration_63) + part_of_acceleration_135
-    part_of_acceleration_138 = part_of_acceleration_59 * part_of_acceleration_128 - part_of_acceleration_50 * part_of_acceleration_63 - (2.2 * part_of_acceleration_58 + (-0.132 * part_of_acceleration_49 + 0.0022 * part_of_acceleration_31)) + part_of_acceleration_125
-    part_of_acceleration_139 = part_of_acceleration_47 * part_of_acceleration_137 + part_of_acceleration_46 * part_of_acceleration_138
-    part_of_acceleration_140 = 0.05361 * part_of_acceleration_29 - 0.00107 * part_of_acceleration_31 - -0.00013900000000000007 * part_of_acceleration_14 - (0.29 * part_of_acceleration_32 + 0.087 * part_of_acceleration_38) + (part_of_acceleration_28 * part_of_acceleration_41 - part_of_acceleration_39 * part_of_acceleration_43 + (part_of_acceleration_40 * part_of_acceleration_44 - part_of_acceleration_42 * part_of_acceleration_45)) + (part_of_acceleration_46 * part_of_acceleration_126 - part_of_acceleration_47 * part_of_acceleration_136 - 0.37 * part_of_acceleration_139)
-    part_of_acceleration_141 = 0.05361 * part_of_acceleration_30 + 0.00107 * part_of_acceleration_28 + -0.00013900000000000007 * part_of_acceleration_39 + (0.087 * part_of_acceleration_40 - 0.29 * part_of_acceleration_42)
-    part_of_acceleration_142 = 2.9 * part_of_acceleration_37 - (0.29 * part_of_acceleration_39 - 0.087 * part_of_acceleration_28)
-    part_of_acceleration_143 = 0.00033200000000000005 * part_of_acceleration_49 + 0.0035399999999999997 * part_of_acceleration_51 - 0.005882199999999999 * part_of_acceleration_31 - (0.0022 * part_of_acceleration_58 + 0.044000000000000004 * part_of_acceleration_71) + (part_of_acceleration_50 * part_of_acceleration_62 + part_of_acceleration_48 * part_of_acceleration_127 + (part_of_acceleration_60 * part_of_acceleration_128 - part_of_acceleration_57 * part_of_acceleration_64)) - (part_of_acceleration_66 * part_of_acceleration_121 + part_of_acceleration_65 * part_of_acceleration_124)
-    part_of_acceleration_144 = 0.00107 * part_of_acceleration_29 - 0.010636099999999996 * part_of_acceleration_31 - -0.010199999999999999 * part_of_acceleration_14 + (0.087 * part_of_acceleration_52 + -0.0087 * part_of_acceleration_32) + (part_of_acceleration_39 * part_of_acceleration_141 - part_of_acceleration_30 * part_of_acceleration_41 + (part_of_acceleration_37 * part_of_acceleration_44 - part_of_acceleration_42 * part_of_acceleration_142)) + part_of_acceleration_143
-    part_of_acceleration_145 = -0.0087 * part_of_acceleration_31 + 0.29 * part_of_acceleration_29 - 2.9 * part_of_acceleration_32 - (part_of_acceleration_30 * part_of_acceleration_45 + part_of_acceleration_28 * part_of_acceleration_142) - part_of_acceleration_139
-    part_of_acceleration_146 = 0.03898 * part_of_acceleration_12 + -7.200000000000007e-05 * part_of_acceleration_14 - 0.001368 * part_of_acceleration_3 + (0.9123300000000001 * part_of_acceleration_4 - -0.21700000000000003 * part_of_acceleration_20) + (part_of_acceleration_11 * part_of_acceleration_23 - part_of_acceleration_21 * part_of_acceleration_24 - part_of_acceleration_22 * part_of_acceleration_25) + (part_of_acceleration_26 * part_of_acceleration_140 - part_of_acceleration_27 * part_of_acceleration_144 + 0.02 * part_of_acceleration_145)
-    part_of_acceleration_147 = 0.03898 * part_of_acceleration_13 + -7.200000000000007e-05 * part_of_acceleration_11 + 0.001368 * part_of_acceleration_21 - -0.21700000000000003 * part_of_acceleration_22
-    part_of_acceleration_148 = part_of_acceleration_46 * part_of_acceleration_137 - part_of_acceleration_47 * part_of_acceleration_138
-    part_of_acceleration_149 = part_of_acceleration_26 * (2.9 * part_of_acceleration_52 - (0.087 * part_of_acceleration_31 - 0.29 * part_of_acceleration_14) + (part_of_acceleration_39 * part_of_acceleration_45 - part_of_acceleration_28 * part_of_acceleration_44) + part_of_acceleration_148) - part_of_acceleration_27 * (2.9 * part_of_acceleration_38 - (0.087 * part_of_acceleration_29 + -0.0087 * part_of_acceleration_14) + (part_of_acceleration_39 * part_of_acceleration_142 + part_of_acceleration_30 * part_of_acceleration_44) + (2.2 * part_of_acceleration_38 - (0.0022 * part_of_acceleration_51 - 0.044000000000000004 * part_of_acceleration_49) + (part_of_acceleration_48 * part_of_acceleration_128 - part_of_acceleration_50 * part_of_acceleration_64) - (part_of_acceleration_66 * part_of_acceleration_133 + part_of_acceleration_65 * part_of_acceleration_134)))
-    part_of_acceleration_150 = -0.00013900000000000007 * part_of_acceleration_29 - -0.010199999999999999 * part_of_acceleration_31 - 0.0490261 * part_of_acceleration_14 + (-0.0087 * part_of_acceleration_38 - 0.29 * part_of_acceleration_52) + (part_of_acceleration_30 * part_of_acceleration_43 - part_of_acceleration_28 * part_of_acceleration_141 + (part_of_acceleration_40 * part_of_acceleration_142 - part_of_acceleration_37 * part_of_acceleration_45)) - (part_of_acceleration_47 * part_of_acceleration_126 + part_of_acceleration_46 * part_of_acceleration_136 + 0.37 * part_of_acceleration_148)
-    part_of_acceleration_151 = -7.200000000000007e-05 * part_of_acceleration_12 + 0.0342396 * part_of_acceleration_14 - 0.005310000000000001 * part_of_acceleration_3 + (-0.21700000000000003 * part_of_acceleration_34 - 0.12164400000000002 * part_of_acceleration_4) + (part_of_acceleration_21 * part_of_acceleration_147 - part_of_acceleration_13 * part_of_acceleration_23 - part_of_acceleration_19 * part_of_acceleration_25) + (0.02 * part_of_acceleration_149 - part_of_acceleration_150)
-    part_of_acceleration_152 = 3.1 * part_of_acceleration_22 - (-0.21700000000000003 * part_of_acceleration_13 - 0.012400000000000001 * part_of_acceleration_21)
-    part_of_acceleration_153 = 3.1 * part_of_acceleration_34 + (0.093 * part_of_acceleration_3 + -0.21700000000000003 * part_of_acceleration_14) - (part_of_acceleration_11 * part_of_acceleration_25 + part_of_acceleration_21 * part_of_acceleration_152) + part_of_acceleration_149
-    part_of_acceleration_154 = 3.1 * part_of_acceleration_19 + (0.093 * part_of_acceleration_21 - -0.21700000000000003 * part_of_acceleration_11)
-    part_of_acceleration_155 = 3.1 * part_of_acceleration_20 - (-0.21700000000000003 * part_of_acceleration_12 + 0.012400000000000001 * part_of_acceleration_3) + (part_of_acceleration_13 * part_of_acceleration_25 - part_of_acceleration_21 * part_of_acceleration_154) - part_of_acceleration_145
-    part_of_acceleration_156 = 0.00011800000000000001 * v_shoulder_pitch_hat - (0.08524999999999999 * part_of_acceleration_2 + 5.099999999999994e-05 * part_of_acceleration_5)
-    part_of_acceleration_157 = 0.001368 * part_of_acceleration_12 + 0.005310000000000001 * part_of_acceleration_14 - 0.0118396 * part_of_acceleration_3 + (0.012400000000000001 * part_of_acceleration_20 - 0.093 * part_of_acceleration_34) + (part_of_acceleration_13 * part_of_acceleration_24 - part_of_acceleration_11 * part_of_acceleration_147 + (part_of_acceleration_22 * part_of_acceleration_154 - part_of_acceleration_19 * part_of_acceleration_152)) + (part_of_acceleration_27 * part_of_acceleration_140 + part_of_acceleration_26 * part_of_acceleration_144)
-    part_of_acceleration_158 = inputs.w_shoulder_yaw - F_hat_on_shoulder_yaw + (part_of_acceleration_1 * (5.099999999999994e-05 * part_of_acceleration_3 - 0.08524999999999999 * part_of_acceleration_6 + 0.8044199999999999 * part_of_acceleration_4 - (part_of_acceleration_5 * part_of_acceleration_7 + v_shoulder_pitch_hat * part_of_acceleration_8) + (part_of_acceleration_9 * part_of_acceleration_146 - part_of_acceleration_10 * part_of_acceleration_151 + -0.39 * (part_of_acceleration_10 * part_of_acceleration_153 + part_of_acceleration_9 * part_of_acceleration_155))) + part_of_acceleration_4 * (0.0126441 * part_of_acceleration_3 - 5.099999999999994e-05 * part_of_acceleration_6 - 0.8044199999999999 * part_of_acceleration_1 + (v_shoulder_pitch_hat * part_of_acceleration_156 + part_of_acceleration_2 * part_of_acceleration_7) - part_of_acceleration_157))
-    part_of_acceleration_159 = 0.016923826846380885 * part_of_acceleration_84 - 0.0002786011662778472 * part_of_acceleration_87 + 1.9568775818064122e-05
-    part_of_acceleration_160 = 0.000278601166277847 * part_of_acceleration_84 - 0.01684721152565448 * part_of_acceleration_87 + -2.3362445650643596e-05
-    part_of_acceleration_161 = 0.000195035030377119 * part_of_acceleration_84 - -0.00023284518865768404 * part_of_acceleration_87 + 0.00020172340167658084
-    part_of_acceleration_162 = -4.61970849156906e-05 * part_of_acceleration_84 - 0.00010609713490378755 * part_of_acceleration_87 + -0.12139050816391916
-    part_of_acceleration_163 = part_of_acceleration_162 + -0.08399999999999999
-    part_of_acceleration_164 = 0.0089625 + (part_of_acceleration_159 * part_of_acceleration_85 - part_of_acceleration_160 * part_of_acceleration_89 + 0.09983341664682815 * part_of_acceleration_161 + -0.06 * part_of_acceleration_162 - 0.06 * part_of_acceleration_163)
-    part_of_acceleration_165 = 0.001698046617062571 * part_of_acceleration_84 - 2.795335666111188e-05 * part_of_acceleration_87 + -0.000195035030377119
-    part_of_acceleration_166 = 2.7953356661111864e-05 * part_of_acceleration_84 - 0.001690359443980765 * part_of_acceleration_87 + 0.00023284518865768404
-    part_of_acceleration_167 = 1.9568775818064122e-05 * part_of_acceleration_84 - -2.3362445650643596e-05 * part_of_acceleration_87 + -0.0020105054163607776
-    part_of_acceleration_168 = -0.0004604299187458012 * part_of_acceleration_84 - 0.0010574324179126171 * part_of_acceleration_87 + 0.012179676830913037
-    part_of_acceleration_169 = part_of_acceleration_168 + 0.06999999999999999
-    part_of_acceleration_170 = 0.000236 + (part_of_acceleration_165 * part_of_acceleration_85 - part_of_acceleration_166 * part_of_acceleration_89 + 0.09983341664682815 * part_of_acceleration_167 + -0.05 * part_of_acceleration_162 + 0.06 * part_of_acceleration_169)
-    part_of_acceleration_171 = part_of_acceleration_65 * part_of_acceleration_164 - part_of_acceleration_66 * part_of_acceleration_170
-    part_of_acceleration_172 = 0.000236 + (part_of_acceleration_159 * part_of_acceleration_86 - part_of_acceleration_160 * part_of_acceleration_88 + -0.9950041652780258 * part_of_acceleration_161 - -0.06 * part_of_acceleration_168 - 0.05 * part_of_acceleration_163)
-    part_of_acceleration_173 = 0.0038493000000000004 + (part_of_acceleration_165 * part_of_acceleration_86 - part_of_acceleration_166 * part_of_acceleration_88 + -0.9950041652780258 * part_of_acceleration_167 - -0.05 * part_of_acceleration_168 + 0.05 * part_of_acceleration_169)
-    part_of_acceleration_174 = part_of_acceleration_65 * part_of_acceleration_172 - part_of_acceleration_66 * part_of_acceleration_173
-    part_of_acceleration_175 = 0.0034 + part_of_acceleration_169
-    part_of_acceleration_176 = part_of_acceleration_66 * part_of_acceleration_175
-    part_of_acceleration_177 = -0.068 + part_of_acceleration_163
-    part_of_acceleration_178 = part_of_acceleration_65 * part_of_acceleration_177
-    part_of_acceleration_179 = part_of_acceleration_176 + part_of_acceleration_178
-    part_of_acceleration_180 = 0.06199999999999999 - part_of_acceleration_179
-    part_of_acceleration_181 = 0.0208 + (part_of_acceleration_171 * part_of_acceleration_65 - part_of_acceleration_174 * part_of_acceleration_66 + -0.02 * part_of_acceleration_179 + 0.02 * part_of_acceleration_180)
-    part_of_acceleration_182 = 0.0170088 * part_of_acceleration_87 + 0.00028 * part_of_acceleration_84
-    part_of_acceleration_183 = 0.0002799999999999998 * part_of_acceleration_87 + 0.0169318 * part_of_acceleration_84
-    part_of_acceleration_184 = 0.00019601428534987285 * part_of_acceleration_87 + -0.0002340142853498729 * part_of_acceleration_84
-    part_of_acceleration_185 = -0.0004627416997969522 * part_of_acceleration_87 + 0.0010627416997969527 * part_of_acceleration_84
-    part_of_acceleration_186 = 8.300000000000001e-05 + (part_of_acceleration_182 * part_of_acceleration_85 - part_of_acceleration_183 * part_of_acceleration_89 + 0.09983341664682815 * part_of_acceleration_184 - 0.05 * part_of_acceleration_185)
-    part_of_acceleration_187 = 0.00074 + (part_of_acceleration_182 * part_of_acceleration_86 - part_of_acceleration_183 * part_of_acceleration_88 + -0.9950041652780258 * part_of_acceleration_184 + 0.06 * part_of_acceleration_185)
-    part_of_acceleration_188 = -0.000144 + (part_of_acceleration_186 * part_of_acceleration_65 - part_of_acceleration_187 * part_of_acceleration_66)
-    part_of_acceleration_189 = part_of_acceleration_46 * part_of_acceleration_181 - part_of_acceleration_47 * part_of_acceleration_188
-    part_of_acceleration_190 = 8.300000000000001e-05 + (part_of_acceleration_159 * part_of_acceleration_87 + part_of_acceleration_160 * part_of_acceleration_84 + -0.05 * part_of_acceleration_185)
-    part_of_acceleration_191 = 0.00074 + (part_of_acceleration_165 * part_of_acceleration_87 + part_of_acceleration_166 * part_of_acceleration_84 - -0.06 * part_of_acceleration_185)
-    part_of_acceleration_192 = part_of_acceleration_65 * part_of_acceleration_190 - part_of_acceleration_66 * part_of_acceleration_191
-    part_of_acceleration_193 = -0.000144 + part_of_acceleration_192
-    part_of_acceleration_194 = 0.0078268 + (part_of_acceleration_182 * part_of_acceleration_87 + part_of_acceleration_183 * part_of_acceleration_84 - (0.06 * part_of_acceleration_162 - 0.05 * part_of_acceleration_168) - (-0.05 * part_of_acceleration_169 - -0.06 * part_of_acceleration_163))
-    part_of_acceleration_195 = 0.0189222 + (part_of_acceleration_194 - 0.02 * part_of_acceleration_179 - -0.02 * part_of_acceleration_180)
-    part_of_acceleration_196 = part_of_acceleration_46 * part_of_acceleration_193 - part_of_acceleration_47 * part_of_acceleration_195
-    part_of_acceleration_197 = -0.132 + part_of_acceleration_180
-    part_of_acceleration_198 = part_of_acceleration_197 + 1.9609999999999999
-    part_of_acceleration_199 = 0.05361 + (part_of_acceleration_189 * part_of_acceleration_46 - part_of_acceleration_196 * part_of_acceleration_47 + 0.37 * part_of_acceleration_197 - -0.37 * part_of_acceleration_198)
-    part_of_acceleration_200 = part_of_acceleration_66 * part_of_acceleration_172 + part_of_acceleration_65 * part_of_acceleration_173
-    part_of_acceleration_201 = part_of_acceleration_66 * part_of_acceleration_164 + part_of_acceleration_65 * part_of_acceleration_170
-    part_of_acceleration_202 = part_of_acceleration_65 * part_of_acceleration_175
-    part_of_acceleration_203 = part_of_acceleration_66 * part_of_acceleration_177
-    part_of_acceleration_204 = part_of_acceleration_202 - part_of_acceleration_203
-    part_of_acceleration_205 = 0.00033200000000000005 + (part_of_acceleration_200 * part_of_acceleration_66 - part_of_acceleration_201 * part_of_acceleration_65 - 0.02 * part_of_acceleration_204)
-    part_of_acceleration_206 = 0.0085 + part_of_acceleration_185
-    part_of_acceleration_207 = part_of_acceleration_66 * part_of_acceleration_190 + part_of_acceleration_65 * part_of_acceleration_191
-    part_of_acceleration_208 = 0.0035399999999999997 + (-0.02 * part_of_acceleration_206 - part_of_acceleration_207)
-    part_of_acceleration_209 = 0.0022 + part_of_acceleration_204
-    part_of_acceleration_210 = part_of_acceleration_46 * part_of_acceleration_209
-    part_of_acceleration_211 = 0.044000000000000004 + part_of_acceleration_206
-    part_of_acceleration_212 = part_of_acceleration_47 * part_of_acceleration_211
-    part_of_acceleration_213 = part_of_acceleration_210 - part_of_acceleration_212
-    part_of_acceleration_214 = 0.00107 + (part_of_acceleration_205 * part_of_acceleration_46 - part_of_acceleration_208 * part_of_acceleration_47 + -0.37 * part_of_acceleration_213)
-    part_of_acceleration_215 = part_of_acceleration_26 * part_of_acceleration_199 - part_of_acceleration_27 * part_of_acceleration_214
-    part_of_acceleration_216 = 0.00033200000000000005 + (-0.02 * part_of_acceleration_204 - (part_of_acceleration_171 * part_of_acceleration_66 + part_of_acceleration_174 * part_of_acceleration_65))
-    part_of_acceleration_217 = 0.0035399999999999997 - (part_of_acceleration_186 * part_of_acceleration_66 + part_of_acceleration_187 * part_of_acceleration_65 + 0.02 * part_of_acceleration_206)
-    part_of_acceleration_218 = part_of_acceleration_46 * part_of_acceleration_216 - part_of_acceleration_47 * part_of_acceleration_217
-    part_of_acceleration_219 = 0.00107 + (part_of_acceleration_218 - 0.37 * part_of_acceleration_213)
-    part_of_acceleration_220 = 0.005882199999999999 + (part_of_acceleration_201 * part_of_acceleration_66 + part_of_acceleration_200 * part_of_acceleration_65)
-    part_of_acceleration_221 = 0.010636099999999996 + part_of_acceleration_220
-    part_of_acceleration_222 = part_of_acceleration_26 * part_of_acceleration_219 - part_of_acceleration_27 * part_of_acceleration_221
-    part_of_acceleration_223 = -0.0087 + part_of_acceleration_213
-    part_of_acceleration_224 = part_of_acceleration_27 * part_of_acceleration_223
-    part_of_acceleration_225 = 0.29 + part_of_acceleration_198
-    part_of_acceleration_226 = part_of_acceleration_26 * part_of_acceleration_225
-    part_of_acceleration_227 = part_of_acceleration_224 + part_of_acceleration_226
-    part_of_acceleration_228 = part_of_acceleration_227 + 0.16399999999999998
-    part_of_acceleration_229 = 0.03898 + (part_of_acceleration_215 * part_of_acceleration_26 - part_of_acceleration_222 * part_of_acceleration_27 - -0.02 * part_of_acceleration_227 + 0.02 * part_of_acceleration_228)
-    part_of_acceleration_230 = part_of_acceleration_47 * part_of_acceleration_216 + part_of_acceleration_46 * part_of_acceleration_217
-    part_of_acceleration_231 = part_of_acceleration_47 * part_of_acceleration_209
-    part_of_acceleration_232 = part_of_acceleration_46 * part_of_acceleration_211
-    part_of_acceleration_233 = part_of_acceleration_231 + part_of_acceleration_232
-    part_of_acceleration_234 = -0.010199999999999999 - (part_of_acceleration_230 + -0.37 * part_of_acceleration_233)
-    part_of_acceleration_235 = part_of_acceleration_47 * part_of_acceleration_193 + part_of_acceleration_46 * part_of_acceleration_195
-    part_of_acceleration_236 = part_of_acceleration_47 * part_of_acceleration_181 + part_of_acceleration_46 * part_of_acceleration_188
-    part_of_acceleration_237 = -0.00013900000000000007 + (part_of_acceleration_235 * part_of_acceleration_47 - part_of_acceleration_236 * part_of_acceleration_46)
-    part_of_acceleration_238 = -7.200000000000007e-05 + (part_of_acceleration_234 * part_of_acceleration_27 - part_of_acceleration_237 * part_of_acceleration_26)
-    part_of_acceleration_239 = part_of_acceleration_9 * part_of_acceleration_229 - part_of_acceleration_10 * part_of_acceleration_238
-    part_of_acceleration_240 = -0.00013900000000000007 - (part_of_acceleration_189 * part_of_acceleration_47 + part_of_acceleration_196 * part_of_acceleration_46)
-    part_of_acceleration_241 = -0.010199999999999999 + (0.37 * part_of_acceleration_233 - (part_of_acceleration_205 * part_of_acceleration_47 + part_of_acceleration_208 * part_of_acceleration_46))
-    part_of_acceleration_242 = part_of_acceleration_26 * part_of_acceleration_240 - part_of_acceleration_27 * part_of_acceleration_241
-    part_of_acceleration_243 = -7.200000000000007e-05 - part_of_acceleration_242
-    part_of_acceleration_244 = 0.0490261 + (part_of_acceleration_236 * part_of_acceleration_47 + part_of_acceleration_235 * part_of_acceleration_46 - -0.37 * part_of_acceleration_197 + 0.37 * part_of_acceleration_198)
-    part_of_acceleration_245 = 0.0342396 + (part_of_acceleration_244 + 0.02 * part_of_acceleration_227 - -0.02 * part_of_acceleration_228)
-    part_of_acceleration_246 = part_of_acceleration_9 * part_of_acceleration_243 - part_of_acceleration_10 * part_of_acceleration_245
-    part_of_acceleration_247 = -0.21700000000000003 + part_of_acceleration_228
-    part_of_acceleration_248 = -4.407 - part_of_acceleration_247
-    part_of_acceleration_249 = part_of_acceleration_27 * part_of_acceleration_240 + part_of_acceleration_26 * part_of_acceleration_241
-    part_of_acceleration_250 = 0.087 - part_of_acceleration_233
-    part_of_acceleration_251 = 0.005310000000000001 - (part_of_acceleration_249 + -0.02 * part_of_acceleration_250)
-    part_of_acceleration_252 = part_of_acceleration_27 * part_of_acceleration_199 + part_of_acceleration_26 * part_of_acceleration_214
-    part_of_acceleration_253 = part_of_acceleration_27 * part_of_acceleration_219 + part_of_acceleration_26 * part_of_acceleration_221
-    part_of_acceleration_254 = part_of_acceleration_26 * part_of_acceleration_223 - part_of_acceleration_27 * part_of_acceleration_225
-    part_of_acceleration_255 = 0.001368 + (part_of_acceleration_252 * part_of_acceleration_26 - part_of_acceleration_253 * part_of_acceleration_27 - 0.02 * part_of_acceleration_254)
-    part_of_acceleration_256 = 0.012400000000000001 + part_of_acceleration_254
-    part_of_acceleration_257 = 0.093 - part_of_acceleration_250
-    part_of_acceleration_258 = part_of_acceleration_9 * part_of_acceleration_256 - part_of_acceleration_10 * part_of_acceleration_257
-    part_of_acceleration_259 = 0.001368 + (part_of_acceleration_215 * part_of_acceleration_27 + part_of_acceleration_222 * part_of_acceleration_26 + -0.02 * part_of_acceleration_254)
-    part_of_acceleration_260 = 0.005310000000000001 + (0.02 * part_of_acceleration_250 - (part_of_acceleration_237 * part_of_acceleration_27 + part_of_acceleration_234 * part_of_acceleration_26))
-    part_of_acceleration_261 = part_of_acceleration_9 * part_of_acceleration_259 - part_of_acceleration_10 * part_of_acceleration_260 + -0.39 * part_of_acceleration_258
-    part_of_acceleration_262 = 0.0118396 + (part_of_acceleration_252 * part_of_acceleration_27 + part_of_acceleration_253 * part_of_acceleration_26)
-    part_of_acceleration_263 = 0.0157968 + ((part_of_acceleration_1 * (0.08524999999999999 + (part_of_acceleration_239 * part_of_acceleration_9 - part_of_acceleration_246 * part_of_acceleration_10 - -0.39 * part_of_acceleration_247 - 0.39 * part_of_acceleration_248)) + part_of_acceleration_4 * (5.099999999999994e-05 + (part_of_acceleration_251 * part_of_acceleration_10 - part_of_acceleration_255 * part_of_acceleration_9 + 0.39 * part_of_acceleration_258))) * part_of_acceleration_1 + (part_of_acceleration_1 * (5.099999999999994e-05 - part_of_acceleration_261) + part_of_acceleration_4 * (0.0126441 + part_of_acceleration_262)) * part_of_acceleration_4)
-    part_of_acceleration_264 = part_of_acceleration_10 * part_of_acceleration_256
-    part_of_acceleration_265 = part_of_acceleration_9 * part_of_acceleration_257
-    part_of_acceleration_266 = (part_of_acceleration_1 * (0.00011800000000000001 + (part_of_acceleration_239 * part_of_acceleration_10 + part_of_acceleration_246 * part_of_acceleration_9)) + part_of_acceleration_4 * (0.01112 - (part_of_acceleration_255 * part_of_acceleration_10 + part_of_acceleration_251 * part_of_acceleration_9 + -0.39 * (part_of_acceleration_264 + part_of_acceleration_265)))) / part_of_acceleration_263
-    part_of_acceleration_267 = inputs.w_shoulder_pitch - F_hat_on_shoulder_pitch - (0.01112 * part_of_acceleration_3 - 0.00011800000000000001 * part_of_acceleration_6 + (-4.42431 * part_of_acceleration_1 - 0.040221 * part_of_acceleration_4) + (part_of_acceleration_5 * part_of_acceleration_156 - part_of_acceleration_2 * part_of_acceleration_8) + (part_of_acceleration_10 * part_of_acceleration_146 + part_of_acceleration_9 * part_of_acceleration_151 - -0.39 * (part_of_acceleration_9 * part_of_acceleration_153 - part_of_acceleration_10 * part_of_acceleration_155))) + part_of_acceleration_266 * part_of_acceleration_158
-    part_of_acceleration_268 = 0.0816141 + ((part_of_acceleration_10 * part_of_acceleration_229 + part_of_acceleration_9 * part_of_acceleration_238) * part_of_acceleration_10 + (part_of_acceleration_10 * part_of_acceleration_243 + part_of_acceleration_9 * part_of_acceleration_245) * part_of_acceleration_9 + 0.39 * part_of_acceleration_247 + -0.39 * part_of_acceleration_248) - part_of_acceleration_266 * part_of_acceleration_266 * part_of_acceleration_263
-    part_of_acceleration_269 = (part_of_acceleration_4 * part_of_acceleration_262 - part_of_acceleration_1 * part_of_acceleration_261) / part_of_acceleration_263
-    part_of_acceleration_270 = (part_of_acceleration_10 * part_of_acceleration_259 + part_of_acceleration_9 * part_of_acceleration_260 + -0.39 * (part_of_acceleration_265 + part_of_acceleration_264) + part_of_acceleration_269 * part_of_acceleration_266 * part_of_acceleration_263) / part_of_acceleration_268
-    part_of_acceleration_271 = inputs.w_arm_roll - F_hat_on_arm_roll - part_of_acceleration_157 - part_of_acceleration_269 * part_of_acceleration_158 - part_of_acceleration_270 * part_of_acceleration_267
-    part_of_acceleration_272 = part_of_acceleration_262 - part_of_acceleration_269 * part_of_acceleration_269 * part_of_acceleration_263 - part_of_acceleration_270 * part_of_acceleration_270 * part_of_acceleration_268
-    part_of_acceleration_273 = part_of_acceleration_226 + part_of_acceleration_224
-    part_of_acceleration_274 = part_of_acceleration_244 + 0.02 * part_of_acceleration_273
-    part_of_acceleration_275 = (part_of_acceleration_4 * part_of_acceleration_249 - part_of_acceleration_1 * (part_of_acceleration_9 * part_of_acceleration_242 + part_of_acceleration_10 * part_of_acceleration_274 - -0.39 * (part_of_acceleration_10 * part_of_acceleration_273))) / part_of_acceleration_263
-    part_of_acceleration_276 = (part_of_acceleration_10 * part_of_acceleration_242 - part_of_acceleration_9 * part_of_acceleration_274 + -0.39 * (part_of_acceleration_9 * part_of_acceleration_273) + part_of_acceleration_275 * part_of_acceleration_266 * part_of_acceleration_263) / part_of_acceleration_268
-    part_of_acceleration_277 = (part_of_acceleration_249 - part_of_acceleration_275 * part_of_acceleration_269 * part_of_acceleration_263 - part_of_acceleration_276 * part_of_acceleration_270 * part_of_acceleration_268) / part_of_acceleration_272
-    part_of_acceleration_278 = inputs.w_elbow_pitch - F_hat_on_elbow_pitch - part_of_acceleration_150 - part_of_acceleration_275 * part_of_acceleration_158 - part_of_acceleration_276 * part_of_acceleration_267 - part_of_acceleration_277 * part_of_acceleration_271
-    part_of_acceleration_279 = part_of_acceleration_244 - part_of_acceleration_275 * part_of_acceleration_275 * part_of_acceleration_263 - part_of_acceleration_276 * part_of_acceleration_276 * part_of_acceleration_268 - part_of_acceleration_277 * part_of_acceleration_277 * part_of_acceleration_272
-    part_of_acceleration_280 = part_of_acceleration_232 + part_of_acceleration_231
-    part_of_acceleration_281 = 0.37 * part_of_acceleration_280 - part_of_acceleration_230
-    part_of_acceleration_282 = part_of_acceleration_212 - part_of_acceleration_210
-    part_of_acceleration_283 = part_of_acceleration_218 + 0.37 * part_of_acceleration_282
-    part_of_acceleration_284 = part_of_acceleration_27 * part_of_acceleration_283 + part_of_acceleration_26 * part_of_acceleration_220
-    part_of_acceleration_285 = part_of_acceleration_26 * part_of_acceleration_283 - part_of_acceleration_27 * part_of_acceleration_220 + 0.02 * part_of_acceleration_282
-    part_of_acceleration_286 = part_of_acceleration_26 * part_of_acceleration_280
-    part_of_acceleration_287 = part_of_acceleration_281 + 0.02 * part_of_acceleration_286
-    part_of_acceleration_288 = (part_of_acceleration_4 * part_of_acceleration_284 - part_of_acceleration_1 * (part_of_acceleration_9 * part_of_acceleration_285 + part_of_acceleration_10 * part_of_acceleration_287 - -0.39 * (part_of_acceleration_10 * part_of_acceleration_286 + part_of_acceleration_9 * part_of_acceleration_282))) / part_of_acceleration_263
-    part_of_acceleration_289 = (part_of_acceleration_10 * part_of_acceleration_285 - part_of_acceleration_9 * part_of_acceleration_287 - -0.39 * (part_of_acceleration_10 * part_of_acceleration_282 - part_of_acceleration_9 * part_of_acceleration_286) + part_of_acceleration_288 * part_of_acceleration_266 * part_of_acceleration_263) / part_of_acceleration_268
-    part_of_acceleration_290 = (part_of_acceleration_284 - part_of_acceleration_288 * part_of_acceleration_269 * part_of_acceleration_263 - part_of_acceleration_289 * part_of_acceleration_270 * part_of_acceleration_268) / part_of_acceleration_272
-    part_of_acceleration_291 = (part_of_acceleration_281 - part_of_acceleration_288 * part_of_acceleration_275 * part_of_acceleration_263 - part_of_acceleration_289 * part_of_acceleration_276 * part_of_acceleration_268 - part_of_acceleration_290 * part_of_acceleration_277 * part_of_acceleration_272) / part_of_acceleration_279
-    part_of_acceleration_292 = inputs.w_forearm_roll - F_hat_on_forearm_roll - part_of_acceleration_143 - part_of_acceleration_288 * part_of_acceleration_158 - part_of_acceleration_289 * part_of_acceleration_267 - part_of_acceleration_290 * part_of_acceleration_271 - part_of_acceleration_291 * part_of_acceleration_278
-    part_of_acceleration_293 = part_of_acceleration_220 - part_of_acceleration_288 * part_of_acceleration_288 * part_of_acceleration_263 - part_of_acceleration_289 * part_of_acceleration_289 * part_of_acceleration_268 - part_of_acceleration_290 * part_of_acceleration_290 * part_of_acceleration_272 - part_of_acceleration_291 * part_of_acceleration_291 * part_of_acceleration_279
-    part_of_acceleration_294 = part_of_acceleration_178 + part_of_acceleration_176
-    part_of_acceleration_295 = part_of_acceleration_194 - 0.02 * part_of_acceleration_294
-    part_of_acceleration_296 = part_of_acceleration_47 * part_of_acceleration_294
-    part_of_acceleration_297 = part_of_acceleration_46 * part_of_acceleration_192 - part_of_acceleration_47 * part_of_acceleration_295 + 0.37 * part_of_acceleration_296
-    part_of_acceleration_298 = part_of_acceleration_27 * part_of_acceleration_297 - part_of_acceleration_26 * part_of_acceleration_207
-    part_of_acceleration_299 = part_of_acceleration_26 * part_of_acceleration_297 + part_of_acceleration_27 * part_of_acceleration_207 + 0.02 * part_of_acceleration_296
-    part_of_acceleration_300 = part_of_acceleration_46 * part_of_acceleration_294
-    part_of_acceleration_301 = 0.37 * part_of_acceleration_300 - (part_of_acceleration_47 * part_of_acceleration_192 + part_of_acceleration_46 * part_of_acceleration_295)
-    part_of_acceleration_302 = part_of_acceleration_26 * part_of_acceleration_300 + part_of_acceleration_27 * (part_of_acceleration_203 - part_of_acceleration_202)
-    part_of_acceleration_303 = part_of_acceleration_301 + 0.02 * part_of_acceleration_302
-    part_of_acceleration_304 = (part_of_acceleration_4 * part_of_acceleration_298 - part_of_acceleration_1 * (part_of_acceleration_9 * part_of_acceleration_299 + part_of_acceleration_10 * part_of_acceleration_303 - -0.39 * (part_of_acceleration_10 * part_of_acceleration_302 + part_of_acceleration_9 * part_of_acceleration_296))) / part_of_acceleration_263
-    part_of_acceleration_305 = (part_of_acceleration_10 * part_of_acceleration_299 - part_of_acceleration_9 * part_of_acceleration_303 - -0.39 * (part_of_acceleration_10 * part_of_acceleration_296 - part_of_acceleration_9 * part_of_acceleration_302) + part_of_acceleration_304 * part_of_acceleration_266 * part_of_acceleration_263) / part_of_acceleration_268
-    part_of_acceleration_306 = (part_of_acceleration_298 - part_of_acceleration_304 * part_of_acceleration_269 * part_of_acceleration_263 - part_of_acceleration_305 * part_of_acceleration_270 * part_of_acceleration_268) / part_of_acceleration_272
-    part_of_acceleration_307 = (part_of_acceleration_301 - part_of_acceleration_304 * part_of_acceleration_275 * part_of_acceleration_263 - part_of_acceleration_305 * part_of_acceleration_276 * part_of_acceleration_268 - part_of_acceleration_306 * part_of_acceleration_277 * part_of_acceleration_272) / part_of_acceleration_279
-    part_of_acceleration_308 = (part_of_acceleration_207 + part_of_acceleration_304 * part_of_acceleration_288 * part_of_acceleration_263 + part_of_acceleration_305 * part_of_acceleration_289 * part_of_acceleration_268 + part_of_acceleration_306 * part_of_acceleration_290 * part_of_acceleration_272 + part_of_acceleration_307 * part_of_acceleration_291 * part_of_acceleration_279) / part_of_acceleration_293
-    part_of_acceleration_309 = inputs.w_wrist_pitch - F_hat_on_wrist_pitch - part_of_acceleration_132 - part_of_acceleration_304 * part_of_acceleration_158 - part_of_acceleration_305 * part_of_acceleration_267 - part_of_acceleration_306 * part_of_acceleration_271 - part_of_acceleration_307 * part_of_acceleration_278 + part_of_acceleration_308 * part_of_acceleration_292
-    part_of_acceleration_310 = part_of_acceleration_194 - part_of_acceleration_304 * part_of_acceleration_304 * part_of_acceleration_263 - part_of_acceleration_305 * part_of_acceleration_305 * part_of_acceleration_268 - part_of_acceleration_306 * part_of_acceleration_306 * part_of_acceleration_272 - part_of_acceleration_307 * part_of_acceleration_307 * part_of_acceleration_279 - part_of_acceleration_308 * part_of_acceleration_308 * part_of_acceleration_293
-    part_of_acceleration_311 = -0.00010609713490378755 * part_of_acceleration_84 - -4.61970849156906e-05 * part_of_acceleration_87
-    part_of_acceleration_312 = -0.0010574324179126171 * part_of_acceleration_84 - -0.0004604299187458012 * part_of_acceleration_87
-    part_of_acceleration_313 = part_of_acceleration_184 + (0.05 * part_of_acceleration_311 - -0.06 * part_of_acceleration_312)
-    part_of_acceleration_314 = -0.0010627416997969527 * part_of_acceleration_87 + -0.0004627416997969522 * part_of_acceleration_84
-    part_of_acceleration_315 = part_of_acceleration_161 + -0.06 * part_of_acceleration_314
-    part_of_acceleration_316 = part_of_acceleration_167 - 0.05 * part_of_acceleration_314
-    part_of_acceleration_317 = part_of_acceleration_65 * part_of_acceleration_315 - part_of_acceleration_66 * part_of_acceleration_316 - 0.02 * part_of_acceleration_314
-    part_of_acceleration_318 = part_of_acceleration_65 * part_of_acceleration_312 - part_of_acceleration_66 * part_of_acceleration_311
-    part_of_acceleration_319 = part_of_acceleration_313 + 0.02 * part_of_acceleration_318
-    part_of_acceleration_320 = part_of_acceleration_47 * part_of_acceleration_318 + part_of_acceleration_46 * part_of_acceleration_314
-    part_of_acceleration_321 = part_of_acceleration_46 * part_of_acceleration_317 - part_of_acceleration_47 * part_of_acceleration_319 - 0.37 * part_of_acceleration_320
-    part_of_acceleration_322 = part_of_acceleration_66 * part_of_acceleration_315 + part_of_acceleration_65 * part_of_acceleration_316
-    part_of_acceleration_323 = part_of_acceleration_27 * part_of_acceleration_321 - part_of_acceleration_26 * part_of_acceleration_322
-    part_of_acceleration_324 = part_of_acceleration_26 * part_of_acceleration_321 + part_of_acceleration_27 * part_of_acceleration_322 - 0.02 * part_of_acceleration_320
-    part_of_acceleration_325 = part_of_acceleration_46 * part_of_acceleration_318 - part_of_acceleration_47 * part_of_acceleration_314
-    part_of_acceleration_326 = part_of_acceleration_47 * part_of_acceleration_317 + part_of_acceleration_46 * part_of_acceleration_319 + 0.37 * part_of_acceleration_325
-    part_of_acceleration_327 = part_of_acceleration_26 * part_of_acceleration_325 + part_of_acceleration_27 * (part_of_acceleration_66 * part_of_acceleration_312 + part_of_acceleration_65 * part_of_acceleration_311)
-    part_of_acceleration_328 = part_of_acceleration_326 + 0.02 * part_of_acceleration_327
-    part_of_acceleration_329 = (part_of_acceleration_4 * part_of_acceleration_323 - part_of_acceleration_1 * (part_of_acceleration_9 * part_of_acceleration_324 - part_of_acceleration_10 * part_of_acceleration_328 + -0.39 * (part_of_acceleration_10 * part_of_acceleration_327 + part_of_acceleration_9 * part_of_acceleration_320))) / part_of_acceleration_263
-    part_of_acceleration_330 = (part_of_acceleration_10 * part_of_acceleration_324 + part_of_acceleration_9 * part_of_acceleration_328 - -0.39 * (part_of_acceleration_9 * part_of_acceleration_327 - part_of_acceleration_10 * part_of_acceleration_320) + part_of_acceleration_329 * part_of_acceleration_266 * part_of_acceleration_263) / part_of_acceleration_268
-    part_of_acceleration_331 = (part_of_acceleration_323 - part_of_acceleration_329 * part_of_acceleration_269 * part_of_acceleration_263 - part_of_acceleration_330 * part_of_acceleration_270 * part_of_acceleration_268) / part_of_acceleration_272
-    part_of_acceleration_332 = (part_of_acceleration_326 + part_of_acceleration_329 * part_of_acceleration_275 * part_of_acceleration_263 + part_of_acceleration_330 * part_of_acceleration_276 * part_of_acceleration_268 + part_of_acceleration_331 * part_of_acceleration_277 * part_of_acceleration_272) / part_of_acceleration_279
-    part_of_acceleration_333 = (part_of_acceleration_332 * part_of_acceleration_291 * part_of_acceleration_279 - (part_of_acceleration_322 + part_of_acceleration_329 * part_of_acceleration_288 * part_of_acceleration_263 + part_of_acceleration_330 * part_of_acceleration_289 * part_of_acceleration_268 + part_of_acceleration_331 * part_of_acceleration_290 * part_of_acceleration_272)) / part_of_acceleration_293
-    part_of_acceleration_334 = (part_of_acceleration_313 - part_of_acceleration_329 * part_of_acceleration_304 * part_of_acceleration_263 - part_of_acceleration_330 * part_of_acceleration_305 * part_of_acceleration_268 - part_of_acceleration_331 * part_of_acceleration_306 * part_of_acceleration_272 + part_of_acceleration_332 * part_of_acceleration_307 * part_of_acceleration_279 + part_of_acceleration_333 * part_of_acceleration_308 * part_of_acceleration_293) / part_of_acceleration_310
-    part_of_acceleration_335 = (inputs.w_hand_roll - F_hat_on_hand_roll - part_of_acceleration_117 - part_of_acceleration_329 * part_of_acceleration_158 - part_of_acceleration_330 * part_of_acceleration_267 - part_of_acceleration_331 * part_of_acceleration_271 + part_of_acceleration_332 * part_of_acceleration_278 - part_of_acceleration_333 * part_of_acceleration_292 - part_of_acceleration_334 * part_of_acceleration_309) / (0.0020206 - part_of_acceleration_329 * part_of_acceleration_329 * part_of_acceleration_263 - part_of_acceleration_330 * part_of_acceleration_330 * part_of_acceleration_268 - part_of_acceleration_331 * part_of_acceleration_331 * part_of_acceleration_272 - part_of_acceleration_332 * part_of_acceleration_332 * part_of_acceleration_279 - part_of_acceleration_333 * part_of_acceleration_333 * part_of_acceleration_293 - part_of_acceleration_334 * part_of_acceleration_334 * part_of_acceleration_310)
-    part_of_acceleration_336 = part_of_acceleration_309 / part_of_acceleration_310 - part_of_acceleration_334 * part_of_acceleration_335
-    part_of_acceleration_337 = part_of_acceleration_292 / part_of_acceleration_293 + part_of_acceleration_308 * part_of_acceleration_336 - part_of_acceleration_333 * part_of_acceleration_335
-    part_of_acceleration_338 = part_of_acceleration_278 / part_of_acceleration_279 - part_of_acceleration_291 * part_of_acceleration_337 - part_of_acceleration_307 * part_of_acceleration_336 + part_of_acceleration_332 * part_of_acceleration_335
-    part_of_acceleration_339 = part_of_acceleration_271 / part_of_acceleration_272 - part_of_acceleration_277 * part_of_acceleration_338 - part_of_acceleration_290 * part_of_acceleration_337 - part_of_acceleration_306 * part_of_acceleration_336 - part_of_acceleration_331 * part_of_acceleration_335
-    part_of_acceleration_340 = part_of_acceleration_267 / part_of_acceleration_268 - part_of_acceleration_270 * part_of_acceleration_339 - part_of_acceleration_276 * part_of_acceleration_338 - part_of_acceleration_289 * part_of_acceleration_337 - part_of_acceleration_305 * part_of_acceleration_336 - part_of_acceleration_330 * part_of_acceleration_335
-    v_shoulder_yaw_dot_hat = part_of_acceleration_158 / part_of_acceleration_263 + part_of_acceleration_266 * part_of_acceleration_340 - part_of_acceleration_269 * part_of_acceleration_339 - part_of_acceleration_275 * part_of_acceleration_338 - part_of_acceleration_288 * part_of_acceleration_337 - part_of_acceleration_304 * part_of_acceleration_336 - part_of_acceleration_329 * part_of_acceleration_335  # rad/s^2
-    v_shoulder_pitch_dot_hat = part_of_acceleration_340  # rad/s^2
-    v_arm_roll_dot_hat = part_of_acceleration_339  # rad/s^2
-    v_elbow_pitch_dot_hat = part_of_acceleration_338  # rad/s^2
-    v_forearm_roll_dot_hat = part_of_acceleration_337  # rad/s^2
-    v_wrist_pitch_dot_hat = part_of_acceleration_336  # rad/s^2
-    v_hand_roll_dot_hat = part_of_acceleration_335  # rad/s^2
+    sin_shoulder_pitch = _sin(inputs.shoulder_pitch)
+    cos_shoulder_pitch = _cos(inputs.shoulder_pitch)
+    cos_arm_roll = _cos(inputs.arm_roll)
+    sin_arm_roll = _sin(inputs.arm_roll)
+    acceleration_1 = 9.81 * sin_shoulder_pitch
+    cos_elbow_pitch = _cos(inputs.elbow_pitch)
+    sin_elbow_pitch = _sin(inputs.elbow_pitch)
+    acceleration_2 = 9.81 * cos_shoulder_pitch
+    cos_forearm_roll = _cos(inputs.forearm_roll)
+    sin_forearm_roll = _sin(inputs.forearm_roll)
+    cos_wrist_pitch = _cos(inputs.wrist_pitch)
+    sin_wrist_pitch = _sin(inputs.wrist_pitch)
+    cos_hand_roll = _cos(inputs.hand_roll)
+    acceleration_3 = 0.9950041652780258 * cos_hand_roll
+    acceleration_4 = 0.09983341664682815 * cos_hand_roll
+    sin_hand_roll = _sin(inputs.hand_roll)
+    acceleration_5 = 0.09983341664682815 * sin_hand_roll
+    acceleration_6 = 0.9950041652780258 * sin_hand_roll
+    acceleration_7 = 0.0170088 * sin_hand_roll + 0.00028 * cos_hand_roll
+    acceleration_8 = 0.0002799999999999998 * sin_hand_roll + 0.0169318 * cos_hand_roll
+    acceleration_9 = v_shoulder_yaw_hat * sin_shoulder_pitch
+    acceleration_10 = v_shoulder_pitch_hat * acceleration_9
+    acceleration_11 = v_shoulder_yaw_hat * cos_shoulder_pitch
+    acceleration_12 = v_shoulder_pitch_hat * acceleration_11
+    acceleration_13 = (
+        0.0816141 * v_shoulder_pitch_hat - 0.00011800000000000001 * acceleration_9 - 0.01112 * acceleration_11
+    )
+    acceleration_14 = (
+        0.01112 * v_shoulder_pitch_hat - 5.099999999999994e-05 * acceleration_9 - 0.0126441 * acceleration_11
+    )
+    acceleration_15 = sin_arm_roll * acceleration_9 + v_shoulder_pitch_hat * cos_arm_roll
+    acceleration_16 = v_arm_roll_hat * acceleration_15 - cos_arm_roll * acceleration_12
+    acceleration_17 = v_shoulder_pitch_hat * sin_arm_roll - cos_arm_roll * acceleration_9
+    acceleration_18 = sin_arm_roll * acceleration_12 - v_arm_roll_hat * acceleration_17
+    acceleration_19 = cos_arm_roll * -(0.39 * v_shoulder_pitch_hat) + sin_arm_roll * -(0.39 * acceleration_9)
+    acceleration_20 = (
+        sin_arm_roll * acceleration_1 - cos_arm_roll * -(0.39 * acceleration_12) + v_arm_roll_hat
+        * acceleration_19
+    )
+    acceleration_21 = acceleration_11 + v_arm_roll_hat
+    acceleration_22 = sin_arm_roll * -(0.39 * v_shoulder_pitch_hat) - cos_arm_roll * -(0.39 * acceleration_9)
+    acceleration_23 = (
+        0.001368 * acceleration_17 + 0.005310000000000001 * acceleration_15 + 0.0118396 * acceleration_21
+        + 0.012400000000000001 * acceleration_22 + 0.093 * acceleration_19
+    )
+    acceleration_24 = (
+        0.0342396 * acceleration_15 - 7.200000000000007e-05 * acceleration_17 + 0.005310000000000001
+        * acceleration_21 + 0.21700000000000003 * acceleration_19
+    )
+    acceleration_25 = 0.012400000000000001 * acceleration_15 - 0.093 * acceleration_17
+    acceleration_26 = cos_elbow_pitch * acceleration_21 - sin_elbow_pitch * acceleration_17
+    acceleration_27 = (
+        cos_elbow_pitch * acceleration_16 - sin_elbow_pitch * acceleration_10 + v_elbow_pitch_hat
+        * acceleration_26
+    )
+    acceleration_28 = cos_elbow_pitch * acceleration_17 + sin_elbow_pitch * acceleration_21
+    acceleration_29 = (
+        sin_elbow_pitch * acceleration_16 + cos_elbow_pitch * acceleration_10 + v_elbow_pitch_hat
+        * acceleration_28
+    )
+    acceleration_30 = acceleration_20 - 0.02 * acceleration_16
+    acceleration_31 = (
+        v_arm_roll_hat * acceleration_22 - cos_arm_roll * acceleration_1 - sin_arm_roll * -(0.39
+        * acceleration_12)
+    )
+    acceleration_32 = acceleration_31 + 0.02 * acceleration_18
+    acceleration_33 = 0.02 * acceleration_15 - acceleration_19
+    acceleration_34 = cos_elbow_pitch * acceleration_33
+    acceleration_35 = (
+        cos_elbow_pitch * acceleration_2 - sin_elbow_pitch * acceleration_32 - v_elbow_pitch_hat
+        * acceleration_34
+    )
+    acceleration_36 = v_elbow_pitch_hat - acceleration_15
+    acceleration_37 = sin_elbow_pitch * acceleration_33
+    acceleration_38 = (
+        0.0490261 * acceleration_36 - 0.00013900000000000007 * acceleration_28 - 0.010199999999999999
+        * acceleration_26 - 0.29 * acceleration_34 + 0.0087 * acceleration_37
+    )
+    acceleration_39 = acceleration_22 - 0.02 * acceleration_17
+    acceleration_40 = (
+        0.00107 * acceleration_28 + 0.010636099999999996 * acceleration_26 - 0.010199999999999999
+        * acceleration_36 + 0.087 * acceleration_34 - 0.0087 * acceleration_39
+    )
+    acceleration_41 = 2.9 * acceleration_39 - 0.0087 * acceleration_26 - 0.29 * acceleration_28
+    acceleration_42 = 2.9 * acceleration_37 + 0.087 * acceleration_28 + 0.0087 * acceleration_36
+    acceleration_43 = sin_forearm_roll * acceleration_28 + cos_forearm_roll * acceleration_36
+    acceleration_44 = (
+        cos_forearm_roll * acceleration_27 + sin_forearm_roll * acceleration_18 - v_forearm_roll_hat
+        * acceleration_43
+    )
+    acceleration_45 = cos_forearm_roll * acceleration_28 - sin_forearm_roll * acceleration_36
+    acceleration_46 = (
+        cos_forearm_roll * acceleration_18 - sin_forearm_roll * acceleration_27 - v_forearm_roll_hat
+        * acceleration_45
+    )
+    acceleration_47 = (
+        cos_elbow_pitch * acceleration_32 + sin_elbow_pitch * acceleration_2 - v_elbow_pitch_hat
+        * acceleration_37
+    )
+    acceleration_48 = acceleration_47 + 0.37 * acceleration_18
+    acceleration_49 = 0.37 * acceleration_27 - acceleration_30
+    acceleration_50 = acceleration_34 - 0.37 * acceleration_36
+    acceleration_51 = 0.37 * acceleration_28 - acceleration_39
+    acceleration_52 = cos_forearm_roll * acceleration_50 - sin_forearm_roll * acceleration_51
+    acceleration_53 = (
+        sin_forearm_roll * acceleration_48 + cos_forearm_roll * acceleration_49 + v_forearm_roll_hat
+        * acceleration_52
+    )
+    acceleration_54 = acceleration_26 + v_forearm_roll_hat
+    acceleration_55 = sin_forearm_roll * acceleration_50 + cos_forearm_roll * acceleration_51
+    acceleration_56 = (
+        0.00033200000000000005 * acceleration_45 - 0.0035399999999999997 * acceleration_43
+        + 0.005882199999999999 * acceleration_54 - 0.0022 * acceleration_55 - 0.044000000000000004
+        * acceleration_52
+    )
+    acceleration_57 = (
+        0.0035399999999999997 * acceleration_54 - 0.000144 * acceleration_45 - 0.0189222 * acceleration_43
+        + 0.0022 * acceleration_37 - 0.132 * acceleration_52
+    )
+    acceleration_58 = 0.0022 * acceleration_43 + 0.044000000000000004 * acceleration_45 - 2.2 * acceleration_37
+    acceleration_59 = 2.2 * acceleration_55 - 0.132 * acceleration_45 - 0.0022 * acceleration_54
+    acceleration_60 = sin_wrist_pitch * acceleration_45 + cos_wrist_pitch * acceleration_54
+    acceleration_61 = (
+        cos_wrist_pitch * acceleration_44 + sin_wrist_pitch * acceleration_29 - v_wrist_pitch_hat
+        * acceleration_60
+    )
+    acceleration_62 = cos_wrist_pitch * acceleration_45 - sin_wrist_pitch * acceleration_54
+    acceleration_63 = (
+        cos_wrist_pitch * acceleration_29 - sin_wrist_pitch * acceleration_44 - v_wrist_pitch_hat
+        * acceleration_62
+    )
+    acceleration_64 = (
+        cos_forearm_roll * acceleration_48 - sin_forearm_roll * acceleration_49 - v_forearm_roll_hat
+        * acceleration_55
+    )
+    acceleration_65 = acceleration_64 + 0.02 * acceleration_46
+    acceleration_66 = acceleration_52 - 0.02 * acceleration_43
+    acceleration_67 = cos_wrist_pitch * acceleration_66 + sin_wrist_pitch * acceleration_37
+    acceleration_68 = (
+        sin_wrist_pitch * acceleration_65 + cos_wrist_pitch * acceleration_35 + v_wrist_pitch_hat
+        * acceleration_67
+    )
+    acceleration_69 = acceleration_53 + 0.02 * acceleration_44
+    acceleration_70 = cos_wrist_pitch * acceleration_37 - sin_wrist_pitch * acceleration_66
+    acceleration_71 = acceleration_55 + 0.02 * acceleration_45
+    acceleration_72 = 0.0034 * acceleration_60 - 0.068 * acceleration_62 - 1.7 * acceleration_71
+    acceleration_73 = v_wrist_pitch_hat - acceleration_43
+    acceleration_74 = 1.7 * acceleration_70 - 0.0085 * acceleration_62 + 0.0034 * acceleration_73
+    acceleration_75 = (
+        8.300000000000001e-05 * acceleration_62 - 0.00074 * acceleration_60 + 0.0078268 * acceleration_73
+        + 0.0034 * acceleration_70 + 0.068 * acceleration_67
+    )
+    acceleration_76 = (
+        0.000236 * acceleration_62 - 0.0038493000000000004 * acceleration_60 + 0.00074 * acceleration_73
+        + 0.0085 * acceleration_67 + 0.0034 * acceleration_71
+    )
+    acceleration_77 = (
+        acceleration_5 * acceleration_60 - acceleration_6 * acceleration_62 + cos_hand_roll * acceleration_73
+    )
+    acceleration_78 = (
+        acceleration_3 * acceleration_61 + acceleration_4 * acceleration_63 + sin_hand_roll * acceleration_46
+        + v_hand_roll_hat * acceleration_77
+    )
+    acceleration_79 = (
+        acceleration_3 * acceleration_62 - acceleration_4 * acceleration_60 + sin_hand_roll * acceleration_73
+    )
+    acceleration_80 = (
+        cos_hand_roll * acceleration_46 - acceleration_6 * acceleration_61 - acceleration_5 * acceleration_63
+        - v_hand_roll_hat * acceleration_79
+    )
+    acceleration_81 = 0.09983341664682815 * acceleration_61 - 0.9950041652780258 * acceleration_63
+    acceleration_82 = (
+        cos_wrist_pitch * acceleration_65 - sin_wrist_pitch * acceleration_35 + v_wrist_pitch_hat
+        * acceleration_70
+    )
+    acceleration_83 = acceleration_82 + 0.06 * acceleration_46
+    acceleration_84 = 0.05 * acceleration_46 - acceleration_68
+    acceleration_85 = 0.09983341664682815 * acceleration_83 - 0.9950041652780258 * acceleration_84
+    acceleration_86 = acceleration_69 + 0.05 * acceleration_63 + 0.06 * acceleration_61
+    acceleration_87 = acceleration_67 + 0.06 * acceleration_73
+    acceleration_88 = acceleration_70 + 0.05 * acceleration_73
+    acceleration_89 = 0.05 * acceleration_60 - 0.06 * acceleration_62 - acceleration_71
+    acceleration_90 = (
+        acceleration_3 * acceleration_87 + acceleration_4 * acceleration_88 + sin_hand_roll * acceleration_89
+    )
+    acceleration_91 = (
+        acceleration_6 * acceleration_83 + acceleration_5 * acceleration_84 + cos_hand_roll * acceleration_86
+        + v_hand_roll_hat * acceleration_90
+    )
+    acceleration_92 = (
+        0.09983341664682815 * acceleration_62 + 0.9950041652780258 * acceleration_60 + v_hand_roll_hat
+    )
+    acceleration_93 = (
+        cos_hand_roll * acceleration_89 - acceleration_6 * acceleration_87 - acceleration_5 * acceleration_88
+    )
+    acceleration_94 = (
+        0.00019601428534987285 * acceleration_79 - 0.0002340142853498729 * acceleration_77
+        + 0.0020205999999999987 * acceleration_92 - 0.0004627416997969522 * acceleration_93
+        - 0.0010627416997969527 * acceleration_90
+    )
+    acceleration_95 = 0.09983341664682815 * acceleration_87 - 0.9950041652780258 * acceleration_88
+    acceleration_96 = (
+        0.00028 * acceleration_79 + 0.0169318 * acceleration_77 - 0.0002340142853498729 * acceleration_92
+        + 0.12200000000000001 * acceleration_90 + 0.0004627416997969522 * acceleration_95
+    )
+    acceleration_97 = (
+        1.4 * acceleration_95 + 0.0004627416997969522 * acceleration_77 + 0.0010627416997969527
+        * acceleration_79
+    )
+    acceleration_98 = (
+        1.4 * acceleration_93 - 0.12200000000000001 * acceleration_79 - 0.0004627416997969522 * acceleration_92
+    )
+    acceleration_99 = (
+        0.0170088 * acceleration_78 + 0.0002799999999999998 * acceleration_80 + 0.00019601428534987285
+        * acceleration_81 + 0.0010627416997969527 * acceleration_85 + 0.12200000000000001 * acceleration_91
+        + acceleration_77 * acceleration_94 - acceleration_92 * acceleration_96 + acceleration_93
+        * acceleration_97 - acceleration_95 * acceleration_98
+    )
+    acceleration_100 = (
+        acceleration_3 * acceleration_83 + acceleration_4 * acceleration_84 - sin_hand_roll * acceleration_86
+        + v_hand_roll_hat * acceleration_93
+    )
+    acceleration_101 = (
+        0.0170088 * acceleration_79 + 0.0002799999999999998 * acceleration_77 + 0.00019601428534987285
+        * acceleration_92 + 0.0010627416997969527 * acceleration_95 - 0.12200000000000001 * acceleration_93
+    )
+    acceleration_102 = (
+        1.4 * acceleration_90 - 0.0010627416997969527 * acceleration_92 + 0.12200000000000001 * acceleration_77
+    )
+    acceleration_103 = (
+        0.00028 * acceleration_78 + 0.0169318 * acceleration_80 - 0.0002340142853498729 * acceleration_81
+        + 0.12200000000000001 * acceleration_100 + 0.0004627416997969522 * acceleration_85 + acceleration_92
+        * acceleration_101 - acceleration_79 * acceleration_94 + acceleration_95 * acceleration_102
+        - acceleration_90 * acceleration_97
+    )
+    acceleration_104 = (
+        0.00019601428534987285 * acceleration_78 - 0.0002340142853498729 * acceleration_80
+        + 0.0020205999999999987 * acceleration_81 - 0.0010627416997969527 * acceleration_100
+        + 0.0004627416997969522 * acceleration_91 + acceleration_79 * acceleration_96 - acceleration_77
+        * acceleration_101 + acceleration_90 * acceleration_98 - acceleration_93 * acceleration_102
+    )
+    acceleration_105 = (
+        1.4 * acceleration_100 - 0.0010627416997969527 * acceleration_81 + 0.12200000000000001 * acceleration_80
+        + acceleration_77 * acceleration_97 - acceleration_92 * acceleration_98
+    )
+    acceleration_106 = (
+        acceleration_92 * acceleration_102 - acceleration_79 * acceleration_97 - 1.4 * acceleration_91
+        - 0.12200000000000001 * acceleration_78 - 0.0004627416997969522 * acceleration_81
+    )
+    acceleration_107 = sin_hand_roll * acceleration_105 + cos_hand_roll * acceleration_106
+    acceleration_108 = (
+        0.0089625 * acceleration_61 + 0.000236 * acceleration_63 + 8.300000000000001e-05 * acceleration_46
+        + 0.0085 * acceleration_68 + 0.068 * acceleration_69 + acceleration_70 * acceleration_72
+        + acceleration_71 * acceleration_74 - acceleration_60 * acceleration_75 - acceleration_73
+        * acceleration_76 + acceleration_3 * acceleration_99 - acceleration_6 * acceleration_103
+        + 0.09983341664682815 * acceleration_104 - 0.06 * acceleration_107
+    )
+    acceleration_109 = (
+        0.0089625 * acceleration_62 - 0.000236 * acceleration_60 + 8.300000000000001e-05 * acceleration_73
+        - 0.0085 * acceleration_70 + 0.068 * acceleration_71
+    )
+    acceleration_110 = 1.7 * acceleration_67 - 0.0085 * acceleration_60 + 0.068 * acceleration_73
+    acceleration_111 = (
+        0.000236 * acceleration_61 + 0.0038493000000000004 * acceleration_63 + 0.00074 * acceleration_46
+        + 0.0085 * acceleration_82 + 0.0034 * acceleration_69 + acceleration_73 * acceleration_109
+        - acceleration_62 * acceleration_75 - acceleration_71 * acceleration_110 - acceleration_67
+        * acceleration_72 + acceleration_4 * acceleration_99 - acceleration_5 * acceleration_103
+        - 0.9950041652780258 * acceleration_104 - 0.05 * acceleration_107
+    )
+    acceleration_112 = (
+        acceleration_62 * acceleration_74 + acceleration_60 * acceleration_110 - 1.7 * acceleration_69 - 0.0034
+        * acceleration_63 - 0.068 * acceleration_61 + acceleration_107
+    )
+    acceleration_113 = (
+        0.0208 * acceleration_44 - 0.000144 * acceleration_46 - 0.00033200000000000005 * acceleration_29
+        + 0.044000000000000004 * acceleration_35 - 0.132 * acceleration_53 - acceleration_43 * acceleration_56
+        - acceleration_54 * acceleration_57 - acceleration_55 * acceleration_58 - acceleration_37
+        * acceleration_59 + cos_wrist_pitch * acceleration_108 - sin_wrist_pitch * acceleration_111 - 0.02
+        * acceleration_112
+    )
+    acceleration_114 = (
+        0.0208 * acceleration_45 + 0.000144 * acceleration_43 + 0.00033200000000000005 * acceleration_54 - 0.132
+        * acceleration_55 - 0.044000000000000004 * acceleration_37
+    )
+    acceleration_115 = 2.2 * acceleration_52 - 0.044000000000000004 * acceleration_54 + 0.132 * acceleration_43
+    acceleration_116 = (
+        1.4 * acceleration_85 + 0.0004627416997969522 * acceleration_80 + 0.0010627416997969527
+        * acceleration_78 + acceleration_79 * acceleration_98 - acceleration_77 * acceleration_102
+    )
+    acceleration_117 = (
+        acceleration_4 * acceleration_105 - acceleration_5 * acceleration_106 - 0.9950041652780258
+        * acceleration_116
+    )
+    acceleration_118 = (
+        acceleration_3 * acceleration_105 - acceleration_6 * acceleration_106 + 0.09983341664682815
+        * acceleration_116
+    )
+    acceleration_119 = (
+        8.300000000000001e-05 * acceleration_61 + 0.00074 * acceleration_63 + 0.0078268 * acceleration_46
+        - 0.0034 * acceleration_68 + 0.068 * acceleration_82 + acceleration_62 * acceleration_76
+        + acceleration_60 * acceleration_109 + acceleration_67 * acceleration_74 - acceleration_70
+        * acceleration_110 + sin_hand_roll * acceleration_99 + cos_hand_roll * acceleration_103 + 0.05
+        * acceleration_117 + 0.06 * acceleration_118
+    )
+    acceleration_120 = (
+        1.7 * acceleration_82 + 0.068 * acceleration_46 + 0.0085 * acceleration_63 - acceleration_60
+        * acceleration_72 - acceleration_73 * acceleration_74 + acceleration_118
+    )
+    acceleration_121 = (
+        acceleration_73 * acceleration_110 - acceleration_62 * acceleration_72 - 1.7 * acceleration_68 - 0.0085
+        * acceleration_61 + 0.0034 * acceleration_46 + acceleration_117
+    )
+    acceleration_122 = cos_wrist_pitch * acceleration_120 - sin_wrist_pitch * acceleration_121
+    acceleration_123 = (
+        0.0189222 * acceleration_46 - 0.000144 * acceleration_44 - 0.0035399999999999997 * acceleration_29
+        - 0.132 * acceleration_64 - 0.0022 * acceleration_35 + acceleration_54 * acceleration_114
+        - acceleration_45 * acceleration_56 - acceleration_37 * acceleration_115 - acceleration_52
+        * acceleration_58 + acceleration_119 + 0.02 * acceleration_122
+    )
+    acceleration_124 = (
+        2.2 * acceleration_64 + 0.044000000000000004 * acceleration_29 - 0.132 * acceleration_46
+        + acceleration_54 * acceleration_59 - acceleration_43 * acceleration_58 + acceleration_122
+    )
+    acceleration_125 = (
+        acceleration_54 * acceleration_115 - acceleration_45 * acceleration_58 - 2.2 * acceleration_53 - 0.0022
+        * acceleration_29 + 0.132 * acceleration_44 + acceleration_112
+    )
+    acceleration_126 = sin_forearm_roll * acceleration_124 + cos_forearm_roll * acceleration_125
+    acceleration_127 = (
+        0.05361 * acceleration_27 - 0.00107 * acceleration_29 + 0.00013900000000000007 * acceleration_18 - 0.29
+        * acceleration_30 - 0.087 * acceleration_35 + acceleration_26 * acceleration_38 - acceleration_36
+        * acceleration_40 + acceleration_37 * acceleration_41 - acceleration_39 * acceleration_42
+        + cos_forearm_roll * acceleration_113 - sin_forearm_roll * acceleration_123 - 0.37 * acceleration_126
+    )
+    acceleration_128 = (
+        0.05361 * acceleration_28 + 0.00107 * acceleration_26 - 0.00013900000000000007 * acceleration_36 + 0.087
+        * acceleration_37 - 0.29 * acceleration_39
+    )
+    acceleration_129 = 2.9 * acceleration_34 - 0.29 * acceleration_36 + 0.087 * acceleration_26
+    acceleration_130 = (
+        0.00033200000000000005 * acceleration_44 + 0.0035399999999999997 * acceleration_46
+        - 0.005882199999999999 * acceleration_29 - 0.0022 * acceleration_53 - 0.044000000000000004
+        * acceleration_64 + acceleration_45 * acceleration_57 + acceleration_43 * acceleration_114
+        + acceleration_55 * acceleration_115 - acceleration_52 * acceleration_59 - sin_wrist_pitch
+        * acceleration_108 - cos_wrist_pitch * acceleration_111
+    )
+    acceleration_131 = (
+        0.00107 * acceleration_27 - 0.010636099999999996 * acceleration_29 + 0.010199999999999999
+        * acceleration_18 + 0.087 * acceleration_47 - 0.0087 * acceleration_30 + acceleration_36
+        * acceleration_128 - acceleration_28 * acceleration_38 + acceleration_34 * acceleration_41
+        - acceleration_39 * acceleration_129 + acceleration_130
+    )
+    acceleration_132 = (
+        0.29 * acceleration_27 - 0.0087 * acceleration_29 - 2.9 * acceleration_30 - acceleration_28
+        * acceleration_42 - acceleration_26 * acceleration_129 - acceleration_126
+    )
+    acceleration_133 = (
+        0.03898 * acceleration_16 - 7.200000000000007e-05 * acceleration_18 - 0.001368 * acceleration_10
+        + 0.9123300000000001 * cos_shoulder_pitch + 0.21700000000000003 * acceleration_20 + acceleration_15
+        * acceleration_23 - acceleration_21 * acceleration_24 - acceleration_22 * acceleration_25
+        + cos_elbow_pitch * acceleration_127 - sin_elbow_pitch * acceleration_131 + 0.02 * acceleration_132
+    )
+    acceleration_134 = (
+        0.03898 * acceleration_17 - 7.200000000000007e-05 * acceleration_15 + 0.001368 * acceleration_21
+        + 0.21700000000000003 * acceleration_22
+    )
+    acceleration_135 = cos_forearm_roll * acceleration_124 - sin_forearm_roll * acceleration_125
+    acceleration_136 = (
+        cos_elbow_pitch * (2.9 * acceleration_47 - 0.087 * acceleration_29 + 0.29 * acceleration_18
+        + acceleration_36 * acceleration_42 - acceleration_26 * acceleration_41 + acceleration_135)
+        - sin_elbow_pitch * (5.1 * acceleration_35 - 0.087 * acceleration_27 + 0.0087 * acceleration_18
+        + acceleration_36 * acceleration_129 + acceleration_28 * acceleration_41 - 0.0022 * acceleration_46
+        + 0.044000000000000004 * acceleration_44 + acceleration_43 * acceleration_115 - acceleration_45
+        * acceleration_59 - sin_wrist_pitch * acceleration_120 - cos_wrist_pitch * acceleration_121)
+    )
+    acceleration_137 = (
+        0.010199999999999999 * acceleration_29 - 0.00013900000000000007 * acceleration_27 - 0.0490261
+        * acceleration_18 - 0.0087 * acceleration_35 - 0.29 * acceleration_47 + acceleration_28
+        * acceleration_40 - acceleration_26 * acceleration_128 + acceleration_37 * acceleration_129
+        - acceleration_34 * acceleration_42 - sin_forearm_roll * acceleration_113 - cos_forearm_roll
+        * acceleration_123 - 0.37 * acceleration_135
+    )
+    acceleration_138 = (
+        0.0342396 * acceleration_18 - 7.200000000000007e-05 * acceleration_16 - 0.005310000000000001
+        * acceleration_10 - 0.21700000000000003 * acceleration_31 - 0.12164400000000002 * cos_shoulder_pitch
+        + acceleration_21 * acceleration_134 - acceleration_17 * acceleration_23 - acceleration_19
+        * acceleration_25 + 0.02 * acceleration_136 - acceleration_137
+    )
+    acceleration_139 = (
+        3.1 * acceleration_22 + 0.21700000000000003 * acceleration_17 + 0.012400000000000001 * acceleration_21
+    )
+    acceleration_140 = (
+        3.1 * acceleration_31 + 0.093 * acceleration_10 - 0.21700000000000003 * acceleration_18
+        - acceleration_15 * acceleration_25 - acceleration_21 * acceleration_139 + acceleration_136
+    )
+    acceleration_141 = 3.1 * acceleration_19 + 0.093 * acceleration_21 + 0.21700000000000003 * acceleration_15
+    acceleration_142 = (
+        3.1 * acceleration_20 - 0.012400000000000001 * acceleration_10 + 0.21700000000000003 * acceleration_16
+        + acceleration_17 * acceleration_25 - acceleration_21 * acceleration_141 - acceleration_132
+    )
+    acceleration_143 = (
+        0.00011800000000000001 * v_shoulder_pitch_hat - 0.08524999999999999 * acceleration_9
+        - 5.099999999999994e-05 * acceleration_11
+    )
+    acceleration_144 = (
+        0.001368 * acceleration_16 + 0.005310000000000001 * acceleration_18 - 0.0118396 * acceleration_10
+        + 0.012400000000000001 * acceleration_20 - 0.093 * acceleration_31 + acceleration_17 * acceleration_24
+        - acceleration_15 * acceleration_134 + acceleration_22 * acceleration_141 - acceleration_19
+        * acceleration_139 + sin_elbow_pitch * acceleration_127 + cos_elbow_pitch * acceleration_131
+    )
+    acceleration_145 = (
+        inputs.w_shoulder_yaw - F_hat_on_shoulder_yaw + sin_shoulder_pitch * (5.099999999999994e-05
+        * acceleration_10 - 0.08524999999999999 * acceleration_12 + 0.8044199999999999 * cos_shoulder_pitch
+        - acceleration_11 * acceleration_13 - v_shoulder_pitch_hat * acceleration_14 + cos_arm_roll
+        * acceleration_133 - sin_arm_roll * acceleration_138 - 0.39 * (sin_arm_roll * acceleration_140
+        + cos_arm_roll * acceleration_142)) + cos_shoulder_pitch * (0.0126441 * acceleration_10
+        - 5.099999999999994e-05 * acceleration_12 - 0.8044199999999999 * sin_shoulder_pitch
+        + v_shoulder_pitch_hat * acceleration_143 + acceleration_9 * acceleration_13 - acceleration_144)
+    )
+    acceleration_146 = (
+        0.016923826846380885 * cos_hand_roll - 0.0002786011662778472 * sin_hand_roll + 1.9568775818064122e-05
+    )
+    acceleration_147 = (
+        0.000278601166277847 * cos_hand_roll - 0.01684721152565448 * sin_hand_roll - 2.3362445650643596e-05
+    )
+    acceleration_148 = (
+        0.000195035030377119 * cos_hand_roll + 0.00023284518865768404 * sin_hand_roll + 0.00020172340167658084
+    )
+    acceleration_149 = (
+        0.06 * -(4.61970849156906e-05 * cos_hand_roll + 0.00010609713490378755 * sin_hand_roll
+        + 0.12139050816391916)
+    )
+    acceleration_150 = (
+        -(4.61970849156906e-05 * cos_hand_roll + 0.00010609713490378755 * sin_hand_roll + 0.12139050816391916)
+        - 0.08399999999999999
+    )
+    acceleration_151 = 0.06 * acceleration_150
+    acceleration_152 = (
+        0.0089625 + acceleration_3 * acceleration_146 - acceleration_6 * acceleration_147 + 0.09983341664682815
+        * acceleration_148 - acceleration_149 - acceleration_151
+    )
+    acceleration_153 = (
+        0.001698046617062571 * cos_hand_roll - 2.795335666111188e-05 * sin_hand_roll - 0.000195035030377119
+    )
+    acceleration_154 = (
+        2.7953356661111864e-05 * cos_hand_roll - 0.001690359443980765 * sin_hand_roll + 0.00023284518865768404
+    )
+    acceleration_155 = (
+        1.9568775818064122e-05 * cos_hand_roll + 2.3362445650643596e-05 * sin_hand_roll - 0.0020105054163607776
+    )
+    acceleration_156 = (
+        0.012179676830913037 - 0.0004604299187458012 * cos_hand_roll - 0.0010574324179126171 * sin_hand_roll
+    )
+    acceleration_157 = acceleration_156 + 0.06999999999999999
+    acceleration_158 = (
+        0.000236 + acceleration_3 * acceleration_153 - acceleration_6 * acceleration_154 + 0.09983341664682815
+        * acceleration_155 - 0.05 * -(4.61970849156906e-05 * cos_hand_roll + 0.00010609713490378755
+        * sin_hand_roll + 0.12139050816391916) + 0.06 * acceleration_157
+    )
+    acceleration_159 = cos_wrist_pitch * acceleration_152 - sin_wrist_pitch * acceleration_158
+    acceleration_160 = (
+        0.000236 + acceleration_4 * acceleration_146 - acceleration_5 * acceleration_147 - 0.9950041652780258
+        * acceleration_148 + 0.06 * acceleration_156 - 0.05 * acceleration_150
+    )
+    acceleration_161 = 0.05 * acceleration_156
+    acceleration_162 = 0.05 * acceleration_157
+    acceleration_163 = (
+        0.0038493000000000004 + acceleration_4 * acceleration_153 - acceleration_5 * acceleration_154
+        - 0.9950041652780258 * acceleration_155 + acceleration_161 + acceleration_162
+    )
+    acceleration_164 = cos_wrist_pitch * acceleration_160 - sin_wrist_pitch * acceleration_163
+    acceleration_165 = 0.0034 + acceleration_157
+    acceleration_166 = sin_wrist_pitch * acceleration_165
+    acceleration_167 = acceleration_150 - 0.068
+    acceleration_168 = cos_wrist_pitch * acceleration_167
+    acceleration_169 = acceleration_166 + acceleration_168
+    acceleration_170 = 0.02 * acceleration_169
+    acceleration_171 = 0.06199999999999999 - acceleration_169
+    acceleration_172 = 0.02 * acceleration_171
+    acceleration_173 = (
+        0.0208 + cos_wrist_pitch * acceleration_159 - sin_wrist_pitch * acceleration_164 - acceleration_170
+        + acceleration_172
+    )
+    acceleration_174 = 0.00019601428534987285 * sin_hand_roll - 0.0002340142853498729 * cos_hand_roll
+    acceleration_175 = 0.0010627416997969527 * cos_hand_roll - 0.0004627416997969522 * sin_hand_roll
+    acceleration_176 = 0.05 * acceleration_175
+    acceleration_177 = (
+        8.300000000000001e-05 + acceleration_3 * acceleration_7 - acceleration_6 * acceleration_8
+        + 0.09983341664682815 * acceleration_174 - acceleration_176
+    )
+    acceleration_178 = 0.06 * acceleration_175
+    acceleration_179 = (
+        0.00074 + acceleration_4 * acceleration_7 - acceleration_5 * acceleration_8 - 0.9950041652780258
+        * acceleration_174 + acceleration_178
+    )
+    acceleration_180 = cos_wrist_pitch * acceleration_177 - 0.000144 - sin_wrist_pitch * acceleration_179
+    acceleration_181 = cos_forearm_roll * acceleration_173 - sin_forearm_roll * acceleration_180
+    acceleration_182 = (
+        8.300000000000001e-05 + sin_hand_roll * acceleration_146 + cos_hand_roll * acceleration_147
+        - acceleration_176
+    )
+    acceleration_183 = (
+        0.00074 + sin_hand_roll * acceleration_153 + cos_hand_roll * acceleration_154 + acceleration_178
+    )
+    acceleration_184 = cos_wrist_pitch * acceleration_182 - sin_wrist_pitch * acceleration_183
+    acceleration_185 = acceleration_184 - 0.000144
+    acceleration_186 = (
+        0.0078268 + sin_hand_roll * acceleration_7 + cos_hand_roll * acceleration_8 - acceleration_149
+        + acceleration_161 - acceleration_151 + acceleration_162
+    )
+    acceleration_187 = 0.0189222 + acceleration_186 - acceleration_170 + acceleration_172
+    acceleration_188 = cos_forearm_roll * acceleration_185 - sin_forearm_roll * acceleration_187
+    acceleration_189 = acceleration_171 - 0.132
+    acceleration_190 = 0.37 * acceleration_189
+    acceleration_191 = acceleration_189 + 1.9609999999999999
+    acceleration_192 = 0.37 * acceleration_191
+    acceleration_193 = (
+        0.05361 + cos_forearm_roll * acceleration_181 - sin_forearm_roll * acceleration_188 + acceleration_190
+        + acceleration_192
+    )
+    acceleration_194 = sin_wrist_pitch * acceleration_160 + cos_wrist_pitch * acceleration_163
+    acceleration_195 = sin_wrist_pitch * acceleration_152 + cos_wrist_pitch * acceleration_158
+    acceleration_196 = cos_wrist_pitch * acceleration_165
+    acceleration_197 = sin_wrist_pitch * acceleration_167
+    acceleration_198 = acceleration_196 - acceleration_197
+    acceleration_199 = 0.02 * acceleration_198
+    acceleration_200 = (
+        0.00033200000000000005 + sin_wrist_pitch * acceleration_194 - cos_wrist_pitch * acceleration_195
+        - acceleration_199
+    )
+    acceleration_201 = 0.0085 + acceleration_175
+    acceleration_202 = 0.02 * acceleration_201
+    acceleration_203 = sin_wrist_pitch * acceleration_182 + cos_wrist_pitch * acceleration_183
+    acceleration_204 = 0.0035399999999999997 - acceleration_202 - acceleration_203
+    acceleration_205 = 0.0022 + acceleration_198
+    acceleration_206 = cos_forearm_roll * acceleration_205
+    acceleration_207 = 0.044000000000000004 + acceleration_201
+    acceleration_208 = sin_forearm_roll * acceleration_207
+    acceleration_209 = acceleration_206 - acceleration_208
+    acceleration_210 = 0.37 * acceleration_209
+    acceleration_211 = (
+        0.00107 + cos_forearm_roll * acceleration_200 - sin_forearm_roll * acceleration_204 - acceleration_210
+    )
+    acceleration_212 = cos_elbow_pitch * acceleration_193 - sin_elbow_pitch * acceleration_211
+    acceleration_213 = (
+        0.00033200000000000005 - acceleration_199 - sin_wrist_pitch * acceleration_159 - cos_wrist_pitch
+        * acceleration_164
+    )
+    acceleration_214 = (
+        0.0035399999999999997 - sin_wrist_pitch * acceleration_177 - cos_wrist_pitch * acceleration_179
+        - acceleration_202
+    )
+    acceleration_215 = cos_forearm_roll * acceleration_213 - sin_forearm_roll * acceleration_214
+    acceleration_216 = 0.00107 + acceleration_215 - acceleration_210
+    acceleration_217 = (
+        0.005882199999999999 + sin_wrist_pitch * acceleration_195 + cos_wrist_pitch * acceleration_194
+    )
+    acceleration_218 = 0.010636099999999996 + acceleration_217
+    acceleration_219 = cos_elbow_pitch * acceleration_216 - sin_elbow_pitch * acceleration_218
+    acceleration_220 = acceleration_209 - 0.0087
+    acceleration_221 = sin_elbow_pitch * acceleration_220
+    acceleration_222 = 0.29 + acceleration_191
+    acceleration_223 = cos_elbow_pitch * acceleration_222
+    acceleration_224 = acceleration_221 + acceleration_223
+    acceleration_225 = 0.02 * acceleration_224
+    acceleration_226 = acceleration_224 + 0.16399999999999998
+    acceleration_227 = 0.02 * acceleration_226
+    acceleration_228 = (
+        0.03898 + cos_elbow_pitch * acceleration_212 - sin_elbow_pitch * acceleration_219 + acceleration_225
+        + acceleration_227
+    )
+    acceleration_229 = sin_forearm_roll * acceleration_213 + cos_forearm_roll * acceleration_214
+    acceleration_230 = sin_forearm_roll * acceleration_205
+    acceleration_231 = cos_forearm_roll * acceleration_207
+    acceleration_232 = acceleration_230 + acceleration_231
+    acceleration_233 = 0.37 * acceleration_232
+    acceleration_234 = acceleration_233 - 0.010199999999999999 - acceleration_229
+    acceleration_235 = sin_forearm_roll * acceleration_185 + cos_forearm_roll * acceleration_187
+    acceleration_236 = sin_forearm_roll * acceleration_173 + cos_forearm_roll * acceleration_180
+    acceleration_237 = (
+        sin_forearm_roll * acceleration_235 - 0.00013900000000000007 - cos_forearm_roll * acceleration_236
+    )
+    acceleration_238 = (
+        sin_elbow_pitch * acceleration_234 - 7.200000000000007e-05 - cos_elbow_pitch * acceleration_237
+    )
+    acceleration_239 = cos_arm_roll * acceleration_228 - sin_arm_roll * acceleration_238
+    acceleration_240 = (
+        acceleration_233 - 0.010199999999999999 - sin_forearm_roll * acceleration_200 - cos_forearm_roll
+        * acceleration_204
+    )
+    acceleration_241 = (
+        cos_elbow_pitch * -(0.00013900000000000007 + sin_forearm_roll * acceleration_181 + cos_forearm_roll
+        * acceleration_188) - sin_elbow_pitch * acceleration_240
+    )
+    acceleration_242 = (
+        0.0490261 + sin_forearm_roll * acceleration_236 + cos_forearm_roll * acceleration_235 + acceleration_190
+        + acceleration_192
+    )
+    acceleration_243 = 0.0342396 + acceleration_242 + acceleration_225 + acceleration_227
+    acceleration_244 = (
+        cos_arm_roll * -(7.200000000000007e-05 + acceleration_241) - sin_arm_roll * acceleration_243
+    )
+    acceleration_245 = acceleration_226 - 0.21700000000000003
+    acceleration_246 = 0.39 * acceleration_245
+    acceleration_247 = 0.39 * -(4.407 + acceleration_245)
+    acceleration_248 = (
+        sin_elbow_pitch * -(0.00013900000000000007 + sin_forearm_roll * acceleration_181 + cos_forearm_roll
+        * acceleration_188) + cos_elbow_pitch * acceleration_240
+    )
+    acceleration_249 = 0.087 - acceleration_232
+    acceleration_250 = 0.02 * acceleration_249
+    acceleration_251 = 0.005310000000000001 - acceleration_248 + acceleration_250
+    acceleration_252 = sin_elbow_pitch * acceleration_193 + cos_elbow_pitch * acceleration_211
+    acceleration_253 = sin_elbow_pitch * acceleration_216 + cos_elbow_pitch * acceleration_218
+    acceleration_254 = cos_elbow_pitch * acceleration_220 - sin_elbow_pitch * acceleration_222
+    acceleration_255 = 0.02 * acceleration_254
+    acceleration_256 = (
+        0.001368 + cos_elbow_pitch * acceleration_252 - sin_elbow_pitch * acceleration_253 - acceleration_255
+    )
+    acceleration_257 = 0.012400000000000001 + acceleration_254
+    acceleration_258 = 0.093 - acceleration_249
+    acceleration_259 = 0.39 * (cos_arm_roll * acceleration_257 - sin_arm_roll * acceleration_258)
+    acceleration_260 = (
+        0.001368 + sin_elbow_pitch * acceleration_212 + cos_elbow_pitch * acceleration_219 - acceleration_255
+    )
+    acceleration_261 = (
+        0.005310000000000001 + acceleration_250 - sin_elbow_pitch * acceleration_237 - cos_elbow_pitch
+        * acceleration_234
+    )
+    acceleration_262 = cos_arm_roll * acceleration_260 - sin_arm_roll * acceleration_261 - acceleration_259
+    acceleration_263 = 0.0118396 + sin_elbow_pitch * acceleration_252 + cos_elbow_pitch * acceleration_253
+    acceleration_264 = (
+        0.0157968 + sin_shoulder_pitch * (sin_shoulder_pitch * (0.08524999999999999 + cos_arm_roll
+        * acceleration_239 - sin_arm_roll * acceleration_244 + acceleration_246 - acceleration_247)
+        + cos_shoulder_pitch * (5.099999999999994e-05 + sin_arm_roll * acceleration_251 - cos_arm_roll
+        * acceleration_256 + acceleration_259)) + cos_shoulder_pitch * (sin_shoulder_pitch
+        * (5.099999999999994e-05 - acceleration_262) + cos_shoulder_pitch * (0.0126441 + acceleration_263))
+    )
+    one_over_acceleration_264 = _quotient(1.0, acceleration_264)
+    acceleration_265 = sin_arm_roll * acceleration_257
+    acceleration_266 = cos_arm_roll * acceleration_258
+    acceleration_267 = (
+        one_over_acceleration_264 * (sin_shoulder_pitch * (0.00011800000000000001 + sin_arm_roll
+        * acceleration_239 + cos_arm_roll * acceleration_244) + cos_shoulder_pitch * (0.01112 - sin_arm_roll
+        * acceleration_256 - cos_arm_roll * acceleration_251 + 0.39 * (acceleration_265 + acceleration_266)))
+    )
+    acceleration_268 = (
+        inputs.w_shoulder_pitch - F_hat_on_shoulder_pitch - 0.01112 * acceleration_10 + 0.00011800000000000001
+        * acceleration_12 + 4.42431 * sin_shoulder_pitch + 0.040221 * cos_shoulder_pitch - acceleration_11
+        * acceleration_143 + acceleration_9 * acceleration_14 - sin_arm_roll * acceleration_133 - cos_arm_roll
+        * acceleration_138 - 0.39 * (cos_arm_roll * acceleration_140 - sin_arm_roll * acceleration_142)
+        + acceleration_145 * acceleration_267
+    )
+    acceleration_269 = (
+        0.0816141 + sin_arm_roll * (sin_arm_roll * acceleration_228 + cos_arm_roll * acceleration_238)
+        + cos_arm_roll * (sin_arm_roll * -(7.200000000000007e-05 + acceleration_241) + cos_arm_roll
+        * acceleration_243) + acceleration_246 - acceleration_247 - acceleration_264 * acceleration_267
+        * acceleration_267
+    )
+    one_over_acceleration_269 = _quotient(1.0, acceleration_269)
+    acceleration_270 = (
+        one_over_acceleration_264 * (cos_shoulder_pitch * acceleration_263 - sin_shoulder_pitch
+        * acceleration_262)
+    )
+    acceleration_271 = (
+        one_over_acceleration_269 * (sin_arm_roll * acceleration_260 + cos_arm_roll * acceleration_261 - 0.39
+        * (acceleration_266 + acceleration_265) + acceleration_264 * acceleration_267 * acceleration_270)
+    )
+    acceleration_272 = (
+        inputs.w_arm_roll - F_hat_on_arm_roll - acceleration_144 - acceleration_145 * acceleration_270
+        - acceleration_268 * acceleration_271
+    )
+    acceleration_273 = (
+        acceleration_263 - acceleration_264 * acceleration_270 * acceleration_270 - acceleration_269
+        * acceleration_271 * acceleration_271
+    )
+    one_over_acceleration_273 = _quotient(1.0, acceleration_273)
+    acceleration_274 = acceleration_223 + acceleration_221
+    acceleration_275 = acceleration_242 + 0.02 * acceleration_274 + 0.39 * acceleration_274
+    acceleration_276 = (
+        one_over_acceleration_264 * (cos_shoulder_pitch * acceleration_248 - sin_shoulder_pitch * (cos_arm_roll
+        * acceleration_241 + sin_arm_roll * acceleration_275))
+    )
+    acceleration_277 = (
+        one_over_acceleration_269 * (sin_arm_roll * acceleration_241 - cos_arm_roll * acceleration_275
+        + acceleration_264 * acceleration_267 * acceleration_276)
+    )
+    acceleration_278 = (
+        one_over_acceleration_273 * (acceleration_248 - acceleration_264 * acceleration_270 * acceleration_276
+        - acceleration_269 * acceleration_271 * acceleration_277)
+    )
+    acceleration_279 = (
+        inputs.w_elbow_pitch - F_hat_on_elbow_pitch - acceleration_137 - acceleration_145 * acceleration_276
+        - acceleration_268 * acceleration_277 - acceleration_272 * acceleration_278
+    )
+    acceleration_280 = (
+        acceleration_242 - acceleration_264 * acceleration_276 * acceleration_276 - acceleration_269
+        * acceleration_277 * acceleration_277 - acceleration_273 * acceleration_278 * acceleration_278
+    )
+    one_over_acceleration_280 = _quotient(1.0, acceleration_280)
+    acceleration_281 = acceleration_231 + acceleration_230
+    acceleration_282 = 0.37 * acceleration_281 - acceleration_229
+    acceleration_283 = acceleration_208 - acceleration_206
+    acceleration_284 = acceleration_215 + 0.37 * acceleration_283
+    acceleration_285 = sin_elbow_pitch * acceleration_284 + cos_elbow_pitch * acceleration_217
+    acceleration_286 = (
+        cos_elbow_pitch * acceleration_284 - sin_elbow_pitch * acceleration_217 + 0.02 * acceleration_283
+    )
+    acceleration_287 = cos_elbow_pitch * acceleration_281
+    acceleration_288 = acceleration_282 + 0.02 * acceleration_287
+    acceleration_289 = (
+        one_over_acceleration_264 * (cos_shoulder_pitch * acceleration_285 - sin_shoulder_pitch * (cos_arm_roll
+        * acceleration_286 + sin_arm_roll * acceleration_288 + 0.39 * (sin_arm_roll * acceleration_287 + cos_arm_roll * acceleration_283)))
+    )
+    acceleration_290 = (
+        one_over_acceleration_269 * (sin_arm_roll * acceleration_286 - cos_arm_roll * acceleration_288 + 0.39
+        * (sin_arm_roll * acceleration_283 - cos_arm_roll * acceleration_287) + acceleration_264
+        * acceleration_267 * acceleration_289)
+    )
+    acceleration_291 = (
+        one_over_acceleration_273 * (acceleration_285 - acceleration_264 * acceleration_270 * acceleration_289
+        - acceleration_269 * acceleration_271 * acceleration_290)
+    )
+    acceleration_292 = (
+        one_over_acceleration_280 * (acceleration_282 - acceleration_264 * acceleration_276 * acceleration_289
+        - acceleration_269 * acceleration_277 * acceleration_290 - acceleration_273 * acceleration_278
+        * acceleration_291)
+    )
+    acceleration_293 = (
+        inputs.w_forearm_roll - F_hat_on_forearm_roll - acceleration_130 - acceleration_145 * acceleration_289
+        - acceleration_268 * acceleration_290 - acceleration_272 * acceleration_291 - acceleration_279
+        * acceleration_292
+    )
+    acceleration_294 = (
+        acceleration_217 - acceleration_264 * acceleration_289 * acceleration_289 - acceleration_269
+        * acceleration_290 * acceleration_290 - acceleration_273 * acceleration_291 * acceleration_291
+        - acceleration_280 * acceleration_292 * acceleration_292
+    )
+    one_over_acceleration_294 = _quotient(1.0, acceleration_294)
+    acceleration_295 = acceleration_168 + acceleration_166
+    acceleration_296 = acceleration_186 - 0.02 * acceleration_295
+    acceleration_297 = sin_forearm_roll * acceleration_295
+    acceleration_298 = (
+        cos_forearm_roll * acceleration_184 - sin_forearm_roll * acceleration_296 + 0.37 * acceleration_297
+    )
+    acceleration_299 = sin_elbow_pitch * acceleration_298 - cos_elbow_pitch * acceleration_203
+    acceleration_300 = (
+        cos_elbow_pitch * acceleration_298 + sin_elbow_pitch * acceleration_203 + 0.02 * acceleration_297
+    )
+    acceleration_301 = cos_forearm_roll * acceleration_295
+    acceleration_302 = (
+        0.37 * acceleration_301 - sin_forearm_roll * acceleration_184 - cos_forearm_roll * acceleration_296
+    )
+    acceleration_303 = (
+        cos_elbow_pitch * acceleration_301 + sin_elbow_pitch * (acceleration_197 - acceleration_196)
+    )
+    acceleration_304 = acceleration_302 + 0.02 * acceleration_303
+    acceleration_305 = (
+        one_over_acceleration_264 * (cos_shoulder_pitch * acceleration_299 - sin_shoulder_pitch * (cos_arm_roll
+        * acceleration_300 + sin_arm_roll * acceleration_304 + 0.39 * (sin_arm_roll * acceleration_303 + cos_arm_roll * acceleration_297)))
+    )
+    acceleration_306 = (
+        one_over_acceleration_269 * (sin_arm_roll * acceleration_300 - cos_arm_roll * acceleration_304 + 0.39
+        * (sin_arm_roll * acceleration_297 - cos_arm_roll * acceleration_303) + acceleration_264
+        * acceleration_267 * acceleration_305)
+    )
+    acceleration_307 = (
+        one_over_acceleration_273 * (acceleration_299 - acceleration_264 * acceleration_270 * acceleration_305
+        - acceleration_269 * acceleration_271 * acceleration_306)
+    )
+    acceleration_308 = (
+        one_over_acceleration_280 * (acceleration_302 - acceleration_264 * acceleration_276 * acceleration_305
+        - acceleration_269 * acceleration_277 * acceleration_306 - acceleration_273 * acceleration_278
+        * acceleration_307)
+    )
+    acceleration_309 = (
+        one_over_acceleration_294 * (acceleration_203 + acceleration_264 * acceleration_289 * acceleration_305
+        + acceleration_269 * acceleration_290 * acceleration_306 + acceleration_273 * acceleration_291
+        * acceleration_307 + acceleration_280 * acceleration_292 * acceleration_308)
+    )
+    acceleration_310 = (
+        inputs.w_wrist_pitch - F_hat_on_wrist_pitch - acceleration_119 - acceleration_145 * acceleration_305
+        - acceleration_268 * acceleration_306 - acceleration_272 * acceleration_307 - acceleration_279
+        * acceleration_308 + acceleration_293 * acceleration_309
+    )
+    acceleration_311 = (
+        acceleration_186 - acceleration_264 * acceleration_305 * acceleration_305 - acceleration_269
+        * acceleration_306 * acceleration_306 - acceleration_273 * acceleration_307 * acceleration_307
+        - acceleration_280 * acceleration_308 * acceleration_308 - acceleration_294 * acceleration_309
+        * acceleration_309
+    )
+    one_over_acceleration_311 = _quotient(1.0, acceleration_311)
+    acceleration_312 = 4.61970849156906e-05 * sin_hand_roll - 0.00010609713490378755 * cos_hand_roll
+    acceleration_313 = 0.0004604299187458012 * sin_hand_roll - 0.0010574324179126171 * cos_hand_roll
+    acceleration_314 = acceleration_174 + 0.05 * acceleration_312 + 0.06 * acceleration_313
+    acceleration_315 = (
+        acceleration_148 - 0.06 * -(0.0010627416997969527 * sin_hand_roll + 0.0004627416997969522
+        * cos_hand_roll)
+    )
+    acceleration_316 = (
+        acceleration_155 - 0.05 * -(0.0010627416997969527 * sin_hand_roll + 0.0004627416997969522
+        * cos_hand_roll)
+    )
+    acceleration_317 = (
+        cos_wrist_pitch * acceleration_315 - sin_wrist_pitch * acceleration_316 - 0.02 * -(0.0010627416997969527
+        * sin_hand_roll + 0.0004627416997969522 * cos_hand_roll)
+    )
+    acceleration_318 = cos_wrist_pitch * acceleration_313 - sin_wrist_pitch * acceleration_312
+    acceleration_319 = acceleration_314 + 0.02 * acceleration_318
+    acceleration_320 = (
+        sin_forearm_roll * acceleration_318 + cos_forearm_roll * -(0.0010627416997969527 * sin_hand_roll
+        + 0.0004627416997969522 * cos_hand_roll)
+    )
+    acceleration_321 = (
+        cos_forearm_roll * acceleration_317 - sin_forearm_roll * acceleration_319 - 0.37 * acceleration_320
+    )
+    acceleration_322 = sin_wrist_pitch * acceleration_315 + cos_wrist_pitch * acceleration_316
+    acceleration_323 = sin_elbow_pitch * acceleration_321 - cos_elbow_pitch * acceleration_322
+    acceleration_324 = (
+        cos_elbow_pitch * acceleration_321 + sin_elbow_pitch * acceleration_322 - 0.02 * acceleration_320
+    )
+    acceleration_325 = (
+        cos_forearm_roll * acceleration_318 - sin_forearm_roll * -(0.0010627416997969527 * sin_hand_roll
+        + 0.0004627416997969522 * cos_hand_roll)
+    )
+    acceleration_326 = (
+        sin_forearm_roll * acceleration_317 + cos_forearm_roll * acceleration_319 + 0.37 * acceleration_325
+    )
+    acceleration_327 = (
+        cos_elbow_pitch * acceleration_325 + sin_elbow_pitch * (sin_wrist_pitch * acceleration_313
+        + cos_wrist_pitch * acceleration_312)
+    )
+    acceleration_328 = acceleration_326 + 0.02 * acceleration_327
+    acceleration_329 = (
+        one_over_acceleration_264 * (cos_shoulder_pitch * acceleration_323 - sin_shoulder_pitch * (cos_arm_roll
+        * acceleration_324 - sin_arm_roll * acceleration_328 - 0.39 * (sin_arm_roll * acceleration_327 + cos_arm_roll * acceleration_320)))
+    )
+    acceleration_330 = (
+        one_over_acceleration_269 * (sin_arm_roll * acceleration_324 + cos_arm_roll * acceleration_328 + 0.39
+        * (cos_arm_roll * acceleration_327 - sin_arm_roll * acceleration_320) + acceleration_264
+        * acceleration_267 * acceleration_329)
+    )
+    acceleration_331 = (
+        one_over_acceleration_273 * (acceleration_323 - acceleration_264 * acceleration_270 * acceleration_329
+        - acceleration_269 * acceleration_271 * acceleration_330)
+    )
+    acceleration_332 = (
+        one_over_acceleration_280 * (acceleration_326 + acceleration_264 * acceleration_276 * acceleration_329
+        + acceleration_269 * acceleration_277 * acceleration_330 + acceleration_273 * acceleration_278
+        * acceleration_331)
+    )
+    acceleration_333 = (
+        one_over_acceleration_294 * (acceleration_280 * acceleration_292 * acceleration_332 - acceleration_322
+        - acceleration_264 * acceleration_289 * acceleration_329 - acceleration_269 * acceleration_290
+        * acceleration_330 - acceleration_273 * acceleration_291 * acceleration_331)
+    )
+    acceleration_334 = (
+        one_over_acceleration_311 * (acceleration_314 - acceleration_264 * acceleration_305 * acceleration_329
+        - acceleration_269 * acceleration_306 * acceleration_330 - acceleration_273 * acceleration_307
+        * acceleration_331 + acceleration_280 * acceleration_308 * acceleration_332 + acceleration_294
+        * acceleration_309 * acceleration_333)
+    )
+    v_hand_roll_dot_hat = (
+        _quotient(inputs.w_hand_roll - F_hat_on_hand_roll - acceleration_104 - acceleration_145
+        * acceleration_329 - acceleration_268 * acceleration_330 - acceleration_272 * acceleration_331
+        + acceleration_279 * acceleration_332 - acceleration_293 * acceleration_333 - acceleration_310
+        * acceleration_334, 0.0020206 - acceleration_264 * acceleration_329 * acceleration_329
+        - acceleration_269 * acceleration_330 * acceleration_330 - acceleration_273 * acceleration_331
+        * acceleration_331 - acceleration_280 * acceleration_332 * acceleration_332 - acceleration_294
+        * acceleration_333 * acceleration_333 - acceleration_311 * acceleration_334 * acceleration_334)
+    )
+    v_wrist_pitch_dot_hat = (
+        acceleration_310 * one_over_acceleration_311 - acceleration_334 * v_hand_roll_dot_hat
+    )
+    v_forearm_roll_dot_hat = (
+        acceleration_293 * one_over_acceleration_294 + acceleration_309 * v_wrist_pitch_dot_hat
+        - acceleration_333 * v_hand_roll_dot_hat
+    )
+    v_elbow_pitch_dot_hat = (
+        acceleration_279 * one_over_acceleration_280 - acceleration_292 * v_forearm_roll_dot_hat
+        - acceleration_308 * v_wrist_pitch_dot_hat + acceleration_332 * v_hand_roll_dot_hat
+    )
+    v_arm_roll_dot_hat = (
+        acceleration_272 * one_over_acceleration_273 - acceleration_278 * v_elbow_pitch_dot_hat
+        - acceleration_291 * v_forearm_roll_dot_hat - acceleration_307 * v_wrist_pitch_dot_hat
+        - acceleration_331 * v_hand_roll_dot_hat
+    )
+    v_shoulder_pitch_dot_hat = (
+        acceleration_268 * one_over_acceleration_269 - acceleration_271 * v_arm_roll_dot_hat - acceleration_277
+        * v_elbow_pitch_dot_hat - acceleration_290 * v_forearm_roll_dot_hat - acceleration_306
+        * v_wrist_pitch_dot_hat - acceleration_330 * v_hand_roll_dot_hat
+    )
+    v_shoulder_yaw_dot_hat = (
+        acceleration_145 * one_over_acceleration_264 + acceleration_267 * v_shoulder_pitch_dot_hat
+        - acceleration_270 * v_arm_roll_dot_hat - acceleration_276 * v_elbow_pitch_dot_hat - acceleration_289
+        * v_forearm_roll_dot_hat - acceleration_305 * v_wrist_pitch_dot_hat - acceleration_329
+        * v_hand_roll_dot_hat
+    )  # rad/s^2
 
     # states one sample later (explicit Euler)
-    z_v_shoulder_yaw_next = state.z_v_shoulder_yaw + parameters.sample_time * (v_shoulder_yaw_dot_hat - parameters.K_v_v_shoulder_yaw * v_shoulder_yaw_hat)
-    z_v_shoulder_pitch_next = state.z_v_shoulder_pitch + parameters.sample_time * (v_shoulder_pitch_dot_hat - parameters.K_v_v_shoulder_pitch * v_shoulder_pitch_hat)
-    z_v_arm_roll_next = state.z_v_arm_roll + parameters.sample_time * (v_arm_roll_dot_hat - parameters.K_v_v_arm_roll * v_arm_roll_hat)
-    z_v_elbow_pitch_next = state.z_v_elbow_pitch + parameters.sample_time * (v_elbow_pitch_dot_hat - parameters.K_v_v_elbow_pitch * v_elbow_pitch_hat)
-    z_v_forearm_roll_next = state.z_v_forearm_roll + parameters.sample_time * (v_forearm_roll_dot_hat - parameters.K_v_v_forearm_roll * v_forearm_roll_hat)
-    z_v_wrist_pitch_next = state.z_v_wrist_pitch + parameters.sample_time * (v_wrist_pitch_dot_hat - parameters.K_v_v_wrist_pitch * v_wrist_pitch_hat)
-    z_v_hand_roll_next = state.z_v_hand_roll + parameters.sample_time * (v_hand_roll_dot_hat - parameters.K_v_v_hand_roll * v_hand_roll_hat)
-    z_shoulder_yaw_next = state.z_shoulder_yaw - parameters.sample_time * (parameters.K_1_shoulder_yaw * v_shoulder_yaw_hat + parameters.K_2_shoulder_yaw * v_shoulder_yaw_dot_hat)
-    z_shoulder_pitch_next = state.z_shoulder_pitch - parameters.sample_time * (parameters.K_1_shoulder_pitch * v_shoulder_pitch_hat + parameters.K_2_shoulder_pitch * v_shoulder_pitch_dot_hat)
-    z_arm_roll_next = state.z_arm_roll - parameters.sample_time * (parameters.K_1_arm_roll * v_arm_roll_hat + parameters.K_2_arm_roll * v_arm_roll_dot_hat)
-    z_elbow_pitch_next = state.z_elbow_pitch - parameters.sample_time * (parameters.K_1_elbow_pitch * v_elbow_pitch_hat + parameters.K_2_elbow_pitch * v_elbow_pitch_dot_hat)
-    z_forearm_roll_next = state.z_forearm_roll - parameters.sample_time * (parameters.K_1_forearm_roll * v_forearm_roll_hat + parameters.K_2_forearm_roll * v_forearm_roll_dot_hat)
-    z_wrist_pitch_next = state.z_wrist_pitch - parameters.sample_time * (parameters.K_1_wrist_pitch * v_wrist_pitch_hat + parameters.K_2_wrist_pitch * v_wrist_pitch_dot_hat)
-    z_hand_roll_next = state.z_hand_roll - parameters.sample_time * (parameters.K_1_hand_roll * v_hand_roll_hat + parameters.K_2_hand_roll * v_hand_roll_dot_hat)
+    z_v_shoulder_yaw_next = (
+        state.z_v_shoulder_yaw + parameters.sample_time * (v_shoulder_yaw_dot_hat
+        - parameters.K_v_v_shoulder_yaw * v_shoulder_yaw_hat)
+    )
+    z_v_shoulder_pitch_next = (
+        state.z_v_shoulder_pitch + parameters.sample_time * (v_shoulder_pitch_dot_hat
+        - parameters.K_v_v_shoulder_pitch * v_shoulder_pitch_hat)
+    )
+    z_v_arm_roll_next = (
+        state.z_v_arm_roll + parameters.sample_time * (v_arm_roll_dot_hat - parameters.K_v_v_arm_roll
+        * v_arm_roll_hat)
+    )
+    z_v_elbow_pitch_next = (
+        state.z_v_elbow_pitch + parameters.sample_time * (v_elbow_pitch_dot_hat - parameters.K_v_v_elbow_pitch
+        * v_elbow_pitch_hat)
+    )
+    z_v_forearm_roll_next = (
+        state.z_v_forearm_roll + parameters.sample_time * (v_forearm_roll_dot_hat
+        - parameters.K_v_v_forearm_roll * v_forearm_roll_hat)
+    )
+    z_v_wrist_pitch_next = (
+        state.z_v_wrist_pitch + parameters.sample_time * (v_wrist_pitch_dot_hat - parameters.K_v_v_wrist_pitch
+        * v_wrist_pitch_hat)
+    )
+    z_v_hand_roll_next = (
+        state.z_v_hand_roll + parameters.sample_time * (v_hand_roll_dot_hat - parameters.K_v_v_hand_roll
+        * v_hand_roll_hat)
+    )
+    z_shoulder_yaw_next = (
+        state.z_shoulder_yaw - parameters.h_K_1_shoulder_yaw * v_shoulder_yaw_hat
+        - parameters.h_K_2_shoulder_yaw * v_shoulder_yaw_dot_hat
+    )
+    z_shoulder_pitch_next = (
+        state.z_shoulder_pitch - parameters.h_K_1_shoulder_pitch * v_shoulder_pitch_hat
+        - parameters.h_K_2_shoulder_pitch * v_shoulder_pitch_dot_hat
+    )
+    z_arm_roll_next = (
+        state.z_arm_roll - parameters.h_K_1_arm_roll * v_arm_roll_hat - parameters.h_K_2_arm_roll
+        * v_arm_roll_dot_hat
+    )
+    z_elbow_pitch_next = (
+        state.z_elbow_pitch - parameters.h_K_1_elbow_pitch * v_elbow_pitch_hat - parameters.h_K_2_elbow_pitch
+        * v_elbow_pitch_dot_hat
+    )
+    z_forearm_roll_next = (
+        state.z_forearm_roll - parameters.h_K_1_forearm_roll * v_forearm_roll_hat
+        - parameters.h_K_2_forearm_roll * v_forearm_roll_dot_hat
+    )
+    z_wrist_pitch_next = (
+        state.z_wrist_pitch - parameters.h_K_1_wrist_pitch * v_wrist_pitch_hat - parameters.h_K_2_wrist_pitch
+        * v_wrist_pitch_dot_hat
+    )
+    z_hand_roll_next = (
+        state.z_hand_roll - parameters.h_K_1_hand_roll * v_hand_roll_hat - parameters.h_K_2_hand_roll
+        * v_hand_roll_dot_hat
+    )
+
+    # hold the last state and estimates where a next state, or an input that it does not show, is not finite
+    check = (
+        z_v_shoulder_yaw_next + z_v_shoulder_pitch_next + z_v_arm_roll_next + z_v_elbow_pitch_next
+        + z_v_forearm_roll_next + z_v_wrist_pitch_next + z_v_hand_roll_next + z_shoulder_yaw_next
+        + z_shoulder_pitch_next + z_arm_roll_next + z_elbow_pitch_next + z_forearm_roll_next
+        + z_wrist_pitch_next + z_hand_roll_next
+    )
+    if not abs(check) <= LARGEST:
+        outputs.fault = 1
+        return outputs
+    outputs.fault = 0
+    outputs.v_shoulder_yaw_hat = v_shoulder_yaw_hat
+    outputs.v_shoulder_pitch_hat = v_shoulder_pitch_hat
+    outputs.v_arm_roll_hat = v_arm_roll_hat
+    outputs.v_elbow_pitch_hat = v_elbow_pitch_hat
+    outputs.v_forearm_roll_hat = v_forearm_roll_hat
+    outputs.v_wrist_pitch_hat = v_wrist_pitch_hat
+    outputs.v_hand_roll_hat = v_hand_roll_hat
+    outputs.tracked_shoulder_yaw = tracked_shoulder_yaw
+    outputs.tracked_shoulder_pitch = tracked_shoulder_pitch
+    outputs.tracked_arm_roll = tracked_arm_roll
+    outputs.tracked_elbow_pitch = tracked_elbow_pitch
+    outputs.tracked_forearm_roll = tracked_forearm_roll
+    outputs.tracked_wrist_pitch = tracked_wrist_pitch
+    outputs.tracked_hand_roll = tracked_hand_roll
+    outputs.F_hat_on_shoulder_yaw = F_hat_on_shoulder_yaw
+    outputs.F_hat_on_shoulder_pitch = F_hat_on_shoulder_pitch
+    outputs.F_hat_on_arm_roll = F_hat_on_arm_roll
+    outputs.F_hat_on_elbow_pitch = F_hat_on_elbow_pitch
+    outputs.F_hat_on_forearm_roll = F_hat_on_forearm_roll
+    outputs.F_hat_on_wrist_pitch = F_hat_on_wrist_pitch
+    outputs.F_hat_on_hand_roll = F_hat_on_hand_roll
     state.z_v_shoulder_yaw = z_v_shoulder_yaw_next
     state.z_v_shoulder_pitch = z_v_shoulder_pitch_next
     state.z_v_arm_roll = z_v_arm_roll_next
@@ -563,27 +1267,4 @@ def step(state: State, parameters: Parameters, inputs: Inputs) -> Outputs:
     state.z_forearm_roll = z_forearm_roll_next
     state.z_wrist_pitch = z_wrist_pitch_next
     state.z_hand_roll = z_hand_roll_next
-
-    return Outputs(
-        v_shoulder_yaw_hat=v_shoulder_yaw_hat,
-        v_shoulder_pitch_hat=v_shoulder_pitch_hat,
-        v_arm_roll_hat=v_arm_roll_hat,
-        v_elbow_pitch_hat=v_elbow_pitch_hat,
-        v_forearm_roll_hat=v_forearm_roll_hat,
-        v_wrist_pitch_hat=v_wrist_pitch_hat,
-        v_hand_roll_hat=v_hand_roll_hat,
-        tracked_shoulder_yaw=tracked_shoulder_yaw,
-        tracked_shoulder_pitch=tracked_shoulder_pitch,
-        tracked_arm_roll=tracked_arm_roll,
-        tracked_elbow_pitch=tracked_elbow_pitch,
-        tracked_forearm_roll=tracked_forearm_roll,
-        tracked_wrist_pitch=tracked_wrist_pitch,
-        tracked_hand_roll=tracked_hand_roll,
-        F_hat_on_shoulder_yaw=F_hat_on_shoulder_yaw,
-        F_hat_on_shoulder_pitch=F_hat_on_shoulder_pitch,
-        F_hat_on_arm_roll=F_hat_on_arm_roll,
-        F_hat_on_elbow_pitch=F_hat_on_elbow_pitch,
-        F_hat_on_forearm_roll=F_hat_on_forearm_roll,
-        F_hat_on_wrist_pitch=F_hat_on_wrist_pitch,
-        F_hat_on_hand_roll=F_hat_on_hand_roll,
-    )
+    return outputs

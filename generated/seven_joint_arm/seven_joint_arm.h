@@ -1,13 +1,14 @@
 /*
- * seven_joint_arm: friction observer GTO, velocity estimated.
+ * seven_joint_arm: friction observer GTO, velocity estimated, double precision.
  * Source: a robot description of our own, seven_joint_arm.urdf; observer of Mentzelopoulou 1994, section 4.6.
  *
  * Made by stiction 0.1.0 from seven_joint_arm.yaml
  * sha256 52b7fc24362cad8069841d41e04e6920488a5d21d83ed6b1e517ee0008775850
  * with: stiction generate seven_joint_arm.yaml
  *
- * C99, no heap, no statics, no globals, re-entrant. Compile with -std=c99 (or -ffp-contract=off) to get the
- * bits of the Python twin. Do not edit: change the spec and generate again.
+ * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a product with its reciprocal, which the
+ * parameters hold; the Python twin does the same. Compile with -std=c99 (or -ffp-contract=off) to get the bits of the
+ * twin. Do not edit: change the spec and generate again.
  */
 #ifndef STICTION_SEVEN_JOINT_ARM_H
 #define STICTION_SEVEN_JOINT_ARM_H
@@ -47,6 +48,21 @@ typedef struct {
     double K_v_v_wrist_pitch; /* 1/s: observer gain */
     double K_v_v_hand_roll; /* 1/s: observer gain */
     double sample_time; /* s: sample time */
+    /* derived: seven_joint_arm_prepare computes them from those above */
+    double h_K_1_shoulder_yaw; /* sample_time * K_1_shoulder_yaw */
+    double h_K_2_shoulder_yaw; /* sample_time * K_2_shoulder_yaw */
+    double h_K_1_shoulder_pitch; /* sample_time * K_1_shoulder_pitch */
+    double h_K_2_shoulder_pitch; /* sample_time * K_2_shoulder_pitch */
+    double h_K_1_arm_roll; /* sample_time * K_1_arm_roll */
+    double h_K_2_arm_roll; /* sample_time * K_2_arm_roll */
+    double h_K_1_elbow_pitch; /* sample_time * K_1_elbow_pitch */
+    double h_K_2_elbow_pitch; /* sample_time * K_2_elbow_pitch */
+    double h_K_1_forearm_roll; /* sample_time * K_1_forearm_roll */
+    double h_K_2_forearm_roll; /* sample_time * K_2_forearm_roll */
+    double h_K_1_wrist_pitch; /* sample_time * K_1_wrist_pitch */
+    double h_K_2_wrist_pitch; /* sample_time * K_2_wrist_pitch */
+    double h_K_1_hand_roll; /* sample_time * K_1_hand_roll */
+    double h_K_2_hand_roll; /* sample_time * K_2_hand_roll */
 } seven_joint_arm_parameters;
 
 #define SEVEN_JOINT_ARM_PARAMETERS \
@@ -79,7 +95,21 @@ typedef struct {
         200.0, /* K_v_v_forearm_roll */ \
         200.0, /* K_v_v_wrist_pitch */ \
         200.0, /* K_v_v_hand_roll */ \
-        0.0005 /* sample_time */ \
+        0.0005, /* sample_time */ \
+        0.0, /* h_K_1_shoulder_yaw */ \
+        -0.02, /* h_K_2_shoulder_yaw */ \
+        0.0, /* h_K_1_shoulder_pitch */ \
+        -0.02, /* h_K_2_shoulder_pitch */ \
+        0.0, /* h_K_1_arm_roll */ \
+        -0.008, /* h_K_2_arm_roll */ \
+        0.0, /* h_K_1_elbow_pitch */ \
+        -0.008, /* h_K_2_elbow_pitch */ \
+        0.0, /* h_K_1_forearm_roll */ \
+        -0.003, /* h_K_2_forearm_roll */ \
+        0.0, /* h_K_1_wrist_pitch */ \
+        -0.0015, /* h_K_2_wrist_pitch */ \
+        0.0, /* h_K_1_hand_roll */ \
+        -0.0004 /* h_K_2_hand_roll */ \
     }
 
 /* What the observer remembers from sample to sample. */
@@ -141,15 +171,23 @@ typedef struct {
     double F_hat_on_forearm_roll; /* N*m: friction force, (4.16) */
     double F_hat_on_wrist_pitch; /* N*m: friction force, (4.16) */
     double F_hat_on_hand_roll; /* N*m: friction force, (4.16) */
+    int fault; /* 1 if this sample was not used, 0 otherwise */
 } seven_joint_arm_outputs;
 
-/* Set the state from the first measurement. */
-void seven_joint_arm_init(seven_joint_arm_state *state, const seven_joint_arm_parameters *parameters,
-                             const seven_joint_arm_inputs *inputs);
+/* Compute the derived constants anew: call it after a parameter was changed; SEVEN_JOINT_ARM_PARAMETERS has them. */
+void seven_joint_arm_prepare(seven_joint_arm_parameters *parameters);
 
-/* One sample: estimates from the state and this measurement, then the state of the next sample. */
+/* Set the state from the first measurement; from rest at zero if it is not finite. */
+void seven_joint_arm_init(seven_joint_arm_state *state, const seven_joint_arm_parameters *parameters,
+    const seven_joint_arm_inputs *inputs);
+
+/*
+ * One sample: estimates from the state and this measurement, then the state of the next sample.
+ * Where an input is NaN or infinite, or a next state would be, state and estimates stay as they are and fault is 1;
+ * set the outputs to zero before the first step.
+ */
 void seven_joint_arm_step(seven_joint_arm_state *state, const seven_joint_arm_parameters *parameters,
-                             const seven_joint_arm_inputs *inputs, seven_joint_arm_outputs *outputs);
+    const seven_joint_arm_inputs *inputs, seven_joint_arm_outputs *outputs);
 
 #ifdef __cplusplus
 }

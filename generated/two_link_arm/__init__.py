@@ -1,4 +1,4 @@
-"""two_link_arm: friction observer GCFO, velocity estimated.
+"""two_link_arm: friction observer GCFO, velocity estimated, double precision.
 
 Made by stiction 0.1.0 from two_link_arm.yaml
 sha256 8b25c9c1855802942b021ffbcf57601b15385794294bca198854e44907fbf30b
@@ -10,14 +10,15 @@ The twin of two_link_arm.c: the same operations in the same order on doubles, so
 import math
 from dataclasses import dataclass
 
-__all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "step"]
+__all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"]
 
 SPEC_SHA256 = "8b25c9c1855802942b021ffbcf57601b15385794294bca198854e44907fbf30b"
+LARGEST = 1.7976931348623157e308
 
 
 @dataclass(slots=True)
 class Parameters:
-    """Constants of the model and gains, with the spec's values."""
+    """Constants of the model and gains, with the spec's values; behind them what ``prepare`` derives from these."""
 
     m1: float = 0.7718  # kg: model parameter
     m2: float = 0.2713  # kg: model parameter
@@ -37,6 +38,15 @@ class Parameters:
     K_v_omega2_omega1: float = 1.0  # 1/s: observer gain
     K_v_omega2_omega2: float = 10.0  # 1/s: observer gain
     sample_time: float = 0.001  # s: sample time
+    m2_l1_b2: float = 0.0036150724999999997  # m2 * l1 * b2
+    twice_m2_l1_b2: float = 0.0072301449999999995  # 2.0 * m2 * l1 * b2
+    m2_b2_gravity: float = 0.17281810000000003  # m2 * b2 * gravity
+    m1_b1_gravity_plus_m2_l1_gravity: float = 0.8475873  # m1 * b1 * gravity + m2 * l1 * gravity
+    constant_1: float = 0.023732505  # I1 + I2 + m1 * b1 * b1 + m2 * b2 * b2 + m2 * l1 * l1
+    I2_plus_m2_b2_squared: float = 0.0024662425  # I2 + m2 * b2 * b2
+    h_K_F_shoulder_shoulder: float = 1e-05  # sample_time * K_F_shoulder_shoulder
+    h_K_F_elbow_elbow: float = 5e-06  # sample_time * K_F_elbow_elbow
+    h_K_F_elbow_shoulder: float = 1e-05  # sample_time * K_F_elbow_shoulder
 
 
 @dataclass(slots=True)
@@ -71,83 +81,147 @@ class Outputs:
     F_hat_elbow: float = 0.0  # N*m: contact friction, (4.10)
     F_hat_on_theta1: float = 0.0  # N*m: friction force, (4.10)
     F_hat_on_theta2: float = 0.0  # N*m: friction force, (4.10)
+    fault: int = 0  # 1 if this sample was not used
 
 
 def _sign(u: float) -> float:
     return 1.0 if u > 0.0 else (-1.0 if u < 0.0 else 0.0)
 
 
+def _sin(u: float) -> float:
+    return math.sin(u) if math.isfinite(u) else math.nan
+
+
+def _cos(u: float) -> float:
+    return math.cos(u) if math.isfinite(u) else math.nan
+
+
+def _quotient(a: float, b: float) -> float:
+    if b != 0.0:
+        return a / b
+    return math.nan if a == 0.0 or a != a else math.copysign(math.inf, a) * math.copysign(1.0, b)
+
+
+def prepare(parameters: Parameters) -> None:
+    """Compute the derived constants anew, after a parameter was changed."""
+    parameters.m2_l1_b2 = parameters.m2 * parameters.l1 * parameters.b2
+    parameters.twice_m2_l1_b2 = 2.0 * parameters.m2 * parameters.l1 * parameters.b2
+    parameters.m2_b2_gravity = parameters.m2 * parameters.b2 * parameters.gravity
+    parameters.m1_b1_gravity_plus_m2_l1_gravity = (
+        parameters.m1 * parameters.b1 * parameters.gravity + parameters.m2 * parameters.l1 * parameters.gravity
+    )
+    parameters.constant_1 = (
+        parameters.I1 + parameters.I2 + parameters.m1 * parameters.b1 * parameters.b1 + parameters.m2
+        * parameters.b2 * parameters.b2 + parameters.m2 * parameters.l1 * parameters.l1
+    )
+    parameters.I2_plus_m2_b2_squared = parameters.I2 + parameters.m2 * parameters.b2 * parameters.b2
+    parameters.h_K_F_shoulder_shoulder = parameters.sample_time * parameters.K_F_shoulder_shoulder
+    parameters.h_K_F_elbow_elbow = parameters.sample_time * parameters.K_F_elbow_elbow
+    parameters.h_K_F_elbow_shoulder = parameters.sample_time * parameters.K_F_elbow_shoulder
+
+
 def init(parameters: Parameters, inputs: Inputs) -> State:
-    """The state from the first measurement."""
-    # states at the first sample
+    """The state from the first measurement; from rest at zero if it is not finite."""
+    check = inputs.theta1 + inputs.theta2
+    finite = abs(check) <= LARGEST
+    theta1 = inputs.theta1 if finite else 0.0
+    theta2 = inputs.theta2 if finite else 0.0
     return State(
-        z_omega1=-(parameters.K_v_omega1_omega1 * inputs.theta1 + parameters.K_v_omega1_omega2 * inputs.theta2),
-        z_omega2=-(parameters.K_v_omega2_omega1 * inputs.theta1 + parameters.K_v_omega2_omega2 * inputs.theta2),
+        z_omega1=-(parameters.K_v_omega1_omega1 * theta1 + parameters.K_v_omega1_omega2 * theta2),
+        z_omega2=-(parameters.K_v_omega2_omega1 * theta1 + parameters.K_v_omega2_omega2 * theta2),
         z_shoulder=parameters.shoulder_a,
         z_elbow=parameters.elbow_a,
     )
 
 
-def step(state: State, parameters: Parameters, inputs: Inputs) -> Outputs:
-    """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample."""
-    # velocity estimate, (4.25)
-    omega1_hat = state.z_omega1 + parameters.K_v_omega1_omega1 * inputs.theta1 + parameters.K_v_omega1_omega2 * inputs.theta2  # rad/s
-    omega2_hat = state.z_omega2 + parameters.K_v_omega2_omega1 * inputs.theta1 + parameters.K_v_omega2_omega2 * inputs.theta2  # rad/s
+def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs | None = None) -> Outputs:
+    """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample.
 
-    # slip velocity, U' v, (4.5)
-    slip_shoulder = omega1_hat  # rad/s
-    slip_elbow = omega2_hat  # rad/s
+    The estimates go into ``outputs``, or into new ones.
+    Where an input is NaN or infinite, or a next state would be, state and ``outputs`` stay as they are but for
+    ``fault``, which is 1.
+    """
+    if outputs is None:
+        outputs = Outputs()
+
+    # velocity estimate, (4.25)
+    omega1_hat = (
+        state.z_omega1 + parameters.K_v_omega1_omega1 * inputs.theta1 + parameters.K_v_omega1_omega2
+        * inputs.theta2
+    )  # rad/s
+    omega2_hat = (
+        state.z_omega2 + parameters.K_v_omega2_omega1 * inputs.theta1 + parameters.K_v_omega2_omega2
+        * inputs.theta2
+    )  # rad/s
 
     # slip sign, (4.13)
-    sign_shoulder = _sign(slip_shoulder)  # 1
-    sign_elbow = _sign(slip_elbow)  # 1
+    sign_shoulder = _sign(omega1_hat)  # 1
+    sign_elbow = _sign(omega2_hat)  # 1
 
     # friction level, (4.11)
-    part_of_friction_level_1 = abs(slip_shoulder)
-    a_hat_shoulder = state.z_shoulder - parameters.K_F_shoulder_shoulder * part_of_friction_level_1  # N*m
-    a_hat_elbow = state.z_elbow - parameters.K_F_elbow_elbow * abs(slip_elbow) - parameters.K_F_elbow_shoulder * part_of_friction_level_1  # N*m
+    abs_omega1_hat = abs(omega1_hat)
+    a_hat_shoulder = state.z_shoulder - parameters.K_F_shoulder_shoulder * abs_omega1_hat  # N*m
+    a_hat_elbow = (
+        state.z_elbow - parameters.K_F_elbow_elbow * abs(omega2_hat) - parameters.K_F_elbow_shoulder
+        * abs_omega1_hat
+    )  # N*m
 
     # contact friction, (4.10)
-    F_hat_shoulder = a_hat_shoulder * sign_shoulder  # N*m
-    F_hat_elbow = a_hat_elbow * sign_elbow  # N*m
-
-    # friction force, (4.10)
-    F_hat_on_theta1 = F_hat_shoulder  # N*m
-    F_hat_on_theta2 = F_hat_elbow  # N*m
+    F_hat_shoulder = sign_shoulder * a_hat_shoulder  # N*m
+    F_hat_elbow = sign_elbow * a_hat_elbow  # N*m
 
     # acceleration, (4.2)
-    part_of_acceleration_1 = parameters.b2 * parameters.l1 * parameters.m2
-    part_of_acceleration_2 = math.sin(inputs.theta2)
-    part_of_acceleration_3 = 2.0 * parameters.b2 * parameters.l1 * parameters.m2
-    part_of_acceleration_4 = math.cos(inputs.theta1)
-    part_of_acceleration_5 = parameters.b2 * parameters.gravity * parameters.m2 * math.cos(inputs.theta1 + inputs.theta2)
-    part_of_acceleration_6 = inputs.w1 + part_of_acceleration_1 * (omega2_hat * omega2_hat) * part_of_acceleration_2 + part_of_acceleration_3 * omega1_hat * omega2_hat * part_of_acceleration_2 - F_hat_on_theta1 - parameters.b1 * parameters.gravity * parameters.m1 * part_of_acceleration_4 - part_of_acceleration_5 - parameters.gravity * parameters.l1 * parameters.m2 * part_of_acceleration_4
-    part_of_acceleration_7 = parameters.m2 * (parameters.b2 * parameters.b2)
-    part_of_acceleration_8 = math.cos(inputs.theta2)
-    part_of_acceleration_9 = parameters.I1 + parameters.I2 + parameters.m1 * (parameters.b1 * parameters.b1) + part_of_acceleration_7 + parameters.m2 * (parameters.l1 * parameters.l1) + part_of_acceleration_3 * part_of_acceleration_8
-    part_of_acceleration_10 = parameters.I2 + part_of_acceleration_7
-    part_of_acceleration_11 = (part_of_acceleration_10 + part_of_acceleration_1 * part_of_acceleration_8) / part_of_acceleration_9
-    part_of_acceleration_12 = (inputs.w2 - F_hat_on_theta2 - part_of_acceleration_5 - part_of_acceleration_1 * (omega1_hat * omega1_hat) * part_of_acceleration_2 - part_of_acceleration_11 * part_of_acceleration_6) / (part_of_acceleration_10 - part_of_acceleration_11 * part_of_acceleration_11 * part_of_acceleration_9)
-    omega1_dot_hat = part_of_acceleration_6 / part_of_acceleration_9 - part_of_acceleration_11 * part_of_acceleration_12  # rad/s^2
-    omega2_dot_hat = part_of_acceleration_12  # rad/s^2
+    sin_theta2 = _sin(inputs.theta2)
+    cos_theta2 = _cos(inputs.theta2)
+    acceleration_1 = parameters.m2_b2_gravity * _cos(inputs.theta1 + inputs.theta2)
+    acceleration_2 = (
+        inputs.w1 + sin_theta2 * omega2_hat * (parameters.m2_l1_b2 * omega2_hat + parameters.twice_m2_l1_b2
+        * omega1_hat) - F_hat_shoulder - parameters.m1_b1_gravity_plus_m2_l1_gravity * _cos(inputs.theta1)
+        - acceleration_1
+    )
+    acceleration_3 = parameters.constant_1 + parameters.twice_m2_l1_b2 * cos_theta2
+    one_over_acceleration_3 = _quotient(1.0, acceleration_3)
+    acceleration_4 = (
+        one_over_acceleration_3 * (parameters.I2_plus_m2_b2_squared + parameters.m2_l1_b2 * cos_theta2)
+    )
+    omega2_dot_hat = (
+        _quotient(inputs.w2 - F_hat_elbow - acceleration_1 - parameters.m2_l1_b2 * sin_theta2 * omega1_hat
+        * omega1_hat - acceleration_2 * acceleration_4, parameters.I2_plus_m2_b2_squared - acceleration_3
+        * acceleration_4 * acceleration_4)
+    )
+    omega1_dot_hat = acceleration_2 * one_over_acceleration_3 - acceleration_4 * omega2_dot_hat  # rad/s^2
 
     # states one sample later (explicit Euler)
-    z_omega1_next = state.z_omega1 + parameters.sample_time * (omega1_dot_hat - parameters.K_v_omega1_omega1 * omega1_hat - parameters.K_v_omega1_omega2 * omega2_hat)
-    z_omega2_next = state.z_omega2 + parameters.sample_time * (omega2_dot_hat - parameters.K_v_omega2_omega1 * omega1_hat - parameters.K_v_omega2_omega2 * omega2_hat)
-    z_shoulder_next = state.z_shoulder + parameters.sample_time * (parameters.K_F_shoulder_shoulder * omega1_dot_hat * sign_shoulder)
-    z_elbow_next = state.z_elbow + parameters.sample_time * (parameters.K_F_elbow_elbow * omega2_dot_hat * sign_elbow + parameters.K_F_elbow_shoulder * omega1_dot_hat * sign_shoulder)
+    z_omega1_next = (
+        state.z_omega1 + parameters.sample_time * (omega1_dot_hat - parameters.K_v_omega1_omega1 * omega1_hat
+        - parameters.K_v_omega1_omega2 * omega2_hat)
+    )
+    z_omega2_next = (
+        state.z_omega2 + parameters.sample_time * (omega2_dot_hat - parameters.K_v_omega2_omega1 * omega1_hat
+        - parameters.K_v_omega2_omega2 * omega2_hat)
+    )
+    z_shoulder_next = state.z_shoulder + parameters.h_K_F_shoulder_shoulder * sign_shoulder * omega1_dot_hat
+    z_elbow_next = (
+        state.z_elbow + parameters.h_K_F_elbow_elbow * sign_elbow * omega2_dot_hat
+        + parameters.h_K_F_elbow_shoulder * sign_shoulder * omega1_dot_hat
+    )
+
+    # hold the last state and estimates where a next state, or an input that it does not show, is not finite
+    check = z_omega1_next + z_omega2_next + z_shoulder_next + z_elbow_next
+    if not abs(check) <= LARGEST:
+        outputs.fault = 1
+        return outputs
+    outputs.fault = 0
+    outputs.omega1_hat = omega1_hat
+    outputs.omega2_hat = omega2_hat
+    outputs.a_hat_shoulder = a_hat_shoulder
+    outputs.a_hat_elbow = a_hat_elbow
+    outputs.F_hat_shoulder = F_hat_shoulder
+    outputs.F_hat_elbow = F_hat_elbow
+    outputs.F_hat_on_theta1 = F_hat_shoulder
+    outputs.F_hat_on_theta2 = F_hat_elbow
     state.z_omega1 = z_omega1_next
     state.z_omega2 = z_omega2_next
     state.z_shoulder = z_shoulder_next
     state.z_elbow = z_elbow_next
-
-    return Outputs(
-        omega1_hat=omega1_hat,
-        omega2_hat=omega2_hat,
-        a_hat_shoulder=a_hat_shoulder,
-        a_hat_elbow=a_hat_elbow,
-        F_hat_shoulder=F_hat_shoulder,
-        F_hat_elbow=F_hat_elbow,
-        F_hat_on_theta1=F_hat_on_theta1,
-        F_hat_on_theta2=F_hat_on_theta2,
-    )
+    return outputs

@@ -1,11 +1,23 @@
 /*
  * A complete program around two_link_arm: build with
  *     cc -std=c99 -O2 example_main.c two_link_arm.c -lm -o example
- * Reads one sample a line (theta1, theta2, w1, w2) and prints the estimates.
+ * Reads one sample a line (theta1, theta2, w1, w2) and prints the estimates and the fault flag.
  */
 #include "two_link_arm.h"
 
 #include <stdio.h>
+#include <string.h>
+
+static int read_sample(two_link_arm_inputs *inputs)
+{
+    int count = 0;
+
+    count += scanf("%lf", &inputs->theta1);
+    count += scanf("%lf", &inputs->theta2);
+    count += scanf("%lf", &inputs->w1);
+    count += scanf("%lf", &inputs->w2);
+    return count == 4;
+}
 
 int main(void)
 {
@@ -15,13 +27,22 @@ int main(void)
     two_link_arm_outputs outputs;
     int first = 1;
 
-    while (scanf("%lf %lf %lf %lf", &inputs.theta1, &inputs.theta2, &inputs.w1, &inputs.w2) == 4) {
+    memset(&outputs, 0, sizeof outputs);
+    while (read_sample(&inputs)) {
         if (first) {
             two_link_arm_init(&state, &parameters, &inputs);
             first = 0;
         }
         two_link_arm_step(&state, &parameters, &inputs, &outputs);
-        printf("%.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g\n", outputs.omega1_hat, outputs.omega2_hat, outputs.a_hat_shoulder, outputs.a_hat_elbow, outputs.F_hat_shoulder, outputs.F_hat_elbow, outputs.F_hat_on_theta1, outputs.F_hat_on_theta2);
+        printf("%.17g ", outputs.omega1_hat);
+        printf("%.17g ", outputs.omega2_hat);
+        printf("%.17g ", outputs.a_hat_shoulder);
+        printf("%.17g ", outputs.a_hat_elbow);
+        printf("%.17g ", outputs.F_hat_shoulder);
+        printf("%.17g ", outputs.F_hat_elbow);
+        printf("%.17g ", outputs.F_hat_on_theta1);
+        printf("%.17g ", outputs.F_hat_on_theta2);
+        printf("%d\n", outputs.fault);
     }
     return 0;
 }

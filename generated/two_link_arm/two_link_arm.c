@@ -1,5 +1,6 @@
 /*
- * two_link_arm: friction observer GCFO, velocity estimated; 105 operations a step.
+ * two_link_arm: friction observer GCFO, velocity estimated, double precision.
+ * A step: 30 additions, 38 multiplications, 2 divisions, 4 calls, 4 of sign or magnitude.
  *
  * Made by stiction 0.1.0 from two_link_arm.yaml
  * sha256 8b25c9c1855802942b021ffbcf57601b15385794294bca198854e44907fbf30b
@@ -7,85 +8,115 @@
  */
 #include "two_link_arm.h"
 
+#include <float.h>
 #include <math.h>
 
-static double signum(double u)
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+static inline double two_link_arm_sign(double u)
 {
-    return u > 0.0 ? 1.0 : (u < 0.0 ? -1.0 : 0.0);
+    return (u > 0.0) ? 1.0 : ((u < 0.0) ? -1.0 : 0.0);
+}
+
+void two_link_arm_prepare(two_link_arm_parameters *parameters)
+{
+    parameters->m2_l1_b2 = parameters->m2 * parameters->l1 * parameters->b2;
+    parameters->twice_m2_l1_b2 = 2.0 * parameters->m2 * parameters->l1 * parameters->b2;
+    parameters->m2_b2_gravity = parameters->m2 * parameters->b2 * parameters->gravity;
+    parameters->m1_b1_gravity_plus_m2_l1_gravity = parameters->m1 * parameters->b1 * parameters->gravity
+        + parameters->m2 * parameters->l1 * parameters->gravity;
+    parameters->constant_1 = parameters->I1 + parameters->I2 + parameters->m1 * parameters->b1 * parameters->b1
+        + parameters->m2 * parameters->b2 * parameters->b2 + parameters->m2 * parameters->l1 * parameters->l1;
+    parameters->I2_plus_m2_b2_squared = parameters->I2 + parameters->m2 * parameters->b2 * parameters->b2;
+    parameters->h_K_F_shoulder_shoulder = parameters->sample_time * parameters->K_F_shoulder_shoulder;
+    parameters->h_K_F_elbow_elbow = parameters->sample_time * parameters->K_F_elbow_elbow;
+    parameters->h_K_F_elbow_shoulder = parameters->sample_time * parameters->K_F_elbow_shoulder;
 }
 
 void two_link_arm_init(two_link_arm_state *state, const two_link_arm_parameters *parameters,
-                             const two_link_arm_inputs *inputs)
+    const two_link_arm_inputs *inputs)
 {
-    (void)parameters;
-    (void)inputs;
-    /* states at the first sample */
-    state->z_omega1 = -(parameters->K_v_omega1_omega1 * inputs->theta1 + parameters->K_v_omega1_omega2 * inputs->theta2);
-    state->z_omega2 = -(parameters->K_v_omega2_omega1 * inputs->theta1 + parameters->K_v_omega2_omega2 * inputs->theta2);
+    /* from rest at zero if the first sample is not finite */
+    const double check = inputs->theta1 + inputs->theta2;
+    const int finite = fabs(check) <= DBL_MAX;
+    const double theta1 = finite ? inputs->theta1 : 0.0;
+    const double theta2 = finite ? inputs->theta2 : 0.0;
+
+    state->z_omega1 = -(parameters->K_v_omega1_omega1 * theta1 + parameters->K_v_omega1_omega2 * theta2);
+    state->z_omega2 = -(parameters->K_v_omega2_omega1 * theta1 + parameters->K_v_omega2_omega2 * theta2);
     state->z_shoulder = parameters->shoulder_a;
     state->z_elbow = parameters->elbow_a;
 }
 
 void two_link_arm_step(two_link_arm_state *state, const two_link_arm_parameters *parameters,
-                             const two_link_arm_inputs *inputs, two_link_arm_outputs *outputs)
+    const two_link_arm_inputs *inputs, two_link_arm_outputs *outputs)
 {
     /* velocity estimate, (4.25) */
-    const double omega1_hat = state->z_omega1 + parameters->K_v_omega1_omega1 * inputs->theta1 + parameters->K_v_omega1_omega2 * inputs->theta2; /* rad/s */
-    const double omega2_hat = state->z_omega2 + parameters->K_v_omega2_omega1 * inputs->theta1 + parameters->K_v_omega2_omega2 * inputs->theta2; /* rad/s */
-
-    /* slip velocity, U' v, (4.5) */
-    const double slip_shoulder = omega1_hat; /* rad/s */
-    const double slip_elbow = omega2_hat; /* rad/s */
+    const double omega1_hat = state->z_omega1 + parameters->K_v_omega1_omega1 * inputs->theta1
+        + parameters->K_v_omega1_omega2 * inputs->theta2; /* rad/s */
+    const double omega2_hat = state->z_omega2 + parameters->K_v_omega2_omega1 * inputs->theta1
+        + parameters->K_v_omega2_omega2 * inputs->theta2; /* rad/s */
 
     /* slip sign, (4.13) */
-    const double sign_shoulder = signum(slip_shoulder); /* 1 */
-    const double sign_elbow = signum(slip_elbow); /* 1 */
+    const double sign_shoulder = two_link_arm_sign(omega1_hat); /* 1 */
+    const double sign_elbow = two_link_arm_sign(omega2_hat); /* 1 */
 
     /* friction level, (4.11) */
-    const double part_of_friction_level_1 = fabs(slip_shoulder);
-    const double a_hat_shoulder = state->z_shoulder - parameters->K_F_shoulder_shoulder * part_of_friction_level_1; /* N*m */
-    const double a_hat_elbow = state->z_elbow - parameters->K_F_elbow_elbow * fabs(slip_elbow) - parameters->K_F_elbow_shoulder * part_of_friction_level_1; /* N*m */
+    const double abs_omega1_hat = fabs(omega1_hat);
+    const double a_hat_shoulder = state->z_shoulder - parameters->K_F_shoulder_shoulder * abs_omega1_hat; /* N*m */
+    const double a_hat_elbow = state->z_elbow - parameters->K_F_elbow_elbow * fabs(omega2_hat)
+        - parameters->K_F_elbow_shoulder * abs_omega1_hat; /* N*m */
 
     /* contact friction, (4.10) */
-    const double F_hat_shoulder = a_hat_shoulder * sign_shoulder; /* N*m */
-    const double F_hat_elbow = a_hat_elbow * sign_elbow; /* N*m */
-
-    /* friction force, (4.10) */
-    const double F_hat_on_theta1 = F_hat_shoulder; /* N*m */
-    const double F_hat_on_theta2 = F_hat_elbow; /* N*m */
+    const double F_hat_shoulder = sign_shoulder * a_hat_shoulder; /* N*m */
+    const double F_hat_elbow = sign_elbow * a_hat_elbow; /* N*m */
 
     /* acceleration, (4.2) */
-    const double part_of_acceleration_1 = parameters->b2 * parameters->l1 * parameters->m2;
-    const double part_of_acceleration_2 = sin(inputs->theta2);
-    const double part_of_acceleration_3 = 2.0 * parameters->b2 * parameters->l1 * parameters->m2;
-    const double part_of_acceleration_4 = cos(inputs->theta1);
-    const double part_of_acceleration_5 = parameters->b2 * parameters->gravity * parameters->m2 * cos(inputs->theta1 + inputs->theta2);
-    const double part_of_acceleration_6 = inputs->w1 + part_of_acceleration_1 * (omega2_hat * omega2_hat) * part_of_acceleration_2 + part_of_acceleration_3 * omega1_hat * omega2_hat * part_of_acceleration_2 - F_hat_on_theta1 - parameters->b1 * parameters->gravity * parameters->m1 * part_of_acceleration_4 - part_of_acceleration_5 - parameters->gravity * parameters->l1 * parameters->m2 * part_of_acceleration_4;
-    const double part_of_acceleration_7 = parameters->m2 * (parameters->b2 * parameters->b2);
-    const double part_of_acceleration_8 = cos(inputs->theta2);
-    const double part_of_acceleration_9 = parameters->I1 + parameters->I2 + parameters->m1 * (parameters->b1 * parameters->b1) + part_of_acceleration_7 + parameters->m2 * (parameters->l1 * parameters->l1) + part_of_acceleration_3 * part_of_acceleration_8;
-    const double part_of_acceleration_10 = parameters->I2 + part_of_acceleration_7;
-    const double part_of_acceleration_11 = (part_of_acceleration_10 + part_of_acceleration_1 * part_of_acceleration_8) / part_of_acceleration_9;
-    const double part_of_acceleration_12 = (inputs->w2 - F_hat_on_theta2 - part_of_acceleration_5 - part_of_acceleration_1 * (omega1_hat * omega1_hat) * part_of_acceleration_2 - part_of_acceleration_11 * part_of_acceleration_6) / (part_of_acceleration_10 - part_of_acceleration_11 * part_of_acceleration_11 * part_of_acceleration_9);
-    const double omega1_dot_hat = part_of_acceleration_6 / part_of_acceleration_9 - part_of_acceleration_11 * part_of_acceleration_12; /* rad/s^2 */
-    const double omega2_dot_hat = part_of_acceleration_12; /* rad/s^2 */
+    const double sin_theta2 = sin(inputs->theta2);
+    const double cos_theta2 = cos(inputs->theta2);
+    const double acceleration_1 = parameters->m2_b2_gravity * cos(inputs->theta1 + inputs->theta2);
+    const double acceleration_2 = inputs->w1 + sin_theta2 * omega2_hat * (parameters->m2_l1_b2 * omega2_hat
+        + parameters->twice_m2_l1_b2 * omega1_hat) - F_hat_shoulder
+        - parameters->m1_b1_gravity_plus_m2_l1_gravity * cos(inputs->theta1) - acceleration_1;
+    const double acceleration_3 = parameters->constant_1 + parameters->twice_m2_l1_b2 * cos_theta2;
+    const double one_over_acceleration_3 = 1.0 / acceleration_3;
+    const double acceleration_4 = one_over_acceleration_3 * (parameters->I2_plus_m2_b2_squared
+        + parameters->m2_l1_b2 * cos_theta2);
+    const double omega2_dot_hat = (inputs->w2 - F_hat_elbow - acceleration_1 - parameters->m2_l1_b2 * sin_theta2
+        * omega1_hat * omega1_hat - acceleration_2 * acceleration_4) / (parameters->I2_plus_m2_b2_squared
+        - acceleration_3 * acceleration_4 * acceleration_4);
+    const double omega1_dot_hat = acceleration_2 * one_over_acceleration_3 - acceleration_4 * omega2_dot_hat; /* rad/s^2 */
 
     /* states one sample later (explicit Euler) */
-    const double z_omega1_next = state->z_omega1 + parameters->sample_time * (omega1_dot_hat - parameters->K_v_omega1_omega1 * omega1_hat - parameters->K_v_omega1_omega2 * omega2_hat);
-    const double z_omega2_next = state->z_omega2 + parameters->sample_time * (omega2_dot_hat - parameters->K_v_omega2_omega1 * omega1_hat - parameters->K_v_omega2_omega2 * omega2_hat);
-    const double z_shoulder_next = state->z_shoulder + parameters->sample_time * (parameters->K_F_shoulder_shoulder * omega1_dot_hat * sign_shoulder);
-    const double z_elbow_next = state->z_elbow + parameters->sample_time * (parameters->K_F_elbow_elbow * omega2_dot_hat * sign_elbow + parameters->K_F_elbow_shoulder * omega1_dot_hat * sign_shoulder);
-    state->z_omega1 = z_omega1_next;
-    state->z_omega2 = z_omega2_next;
-    state->z_shoulder = z_shoulder_next;
-    state->z_elbow = z_elbow_next;
+    const double z_omega1_next = state->z_omega1 + parameters->sample_time * (omega1_dot_hat
+        - parameters->K_v_omega1_omega1 * omega1_hat - parameters->K_v_omega1_omega2 * omega2_hat);
+    const double z_omega2_next = state->z_omega2 + parameters->sample_time * (omega2_dot_hat
+        - parameters->K_v_omega2_omega1 * omega1_hat - parameters->K_v_omega2_omega2 * omega2_hat);
+    const double z_shoulder_next = state->z_shoulder + parameters->h_K_F_shoulder_shoulder * sign_shoulder
+        * omega1_dot_hat;
+    const double z_elbow_next = state->z_elbow + parameters->h_K_F_elbow_elbow * sign_elbow * omega2_dot_hat
+        + parameters->h_K_F_elbow_shoulder * sign_shoulder * omega1_dot_hat;
 
-    outputs->omega1_hat = omega1_hat;
-    outputs->omega2_hat = omega2_hat;
-    outputs->a_hat_shoulder = a_hat_shoulder;
-    outputs->a_hat_elbow = a_hat_elbow;
-    outputs->F_hat_shoulder = F_hat_shoulder;
-    outputs->F_hat_elbow = F_hat_elbow;
-    outputs->F_hat_on_theta1 = F_hat_on_theta1;
-    outputs->F_hat_on_theta2 = F_hat_on_theta2;
+    /* hold the last state and estimates where a next state, or an input that it does not show, is not finite */
+    const double check = z_omega1_next + z_omega2_next + z_shoulder_next + z_elbow_next;
+    if (fabs(check) <= DBL_MAX) {
+        outputs->omega1_hat = omega1_hat;
+        outputs->omega2_hat = omega2_hat;
+        outputs->a_hat_shoulder = a_hat_shoulder;
+        outputs->a_hat_elbow = a_hat_elbow;
+        outputs->F_hat_shoulder = F_hat_shoulder;
+        outputs->F_hat_elbow = F_hat_elbow;
+        outputs->F_hat_on_theta1 = F_hat_shoulder;
+        outputs->F_hat_on_theta2 = F_hat_elbow;
+
+        state->z_omega1 = z_omega1_next;
+        state->z_omega2 = z_omega2_next;
+        state->z_shoulder = z_shoulder_next;
+        state->z_elbow = z_elbow_next;
+        outputs->fault = 0;
+    } else {
+        outputs->fault = 1;
+    }
 }

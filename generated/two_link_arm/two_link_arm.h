@@ -1,13 +1,14 @@
 /*
- * two_link_arm: friction observer GCFO, velocity estimated.
+ * two_link_arm: friction observer GCFO, velocity estimated, double precision.
  * Source: Mentzelopoulou 1994, section 4.8.
  *
  * Made by stiction 0.1.0 from two_link_arm.yaml
  * sha256 8b25c9c1855802942b021ffbcf57601b15385794294bca198854e44907fbf30b
  * with: stiction generate two_link_arm.yaml
  *
- * C99, no heap, no statics, no globals, re-entrant. Compile with -std=c99 (or -ffp-contract=off) to get the
- * bits of the Python twin. Do not edit: change the spec and generate again.
+ * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a product with its reciprocal, which the
+ * parameters hold; the Python twin does the same. Compile with -std=c99 (or -ffp-contract=off) to get the bits of the
+ * twin. Do not edit: change the spec and generate again.
  */
 #ifndef STICTION_TWO_LINK_ARM_H
 #define STICTION_TWO_LINK_ARM_H
@@ -36,6 +37,16 @@ typedef struct {
     double K_v_omega2_omega1; /* 1/s: observer gain */
     double K_v_omega2_omega2; /* 1/s: observer gain */
     double sample_time; /* s: sample time */
+    /* derived: two_link_arm_prepare computes them from those above */
+    double m2_l1_b2; /* m2 * l1 * b2 */
+    double twice_m2_l1_b2; /* 2.0 * m2 * l1 * b2 */
+    double m2_b2_gravity; /* m2 * b2 * gravity */
+    double m1_b1_gravity_plus_m2_l1_gravity; /* m1 * b1 * gravity + m2 * l1 * gravity */
+    double constant_1; /* I1 + I2 + m1 * b1 * b1 + m2 * b2 * b2 + m2 * l1 * l1 */
+    double I2_plus_m2_b2_squared; /* I2 + m2 * b2 * b2 */
+    double h_K_F_shoulder_shoulder; /* sample_time * K_F_shoulder_shoulder */
+    double h_K_F_elbow_elbow; /* sample_time * K_F_elbow_elbow */
+    double h_K_F_elbow_shoulder; /* sample_time * K_F_elbow_shoulder */
 } two_link_arm_parameters;
 
 #define TWO_LINK_ARM_PARAMETERS \
@@ -57,7 +68,16 @@ typedef struct {
         0.5, /* K_v_omega1_omega2 */ \
         1.0, /* K_v_omega2_omega1 */ \
         10.0, /* K_v_omega2_omega2 */ \
-        0.001 /* sample_time */ \
+        0.001, /* sample_time */ \
+        0.0036150724999999997, /* m2_l1_b2 */ \
+        0.0072301449999999995, /* twice_m2_l1_b2 */ \
+        0.17281810000000003, /* m2_b2_gravity */ \
+        0.8475873, /* m1_b1_gravity_plus_m2_l1_gravity */ \
+        0.023732505, /* constant_1 */ \
+        0.0024662425, /* I2_plus_m2_b2_squared */ \
+        1e-05, /* h_K_F_shoulder_shoulder */ \
+        5e-06, /* h_K_F_elbow_elbow */ \
+        1e-05 /* h_K_F_elbow_shoulder */ \
     }
 
 /* What the observer remembers from sample to sample. */
@@ -86,15 +106,23 @@ typedef struct {
     double F_hat_elbow; /* N*m: contact friction, (4.10) */
     double F_hat_on_theta1; /* N*m: friction force, (4.10) */
     double F_hat_on_theta2; /* N*m: friction force, (4.10) */
+    int fault; /* 1 if this sample was not used, 0 otherwise */
 } two_link_arm_outputs;
 
-/* Set the state from the first measurement. */
-void two_link_arm_init(two_link_arm_state *state, const two_link_arm_parameters *parameters,
-                             const two_link_arm_inputs *inputs);
+/* Compute the derived constants anew: call it after a parameter was changed; TWO_LINK_ARM_PARAMETERS has them. */
+void two_link_arm_prepare(two_link_arm_parameters *parameters);
 
-/* One sample: estimates from the state and this measurement, then the state of the next sample. */
+/* Set the state from the first measurement; from rest at zero if it is not finite. */
+void two_link_arm_init(two_link_arm_state *state, const two_link_arm_parameters *parameters,
+    const two_link_arm_inputs *inputs);
+
+/*
+ * One sample: estimates from the state and this measurement, then the state of the next sample.
+ * Where an input is NaN or infinite, or a next state would be, state and estimates stay as they are and fault is 1;
+ * set the outputs to zero before the first step.
+ */
 void two_link_arm_step(two_link_arm_state *state, const two_link_arm_parameters *parameters,
-                             const two_link_arm_inputs *inputs, two_link_arm_outputs *outputs);
+    const two_link_arm_inputs *inputs, two_link_arm_outputs *outputs);
 
 #ifdef __cplusplus
 }

@@ -1,4 +1,4 @@
-"""two_mass: friction observer GCFO, velocity estimated.
+"""two_mass: friction observer GCFO, velocity estimated, double precision.
 
 Made by stiction 0.1.0 from two_mass.yaml
 sha256 ccb18d2c4c2dfa9319c5b4a64b18e42a51152227daad0f0a42041e2de1e3c1c0
@@ -10,14 +10,15 @@ The twin of two_mass.c: the same operations in the same order on doubles, so the
 import math
 from dataclasses import dataclass
 
-__all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "step"]
+__all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"]
 
 SPEC_SHA256 = "ccb18d2c4c2dfa9319c5b4a64b18e42a51152227daad0f0a42041e2de1e3c1c0"
+LARGEST = 1.7976931348623157e308
 
 
 @dataclass(slots=True)
 class Parameters:
-    """Constants of the model and gains, with the spec's values."""
+    """Constants of the model and gains, with the spec's values; behind them what ``prepare`` derives from these."""
 
     m1: float = 10.0  # kg: model parameter
     m2: float = 50.0  # kg: model parameter
@@ -31,6 +32,12 @@ class Parameters:
     K_v_v1: float = 10.0  # 1/s: observer gain
     K_v_v2: float = 10.0  # 1/s: observer gain
     sample_time: float = 0.001  # s: sample time
+    eta2_plus_eta3: float = 70.0  # eta2 + eta3
+    eta1_plus_eta3: float = 120.0  # eta1 + eta3
+    one_over_m1: float = 0.1  # 1.0 / m1
+    one_over_m2: float = 0.02  # 1.0 / m2
+    h_K_F_between: float = 0.5  # sample_time * K_F_between
+    h_K_F_ground: float = 0.7000000000000001  # sample_time * K_F_ground
 
 
 @dataclass(slots=True)
@@ -64,70 +71,101 @@ class Outputs:
     F_hat_ground: float = 0.0  # N: contact friction, (4.10)
     F_hat_on_x1: float = 0.0  # N: friction force, (4.10)
     F_hat_on_x2: float = 0.0  # N: friction force, (4.10)
+    fault: int = 0  # 1 if this sample was not used
 
 
 def _sign(u: float) -> float:
     return 1.0 if u > 0.0 else (-1.0 if u < 0.0 else 0.0)
 
 
+def prepare(parameters: Parameters) -> None:
+    """Compute the derived constants anew, after a parameter was changed."""
+    parameters.eta2_plus_eta3 = parameters.eta2 + parameters.eta3
+    parameters.eta1_plus_eta3 = parameters.eta1 + parameters.eta3
+    parameters.one_over_m1 = 1.0 / parameters.m1
+    parameters.one_over_m2 = 1.0 / parameters.m2
+    parameters.h_K_F_between = parameters.sample_time * parameters.K_F_between
+    parameters.h_K_F_ground = parameters.sample_time * parameters.K_F_ground
+
+
 def init(parameters: Parameters, inputs: Inputs) -> State:
-    """The state from the first measurement."""
-    # states at the first sample
+    """The state from the first measurement; from rest at zero if it is not finite."""
+    check = inputs.x1 + inputs.x2
+    finite = abs(check) <= LARGEST
+    x1 = inputs.x1 if finite else 0.0
+    x2 = inputs.x2 if finite else 0.0
     return State(
-        z_v1=-(parameters.K_v_v1 * inputs.x1),
-        z_v2=-(parameters.K_v_v2 * inputs.x2),
+        z_v1=-(parameters.K_v_v1 * x1),
+        z_v2=-(parameters.K_v_v2 * x2),
         z_between=parameters.between_a,
         z_ground=parameters.ground_a,
     )
 
 
-def step(state: State, parameters: Parameters, inputs: Inputs) -> Outputs:
-    """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample."""
+def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs | None = None) -> Outputs:
+    """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample.
+
+    The estimates go into ``outputs``, or into new ones.
+    Where an input is NaN or infinite, or a next state would be, state and ``outputs`` stay as they are but for
+    ``fault``, which is 1.
+    """
+    if outputs is None:
+        outputs = Outputs()
+
     # velocity estimate, (4.25)
     v1_hat = state.z_v1 + parameters.K_v_v1 * inputs.x1  # m/s
     v2_hat = state.z_v2 + parameters.K_v_v2 * inputs.x2  # m/s
 
     # slip velocity, U' v, (4.5)
     slip_between = v1_hat - v2_hat  # m/s
-    slip_ground = v2_hat  # m/s
 
     # slip sign, (4.13)
     sign_between = _sign(slip_between)  # 1
-    sign_ground = _sign(slip_ground)  # 1
+    sign_ground = _sign(v2_hat)  # 1
 
     # friction level, (4.11)
     a_hat_between = state.z_between - parameters.K_F_between * abs(slip_between)  # N
-    a_hat_ground = state.z_ground - parameters.K_F_ground * abs(slip_ground)  # N
+    a_hat_ground = state.z_ground - parameters.K_F_ground * abs(v2_hat)  # N
 
     # contact friction, (4.10)
-    F_hat_between = a_hat_between * sign_between  # N
-    F_hat_ground = a_hat_ground * sign_ground  # N
+    F_hat_between = sign_between * a_hat_between  # N
+    F_hat_ground = sign_ground * a_hat_ground  # N
 
     # friction force, (4.10)
-    F_hat_on_x1 = F_hat_between  # N
     F_hat_on_x2 = F_hat_ground - F_hat_between  # N
 
     # acceleration, (4.2)
-    v1_dot_hat = (parameters.eta3 * inputs.x2 - inputs.x1 * (parameters.eta2 + parameters.eta3) - F_hat_on_x1) / parameters.m1  # m/s^2
-    v2_dot_hat = (inputs.w + parameters.eta3 * inputs.x1 - F_hat_on_x2 - inputs.x2 * (parameters.eta1 + parameters.eta3)) / parameters.m2  # m/s^2
+    v1_dot_hat = (
+        parameters.one_over_m1 * (parameters.eta3 * inputs.x2 - parameters.eta2_plus_eta3 * inputs.x1
+        - F_hat_between)
+    )  # m/s^2
+    v2_dot_hat = (
+        parameters.one_over_m2 * (inputs.w + parameters.eta3 * inputs.x1 - F_hat_on_x2
+        - parameters.eta1_plus_eta3 * inputs.x2)
+    )  # m/s^2
 
     # states one sample later (explicit Euler)
     z_v1_next = state.z_v1 + parameters.sample_time * (v1_dot_hat - parameters.K_v_v1 * v1_hat)
     z_v2_next = state.z_v2 + parameters.sample_time * (v2_dot_hat - parameters.K_v_v2 * v2_hat)
-    z_between_next = state.z_between + parameters.sample_time * (parameters.K_F_between * sign_between * (v1_dot_hat - v2_dot_hat))
-    z_ground_next = state.z_ground + parameters.sample_time * (parameters.K_F_ground * sign_ground * v2_dot_hat)
+    z_between_next = state.z_between + parameters.h_K_F_between * sign_between * (v1_dot_hat - v2_dot_hat)
+    z_ground_next = state.z_ground + parameters.h_K_F_ground * sign_ground * v2_dot_hat
+
+    # hold the last state and estimates where a next state, or an input that it does not show, is not finite
+    check = z_v1_next + z_v2_next + z_between_next + z_ground_next
+    if not abs(check) <= LARGEST:
+        outputs.fault = 1
+        return outputs
+    outputs.fault = 0
+    outputs.v1_hat = v1_hat
+    outputs.v2_hat = v2_hat
+    outputs.a_hat_between = a_hat_between
+    outputs.a_hat_ground = a_hat_ground
+    outputs.F_hat_between = F_hat_between
+    outputs.F_hat_ground = F_hat_ground
+    outputs.F_hat_on_x1 = F_hat_between
+    outputs.F_hat_on_x2 = F_hat_on_x2
     state.z_v1 = z_v1_next
     state.z_v2 = z_v2_next
     state.z_between = z_between_next
     state.z_ground = z_ground_next
-
-    return Outputs(
-        v1_hat=v1_hat,
-        v2_hat=v2_hat,
-        a_hat_between=a_hat_between,
-        a_hat_ground=a_hat_ground,
-        F_hat_between=F_hat_between,
-        F_hat_ground=F_hat_ground,
-        F_hat_on_x1=F_hat_on_x1,
-        F_hat_on_x2=F_hat_on_x2,
-    )
+    return outputs

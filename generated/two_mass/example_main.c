@@ -1,11 +1,22 @@
 /*
  * A complete program around two_mass: build with
  *     cc -std=c99 -O2 example_main.c two_mass.c -lm -o example
- * Reads one sample a line (x1, x2, w) and prints the estimates.
+ * Reads one sample a line (x1, x2, w) and prints the estimates and the fault flag.
  */
 #include "two_mass.h"
 
 #include <stdio.h>
+#include <string.h>
+
+static int read_sample(two_mass_inputs *inputs)
+{
+    int count = 0;
+
+    count += scanf("%lf", &inputs->x1);
+    count += scanf("%lf", &inputs->x2);
+    count += scanf("%lf", &inputs->w);
+    return count == 3;
+}
 
 int main(void)
 {
@@ -15,13 +26,22 @@ int main(void)
     two_mass_outputs outputs;
     int first = 1;
 
-    while (scanf("%lf %lf %lf", &inputs.x1, &inputs.x2, &inputs.w) == 3) {
+    memset(&outputs, 0, sizeof outputs);
+    while (read_sample(&inputs)) {
         if (first) {
             two_mass_init(&state, &parameters, &inputs);
             first = 0;
         }
         two_mass_step(&state, &parameters, &inputs, &outputs);
-        printf("%.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g\n", outputs.v1_hat, outputs.v2_hat, outputs.a_hat_between, outputs.a_hat_ground, outputs.F_hat_between, outputs.F_hat_ground, outputs.F_hat_on_x1, outputs.F_hat_on_x2);
+        printf("%.17g ", outputs.v1_hat);
+        printf("%.17g ", outputs.v2_hat);
+        printf("%.17g ", outputs.a_hat_between);
+        printf("%.17g ", outputs.a_hat_ground);
+        printf("%.17g ", outputs.F_hat_between);
+        printf("%.17g ", outputs.F_hat_ground);
+        printf("%.17g ", outputs.F_hat_on_x1);
+        printf("%.17g ", outputs.F_hat_on_x2);
+        printf("%d\n", outputs.fault);
     }
     return 0;
 }

@@ -1,13 +1,14 @@
 /*
- * two_mass: friction observer GCFO, velocity estimated.
+ * two_mass: friction observer GCFO, velocity estimated, double precision.
  * Source: Mentzelopoulou 1994, section 4.7.
  *
  * Made by stiction 0.1.0 from two_mass.yaml
  * sha256 ccb18d2c4c2dfa9319c5b4a64b18e42a51152227daad0f0a42041e2de1e3c1c0
  * with: stiction generate two_mass.yaml
  *
- * C99, no heap, no statics, no globals, re-entrant. Compile with -std=c99 (or -ffp-contract=off) to get the
- * bits of the Python twin. Do not edit: change the spec and generate again.
+ * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a product with its reciprocal, which the
+ * parameters hold; the Python twin does the same. Compile with -std=c99 (or -ffp-contract=off) to get the bits of the
+ * twin. Do not edit: change the spec and generate again.
  */
 #ifndef STICTION_TWO_MASS_H
 #define STICTION_TWO_MASS_H
@@ -30,6 +31,13 @@ typedef struct {
     double K_v_v1; /* 1/s: observer gain */
     double K_v_v2; /* 1/s: observer gain */
     double sample_time; /* s: sample time */
+    /* derived: two_mass_prepare computes them from those above */
+    double eta2_plus_eta3; /* eta2 + eta3 */
+    double eta1_plus_eta3; /* eta1 + eta3 */
+    double one_over_m1; /* 1.0 / m1 */
+    double one_over_m2; /* 1.0 / m2 */
+    double h_K_F_between; /* sample_time * K_F_between */
+    double h_K_F_ground; /* sample_time * K_F_ground */
 } two_mass_parameters;
 
 #define TWO_MASS_PARAMETERS \
@@ -45,7 +53,13 @@ typedef struct {
         700.0, /* K_F_ground */ \
         10.0, /* K_v_v1 */ \
         10.0, /* K_v_v2 */ \
-        0.001 /* sample_time */ \
+        0.001, /* sample_time */ \
+        70.0, /* eta2_plus_eta3 */ \
+        120.0, /* eta1_plus_eta3 */ \
+        0.1, /* one_over_m1 */ \
+        0.02, /* one_over_m2 */ \
+        0.5, /* h_K_F_between */ \
+        0.7000000000000001 /* h_K_F_ground */ \
     }
 
 /* What the observer remembers from sample to sample. */
@@ -73,15 +87,23 @@ typedef struct {
     double F_hat_ground; /* N: contact friction, (4.10) */
     double F_hat_on_x1; /* N: friction force, (4.10) */
     double F_hat_on_x2; /* N: friction force, (4.10) */
+    int fault; /* 1 if this sample was not used, 0 otherwise */
 } two_mass_outputs;
 
-/* Set the state from the first measurement. */
-void two_mass_init(two_mass_state *state, const two_mass_parameters *parameters,
-                             const two_mass_inputs *inputs);
+/* Compute the derived constants anew: call it after a parameter was changed; TWO_MASS_PARAMETERS has them. */
+void two_mass_prepare(two_mass_parameters *parameters);
 
-/* One sample: estimates from the state and this measurement, then the state of the next sample. */
+/* Set the state from the first measurement; from rest at zero if it is not finite. */
+void two_mass_init(two_mass_state *state, const two_mass_parameters *parameters,
+    const two_mass_inputs *inputs);
+
+/*
+ * One sample: estimates from the state and this measurement, then the state of the next sample.
+ * Where an input is NaN or infinite, or a next state would be, state and estimates stay as they are and fault is 1;
+ * set the outputs to zero before the first step.
+ */
 void two_mass_step(two_mass_state *state, const two_mass_parameters *parameters,
-                             const two_mass_inputs *inputs, two_mass_outputs *outputs);
+    const two_mass_inputs *inputs, two_mass_outputs *outputs);
 
 #ifdef __cplusplus
 }

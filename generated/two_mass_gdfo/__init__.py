@@ -1,7 +1,7 @@
-"""two_mass_gdfo: friction observer GDFO, velocity estimated.
+"""two_mass_gdfo: friction observer GDFO, velocity estimated, double precision.
 
 Made by stiction 0.1.0 from two_mass_gdfo.yaml
-sha256 ee364b282c5465487c951510e910846b8feae0083a9518d173ece857e9cd939b
+sha256 7d02c83e0b5f919a9fb44a751f66f366eab47db73186cc4e84137a69465b93fc
 with: stiction generate two_mass_gdfo.yaml
 
 The twin of two_mass_gdfo.c: the same operations in the same order on doubles, so the same bits. Do not edit.
@@ -10,14 +10,15 @@ The twin of two_mass_gdfo.c: the same operations in the same order on doubles, s
 import math
 from dataclasses import dataclass
 
-__all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "step"]
+__all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"]
 
-SPEC_SHA256 = "ee364b282c5465487c951510e910846b8feae0083a9518d173ece857e9cd939b"
+SPEC_SHA256 = "7d02c83e0b5f919a9fb44a751f66f366eab47db73186cc4e84137a69465b93fc"
+LARGEST = 1.7976931348623157e308
 
 
 @dataclass(slots=True)
 class Parameters:
-    """Constants of the model and gains, with the spec's values."""
+    """Constants of the model and gains, with the spec's values; behind them what ``prepare`` derives from these."""
 
     m1: float = 10.0  # kg: model parameter
     m2: float = 50.0  # kg: model parameter
@@ -41,6 +42,14 @@ class Parameters:
     K_v_v1: float = 10.0  # 1/s: observer gain
     K_v_v2: float = 10.0  # 1/s: observer gain
     sample_time: float = 1e-05  # s: sample time
+    eta2_plus_eta3: float = 70.0  # eta2 + eta3
+    eta1_plus_eta3: float = 120.0  # eta1 + eta3
+    between_D1_minus_between_D2: float = 999.9999  # between_D1 - between_D2
+    ground_D1_minus_ground_D2: float = 999.9999  # ground_D1 - ground_D2
+    one_over_m1: float = 0.1  # 1.0 / m1
+    one_over_m2: float = 0.02  # 1.0 / m2
+    h_K_a_between: float = -0.00030000000000000003  # sample_time * K_a_between
+    h_K_a_ground: float = -0.001  # sample_time * K_a_ground
 
 
 @dataclass(slots=True)
@@ -78,82 +87,131 @@ class Outputs:
     F_hat_ground: float = 0.0  # N: contact friction, (7.12)
     F_hat_on_x1: float = 0.0  # N: friction force, (7.12)
     F_hat_on_x2: float = 0.0  # N: friction force, (7.12)
+    fault: int = 0  # 1 if this sample was not used
+
+
+def prepare(parameters: Parameters) -> None:
+    """Compute the derived constants anew, after a parameter was changed."""
+    parameters.eta2_plus_eta3 = parameters.eta2 + parameters.eta3
+    parameters.eta1_plus_eta3 = parameters.eta1 + parameters.eta3
+    parameters.between_D1_minus_between_D2 = parameters.between_D1 - parameters.between_D2
+    parameters.ground_D1_minus_ground_D2 = parameters.ground_D1 - parameters.ground_D2
+    parameters.one_over_m1 = 1.0 / parameters.m1
+    parameters.one_over_m2 = 1.0 / parameters.m2
+    parameters.h_K_a_between = parameters.sample_time * parameters.K_a_between
+    parameters.h_K_a_ground = parameters.sample_time * parameters.K_a_ground
 
 
 def init(parameters: Parameters, inputs: Inputs) -> State:
-    """The state from the first measurement."""
-    # states at the first sample
+    """The state from the first measurement; from rest at zero if it is not finite."""
+    check = inputs.x1 + inputs.x2
+    finite = abs(check) <= LARGEST
+    x1 = inputs.x1 if finite else 0.0
+    x2 = inputs.x2 if finite else 0.0
     return State(
-        z_v1=-(parameters.K_v_v1 * inputs.x1),
-        z_v2=-(parameters.K_v_v2 * inputs.x2),
-        z_f_between=-(parameters.K_f1_between * inputs.x1),
-        z_f_ground=-(parameters.K_f1_ground * inputs.x2),
+        z_v1=-(parameters.K_v_v1 * x1),
+        z_v2=-(parameters.K_v_v2 * x2),
+        z_f_between=-(parameters.K_f1_between * x1),
+        z_f_ground=-(parameters.K_f1_ground * x2),
         z_a_between=parameters.between_a,
         z_a_ground=parameters.ground_a,
     )
 
 
-def step(state: State, parameters: Parameters, inputs: Inputs) -> Outputs:
-    """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample."""
+def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs | None = None) -> Outputs:
+    """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample.
+
+    The estimates go into ``outputs``, or into new ones.
+    Where an input is NaN or infinite, or a next state would be, state and ``outputs`` stay as they are but for
+    ``fault``, which is 1.
+    """
+    if outputs is None:
+        outputs = Outputs()
+
     # velocity estimate, (4.25)
     v1_hat = state.z_v1 + parameters.K_v_v1 * inputs.x1  # m/s
     v2_hat = state.z_v2 + parameters.K_v_v2 * inputs.x2  # m/s
 
     # slip velocity, U' v, (4.5)
     slip_between = v1_hat - v2_hat  # m/s
-    slip_ground = v2_hat  # m/s
 
     # friction state, (7.11)
     f_hat_between = state.z_f_between + parameters.K_f1_between * inputs.x1 + parameters.K_f2_between * v1_hat  # 1
     f_hat_ground = state.z_f_ground + parameters.K_f1_ground * inputs.x2 + parameters.K_f2_ground * v2_hat  # 1
 
     # friction level, (7.10)
-    a_hat_between = state.z_a_between + parameters.K_a_between * f_hat_between * slip_between  # N
-    a_hat_ground = state.z_a_ground + parameters.K_a_ground * f_hat_ground * slip_ground  # N
-
-    # unit friction, the law's force at level 1; f of (7.12)
-    phi_hat_between = f_hat_between  # N/N
-    phi_hat_ground = f_hat_ground  # N/N
+    a_hat_between = state.z_a_between + parameters.K_a_between * slip_between * f_hat_between  # N
+    a_hat_ground = state.z_a_ground + parameters.K_a_ground * v2_hat * f_hat_ground  # N
 
     # contact friction, (7.12)
-    F_hat_between = a_hat_between * phi_hat_between  # N
-    F_hat_ground = a_hat_ground * phi_hat_ground  # N
+    F_hat_between = f_hat_between * a_hat_between  # N
+    F_hat_ground = f_hat_ground * a_hat_ground  # N
 
     # friction force, (7.12)
-    F_hat_on_x1 = F_hat_between  # N
     F_hat_on_x2 = F_hat_ground - F_hat_between  # N
 
     # acceleration, (4.2)
-    v1_dot_hat = (parameters.eta3 * inputs.x2 - inputs.x1 * (parameters.eta2 + parameters.eta3) - F_hat_on_x1) / parameters.m1  # m/s^2
-    v2_dot_hat = (inputs.w + parameters.eta3 * inputs.x1 - F_hat_on_x2 - inputs.x2 * (parameters.eta1 + parameters.eta3)) / parameters.m2  # m/s^2
+    v1_dot_hat = (
+        parameters.one_over_m1 * (parameters.eta3 * inputs.x2 - parameters.eta2_plus_eta3 * inputs.x1
+        - F_hat_between)
+    )  # m/s^2
+    v2_dot_hat = (
+        parameters.one_over_m2 * (inputs.w + parameters.eta3 * inputs.x1 - F_hat_on_x2
+        - parameters.eta1_plus_eta3 * inputs.x2)
+    )  # m/s^2
 
     # friction state rate, xi_1 of (6.5), (6.6)
-    f_rate_between = parameters.between_c * (slip_between - parameters.between_D2 * f_hat_between - (parameters.between_D1 - parameters.between_D2) * (f_hat_between + abs(f_hat_between - 1.0) / 2.0 - abs(1.0 + f_hat_between) / 2.0))  # 1/s
-    f_rate_ground = parameters.ground_c * (slip_ground - f_hat_ground * parameters.ground_D2 - (parameters.ground_D1 - parameters.ground_D2) * (f_hat_ground + abs(f_hat_ground - 1.0) / 2.0 - abs(1.0 + f_hat_ground) / 2.0))  # 1/s
+    f_rate_between = (
+        parameters.between_c * (slip_between - parameters.between_D2 * f_hat_between
+        - parameters.between_D1_minus_between_D2 * (f_hat_between + 0.5 * abs(f_hat_between - 1.0) - 0.5
+        * abs(1.0 + f_hat_between)))
+    )  # 1/s
+    f_rate_ground = (
+        parameters.ground_c * (v2_hat - parameters.ground_D2 * f_hat_ground
+        - parameters.ground_D1_minus_ground_D2 * (f_hat_ground + 0.5 * abs(f_hat_ground - 1.0) - 0.5 * abs(1.0 + f_hat_ground)))
+    )  # 1/s
 
     # states one sample later (explicit Euler)
     z_v1_next = state.z_v1 + parameters.sample_time * (v1_dot_hat - parameters.K_v_v1 * v1_hat)
     z_v2_next = state.z_v2 + parameters.sample_time * (v2_dot_hat - parameters.K_v_v2 * v2_hat)
-    z_f_between_next = state.z_f_between + parameters.sample_time * (f_rate_between - parameters.K_f1_between * v1_hat - parameters.K_f2_between * v1_dot_hat)
-    z_f_ground_next = state.z_f_ground + parameters.sample_time * (f_rate_ground - parameters.K_f1_ground * v2_hat - parameters.K_f2_ground * v2_dot_hat)
-    z_a_between_next = state.z_a_between - parameters.sample_time * (parameters.K_a_between * (f_hat_between * (v1_dot_hat - v2_dot_hat) + f_rate_between * slip_between))
-    z_a_ground_next = state.z_a_ground - parameters.sample_time * (parameters.K_a_ground * (f_hat_ground * v2_dot_hat + f_rate_ground * slip_ground))
+    z_f_between_next = (
+        state.z_f_between + parameters.sample_time * (f_rate_between - parameters.K_f1_between * v1_hat
+        - parameters.K_f2_between * v1_dot_hat)
+    )
+    z_f_ground_next = (
+        state.z_f_ground + parameters.sample_time * (f_rate_ground - parameters.K_f1_ground * v2_hat
+        - parameters.K_f2_ground * v2_dot_hat)
+    )
+    z_a_between_next = (
+        state.z_a_between - parameters.h_K_a_between * (f_hat_between * (v1_dot_hat - v2_dot_hat) + slip_between
+        * f_rate_between)
+    )
+    z_a_ground_next = (
+        state.z_a_ground - parameters.h_K_a_ground * (f_hat_ground * v2_dot_hat + v2_hat * f_rate_ground)
+    )
+
+    # hold the last state and estimates where a next state, or an input that it does not show, is not finite
+    check = (
+        z_v1_next + z_v2_next + z_f_between_next + z_f_ground_next + z_a_between_next + z_a_ground_next
+    )
+    if not abs(check) <= LARGEST:
+        outputs.fault = 1
+        return outputs
+    outputs.fault = 0
+    outputs.v1_hat = v1_hat
+    outputs.v2_hat = v2_hat
+    outputs.f_hat_between = f_hat_between
+    outputs.f_hat_ground = f_hat_ground
+    outputs.a_hat_between = a_hat_between
+    outputs.a_hat_ground = a_hat_ground
+    outputs.F_hat_between = F_hat_between
+    outputs.F_hat_ground = F_hat_ground
+    outputs.F_hat_on_x1 = F_hat_between
+    outputs.F_hat_on_x2 = F_hat_on_x2
     state.z_v1 = z_v1_next
     state.z_v2 = z_v2_next
     state.z_f_between = z_f_between_next
     state.z_f_ground = z_f_ground_next
     state.z_a_between = z_a_between_next
     state.z_a_ground = z_a_ground_next
-
-    return Outputs(
-        v1_hat=v1_hat,
-        v2_hat=v2_hat,
-        f_hat_between=f_hat_between,
-        f_hat_ground=f_hat_ground,
-        a_hat_between=a_hat_between,
-        a_hat_ground=a_hat_ground,
-        F_hat_between=F_hat_between,
-        F_hat_ground=F_hat_ground,
-        F_hat_on_x1=F_hat_on_x1,
-        F_hat_on_x2=F_hat_on_x2,
-    )
+    return outputs

@@ -1,13 +1,14 @@
 /*
- * two_mass_gdfo: friction observer GDFO, velocity estimated.
+ * two_mass_gdfo: friction observer GDFO, velocity estimated, double precision.
  * Source: Mentzelopoulou 1994, section 7.7.
  *
  * Made by stiction 0.1.0 from two_mass_gdfo.yaml
- * sha256 ee364b282c5465487c951510e910846b8feae0083a9518d173ece857e9cd939b
+ * sha256 7d02c83e0b5f919a9fb44a751f66f366eab47db73186cc4e84137a69465b93fc
  * with: stiction generate two_mass_gdfo.yaml
  *
- * C99, no heap, no statics, no globals, re-entrant. Compile with -std=c99 (or -ffp-contract=off) to get the
- * bits of the Python twin. Do not edit: change the spec and generate again.
+ * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a product with its reciprocal, which the
+ * parameters hold; the Python twin does the same. Compile with -std=c99 (or -ffp-contract=off) to get the bits of the
+ * twin. Do not edit: change the spec and generate again.
  */
 #ifndef STICTION_TWO_MASS_GDFO_H
 #define STICTION_TWO_MASS_GDFO_H
@@ -40,6 +41,15 @@ typedef struct {
     double K_v_v1; /* 1/s: observer gain */
     double K_v_v2; /* 1/s: observer gain */
     double sample_time; /* s: sample time */
+    /* derived: two_mass_gdfo_prepare computes them from those above */
+    double eta2_plus_eta3; /* eta2 + eta3 */
+    double eta1_plus_eta3; /* eta1 + eta3 */
+    double between_D1_minus_between_D2; /* between_D1 - between_D2 */
+    double ground_D1_minus_ground_D2; /* ground_D1 - ground_D2 */
+    double one_over_m1; /* 1.0 / m1 */
+    double one_over_m2; /* 1.0 / m2 */
+    double h_K_a_between; /* sample_time * K_a_between */
+    double h_K_a_ground; /* sample_time * K_a_ground */
 } two_mass_gdfo_parameters;
 
 #define TWO_MASS_GDFO_PARAMETERS \
@@ -65,7 +75,15 @@ typedef struct {
         0.0, /* K_f2_ground */ \
         10.0, /* K_v_v1 */ \
         10.0, /* K_v_v2 */ \
-        1e-05 /* sample_time */ \
+        1e-05, /* sample_time */ \
+        70.0, /* eta2_plus_eta3 */ \
+        120.0, /* eta1_plus_eta3 */ \
+        999.9999, /* between_D1_minus_between_D2 */ \
+        999.9999, /* ground_D1_minus_ground_D2 */ \
+        0.1, /* one_over_m1 */ \
+        0.02, /* one_over_m2 */ \
+        -0.00030000000000000003, /* h_K_a_between */ \
+        -0.001 /* h_K_a_ground */ \
     }
 
 /* What the observer remembers from sample to sample. */
@@ -97,15 +115,23 @@ typedef struct {
     double F_hat_ground; /* N: contact friction, (7.12) */
     double F_hat_on_x1; /* N: friction force, (7.12) */
     double F_hat_on_x2; /* N: friction force, (7.12) */
+    int fault; /* 1 if this sample was not used, 0 otherwise */
 } two_mass_gdfo_outputs;
 
-/* Set the state from the first measurement. */
-void two_mass_gdfo_init(two_mass_gdfo_state *state, const two_mass_gdfo_parameters *parameters,
-                             const two_mass_gdfo_inputs *inputs);
+/* Compute the derived constants anew: call it after a parameter was changed; TWO_MASS_GDFO_PARAMETERS has them. */
+void two_mass_gdfo_prepare(two_mass_gdfo_parameters *parameters);
 
-/* One sample: estimates from the state and this measurement, then the state of the next sample. */
+/* Set the state from the first measurement; from rest at zero if it is not finite. */
+void two_mass_gdfo_init(two_mass_gdfo_state *state, const two_mass_gdfo_parameters *parameters,
+    const two_mass_gdfo_inputs *inputs);
+
+/*
+ * One sample: estimates from the state and this measurement, then the state of the next sample.
+ * Where an input is NaN or infinite, or a next state would be, state and estimates stay as they are and fault is 1;
+ * set the outputs to zero before the first step.
+ */
 void two_mass_gdfo_step(two_mass_gdfo_state *state, const two_mass_gdfo_parameters *parameters,
-                             const two_mass_gdfo_inputs *inputs, two_mass_gdfo_outputs *outputs);
+    const two_mass_gdfo_inputs *inputs, two_mass_gdfo_outputs *outputs);
 
 #ifdef __cplusplus
 }
