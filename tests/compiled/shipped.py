@@ -49,7 +49,8 @@ def offers_single() -> bool:
 @cache
 def sources(spec: str, precision: str = "double") -> Mapping[str, str]:
     """File name → text, as ``stiction generate`` writes it; skips the test if there is no such precision yet."""
-    made, header = program(spec), make_header(path_of(spec).name, "0" * 64, "")
+    made, machine = program(spec), model(spec).spec
+    header = make_header(machine.path.name, machine.sha256, machine.source, machine.robot)
     if precision == "double":
         return emit_sources(made, header)
     if not offers_single():

@@ -20,6 +20,8 @@ from .toolchain import CLANG, GCC, Workshop
 from .twin_run import Twin
 
 BUILDS = ((GCC, "-O2"), (GCC, "-O0"), (GCC, "-O3"), (CLANG, "-O2"), (CLANG, "-O3"))
+CALLS_LIBM = ("seven_joint_arm", "two_link_arm")
+"""Their twins in single precision differ: NumPy's sine of a float is its own and not libm's sinf."""
 CHUNK = 1 << 15
 TWIN_STEPS = {"seven_joint_arm": 1 << 16, "two_link_arm": 1 << 18}
 
@@ -66,9 +68,11 @@ def steps(spec: str, samples: int, precision: str = "double") -> list[np.ndarray
 def test_twin_and_compilers_agree(workshop, spec, precision):
     face = interface(spec, precision)
     assert face.real == {"double": "double", "single": "float"}[precision]
-    twin = Twin(sources(spec, precision)["__init__.py"], face)
+    runners: list[Runner] = [*builds(workshop, spec, precision)]
+    if precision == "double" or spec not in CALLS_LIBM:
+        runners.insert(0, Twin(sources(spec, precision)["__init__.py"], face))
     samples = 1 << 12 if precision == "double" else 1 << 11  # NumPy's floats are slow
-    assert first_difference([twin, *builds(workshop, spec, precision)], steps(spec, samples, precision)) == ""
+    assert first_difference(runners, steps(spec, samples, precision)) == ""
 
 
 @pytest.mark.slow

@@ -1,0 +1,74 @@
+"""Everything in generated/ is what the tool writes now, by one command; a second run gives the same bytes."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from .shipped import SHIPPED, program, sources
+
+ROOT = Path(__file__).parents[2]
+SPECS = sorted([*(ROOT / "specs").glob("*.yaml"), *(ROOT / "specs" / "thesis").glob("*.yaml")])
+QUICK = [ROOT / "specs" / "two_mass.yaml"]
+
+
+def stiction(folder: Path, hash_seed: str, *words: str | Path) -> subprocess.CompletedProcess[str]:
+    """Run the command in a folder; ``generated/`` there is what it writes or checks."""
+    environment = os.environ | {"PYTHONHASHSEED": hash_seed, "PYTHONPATH": str(ROOT)}
+    command = [sys.executable, "-c", "from codegen.cli import main; main()", *map(str, words)]
+    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+
+
+def generate(folder: Path, hash_seed: str, specs: list[Path], *more: str) -> subprocess.CompletedProcess[str]:
+    folder.mkdir(exist_ok=True)
+    return stiction(folder, hash_seed, "generate", *specs, "--uncertified", *more)
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
+
+
+@pytest.mark.parametrize("spec", SHIPPED)
+def test_generated_code_is_current(spec):
+    """Without the certificates, which take their time; `.ci/run` and the slow test below check all of it."""
+    for name, text in sources(spec).items():
+        assert (ROOT / "generated" / program(spec).name / name).read_text(encoding="utf-8") == text, name
+
+
+@pytest.mark.slow
+def test_generated_is_current():
+    done = generate(ROOT, "1", SPECS, "--check")
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_generated_holds_the_shipped_specs_and_nothing_else():
+    folders = {p.name for p in (ROOT / "generated").iterdir() if p.is_dir() and p.name != "__pycache__"}
+    assert folders == {p.stem for p in SPECS}
+
+
+@pytest.mark.parametrize("specs", [QUICK, pytest.param(SPECS, marks=pytest.mark.slow)], ids=["one", "all"])
+def test_a_second_run_gives_the_same_bytes(tmp_path, specs):
+    runs = []
+    for seed in ("1", "4711"):
+        done = generate(tmp_path / seed, seed, specs)
+        assert done.returncode == 0, done.stdout + done.stderr
+        runs.append(contents(tmp_path / seed))
+    assert runs[0] == runs[1]
+    assert len(runs[0]) > 5 * len(specs)
+
+
+def test_one_changed_letter_is_stale(tmp_path):
+    names = ("two_mass.c", "two_mass.h", "__init__.py", "README.md", "example_main.c")
+    shutil.copytree(ROOT / "generated" / "two_mass", tmp_path / "generated" / "two_mass")
+    for name in names:
+        changed = tmp_path / "generated" / "two_mass" / name
+        text = changed.read_text(encoding="utf-8")
+        changed.write_text(text.replace("two_mass", "two_masS", 1), encoding="utf-8")
+    done = generate(tmp_path, "1", QUICK, "--check")
+    assert done.returncode == 4
+    assert all(name in done.stdout for name in names)
