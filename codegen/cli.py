@@ -92,20 +92,34 @@ def generate(
     uncertified: Annotated[
         bool, typer.Option("--uncertified", help="write the code even without a certificate")
     ] = False,
+    target: Annotated[
+        list[str] | None,
+        typer.Option("--target", metavar="TARGET", help="c, python (these two by default), simd, all; or fmu alone"),
+    ] = None,
+    precision: Annotated[
+        str | None, typer.Option("--precision", metavar="WORD", help="double or single; as in the spec by default")
+    ] = None,
+    fault: Annotated[
+        str | None, typer.Option("--fault", metavar="WORD", help="hold or none, where a sample is not finite")
+    ] = None,
+    fmi: Annotated[str, typer.Option("--fmi", metavar="VERSION", help="of the FMU: 3.0 or 2.0")] = "3.0",
 ) -> None:
-    """Write C, Python, certificate and README into generated/NAME/."""
+    """Write C, Python, certificate and README into generated/NAME/, or NAME.fmu."""
+    fmu = target == ["fmu"]
+    overrides = pipeline.Overrides(precision, fault, () if fmu else tuple(target or ()))
     if out is not None and len(specs) > 1:
         raise BadInput("-o", f"one folder for {len(specs)} specs", "one spec with -o, or several without")
     code = 0
     for spec in specs:
-        result = pipeline.generate(spec, out, check_only, uncertified)
+        result: pipeline.Generated | pipeline.GeneratedFmu
+        if fmu:
+            result = pipeline.generate_fmu(spec, out, fmi, check_only, uncertified, overrides)
+        else:
+            result = pipeline.generate(spec, out, check_only, uncertified, overrides)
         refused = isinstance(result.outcome, Refusal)
-        output.print(
-            render(
-                "text/generated.txt.j2", result=result, refused=refused, check_only=check_only, uncertified=uncertified
-            ),
-            end="",
-        )
+        given = {"result": result, "refused": refused, "check_only": check_only, "uncertified": uncertified}
+        template = "generated_fmu" if fmu else "generated"
+        output.print(render(f"text/{template}.txt.j2", **given), end="")
         if check_only and result.stale:
             code = STALE
         elif refused and not uncertified:
@@ -162,6 +176,26 @@ def diagnose(
     with _progress() as tell:
         result = pipeline.diagnose(spec, log, test, out, description, _columns(column or []), tell)
     output.print(render("text/diagnosed.txt.j2", result=result, d=result.diagnosis, paths=True), end="")
+
+
+@app.command()
+def replay(
+    spec: SpecPath,
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="measured log, CSV, .npy or .mat")],
+    out: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="OUT", help="CSV or .npy for the estimates")
+    ] = None,
+    description: Annotated[
+        Path | None, typer.Option("--description", "-d", help="log description (YAML with columns:)")
+    ] = None,
+    column: Annotated[
+        list[str] | None, typer.Option("--column", "-c", metavar="NAME=COLUMN", help="what the log calls a variable")
+    ] = None,
+    only: Annotated[list[str] | None, typer.Option("--only", metavar="OUTPUT", help="write this output")] = None,
+) -> None:
+    """Run the generated observer over a log at compiled speed; write its estimates."""
+    result = pipeline.replay(spec, log, out, description, _columns(column or []), only or ())
+    output.print(render("text/replayed.txt.j2", r=result), end="")
 
 
 @app.command()

@@ -53,6 +53,13 @@ def write_all(folder: Path, files: Mapping[str, str | bytes] | Mapping[str, str]
             temporary.unlink(missing_ok=True)
 
 
+def new_file_mode() -> int:
+    """The permissions that a new file would get."""
+    umask = os.umask(0)
+    os.umask(umask)
+    return 0o666 & ~umask
+
+
 def _temporary(path: Path, content: str | bytes) -> Path:
     """The content in a hidden file beside its target, with the permissions that a new file would get."""
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
@@ -60,9 +67,7 @@ def _temporary(path: Path, content: str | bytes) -> Path:
     try:
         with os.fdopen(handle, "wb") as stream:
             stream.write(content.encode() if isinstance(content, str) else content)
-        umask = os.umask(0)
-        os.umask(umask)
-        temporary.chmod(0o666 & ~umask)
+        temporary.chmod(new_file_mode())
     except OSError:
         temporary.unlink(missing_ok=True)
         raise

@@ -12,8 +12,10 @@ from codegen.checker import verify as checker
 from codegen.effects.declare import add_declared_effects
 from codegen.errors import BadInput, Place
 from codegen.files import write_all, write_atomically
+from codegen.fmu import GeneratedFmu, generate_fmu
 from codegen.gain_report import GainReport, gains
-from codegen.generation import Generated, generate, generated_files, observer_of
+from codegen.generation import Generated, Overrides, generate, generated_files, observer_of
+from codegen.log_replay import Replayed, replay
 from codegen.mechanics import System, build_system
 from codegen.observers import Observer, build_observer
 from codegen.simulate import simulate as simulate_plant
@@ -170,13 +172,18 @@ __all__ = [
     "Diagnosed",
     "GainReport",
     "Generated",
+    "GeneratedFmu",
     "Model",
+    "Overrides",
+    "Replayed",
     "certify",
     "check",
     "derive",
     "diagnose",
     "gains",
     "generate",
+    "generate_fmu",
+    "replay",
     "simulate",
     "verify",
     "write_certificate",

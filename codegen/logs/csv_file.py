@@ -32,6 +32,7 @@ class CsvSource:
         delimiter: one character.
         lines: every line of the file without its end.
         first: index into ``lines`` of the first line after the header.
+        before: lines of the file before ``lines``, for messages.
     """
 
     file: str
@@ -40,6 +41,7 @@ class CsvSource:
     delimiter: str
     lines: list[str]
     first: int
+    before: int = 0
 
     @property
     def place(self) -> Place:
@@ -63,7 +65,7 @@ class CsvSource:
             raise BadInput(self.place, "a header and no rows", "rows of numbers after it")
         if len(kept) < len(body):
             body = [body[i] for i in kept]
-        numbers = np.array(kept, dtype=np.int64) + self.first + 1
+        numbers = np.array(kept, dtype=np.int64) + self.before + self.first + 1
         values = self._fast(body, indices)
         if values is None:
             values = self._careful(body, numbers, indices)
@@ -122,10 +124,10 @@ def open_csv(path: Path) -> Source:
         line = data.count(b"\n", 0, error.start) + 1
         raise BadInput(Place(file, line), f"byte {error.start} is not UTF-8", f"{EXPECTED}, in UTF-8") from None
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    return _with_header(file, lines)
+    return with_header(file, lines)
 
 
-def _with_header(file: str, lines: list[str]) -> CsvSource:
+def with_header(file: str, lines: list[str]) -> CsvSource:
     """Find the header: the first line that is neither blank nor a comment, or the comment right above the numbers."""
     comment: int | None = None
     for index, line in enumerate(lines):

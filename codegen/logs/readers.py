@@ -15,6 +15,7 @@ from codegen.logs.description import LogDescription, read_description
 from codegen.logs.encoder import smallest_step
 from codegen.logs.log import Intake, Log
 from codegen.logs.mat_file import open_mat
+from codegen.logs.npy_file import open_npy_log
 from codegen.logs.source import Columns, Source, shown
 from codegen.logs.uniform import Uniform, uniform
 from codegen.spec.model import Spec
@@ -25,6 +26,7 @@ FORMATS: Mapping[str, Callable[[Path], Source]] = {
     ".tsv": open_csv,
     ".txt": open_csv,
     ".mat": open_mat,
+    ".npy": open_npy_log,
 }
 
 
@@ -44,7 +46,7 @@ def read_log(
     path = Path(path)
     reader = _format(path)
     source = reader(path)
-    described = _description(path, description)
+    described = log_description(path, description)
     binding = bind(source.names, source.place, spec, described, columns)
     cleaned = _cleaned(source, binding, spec, described)
     return _log(path, spec, described, binding, cleaned)
@@ -63,7 +65,8 @@ def _format(path: Path) -> Callable[[Path], Source]:
     raise BadInput(place, f"the ending `{shown(path.suffix)}`", expected, nearest_name(path.suffix.lower(), FORMATS))
 
 
-def _description(path: Path, description: str | Path | None) -> LogDescription:
+def log_description(path: Path, description: str | Path | None) -> LogDescription:
+    """What is said of a log: by the file given, else by ``meta.yaml`` beside it, else nothing."""
     if description is not None:
         return read_description(description)
     beside = path.parent / "meta.yaml"

@@ -1,0 +1,128 @@
+"""The files of an FMU and its zip: the same spec, compiler and platform give the same bytes."""
+
+from __future__ import annotations
+
+import io
+import platform
+import zipfile
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from codegen.compiler import compile_shared
+from codegen.emit.fmu.variables import Variable, units_of, variables_of
+from codegen.emit.interface import has_prepare, real_type
+from codegen.errors import BadInput
+from codegen.files import sha256
+from codegen.program import Program
+from codegen.resources import resource_folder
+from codegen.text import render
+from codegen.version import VERSION
+
+VERSIONS = ("3.0", "2.0")
+EPOCH = (1980, 1, 1, 0, 0, 0)
+_HEADERS = {
+    "2.0": ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
+    "3.0": ("fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h"),
+}
+_SYSTEMS = {"Linux": ("linux", ".so"), "Darwin": ("darwin", ".dylib"), "Windows": ("windows", ".dll")}
+_MACHINES = {"x86_64": "x86_64", "amd64": "x86_64", "aarch64": "aarch64", "arm64": "aarch64"}
+_OF_FMI2 = {"x86_64-linux": "linux64", "x86_64-darwin": "darwin64", "x86_64-windows": "win64"}
+
+Compile = Callable[[Mapping[str, str], tuple[str, ...]], bytes]
+
+
+@dataclass(frozen=True)
+class Fmu:
+    """An FMU in memory.
+
+    Attributes:
+        name: its file name.
+        members: path in the zip → content.
+        data: the zip.
+    """
+
+    name: str
+    members: Mapping[str, bytes]
+    data: bytes
+
+
+def emit_fmu(program: Program, files: Mapping[str, str], version: str = "3.0", compiled: Compile | None = None) -> Fmu:
+    """Build the co-simulation FMU of an observer from its generated C, which it holds unchanged.
+
+    Args:
+        files: name → text of generated/NAME/: NAME.h, NAME.c, README.md and, where there is one, certificate.json.
+        version: of FMI, ``3.0`` or ``2.0``.
+        compiled: stands for the local compiler in tests.
+
+    Raises:
+        BadInput: for another version, a platform that the version has no folder for, no C compiler, or a name that an
+            FMU keeps for itself.
+    """
+    if version not in VERSIONS:
+        raise BadInput("--fmi", f"`{version}`", f"one of {', '.join(VERSIONS)}")
+    name, header = program.name, files[f"{program.name}.h"]
+    variables = variables_of(program, header)
+    library = _library(name, version)
+    wrapper = f"{name}_fmi{version[0]}.c"
+    given: dict[str, Any] = {
+        "program": program,
+        "variables": variables,
+        "units": units_of(variables),
+        "period": next(v for v in variables if v.role == "constant").start,
+        "prepare": has_prepare(program, header),
+        "real": real_type(header),
+        "sources": (f"{name}.c", wrapper),
+        "generator": f"stiction {VERSION}",
+    }
+    token = _token(program, files, version, variables)
+    sources = {file: files[file] for file in (f"{name}.h", f"{name}.c")}
+    sources[wrapper] = render(f"fmu/fmi{version[0]}.c.j2", token=token, **given)
+    folder = resource_folder("templates") / "fmu" / "headers"
+    sources |= {file: (folder / file).read_text(encoding="utf-8") for file in _HEADERS[version]}
+    binary = (compiled or _compiled)(sources, given["sources"])
+
+    members: dict[str, str | bytes] = {f"sources/{file}": text for file, text in sources.items()}
+    members["modelDescription.xml"] = render(f"fmu/model_description_{version[0]}.xml.j2", token=token, **given)
+    if version == "3.0":
+        members["sources/buildDescription.xml"] = render("fmu/build_description.xml.j2", **given)
+    members[library] = binary
+    members |= {f"documentation/{file}": files[file] for file in ("README.md", "certificate.json") if file in files}
+    content = {path: text.encode() if isinstance(text, str) else text for path, text in members.items()}
+    return Fmu(f"{name}.fmu", content, _zip(content))
+
+
+def _compiled(sources: Mapping[str, str], units: tuple[str, ...]) -> bytes:
+    return compile_shared(sources, units, ("-DFMI3_OVERRIDE_FUNCTION_PREFIX",))
+
+
+def _library(name: str, version: str) -> str:
+    """Where this platform's binary lies in the zip."""
+    system, ending = _SYSTEMS.get(platform.system(), ("", ""))
+    machine = _MACHINES.get(platform.machine().lower(), "")
+    folder: str | None = f"{machine}-{system}" if system and machine else None
+    if version == "2.0":
+        folder = _OF_FMI2.get(folder or "")
+    if folder is None:
+        found = f"the platform {platform.system()} on {platform.machine()}"
+        raise BadInput("--target fmu", found, f"one that FMI {version} has a folder of binaries for")
+    return f"binaries/{folder}/{name}{ending}"
+
+
+def _token(program: Program, files: Mapping[str, str], version: str, variables: tuple[Variable, ...]) -> str:
+    """The instantiation token: a hash of all that the description and the code must agree on, written as a GUID."""
+    code = [files[f"{program.name}.h"], files[f"{program.name}.c"]]
+    digest = sha256("\0".join([VERSION, version, *code, repr(variables)]))
+    return f"{{{digest[:8]}-{digest[8:12]}-{digest[12:16]}-{digest[16:20]}-{digest[20:32]}}}"
+
+
+def _zip(members: Mapping[str, bytes]) -> bytes:
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
+        for path in sorted(members):
+            entry = zipfile.ZipInfo(path, EPOCH)
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.create_system = 3
+            entry.external_attr = (0o755 if path.startswith("binaries/") else 0o644) << 16
+            archive.writestr(entry, members[path])
+    return buffer.getvalue()

@@ -1,0 +1,102 @@
+"""The variables of an FMU: what a Program's fields are to a simulator."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from codegen.emit.interface import FAULT, has_fault
+from codegen.errors import BadInput, Place
+from codegen.program import Program
+from codegen.spec.units import parse_unit, registry
+
+PERIOD = "sample_time"
+TIME = "time"
+_SI = {
+    "kilogram": "kg",
+    "meter": "m",
+    "second": "s",
+    "ampere": "A",
+    "kelvin": "K",
+    "mole": "mol",
+    "candela": "cd",
+    "radian": "rad",
+}
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A scalar that a simulator sees.
+
+    Attributes:
+        reference: its value reference.
+        name, unit, meaning: as in the Program; the unit is empty where it has none.
+        role: ``time``, ``parameter``, ``constant``, ``input`` or ``output``.
+        place: how the wrapper writes the struct's field.
+        integer: whether it is an int in C.
+        start: the value it begins with, as text; None where it is computed.
+    """
+
+    reference: int
+    name: str
+    unit: str
+    meaning: str
+    role: str
+    place: str
+    integer: bool = False
+    start: str | None = None
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit by its exponents of SI base units; none are given where one is not a whole number."""
+
+    name: str
+    exponents: tuple[tuple[str, int], ...]
+
+
+def variables_of(program: Program, header: str) -> tuple[Variable, ...]:
+    """Time, parameters, inputs and outputs, numbered from 0 in this order.
+
+    Args:
+        header: the generated NAME.h, which says whether there is a ``fault`` among the outputs.
+
+    Raises:
+        BadInput: for a name that FMI keeps for itself.
+    """
+    rows: list[tuple[str, str, str, str, str, bool, str | None]] = [
+        (TIME, "s", "time of the simulation", "time", "time", False, None)
+    ]
+    for p in program.parameters:
+        role = "constant" if p.name == PERIOD else "parameter"
+        rows.append((p.name, p.unit, p.meaning, role, f"parameters.{p.name}", False, repr(float(p.value or 0.0))))
+    rows += [(i.name, i.unit, i.meaning, "input", f"inputs.{i.name}", False, "0.0") for i in program.inputs]
+    outputs = [(name, unit, meaning) for name, unit, meaning in program.outputs if name != FAULT]
+    rows += [(name, unit, meaning, "output", f"outputs.{name}", False, None) for name, unit, meaning in outputs]
+    if has_fault(header):
+        meaning = "an input was not finite: the estimates are those of the sample before"
+        rows.append((FAULT, "", meaning, "output", f"outputs.{FAULT}", True, None))
+    taken = [row[0] for row in rows]
+    for name in (TIME, FAULT):
+        if taken.count(name) > 1:
+            raise BadInput(f"spec {program.name}", f"a quantity called `{name}`", "another name: an FMU has its own")
+    return tuple(
+        Variable(k, name, "" if unit == "1" else unit, meaning, role, place, integer, start)
+        for k, (name, unit, meaning, role, place, integer, start) in enumerate(rows)
+    )
+
+
+def units_of(variables: Sequence[Variable]) -> tuple[Unit, ...]:
+    """Every unit in use once, in the order of its first use."""
+    return tuple(_unit(name) for name in dict.fromkeys(v.unit for v in variables if v.unit))
+
+
+def _unit(name: str) -> Unit:
+    try:
+        unit = parse_unit(name, Place(name))
+    except BadInput:
+        return Unit(name, ())
+    powers = {_SI.get(base, ""): power for base, power in registry().Quantity(1.0, unit).to_base_units().unit_items()}
+    if "" in powers or any(float(p) != int(p) for p in powers.values()):
+        return Unit(name, ())
+    return Unit(name, tuple((base, int(powers[base])) for base in _SI.values() if powers.get(base)))

@@ -1,0 +1,47 @@
+"""``stiction replay`` as a function: a spec's generated observer over a measured log."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from codegen.emit.package import emit_sources, make_header
+from codegen.errors import BadInput
+from codegen.generation import observer_of
+from codegen.program import build_program
+from codegen.replay import Replayed, engine_for, replay_log
+from codegen.replay.samples import Samples
+from codegen.spec import read_spec
+
+
+def replay(
+    path: str | Path,
+    log: str | Path,
+    out: str | Path | None = None,
+    description: str | Path | None = None,
+    columns: Mapping[str, str] | None = None,
+    only: Sequence[str] = (),
+) -> Replayed:
+    """Run the generated C of a spec's observer over a log, or its Python twin where there is no C compiler.
+
+    Args:
+        log: CSV or .npy of any length, or .mat.
+        out: CSV or .npy for the estimates; None writes nothing.
+        description, columns: how the log names its columns.
+        only: the outputs to write; all by default.
+
+    Raises:
+        BadInput: for a bad spec, log or output, or a log at another sample time than the observer's.
+    """
+    spec = read_spec(path)
+    observer = observer_of(spec)
+    program = build_program(observer, spec.code)
+    target = Path(out) if out is not None else None
+    if target is not None and target.resolve() == Path(log).resolve():
+        raise BadInput(str(target), "the log itself", "another file for the estimates")
+    engine = engine_for(program, emit_sources(program, make_header(spec.path.name, spec.sha256, spec.source)))
+    samples = Samples(spec, program, float(observer.sample_time), Path(log), description, columns, engine.holds)
+    return replay_log(program, engine, samples, target, only)
+
+
+__all__ = ["Replayed", "replay"]

@@ -1,0 +1,120 @@
+"""What steps the observer over rows of samples: its C, compiled once, or its Python twin; the same bits either way."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Mapping
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codegen.compiler import find_compiler
+from codegen.emit.interface import has_fault, real_type
+from codegen.program import Program
+from codegen.replay.cache import cached_library
+from codegen.replay.twin import load_twin
+from codegen.text import render
+
+Array = NDArray[np.float64]
+Faults = NDArray[np.intc]
+
+
+class Engine(Protocol):
+    """An observer with the spec's parameters.
+
+    Attributes:
+        name: what it is, in words.
+        holds: whether it holds its estimates over samples that are not finite, and flags them.
+    """
+
+    name: str
+    holds: bool
+
+    def start(self, row: Array) -> None:
+        """Set the state from the first measurement, (inputs,)."""
+
+    def run(self, rows: Array) -> tuple[Array, Faults]:
+        """Step over (N, inputs): the (N, outputs) estimates, and the fault flag of each sample (0 without one)."""
+
+
+def engine_for(program: Program, files: Mapping[str, str]) -> Engine:
+    """The compiled engine; the twin where there is no C compiler.
+
+    Args:
+        files: name → text of generated/NAME/.
+
+    Raises:
+        BadInput: if the compiler refuses the code.
+    """
+    return compiled_engine(program, files) if find_compiler() else twin_engine(program, files)
+
+
+def compiled_engine(program: Program, files: Mapping[str, str]) -> Engine:
+    """The generated C as a shared library.
+
+    Raises:
+        BadInput: where there is no compiler, or it refuses the code.
+    """
+    return _Compiled(program, files)
+
+
+def twin_engine(program: Program, files: Mapping[str, str]) -> Engine:
+    """The generated Python."""
+    return _Twin(program, files)
+
+
+class _Compiled:
+    def __init__(self, program: Program, files: Mapping[str, str]) -> None:
+        name, header = program.name, files[f"{program.name}.h"]
+        self.name, self.holds = "compiled C", has_fault(header)
+        loop = f"{name}_replay.c"
+        text = render("replay/replay.c.j2", program=program, real=real_type(header), fault=self.holds)
+        sources = {f"{name}.h": header, f"{name}.c": files[f"{name}.c"], loop: text}
+        library = ctypes.CDLL(str(cached_library(sources, (f"{name}.c", loop))))
+        size = getattr(library, f"{name}_replay_size")
+        size.restype, size.argtypes = ctypes.c_size_t, []
+        self._start, self._run = getattr(library, f"{name}_replay_start"), getattr(library, f"{name}_replay_run")
+        pointer = ctypes.c_void_p
+        self._start.restype, self._start.argtypes = None, [pointer, pointer]
+        self._run.restype, self._run.argtypes = None, [pointer, ctypes.c_size_t, pointer, pointer, pointer]
+        self._memory = ctypes.create_string_buffer(size() + 64)
+        self._inputs, self._outputs = len(program.inputs), len(program.outputs)
+
+    def _place(self) -> int:
+        return -(-ctypes.addressof(self._memory) // 64) * 64
+
+    def start(self, row: Array) -> None:
+        first = np.ascontiguousarray(row, dtype=np.float64)
+        self._start(self._place(), first.ctypes.data)
+
+    def run(self, rows: Array) -> tuple[Array, Faults]:
+        rows = np.ascontiguousarray(rows, dtype=np.float64)
+        if rows.ndim != 2 or rows.shape[1] != self._inputs:
+            raise ValueError(f"rows of {self._inputs} inputs expected, got {rows.shape}")
+        estimates, faults = np.empty((len(rows), self._outputs)), np.empty(len(rows), dtype=np.intc)
+        self._run(self._place(), len(rows), rows.ctypes.data, estimates.ctypes.data, faults.ctypes.data)
+        return estimates, faults
+
+
+class _Twin:
+    def __init__(self, program: Program, files: Mapping[str, str]) -> None:
+        self.name, self.holds = "the Python twin (no C compiler found)", has_fault(files[f"{program.name}.h"])
+        self._twin = load_twin(files["__init__.py"], program.name)
+        self._parameters: Any = self._twin.Parameters()
+        self._state: Any = None
+        self._held: tuple[Any, ...] = ()
+        self._names = [name for name, _, _ in program.outputs]
+
+    def start(self, row: Array) -> None:
+        self._state = self._twin.init(self._parameters, self._twin.Inputs(*row.tolist()))
+        self._held = (self._twin.Outputs(),) if self.holds else ()
+
+    def run(self, rows: Array) -> tuple[Array, Faults]:
+        estimates, faults = np.empty((len(rows), len(self._names))), np.zeros(len(rows), dtype=np.intc)
+        for k, row in enumerate(rows.tolist()):
+            made = self._twin.step(self._state, self._parameters, self._twin.Inputs(*row), *self._held)
+            estimates[k] = [getattr(made, name) for name in self._names]
+            if self.holds:
+                faults[k] = made.fault
+        return estimates, faults

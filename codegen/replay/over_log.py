@@ -1,0 +1,164 @@
+"""The observer over a log: blocks in, blocks out, and what there was to see."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+
+from codegen.errors import BadInput, nearest_name
+from codegen.logs.stream import NotStreamed
+from codegen.program import Program
+from codegen.replay.engine import Array, Engine, Faults
+from codegen.replay.samples import Block, Irregular, Samples
+from codegen.replay.writer import open_writer
+
+FRICTION = "F_hat"
+
+
+@dataclass(frozen=True)
+class Peak:
+    """The largest magnitude of an estimate.
+
+    Attributes:
+        value: signed, in ``unit``; NaN if no sample gave a finite one.
+        time: s.
+    """
+
+    name: str
+    unit: str
+    value: float
+    time: float
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """What ``replay`` did.
+
+    Attributes:
+        name: of the spec.
+        engine: what stepped, in words.
+        samples: steps taken; duration: from the first to the last, s.
+        starts: how often the observer was begun: 1, and 1 more for each gap in the log.
+        faults: samples over which the observer held its last estimate, or whose estimates are not finite.
+        peaks: of every friction estimate.
+        step_seconds: mean time of one step, without reading and writing.
+        seconds: of everything.
+        notes: what was done to the log.
+        path: of the estimates, or None.
+    """
+
+    name: str
+    engine: str
+    samples: int
+    duration: float
+    starts: int
+    faults: int
+    peaks: tuple[Peak, ...]
+    step_seconds: float
+    seconds: float
+    notes: tuple[str, ...]
+    path: Path | None
+
+
+def replay_log(
+    program: Program, engine: Engine, samples: Samples, path: Path | None = None, only: Sequence[str] = ()
+) -> Replayed:
+    """Run an observer over a log.
+
+    Args:
+        path: CSV or .npy for the estimates; None writes nothing.
+        only: the outputs to write; all by default.
+
+    Raises:
+        BadInput: for a log or an output that cannot be used; nothing is written then.
+    """
+    began = perf_counter()
+    chosen = _chosen(program, only)
+    why: Irregular | None = None
+    try:
+        seen = _run(program, engine, samples.streamed(), path, chosen)
+        if seen.samples:
+            return seen.result(program, engine, samples, path, began)
+    except Irregular as error:
+        why = error
+    except NotStreamed:
+        why = None
+    seen = _run(program, engine, samples.whole(why), path, chosen)
+    return seen.result(program, engine, samples, path, began)
+
+
+class _Seen:
+    """Running figures."""
+
+    def __init__(self, program: Program) -> None:
+        outputs = [(name, unit) for name, unit, _ in program.outputs]
+        self.friction = [k for k, (name, _) in enumerate(outputs) if name.startswith(FRICTION)]
+        self.named = [outputs[k] for k in self.friction]
+        self.largest, self.at = np.full(len(self.friction), np.nan), np.full(len(self.friction), np.nan)
+        self.samples = self.starts = self.faults = 0
+        self.first = self.last = 0.0
+        self.stepping = 0.0
+
+    def add(self, block: Block, estimates: Array, faults: Faults) -> None:
+        if not self.samples:
+            self.first = float(block.time[0])
+        self.last = float(block.time[-1])
+        self.samples += len(block.time)
+        self.starts += block.fresh
+        self.faults += int(np.count_nonzero((faults != 0) | ~np.isfinite(estimates).all(axis=1)))
+        for j, k in enumerate(self.friction):
+            size = np.where(np.isfinite(estimates[:, k]), np.abs(estimates[:, k]), -1.0)
+            row = int(np.argmax(size))
+            if size[row] >= 0 and not size[row] <= abs(self.largest[j]):
+                self.largest[j], self.at[j] = estimates[row, k], block.time[row]
+
+    def result(self, program: Program, engine: Engine, samples: Samples, path: Path | None, began: float) -> Replayed:
+        return Replayed(
+            name=program.name,
+            engine=engine.name,
+            samples=self.samples,
+            duration=self.last - self.first,
+            starts=self.starts,
+            faults=self.faults,
+            peaks=tuple(
+                Peak(name, unit, float(value), float(at))
+                for (name, unit), value, at in zip(self.named, self.largest, self.at, strict=True)
+            ),
+            step_seconds=self.stepping / max(self.samples, 1),
+            seconds=perf_counter() - began,
+            notes=tuple(samples.notes),
+            path=path,
+        )
+
+
+def _run(program: Program, engine: Engine, blocks: Iterator[Block], path: Path | None, chosen: list[int]) -> _Seen:
+    seen = _Seen(program)
+    columns = [program.outputs[k][:2] for k in chosen]
+    every = chosen == list(range(len(program.outputs)))
+    block = next(blocks, None)  # what is wrong with the log is said before a file is begun
+    if block is None:
+        return seen
+    with open_writer(path, columns, engine.holds) as writer:
+        while block is not None:
+            if block.fresh:
+                engine.start(block.rows[0])
+            before = perf_counter()
+            estimates, faults = engine.run(block.rows)
+            seen.stepping += perf_counter() - before
+            seen.add(block, estimates, faults)
+            writer.add(block.time, estimates if every else estimates[:, chosen], faults)
+            block = next(blocks, None)
+    return seen
+
+
+def _chosen(program: Program, only: Sequence[str]) -> list[int]:
+    names = [name for name, _, _ in program.outputs]
+    for name in only:
+        if name not in names:
+            expected = f"one of {', '.join(names)}"
+            raise BadInput("--only", f"no output `{name}`", expected, nearest_name(name, names))
+    return [k for k, name in enumerate(names) if name in only] if only else list(range(len(names)))

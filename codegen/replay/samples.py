@@ -1,0 +1,162 @@
+"""A log → the observer's inputs at its sample time: read in blocks where the stamps are regular, else whole."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codegen.errors import BadInput, Place
+from codegen.logs import LogDescription, read_log
+from codegen.logs.binding import Binding, bind
+from codegen.logs.log import Log
+from codegen.logs.readers import log_description
+from codegen.logs.source import LARGEST, Columns
+from codegen.logs.stream import NotStreamed, Stream, open_stream
+from codegen.logs.uniform import JITTER
+from codegen.program import Program
+from codegen.spec import Spec
+
+Array = NDArray[np.float64]
+ROWS = 1 << 16
+
+
+@dataclass(frozen=True)
+class Block:
+    """Samples in a row.
+
+    Attributes:
+        time: (N,) s.
+        rows: (N, inputs) in the Program's order.
+        fresh: whether the observer begins anew here: at the start, and after a gap.
+    """
+
+    time: Array
+    rows: Array
+    fresh: bool
+
+
+class Irregular(Exception):
+    """The log cannot be taken row by row; ``args`` are where and what, for a message."""
+
+    def __init__(self, place: Place, found: str) -> None:
+        super().__init__(place, found)
+        self.place, self.found = place, found
+
+
+class Samples:
+    """The samples of a log for an observer.
+
+    Attributes:
+        period: the observer's sample time, s.
+        notes: what was done to the log, in plain words; complete once the blocks have been taken.
+    """
+
+    def __init__(
+        self,
+        spec: Spec,
+        program: Program,
+        period: float,
+        path: Path,
+        description: str | Path | None,
+        columns: Mapping[str, str] | None,
+        holds: bool,
+    ) -> None:
+        self.period, self.notes = period, list[str]()
+        self._spec, self._path, self._holds = spec, path, holds
+        self._inputs = [field.name for field in program.inputs]
+        self._given, self._columns = description, columns
+
+    def streamed(self) -> Iterator[Block]:
+        """The rows as they stand in the file, in blocks.
+
+        Raises:
+            BadInput: for a log that cannot be used.
+            Irregular: for a step that is not the sample time within 1 %, or a value that is not finite and that the
+                observer cannot hold over: only ``whole`` can tell what to do.
+            NotStreamed: for a format that is read whole.
+        """
+        stream = open_stream(self._path)
+        described = log_description(self._path, self._given)
+        binding = bind(stream.names, stream.place, self._spec, described, self._columns)
+        self._require_inputs(binding.columns, stream.place)
+        self.notes = [*described.unknown, *binding.notes]
+        yield from self._blocks(stream, binding, described)
+
+    def whole(self, why: Irregular | None) -> Iterator[Block]:
+        """The log on its uniform grid, as a diagnosis takes it, begun anew after each gap.
+
+        Args:
+            why: what kept the rows from being taken as they stand.
+
+        Raises:
+            BadInput: for a log that cannot be used, or whose sample time is not the observer's.
+        """
+        if why is not None and self._path.is_file() and self._path.stat().st_size > LARGEST:
+            expected = f"steps of {self.period:g} s within {JITTER:.0%} (a log of more than 1 GB is not resampled)"
+            raise BadInput(why.place, why.found, expected)
+        log = read_log(self._path, self._spec, description=self._given, columns=self._columns)
+        if not abs(log.sample_time / self.period - 1) <= JITTER:
+            found = f"a sample every {log.sample_time:.6g} s, where the observer takes one every {self.period:.6g} s"
+            expected = f"a log at the observer's sample time, or `sample_time: {log.sample_time:.6g}` in the spec"
+            raise BadInput(Place(str(self._path)), found, expected)
+        self.notes = list(log.notes)
+        values = self._of_log(log)
+        for start, stop in log.segments:
+            for first in range(start, stop, ROWS):
+                last = min(first + ROWS, stop)
+                yield Block(log.time[first:last], values[first:last], first == start)
+
+    def _blocks(self, stream: Stream, binding: Binding, described: LogDescription) -> Iterator[Block]:
+        timed = "t" in binding.columns
+        if not timed and described.sample_rate_hz is None:
+            raise NotStreamed
+        symbols = (["t"] if timed else []) + self._inputs
+        scale = np.array([binding.scale[s] for s in symbols])
+        count, before = 0, float("nan")
+        for columns in stream.blocks([binding.columns[s] for s in symbols]):
+            values = columns.values * scale
+            if timed:
+                time, rows = values[:, 0].copy(), np.ascontiguousarray(values[:, 1:])
+            else:
+                time = np.arange(count, count + len(values)) / float(described.sample_rate_hz or 1.0)
+                rows = values
+            self._require_regular(columns, time, before)
+            self._require_finite(columns, rows, described, timed)
+            yield Block(time, rows, count == 0)
+            count, before = count + len(time), float(time[-1])
+
+    def _require_regular(self, columns: Columns, time: Array, before: float) -> None:
+        steps = np.diff(time) if np.isnan(before) else np.diff(time, prepend=before)
+        wrong = ~(np.abs(steps / self.period - 1) <= JITTER)
+        if wrong.any() or not np.isfinite(time[0]):
+            k = int(np.argmax(wrong)) if wrong.any() else 0
+            row = k + (1 if np.isnan(before) and wrong.any() else 0)
+            words = f"a step of {steps[k]:.6g} s" if wrong.any() else "a time that is not finite"
+            raise Irregular(columns.place(row, 0), words)
+
+    def _require_finite(self, columns: Columns, rows: Array, described: LogDescription, timed: bool) -> None:
+        if self._holds and not described.fill_missing:
+            return
+        wrong = ~np.isfinite(rows)
+        if wrong.any():
+            row, column = np.argwhere(wrong)[0].tolist()
+            raise Irregular(columns.place(row, column + timed), "a value that is not finite")
+
+    def _require_inputs(self, known: Mapping[str, str], place: Place) -> None:
+        for name in self._inputs:
+            if name not in known:
+                raise BadInput(place, f"no column `{name}`", "the measured velocity, which this observer takes")
+
+    def _of_log(self, log: Log) -> Array:
+        """(N, inputs) of a log."""
+        spec = self._spec
+        found = dict(zip(spec.positions, log.positions.T, strict=True))
+        if log.velocities is not None:
+            found |= dict(zip(spec.velocities, log.velocities.T, strict=True))
+        found |= dict(zip([i.name for i in spec.inputs], log.inputs.T, strict=True))
+        self._require_inputs(dict.fromkeys(found, ""), Place(str(self._path)))
+        return np.column_stack([found[name] for name in self._inputs])

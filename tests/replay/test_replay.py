@@ -1,0 +1,245 @@
+"""The generated observer over a log: the bits of the Python twin, at compiled speed, in bounded memory."""
+
+from __future__ import annotations
+
+import json
+import tracemalloc
+from pathlib import Path
+
+import numpy as np
+import pytest
+from cli.command import SPECS, is_one_message, stiction
+
+from codegen import pipeline
+from codegen.compiler import find_compiler
+from codegen.emit.package import emit_sources, make_header
+from codegen.errors import BadInput
+from codegen.generation import observer_of
+from codegen.logs import stream
+from codegen.program import build_program
+from codegen.replay import compiled_engine, load_twin, samples, twin_engine
+from codegen.spec import read_spec
+from codegen.spec.model import CodeChoice
+
+SPEC = SPECS / "two_mass.yaml"
+PERIOD = 0.001
+NAMES = ("t", "x1", "x2", "w")
+needs_compiler = pytest.mark.skipif(find_compiler() is None, reason="no C compiler on the path")
+
+
+def record(count: int, seed: int = 1) -> np.ndarray:
+    """(count, 4) t, x1, x2, w of a two-mass machine that moves at random."""
+    random = np.random.default_rng(seed)
+    walk = np.cumsum(random.normal(size=(count, 3)), axis=0) * [1e-4, 1e-4, 1.0]
+    return np.column_stack([np.arange(count) * PERIOD, walk])
+
+
+def write_csv(path: Path, table: np.ndarray, head: str = ",".join(NAMES)) -> Path:
+    lines = [",".join(map(repr, row)) for row in table.tolist()]
+    path.write_text("\n".join([head, *lines]) + "\n", encoding="utf-8")
+    return path
+
+
+def write_npy(path: Path, table: np.ndarray) -> Path:
+    log = np.empty(len(table), dtype=[(name, "f8") for name in NAMES])
+    for k, name in enumerate(NAMES):
+        log[name] = table[:, k]
+    np.save(path, log)
+    return path
+
+
+def read_csv(path: Path) -> tuple[list[str], np.ndarray]:
+    comment, head, *rows = path.read_text(encoding="utf-8").splitlines()
+    assert comment.startswith("# t [s], ")
+    return head.split(","), np.array([[float(v) for v in row.split(",")] for row in rows])
+
+
+def by_twin(table: np.ndarray) -> np.ndarray:
+    """Estimates of the generated Python, and the fault flag where it has one."""
+    spec = read_spec(SPEC)
+    program = build_program(observer_of(spec))
+    twin = load_twin(emit_sources(program, make_header(spec.path.name, spec.sha256, ""))["__init__.py"], "twin")
+    parameters, made, names = twin.Parameters(), twin.Outputs(), [name for name, _, _ in program.outputs]
+    flagged = hasattr(made, "fault")
+    rows = table[:, 1:].tolist()
+    state, result = twin.init(parameters, twin.Inputs(*rows[0])), []
+    for row in rows:
+        given = (made,) if flagged else ()
+        made = twin.step(state, parameters, twin.Inputs(*row), *given)
+        result.append([getattr(made, name) for name in names] + ([float(made.fault)] if flagged else []))
+    return np.array(result)
+
+
+@needs_compiler
+@pytest.mark.parametrize("precision", ["double", "single"])
+@pytest.mark.parametrize("spec", ["one_mass", "two_mass", "two_link_arm", "belt_axis"])
+def test_the_compiled_engine_gives_the_bits_of_the_twin(spec: str, precision: str) -> None:
+    made = read_spec(SPECS / f"{spec}.yaml")
+    program = build_program(observer_of(made), CodeChoice(precision, "hold"))
+    files = emit_sources(program, make_header(made.path.name, made.sha256, ""))
+    rows = np.cumsum(np.random.default_rng(2).normal(size=(10_000, len(program.inputs))), axis=0) * 1e-3
+    rows[4000:5000] = rows[4000]
+    results = []
+    for engine in (compiled_engine(program, files), twin_engine(program, files)):
+        engine.start(rows[0])
+        parts = [engine.run(part) for part in np.split(rows, [1, 4097])]
+        results.append(b"".join(np.vstack(column).tobytes() for column in ([e for e, _ in parts],)))
+    assert results[0] == results[1]
+
+
+@pytest.mark.parametrize("ending", [".csv", ".npy"])
+def test_a_log_in_blocks_gives_the_bits_of_the_twin(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ending: str
+) -> None:
+    """10⁴ samples in many blocks, comments and blank lines between the rows."""
+    monkeypatch.setattr(stream, "CHARACTERS", 5000)
+    monkeypatch.setattr("codegen.logs.npy_file.ROWS", 777)
+    table = record(10_000)
+    if ending == ".csv":
+        log = write_csv(tmp_path / "log.csv", table)
+        head, *rows = log.read_text().splitlines()
+        rows.insert(5000, "# a remark\n")
+        log.write_text("\n".join(["# made by a test", "", head, *rows]))
+    else:
+        log = write_npy(tmp_path / "log.npy", table)
+    result = pipeline.replay(SPEC, log, tmp_path / "out.csv")
+    names, found = read_csv(tmp_path / "out.csv")
+    expected = by_twin(table)
+    assert names[0] == "t" and found[:, 0].tobytes() == table[:, 0].tobytes()
+    assert found[:, 1:].tobytes() == expected.tobytes()
+    assert (result.samples, result.starts, result.faults) == (10_000, 1, 0)
+    for peak in result.peaks:
+        column = found[:, names.index(peak.name)]
+        assert abs(peak.value) == np.abs(column).max() and column[round(peak.time / PERIOD)] == peak.value
+
+
+def test_npy_out_has_the_same_numbers_and_its_units_beside_it(tmp_path: Path) -> None:
+    log = write_csv(tmp_path / "log.csv", record(3000))
+    pipeline.replay(SPEC, log, tmp_path / "out.csv", only=["F_hat_ground", "v1_hat"])
+    pipeline.replay(SPEC, log, tmp_path / "out.npy", only=["F_hat_ground", "v1_hat"])
+    names, table = read_csv(tmp_path / "out.csv")
+    assert names[:3] == ["t", "v1_hat", "F_hat_ground"]
+    array = np.load(tmp_path / "out.npy")
+    assert len(array) == 3000 and all((array[n] == table[:, k]).all() for k, n in enumerate(names))
+    units = json.loads((tmp_path / "out.npy.json").read_text())["units"]
+    assert units["v1_hat"] == "m/s" and units["F_hat_ground"] == "N" and units["t"] == "s"
+    again = pipeline.replay(SPEC, tmp_path / "log.csv", tmp_path / "out.npy", only=["v1_hat"])
+    assert again.samples == len(np.load(tmp_path / "out.npy"))
+
+
+def test_without_a_compiler_the_twin_steps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    log = write_csv(tmp_path / "log.csv", record(500))
+    pipeline.replay(SPEC, log, tmp_path / "a.csv")
+    monkeypatch.setenv("CC", str(tmp_path / "none"))
+    result = pipeline.replay(SPEC, log, tmp_path / "b.csv")
+    assert "twin" in result.engine
+    assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
+
+
+def test_jitter_goes_through_the_log_reader(tmp_path: Path) -> None:
+    table = record(4000)
+    table[3000:, 0] += 0.3 * PERIOD * np.random.default_rng(3).random(1000)
+    result = pipeline.replay(SPEC, write_csv(tmp_path / "log.csv", table), tmp_path / "out.csv")
+    assert any("irregular time stamps" in note for note in result.notes)
+    _, found = read_csv(tmp_path / "out.csv")
+    assert np.allclose(np.diff(found[:, 0]), PERIOD, rtol=1e-6) and len(found) == result.samples
+
+
+def test_after_a_gap_the_observer_begins_anew(tmp_path: Path) -> None:
+    table = record(4000)
+    table[2000:, 0] += 0.1
+    result = pipeline.replay(SPEC, write_csv(tmp_path / "log.csv", table), tmp_path / "out.csv")
+    assert result.starts == 2 and abs(result.samples - 4000) <= 2
+    _, found = read_csv(tmp_path / "out.csv")
+    after = found[:, 0] > 2.05
+    assert found[after][0, 0] == pytest.approx(table[2000, 0], abs=PERIOD)
+    assert np.diff(found[:, 0]).max() == pytest.approx(0.1, abs=2 * PERIOD)
+    levels = found[after][0, 3:5]
+    assert levels.tolist() == [10.0, 20.0]  # a_hat of a fresh observer at rest is the spec's
+
+
+def test_another_sample_time_is_refused(tmp_path: Path) -> None:
+    table = record(1000)
+    table[:, 0] *= 2
+    log = write_csv(tmp_path / "log.csv", table)
+    done = stiction("replay", SPEC, log, "-o", tmp_path / "out.csv")
+    assert is_one_message(done)
+    assert "every 0.002 s" in done.err and "`sample_time: 0.002` in the spec" in done.err
+    assert [p.name for p in tmp_path.iterdir()] == ["log.csv"]
+
+
+def test_a_value_that_is_not_finite_is_held_over_or_refused(tmp_path: Path) -> None:
+    table = record(1000)
+    table[500, 1] = np.nan
+    log = write_csv(tmp_path / "log.csv", table)
+    spec = read_spec(SPEC)
+    program = build_program(observer_of(spec))
+    if twin_engine(program, emit_sources(program, make_header("a", "b", ""))).holds:
+        result = pipeline.replay(SPEC, log, tmp_path / "out.csv")
+        names, found = read_csv(tmp_path / "out.csv")
+        assert result.faults == 1 and found[:, names.index("fault")].nonzero()[0].tolist() == [500]
+        assert found[:, 1:].tobytes() == by_twin(table).tobytes()
+    else:
+        with pytest.raises(BadInput, match=r"log\.csv:502: x1: .* not finite"):
+            pipeline.replay(SPEC, log)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--only", "F_hat_groun"], "F_hat_ground"),
+        (["-o", "out.xlsx"], ".csv or .npy"),
+        (["-o", "log.csv"], "the log itself"),
+        (["--column", "x1=z"], "no column `z`"),
+    ],
+)
+def test_bad_arguments_are_one_message(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str], said: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    write_csv(tmp_path / "log.csv", record(300))
+    done = stiction("replay", SPEC, "log.csv", *arguments)
+    assert is_one_message(done) and said in done.err
+    assert [p.name for p in tmp_path.iterdir()] == ["log.csv"]
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (b"", "an empty file"),
+        (b"t,x1,x2,w\n", "a header and no rows"),
+        (b"t,x1,x2,w\n0,0,0,0\n0.001,0,zero,0\n", "log.csv:3: x2: `zero`"),
+        (b"t,x1,x2,w\n0,0,0,0\n0.001,0,0\n", "3 values in the row"),
+        (b"t,x1,x2,w\n0,0,0,0\n\xff\xfe0.001,0,0,0\n", "is not UTF-8"),
+        (b"t,x1,x2,w\n0,0,0,0\n\0\n", "byte 18 is zero"),
+        (b"t,x1,x2,w\n0,0,0,0\n-0.001,0,0,0\n", "time runs backwards"),
+    ],
+)
+def test_bad_logs_are_one_message(tmp_path: Path, content: bytes, said: str) -> None:
+    log = tmp_path / "log.csv"
+    log.write_bytes(content)
+    done = stiction("replay", SPEC, log, "-o", tmp_path / "out.csv")
+    assert is_one_message(done) and said in done.err
+    assert [p.name for p in tmp_path.iterdir()] == ["log.csv"]
+
+
+def test_bad_npy_logs_are_one_message(tmp_path: Path) -> None:
+    np.save(tmp_path / "plain.npy", np.zeros((3, 4)))
+    np.save(tmp_path / "text.npy", np.array([("a", 1.0)], dtype=[("t", "U1"), ("x1", "f8")]))
+    (tmp_path / "cut.npy").write_bytes(b"\x93NUMPY\x01")
+    for name in ("plain", "text", "cut", "none"):
+        assert is_one_message(stiction("replay", SPEC, tmp_path / f"{name}.npy"))
+
+
+@needs_compiler
+def test_memory_does_not_grow_with_the_log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(stream, "CHARACTERS", 1 << 16)
+    monkeypatch.setattr(samples, "ROWS", 1000)
+    peaks = []
+    for count in (5_000, 40_000):
+        log = write_csv(tmp_path / f"{count}.csv", record(count))
+        tracemalloc.start()
+        pipeline.replay(SPEC, log, tmp_path / "out.csv")
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert peaks[1] < 1.5 * peaks[0]
