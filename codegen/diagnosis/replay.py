@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
-import tempfile
 from dataclasses import replace
-from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -21,6 +18,7 @@ from codegen.emit.package import emit_sources, make_header
 from codegen.mechanics.system import System
 from codegen.observers import build_observer
 from codegen.program import build_program
+from codegen.replay.twin import load_twin
 from codegen.spec.model import ObserverChoice, Spec
 
 Array = NDArray[np.float64]
@@ -41,19 +39,6 @@ def tracking_choice(system: System, motion: Motion, bandwidth: float) -> Observe
         "K_1": "0",
     }
     return ObserverChoice("gto", "estimated", gains, sympy.Rational(f"{motion.sample_time:.12g}"), sympy.Integer(1))
-
-
-def load_twin(source: str, name: str) -> ModuleType:
-    """Import a generated Python twin from its source."""
-    with tempfile.TemporaryDirectory(prefix="stiction-") as folder:
-        path = Path(folder) / f"{name}.py"
-        path.write_text(source, encoding="utf-8")
-        found = importlib.util.spec_from_file_location(name, path)
-        if found is None or found.loader is None:
-            raise ImportError(f"the twin {name} cannot be loaded")
-        module = importlib.util.module_from_spec(found)
-        found.loader.exec_module(module)
-    return module
 
 
 def replay(twin: ModuleType, rows: Array, outputs: list[str]) -> Array:

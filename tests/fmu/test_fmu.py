@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from cli.command import SPECS, is_one_message, stiction
 
-from codegen.compiler import find_compiler
+from codegen.compiler import compile_shared, find_compiler
 from codegen.emit.fmu import VERSIONS, Fmu, emit_fmu
 from codegen.emit.package import emit_sources, make_header
 from codegen.errors import BadInput
@@ -129,6 +129,12 @@ def test_it_gives_the_bits_of_the_c_and_of_the_twin(made: Made) -> None:
     assert estimates.tobytes() == engine.run(rows)[0].tobytes()
     assert estimates.tobytes() == made.by_twin(rows).tobytes()
     assert np.ptp(estimates, axis=0).min() > 0
+
+
+def test_the_wrapper_compiles_without_a_warning(made: Made) -> None:
+    warnings = ("-pedantic", "-Wall", "-Wextra", "-Werror", "-Wconversion", "-Wshadow")
+    sources = {p.removeprefix("sources/"): c.decode() for p, c in made.fmu.members.items() if p.startswith("sources/")}
+    assert compile_shared(sources, [name for name in sources if "_fmi" in name], warnings)
 
 
 def test_fmpy_simulates_it(made: Made) -> None:
