@@ -70,7 +70,7 @@ def wrapped(text: str, start: int, language: Language, indent: int = 8) -> str:
     lines = [""]
     for piece, depth in _pieces(text):
         used = len(lines[-1]) + (start if len(lines) == 1 and not language.opening else indent)
-        if lines[-1] and used + len(piece) > WIDTH and depth < 3:
+        if lines[-1] and used + len(piece) > WIDTH and depth < 6:
             lines.append("")
         lines[-1] += piece
     inner = ("\n" + " " * indent).join(line.strip() for line in lines)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import casadi
 
+from codegen.mechanics.base_parameters import regrouped
 from codegen.mechanics.computed import computed_matrix
 from codegen.mechanics.kinematic_chain import bias_force, mass_matrix
 from codegen.mechanics.system import Matrix
@@ -16,6 +17,7 @@ def chain_motion(spec: Spec, tree: KinematicTree) -> tuple[Matrix, Matrix]:
     positions = {symbol(name): casadi.SX.sym(name) for name in spec.positions}
     velocities = {symbol(name): casadi.SX.sym(name) for name in spec.velocities}
     x, v = (casadi.vertcat(*names.values()) for names in (positions, velocities))
+    tree = regrouped(tree)
     wide = len(tree.bodies) > 9
     mass = computed_matrix(
         lambda i, j: f"M{i + 1}_{j + 1}" if wide else f"M{i + 1}{j + 1}",

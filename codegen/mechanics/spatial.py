@@ -65,7 +65,9 @@ class JointTransform:
         moment = self.rotation.T @ inertia.first_moment
         r, shifted = casadi.skew(self.origin), moment + inertia.mass * self.origin
         turned = self.rotation.T @ inertia.rotational @ self.rotation
-        return SpatialInertia(inertia.mass, shifted, turned - r @ casadi.skew(moment) - casadi.skew(shifted) @ r)
+        moved = turned - r @ casadi.skew(moment) - casadi.skew(shifted) @ r
+        # Symmetric in exact arithmetic: the lower triangle for both, so that half of it is never computed.
+        return SpatialInertia(inertia.mass, shifted, casadi.tril2symm(casadi.tril(moved)))
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ import sympy
 
 from codegen.errors import BadInput
 from codegen.mechanics.casadi_form import to_casadi
-from codegen.mechanics.solve import solve_symmetric
 from codegen.observers.equations import Observer
+from codegen.program.mass_solve import MassSolve
 from codegen.program.model import Block, Field, Program
 from codegen.spec.model import CodeChoice
 
@@ -48,10 +48,13 @@ def build_program(observer: Observer, choice: CodeChoice | None = None) -> Progr
 
     blocks: list[Block] = []
     delayed = [_delay(observer, w, f, names, blocks) for w, f in zip(system.inputs, commands, strict=True)]
+    later = {s.name for e in observer.equations for s in e.symbols}
     for equation in observer.equations:
         expression = to_casadi(equation.expression, names)
         if equation.form == "mass_solve":
-            expression = solve_symmetric(to_casadi(system.mass_matrix, names), expression)
+            solve = MassSolve({s.name for s in names} | later, equation.source)
+            expression = solve.solve(to_casadi(system.mass_matrix, names), expression)
+            blocks += solve.blocks
         symbols = casadi.vertcat(*[casadi.SX.sym(s.name) for s in equation.symbols])
         names.update(zip(equation.symbols, casadi.vertsplit(symbols), strict=True))
         elements = tuple(s.name for s in equation.symbols)

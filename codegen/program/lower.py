@@ -103,6 +103,9 @@ class _Lowering:
         live = set(reachable(roots))
         uses = Counter(a for n in live if not n.constant for a in n.arguments)
         uses.update(roots)
+        for node in sorted(live, key=lambda n: -n.index):
+            if node.kind == "negative":
+                uses[node.arguments[0]] += uses[node] - 1
         whole = {value[e] for b in blocks if not b.inner for e in b.elements}
         known: dict[Node, str] = {}
         groups: list[Group] = []

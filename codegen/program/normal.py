@@ -33,8 +33,10 @@ def normalise(roots: Sequence[Node], named: Iterable[Node], graph: Graph, factor
     short: dict[Node, Node] = {}
     for node in nodes:
         result = rules.rebuilt(node, [short[a] for a in node.arguments], divided)
-        if node in named or uses[node] > 1:
+        if node in named:
             rules.closed.add(result)
+        elif uses[node] > 1:
+            rules.closed.add(result.arguments[0] if result.kind == "negative" else result)
         short[node] = result
     return short
 

@@ -1,0 +1,111 @@
+"""M a = r by structure, as blocks: closed form at n = 2, otherwise LDLᵀ over M's own sparsity, one division a pivot.
+
+A diagonal M costs one division an entry; where M is constant, all that is left of it in a step are stored constants.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import casadi
+
+from codegen.program.model import Block
+
+
+class MassSolve:
+    """Builds the blocks in order; each entry has a name that later entries use.
+
+    Args:
+        taken: names that are in use.
+        source: equation number.
+    """
+
+    def __init__(self, taken: set[str], source: str) -> None:
+        self._taken, self._source = taken, source
+        self.blocks: list[Block] = []
+
+    def solve(self, mass: Any, right: Any) -> Any:
+        """a of M a = r.
+
+        Args:
+            mass: n by n SX, symmetric positive definite; structural zeros cost nothing.
+            right: n by 1 SX.
+
+        Returns:
+            a, n by 1, over the elements of ``blocks``.
+        """
+        n = mass.shape[0]
+        matrix = self._named("mass_matrix", "M", casadi.SX(mass), n)
+        force = self._column("force_balance", "r", [right[i] for i in range(n)])
+        if n == 2 and (1, 0) in matrix:
+            return self._closed(matrix, force)
+        return self._factored(matrix, force)
+
+    def _closed(self, matrix: dict[tuple[int, int], Any], r: list[Any]) -> Any:
+        a, b, c = matrix[0, 0], matrix[1, 0], matrix[1, 1]
+        over = self._block("determinant", ["one_over_det_M"], [1 / (a * c - b * b)])[0]
+        return casadi.vertcat(over * (c * r[0] - b * r[1]), over * (a * r[1] - b * r[0]))
+
+    def _factored(self, matrix: dict[tuple[int, int], Any], r: list[Any]) -> Any:
+        n = len(r)
+        label = _label(n)
+        factor: dict[tuple[int, int], Any] = {}
+        scaled: dict[tuple[int, int], Any] = {}
+        reciprocal: list[Any] = []
+        for j in range(n):
+            before = [k for k in range(j) if (j, k) in factor]
+            pivot = matrix[j, j]
+            for k in before:
+                pivot = pivot - scaled[j, k] * factor[j, k]
+            reciprocal += self._block("pivots", [f"one_over_{label('D', j)}"], [1 / pivot])
+            for i in range(j + 1, n):
+                common = [k for k in before if (i, k) in factor]
+                if (i, j) not in matrix and not common:
+                    continue
+                entry = matrix.get((i, j), casadi.SX(0))
+                for k in common:
+                    entry = entry - scaled[i, k] * factor[j, k]
+                scaled[i, j] = self._block("factors", [label("LD", i, j)], [entry])[0]
+                factor[i, j] = self._block("factors", [label("L", i, j)], [scaled[i, j] * reciprocal[j]])[0]
+        y = list(r)
+        for i in range(n):
+            for k in range(i):
+                if (i, k) in factor:
+                    y[i] = y[i] - factor[i, k] * y[k]
+            y[i] = self._block("forward", [label("y", i)], [y[i]])[0]
+        a: list[Any] = [y[i] * reciprocal[i] for i in range(n)]
+        for i in reversed(range(n)):
+            for k in range(i + 1, n):
+                if (k, i) in factor:
+                    a[i] = a[i] - factor[k, i] * a[k]
+            a[i] = self._block("backward", [label("a", i)], [a[i]])[0]
+        return casadi.vertcat(*a)
+
+    def _named(self, block: str, letter: str, matrix: Any, n: int) -> dict[tuple[int, int], Any]:
+        """Symbols for the entries of the lower triangle that are not zero."""
+        label = _label(n)
+        places = [(i, j) for j in range(n) for i in range(j, n) if not matrix[i, j].is_zero()]
+        symbols = self._block(block, [label(letter, *p) for p in places], [matrix[i, j] for i, j in places])
+        return dict(zip(places, symbols, strict=True))
+
+    def _column(self, block: str, letter: str, values: list[Any]) -> list[Any]:
+        return self._block(block, [_label(len(values))(letter, i) for i in range(len(values))], values)
+
+    def _block(self, name: str, wishes: Sequence[str], values: Sequence[Any]) -> list[Any]:
+        elements = []
+        for wish in wishes:
+            while wish in self._taken:
+                wish += "_"
+            self._taken.add(wish)
+            elements.append(wish)
+        symbols = [casadi.SX.sym(element) for element in elements]
+        units = ("",) * len(elements)
+        column, expression = casadi.vertcat(*symbols), casadi.vertcat(*values)
+        self.blocks.append(Block(name, tuple(elements), column, expression, units, self._source, inner=True))
+        return symbols
+
+
+def _label(n: int) -> Callable[..., str]:
+    """M21 for n below ten, M10_2 above."""
+    return lambda letter, *indices: letter + ("" if n < 10 else "_").join(str(i + 1) for i in indices)
