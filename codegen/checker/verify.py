@@ -288,7 +288,7 @@ def main(argv: list[str] | None = None) -> int:
         print(f"refused: {fault}")
         return 3
     except (OSError, ValueError) as fault:
-        print(f"cannot read: {fault}", file=sys.stderr)
+        print("error:", getattr(fault, "filename", argv or ""), getattr(fault, "strerror", fault), file=sys.stderr)
         return 2
     print(report.name, *report.facts, *(f"not bound, not here: {name}" for name in report.unbound), sep="\n  ")
     print(f"verified: {report.claim}", *(f"assuming: {sentence}" for sentence in report.assumptions), sep="\n  ")

@@ -129,7 +129,8 @@ class _Reading:
             or name in CONSTANTS
             or name in _RESERVED
         ):
-            raise BadInput(self.place(key), f"the name `{name}`, a reserved word", "another name", f"{name}_")
+            why = "which complex.h and formulas keep for i and e" if name in ("I", "E") else "a reserved word"
+            raise BadInput(self.place(key), f"the name `{name}`, {why}", "another name", f"{name}_")
 
     def _check_names(self, coordinates: Iterable[Coordinate], inputs: Iterable[Input], parameters: Any) -> None:
         seen: dict[str, str] = {}

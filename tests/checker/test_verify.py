@@ -872,7 +872,7 @@ def test_command_line_cannot_read(folder: Path) -> None:
     for content in (b"", b"{", b"verified", b"\xff\xfe{}", b"\xef\xbb\xbf{}", b'{"a": 1', b"[1,]"):
         (folder / "bad.json").write_bytes(content)
         status, out, err = run(folder / "bad.json")
-        assert (status, out) == (2, "") and err.startswith("cannot read: "), content
+        assert (status, out) == (2, "") and err.startswith("error: ") and "[Errno" not in err, content
     for arguments in (["/nowhere.json"], [folder], [folder / "certificate.json", "--spec", "/nowhere"], [], ["a", "b"]):
         status, out, err = run(*arguments)
         assert (status, out) == (2, "") and err
