@@ -280,15 +280,15 @@ def main(argv: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description="Check a stability certificate.")
     parser.add_argument("certificate", type=Path)
     parser.add_argument("--spec", type=Path, help="the specification, to be compared with the hash in the certificate")
-    arguments = parser.parse_args(argv)
+    given = parser.parse_args(argv)
     getattr(sys.stdout, "reconfigure", dict)(errors="backslashreplace")  # a screen may lack alpha
     try:
-        report = check(arguments.certificate.read_text("utf-8"), arguments.certificate.parent, arguments.spec)
+        report = check(given.certificate.read_text("utf-8"), given.certificate.parent, given.spec)
     except Refused as fault:
         print(f"refused: {fault}")
         return 3
     except (OSError, ValueError) as fault:
-        print("error:", getattr(fault, "filename", argv or ""), getattr(fault, "strerror", fault), file=sys.stderr)
+        print("error:", getattr(fault, "filename", given.certificate), getattr(fault, "strerror", fault), file=sys.stderr)
         return 2
     print(report.name, *report.facts, *(f"not bound, not here: {name}" for name in report.unbound), sep="\n  ")
     print(f"verified: {report.claim}", *(f"assuming: {sentence}" for sentence in report.assumptions), sep="\n  ")
