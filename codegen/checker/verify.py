@@ -284,11 +284,11 @@ def main(argv: list[str] | None = None) -> int:
     getattr(sys.stdout, "reconfigure", dict)(errors="backslashreplace")  # a screen may lack alpha
     try:
         report = check(given.certificate.read_text("utf-8"), given.certificate.parent, given.spec)
-    except Refused as fault:
-        print(f"refused: {fault}")
+    except Refused as e:
+        print(f"refused: {e}")
         return 3
-    except (OSError, ValueError) as fault:
-        print("error:", getattr(fault, "filename", given.certificate), getattr(fault, "strerror", fault), file=sys.stderr)
+    except (OSError, ValueError) as e:
+        print("error:", getattr(e, "filename", given.certificate), getattr(e, "strerror", e), file=sys.stderr)
         return 2
     print(report.name, *report.facts, *(f"not bound, not here: {name}" for name in report.unbound), sep="\n  ")
     print(f"verified: {report.claim}", *(f"assuming: {sentence}" for sentence in report.assumptions), sep="\n  ")
