@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields, replace
 from functools import cache
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from codegen import pipeline
 from codegen.emit.package import emit_sources, make_header
 from codegen.program import Program, build_program
+from codegen.spec.model import CodeChoice
 
 from .interface import Interface, read_interface
 from .signals import Channel, Excitation
@@ -35,27 +34,18 @@ def model(spec: str) -> pipeline.Model:
 
 
 @cache
-def program(spec: str) -> Program:
+def program(spec: str, precision: str = "double", fault: str = "hold") -> Program:
     observer = model(spec).observer
     assert observer is not None
-    return build_program(observer)
-
-
-def offers_single() -> bool:
-    """Whether a program has a precision yet."""
-    return "precision" in {field.name for field in fields(Program)}
+    return build_program(observer, CodeChoice(precision, fault))
 
 
 @cache
-def sources(spec: str, precision: str = "double") -> Mapping[str, str]:
-    """File name → text, as ``stiction generate`` writes it; skips the test if there is no such precision yet."""
-    made, machine = program(spec), model(spec).spec
+def sources(spec: str, precision: str = "double", fault: str = "hold") -> Mapping[str, str]:
+    """File name → text, as ``stiction generate`` writes it."""
+    machine = model(spec).spec
     header = make_header(machine.path.name, machine.sha256, machine.source, machine.robot)
-    if precision == "double":
-        return emit_sources(made, header)
-    if not offers_single():
-        pytest.skip("codegen knows no single precision yet")
-    return emit_sources(replace(made, precision=precision), header)
+    return emit_sources(program(spec, precision, fault), header)
 
 
 @cache

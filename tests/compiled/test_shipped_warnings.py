@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 
 import pytest
 
@@ -36,6 +37,16 @@ def test_no_warning(workshop, spec, precision, compiler):
     for name in files:
         if name.endswith(".c"):
             workshop.object(files, name, compiler, *flags_of(compiler))
+
+
+@pytest.mark.parametrize("precision", PRECISIONS)
+@pytest.mark.parametrize("spec", ["two_mass", "two_link_arm", "thesis/rig_dfoa", "thesis/rig_to"])
+def test_no_warning_without_a_fault_policy(workshop, spec, precision):
+    files = sources(spec, precision, "none")
+    for name in ("example_main.c", f"{interface(spec).name}.c"):
+        for compiler in (GCC, ARM_M4F):
+            if shutil.which(compiler.command):
+                workshop.object(files, name, compiler, *flags_of(compiler))
 
 
 @pytest.mark.parametrize("compiler", COMPILERS, ids=lambda c: c.label)
