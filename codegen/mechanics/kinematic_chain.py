@@ -1,21 +1,74 @@
 """Kinematic tree → M(x) and the bias force h(x, v) in CasADi SX.
 
-Composite-rigid-body algorithm for M, recursive Newton–Euler for h (Featherstone 2008, tables 6.2 and 5.1), both in body
-coordinates.
+Composite bodies for M, recursive Newton–Euler for h (Featherstone 2008, sections 6.2 and 5.3), in body coordinates and
+with the acceleration of points, so that no linear velocity is ever needed. A body's inertia is that of its points, its
+Σ = ∫ρ r r' (the inertia tensor is tr(Σ) 1 − Σ); with U = [ω'] + [ω]², where [·] is the matrix of a cross product, both
+the force U ∫ρ r and the moment, the vector of UΣ − ΣU', follow from the nine entries of U.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import casadi
 
-from codegen.mechanics.spatial import JointTransform, Spatial, SpatialInertia
 from codegen.spec.kinematics import KinematicTree, MovingBody
+
+ROUNDING = 1e-14
+"""A moment smaller than this share of the inertia is the rounding of a zero."""
+
+
+@dataclass(frozen=True)
+class Points:
+    """Mass, first moment ∫ρ r (3 by 1) and second moment Σ (3 by 3, symmetric) of a body about its frame's origin."""
+
+    mass: Any
+    first: Any
+    second: Any
+
+    def __add__(self, other: Points) -> Points:
+        return Points(self.mass + other.mass, self.first + other.first, self.second + other.second)
+
+
+@dataclass(frozen=True)
+class Joint:
+    """R, parent coordinates from the body's; r, the body's origin in the parent's frame; and the joint's axis."""
+
+    rotation: Any
+    origin: Any
+    axis: Any
+    revolute: bool
+    placed: Any
+    position: Any
+
+    def points_to_parent(self, points: Points) -> Points:
+        """The same points in the parent's coordinates, about its origin."""
+        turned, r = self.rotation @ points.first, self.origin
+        mixed = turned @ r.T
+        second = self._turned(points.second) + mixed + mixed.T + points.mass * (r @ r.T)
+        return Points(points.mass, turned + points.mass * r, casadi.tril2symm(casadi.tril(second)))
+
+    def _turned(self, s: Any) -> Any:
+        """R Σ R'; about a z axis with four products, the rest is constant."""
+        if not self.revolute or not _is_z(self.axis):
+            return casadi.tril2symm(casadi.tril(self.rotation @ s @ self.rotation.T))
+        c, d = casadi.cos(self.position), casadi.sin(self.position)
+        along = c * (s[0, 0] - s[1, 1]) - d * (2 * s[1, 0])
+        x, y = c * s[2, 0] - d * s[2, 1], d * s[2, 0] + c * s[2, 1]
+        m = casadi.SX(3, 3)
+        m[0, 0], m[1, 0], m[1, 1] = s[1, 1] + c * along, s[1, 0] + d * along, s[0, 0] - c * along
+        m[2, 0], m[2, 1], m[2, 2] = x, y, s[2, 2]
+        m = casadi.tril2symm(m)
+        return casadi.tril2symm(casadi.tril(self.placed @ m @ self.placed.T))
+
+    def wrench_to_parent(self, moment: Any, force: Any) -> tuple[Any, Any]:
+        turned = self.rotation @ force
+        return self.rotation @ moment + cross(self.origin, turned), turned
 
 
 def mass_matrix(tree: KinematicTree, positions: Any) -> Any:
-    """M(x) by the composite-rigid-body algorithm.
+    """M(x).
 
     Args:
         positions: x, n by 1 SX, rad or m.
@@ -24,20 +77,20 @@ def mass_matrix(tree: KinematicTree, positions: Any) -> Any:
         n by n SX, symmetric, kg m² on rotations; entries that are zero for every x are structural zeros.
     """
     bodies = tree.bodies
-    transforms = [joint_transform(b, positions[i]) for i, b in enumerate(bodies)]
-    composite = [_inertia(b) for b in bodies]
+    joints = [_joint(b, positions[i]) for i, b in enumerate(bodies)]
+    composite = [_points(b) for b in bodies]
     for i in reversed(range(len(bodies))):
         if bodies[i].parent >= 0:
-            composite[bodies[i].parent] += transforms[i].inertia_to_parent(composite[i])
+            composite[bodies[i].parent] += joints[i].points_to_parent(composite[i])
     mass = casadi.SX(len(bodies), len(bodies))
-    for i, body in enumerate(bodies):
-        force = composite[i].times(motion_subspace(body))
-        mass[i, i] = motion_subspace(body).dot(force)
+    for i in range(len(bodies)):
+        moment, force = _unit_acceleration(joints[i], composite[i])
+        mass[i, i] = _along(joints[i], moment, force)
         j = i
         while bodies[j].parent >= 0:
-            force = transforms[j].force_to_parent(force)
+            moment, force = joints[j].wrench_to_parent(moment, force)
             j = bodies[j].parent
-            mass[i, j] = mass[j, i] = motion_subspace(bodies[j]).dot(force)
+            mass[i, j] = mass[j, i] = _along(joints[j], moment, force)
     return casadi.sparsify(mass)
 
 
@@ -51,49 +104,106 @@ def bias_force(tree: KinematicTree, positions: Any, velocities: Any) -> Any:
         n by 1 SX, N m on rotations, N on translations.
     """
     bodies = tree.bodies
-    transforms = [joint_transform(b, positions[i]) for i, b in enumerate(bodies)]
-    motion: list[Spatial] = []
-    acceleration: list[Spatial] = []
-    forces: list[Spatial] = []
-    # A base that accelerates upwards feels like gravity.
-    base = Spatial(casadi.SX.zeros(3), -_column(tree.gravity))
+    joints = [_joint(b, positions[i]) for i, b in enumerate(bodies)]
+    turning: list[Any] = []
+    angular: list[Any] = []
+    tensor: list[Any] = []
+    origin: list[Any] = []
+    wrenches: list[tuple[Any, Any]] = []
     for i, body in enumerate(bodies):
-        moved_by = motion_subspace(body).times(velocities[i])
-        at_rest = body.parent < 0
-        velocity = moved_by if at_rest else transforms[i].motion(motion[body.parent]) + moved_by
-        carried = transforms[i].motion(base if at_rest else acceleration[body.parent])
-        inertia = _inertia(body)
-        motion.append(velocity)
-        acceleration.append(carried + velocity.cross_motion(moved_by))
-        forces.append(inertia.times(acceleration[i]) + velocity.cross_force(inertia.times(velocity)))
+        joint, p, rate = joints[i], body.parent, velocities[i]
+        back = joint.rotation.T
+        # A base that accelerates upwards feels like gravity.
+        carried = -_column(tree.gravity) if p < 0 else origin[p] + tensor[p] @ joint.origin
+        w, dw, a = (casadi.SX(3, 1),) * 3 if p < 0 else (back @ turning[p], back @ angular[p], casadi.SX(3, 1))
+        a = back @ carried
+        across = cross(w, joint.axis) * rate
+        if joint.revolute:
+            w, dw = w + joint.axis * rate, dw + across
+        else:
+            a = a + 2 * across
+        u = _acceleration_tensor(w, dw)
+        turning.append(w)
+        angular.append(dw)
+        tensor.append(u)
+        origin.append(a)
+        points = _points(body)
+        moment = _moment(u, points.second) + cross(points.first, a)
+        wrenches.append((moment, points.mass * a + u @ points.first))
     bias = casadi.SX(len(bodies), 1)
     for i in reversed(range(len(bodies))):
-        bias[i] = motion_subspace(bodies[i]).dot(forces[i])
-        if bodies[i].parent >= 0:
-            forces[bodies[i].parent] += transforms[i].force_to_parent(forces[i])
+        bias[i] = _along(joints[i], *wrenches[i])
+        p = bodies[i].parent
+        if p >= 0:
+            moment, force = joints[i].wrench_to_parent(*wrenches[i])
+            wrenches[p] = (wrenches[p][0] + moment, wrenches[p][1] + force)
     return casadi.sparsify(bias)
 
 
-def motion_subspace(body: MovingBody) -> Spatial:
-    """S of a joint: the motion that its unit velocity makes."""
-    axis, still = _column(body.axis), casadi.SX.zeros(3)
-    return Spatial(axis, still) if body.kind == "revolute" else Spatial(still, axis)
+def cross(a: Any, b: Any) -> Any:
+    """a × b, 3 by 1."""
+    return casadi.vertcat(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
-def joint_transform(body: MovingBody, position: Any) -> JointTransform:
-    """X(x) of a joint: its fixed placement, then its own motion."""
-    placed = _matrix(body.rotation)
-    axis = casadi.DM(body.axis)
+def _acceleration_tensor(w: Any, dw: Any) -> Any:
+    """U: the acceleration of a point r of the body, less that of its origin, is U r."""
+    x, y, z = w[0], w[1], w[2]
+    rows = [
+        [-(y * y + z * z), x * y - dw[2], x * z + dw[1]],
+        [x * y + dw[2], -(x * x + z * z), y * z - dw[0]],
+        [x * z - dw[1], y * z + dw[0], -(x * x + y * y)],
+    ]
+    return casadi.vertcat(*[casadi.horzcat(*row) for row in rows])
+
+
+def _moment(u: Any, s: Any) -> Any:
+    """The vector of UΣ − ΣU'."""
+    return casadi.vertcat(
+        s[1, 1] * u[2, 1] - s[2, 2] * u[1, 2] + s[0, 1] * u[2, 0] - s[0, 2] * u[1, 0] + s[1, 2] * (u[2, 2] - u[1, 1]),
+        s[2, 2] * u[0, 2] - s[0, 0] * u[2, 0] + s[1, 2] * u[0, 1] - s[0, 1] * u[2, 1] + s[0, 2] * (u[0, 0] - u[2, 2]),
+        s[0, 0] * u[1, 0] - s[1, 1] * u[0, 1] + s[0, 2] * u[1, 2] - s[1, 2] * u[0, 2] + s[0, 1] * (u[1, 1] - u[0, 0]),
+    )
+
+
+def _unit_acceleration(joint: Joint, points: Points) -> tuple[Any, Any]:
+    """Moment and force that accelerate the points at one unit along the joint, from rest."""
+    if not joint.revolute:
+        return cross(points.first, joint.axis), points.mass * joint.axis
+    moment = casadi.trace(points.second) * joint.axis - points.second @ joint.axis
+    if _is_z(joint.axis):
+        moment[2] = points.second[0, 0] + points.second[1, 1]
+    return moment, cross(joint.axis, points.first)
+
+
+def _along(joint: Joint, moment: Any, force: Any) -> Any:
+    return casadi.dot(joint.axis, moment if joint.revolute else force)
+
+
+def _joint(body: MovingBody, position: Any) -> Joint:
+    """The joint's fixed placement, then its own motion."""
+    placed, offset, axis = _matrix(body.rotation), _column(body.offset), casadi.DM(body.axis)
     if body.kind == "prismatic":
-        return JointTransform(placed.T, _column(body.offset) + placed @ _column(body.axis) * position)
+        return Joint(placed, offset + placed @ casadi.SX(axis) * position, casadi.SX(axis), False, placed, position)
     along = axis @ axis.T
     # Rodrigues; what the axis leaves alone stays a number, so that zeros of the rotation stay zeros.
-    turned = along + casadi.cos(position) * (casadi.DM.eye(3) - along) - casadi.sin(position) * casadi.skew(axis)
-    return JointTransform(casadi.densify(casadi.SX(turned)) @ placed.T, _column(body.offset))
+    turned = along + casadi.cos(position) * (casadi.DM.eye(3) - along) + casadi.sin(position) * casadi.skew(axis)
+    rotation = placed @ casadi.densify(casadi.SX(turned))
+    return Joint(rotation, offset, casadi.SX(axis), True, placed, position)
 
 
-def _inertia(body: MovingBody) -> SpatialInertia:
-    return SpatialInertia(casadi.SX(body.mass), _column(body.first_moment), _matrix(body.inertia))
+def _is_z(axis: Any) -> bool:
+    return bool(casadi.DM(axis)[0] == 0 and casadi.DM(axis)[1] == 0 and casadi.DM(axis)[2] == 1)
+
+
+def _points(body: MovingBody) -> Points:
+    inertia = casadi.DM([list(row) for row in body.inertia])
+    second = casadi.DM.eye(3) * (casadi.trace(inertia) / 2) - inertia
+    for k in range(3):
+        others = [inertia[i, i] for i in range(3) if i != k]
+        moment = (others[0] + others[1] - inertia[k, k]) / 2
+        small = abs(moment) <= ROUNDING * casadi.mmax(casadi.fabs(inertia))
+        second[k, k] = 0 if small else moment
+    return Points(casadi.SX(body.mass), _column(body.first_moment), casadi.SX(second))
 
 
 def _column(values: Any) -> Any:

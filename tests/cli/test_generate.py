@@ -15,8 +15,8 @@ from codegen.checker import verify as checker
 
 from .command import SPECS, contents, process, stiction
 
-NAMES = {"one_mass.h", "one_mass.c", "one_mass.mk", "CMakeLists.txt", "example_main.c", "__init__.py", "certificate.json"}
-NAMES |= {"manifest.json", "README.md"}
+NAMES = {"one_mass.h", "one_mass.c", "one_mass.mk", "CMakeLists.txt", "example_main.c", "__init__.py"}
+NAMES |= {"certificate.json", "manifest.json", "README.md"}
 UNSTABLE = (SPECS / "one_mass.yaml").read_text().replace("K_F: 10, K_v: 100", "K_F: 10, K_v: 3000")
 
 
