@@ -14,13 +14,17 @@ from codegen.program.graph import Node, reachable
 
 @dataclass(frozen=True)
 class Style:
-    """How a language writes the fields of the structs: formats with {name}; ``declared`` is before a local's value."""
+    """How a language writes the fields of the structs: formats with {name}; ``declared`` is before a local's value.
+
+    ``indent`` is of the lines after the first of an expression.
+    """
 
     language: Language
     parameter: str
     state: str
     entry: str
     declared: str
+    indent: int = 8
 
 
 @dataclass(frozen=True)
@@ -56,7 +60,8 @@ class CodeView:
     """A program in one language.
 
     Attributes:
-        started_from: the inputs that ``init`` uses; ``samples`` is their sum, which is finite if they are.
+        initial, rest: the first state, and that for inputs of zero; ``begun`` is the sum of the first state, and
+            ``start_uses_inputs`` says whether it depends on any.
         check: the sum of the next states, and of the inputs that do not make one of them infinite or NaN when they are.
     """
 
@@ -66,9 +71,10 @@ class CodeView:
     outputs: tuple[Line, ...]
     initial: tuple[Line, ...]
     initial_parts: tuple[Line, ...]
-    samples: str
+    rest: tuple[Line, ...]
+    begun: str
     check: str
-    started_from: tuple[str, ...]
+    start_uses_inputs: bool
     start_uses_parameters: bool
     step_uses_parameters: bool
     functions: frozenset[str]
@@ -83,9 +89,8 @@ def view(program: Program, code: Code, style: Style) -> CodeView:
     fields = {f.name: style.state.format(name=f.name) for f in program.states}
     fields |= {f.name: style.entry.format(name=f.name) for f in program.inputs}
     constants = {n: style.parameter.format(name=name) for n, name in code.constants.items()}
-    local = {f.name: f.name for f in program.inputs} if program.fault == "hold" else fields
     step = Expressions(language, parameters | fields, constants | code.names)
-    start = Expressions(language, parameters | fields | local, code.initial_names)
+    start = Expressions(language, parameters | fields, code.initial_names)
     plain = Expressions(language, {f.name: f.name for f in program.parameters}, code.constants)
     prepare = Expressions(language, parameters, constants)
 
@@ -94,7 +99,9 @@ def view(program: Program, code: Code, style: Style) -> CodeView:
         result = []
         for a in assignments:
             start = len(head or style.declared) - len("{name}") + len(a.name)
-            result.append(Line(a.name, wrapped(printer.text(a.value, whole=not head), start, language), a.unit))
+            result.append(
+                Line(a.name, wrapped(printer.text(a.value, whole=not head), start, language, style.indent), a.unit)
+            )
         return result
 
     derived = tuple(
@@ -102,13 +109,11 @@ def view(program: Program, code: Code, style: Style) -> CodeView:
             a.name,
             language.literal(value),
             plain.text(a.value, whole=True),
-            wrapped(prepare.text(a.value, whole=True), len(f"    {constants[a.value]} = "), language),
+            wrapped(prepare.text(a.value, whole=True), len(f"    {constants[a.value]} = "), language, style.indent),
         )
         for a, value in zip(code.derived, code.derived_values, strict=True)
     )
     used = reachable(a.value for a in (*code.initial_parts, *code.initial))
-    called = {n.name for n in used if n.kind == "symbol"}
-    started_from = tuple(f.name for f in program.inputs if f.name in called)
     unseen = [fields[name] for name in code.unseen(f.name for f in program.inputs)]
     following = [f"{f.name}_next" for f in program.states]
     needed = _constants_used(code)
@@ -119,9 +124,10 @@ def view(program: Program, code: Code, style: Style) -> CodeView:
         outputs=tuple(lines(code.outputs, step, "        outputs->{name} = ")),
         initial=tuple(lines(code.initial, start, "    state->{name} = ")),
         initial_parts=tuple(lines(code.initial_parts, start)),
-        samples=wrapped(" + ".join(fields[name] for name in started_from), 25, language),
-        check=wrapped(" + ".join([*unseen, *following]), 25, language),
-        started_from=started_from,
+        rest=tuple(lines(code.rest, start, "        state->{name} = ")),
+        begun=wrapped(" + ".join(fields[f.name] for f in program.states), 25, language, style.indent),
+        check=wrapped(" + ".join([*unseen, *following]), 25, language, style.indent),
+        start_uses_inputs=any(n.kind == "symbol" and not n.constant for n in used),
         start_uses_parameters=any(n.kind == "symbol" and n.constant for n in used),
         step_uses_parameters=needed,
         functions=code.functions,

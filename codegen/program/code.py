@@ -52,7 +52,7 @@ class Code:
         derived: constants that follow from the parameters, in the order in which ``prepare`` computes them;
             ``derived_values`` are theirs, by the same operations.
         step: in order; ``next_state`` and ``outputs`` are over what it assigns.
-        initial: partial results and then the first state, over parameters and inputs.
+        initial: the first state, over parameters, inputs and ``initial_parts``; ``rest`` the same for inputs of zero.
         names: node → how later expressions call it, where it has a name.
     """
 
@@ -62,6 +62,7 @@ class Code:
     next_state: tuple[Assignment, ...]
     outputs: tuple[Assignment, ...]
     initial: tuple[Assignment, ...]
+    rest: tuple[Assignment, ...]
     names: dict[Node, str]
     initial_parts: tuple[Assignment, ...]
     initial_names: dict[Node, str]
@@ -86,7 +87,15 @@ class Code:
     @property
     def functions(self) -> frozenset[str]:
         """Every function that is called anywhere."""
-        parts = [*self.derived, *self.initial_parts, *self.initial, *self._assigned, *self.next_state, *self.outputs]
+        parts = [
+            *self.derived,
+            *self.initial_parts,
+            *self.initial,
+            *self.rest,
+            *self._assigned,
+            *self.next_state,
+            *self.outputs,
+        ]
         return frozenset(node.name for node in reachable(a.value for a in parts) if node.kind == "call")
 
     @property

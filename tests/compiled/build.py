@@ -63,6 +63,7 @@ class Built:
         for field, _ in constants._fields_:
             setattr(constants, field, getattr(self.parameters, field))
         found, states = [], []
+        self.faults: list[int] = []
         places = [ctypes.byref(x) for x in (state, constants, inputs, outputs)]
         for k, row in enumerate(rows.tolist()):
             for (field, _), value in zip(inputs._fields_, row, strict=True):
@@ -70,6 +71,7 @@ class Built:
             if k == 0:
                 init(*places[:3])
             step(*places)
+            self.faults += [k] if outputs.fault else []
             found.append([getattr(outputs, field) for field, _ in outputs._fields_])
             states.append([getattr(state, field) for field, _ in state._fields_])
         return np.array(found, dtype=float)[:, : len(self.program.outputs)], np.array(states, dtype=float)

@@ -1,0 +1,30 @@
+"""C that steps many observers at once: every field an array over lanes, one loop that a compiler turns into vectors."""
+
+from __future__ import annotations
+
+from codegen.emit.c import c_language, c_words
+from codegen.emit.header import Header
+from codegen.emit.view import Style, view
+from codegen.program import Code, Program
+from codegen.text import render
+
+LANES = 16
+
+
+def emit_simd(program: Program, code: Code, header: Header) -> dict[str, str]:
+    """NAME_lanes.h and NAME_lanes.c."""
+    language = c_language(program)
+    real = "float" if language.single else "double"
+    style = Style(
+        language,
+        "parameters->{name}[lane]",
+        "state->{name}[lane]",
+        "inputs->{name}[lane]",
+        f"        const {real} {{name}} = ",
+        indent=12,
+    )
+    words = c_words(program, code, header) | {"view": view(program, code, style), "lanes": LANES}
+    return {
+        f"{program.name}_lanes.h": render("simd/lanes.h.j2", **words),
+        f"{program.name}_lanes.c": render("simd/lanes.c.j2", **words),
+    }
