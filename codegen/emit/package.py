@@ -20,7 +20,7 @@ def emit_sources(program: Program, header: Header, targets: Sequence[str] = ALWA
     return {name: text for target in targets for name, text in PRINTERS[target](program, code, header).items()}
 
 
-def emit_readme(program: Program, header: Header, certificate: Any, files: Sequence[str] = ()) -> str:
+def emit_readme(program: Program, header: Header, certificate: Any, files: Sequence[str]) -> str:
     """How to call what was generated.
 
     Args:

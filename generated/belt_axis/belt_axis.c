@@ -29,13 +29,15 @@ void belt_axis_prepare(belt_axis_parameters *parameters)
 void belt_axis_init(belt_axis_state *state, const belt_axis_parameters *parameters,
     const belt_axis_inputs *inputs)
 {
-    /* from rest at zero if the first sample is not finite */
-    const double check = inputs->x;
-    const int finite = fabs(check) <= DBL_MAX;
-    const double x = finite ? inputs->x : 0.0;
-
-    state->z_v = -(parameters->K_v * x);
+    state->z_v = -(parameters->K_v * inputs->x);
     state->z_guide = parameters->guide_a;
+
+    /* from rest at zero where that is not finite */
+    const double check = state->z_v + state->z_guide;
+    if (!(fabs(check) <= DBL_MAX)) {
+        state->z_v = 0.0;
+        state->z_guide = parameters->guide_a;
+    }
 }
 
 void belt_axis_step(belt_axis_state *state, const belt_axis_parameters *parameters,

@@ -29,13 +29,15 @@ void emps_prepare(emps_parameters *parameters)
 void emps_init(emps_state *state, const emps_parameters *parameters,
     const emps_inputs *inputs)
 {
-    /* from rest at zero if the first sample is not finite */
-    const double check = inputs->x;
-    const int finite = fabs(check) <= DBL_MAX;
-    const double x = finite ? inputs->x : 0.0;
-
-    state->z_v = -(parameters->K_v * x);
+    state->z_v = -(parameters->K_v * inputs->x);
     state->z_rail = parameters->rail_a;
+
+    /* from rest at zero where that is not finite */
+    const double check = state->z_v + state->z_rail;
+    if (!(fabs(check) <= DBL_MAX)) {
+        state->z_v = 0.0;
+        state->z_rail = parameters->rail_a;
+    }
 }
 
 void emps_step(emps_state *state, const emps_parameters *parameters,

@@ -68,13 +68,17 @@ def prepare(parameters: Parameters) -> None:
 
 def init(parameters: Parameters, inputs: Inputs) -> State:
     """The state from the first measurement; from rest at zero if it is not finite."""
-    check = inputs.x
-    finite = abs(check) <= LARGEST
-    x = inputs.x if finite else 0.0
-    return State(
-        z_v=-(parameters.K_v * x),
+    state = State(
+        z_v=-(parameters.K_v * inputs.x),
         z_rail=parameters.rail_a,
     )
+    check = state.z_v + state.z_rail
+    if not abs(check) <= LARGEST:
+        state = State(
+            z_v=0.0,
+            z_rail=parameters.rail_a,
+        )
+    return state
 
 
 def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs | None = None) -> Outputs:

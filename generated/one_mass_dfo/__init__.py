@@ -30,8 +30,8 @@ class Parameters:
     K_f2: float = 0.0  # s/m: observer gain
     K_v: float = 100.0  # 1/s: observer gain
     sample_time: float = 1e-05  # s: sample time
-    rail_D1_minus_rail_D2: float = 999.9999  # rail_D1 - rail_D2
     one_over_m: float = 1.0  # 1.0 / m
+    rail_D1_minus_rail_D2: float = 999.9999  # rail_D1 - rail_D2
     h_K_a: float = -0.0001  # sample_time * K_a
 
 
@@ -66,21 +66,26 @@ class Outputs:
 
 def prepare(parameters: Parameters) -> None:
     """Compute the derived constants anew, after a parameter was changed."""
-    parameters.rail_D1_minus_rail_D2 = parameters.rail_D1 - parameters.rail_D2
     parameters.one_over_m = 1.0 / parameters.m
+    parameters.rail_D1_minus_rail_D2 = parameters.rail_D1 - parameters.rail_D2
     parameters.h_K_a = parameters.sample_time * parameters.K_a
 
 
 def init(parameters: Parameters, inputs: Inputs) -> State:
     """The state from the first measurement; from rest at zero if it is not finite."""
-    check = inputs.x
-    finite = abs(check) <= LARGEST
-    x = inputs.x if finite else 0.0
-    return State(
-        z_v=-(parameters.K_v * x),
-        z_f_rail=-(parameters.K_f1 * x),
+    state = State(
+        z_v=-(parameters.K_v * inputs.x),
+        z_f_rail=-(parameters.K_f1 * inputs.x),
         z_a_rail=parameters.rail_a,
     )
+    check = state.z_v + state.z_f_rail + state.z_a_rail
+    if not abs(check) <= LARGEST:
+        state = State(
+            z_v=0.0,
+            z_f_rail=0.0,
+            z_a_rail=parameters.rail_a,
+        )
+    return state
 
 
 def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs | None = None) -> Outputs:

@@ -17,22 +17,25 @@
 
 void one_mass_dfo_prepare(one_mass_dfo_parameters *parameters)
 {
-    parameters->rail_D1_minus_rail_D2 = parameters->rail_D1 - parameters->rail_D2;
     parameters->one_over_m = 1.0 / parameters->m;
+    parameters->rail_D1_minus_rail_D2 = parameters->rail_D1 - parameters->rail_D2;
     parameters->h_K_a = parameters->sample_time * parameters->K_a;
 }
 
 void one_mass_dfo_init(one_mass_dfo_state *state, const one_mass_dfo_parameters *parameters,
     const one_mass_dfo_inputs *inputs)
 {
-    /* from rest at zero if the first sample is not finite */
-    const double check = inputs->x;
-    const int finite = fabs(check) <= DBL_MAX;
-    const double x = finite ? inputs->x : 0.0;
-
-    state->z_v = -(parameters->K_v * x);
-    state->z_f_rail = -(parameters->K_f1 * x);
+    state->z_v = -(parameters->K_v * inputs->x);
+    state->z_f_rail = -(parameters->K_f1 * inputs->x);
     state->z_a_rail = parameters->rail_a;
+
+    /* from rest at zero where that is not finite */
+    const double check = state->z_v + state->z_f_rail + state->z_a_rail;
+    if (!(fabs(check) <= DBL_MAX)) {
+        state->z_v = 0.0;
+        state->z_f_rail = 0.0;
+        state->z_a_rail = parameters->rail_a;
+    }
 }
 
 void one_mass_dfo_step(one_mass_dfo_state *state, const one_mass_dfo_parameters *parameters,
@@ -55,7 +58,8 @@ void one_mass_dfo_step(one_mass_dfo_state *state, const one_mass_dfo_parameters 
 
     /* friction state rate, xi_1 of (6.5), (6.6) */
     const double f_rate_rail = parameters->rail_c * (v_hat - parameters->rail_D2 * f_hat_rail
-        - parameters->rail_D1_minus_rail_D2 * (f_hat_rail + 0.5 * fabs(f_hat_rail - 1.0) - 0.5 * fabs(1.0 + f_hat_rail))); /* 1/s */
+        - parameters->rail_D1_minus_rail_D2 * (f_hat_rail + 0.5 * fabs(f_hat_rail - 1.0) - 0.5 * fabs(1.0
+        + f_hat_rail))); /* 1/s */
 
     /* states one sample later (explicit Euler) */
     const double z_v_next = state->z_v + parameters->sample_time * (v_dot_hat - parameters->K_v * v_hat);

@@ -30,8 +30,8 @@ typedef struct {
     double K_v; /* 1/s: observer gain */
     double sample_time; /* s: sample time */
     /* derived: one_mass_dfo_prepare computes them from those above */
-    double rail_D1_minus_rail_D2; /* rail_D1 - rail_D2 */
     double one_over_m; /* 1.0 / m */
+    double rail_D1_minus_rail_D2; /* rail_D1 - rail_D2 */
     double h_K_a; /* sample_time * K_a */
 } one_mass_dfo_parameters;
 
@@ -47,8 +47,8 @@ typedef struct {
         0.0, /* K_f2 */ \
         100.0, /* K_v */ \
         1e-05, /* sample_time */ \
-        999.9999, /* rail_D1_minus_rail_D2 */ \
         1.0, /* one_over_m */ \
+        999.9999, /* rail_D1_minus_rail_D2 */ \
         -0.0001 /* h_K_a */ \
     }
 

@@ -68,13 +68,17 @@ def prepare(parameters: Parameters) -> None:
 
 def init(parameters: Parameters, inputs: Inputs) -> State:
     """The state from the first measurement; from rest at zero if it is not finite."""
-    check = inputs.theta
-    finite = abs(check) <= LARGEST
-    theta = inputs.theta if finite else 0.0
-    return State(
-        z_omega=-(parameters.K_v * theta),
+    state = State(
+        z_omega=-(parameters.K_v * inputs.theta),
         z_plates=parameters.plates_a,
     )
+    check = state.z_omega + state.z_plates
+    if not abs(check) <= LARGEST:
+        state = State(
+            z_omega=0.0,
+            z_plates=parameters.plates_a,
+        )
+    return state
 
 
 def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs | None = None) -> Outputs:

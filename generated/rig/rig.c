@@ -29,13 +29,15 @@ void rig_prepare(rig_parameters *parameters)
 void rig_init(rig_state *state, const rig_parameters *parameters,
     const rig_inputs *inputs)
 {
-    /* from rest at zero if the first sample is not finite */
-    const double check = inputs->theta;
-    const int finite = fabs(check) <= DBL_MAX;
-    const double theta = finite ? inputs->theta : 0.0;
-
-    state->z_omega = -(parameters->K_v * theta);
+    state->z_omega = -(parameters->K_v * inputs->theta);
     state->z_plates = parameters->plates_a;
+
+    /* from rest at zero where that is not finite */
+    const double check = state->z_omega + state->z_plates;
+    if (!(fabs(check) <= DBL_MAX)) {
+        state->z_omega = 0.0;
+        state->z_plates = parameters->plates_a;
+    }
 }
 
 void rig_step(rig_state *state, const rig_parameters *parameters,

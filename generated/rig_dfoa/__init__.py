@@ -30,8 +30,8 @@ class Parameters:
     K_f2: float = 0.0  # s/rad: observer gain
     K_v: float = 50.0  # 1/s: observer gain
     sample_time: float = 0.01  # s: sample time
-    plates_D1_minus_plates_D2: float = 99.9  # plates_D1 - plates_D2
     one_over_J: float = 1.0  # 1.0 / J
+    plates_D1_minus_plates_D2: float = 99.9  # plates_D1 - plates_D2
     h_K_a: float = -0.05  # sample_time * K_a
 
 
@@ -66,21 +66,26 @@ class Outputs:
 
 def prepare(parameters: Parameters) -> None:
     """Compute the derived constants anew, after a parameter was changed."""
-    parameters.plates_D1_minus_plates_D2 = parameters.plates_D1 - parameters.plates_D2
     parameters.one_over_J = 1.0 / parameters.J
+    parameters.plates_D1_minus_plates_D2 = parameters.plates_D1 - parameters.plates_D2
     parameters.h_K_a = parameters.sample_time * parameters.K_a
 
 
 def init(parameters: Parameters, inputs: Inputs) -> State:
     """The state from the first measurement; from rest at zero if it is not finite."""
-    check = inputs.theta
-    finite = abs(check) <= LARGEST
-    theta = inputs.theta if finite else 0.0
-    return State(
-        z_omega=-(parameters.K_v * theta),
-        z_f_plates=-(parameters.K_f1 * theta),
+    state = State(
+        z_omega=-(parameters.K_v * inputs.theta),
+        z_f_plates=-(parameters.K_f1 * inputs.theta),
         z_a_plates=parameters.plates_a,
     )
+    check = state.z_omega + state.z_f_plates + state.z_a_plates
+    if not abs(check) <= LARGEST:
+        state = State(
+            z_omega=0.0,
+            z_f_plates=0.0,
+            z_a_plates=parameters.plates_a,
+        )
+    return state
 
 
 def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs | None = None) -> Outputs:
@@ -111,7 +116,8 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
     # friction state rate, xi_1 of (6.5), (6.6)
     f_rate_plates = (
         parameters.plates_c * (omega_hat - parameters.plates_D2 * f_hat_plates
-        - parameters.plates_D1_minus_plates_D2 * (f_hat_plates + 0.5 * abs(f_hat_plates - 1.0) - 0.5 * abs(1.0 + f_hat_plates)))
+        - parameters.plates_D1_minus_plates_D2 * (f_hat_plates + 0.5 * abs(f_hat_plates - 1.0) - 0.5 * abs(1.0
+        + f_hat_plates)))
     )  # 1/s
 
     # states one sample later (explicit Euler)

@@ -17,22 +17,25 @@
 
 void rig_dfoa_prepare(rig_dfoa_parameters *parameters)
 {
-    parameters->plates_D1_minus_plates_D2 = parameters->plates_D1 - parameters->plates_D2;
     parameters->one_over_J = 1.0 / parameters->J;
+    parameters->plates_D1_minus_plates_D2 = parameters->plates_D1 - parameters->plates_D2;
     parameters->h_K_a = parameters->sample_time * parameters->K_a;
 }
 
 void rig_dfoa_init(rig_dfoa_state *state, const rig_dfoa_parameters *parameters,
     const rig_dfoa_inputs *inputs)
 {
-    /* from rest at zero if the first sample is not finite */
-    const double check = inputs->theta;
-    const int finite = fabs(check) <= DBL_MAX;
-    const double theta = finite ? inputs->theta : 0.0;
-
-    state->z_omega = -(parameters->K_v * theta);
-    state->z_f_plates = -(parameters->K_f1 * theta);
+    state->z_omega = -(parameters->K_v * inputs->theta);
+    state->z_f_plates = -(parameters->K_f1 * inputs->theta);
     state->z_a_plates = parameters->plates_a;
+
+    /* from rest at zero where that is not finite */
+    const double check = state->z_omega + state->z_f_plates + state->z_a_plates;
+    if (!(fabs(check) <= DBL_MAX)) {
+        state->z_omega = 0.0;
+        state->z_f_plates = 0.0;
+        state->z_a_plates = parameters->plates_a;
+    }
 }
 
 void rig_dfoa_step(rig_dfoa_state *state, const rig_dfoa_parameters *parameters,

@@ -30,8 +30,8 @@ typedef struct {
     double K_v; /* 1/s: observer gain */
     double sample_time; /* s: sample time */
     /* derived: rig_dfoa_prepare computes them from those above */
-    double plates_D1_minus_plates_D2; /* plates_D1 - plates_D2 */
     double one_over_J; /* 1.0 / J */
+    double plates_D1_minus_plates_D2; /* plates_D1 - plates_D2 */
     double h_K_a; /* sample_time * K_a */
 } rig_dfoa_parameters;
 
@@ -47,8 +47,8 @@ typedef struct {
         0.0, /* K_f2 */ \
         50.0, /* K_v */ \
         0.01, /* sample_time */ \
-        99.9, /* plates_D1_minus_plates_D2 */ \
         1.0, /* one_over_J */ \
+        99.9, /* plates_D1_minus_plates_D2 */ \
         -0.05 /* h_K_a */ \
     }
 

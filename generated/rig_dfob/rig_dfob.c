@@ -29,14 +29,17 @@ void rig_dfob_prepare(rig_dfob_parameters *parameters)
 void rig_dfob_init(rig_dfob_state *state, const rig_dfob_parameters *parameters,
     const rig_dfob_inputs *inputs)
 {
-    /* from rest at zero if the first sample is not finite */
-    const double check = inputs->theta;
-    const int finite = fabs(check) <= DBL_MAX;
-    const double theta = finite ? inputs->theta : 0.0;
-
-    state->z_omega = -(parameters->K_v * theta);
-    state->z_f_plates = -(parameters->K_f1 * theta);
+    state->z_omega = -(parameters->K_v * inputs->theta);
+    state->z_f_plates = -(parameters->K_f1 * inputs->theta);
     state->z_a_plates = parameters->plates_a;
+
+    /* from rest at zero where that is not finite */
+    const double check = state->z_omega + state->z_f_plates + state->z_a_plates;
+    if (!(fabs(check) <= DBL_MAX)) {
+        state->z_omega = 0.0;
+        state->z_f_plates = 0.0;
+        state->z_a_plates = parameters->plates_a;
+    }
 }
 
 void rig_dfob_step(rig_dfob_state *state, const rig_dfob_parameters *parameters,

@@ -65,13 +65,17 @@ def prepare(parameters: Parameters) -> None:
 
 def init(parameters: Parameters, inputs: Inputs) -> State:
     """The state from the first measurement; from rest at zero if it is not finite."""
-    check = inputs.theta
-    finite = abs(check) <= LARGEST
-    theta = inputs.theta if finite else 0.0
-    return State(
-        z_omega=-(parameters.K_v * theta),
-        z_theta=-(parameters.K_1 * theta),
+    state = State(
+        z_omega=-(parameters.K_v * inputs.theta),
+        z_theta=-(parameters.K_1 * inputs.theta),
     )
+    check = state.z_omega + state.z_theta
+    if not abs(check) <= LARGEST:
+        state = State(
+            z_omega=0.0,
+            z_theta=0.0,
+        )
+    return state
 
 
 def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs | None = None) -> Outputs:

@@ -25,13 +25,15 @@ void rig_to_prepare(rig_to_parameters *parameters)
 void rig_to_init(rig_to_state *state, const rig_to_parameters *parameters,
     const rig_to_inputs *inputs)
 {
-    /* from rest at zero if the first sample is not finite */
-    const double check = inputs->theta;
-    const int finite = fabs(check) <= DBL_MAX;
-    const double theta = finite ? inputs->theta : 0.0;
+    state->z_omega = -(parameters->K_v * inputs->theta);
+    state->z_theta = -(parameters->K_1 * inputs->theta);
 
-    state->z_omega = -(parameters->K_v * theta);
-    state->z_theta = -(parameters->K_1 * theta);
+    /* from rest at zero where that is not finite */
+    const double check = state->z_omega + state->z_theta;
+    if (!(fabs(check) <= DBL_MAX)) {
+        state->z_omega = 0.0;
+        state->z_theta = 0.0;
+    }
 }
 
 void rig_to_step(rig_to_state *state, const rig_to_parameters *parameters,

@@ -38,12 +38,12 @@ class Parameters:
     K_v_omega2_omega1: float = 1.0  # 1/s: observer gain
     K_v_omega2_omega2: float = 10.0  # 1/s: observer gain
     sample_time: float = 0.001  # s: sample time
-    m2_l1_b2: float = 0.0036150724999999997  # m2 * l1 * b2
+    constant_1: float = 0.023732505  # I1 + I2 + m1 * b1 * b1 + m2 * b2 * b2 + m2 * l1 * l1
     twice_m2_l1_b2: float = 0.0072301449999999995  # 2.0 * m2 * l1 * b2
+    I2_plus_m2_b2_squared: float = 0.0024662425  # I2 + m2 * b2 * b2
+    m2_l1_b2: float = 0.0036150724999999997  # m2 * l1 * b2
     m2_b2_gravity: float = 0.17281810000000003  # m2 * b2 * gravity
     m1_b1_gravity_plus_m2_l1_gravity: float = 0.8475873  # m1 * b1 * gravity + m2 * l1 * gravity
-    constant_1: float = 0.023732505  # I1 + I2 + m1 * b1 * b1 + m2 * b2 * b2 + m2 * l1 * l1
-    I2_plus_m2_b2_squared: float = 0.0024662425  # I2 + m2 * b2 * b2
     h_K_F_shoulder_shoulder: float = 1e-05  # sample_time * K_F_shoulder_shoulder
     h_K_F_elbow_elbow: float = 5e-06  # sample_time * K_F_elbow_elbow
     h_K_F_elbow_shoulder: float = 1e-05  # sample_time * K_F_elbow_shoulder
@@ -104,17 +104,17 @@ def _quotient(a: float, b: float) -> float:
 
 def prepare(parameters: Parameters) -> None:
     """Compute the derived constants anew, after a parameter was changed."""
-    parameters.m2_l1_b2 = parameters.m2 * parameters.l1 * parameters.b2
-    parameters.twice_m2_l1_b2 = 2.0 * parameters.m2 * parameters.l1 * parameters.b2
-    parameters.m2_b2_gravity = parameters.m2 * parameters.b2 * parameters.gravity
-    parameters.m1_b1_gravity_plus_m2_l1_gravity = (
-        parameters.m1 * parameters.b1 * parameters.gravity + parameters.m2 * parameters.l1 * parameters.gravity
-    )
     parameters.constant_1 = (
         parameters.I1 + parameters.I2 + parameters.m1 * parameters.b1 * parameters.b1 + parameters.m2
         * parameters.b2 * parameters.b2 + parameters.m2 * parameters.l1 * parameters.l1
     )
+    parameters.twice_m2_l1_b2 = 2.0 * parameters.m2 * parameters.l1 * parameters.b2
     parameters.I2_plus_m2_b2_squared = parameters.I2 + parameters.m2 * parameters.b2 * parameters.b2
+    parameters.m2_l1_b2 = parameters.m2 * parameters.l1 * parameters.b2
+    parameters.m2_b2_gravity = parameters.m2 * parameters.b2 * parameters.gravity
+    parameters.m1_b1_gravity_plus_m2_l1_gravity = (
+        parameters.m1 * parameters.b1 * parameters.gravity + parameters.m2 * parameters.l1 * parameters.gravity
+    )
     parameters.h_K_F_shoulder_shoulder = parameters.sample_time * parameters.K_F_shoulder_shoulder
     parameters.h_K_F_elbow_elbow = parameters.sample_time * parameters.K_F_elbow_elbow
     parameters.h_K_F_elbow_shoulder = parameters.sample_time * parameters.K_F_elbow_shoulder
@@ -122,16 +122,25 @@ def prepare(parameters: Parameters) -> None:
 
 def init(parameters: Parameters, inputs: Inputs) -> State:
     """The state from the first measurement; from rest at zero if it is not finite."""
-    check = inputs.theta1 + inputs.theta2
-    finite = abs(check) <= LARGEST
-    theta1 = inputs.theta1 if finite else 0.0
-    theta2 = inputs.theta2 if finite else 0.0
-    return State(
-        z_omega1=-(parameters.K_v_omega1_omega1 * theta1 + parameters.K_v_omega1_omega2 * theta2),
-        z_omega2=-(parameters.K_v_omega2_omega1 * theta1 + parameters.K_v_omega2_omega2 * theta2),
+    state = State(
+        z_omega1=(
+        -(parameters.K_v_omega1_omega1 * inputs.theta1 + parameters.K_v_omega1_omega2 * inputs.theta2)
+    ),
+        z_omega2=(
+        -(parameters.K_v_omega2_omega1 * inputs.theta1 + parameters.K_v_omega2_omega2 * inputs.theta2)
+    ),
         z_shoulder=parameters.shoulder_a,
         z_elbow=parameters.elbow_a,
     )
+    check = state.z_omega1 + state.z_omega2 + state.z_shoulder + state.z_elbow
+    if not abs(check) <= LARGEST:
+        state = State(
+            z_omega1=0.0,
+            z_omega2=0.0,
+            z_shoulder=parameters.shoulder_a,
+            z_elbow=parameters.elbow_a,
+        )
+    return state
 
 
 def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs | None = None) -> Outputs:
@@ -171,25 +180,20 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
     F_hat_elbow = sign_elbow * a_hat_elbow  # N*m
 
     # acceleration, (4.2)
-    sin_theta2 = _sin(inputs.theta2)
     cos_theta2 = _cos(inputs.theta2)
+    sin_theta2 = _sin(inputs.theta2)
+    M11 = parameters.constant_1 + parameters.twice_m2_l1_b2 * cos_theta2
+    M21 = parameters.I2_plus_m2_b2_squared + parameters.m2_l1_b2 * cos_theta2
     acceleration_1 = parameters.m2_b2_gravity * _cos(inputs.theta1 + inputs.theta2)
-    acceleration_2 = (
+    r1 = (
         inputs.w1 + sin_theta2 * omega2_hat * (parameters.m2_l1_b2 * omega2_hat + parameters.twice_m2_l1_b2
         * omega1_hat) - F_hat_shoulder - parameters.m1_b1_gravity_plus_m2_l1_gravity * _cos(inputs.theta1)
         - acceleration_1
     )
-    acceleration_3 = parameters.constant_1 + parameters.twice_m2_l1_b2 * cos_theta2
-    one_over_acceleration_3 = _quotient(1.0, acceleration_3)
-    acceleration_4 = (
-        one_over_acceleration_3 * (parameters.I2_plus_m2_b2_squared + parameters.m2_l1_b2 * cos_theta2)
-    )
-    omega2_dot_hat = (
-        _quotient(inputs.w2 - F_hat_elbow - acceleration_1 - parameters.m2_l1_b2 * sin_theta2 * omega1_hat
-        * omega1_hat - acceleration_2 * acceleration_4, parameters.I2_plus_m2_b2_squared - acceleration_3
-        * acceleration_4 * acceleration_4)
-    )
-    omega1_dot_hat = acceleration_2 * one_over_acceleration_3 - acceleration_4 * omega2_dot_hat  # rad/s^2
+    r2 = inputs.w2 - F_hat_elbow - acceleration_1 - parameters.m2_l1_b2 * sin_theta2 * omega1_hat * omega1_hat
+    one_over_det_M = _quotient(1.0, parameters.I2_plus_m2_b2_squared * M11 - M21 * M21)
+    omega1_dot_hat = one_over_det_M * (parameters.I2_plus_m2_b2_squared * r1 - M21 * r2)  # rad/s^2
+    omega2_dot_hat = one_over_det_M * (M11 * r2 - M21 * r1)  # rad/s^2
 
     # states one sample later (explicit Euler)
     z_omega1_next = (

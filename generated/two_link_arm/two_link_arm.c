@@ -1,6 +1,6 @@
 /*
  * two_link_arm: friction observer GCFO, velocity estimated, double precision.
- * A step: 30 additions, 38 multiplications, 2 divisions, 4 calls, 4 of sign or magnitude.
+ * A step: 30 additions, 40 multiplications, 1 division, 4 calls, 4 of sign or magnitude.
  *
  * Made by stiction 0.1.0 from two_link_arm.yaml
  * sha256 8b25c9c1855802942b021ffbcf57601b15385794294bca198854e44907fbf30b
@@ -22,14 +22,14 @@ static inline double two_link_arm_sign(double u)
 
 void two_link_arm_prepare(two_link_arm_parameters *parameters)
 {
-    parameters->m2_l1_b2 = parameters->m2 * parameters->l1 * parameters->b2;
+    parameters->constant_1 = parameters->I1 + parameters->I2 + parameters->m1 * parameters->b1 * parameters->b1
+        + parameters->m2 * parameters->b2 * parameters->b2 + parameters->m2 * parameters->l1 * parameters->l1;
     parameters->twice_m2_l1_b2 = 2.0 * parameters->m2 * parameters->l1 * parameters->b2;
+    parameters->I2_plus_m2_b2_squared = parameters->I2 + parameters->m2 * parameters->b2 * parameters->b2;
+    parameters->m2_l1_b2 = parameters->m2 * parameters->l1 * parameters->b2;
     parameters->m2_b2_gravity = parameters->m2 * parameters->b2 * parameters->gravity;
     parameters->m1_b1_gravity_plus_m2_l1_gravity = parameters->m1 * parameters->b1 * parameters->gravity
         + parameters->m2 * parameters->l1 * parameters->gravity;
-    parameters->constant_1 = parameters->I1 + parameters->I2 + parameters->m1 * parameters->b1 * parameters->b1
-        + parameters->m2 * parameters->b2 * parameters->b2 + parameters->m2 * parameters->l1 * parameters->l1;
-    parameters->I2_plus_m2_b2_squared = parameters->I2 + parameters->m2 * parameters->b2 * parameters->b2;
     parameters->h_K_F_shoulder_shoulder = parameters->sample_time * parameters->K_F_shoulder_shoulder;
     parameters->h_K_F_elbow_elbow = parameters->sample_time * parameters->K_F_elbow_elbow;
     parameters->h_K_F_elbow_shoulder = parameters->sample_time * parameters->K_F_elbow_shoulder;
@@ -38,16 +38,21 @@ void two_link_arm_prepare(two_link_arm_parameters *parameters)
 void two_link_arm_init(two_link_arm_state *state, const two_link_arm_parameters *parameters,
     const two_link_arm_inputs *inputs)
 {
-    /* from rest at zero if the first sample is not finite */
-    const double check = inputs->theta1 + inputs->theta2;
-    const int finite = fabs(check) <= DBL_MAX;
-    const double theta1 = finite ? inputs->theta1 : 0.0;
-    const double theta2 = finite ? inputs->theta2 : 0.0;
-
-    state->z_omega1 = -(parameters->K_v_omega1_omega1 * theta1 + parameters->K_v_omega1_omega2 * theta2);
-    state->z_omega2 = -(parameters->K_v_omega2_omega1 * theta1 + parameters->K_v_omega2_omega2 * theta2);
+    state->z_omega1 = -(parameters->K_v_omega1_omega1 * inputs->theta1 + parameters->K_v_omega1_omega2
+        * inputs->theta2);
+    state->z_omega2 = -(parameters->K_v_omega2_omega1 * inputs->theta1 + parameters->K_v_omega2_omega2
+        * inputs->theta2);
     state->z_shoulder = parameters->shoulder_a;
     state->z_elbow = parameters->elbow_a;
+
+    /* from rest at zero where that is not finite */
+    const double check = state->z_omega1 + state->z_omega2 + state->z_shoulder + state->z_elbow;
+    if (!(fabs(check) <= DBL_MAX)) {
+        state->z_omega1 = 0.0;
+        state->z_omega2 = 0.0;
+        state->z_shoulder = parameters->shoulder_a;
+        state->z_elbow = parameters->elbow_a;
+    }
 }
 
 void two_link_arm_step(two_link_arm_state *state, const two_link_arm_parameters *parameters,
@@ -74,20 +79,19 @@ void two_link_arm_step(two_link_arm_state *state, const two_link_arm_parameters 
     const double F_hat_elbow = sign_elbow * a_hat_elbow; /* N*m */
 
     /* acceleration, (4.2) */
-    const double sin_theta2 = sin(inputs->theta2);
     const double cos_theta2 = cos(inputs->theta2);
+    const double sin_theta2 = sin(inputs->theta2);
+    const double M11 = parameters->constant_1 + parameters->twice_m2_l1_b2 * cos_theta2;
+    const double M21 = parameters->I2_plus_m2_b2_squared + parameters->m2_l1_b2 * cos_theta2;
     const double acceleration_1 = parameters->m2_b2_gravity * cos(inputs->theta1 + inputs->theta2);
-    const double acceleration_2 = inputs->w1 + sin_theta2 * omega2_hat * (parameters->m2_l1_b2 * omega2_hat
+    const double r1 = inputs->w1 + sin_theta2 * omega2_hat * (parameters->m2_l1_b2 * omega2_hat
         + parameters->twice_m2_l1_b2 * omega1_hat) - F_hat_shoulder
         - parameters->m1_b1_gravity_plus_m2_l1_gravity * cos(inputs->theta1) - acceleration_1;
-    const double acceleration_3 = parameters->constant_1 + parameters->twice_m2_l1_b2 * cos_theta2;
-    const double one_over_acceleration_3 = 1.0 / acceleration_3;
-    const double acceleration_4 = one_over_acceleration_3 * (parameters->I2_plus_m2_b2_squared
-        + parameters->m2_l1_b2 * cos_theta2);
-    const double omega2_dot_hat = (inputs->w2 - F_hat_elbow - acceleration_1 - parameters->m2_l1_b2 * sin_theta2
-        * omega1_hat * omega1_hat - acceleration_2 * acceleration_4) / (parameters->I2_plus_m2_b2_squared
-        - acceleration_3 * acceleration_4 * acceleration_4);
-    const double omega1_dot_hat = acceleration_2 * one_over_acceleration_3 - acceleration_4 * omega2_dot_hat; /* rad/s^2 */
+    const double r2 = inputs->w2 - F_hat_elbow - acceleration_1 - parameters->m2_l1_b2 * sin_theta2 * omega1_hat
+        * omega1_hat;
+    const double one_over_det_M = 1.0 / (parameters->I2_plus_m2_b2_squared * M11 - M21 * M21);
+    const double omega1_dot_hat = one_over_det_M * (parameters->I2_plus_m2_b2_squared * r1 - M21 * r2); /* rad/s^2 */
+    const double omega2_dot_hat = one_over_det_M * (M11 * r2 - M21 * r1); /* rad/s^2 */
 
     /* states one sample later (explicit Euler) */
     const double z_omega1_next = state->z_omega1 + parameters->sample_time * (omega1_dot_hat

@@ -38,12 +38,12 @@ typedef struct {
     double K_v_omega2_omega2; /* 1/s: observer gain */
     double sample_time; /* s: sample time */
     /* derived: two_link_arm_prepare computes them from those above */
-    double m2_l1_b2; /* m2 * l1 * b2 */
+    double constant_1; /* I1 + I2 + m1 * b1 * b1 + m2 * b2 * b2 + m2 * l1 * l1 */
     double twice_m2_l1_b2; /* 2.0 * m2 * l1 * b2 */
+    double I2_plus_m2_b2_squared; /* I2 + m2 * b2 * b2 */
+    double m2_l1_b2; /* m2 * l1 * b2 */
     double m2_b2_gravity; /* m2 * b2 * gravity */
     double m1_b1_gravity_plus_m2_l1_gravity; /* m1 * b1 * gravity + m2 * l1 * gravity */
-    double constant_1; /* I1 + I2 + m1 * b1 * b1 + m2 * b2 * b2 + m2 * l1 * l1 */
-    double I2_plus_m2_b2_squared; /* I2 + m2 * b2 * b2 */
     double h_K_F_shoulder_shoulder; /* sample_time * K_F_shoulder_shoulder */
     double h_K_F_elbow_elbow; /* sample_time * K_F_elbow_elbow */
     double h_K_F_elbow_shoulder; /* sample_time * K_F_elbow_shoulder */
@@ -69,12 +69,12 @@ typedef struct {
         1.0, /* K_v_omega2_omega1 */ \
         10.0, /* K_v_omega2_omega2 */ \
         0.001, /* sample_time */ \
-        0.0036150724999999997, /* m2_l1_b2 */ \
+        0.023732505, /* constant_1 */ \
         0.0072301449999999995, /* twice_m2_l1_b2 */ \
+        0.0024662425, /* I2_plus_m2_b2_squared */ \
+        0.0036150724999999997, /* m2_l1_b2 */ \
         0.17281810000000003, /* m2_b2_gravity */ \
         0.8475873, /* m1_b1_gravity_plus_m2_l1_gravity */ \
-        0.023732505, /* constant_1 */ \
-        0.0024662425, /* I2_plus_m2_b2_squared */ \
         1e-05, /* h_K_F_shoulder_shoulder */ \
         5e-06, /* h_K_F_elbow_elbow */ \
         1e-05 /* h_K_F_elbow_shoulder */ \

@@ -44,10 +44,10 @@ class Parameters:
     sample_time: float = 1e-05  # s: sample time
     eta2_plus_eta3: float = 70.0  # eta2 + eta3
     eta1_plus_eta3: float = 120.0  # eta1 + eta3
-    between_D1_minus_between_D2: float = 999.9999  # between_D1 - between_D2
-    ground_D1_minus_ground_D2: float = 999.9999  # ground_D1 - ground_D2
     one_over_m1: float = 0.1  # 1.0 / m1
     one_over_m2: float = 0.02  # 1.0 / m2
+    between_D1_minus_between_D2: float = 999.9999  # between_D1 - between_D2
+    ground_D1_minus_ground_D2: float = 999.9999  # ground_D1 - ground_D2
     h_K_a_between: float = -0.00030000000000000003  # sample_time * K_a_between
     h_K_a_ground: float = -0.001  # sample_time * K_a_ground
 
@@ -94,28 +94,37 @@ def prepare(parameters: Parameters) -> None:
     """Compute the derived constants anew, after a parameter was changed."""
     parameters.eta2_plus_eta3 = parameters.eta2 + parameters.eta3
     parameters.eta1_plus_eta3 = parameters.eta1 + parameters.eta3
-    parameters.between_D1_minus_between_D2 = parameters.between_D1 - parameters.between_D2
-    parameters.ground_D1_minus_ground_D2 = parameters.ground_D1 - parameters.ground_D2
     parameters.one_over_m1 = 1.0 / parameters.m1
     parameters.one_over_m2 = 1.0 / parameters.m2
+    parameters.between_D1_minus_between_D2 = parameters.between_D1 - parameters.between_D2
+    parameters.ground_D1_minus_ground_D2 = parameters.ground_D1 - parameters.ground_D2
     parameters.h_K_a_between = parameters.sample_time * parameters.K_a_between
     parameters.h_K_a_ground = parameters.sample_time * parameters.K_a_ground
 
 
 def init(parameters: Parameters, inputs: Inputs) -> State:
     """The state from the first measurement; from rest at zero if it is not finite."""
-    check = inputs.x1 + inputs.x2
-    finite = abs(check) <= LARGEST
-    x1 = inputs.x1 if finite else 0.0
-    x2 = inputs.x2 if finite else 0.0
-    return State(
-        z_v1=-(parameters.K_v_v1 * x1),
-        z_v2=-(parameters.K_v_v2 * x2),
-        z_f_between=-(parameters.K_f1_between * x1),
-        z_f_ground=-(parameters.K_f1_ground * x2),
+    state = State(
+        z_v1=-(parameters.K_v_v1 * inputs.x1),
+        z_v2=-(parameters.K_v_v2 * inputs.x2),
+        z_f_between=-(parameters.K_f1_between * inputs.x1),
+        z_f_ground=-(parameters.K_f1_ground * inputs.x2),
         z_a_between=parameters.between_a,
         z_a_ground=parameters.ground_a,
     )
+    check = (
+        state.z_v1 + state.z_v2 + state.z_f_between + state.z_f_ground + state.z_a_between + state.z_a_ground
+    )
+    if not abs(check) <= LARGEST:
+        state = State(
+            z_v1=0.0,
+            z_v2=0.0,
+            z_f_between=0.0,
+            z_f_ground=0.0,
+            z_a_between=parameters.between_a,
+            z_a_ground=parameters.ground_a,
+        )
+    return state
 
 
 def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs | None = None) -> Outputs:
@@ -168,7 +177,8 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
     )  # 1/s
     f_rate_ground = (
         parameters.ground_c * (v2_hat - parameters.ground_D2 * f_hat_ground
-        - parameters.ground_D1_minus_ground_D2 * (f_hat_ground + 0.5 * abs(f_hat_ground - 1.0) - 0.5 * abs(1.0 + f_hat_ground)))
+        - parameters.ground_D1_minus_ground_D2 * (f_hat_ground + 0.5 * abs(f_hat_ground - 1.0) - 0.5 * abs(1.0
+        + f_hat_ground)))
     )  # 1/s
 
     # states one sample later (explicit Euler)

@@ -19,10 +19,10 @@ void two_mass_gdfo_prepare(two_mass_gdfo_parameters *parameters)
 {
     parameters->eta2_plus_eta3 = parameters->eta2 + parameters->eta3;
     parameters->eta1_plus_eta3 = parameters->eta1 + parameters->eta3;
-    parameters->between_D1_minus_between_D2 = parameters->between_D1 - parameters->between_D2;
-    parameters->ground_D1_minus_ground_D2 = parameters->ground_D1 - parameters->ground_D2;
     parameters->one_over_m1 = 1.0 / parameters->m1;
     parameters->one_over_m2 = 1.0 / parameters->m2;
+    parameters->between_D1_minus_between_D2 = parameters->between_D1 - parameters->between_D2;
+    parameters->ground_D1_minus_ground_D2 = parameters->ground_D1 - parameters->ground_D2;
     parameters->h_K_a_between = parameters->sample_time * parameters->K_a_between;
     parameters->h_K_a_ground = parameters->sample_time * parameters->K_a_ground;
 }
@@ -30,18 +30,24 @@ void two_mass_gdfo_prepare(two_mass_gdfo_parameters *parameters)
 void two_mass_gdfo_init(two_mass_gdfo_state *state, const two_mass_gdfo_parameters *parameters,
     const two_mass_gdfo_inputs *inputs)
 {
-    /* from rest at zero if the first sample is not finite */
-    const double check = inputs->x1 + inputs->x2;
-    const int finite = fabs(check) <= DBL_MAX;
-    const double x1 = finite ? inputs->x1 : 0.0;
-    const double x2 = finite ? inputs->x2 : 0.0;
-
-    state->z_v1 = -(parameters->K_v_v1 * x1);
-    state->z_v2 = -(parameters->K_v_v2 * x2);
-    state->z_f_between = -(parameters->K_f1_between * x1);
-    state->z_f_ground = -(parameters->K_f1_ground * x2);
+    state->z_v1 = -(parameters->K_v_v1 * inputs->x1);
+    state->z_v2 = -(parameters->K_v_v2 * inputs->x2);
+    state->z_f_between = -(parameters->K_f1_between * inputs->x1);
+    state->z_f_ground = -(parameters->K_f1_ground * inputs->x2);
     state->z_a_between = parameters->between_a;
     state->z_a_ground = parameters->ground_a;
+
+    /* from rest at zero where that is not finite */
+    const double check = state->z_v1 + state->z_v2 + state->z_f_between + state->z_f_ground + state->z_a_between
+        + state->z_a_ground;
+    if (!(fabs(check) <= DBL_MAX)) {
+        state->z_v1 = 0.0;
+        state->z_v2 = 0.0;
+        state->z_f_between = 0.0;
+        state->z_f_ground = 0.0;
+        state->z_a_between = parameters->between_a;
+        state->z_a_ground = parameters->ground_a;
+    }
 }
 
 void two_mass_gdfo_step(two_mass_gdfo_state *state, const two_mass_gdfo_parameters *parameters,

@@ -44,10 +44,10 @@ typedef struct {
     /* derived: two_mass_gdfo_prepare computes them from those above */
     double eta2_plus_eta3; /* eta2 + eta3 */
     double eta1_plus_eta3; /* eta1 + eta3 */
-    double between_D1_minus_between_D2; /* between_D1 - between_D2 */
-    double ground_D1_minus_ground_D2; /* ground_D1 - ground_D2 */
     double one_over_m1; /* 1.0 / m1 */
     double one_over_m2; /* 1.0 / m2 */
+    double between_D1_minus_between_D2; /* between_D1 - between_D2 */
+    double ground_D1_minus_ground_D2; /* ground_D1 - ground_D2 */
     double h_K_a_between; /* sample_time * K_a_between */
     double h_K_a_ground; /* sample_time * K_a_ground */
 } two_mass_gdfo_parameters;
@@ -78,10 +78,10 @@ typedef struct {
         1e-05, /* sample_time */ \
         70.0, /* eta2_plus_eta3 */ \
         120.0, /* eta1_plus_eta3 */ \
-        999.9999, /* between_D1_minus_between_D2 */ \
-        999.9999, /* ground_D1_minus_ground_D2 */ \
         0.1, /* one_over_m1 */ \
         0.02, /* one_over_m2 */ \
+        999.9999, /* between_D1_minus_between_D2 */ \
+        999.9999, /* ground_D1_minus_ground_D2 */ \
         -0.00030000000000000003, /* h_K_a_between */ \
         -0.001 /* h_K_a_ground */ \
     }

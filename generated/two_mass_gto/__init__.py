@@ -88,16 +88,21 @@ def prepare(parameters: Parameters) -> None:
 
 def init(parameters: Parameters, inputs: Inputs) -> State:
     """The state from the first measurement; from rest at zero if it is not finite."""
-    check = inputs.x1 + inputs.x2
-    finite = abs(check) <= LARGEST
-    x1 = inputs.x1 if finite else 0.0
-    x2 = inputs.x2 if finite else 0.0
-    return State(
-        z_v1=-(parameters.K_v_v1 * x1),
-        z_v2=-(parameters.K_v_v2 * x2),
-        z_x1=-(parameters.K_1_x1 * x1),
-        z_x2=-(parameters.K_1_x2 * x2),
+    state = State(
+        z_v1=-(parameters.K_v_v1 * inputs.x1),
+        z_v2=-(parameters.K_v_v2 * inputs.x2),
+        z_x1=-(parameters.K_1_x1 * inputs.x1),
+        z_x2=-(parameters.K_1_x2 * inputs.x2),
     )
+    check = state.z_v1 + state.z_v2 + state.z_x1 + state.z_x2
+    if not abs(check) <= LARGEST:
+        state = State(
+            z_v1=0.0,
+            z_v2=0.0,
+            z_x1=0.0,
+            z_x2=0.0,
+        )
+    return state
 
 
 def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs | None = None) -> Outputs:

@@ -30,16 +30,19 @@ void two_mass_gto_prepare(two_mass_gto_parameters *parameters)
 void two_mass_gto_init(two_mass_gto_state *state, const two_mass_gto_parameters *parameters,
     const two_mass_gto_inputs *inputs)
 {
-    /* from rest at zero if the first sample is not finite */
-    const double check = inputs->x1 + inputs->x2;
-    const int finite = fabs(check) <= DBL_MAX;
-    const double x1 = finite ? inputs->x1 : 0.0;
-    const double x2 = finite ? inputs->x2 : 0.0;
+    state->z_v1 = -(parameters->K_v_v1 * inputs->x1);
+    state->z_v2 = -(parameters->K_v_v2 * inputs->x2);
+    state->z_x1 = -(parameters->K_1_x1 * inputs->x1);
+    state->z_x2 = -(parameters->K_1_x2 * inputs->x2);
 
-    state->z_v1 = -(parameters->K_v_v1 * x1);
-    state->z_v2 = -(parameters->K_v_v2 * x2);
-    state->z_x1 = -(parameters->K_1_x1 * x1);
-    state->z_x2 = -(parameters->K_1_x2 * x2);
+    /* from rest at zero where that is not finite */
+    const double check = state->z_v1 + state->z_v2 + state->z_x1 + state->z_x2;
+    if (!(fabs(check) <= DBL_MAX)) {
+        state->z_v1 = 0.0;
+        state->z_v2 = 0.0;
+        state->z_x1 = 0.0;
+        state->z_x2 = 0.0;
+    }
 }
 
 void two_mass_gto_step(two_mass_gto_state *state, const two_mass_gto_parameters *parameters,

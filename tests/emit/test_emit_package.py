@@ -76,7 +76,7 @@ def test_text_is_tidy(program):
 
 
 def test_readme_lists_every_output_and_input(program):
-    text = emit_readme(program, HEADER, "no reason at all")
+    text = emit_readme(program, HEADER, "no reason at all", list(emit_sources(program, HEADER)))
     for name, unit, meaning in program.outputs:
         assert f"| `{name}` | {unit} | {meaning} |" in text
     for f in program.inputs:
