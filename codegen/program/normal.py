@@ -29,7 +29,8 @@ def normalise(roots: Sequence[Node], named: Iterable[Node], graph: Graph, factor
     uses.update(roots)
     divided = Counter(node.arguments[1] for node in nodes if node.kind == "quotient")
     named = set(named)
-    rules = _Rules(graph, factoring)
+    angles = {n.arguments[0] for n in nodes if n.name in ("sin", "cos") and n.arguments and n.arguments[0].leaf}
+    rules = _Rules(graph, factoring, angles)
     short: dict[Node, Node] = {}
     for node in nodes:
         result = rules.rebuilt(node, [short[a] for a in node.arguments], divided)
@@ -42,8 +43,8 @@ def normalise(roots: Sequence[Node], named: Iterable[Node], graph: Graph, factor
 
 
 class _Rules:
-    def __init__(self, graph: Graph, factoring: bool) -> None:
-        self.graph, self.factoring = graph, factoring
+    def __init__(self, graph: Graph, factoring: bool, angles: set[Node]) -> None:
+        self.graph, self.factoring, self.angles = graph, factoring, angles
         self.closed: set[Node] = set()
 
     def rebuilt(self, node: Node, arguments: list[Node], divided: Counter[Node]) -> Node:
@@ -56,9 +57,24 @@ class _Rules:
                 return self.sum([(-1, arguments[0])])
             case "quotient":
                 return self.quotient(arguments[0], arguments[1], divided[node.arguments[1]] > 1)
+            case "call" if node.name in ("sin", "cos") and arguments[0].kind == "sum":
+                return self.of_a_sum(node.name, arguments[0])
             case "call":
                 return self.graph.call(node.name, arguments)
         return node
+
+    def of_a_sum(self, name: str, angle: Node) -> Node:
+        """Sine or cosine of two angles' sum from theirs, where these are needed anyway."""
+        if len(angle.arguments) != 2 or not self.angles.issuperset(angle.arguments):
+            return self.graph.call(name, [angle])
+        (sin_a, cos_a), (sin_b, cos_b) = (
+            (self.graph.call("sin", [a]), self.graph.call("cos", [a])) for a in angle.arguments
+        )
+        self.closed |= {sin_a, cos_a, sin_b, cos_b}
+        sign = angle.signs[1]
+        pairs = [(sin_a, cos_b), (cos_a, sin_b)] if name == "sin" else [(cos_a, cos_b), (sin_a, sin_b)]
+        first, second = (self.product(pair) for pair in pairs)
+        return self.sum([(1, first), (sign if name == "sin" else -sign, second)])
 
     def open(self, node: Node) -> bool:
         return node.constant or node not in self.closed

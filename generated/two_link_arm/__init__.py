@@ -182,12 +182,13 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
     # acceleration, (4.2)
     cos_theta2 = _cos(inputs.theta2)
     sin_theta2 = _sin(inputs.theta2)
+    cos_theta1 = _cos(inputs.theta1)
     M11 = parameters.constant_1 + parameters.twice_m2_l1_b2 * cos_theta2
     M21 = parameters.I2_plus_m2_b2_squared + parameters.m2_l1_b2 * cos_theta2
-    acceleration_1 = parameters.m2_b2_gravity * _cos(inputs.theta1 + inputs.theta2)
+    acceleration_1 = parameters.m2_b2_gravity * (cos_theta2 * cos_theta1 - sin_theta2 * _sin(inputs.theta1))
     r1 = (
         inputs.w1 + sin_theta2 * omega2_hat * (parameters.m2_l1_b2 * omega2_hat + parameters.twice_m2_l1_b2
-        * omega1_hat) - F_hat_shoulder - parameters.m1_b1_gravity_plus_m2_l1_gravity * _cos(inputs.theta1)
+        * omega1_hat) - F_hat_shoulder - parameters.m1_b1_gravity_plus_m2_l1_gravity * cos_theta1
         - acceleration_1
     )
     r2 = inputs.w2 - F_hat_elbow - acceleration_1 - parameters.m2_l1_b2 * sin_theta2 * omega1_hat * omega1_hat

@@ -1,6 +1,6 @@
 /*
  * two_link_arm: friction observer GCFO, velocity estimated, double precision.
- * A step: 30 additions, 40 multiplications, 1 division, 4 calls, 4 of sign or magnitude.
+ * A step: 30 additions, 42 multiplications, 1 division, 4 calls, 4 of sign or magnitude.
  *
  * Made by stiction 0.1.0 from two_link_arm.yaml
  * sha256 8b25c9c1855802942b021ffbcf57601b15385794294bca198854e44907fbf30b
@@ -81,12 +81,14 @@ void two_link_arm_step(two_link_arm_state *state, const two_link_arm_parameters 
     /* acceleration, (4.2) */
     const double cos_theta2 = cos(inputs->theta2);
     const double sin_theta2 = sin(inputs->theta2);
+    const double cos_theta1 = cos(inputs->theta1);
     const double M11 = parameters->constant_1 + parameters->twice_m2_l1_b2 * cos_theta2;
     const double M21 = parameters->I2_plus_m2_b2_squared + parameters->m2_l1_b2 * cos_theta2;
-    const double acceleration_1 = parameters->m2_b2_gravity * cos(inputs->theta1 + inputs->theta2);
+    const double acceleration_1 = parameters->m2_b2_gravity * (cos_theta2 * cos_theta1 - sin_theta2
+        * sin(inputs->theta1));
     const double r1 = inputs->w1 + sin_theta2 * omega2_hat * (parameters->m2_l1_b2 * omega2_hat
         + parameters->twice_m2_l1_b2 * omega1_hat) - F_hat_shoulder
-        - parameters->m1_b1_gravity_plus_m2_l1_gravity * cos(inputs->theta1) - acceleration_1;
+        - parameters->m1_b1_gravity_plus_m2_l1_gravity * cos_theta1 - acceleration_1;
     const double r2 = inputs->w2 - F_hat_elbow - acceleration_1 - parameters->m2_l1_b2 * sin_theta2 * omega1_hat
         * omega1_hat;
     const double one_over_det_M = 1.0 / (parameters->I2_plus_m2_b2_squared * M11 - M21 * M21);
