@@ -22,6 +22,7 @@ from codegen.simulate import simulate as simulate_plant
 from codegen.simulate import write_log
 from codegen.spec import Spec, parse_spec, read_spec
 from codegen.spec.free_gains import at_middle, refuse_free_gains
+from codegen.spec.yaml_text import read_text
 from codegen.stability.analysis import Analysis, analyse
 from codegen.stability.certify import Certificate, Refusal, read_certificate
 
@@ -141,11 +142,14 @@ def diagnose(
 
     files: dict[str, str] = {"spec.yaml": models.spec_text}
     if model.observer is not None:
-        augmented = parse_spec(models.spec_text, Path("spec.yaml"))
+        augmented = parse_spec(models.spec_text, model.spec.path.parent / "spec.yaml")
         before = generated_files(model.spec)[1]
         generated, after = generated_files(augmented)
         diagnosis = replace(diagnosis, certificate=CertificateChange(_rate(before), _rate(after)))
         files |= {f"generated/{augmented.name}/{name}": text for name, text in generated.items()}
+    if model.spec.robot is not None and not {"..", "/"} & {*Path(model.spec.robot[0]).parts}:
+        name = model.spec.robot[0]
+        files[name] = read_text(model.spec.path.parent / name, "a robot description (URDF)")
     files["diagnosis.json"] = json.dumps(diagnosis.as_json(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
     files["report.html"] = render_report(model.spec, diagnosis, models, {name: name for name in files})
     write_all(folder, files)

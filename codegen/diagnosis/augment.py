@@ -23,6 +23,8 @@ def augmented_text(spec: Spec, effects: Sequence[FoundEffect], values: Mapping[s
         system: of the spec, for the names of its friction levels.
     """
     document, _ = load_mapping(spec.text, str(spec.path))
+    if document.get("friction") is None:
+        _write_out_joints(document, spec)
     sections = document["friction"]["contacts"]
     for index, contact in enumerate(system.contacts):
         for name, s in contact.law_parameters.items():
@@ -49,6 +51,26 @@ def augmented_text(spec: Spec, effects: Sequence[FoundEffect], values: Mapping[s
         entry.fa.set_flow_style()
         entries.append(entry)
     return dump(document)
+
+
+def _write_out_joints(document: CommentedMap, spec: Spec) -> None:
+    """Say in the spec what its robot file says of joint friction, so that it can be changed and added to there.
+
+    A ``friction:`` section takes the place of all of the file's <dynamics>, so its damping is written out as effects.
+    """
+    contacts = CommentedSeq()
+    for c in spec.contacts:
+        values = {name: _short(float(value)) for name, value in c.parameters.items()}
+        contacts.append(CommentedMap(name=c.name, law=c.law, unit=c.unit, **values))
+        contacts[-1].fa.set_flow_style()
+    document["friction"] = CommentedMap(contacts=contacts)
+    effects = CommentedSeq()
+    for e in spec.effects:
+        parameters = CommentedMap({name: _short(float(value)) for name, value in e.parameters.items()})
+        effects.append(CommentedMap(kind=e.kind, on=list(e.on), parameters=parameters))
+        effects[-1].fa.set_flow_style()
+    if effects:
+        document["effects"] = effects
 
 
 def _replace(

@@ -1,0 +1,65 @@
+"""Diagnosis of an arm that a robot file gives: what its <dynamics> says is written out, and the loop closes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from codegen import pipeline
+from codegen.diagnosis.augment import augmented_text
+from codegen.diagnosis.results import FoundEffect
+from codegen.effects.declare import add_declared_effects
+from codegen.mechanics import build_system
+from codegen.spec import parse_spec, read_spec
+from mechanics.robots import TWO_LINKS
+
+ARM = """name: arm
+urdf: arm.urdf   # two links
+observer: {kind: gto, velocity: estimated, gains: {K_2: [-40, -20], K_v: 100}, sample_time: 0.001}
+envelope: {q_1: [-3, 3], q_2: [-3, 3], v_q_1: [-3, 3], v_q_2: [-3, 3]}
+log: {cutoff_hz: 20}
+"""
+LACKING = """friction:
+  contacts:
+    - {name: q_1, law: coulomb, a: 0.4, unit: N*m}
+    - {name: q_2, law: coulomb, a: 0.7, unit: N*m}
+effects:
+  - {kind: viscous, on: [q_2], parameters: {b: 0.4}}
+  - {kind: cogging, on: [q_1], parameters: {amplitude: 0.6, period: 0.5, phase: 0.3}}
+simulation:
+  duration: 40
+  sample_time: 0.002
+  reference: {q_1: "0.9*sin(1.3*t) - 1.2", q_2: "0.8*sin(2.1*t) + 0.3*sin(5*t)"}
+  position_gain: {w_q_1: 300, w_q_2: 120}
+  velocity_gain: {w_q_1: 40, w_q_2: 12}
+  position_noise: {q_1: 1e-5, q_2: 1e-5}
+"""
+
+
+def test_what_the_robot_file_says_of_friction_is_written_out(tmp_path: Path) -> None:
+    (tmp_path / "arm.urdf").write_text(TWO_LINKS)
+    spec = parse_spec(ARM, tmp_path / "arm.yaml")
+    system = add_declared_effects(build_system(spec), spec)
+    text = augmented_text(spec, [FoundEffect("offset", "q_1", {"f0": 0.25}, {"f0": "N*m"})], {"q_2_a": 0.75}, system)
+    assert "# two links" in text
+    written = parse_spec(text, tmp_path / "spec.yaml")
+    again = add_declared_effects(build_system(written), written)
+    assert (again.mass_matrix, again.force.shape) == (system.mass_matrix, system.force.shape)
+    values = {s.name: float(v) for s, v in again.values.items()}
+    expected = {s.name: float(v) for s, v in system.values.items()} | {"q_2_a": 0.75, "offset_q_1_f0": 0.25}
+    assert values == expected
+
+
+@pytest.mark.slow
+def test_the_loop_closes_on_a_robot_file(tmp_path: Path) -> None:
+    (tmp_path / "arm.urdf").write_text(TWO_LINKS)
+    (tmp_path / "arm.yaml").write_text(ARM)
+    (tmp_path / "plant.yaml").write_text(ARM + LACKING)
+    pipeline.simulate(tmp_path / "plant.yaml", tmp_path / "log.csv")
+    result = pipeline.diagnose(tmp_path / "arm.yaml", tmp_path / "log.csv", out=tmp_path / "out")
+    (effect,) = result.diagnosis.effects
+    assert (effect.kind, effect.on) == ("cogging", "q_1")
+    assert effect.parameters["amplitude"] == pytest.approx(0.6, rel=0.03)
+    assert effect.parameters["period"] == pytest.approx(0.5, rel=0.01)
+    assert read_spec(tmp_path / "out" / "spec.yaml").robot is not None
