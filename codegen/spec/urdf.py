@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
 MOVING = ("revolute", "continuous", "prismatic")
 ZERO = 1e-15
+TRIANGLE = 1e-3  # files round their numbers, and a thin rod or plate sits on the edge
 
 
 @dataclass
@@ -150,7 +151,10 @@ class _Reading:
             raise BadInput(place, "<inertia> is missing", "ixx, ixy, ixz, iyy, iyz, izz about the centre of mass")
         where = self.file.place("link", link, "inertial/inertia")
         about_centre = np.array([self._numbers(row, where) for row in inertial.inertia.to_matrix()])
-        smallest = float(np.linalg.eigvalsh(about_centre)[0])
+        smallest, middle, largest = (float(value) for value in np.linalg.eigvalsh(about_centre))
+        if smallest > 0 and largest > (smallest + middle) * (1 + TRIANGLE):
+            found = f"principal moments {smallest:.4g}, {middle:.4g} and {largest:.4g} kg m^2"
+            raise BadInput(where, found, "a body's: the largest is at most the sum of the others")
         if not smallest > 0:
             found = f"an inertia with the principal moment {smallest:.4g} kg m^2"
             raise BadInput(where, found, "a positive definite inertia")

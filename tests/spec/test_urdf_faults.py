@@ -42,6 +42,7 @@ FAULTS = {
     "mass unsaid": ('<mass value="2"/>', "", ":11", "mass"),
     "not a number": ('value="2"', 'value="nan"', ":13", "expected finite numbers"),
     "inertia": ('izz="0.01"', 'izz="0"', ":14", "the principal moment 0 kg m^2; expected a positive definite inertia"),
+    "no body": ('izz="0.01"', 'izz="0.5"', ":14", "principal moments 0.2, 0.2 and 0.5 kg m^2; expected a body's"),
     "indefinite": ('ixy="0"', 'ixy="0.3"', ":14", "expected a positive definite inertia"),
     "inertia unsaid": (
         '<inertia ixx="0.2" ixy="0" ixz="0" iyy="0.2" iyz="0" izz="0.01"/>',
