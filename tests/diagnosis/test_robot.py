@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from mechanics.robots import TWO_LINKS
 
 from codegen import pipeline
 from codegen.diagnosis.augment import augmented_text
@@ -12,7 +13,6 @@ from codegen.diagnosis.results import FoundEffect
 from codegen.effects.declare import add_declared_effects
 from codegen.mechanics import build_system
 from codegen.spec import parse_spec, read_spec
-from mechanics.robots import TWO_LINKS
 
 ARM = """name: arm
 urdf: arm.urdf   # two links
