@@ -63,7 +63,12 @@ def named(observer: Observer, twin: ModuleType, x: Any, v: Any, w: Any) -> Any:
     return twin.Inputs(**{s.name: float(value) for s, value in values.items() if s.name in measured})
 
 
-@pytest.mark.parametrize("variant", [pytest.param(v, id=v.name) for v in CASES])
+LONG = ("two_mass-gdfo-measured-reset_integrator", "two_mass-mgto-estimated-effects")
+
+
+@pytest.mark.parametrize(
+    "variant", [pytest.param(v, id=v.name, marks=[pytest.mark.slow] if v.name in LONG else []) for v in CASES]
+)
 def test_the_sampled_matrix_is_one_step_of_the_generated_twin(variant: Variant, tmp_path: Path) -> None:
     """Central differences of 1e-4 in e leave 1e-8 of third order, and 1e-12/1e-4/h of rounding: 1e-4 of A is plenty."""
     spec, observer = build(variant)

@@ -147,7 +147,7 @@ def test_steady_sliding_has_the_level_of_the_law():
     assert float(force) == pytest.approx(2.4, rel=1e-6)
 
 
-@pytest.mark.parametrize("contact", [0, 1])
+@pytest.mark.parametrize("contact", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_one_contact_set_valued_and_another_with_a_state(contact: int):
     # The stiffer the Dahl contact, the closer to the machine with two Coulomb contacts: its gap falls as 1/√c.
     time = np.arange(0, 2, 0.01)

@@ -38,7 +38,7 @@ def estimated(name: str, duration: float, levels: dict[str, float]):
     return log, np.array(rows)
 
 
-@pytest.mark.parametrize("start", [30.0, 70.0])
+@pytest.mark.parametrize("start", [30.0, pytest.param(70.0, marks=pytest.mark.slow)])
 def test_dfo_finds_level_and_hysteresis_of_the_reset_integrator(start: float):
     log, rows = estimated("one_mass_dfo", 2.5, {"rail_a": start})
     late = log.time > 1.25
