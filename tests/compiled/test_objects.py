@@ -1,4 +1,4 @@
-"""What the compiled object holds: its two functions, no heap, no data; and that C++ and the example accept it."""
+"""What the compiled object holds: its three functions, no heap, no data; and that C++ and the example accept it."""
 
 from __future__ import annotations
 
@@ -42,10 +42,11 @@ def symbols(built: Built) -> dict[str, str]:
     return {line.split()[-1]: line.split()[-2] for line in lines}
 
 
-def test_two_functions_and_nothing_else(built):
+def test_three_functions_and_nothing_else(built):
     found, name = symbols(built), built.program.name
     assert sorted(s for s, letter in found.items() if letter.isupper() and letter != "U") == [
         f"{name}_init",
+        f"{name}_prepare",
         f"{name}_step",
     ]
     assert set(found.values()) <= {"T", "t", "U", "r"}
@@ -55,7 +56,8 @@ def test_two_functions_and_nothing_else(built):
 def test_only_the_target_of_a_state_is_written(built):
     code = built.files[f"{built.program.name}.c"]
     assert "malloc" not in code and "free(" not in code
-    assert not [line for line in code.splitlines() if line.startswith("static") and "signum" not in line]
+    helper = f"static inline double {built.program.name}_sign("
+    assert not [line for line in code.splitlines() if "static" in line and not line.startswith(helper)]
 
 
 def test_two_observers_do_not_disturb_each_other(built):
@@ -72,7 +74,8 @@ def test_example_prints_what_the_twin_computes(built):
     text = "\n".join(" ".join(repr(v) for v in row) for row in rows.tolist()) + "\n"
     printed = run("./example", cwd=built.folder, text=text)
     values = np.array([[float(v) for v in line.split()] for line in printed.splitlines()])
-    assert values.tobytes() == built.python_run(rows)[0].tobytes()
+    assert values[:, :-1].tobytes() == built.python_run(rows)[0].tobytes()
+    assert values[:, -1].tolist() == [0, 0]
     assert run("./example", cwd=built.folder, text="") == ""
 
 
