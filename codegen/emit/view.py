@@ -120,7 +120,7 @@ def view(program: Program, code: Code, style: Style) -> CodeView:
     return CodeView(
         derived=derived,
         step=tuple(Lines(g.title, g.source, tuple(lines(g.assignments, step))) for g in code.step),
-        next_state=tuple(lines(code.next_state, step, style.declared)),
+        next_state=tuple(lines(code.next_state, step, style.declared.replace("{name}", "{name}_next"))),
         outputs=tuple(lines(code.outputs, step, "        outputs->{name} = ")),
         initial=tuple(lines(code.initial, start, "    state->{name} = ")),
         initial_parts=tuple(lines(code.initial_parts, start)),

@@ -1,7 +1,8 @@
 /*
  * A complete program around emps: build with
  *     cc -std=c99 -O2 example_main.c emps.c -lm -o example
- * Reads one sample a line (x, u) and prints the estimates and the fault flag.
+ * Reads one sample a line and prints the estimates and the fault flag. A sample is
+ * x, u.
  */
 #include "emps.h"
 

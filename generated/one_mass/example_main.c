@@ -1,7 +1,8 @@
 /*
  * A complete program around one_mass: build with
  *     cc -std=c99 -O2 example_main.c one_mass.c -lm -o example
- * Reads one sample a line (x, w) and prints the estimates and the fault flag.
+ * Reads one sample a line and prints the estimates and the fault flag. A sample is
+ * x, w.
  */
 #include "one_mass.h"
 

@@ -63,9 +63,10 @@ void one_mass_dfo_step(one_mass_dfo_state *state, const one_mass_dfo_parameters 
 
     /* states one sample later (explicit Euler) */
     const double z_v_next = state->z_v + parameters->sample_time * (v_dot_hat - parameters->K_v * v_hat);
-    const double z_f_rail_next = state->z_f_rail + parameters->sample_time * (f_rate_rail - parameters->K_f1 * v_hat
-        - parameters->K_f2 * v_dot_hat);
-    const double z_a_rail_next = state->z_a_rail - parameters->h_K_a * (f_hat_rail * v_dot_hat + v_hat * f_rate_rail);
+    const double z_f_rail_next = state->z_f_rail + parameters->sample_time * (f_rate_rail - parameters->K_f1
+        * v_hat - parameters->K_f2 * v_dot_hat);
+    const double z_a_rail_next = state->z_a_rail - parameters->h_K_a * (f_hat_rail * v_dot_hat + v_hat
+        * f_rate_rail);
 
     /* hold the last state and estimates where a next state, or an input that it does not show, is not finite */
     const double check = z_v_next + z_f_rail_next + z_a_rail_next;

@@ -68,10 +68,10 @@ void rig_dfob_step(rig_dfob_state *state, const rig_dfob_parameters *parameters,
     /* states one sample later (explicit Euler) */
     const double z_omega_next = state->z_omega + parameters->sample_time * (omega_dot_hat - parameters->K_v
         * omega_hat);
-    const double z_f_plates_next = state->z_f_plates + parameters->sample_time * (f_rate_plates - parameters->K_f1
-        * omega_hat - parameters->K_f2 * omega_dot_hat);
-    const double z_a_plates_next = state->z_a_plates - parameters->h_K_a * (f_hat_plates * omega_dot_hat + omega_hat
-        * f_rate_plates);
+    const double z_f_plates_next = state->z_f_plates + parameters->sample_time * (f_rate_plates
+        - parameters->K_f1 * omega_hat - parameters->K_f2 * omega_dot_hat);
+    const double z_a_plates_next = state->z_a_plates - parameters->h_K_a * (f_hat_plates * omega_dot_hat
+        + omega_hat * f_rate_plates);
 
     /* hold the last state and estimates where a next state, or an input that it does not show, is not finite */
     const double check = z_omega_next + z_f_plates_next + z_a_plates_next;

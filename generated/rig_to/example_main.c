@@ -1,7 +1,8 @@
 /*
  * A complete program around rig_to: build with
  *     cc -std=c99 -O2 example_main.c rig_to.c -lm -o example
- * Reads one sample a line (theta, w) and prints the estimates and the fault flag.
+ * Reads one sample a line and prints the estimates and the fault flag. A sample is
+ * theta, w.
  */
 #include "rig_to.h"
 

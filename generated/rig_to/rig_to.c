@@ -51,7 +51,8 @@ void rig_to_step(rig_to_state *state, const rig_to_parameters *parameters,
     /* states one sample later (explicit Euler) */
     const double z_omega_next = state->z_omega + parameters->sample_time * (omega_dot_hat - parameters->K_v
         * omega_hat);
-    const double z_theta_next = state->z_theta - parameters->h_K_1 * omega_hat - parameters->h_K_2 * omega_dot_hat;
+    const double z_theta_next = state->z_theta - parameters->h_K_1 * omega_hat - parameters->h_K_2
+        * omega_dot_hat;
 
     /* hold the last state and estimates where a next state, or an input that it does not show, is not finite */
     const double check = z_omega_next + z_theta_next;

@@ -870,7 +870,9 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
         state.z_shoulder_pitch - parameters.h_K_1_shoulder_pitch * v_shoulder_pitch_hat
         - parameters.h_K_2_shoulder_pitch * a2
     )
-    z_arm_roll_next = state.z_arm_roll - parameters.h_K_1_arm_roll * v_arm_roll_hat - parameters.h_K_2_arm_roll * a3
+    z_arm_roll_next = (
+        state.z_arm_roll - parameters.h_K_1_arm_roll * v_arm_roll_hat - parameters.h_K_2_arm_roll * a3
+    )
     z_elbow_pitch_next = (
         state.z_elbow_pitch - parameters.h_K_1_elbow_pitch * v_elbow_pitch_hat - parameters.h_K_2_elbow_pitch
         * a4

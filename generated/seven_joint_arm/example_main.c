@@ -1,7 +1,10 @@
 /*
  * A complete program around seven_joint_arm: build with
  *     cc -std=c99 -O2 example_main.c seven_joint_arm.c -lm -o example
- * Reads one sample a line (shoulder_yaw, shoulder_pitch, arm_roll, elbow_pitch, forearm_roll, wrist_pitch, hand_roll, w_shoulder_yaw, w_shoulder_pitch, w_arm_roll, w_elbow_pitch, w_forearm_roll, w_wrist_pitch, w_hand_roll) and prints the estimates and the fault flag.
+ * Reads one sample a line and prints the estimates and the fault flag. A sample is
+ * shoulder_yaw, shoulder_pitch, arm_roll, elbow_pitch, forearm_roll, wrist_pitch, hand_roll,
+ * w_shoulder_yaw, w_shoulder_pitch, w_arm_roll, w_elbow_pitch, w_forearm_roll, w_wrist_pitch,
+ * w_hand_roll.
  */
 #include "seven_joint_arm.h"
 

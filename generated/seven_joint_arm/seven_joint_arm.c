@@ -589,12 +589,12 @@ void seven_joint_arm_step(seven_joint_arm_state *state, const seven_joint_arm_pa
         * a5 - L61 * a6 - L71 * a7; /* rad/s^2 */
 
     /* states one sample later (explicit Euler) */
-    const double z_v_shoulder_yaw_next = state->z_v_shoulder_yaw + parameters->sample_time * (v_shoulder_yaw_dot_hat
-        - parameters->K_v_v_shoulder_yaw * v_shoulder_yaw_hat);
+    const double z_v_shoulder_yaw_next = state->z_v_shoulder_yaw + parameters->sample_time
+        * (v_shoulder_yaw_dot_hat - parameters->K_v_v_shoulder_yaw * v_shoulder_yaw_hat);
     const double z_v_shoulder_pitch_next = state->z_v_shoulder_pitch + parameters->sample_time * (a2
         - parameters->K_v_v_shoulder_pitch * v_shoulder_pitch_hat);
-    const double z_v_arm_roll_next = state->z_v_arm_roll + parameters->sample_time * (a3 - parameters->K_v_v_arm_roll
-        * v_arm_roll_hat);
+    const double z_v_arm_roll_next = state->z_v_arm_roll + parameters->sample_time * (a3
+        - parameters->K_v_v_arm_roll * v_arm_roll_hat);
     const double z_v_elbow_pitch_next = state->z_v_elbow_pitch + parameters->sample_time * (a4
         - parameters->K_v_v_elbow_pitch * v_elbow_pitch_hat);
     const double z_v_forearm_roll_next = state->z_v_forearm_roll + parameters->sample_time * (a5
@@ -603,16 +603,16 @@ void seven_joint_arm_step(seven_joint_arm_state *state, const seven_joint_arm_pa
         - parameters->K_v_v_wrist_pitch * v_wrist_pitch_hat);
     const double z_v_hand_roll_next = state->z_v_hand_roll + parameters->sample_time * (a7
         - parameters->K_v_v_hand_roll * v_hand_roll_hat);
-    const double z_shoulder_yaw_next = state->z_shoulder_yaw - parameters->h_K_1_shoulder_yaw * v_shoulder_yaw_hat
-        - parameters->h_K_2_shoulder_yaw * v_shoulder_yaw_dot_hat;
+    const double z_shoulder_yaw_next = state->z_shoulder_yaw - parameters->h_K_1_shoulder_yaw
+        * v_shoulder_yaw_hat - parameters->h_K_2_shoulder_yaw * v_shoulder_yaw_dot_hat;
     const double z_shoulder_pitch_next = state->z_shoulder_pitch - parameters->h_K_1_shoulder_pitch
         * v_shoulder_pitch_hat - parameters->h_K_2_shoulder_pitch * a2;
     const double z_arm_roll_next = state->z_arm_roll - parameters->h_K_1_arm_roll * v_arm_roll_hat
         - parameters->h_K_2_arm_roll * a3;
     const double z_elbow_pitch_next = state->z_elbow_pitch - parameters->h_K_1_elbow_pitch * v_elbow_pitch_hat
         - parameters->h_K_2_elbow_pitch * a4;
-    const double z_forearm_roll_next = state->z_forearm_roll - parameters->h_K_1_forearm_roll * v_forearm_roll_hat
-        - parameters->h_K_2_forearm_roll * a5;
+    const double z_forearm_roll_next = state->z_forearm_roll - parameters->h_K_1_forearm_roll
+        * v_forearm_roll_hat - parameters->h_K_2_forearm_roll * a5;
     const double z_wrist_pitch_next = state->z_wrist_pitch - parameters->h_K_1_wrist_pitch * v_wrist_pitch_hat
         - parameters->h_K_2_wrist_pitch * a6;
     const double z_hand_roll_next = state->z_hand_roll - parameters->h_K_1_hand_roll * v_hand_roll_hat

@@ -1,7 +1,8 @@
 /*
  * A complete program around two_link_arm: build with
  *     cc -std=c99 -O2 example_main.c two_link_arm.c -lm -o example
- * Reads one sample a line (theta1, theta2, w1, w2) and prints the estimates and the fault flag.
+ * Reads one sample a line and prints the estimates and the fault flag. A sample is
+ * theta1, theta2, w1, w2.
  */
 #include "two_link_arm.h"
 

@@ -98,10 +98,10 @@ void two_mass_gdfo_step(two_mass_gdfo_state *state, const two_mass_gdfo_paramete
         - parameters->K_f1_between * v1_hat - parameters->K_f2_between * v1_dot_hat);
     const double z_f_ground_next = state->z_f_ground + parameters->sample_time * (f_rate_ground
         - parameters->K_f1_ground * v2_hat - parameters->K_f2_ground * v2_dot_hat);
-    const double z_a_between_next = state->z_a_between - parameters->h_K_a_between * (f_hat_between * (v1_dot_hat
-        - v2_dot_hat) + slip_between * f_rate_between);
-    const double z_a_ground_next = state->z_a_ground - parameters->h_K_a_ground * (f_hat_ground * v2_dot_hat + v2_hat
-        * f_rate_ground);
+    const double z_a_between_next = state->z_a_between - parameters->h_K_a_between * (f_hat_between
+        * (v1_dot_hat - v2_dot_hat) + slip_between * f_rate_between);
+    const double z_a_ground_next = state->z_a_ground - parameters->h_K_a_ground * (f_hat_ground * v2_dot_hat
+        + v2_hat * f_rate_ground);
 
     /* hold the last state and estimates where a next state, or an input that it does not show, is not finite */
     const double check = z_v1_next + z_v2_next + z_f_between_next + z_f_ground_next + z_a_between_next

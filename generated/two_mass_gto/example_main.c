@@ -1,7 +1,8 @@
 /*
  * A complete program around two_mass_gto: build with
  *     cc -std=c99 -O2 example_main.c two_mass_gto.c -lm -o example
- * Reads one sample a line (x1, x2, w) and prints the estimates and the fault flag.
+ * Reads one sample a line and prints the estimates and the fault flag. A sample is
+ * x1, x2, w.
  */
 #include "two_mass_gto.h"
 
