@@ -98,7 +98,7 @@ def view(program: Program, code: Code, style: Style) -> CodeView:
         """Definitions of locals, or with ``head`` assignments to fields from them."""
         result = []
         for a in assignments:
-            start = len(head or style.declared) - len("{name}") + len(a.name)
+            start = len(head or style.declared) - len("{name}") + len(a.name) + (0 if head else len(a.unit))
             result.append(
                 Line(a.name, wrapped(printer.text(a.value, whole=not head), start, language, style.indent), a.unit)
             )

@@ -56,8 +56,8 @@ void belt_axis_step(belt_axis_state *state, const belt_axis_parameters *paramete
     const double F_hat_guide = sign_guide * a_hat_guide; /* N */
 
     /* acceleration, (4.2) */
-    const double v_dot_hat = parameters->one_over_m * (parameters->kf * inputs->u - F_hat_guide - parameters->b
-        * v_hat); /* m/s^2 */
+    const double v_dot_hat = parameters->one_over_m * (parameters->kf * inputs->u - F_hat_guide
+        - parameters->b * v_hat); /* m/s^2 */
 
     /* states one sample later (explicit Euler) */
     const double z_v_next = state->z_v + parameters->sample_time * (v_dot_hat - parameters->K_v * v_hat);

@@ -43,7 +43,8 @@ void rig_to_step(rig_to_state *state, const rig_to_parameters *parameters,
     const double omega_hat = state->z_omega + parameters->K_v * inputs->theta; /* rad/s */
 
     /* tracked friction, (4.16) */
-    const double tracked_theta = state->z_theta + parameters->K_1 * inputs->theta + parameters->K_2 * omega_hat; /* N*m */
+    const double tracked_theta = state->z_theta + parameters->K_1 * inputs->theta + parameters->K_2
+        * omega_hat; /* N*m */
 
     /* acceleration, (4.2) */
     const double omega_dot_hat = parameters->one_over_J * (inputs->w - tracked_theta); /* rad/s^2 */

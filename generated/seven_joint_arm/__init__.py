@@ -221,7 +221,9 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
 
     # velocity estimate, (4.25)
     v_shoulder_yaw_hat = state.z_v_shoulder_yaw + parameters.K_v_v_shoulder_yaw * inputs.shoulder_yaw  # rad/s
-    v_shoulder_pitch_hat = state.z_v_shoulder_pitch + parameters.K_v_v_shoulder_pitch * inputs.shoulder_pitch  # rad/s
+    v_shoulder_pitch_hat = (
+        state.z_v_shoulder_pitch + parameters.K_v_v_shoulder_pitch * inputs.shoulder_pitch
+    )  # rad/s
     v_arm_roll_hat = state.z_v_arm_roll + parameters.K_v_v_arm_roll * inputs.arm_roll  # rad/s
     v_elbow_pitch_hat = state.z_v_elbow_pitch + parameters.K_v_v_elbow_pitch * inputs.elbow_pitch  # rad/s
     v_forearm_roll_hat = state.z_v_forearm_roll + parameters.K_v_v_forearm_roll * inputs.forearm_roll  # rad/s

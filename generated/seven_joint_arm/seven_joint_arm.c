@@ -98,12 +98,12 @@ void seven_joint_arm_step(seven_joint_arm_state *state, const seven_joint_arm_pa
         * inputs->shoulder_pitch + parameters->K_2_shoulder_pitch * v_shoulder_pitch_hat; /* N*m */
     const double tracked_arm_roll = state->z_arm_roll + parameters->K_1_arm_roll * inputs->arm_roll
         + parameters->K_2_arm_roll * v_arm_roll_hat; /* N*m */
-    const double tracked_elbow_pitch = state->z_elbow_pitch + parameters->K_1_elbow_pitch * inputs->elbow_pitch
-        + parameters->K_2_elbow_pitch * v_elbow_pitch_hat; /* N*m */
+    const double tracked_elbow_pitch = state->z_elbow_pitch + parameters->K_1_elbow_pitch
+        * inputs->elbow_pitch + parameters->K_2_elbow_pitch * v_elbow_pitch_hat; /* N*m */
     const double tracked_forearm_roll = state->z_forearm_roll + parameters->K_1_forearm_roll
         * inputs->forearm_roll + parameters->K_2_forearm_roll * v_forearm_roll_hat; /* N*m */
-    const double tracked_wrist_pitch = state->z_wrist_pitch + parameters->K_1_wrist_pitch * inputs->wrist_pitch
-        + parameters->K_2_wrist_pitch * v_wrist_pitch_hat; /* N*m */
+    const double tracked_wrist_pitch = state->z_wrist_pitch + parameters->K_1_wrist_pitch
+        * inputs->wrist_pitch + parameters->K_2_wrist_pitch * v_wrist_pitch_hat; /* N*m */
     const double tracked_hand_roll = state->z_hand_roll + parameters->K_1_hand_roll * inputs->hand_roll
         + parameters->K_2_hand_roll * v_hand_roll_hat; /* N*m */
 
@@ -585,8 +585,8 @@ void seven_joint_arm_step(seven_joint_arm_state *state, const seven_joint_arm_pa
     const double a4 = one_over_D4 * y4 - L54 * a5 - L64 * a6 - L74 * a7;
     const double a3 = one_over_D3 * y3 - L43 * a4 - L53 * a5 - L63 * a6 - L73 * a7;
     const double a2 = one_over_D2 * y2 + acceleration_235 * a3 - L42 * a4 - L52 * a5 - L62 * a6 - L72 * a7;
-    const double v_shoulder_yaw_dot_hat = r1 * one_over_D1 - L21 * a2 - L31 * a3 + acceleration_233 * a4 - L51
-        * a5 - L61 * a6 - L71 * a7; /* rad/s^2 */
+    const double v_shoulder_yaw_dot_hat = r1 * one_over_D1 - L21 * a2 - L31 * a3 + acceleration_233 * a4
+        - L51 * a5 - L61 * a6 - L71 * a7; /* rad/s^2 */
 
     /* states one sample later (explicit Euler) */
     const double z_v_shoulder_yaw_next = state->z_v_shoulder_yaw + parameters->sample_time

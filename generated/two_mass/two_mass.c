@@ -76,8 +76,8 @@ void two_mass_step(two_mass_state *state, const two_mass_parameters *parameters,
     /* acceleration, (4.2) */
     const double v1_dot_hat = parameters->one_over_m1 * (parameters->eta3 * inputs->x2
         - parameters->eta2_plus_eta3 * inputs->x1 - F_hat_between); /* m/s^2 */
-    const double v2_dot_hat = parameters->one_over_m2 * (inputs->w + parameters->eta3 * inputs->x1 - F_hat_on_x2
-        - parameters->eta1_plus_eta3 * inputs->x2); /* m/s^2 */
+    const double v2_dot_hat = parameters->one_over_m2 * (inputs->w + parameters->eta3 * inputs->x1
+        - F_hat_on_x2 - parameters->eta1_plus_eta3 * inputs->x2); /* m/s^2 */
 
     /* states one sample later (explicit Euler) */
     const double z_v1_next = state->z_v1 + parameters->sample_time * (v1_dot_hat - parameters->K_v_v1 * v1_hat);

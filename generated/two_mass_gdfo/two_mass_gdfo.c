@@ -80,13 +80,13 @@ void two_mass_gdfo_step(two_mass_gdfo_state *state, const two_mass_gdfo_paramete
     /* acceleration, (4.2) */
     const double v1_dot_hat = parameters->one_over_m1 * (parameters->eta3 * inputs->x2
         - parameters->eta2_plus_eta3 * inputs->x1 - F_hat_between); /* m/s^2 */
-    const double v2_dot_hat = parameters->one_over_m2 * (inputs->w + parameters->eta3 * inputs->x1 - F_hat_on_x2
-        - parameters->eta1_plus_eta3 * inputs->x2); /* m/s^2 */
+    const double v2_dot_hat = parameters->one_over_m2 * (inputs->w + parameters->eta3 * inputs->x1
+        - F_hat_on_x2 - parameters->eta1_plus_eta3 * inputs->x2); /* m/s^2 */
 
     /* friction state rate, xi_1 of (6.5), (6.6) */
-    const double f_rate_between = parameters->between_c * (slip_between - parameters->between_D2 * f_hat_between
-        - parameters->between_D1_minus_between_D2 * (f_hat_between + 0.5 * fabs(f_hat_between - 1.0) - 0.5
-        * fabs(1.0 + f_hat_between))); /* 1/s */
+    const double f_rate_between = parameters->between_c * (slip_between - parameters->between_D2
+        * f_hat_between - parameters->between_D1_minus_between_D2 * (f_hat_between + 0.5 * fabs(f_hat_between
+        - 1.0) - 0.5 * fabs(1.0 + f_hat_between))); /* 1/s */
     const double f_rate_ground = parameters->ground_c * (v2_hat - parameters->ground_D2 * f_hat_ground
         - parameters->ground_D1_minus_ground_D2 * (f_hat_ground + 0.5 * fabs(f_hat_ground - 1.0) - 0.5
         * fabs(1.0 + f_hat_ground))); /* 1/s */
