@@ -14,7 +14,7 @@ from codegen.spec import parse_spec, read_spec
 SPECS = Path(__file__).parents[2] / "specs"
 
 LINK = """<link name="{name}"><inertial><origin xyz="{b} 0 0"/><mass value="{m}"/>
-<inertia ixx="0.01" ixy="0" ixz="0" iyy="{inertia}" iyz="0" izz="0.02"/></inertial></link>
+<inertia ixx="0.001" ixy="0" ixz="0" iyy="{inertia}" iyz="0" izz="{inertia}"/></inertial></link>
 <joint name="{joint}" type="continuous"><parent link="{parent}"/><child link="{name}"/>
 <origin xyz="{at} 0 0"/><axis xyz="0 -1 0"/></joint>"""
 
