@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
 from codegen.diagnosis.results import FoundEffect
+from codegen.effects.declare import written_place
 from codegen.mechanics.system import System
 from codegen.spec.model import Spec
 from codegen.spec.yaml_text import dump, load_mapping
@@ -44,7 +45,7 @@ def augmented_text(spec: Spec, effects: Sequence[FoundEffect], values: Mapping[s
         document["effects"] = entries = fresh
     entries.fa.set_block_style()
     for effect in effects:
-        entry = CommentedMap(kind=effect.kind, on=effect.on)
+        entry = CommentedMap(kind=effect.kind, on=written_place(effect.on))
         parameters = CommentedMap({name: _short(value) for name, value in effect.parameters.items()})
         parameters.fa.set_flow_style()
         entry["parameters"] = parameters

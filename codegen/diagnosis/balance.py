@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from codegen.diagnosis.signals import Motion
 from codegen.mechanics.casadi_form import to_casadi
-from codegen.mechanics.system import Matrix, System
+from codegen.mechanics.system import TIME, Matrix, System
 
 Array = NDArray[np.float64]
 
@@ -38,14 +38,15 @@ def evaluate_forces(
         (len(columns), N, n).
     """
     n, m = system.degrees_of_freedom, len(system.inputs)
-    point = casadi.SX.sym("point", 3 * n + m)
-    symbols = [*system.positions, *system.velocities, *system.accelerations, *system.inputs]
+    point = casadi.SX.sym("point", 3 * n + m + 1)
+    symbols = [*system.positions, *system.velocities, *system.accelerations, *system.inputs, TIME]
     names: dict[sympy.Symbol, Any] = {s: point[k] for k, s in enumerate(symbols)}
     names |= {s: casadi.SX(float(v)) for s, v in {**system.values, **(values or {})}.items()}
     stacked = casadi.vertcat(*[casadi.densify(to_casadi(column, names)) for column in columns])
     function = casadi.Function("forces", [point], [stacked])
     w = motion.inputs if inputs is None else inputs
-    at = np.hstack([motion.positions, motion.velocities, motion.accelerations, w])
+    since = (motion.time - motion.time[0])[:, None]
+    at = np.hstack([motion.positions, motion.velocities, motion.accelerations, w, since])
     flat = np.asarray(function.map(len(at))(at.T))
     return np.ascontiguousarray(flat.reshape(len(columns), n, len(at)).transpose(0, 2, 1))
 

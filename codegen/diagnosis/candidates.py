@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +14,7 @@ from codegen.diagnosis.problem import Problem
 from codegen.effects import CATALOGUE, Effect
 from codegen.effects.declare import effect_symbols, places_of
 from codegen.effects.input_delay import InputDelay
+from codegen.effects.start import Covered
 from codegen.spec.functions import Sgn
 
 Array = NDArray[np.float64]
@@ -59,7 +59,7 @@ def all_places(problem: Problem) -> list[tuple[Effect, int, str]]:
     """(effect, index, name) for every place in the system."""
     system = problem.system
     found = []
-    for effect in CATALOGUE.values():
+    for effect in [e for e in CATALOGUE.values() if not e.refines]:
         for index, name in enumerate(places_of(effect, system)):
             if effect.applies(system, index):
                 found.append((effect, index, name))
@@ -157,27 +157,24 @@ def _shape_grid(problem: Problem, effect: Effect, place: int) -> list[Shape]:
     """Starting values of the shape parameters from what the log covers."""
     p = effect_symbols(effect, places_of(effect, problem.system)[place], problem.system)
     _, names = effect.regressors(problem.system, place, p)
-    if isinstance(effect, InputDelay):
-        h = problem.motion.sample_time
-        return [{"T": float(T)} for T in np.geomspace(0.25 * h, max(0.05, 8 * h), 14)]
-    grids: Mapping[str, Callable[[], Array]] = {
-        "v_s": lambda: _speed_grid(problem),
-        "period": lambda: _period_grid(problem, effect, place),
-    }
-    return [
-        dict(zip(names, values, strict=True)) for values in product(*[[float(v) for v in grids[n]()] for n in names])
-    ]
-
-
-def _speed_grid(problem: Problem) -> Array:
-    speeds = np.abs(problem.motion.velocities[problem.motion.usable])
-    top = float(np.quantile(speeds, 0.95))
-    return np.geomspace(max(0.01 * top, 1e-9), top, 12)
+    motion = problem.motion
+    covered = Covered(
+        duration=float(motion.time[-1] - motion.time[0]),
+        sample_time=motion.sample_time,
+        top_speed=float(np.quantile(np.abs(motion.velocities[motion.usable]), 0.95)),
+        periods=lambda: [float(period) for period in _period_grid(problem, effect, place)],
+    )
+    return effect.starts(covered, ("T",) if isinstance(effect, InputDelay) else names)
 
 
 def _period_grid(problem: Problem, effect: Effect, place: int) -> Array:
     """The periods that stand out in the refitted residual over position: peaks of a fine scan."""
-    i = place if effect.sits_on == "coordinate" else 0
+    touched = (
+        [k for k, entry in enumerate(problem.system.distribution.T.tolist()[place]) if entry != 0]
+        if effect.sits_on == "contact"
+        else [place]
+    )
+    i = touched[0]
     used = problem.blocks[i].index >= 0
     x = problem.motion.positions[used, i]
     left = problem.target - np.tensordot(problem.base.fit(), problem.base_columns, axes=1)

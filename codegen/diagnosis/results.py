@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from codegen.effects.declare import written_place
+
 Verdict = Literal["effect", "none", "ambiguous"]
 
 
@@ -137,7 +139,7 @@ class Diagnosis:
             "effects": [
                 {
                     "kind": e.kind,
-                    "on": e.on,
+                    "on": written_place(e.on),
                     "parameters": dict(e.parameters),
                     "units": dict(e.units),
                     "also": _twins(e.also),
@@ -147,7 +149,7 @@ class Diagnosis:
             "candidates": [
                 {
                     "kind": c.kind,
-                    "on": c.on,
+                    "on": written_place(c.on),
                     "parameters": {k: _finite(v) for k, v in c.parameters.items()},
                     "also": _twins(c.also),
                     "evidence": {
@@ -183,7 +185,7 @@ class Diagnosis:
 
 
 def _twins(also: tuple[tuple[str, str], ...]) -> list[dict[str, str]]:
-    return [{"kind": kind, "on": on} for kind, on in also]
+    return [{"kind": kind, "on": written_place(on)} for kind, on in also]
 
 
 def _finite(value: float) -> float | None:

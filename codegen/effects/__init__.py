@@ -1,12 +1,19 @@
 """The catalogue of effects a model may lack. Adding one: a file with its class, and its class in CATALOGUE."""
 
 from codegen.effects.cogging import Cogging
+from codegen.effects.cogging_harmonics import CoggingHarmonics
 from codegen.effects.coulomb_asymmetry import CoulombAsymmetry
-from codegen.effects.effect import Effect, EffectParameter
+from codegen.effects.coupling import Coupling
+from codegen.effects.effect import Confusion, Effect, EffectParameter
+from codegen.effects.friction_drift import FrictionDrift
+from codegen.effects.gravity_imbalance import GravityImbalance
+from codegen.effects.hardening_spring import HardeningSpring
 from codegen.effects.inertia_error import InertiaError
 from codegen.effects.input_delay import InputDelay
 from codegen.effects.input_gain import InputGain
+from codegen.effects.load_dependent_friction import DriveBackdriveFriction, LoadDependentFriction
 from codegen.effects.offset import Offset
+from codegen.effects.position_dependent_friction import PositionDependentFriction
 from codegen.effects.quadratic_drag import QuadraticDrag
 from codegen.effects.spring import Spring
 from codegen.effects.stribeck import Stribeck
@@ -17,17 +24,25 @@ CATALOGUE: dict[str, Effect] = {
     effect.kind: effect
     for effect in (
         Viscous(),
+        QuadraticDrag(),
+        Stribeck(),
         Offset(),
         CoulombAsymmetry(),
-        ViscousAsymmetry(),
-        Stribeck(),
+        PositionDependentFriction(),
+        LoadDependentFriction(),
+        FrictionDrift(),
         Cogging(),
-        QuadraticDrag(),
-        Spring(),
-        InertiaError(),
         InputGain(),
         InputDelay(),
+        InertiaError(),
+        GravityImbalance(),
+        Spring(),
+        HardeningSpring(),
+        Coupling(),
+        ViscousAsymmetry(),
+        CoggingHarmonics(),
+        DriveBackdriveFriction(),
     )
 }
 
-__all__ = ["CATALOGUE", "Effect", "EffectParameter"]
+__all__ = ["CATALOGUE", "Confusion", "Effect", "EffectParameter"]

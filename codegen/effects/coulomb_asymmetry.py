@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from codegen.effects.effect import Effect, EffectParameter, Symbols
+from codegen.effects.effect import Confusion, Effect, EffectParameter, Symbols
 from codegen.effects.places import lone_coordinate
 from codegen.mechanics.system import System
 
@@ -14,7 +14,9 @@ class CoulombAsymmetry(Effect):
     sits_on = "contact"
     equation = "level = a + d for u > 0, a − d for u < 0"
     signature = "a constant force, whatever the motion"
+    seen_over = "velocity"
     parameters = (EffectParameter("d", "{F}", "half the difference of the two levels", neutral=0.0),)
+    confused_with = (Confusion("offset", "another mounting; never the same log"),)
 
     def add(self, system: System, place: int, p: Symbols) -> System:
         return system.with_contact_force(place, p["d"])

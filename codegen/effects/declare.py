@@ -7,6 +7,7 @@ from typing import Any
 import sympy
 
 from codegen.effects import CATALOGUE, Effect
+from codegen.effects.places import pairs
 from codegen.errors import BadInput, nearest_name
 from codegen.mechanics.build import check_mass_matrix
 from codegen.mechanics.system import System
@@ -14,14 +15,22 @@ from codegen.spec.model import DeclaredEffect, Spec, symbol
 
 
 def places_of(effect: Effect, system: System) -> list[str]:
-    """The names that an effect of this kind can sit on."""
+    """The names that an effect of this kind can sit on; two coordinates are written `x1, x2`."""
     match effect.sits_on:
         case "contact":
             return [c.name for c in system.contacts]
-        case "coordinate":
+        case "coordinate" | "sensor":
             return [x.name for x in system.positions]
+        case "two coordinates":
+            return [f"{system.positions[i]}, {system.positions[j]}" for i, j in pairs(system)]
         case "input":
             return [w.name for w in system.inputs]
+
+
+def written_place(on: str) -> str | list[str]:
+    """A name of ``places_of`` as a spec or a JSON file holds it: two coordinates as a list."""
+    names = on.split(", ")
+    return names if len(names) > 1 else on
 
 
 def add_declared_effects(system: System, spec: Spec) -> System:
@@ -40,11 +49,11 @@ def add_declared_effects(system: System, spec: Spec) -> System:
 def effect_symbols(effect: Effect, on: str, system: System) -> dict[str, sympy.Symbol]:
     """Parameter symbols named kind_place_parameter, numbered when the same effect sits there twice."""
     taken = {s.name for s in system.values}
-    suffix, count = "", 1
-    while any(f"{effect.kind}_{on}{suffix}_{p.name}" in taken for p in effect.parameters):
+    head, suffix, count = f"{effect.kind}_{on.replace(', ', '_')}", "", 1
+    while any(f"{head}{suffix}_{p.name}" in taken for p in effect.parameters):
         count += 1
         suffix = f"_{count}"
-    return {p.name: symbol(f"{effect.kind}_{on}{suffix}_{p.name}") for p in effect.parameters}
+    return {p.name: symbol(f"{head}{suffix}_{p.name}") for p in effect.parameters}
 
 
 def unit_words(effect: Effect, place: int, system: System) -> dict[str, str]:
@@ -52,8 +61,11 @@ def unit_words(effect: Effect, place: int, system: System) -> dict[str, str]:
     match effect.sits_on:
         case "contact":
             words = {"F": system.contacts[place].unit, "q": system.contacts[place].slip_unit, "w": "1"}
-        case "coordinate":
+        case "coordinate" | "sensor":
             words = {"F": system.force_unit(place), "q": system.position_units[place], "w": "1"}
+        case "two coordinates":
+            first, _ = pairs(system)[place]
+            words = {"F": system.force_unit(first), "q": system.position_units[first], "w": "1"}
         case "input":
             words = {"F": "1", "q": "1", "w": system.input_units[place]}
     return {p.name: p.unit.format(**words) for p in effect.parameters}
@@ -70,19 +82,32 @@ def _add(system: System, spec: Spec, index: int, declared: DeclaredEffect) -> Sy
             expected,
             nearest_name(declared.kind, CATALOGUE),
         )
+    effect = effect.with_parameters(list(declared.parameters))
+    on = _place(effect, declared, system, spec, key)
     known = places_of(effect, system)
-    if len(declared.on) != 1 or declared.on[0] not in known:
-        found = f"{declared.kind} on `{', '.join(declared.on)}`"
-        expected = f"one {effect.sits_on}: {', '.join(known) or 'there is none'}"
-        raise BadInput(
-            spec.place(f"{key}.on"), found, expected, nearest_name(declared.on[0], known) if declared.on else None
-        )
-    on = declared.on[0]
     symbols = effect_symbols(effect, on, system)
     values = {symbols[p]: v for p, v in _checked(effect, declared, spec, key).items()}
     units = unit_words(effect, known.index(on), system)
     system = system.with_parameters(values, {symbols[name]: unit for name, unit in units.items()})
     return effect.add(system, known.index(on), symbols)
+
+
+def _place(effect: Effect, declared: DeclaredEffect, system: System, spec: Spec, key: str) -> str:
+    """The place that an entry of ``effects:`` names, as ``places_of`` writes it."""
+    known = places_of(effect, system)
+    written = ", ".join(declared.on)
+    on = next((name for name in known if sorted(name.split(", ")) == sorted(declared.on)), None)
+    if on is None:
+        article = "" if effect.sits_on == "two coordinates" else "one "
+        expected = (
+            f"{article}{effect.sits_on}: {' or '.join(f'[{k}]' if ',' in k else k for k in known) or 'there is none'}"
+        )
+        raise BadInput(
+            spec.place(f"{key}.on"), f"{declared.kind} on `{written}`", expected, nearest_name(written, known)
+        )
+    if not effect.applies(system, known.index(on)):
+        raise BadInput(spec.place(f"{key}.on"), f"{declared.kind} on `{written}`", effect.needs)
+    return on
 
 
 def _checked(effect: Effect, declared: DeclaredEffect, spec: Spec, key: str) -> dict[str, Any]:

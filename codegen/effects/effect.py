@@ -9,13 +9,16 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import ClassVar, Literal
 
 import sympy
 
+from codegen.effects.start import Covered, Start
 from codegen.mechanics.system import Matrix, System
 
-Place = Literal["contact", "coordinate", "input"]
+Place = Literal["contact", "coordinate", "two coordinates", "input", "sensor"]
+Axis = Literal["velocity", "position", "load", "time", "acceleration", "input"]
 Symbols = Mapping[str, sympy.Symbol]
 
 
@@ -27,6 +30,7 @@ class EffectParameter:
         unit: template over {F} (force), {q} (coordinate), {w} (input).
         low, high: open interval of admissible values; None means unbounded.
         neutral: the value at which the effect vanishes (for those that scale it), or None for shape parameters.
+        start: for a shape parameter, the values from which a fit to a log may start.
     """
 
     name: str
@@ -35,6 +39,20 @@ class EffectParameter:
     low: float | None = None
     high: float | None = None
     neutral: float | None = None
+    start: Start | None = None
+
+
+@dataclass(frozen=True)
+class Confusion:
+    """What looks like an effect, and the motion that tells the two apart.
+
+    Attributes:
+        other: a kind of the catalogue, or in words what is no effect.
+        separated_by: the motion, or whatever else it takes.
+    """
+
+    other: str
+    separated_by: str
 
 
 class Effect(ABC):
@@ -42,24 +60,36 @@ class Effect(ABC):
 
     Attributes:
         kind: its name in a spec and in diagnosis.json.
-        sits_on: what ``on`` names.
+        sits_on: what ``on`` names; a sensor is that of a coordinate and is named by it.
         equation: as a person writes it.
         signature: what it leaves in a residual.
+        seen_over: against what the signature is seen best.
         parameters: in order.
+        confused_with: what leaves a similar signature.
+        needs: where ``applies`` is not always true, the condition in words.
+        refines: the kind of which this is the richer form, worth trying only where that one is found; "" for none.
     """
 
     kind: ClassVar[str]
     sits_on: ClassVar[Place]
     equation: ClassVar[str]
     signature: ClassVar[str]
-    parameters: ClassVar[tuple[EffectParameter, ...]]
+    seen_over: ClassVar[Axis]
+    parameters: tuple[EffectParameter, ...]
+    confused_with: ClassVar[tuple[Confusion, ...]]
+    needs: ClassVar[str] = ""
+    refines: ClassVar[str] = ""
 
     @abstractmethod
     def add(self, system: System, place: int, p: Symbols) -> System:
-        """The system with this effect at ``place`` (index of the contact, coordinate or input)."""
+        """The system with this effect at ``place``: index of the contact, coordinate, input or pair of coordinates."""
+
+    def with_parameters(self, names: Sequence[str]) -> Effect:
+        """The effect with the parameters that a spec gives it; another one only where their number is open."""
+        return self
 
     def applies(self, system: System, place: int) -> bool:
-        """Whether the effect makes sense at this place of this system."""
+        """Whether the effect makes sense at this place of this system; ``needs`` says when."""
         return True
 
     def admissible(self, system: System, place: int, values: Mapping[str, float]) -> bool:
@@ -91,6 +121,12 @@ class Effect(ABC):
     def weights(self, values: Mapping[str, float]) -> list[float]:
         """The inverse of ``recover``: weights of the columns at given parameter values."""
         return [values[q.name] - float(q.neutral) for q in self.parameters if q.neutral is not None]
+
+    def starts(self, covered: Covered, shape: Sequence[str]) -> list[dict[str, float]]:
+        """Every combination of starting values of the named shape parameters, from what a log covers."""
+        by_name = {q.name: q.start for q in self.parameters}
+        grids = [start(covered) if (start := by_name[name]) is not None else () for name in shape]
+        return [dict(zip(shape, map(float, values), strict=True)) for values in product(*grids)]
 
     def twins(self, system: System, place: int) -> list[tuple[str, str]]:
         """(kind, on) of effects that give the same motion once friction levels may be refitted."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from codegen.effects.effect import Effect, EffectParameter, Symbols
+from codegen.effects.effect import Confusion, Effect, EffectParameter, Symbols
 from codegen.effects.places import sole_drive
 from codegen.mechanics.system import System
 
@@ -16,7 +16,13 @@ class InertiaError(Effect):
     sits_on = "coordinate"
     equation = "M_ii += delta"
     signature = "a force proportional to acceleration"
+    seen_over = "acceleration"
     parameters = (EffectParameter("delta", "{F}*s^2/{q}", "added inertia", neutral=0.0),)
+    confused_with = (
+        Confusion("input_gain", "another force on the axis: a known load or spring"),
+        Confusion("input_delay", "two frequencies"),
+        Confusion("presliding", "two frequencies"),
+    )
 
     def add(self, system: System, place: int, p: Symbols) -> System:
         return system.with_inertia(place, p["delta"])

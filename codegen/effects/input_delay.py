@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from codegen.effects.effect import Effect, EffectParameter, Symbols
+from codegen.effects.effect import Confusion, Effect, EffectParameter, Symbols
+from codegen.effects.start import delays
 from codegen.mechanics.system import System
 
 
@@ -13,7 +14,14 @@ class InputDelay(Effect):
     sits_on = "input"
     equation = "w_eff(t) = w(t − T)"
     signature = "a force proportional to the rate of the input"
-    parameters = (EffectParameter("T", "s", "dead time", low=0.0),)
+    seen_over = "input"
+    parameters = (EffectParameter("T", "s", "dead time", low=0.0, start=delays),)
+    confused_with = (
+        Confusion("actuator_lag", "a chirp to high frequencies"),
+        Confusion("viscous", "a chirp"),
+        Confusion("compliance", "a chirp to high frequencies"),
+    )
+    needs = "an input that acts on the machine"
 
     def add(self, system: System, place: int, p: Symbols) -> System:
         return system.with_delay(place, p["T"])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from codegen.effects.effect import Effect, EffectParameter, Symbols
+from codegen.effects.effect import Confusion, Effect, EffectParameter, Symbols
 from codegen.effects.places import sole_drive
 from codegen.mechanics.system import System
 
@@ -14,7 +14,13 @@ class InputGain(Effect):
     sits_on = "input"
     equation = "w_eff = gain·w"
     signature = "a force proportional to the input"
+    seen_over = "input"
     parameters = (EffectParameter("gain", "1", "gain", low=0.0, neutral=1.0),)
+    confused_with = (
+        Confusion("inertia_error", "another force on the axis: a known load or spring"),
+        Confusion("load_dependent_friction", "several loads, driving and back-driving"),
+    )
+    needs = "an input that acts on the machine"
 
     def add(self, system: System, place: int, p: Symbols) -> System:
         return system.with_input(place, p["gain"] * system.inputs[place])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from codegen.effects.effect import Effect, EffectParameter, Symbols
+from codegen.effects.effect import Confusion, Effect, EffectParameter, Symbols
 from codegen.effects.places import lone_contacts
 from codegen.mechanics.system import System
 
@@ -14,7 +14,12 @@ class Offset(Effect):
     sits_on = "coordinate"
     equation = "e = f0"
     signature = "a constant force, whatever the motion"
+    seen_over = "time"
     parameters = (EffectParameter("f0", "{F}", "constant force", neutral=0.0),)
+    confused_with = (
+        Confusion("coulomb_asymmetry", "another mounting; never the same log"),
+        Confusion("gravity_imbalance", "another position of the axis"),
+    )
 
     def add(self, system: System, place: int, p: Symbols) -> System:
         return system.with_force(place, p["f0"])

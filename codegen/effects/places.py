@@ -1,8 +1,32 @@
-"""Which coordinate a contact acts on alone, and the other way round: it decides which effects are twins."""
+"""Where effects sit: which coordinates a contact acts on, which an input drives; it decides which are twins."""
 
 from __future__ import annotations
 
+from itertools import combinations
+
+import sympy
+
 from codegen.mechanics.system import System
+
+
+def pairs(system: System) -> list[tuple[int, int]]:
+    """Every two coordinates, the first before the second."""
+    return list(combinations(range(system.degrees_of_freedom), 2))
+
+
+def drive_force(system: System, contact: int) -> sympy.Expr:
+    """L: what the inputs exert along a contact, U' (g(w) − g(0)) / U'U; on one coordinate the drive force on it."""
+    column = system.distribution[:, contact]
+    driven = system.force - system.force.subs(dict.fromkeys(system.inputs, 0))
+    return sympy.expand(column.dot(driven) / column.dot(column))
+
+
+def pair_contacts(system: System, first: int, second: int) -> list[int]:
+    """Every contact between these two coordinates: its slip is ±(v₁ − v₂)."""
+    unit = sympy.zeros(system.degrees_of_freedom, 1)
+    unit[first], unit[second] = 1, -1
+    columns = [system.distribution[:, c] for c in range(len(system.contacts))]
+    return [c for c, column in enumerate(columns) if column in (unit, -unit)]
 
 
 def lone_coordinate(system: System, contact: int) -> int | None:

@@ -20,6 +20,10 @@ else:
     Matrix = ImmutableMatrix
 
 
+TIME = symbol("t")
+"""Time from the start of the log, or from an observer's first sample, in s."""
+
+
 @dataclass(frozen=True)
 class ContactFriction:
     """One contact: λ = sgn(u)·(level(|u|) + extra_level) + extra_force.
@@ -27,7 +31,7 @@ class ContactFriction:
     Attributes:
         slip: the symbol that stands for the contact's slip velocity u in the expressions below.
         law, law_parameters: the declared law and its symbols.
-        extra_level, extra_force: what declared effects add, over ``slip``.
+        extra_level, extra_force: what declared effects add, over ``slip``, positions, inputs and time.
     """
 
     name: str
@@ -108,6 +112,11 @@ class System:
         return Matrix(self.distribution.T * self.v)
 
     @property
+    def slip_position(self) -> Matrix:
+        """s = U' x, one row a contact."""
+        return Matrix(self.distribution.T * self.x)
+
+    @property
     def input_matrix(self) -> Matrix | NonlinearInput:
         """B of g = g₀(x, v) + B(x, v) w, n by inputs; where g is not linear in w, the entry that shows it."""
         return input_matrix(self.force, self.positions, self.inputs)
@@ -161,7 +170,7 @@ class System:
         return replace(self, mass_matrix=Matrix(mass))
 
     def with_level(self, contact: int, expression: sympy.Expr) -> System:
-        """Add to a contact's level; ``expression`` is over the contact's slip symbol."""
+        """Add to a contact's level; ``expression`` is over the contact's slip symbol, positions, inputs and TIME."""
         return self._with_contact(contact, extra_level=self.contacts[contact].extra_level + expression)
 
     def with_contact_force(self, contact: int, expression: sympy.Expr) -> System:

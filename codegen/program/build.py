@@ -12,6 +12,7 @@ import sympy
 
 from codegen.errors import BadInput
 from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.system import TIME
 from codegen.observers.equations import Observer
 from codegen.program.mass_solve import MassSolve
 from codegen.program.model import Block, Field, Program
@@ -47,6 +48,7 @@ def build_program(observer: Observer, choice: CodeChoice | None = None) -> Progr
     ]
 
     blocks: list[Block] = []
+    clock = _field(names, TIME, "s", "time since the first sample")
     delayed = [_delay(observer, w, f, names, blocks) for w, f in zip(system.inputs, commands, strict=True)]
     later = {s.name for e in observer.equations for s in e.symbols}
     for equation in observer.equations:
@@ -70,6 +72,10 @@ def build_program(observer: Observer, choice: CodeChoice | None = None) -> Progr
         next_state += following
         initial += first
     blocks = _needed(blocks, next_state)
+    if clock.name in _used(blocks, next_state):
+        states.append(clock)
+        next_state.append(clock.symbol + period.symbol)
+        initial.append(casadi.SX(0))
     used = _used(blocks, next_state, initial)
     choice = choice or CodeChoice()
     program = Program(

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from codegen.errors import BadInput
 from codegen.mechanics.casadi_form import to_casadi
-from codegen.mechanics.system import System
+from codegen.mechanics.system import TIME, System
 from codegen.simulate.controller import Loop, commands, control_loops, encoder, low_passed_velocity
 from codegen.simulate.dynamic_contact import DynamicContacts
-from codegen.simulate.plant import TIME, Plant
+from codegen.simulate.plant import Plant
 from codegen.simulate.simulable import refuse_unsimulable
 from codegen.simulate.simulated_log import SimulatedLog
 from codegen.spec.model import Simulation, Spec

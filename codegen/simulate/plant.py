@@ -11,13 +11,11 @@ from numpy.typing import NDArray
 
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.solve import solve_symmetric
-from codegen.mechanics.system import System
+from codegen.mechanics.system import TIME, System
 from codegen.simulate.drive import drive_columns
 from codegen.simulate.plant_contacts import PlantContacts
-from codegen.spec.model import symbol
 
 Array = NDArray[np.float64]
-TIME = symbol("t")
 
 
 class Plant:

@@ -15,16 +15,33 @@ from codegen.effects import CATALOGUE, Effect
 from codegen.effects.declare import add_declared_effects, effect_symbols, places_of, unit_words
 from codegen.errors import BadInput
 from codegen.mechanics import System, build_system
+from codegen.mechanics.system import TIME
 from codegen.spec import parse_spec
 
 NUMPY = [{"Sgn": np.sign, "Magnitude": np.abs}, "numpy"]
 
-# What each effect adds to g − M a − U λ, of x, v, a of the coordinate; for contacts what it adds to λ, of the slip u.
+# What each effect adds to g − M a − U λ, of x, v, a of the coordinate; for contacts what it adds to λ, of the slip
+# velocity u, the slip position s, the drive force L and the time t.
 CONTACT = {
-    "viscous": lambda u, b: b * u,
-    "coulomb_asymmetry": lambda u, d: d,
-    "viscous_asymmetry": lambda u, d_b: d_b * abs(u),
-    "stribeck": lambda u, delta, v_s: np.sign(u) * delta * np.exp(-((u / v_s) ** 2)),
+    "viscous": lambda u, s, L, t, b: b * u,
+    "coulomb_asymmetry": lambda u, s, L, t, d: d,
+    "viscous_asymmetry": lambda u, s, L, t, d_b: d_b * abs(u),
+    "stribeck": lambda u, s, L, t, delta, v_s: np.sign(u) * delta * np.exp(-((u / v_s) ** 2)),
+    "position_dependent_friction": lambda u, s, L, t, amplitude, period, phase: (
+        np.sign(u) * amplitude * np.sin(2 * pi * s / period + phase)
+    ),
+    "load_dependent_friction": lambda u, s, L, t, mu: np.sign(u) * mu * abs(L),
+    "drive_backdrive_friction": lambda u, s, L, t, mu_drive, mu_back: (
+        np.sign(u) * (mu_drive if L * u > 0 else mu_back) * abs(L)
+    ),
+    "friction_drift": lambda u, s, L, t, delta, T: np.sign(u) * delta * np.exp(-t / T),
+}
+# What the inputs exert on the coordinates.
+DRIVE = {
+    "one_mass": lambda w: [w],
+    "two_mass": lambda w: [0, w],
+    "arm": lambda w1, w2: [w1, w2],
+    "cart": lambda w: [0, w],
 }
 COORDINATE = {
     "offset": lambda x, v, a, f0: f0,
@@ -32,6 +49,12 @@ COORDINATE = {
     "spring": lambda x, v, a, k: -k * x,
     "cogging": lambda x, v, a, amplitude, period, phase: amplitude * np.sin(2 * pi * x / period + phase),
     "inertia_error": lambda x, v, a, delta: -delta * a,
+    "gravity_imbalance": lambda x, v, a, G, phase: -G * np.sin(x + phase),
+    "hardening_spring": lambda x, v, a, k3: -k3 * x**3,
+    "cogging_harmonics": lambda x, v, a, period, **waves: sum(
+        waves[f"sin_{k}"] * np.sin(2 * pi * k * x / period) + waves[f"cos_{k}"] * np.cos(2 * pi * k * x / period)
+        for k in (1, 2, 3)
+    ),
 }
 WITHOUT_FORCE = {"input_delay"}  # acts on time, not on the equation of one instant; simulated in tests/simulate
 
@@ -45,7 +68,7 @@ def parameters(effect: Effect, generator: np.random.Generator) -> dict[str, floa
 
 
 def motion(system: System, generator: np.random.Generator) -> dict[Any, float]:
-    moving = (*system.positions, *system.velocities, *system.accelerations, *system.inputs)
+    moving = (*system.positions, *system.velocities, *system.accelerations, *system.inputs, TIME)
     return {s: float(v) for s, v in system.values.items()} | {s: float(generator.normal()) for s in moving}
 
 
@@ -58,8 +81,13 @@ def by_hand(kind: str, system: System, place: int, p: dict[str, float], at: dict
     u = np.array(sympy.Matrix(system.distribution).subs(at).evalf(), dtype=float)
     result = np.zeros(system.degrees_of_freedom)
     if kind in CONTACT:
-        v = np.array([at[s] for s in system.velocities])
-        return -u[:, place] * CONTACT[kind](u[:, place] @ v, **p)
+        x, v, w = (np.array([at[s] for s in of]) for of in (system.positions, system.velocities, system.inputs))
+        column = u[:, place]
+        load = column @ DRIVE[system.name](*w) / (column @ column)
+        return -column * CONTACT[kind](column @ v, column @ x, load, at[TIME], **p)
+    if kind == "coupling":
+        (v1, v2) = (at[s] for s in system.velocities)
+        return np.array([-p["c"] * (v1 - v2), p["c"] * (v1 - v2)])
     if kind in COORDINATE:
         symbols = (system.positions, system.velocities, system.accelerations)
         result[place] = COORDINATE[kind](*[at[s[place]] for s in symbols], **p)
@@ -74,11 +102,12 @@ def cases() -> list[tuple[str, str, int]]:
     for name in TEXTS:
         system = bare_machine(name)
         found += [(k, name, i) for k, e in CATALOGUE.items() for i in range(len(places_of(e, system)))]
-    return [c for c in found if c[0] not in WITHOUT_FORCE]
+    fitting = [c for c in found if CATALOGUE[c[0]].applies(bare_machine(c[1]), c[2])]
+    return [c for c in fitting if c[0] not in WITHOUT_FORCE]
 
 
 def test_no_kind_is_left_out() -> None:
-    assert set(CATALOGUE) == {*CONTACT, *COORDINATE, *WITHOUT_FORCE, "input_gain"}
+    assert set(CATALOGUE) == {*CONTACT, *COORDINATE, *WITHOUT_FORCE, "input_gain", "coupling"}
 
 
 @pytest.mark.parametrize(("kind", "name", "place"), cases())
@@ -91,8 +120,8 @@ def test_change_regressors_and_weights(kind: str, name: str, place: int) -> None
     columns, shape = effect.regressors(system, place, symbols)
     for _ in range(10):
         p, at = parameters(effect, generator), motion(system, generator)
-        if kind == "cogging":
-            p["amplitude"] = abs(p["amplitude"])  # a negative one is half a turn of phase
+        for size in {"amplitude", "G"} & set(p):
+            p[size] = abs(p[size])  # a negative one is half a turn of phase
         values = at | {symbols[q]: v for q, v in p.items()}
         right = by_hand(kind, system, place, p, at)
         np.testing.assert_allclose(numbers(change, values), right, rtol=1e-11, atol=1e-12)
@@ -107,11 +136,11 @@ def test_change_regressors_and_weights(kind: str, name: str, place: int) -> None
 
 @pytest.mark.parametrize("kind", CATALOGUE)
 def test_neutral_values_do_nothing(kind: str) -> None:
-    effect, system = CATALOGUE[kind], bare_machine("one_mass")
+    effect, system = CATALOGUE[kind], bare_machine("arm")
     symbols = effect_symbols(effect, places_of(effect, system)[0], system)
     change = effect.change(system, 0, symbols)
     neutral = {symbols[p.name]: sympy.Rational(str(p.neutral)) for p in effect.parameters if p.neutral is not None}
-    assert change.subs(neutral).applyfunc(sympy.simplify) == sympy.zeros(1, 1)
+    assert change.subs(neutral).applyfunc(sympy.simplify) == sympy.zeros(2, 1)
 
 
 def test_an_inertia_stays_positive() -> None:
@@ -129,6 +158,11 @@ UNITS = {  # of effects.md, on the arm's elbow: F is N*m, q is rad
     "spring": {"k": "N*m/rad"},
     "input_gain": {"gain": "1"},
     "input_delay": {"T": "s"},
+    "position_dependent_friction": {"amplitude": "N*m", "period": "rad", "phase": "rad"},
+    "load_dependent_friction": {"mu": "1"},
+    "friction_drift": {"delta": "N*m", "T": "s"},
+    "gravity_imbalance": {"G": "N*m", "phase": "rad"},
+    "hardening_spring": {"k3": "N*m/rad^3"},
 }
 
 
@@ -140,6 +174,35 @@ def test_units(kind: str) -> None:
 def declared(effects: str, name: str = "two_mass") -> System:
     spec = parse_spec(TEXTS[name] + f"effects: [{effects}]\n", Path("machine.yaml"))
     return add_declared_effects(build_system(spec), spec)
+
+
+def test_unit_of_a_coupling() -> None:
+    assert unit_words(CATALOGUE["coupling"], 0, bare_machine("arm")) == {"c": "N*m*s/rad"}
+
+
+@pytest.mark.parametrize("kind", CATALOGUE)
+def test_what_is_confused_is_told_apart_by_something(kind: str) -> None:
+    """A known confusion goes both ways, except where one of the two is no effect or a richer form."""
+    effect = CATALOGUE[kind]
+    assert effect.confused_with and all(c.separated_by for c in effect.confused_with)
+    assert kind not in {c.other for c in effect.confused_with}
+    assert effect.refines in {"", *CATALOGUE}
+
+
+def test_harmonics_are_those_that_the_parameters_name() -> None:
+    waves = "period: 0.3, sin_2: 1.5, cos_2: -0.5, sin_7: 0.25, cos_7: 2"
+    system = declared(f"{{kind: cogging_harmonics, on: x1, parameters: {{{waves}}}}}")
+    at = motion(system, np.random.default_rng(5))
+    plain = bare_machine("two_mass")
+    turn = 2 * pi * at[plain.positions[0]] / 0.3
+    force = 1.5 * np.sin(2 * turn) - 0.5 * np.cos(2 * turn) + 0.25 * np.sin(7 * turn) + 2 * np.cos(7 * turn)
+    found = numbers(system.equation_error, at) - numbers(plain.equation_error, at)
+    np.testing.assert_allclose(found, [force, 0], rtol=1e-11, atol=1e-11)
+
+
+def test_a_pair_is_named_in_either_order() -> None:
+    one, other = (declared(f"{{kind: coupling, on: {on}, parameters: {{c: 2}}}}") for on in ("[x1, x2]", "[x2, x1]"))
+    assert one.equation_error == other.equation_error
 
 
 def test_two_of_a_kind_on_one_place_add_up() -> None:
@@ -155,6 +218,14 @@ REFUSED = {
     "coordinate for a contact": ("{kind: viscous, on: x1, parameters: {b: 1}}", "viscous on `x1`", None),
     "contact for a coordinate": ("{kind: spring, on: ground, parameters: {k: 1}}", "spring on `ground`", None),
     "input for a contact": ("{kind: viscous, on: w, parameters: {b: 1}}", "viscous on `w`", None),
+    "one place for two": ("{kind: coupling, on: x1, parameters: {c: 1}}", "coupling on `x1`", None),
+    "twice the same place": ("{kind: coupling, on: [x1, x1], parameters: {c: 1}}", "coupling on `x1, x1`", None),
+    "not an angle": ("{kind: gravity_imbalance, on: x1, parameters: {G: 1, phase: 0}}", "gravity_imbalance on", None),
+    "half a harmonic": (
+        "{kind: cogging_harmonics, on: x1, parameters: {period: 1, sin_4: 1}}",
+        "`cos_4` is missing",
+        None,
+    ),
     "two places": ("{kind: viscous, on: [ground, between], parameters: {b: 1}}", "`ground, between`", None),
     "no place": ("{kind: viscous, on: [], parameters: {b: 1}}", "viscous on ``", None),
     "missing parameter": ("{kind: stribeck, on: ground, parameters: {delta: 1}}", "`v_s` is missing", None),
