@@ -184,7 +184,7 @@ class Diagnosis:
         }
 
 
-def _twins(also: tuple[tuple[str, str], ...]) -> list[dict[str, str]]:
+def _twins(also: tuple[tuple[str, str], ...]) -> list[dict[str, Any]]:
     return [{"kind": kind, "on": written_place(on)} for kind, on in also]
 
 
