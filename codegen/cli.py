@@ -162,8 +162,12 @@ def simulate(
 @app.command()
 def diagnose(
     spec: SpecPath,
-    log: Annotated[Path, typer.Argument(metavar="LOG", help="measured log, CSV or .mat")],
-    test: Annotated[Path | None, typer.Option("--test", metavar="LOG2", help="log to measure the error on")] = None,
+    log: Annotated[
+        list[Path], typer.Argument(metavar="LOG...", help="measured log, CSV or .mat; or several of one experiment")
+    ],
+    test: Annotated[
+        list[Path] | None, typer.Option("--test", metavar="LOG2", help="log to measure the error on; may be repeated")
+    ] = None,
     out: Annotated[Path | None, typer.Option("-o", "--output", metavar="DIR", help="folder for the results")] = None,
     description: Annotated[
         Path | None, typer.Option("--description", "-d", help="log description (YAML with columns:)")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -106,8 +106,8 @@ def simulate(path: str | Path, out: str | Path, progress: Callable[[float], None
 
 def diagnose(
     path: str | Path,
-    log: str | Path,
-    test: str | Path | None = None,
+    log: str | Path | Sequence[str | Path],
+    test: str | Path | Sequence[str | Path] | None = None,
     out: str | Path | None = None,
     description: str | Path | None = None,
     columns: Mapping[str, str] | None = None,
@@ -116,8 +116,9 @@ def diagnose(
     """Find the effect that a model lacks, write the augmented spec and the report, and generate again.
 
     Args:
-        log, test: measured logs; without ``test`` the last part of ``log`` is held out.
-        out: folder for diagnosis.json, spec.yaml, report.html and generated/NAME; by default named after the log.
+        log, test: measured logs, each one file or the several of one experiment; without ``test`` the last part of
+            ``log`` is held out.
+        out: folder for diagnosis.json, spec.yaml, report.html and generated/NAME; by default named after the first log.
         description, columns: how the logs name their columns.
 
     Raises:
@@ -126,19 +127,20 @@ def diagnose(
     # SciPy's signal tools and matplotlib cost two seconds that the other verbs need not pay.
     from codegen.diagnosis.diagnose import diagnose_log
     from codegen.diagnosis.results import CertificateChange
-    from codegen.logs import read_log
+    from codegen.logs import read_logs
     from codegen.report import render_report
 
-    if test is not None and Path(test).resolve() == Path(log).resolve():
-        raise BadInput(
-            str(test), "the training log itself as --test", "another log, or none: the end of LOG is then held out"
-        )
+    logs, tests = _files(log), _files(test)
+    for file in tests:
+        if Path(file).resolve() in {Path(other).resolve() for other in logs}:
+            expected = "another log, or none: the end of LOG is then held out"
+            raise BadInput(str(file), "the training log itself as --test", expected)
     model = check(path)
     refuse_free_gains(model.spec)
-    train = read_log(log, model.spec, description=description, columns=columns)
-    held_out = read_log(test, model.spec, description=description, columns=columns) if test is not None else None
+    train = read_logs(logs, model.spec, description=description, columns=columns)
+    held_out = read_logs(tests, model.spec, description=description, columns=columns) if tests else None
     diagnosis, models = diagnose_log(model.spec, model.system, train, held_out, progress)
-    folder = Path(out) if out is not None else Path(f"{Path(log).stem}_diagnosis")
+    folder = Path(out) if out is not None else Path(f"{Path(logs[0]).stem}_diagnosis")
 
     files: dict[str, str] = {"spec.yaml": models.spec_text}
     if model.observer is not None:
@@ -165,6 +167,12 @@ def write_certificate(certificate: Certificate, path: str | Path) -> Path:
 def _model(spec: Spec) -> Model:
     system = add_declared_effects(build_system(spec), spec)
     return Model(spec, system, build_observer(at_middle(spec), system) if spec.observer is not None else None)
+
+
+def _files(given: str | Path | Sequence[str | Path] | None) -> Sequence[str | Path]:
+    if given is None:
+        return ()
+    return (given,) if isinstance(given, (str, Path)) else tuple(given)
 
 
 def _rate(outcome: Certificate | Refusal) -> float | str:

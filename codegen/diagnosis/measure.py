@@ -64,7 +64,10 @@ def free_run_errors(system: System, motion: Motion, window: Window, restart_s: f
 
 
 def free_run_series(system: System, motion: Motion, restart_s: float = RESTART_S) -> Array:
-    """Predicted less raw position, (N, n); NaN where the motion is trimmed, inf where the run diverges."""
+    """Predicted less raw position, (N, n); inf where the run diverges.
+
+    NaN where the motion is trimmed, and from a gap on until the next restart: the state is not known behind it.
+    """
     h = motion.sample_time
     start = motion.low_pass(motion.measured)
     predicted = free_run(
@@ -77,7 +80,17 @@ def free_run_series(system: System, motion: Motion, restart_s: float = RESTART_S
         substeps=_substeps(h),
         trim_s=TRIM_S,
     )
+    predicted[_behind_a_gap(motion.usable, round(TRIM_S / h), max(2, round(restart_s / h)))] = np.nan
     return np.asarray(predicted - motion.measured)
+
+
+def _behind_a_gap(usable: NDArray[np.bool_], cut: int, length: int) -> NDArray[np.bool_]:
+    """(N,) samples with an unusable one before them in their run of ``length`` samples; the first starts at ``cut``."""
+    behind = np.zeros(len(usable), dtype=bool)
+    for start in range(cut, len(usable) - cut, length):
+        run = slice(start, min(start + length, len(usable) - cut))
+        behind[run] = np.cumsum(~usable[run]) > 0
+    return behind
 
 
 def drive_force(system: System, motion: Motion) -> Array:

@@ -4,6 +4,16 @@ from codegen.logs.description import LogDescription, read_description
 from codegen.logs.finding import Finding
 from codegen.logs.log import Intake, Log
 from codegen.logs.preflight import preflight
-from codegen.logs.readers import FORMATS, read_log
+from codegen.logs.readers import FORMATS, read_log, read_logs
 
-__all__ = ["FORMATS", "Finding", "Intake", "Log", "LogDescription", "preflight", "read_description", "read_log"]
+__all__ = [
+    "FORMATS",
+    "Finding",
+    "Intake",
+    "Log",
+    "LogDescription",
+    "preflight",
+    "read_description",
+    "read_log",
+    "read_logs",
+]

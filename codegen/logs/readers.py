@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from codegen.logs.cleaning import Clean, clean
 from codegen.logs.csv_file import open_csv
 from codegen.logs.description import LogDescription, read_description
 from codegen.logs.encoder import smallest_step
+from codegen.logs.joined import join_logs
 from codegen.logs.log import Intake, Log
 from codegen.logs.mat_file import open_mat
 from codegen.logs.npy_file import open_npy_log
@@ -30,6 +32,30 @@ FORMATS: Mapping[str, Callable[[Path], Source]] = {
 }
 
 
+def read_logs(
+    paths: Sequence[str | Path],
+    spec: Spec,
+    *,
+    description: str | Path | None = None,
+    columns: Mapping[str, str] | None = None,
+) -> Log:
+    """Read the records of one experiment as one log; see ``join_logs``.
+
+    Args:
+        paths: at least one; no file twice.
+        description, columns: as for ``read_log``, for all of them.
+
+    Raises:
+        BadInput: as ``read_log``, for a file named twice, or for records that do not go together.
+    """
+    seen: set[Path] = set()
+    for path in map(Path, paths):
+        if path.resolve() in seen:
+            raise BadInput(str(path), "the same log twice", "each record once")
+        seen.add(path.resolve())
+    return join_logs([partial(_read, path, spec, description, columns) for path in paths])
+
+
 def read_log(
     path: str | Path, spec: Spec, *, description: str | Path | None = None, columns: Mapping[str, str] | None = None
 ) -> Log:
@@ -43,13 +69,23 @@ def read_log(
     Raises:
         BadInput: for the first thing that cannot be used, with file and line or variable.
     """
+    return _read(path, spec, description, columns, None)
+
+
+def _read(
+    path: str | Path,
+    spec: Spec,
+    description: str | Path | None,
+    columns: Mapping[str, str] | None,
+    step: float | None,
+) -> Log:
     path = Path(path)
     reader = _format(path)
     source = reader(path)
     described = log_description(path, description)
     binding = bind(source.names, source.place, spec, described, columns)
     cleaned = _cleaned(source, binding, spec, described)
-    return _log(path, spec, described, binding, cleaned)
+    return _log(path, spec, described, binding, cleaned, step)
 
 
 def _format(path: Path) -> Callable[[Path], Source]:
@@ -90,10 +126,12 @@ def _cleaned(source: Source, binding: Binding, spec: Spec, description: LogDescr
     return clean(raw, symbols, [s in inputs for s in symbols], scale, description)
 
 
-def _log(path: Path, spec: Spec, description: LogDescription, binding: Binding, cleaned: Clean) -> Log:
+def _log(
+    path: Path, spec: Spec, description: LogDescription, binding: Binding, cleaned: Clean, step: float | None
+) -> Log:
     n, m = len(spec.coordinates), len(spec.inputs)
     split = cleaned.data.shape[1] - m
-    grid = uniform(cleaned.time, cleaned.data[:, :split], cleaned.data[:, split:], cleaned.source)
+    grid = uniform(cleaned.time, cleaned.data[:, :split], cleaned.data[:, split:], cleaned.source, step)
     encoder = _per_coordinate(description.encoder_step, spec, description, "encoder_step")
     _per_coordinate(description.position_noise, spec, description, "position_noise_rms")
     intake = Intake(

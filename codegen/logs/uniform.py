@@ -42,8 +42,8 @@ class Uniform:
     notes: tuple[str, ...]
 
 
-def uniform(time: Array, sampled: Array, held: Array, source: Columns) -> Uniform:
-    """Put rows on a uniform grid whose step is the median step.
+def uniform(time: Array, sampled: Array, held: Array, source: Columns, wanted: float | None = None) -> Uniform:
+    """Put rows on a uniform grid whose step is the median step, or the one that is wanted.
 
     Stamps that keep within 1 % of the median step are taken as uniform and no value is touched. Otherwise ``sampled``
     is interpolated linearly, and ``held``, a zero-order hold from row to row, is given by its mean over each new step:
@@ -52,6 +52,7 @@ def uniform(time: Array, sampled: Array, held: Array, source: Columns) -> Unifor
     Args:
         time: (N,) s, strictly rising; N of at least 2.
         sampled: (N, c). held: (N, m). source: where the rows stand, for messages.
+        wanted: s; a step near the median one.
 
     Raises:
         BadInput: if the grid would have more than ten times the rows that there are.
@@ -61,11 +62,11 @@ def uniform(time: Array, sampled: Array, held: Array, source: Columns) -> Unifor
     longest = float(steps.max())
     inner = steps[steps <= GAP_STEPS * median]
     jitter = float(np.sqrt(np.mean((inner / median - 1) ** 2)))
-    if np.abs(steps / median - 1).max() <= JITTER:
+    if wanted is None and np.abs(steps / median - 1).max() <= JITTER:
         step = _rounded(float(time[-1] - time[0]) / len(steps))
         return Uniform(time[0] + step * np.arange(len(time)), sampled, held, step, (), jitter, longest, False, ())
 
-    step = _rounded(median)
+    step = wanted or _rounded(median)
     span = float(time[-1] - time[0]) / step
     if span > MOST_GROWTH * len(time) + 1000:
         k = int(np.argmax(steps))
