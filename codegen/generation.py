@@ -9,17 +9,14 @@ from fractions import Fraction
 from pathlib import Path
 
 from codegen.checker import verify as checker
-from codegen.effects.declare import add_declared_effects
 from codegen.emit import ALWAYS, PRINTERS
 from codegen.emit.package import Header, emit_manifest, emit_readme, emit_sources, make_header
 from codegen.errors import BadInput, nearest_name
 from codegen.files import sha256, write_all, write_atomically
-from codegen.mechanics import build_system
-from codegen.observers import Observer, build_observer
+from codegen.observers import observer_of
 from codegen.program import Program, build_program
 from codegen.program.model import FAULTS, PRECISIONS, refuse_names_alike
 from codegen.spec import Spec, read_spec
-from codegen.spec.free_gains import refuse_free_gains
 from codegen.spec.model import CodeChoice
 from codegen.stability.analysis import analyse
 from codegen.stability.certify import Certificate, Refusal
@@ -110,16 +107,6 @@ def generate(
         if not isinstance(outcome, Certificate):
             _drop_old_certificate(target, spec)
     return Generated(target, files, outcome)
-
-
-def observer_of(spec: Spec) -> Observer:
-    """The observer of a spec.
-
-    Raises:
-        BadInput: for a spec without one, or with free gains.
-    """
-    refuse_free_gains(spec)
-    return build_observer(spec, add_declared_effects(build_system(spec), spec))
 
 
 def generated_files(spec: Spec, overrides: Overrides | None = None) -> tuple[dict[str, str], Certificate | Refusal]:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from codegen.emit.package import emit_sources, make_header
 from codegen.errors import BadInput
-from codegen.generation import observer_of
+from codegen.observers import observer_of
 from codegen.program import build_program
 from codegen.replay import Replayed, engine_for, replay_log
 from codegen.replay.samples import Samples

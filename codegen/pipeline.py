@@ -14,10 +14,10 @@ from codegen.errors import BadInput, Place
 from codegen.files import write_all, write_atomically
 from codegen.fmu import GeneratedFmu, generate_fmu
 from codegen.gain_report import GainReport, gains
-from codegen.generation import Generated, Overrides, generate, generated_files, observer_of
+from codegen.generation import Generated, Overrides, generate, generated_files
 from codegen.log_replay import Replayed, replay
 from codegen.mechanics import System, build_system
-from codegen.observers import Observer, build_observer
+from codegen.observers import Observer, build_observer, observer_of
 from codegen.simulate import simulate as simulate_plant
 from codegen.simulate import write_log
 from codegen.spec import Spec, parse_spec, read_spec

@@ -3,12 +3,15 @@
 import re
 from collections.abc import Callable
 
+from codegen.effects.declare import add_declared_effects
 from codegen.errors import BadInput, nearest_name
+from codegen.mechanics import build_system
 from codegen.mechanics.system import System
 from codegen.observers.coulomb import coulomb_friction_observer
 from codegen.observers.dynamic import dynamic_friction_observer
 from codegen.observers.equations import Equation, ErrorVariable, Observer
 from codegen.observers.tracking import tracking_observer
+from codegen.spec.free_gains import refuse_free_gains
 from codegen.spec.model import ObserverChoice, Spec
 
 OBSERVERS: dict[str, Callable[[Spec, System], Observer]] = {
@@ -21,6 +24,16 @@ OBSERVERS: dict[str, Callable[[Spec, System], Observer]] = {
     "gdfo": dynamic_friction_observer,
 }
 SINGLE = {"cfo": "gcfo", "to": "gto", "dfo": "gdfo"}
+
+
+def observer_of(spec: Spec) -> Observer:
+    """The observer of a spec on the spec's own system, declared effects included.
+
+    Raises:
+        BadInput: for a spec without one, or with free gains.
+    """
+    refuse_free_gains(spec)
+    return build_observer(spec, add_declared_effects(build_system(spec), spec))
 
 
 def build_observer(spec: Spec, system: System) -> Observer:
@@ -76,4 +89,4 @@ def _refuse_shared_names(spec: Spec, observer: Observer) -> None:
             raise BadInput(spec.place(key), f"the name `{name}`, which the observer has for itself", "another name")
 
 
-__all__ = ["OBSERVERS", "Equation", "ErrorVariable", "Observer", "build_observer"]
+__all__ = ["OBSERVERS", "Equation", "ErrorVariable", "Observer", "build_observer", "observer_of"]

@@ -16,7 +16,7 @@ from codegen.compiler import compile_shared, find_compiler
 from codegen.emit.fmu import VERSIONS, Fmu, emit_fmu
 from codegen.emit.package import emit_sources, make_header
 from codegen.errors import BadInput
-from codegen.generation import observer_of
+from codegen.observers import observer_of
 from codegen.program import Program, build_program
 from codegen.replay import compiled_engine, load_twin
 from codegen.spec import read_spec

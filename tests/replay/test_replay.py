@@ -14,8 +14,8 @@ from codegen import pipeline
 from codegen.compiler import find_compiler
 from codegen.emit.package import emit_sources, make_header
 from codegen.errors import BadInput
-from codegen.generation import observer_of
 from codegen.logs import stream
+from codegen.observers import observer_of
 from codegen.program import build_program
 from codegen.replay import compiled_engine, load_twin, samples, twin_engine
 from codegen.spec import read_spec
