@@ -104,7 +104,13 @@ class ObserverChoice:
 
 @dataclass(frozen=True)
 class Simulation:
-    """How the plant is driven by ``stiction simulate``; expressions are over the time symbol ``t``."""
+    """How the plant is driven by ``stiction simulate``; expressions are over the time symbol ``t``.
+
+    Attributes:
+        observer: whether the spec's observer runs beside the plant.
+        cancel: the share of its friction estimate that is cancelled, or None; cancel_delay: its age, in samples of the
+            observer.
+    """
 
     duration: float
     sample_time: float
@@ -116,6 +122,11 @@ class Simulation:
     encoder_step: Mapping[str, float]
     position_noise: Mapping[str, float]
     seed: int
+    integral_gain: Mapping[str, float] = field(default_factory=dict)
+    velocity_noise: Mapping[str, float] = field(default_factory=dict)
+    observer: bool = False
+    cancel: float | None = None
+    cancel_delay: int = 0
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-import sympy
-
 from codegen.errors import BadInput, Place, nearest_name
-from codegen.spec.expression import exact_number, parse_expression
+from codegen.spec.expression import exact_number
 from codegen.spec.functions import CONSTANTS, FUNCTIONS
 from codegen.spec.model import (
     CodeChoice,
@@ -21,14 +19,13 @@ from codegen.spec.model import (
     Input,
     LogColumns,
     Parameter,
-    Simulation,
     Spec,
-    symbol,
 )
 from codegen.spec.motion import Sliding
 from codegen.spec.motion_section import read_motion
 from codegen.spec.observer_section import read_observer
-from codegen.spec.schema import SimulationSection, SpecDocument
+from codegen.spec.schema import SpecDocument
+from codegen.spec.simulation_section import read_simulation
 from codegen.spec.units import require_coherent, si_factor
 from codegen.spec.urdf_section import expand_robot
 from codegen.spec.validation import validate
@@ -111,7 +108,7 @@ class _Reading:
             effects=tuple(self._effect(i) for i in range(len(d.effects))),
             observer=read_observer(d.observer, friction, self.place),
             envelope=self._envelope({*position, *moving, *(f"{k}_{c.name}" for k in "af" for c in friction)}),
-            simulation=self._simulation(d.simulation, coordinates, inputs) if d.simulation else None,
+            simulation=read_simulation(d.simulation, coordinates, inputs, self.place),
             log=self._log({"t", *position, *moving}),
             text=self.text,
             path=self.path,
@@ -194,40 +191,6 @@ class _Reading:
                 raise BadInput(self.place(key), f"[{low}, {high}]", "a range [low, high] with low < high")
             result[name] = bounds
         return result
-
-    def _simulation(self, s: SimulationSection, coordinates: Any, inputs: Any) -> Simulation:
-        time = {"t": symbol("t")}
-        velocity = {c.name for c in coordinates}
-        entry = {i.name for i in inputs}
-
-        def numbers(section: str, known: set[str]) -> dict[str, float]:
-            values = getattr(s, section)
-            self._known(values, known, f"simulation.{section}")
-            return {k: float(self._number(v, f"simulation.{section}.{k}")) for k, v in values.items()}
-
-        def functions(section: str, known: set[str]) -> dict[str, sympy.Expr]:
-            values = getattr(s, section)
-            self._known(values, known, f"simulation.{section}")
-            return {
-                k: parse_expression(v, self.place(f"simulation.{section}.{k}")).symbolic(time)
-                for k, v in values.items()
-            }
-
-        duration, period = (float(self._number(x, "simulation")) for x in (s.duration, s.sample_time))
-        if not 0 < period < duration or duration / period > 1e7:
-            raise BadInput(self.place("simulation"), f"{duration} s in steps of {period} s", "2 to 10^7 samples")
-        return Simulation(
-            duration,
-            period,
-            functions("inputs", entry),
-            functions("reference", entry | velocity),
-            numbers("position_gain", entry),
-            numbers("velocity_gain", entry),
-            numbers("input_limit", entry),
-            numbers("encoder_step", velocity),
-            numbers("position_noise", velocity),
-            s.seed,
-        )
 
     def _known(self, names: Iterable[str], known: set[str], key: str) -> None:
         for name in names:

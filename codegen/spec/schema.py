@@ -149,7 +149,7 @@ class ObserverSection(Section):
 
 
 class SimulationSection(Section):
-    """How ``stiction simulate`` drives the plant: inputs as functions of t, or a reference under PD control."""
+    """How ``stiction simulate`` drives the plant: inputs as functions of t, or a reference under feedback."""
 
     duration: Number
     sample_time: Number
@@ -161,6 +161,11 @@ class SimulationSection(Section):
     encoder_step: dict[str, Number] = {}
     position_noise: dict[str, Number] = {}
     seed: int = 0
+    integral_gain: dict[str, Number] = {}
+    velocity_noise: dict[str, Number] = {}
+    observer: bool = False
+    cancel: Number | None = None
+    cancel_delay: int = 0
 
 
 class LogSection(Section):

@@ -1,0 +1,96 @@
+"""The ``simulation:`` section → Simulation: signals parsed over t, numbers by the names they belong to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+
+import sympy
+
+from codegen.errors import BadInput, Place, nearest_name
+from codegen.spec.expression import exact_number, parse_expression
+from codegen.spec.model import Coordinate, Input, Simulation, symbol
+from codegen.spec.schema import SimulationSection
+
+MOST_SAMPLES = 1e7
+
+
+def read_simulation(
+    section: SimulationSection | None,
+    coordinates: Iterable[Coordinate],
+    inputs: Iterable[Input],
+    place: Callable[[str], Place],
+) -> Simulation | None:
+    """How a spec has its plant driven.
+
+    Args:
+        place: key → where it stands.
+
+    Raises:
+        BadInput: for a name that the section cannot speak of, a number or expression that is none, a duration of less
+            than two samples or more than 10⁷, or a cancellation that is not a share, without an observer or into the
+            past.
+    """
+    if section is None:
+        return None
+    coordinates = tuple(coordinates)
+    positions, velocities = {c.name for c in coordinates}, {c.velocity for c in coordinates}
+    entries = {i.name for i in inputs}
+    time = {"t": symbol("t")}
+
+    def number(text: str, key: str) -> float:
+        return float(exact_number(text, place(key)))
+
+    def known(name: str, names: set[str]) -> Mapping[str, str]:
+        key = f"simulation.{name}"
+        values: Mapping[str, str] = getattr(section, name)
+        for entry in values:
+            if entry not in names:
+                expected = f"one of {', '.join(sorted(names))}"
+                raise BadInput(place(f"{key}.{entry}"), f"unknown name `{entry}`", expected, nearest_name(entry, names))
+        return values
+
+    def numbers(name: str, names: set[str]) -> dict[str, float]:
+        return {k: number(v, f"simulation.{name}.{k}") for k, v in known(name, names).items()}
+
+    def functions(name: str, names: set[str]) -> dict[str, sympy.Expr]:
+        return {
+            k: parse_expression(v, place(f"simulation.{name}.{k}")).symbolic(time)
+            for k, v in known(name, names).items()
+        }
+
+    duration, period = (number(x, "simulation") for x in (section.duration, section.sample_time))
+    if not 0 < period < duration or duration / period > MOST_SAMPLES:
+        raise BadInput(place("simulation"), f"{duration} s in steps of {period} s", "2 to 10^7 samples")
+    return Simulation(
+        duration,
+        period,
+        functions("inputs", entries),
+        functions("reference", entries | positions),
+        numbers("position_gain", entries),
+        numbers("velocity_gain", entries),
+        numbers("input_limit", entries),
+        numbers("encoder_step", positions),
+        numbers("position_noise", positions),
+        section.seed,
+        numbers("integral_gain", entries),
+        numbers("velocity_noise", velocities),
+        section.observer,
+        _cancelled(section, place),
+        section.cancel_delay,
+    )
+
+
+def _cancelled(section: SimulationSection, place: Callable[[str], Place]) -> float | None:
+    for key in ("cancel", "cancel_delay"):
+        if key in section.model_fields_set and not section.observer:
+            found = f"`{key}` without an observer in the loop"
+            raise BadInput(place(f"simulation.{key}"), found, "`observer: true` beside it")
+    if section.cancel_delay < 0:
+        found = f"{section.cancel_delay} samples"
+        raise BadInput(place("simulation.cancel_delay"), found, "0, 1, 2 … samples of the observer")
+    if section.cancel is None:
+        return None
+    share = float(exact_number(section.cancel, place("simulation.cancel")))
+    if not 0 < share <= 1:
+        raise BadInput(place("simulation.cancel"), f"{share:g}", "the share of the estimate to cancel, above 0 up to 1")
+    return share
