@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Mapping
+from copy import copy
 from typing import Any, Protocol
 
 import numpy as np
@@ -36,6 +37,9 @@ class Engine(Protocol):
 
     def run(self, rows: Array) -> tuple[Array, Faults]:
         """Step over (N, inputs): the (N, outputs) estimates, and the fault flag of each sample (0 without one)."""
+
+    def peek(self, row: Array) -> Array:
+        """The (outputs,) that a step over (1, inputs) would give; the state stays as it is."""
 
 
 def engine_for(program: Program, files: Mapping[str, str]) -> Engine:
@@ -96,6 +100,12 @@ class _Compiled:
         self._run(self._place(), len(rows), rows.ctypes.data, estimates.ctypes.data, faults.ctypes.data)
         return estimates, faults
 
+    def peek(self, row: Array) -> Array:
+        before = self._memory.raw
+        estimates: Array = self.run(row)[0][0]
+        ctypes.memmove(self._memory, before, len(before))
+        return estimates
+
 
 class _Twin:
     def __init__(self, program: Program, files: Mapping[str, str]) -> None:
@@ -118,3 +128,10 @@ class _Twin:
             if self.holds:
                 faults[k] = made.fault
         return estimates, faults
+
+    def peek(self, row: Array) -> Array:
+        before, held = self._state, self._held
+        self._state, self._held = copy(before), tuple(copy(made) for made in held)
+        estimates: Array = self.run(row)[0][0]
+        self._state, self._held = before, held
+        return estimates

@@ -1,8 +1,29 @@
 """Machines with real stick and slip: recorded inputs replayed, logs predicted in free run, closed loops simulated."""
 
 from codegen.simulate.closed_loop import simulate
+from codegen.simulate.controller import Controller, Feedback, Sample, sampled
 from codegen.simulate.free_run import free_run, free_run_rmse
+from codegen.simulate.loop_run import LoopRun, write_log
+from codegen.simulate.observed_loop import run_loop
+from codegen.simulate.observer_in_loop import Cancellation, ObserverInLoop, generated_observer
 from codegen.simulate.plant import Plant, simulate_open_loop
-from codegen.simulate.simulated_log import SimulatedLog, write_log
+from codegen.simulate.sensors import Sensors
 
-__all__ = ["Plant", "SimulatedLog", "free_run", "free_run_rmse", "simulate", "simulate_open_loop", "write_log"]
+__all__ = [
+    "Cancellation",
+    "Controller",
+    "Feedback",
+    "LoopRun",
+    "ObserverInLoop",
+    "Plant",
+    "Sample",
+    "Sensors",
+    "free_run",
+    "free_run_rmse",
+    "generated_observer",
+    "run_loop",
+    "sampled",
+    "simulate",
+    "simulate_open_loop",
+    "write_log",
+]

@@ -1,96 +1,108 @@
-"""The digital side of a simulated machine: which input follows what, encoder, PD law and limits, over CasADi."""
+"""The digital controller of a simulated machine: what it sees at a sample, and linear feedback from that."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import NamedTuple, Protocol
 
-import casadi
-import sympy
+import numpy as np
+from numpy.typing import NDArray
 
-from codegen.errors import BadInput
-from codegen.spec.model import Simulation, Spec
-
-VELOCITY_FILTER_SAMPLES = 4
-
-
-@dataclass(frozen=True)
-class Loop:
-    """One input under PD control: which coordinate it moves, where to, and with what gains."""
-
-    coordinate: int
-    reference: sympy.Expr
-    position_gain: float
-    velocity_gain: float
+Array = NDArray[np.float64]
+Signal = Callable[[float], Array]
+"""t in s → a value for each coordinate or each input."""
 
 
-def control_loops(spec: Spec, simulation: Simulation) -> dict[int, Loop]:
-    """Input index → its loop. A reference is named by its coordinate or its input; the two have the same index, or
-    the other is the only one of its sort.
+class Sample(NamedTuple):
+    """What a controller sees at t_k.
 
-    Raises:
-        BadInput: for a reference without a counterpart or without a position gain, two references for one input, or a
-            gain for an input without a reference.
+    Attributes:
+        time: t_k, s.
+        positions: (n,) as measured.
+        velocities: (n,) as measured, or low-passed differences of the measured positions.
+        estimates: (outputs,) latest of the observer, in its order; empty without one.
+        sent: (m,) the command of the sample before, limited and with the cancelling input; zero at first.
+        period: s since the controller's last sample.
     """
-    coordinates, inputs = list(spec.positions), [i.name for i in spec.inputs]
-    loops: dict[int, Loop] = {}
-    for name, reference in simulation.reference.items():
-        place = spec.place(f"simulation.reference.{name}")
-        if name in coordinates:
-            coordinate = coordinates.index(name)
-            index = 0 if len(inputs) == 1 else coordinate
-        else:
-            index = inputs.index(name)
-            coordinate = 0 if len(coordinates) == 1 else index
-        if index >= len(inputs) or coordinate >= len(coordinates):
-            raise BadInput(place, f"a reference for `{name}`, which no input moves", f"one of {', '.join(inputs)}")
-        if index in loops:
-            raise BadInput(place, f"a second reference for the input `{inputs[index]}`", "one reference per input")
-        if inputs[index] not in simulation.position_gain:
-            raise BadInput(place, "a reference without a gain", f"`position_gain: {{{inputs[index]}: …}}` beside it")
-        gains = simulation.position_gain[inputs[index]], simulation.velocity_gain.get(inputs[index], 0.0)
-        loops[index] = Loop(coordinate, reference, *gains)
-    for section in ("position_gain", "velocity_gain"):
-        for name in getattr(simulation, section):
-            if inputs.index(name) not in loops:
-                raise BadInput(
-                    spec.place(f"simulation.{section}.{name}"), "a gain", f"a `reference:` that `{name}` is to follow"
-                )
-    return loops
+
+    time: float
+    positions: Array
+    velocities: Array
+    estimates: Array
+    sent: Array
+    period: float
 
 
-def encoder(spec: Spec, simulation: Simulation, position: Any, noise: Any) -> Any:
-    """Measured positions, n by 1: white noise added, then rounded to the encoder's steps."""
-    measured = []
-    for i, name in enumerate(spec.positions):
-        step = simulation.encoder_step.get(name, 0.0)
-        value = position[i] + noise[i]
-        measured.append(casadi.floor(value / step + 0.5) * step if step > 0 else value)
-    return casadi.vertcat(*measured)
+class Controller(Protocol):
+    """A command at each sample."""
+
+    def start(self) -> None:
+        """Forget what earlier runs left behind."""
+
+    def command(self, now: Sample) -> Array:
+        """(m,) held until the next sample."""
 
 
-def low_passed_velocity(measured: Any, before: Any, velocity: Any, period: float) -> Any:
-    """Backward difference of the measured position through a first-order low-pass of a few samples."""
-    share = 1 / (1 + VELOCITY_FILTER_SAMPLES)
-    return velocity + share * ((measured - before) / period - velocity)
+@dataclass
+class Feedback:
+    """w = feed(t) + K_x (x_r − x) + K_v (v_r − v) + K_i ∫(x_r − x) dt: open loop, P, PD, PI, PID and state feedback.
 
+    A PI controller of velocity is K_v and K_i with x_r the integral of v_r. An integral rests while the command last
+    sent stands at its limit and the error would push it further (K_i then has one coordinate an input).
 
-def commands(
-    spec: Spec, simulation: Simulation, loops: dict[int, Loop], feed: Any, target: Any, measured: Any, velocity: Any
-) -> Any:
-    """Commands, m by 1: feedforward + position_gain (target − measured) − velocity_gain velocity, within the limits.
-
-    Args:
-        feed, target: the input's own function of t and its reference, m by 1.
-        measured, velocity: n by 1.
+    Attributes:
+        inputs, coordinates: m and n.
+        feed: t → (m,).
+        reference: t → x_r (n,); zero if not given. velocity_reference: t → v_r (n,).
+        position_gain, velocity_gain, integral_gain: K_x, K_v, K_i, each (m, n); zero if not given.
+        limit: (m,) of the command, for the integral; the loop itself limits what is sent.
     """
-    result = []
-    for index, declared in enumerate(spec.inputs):
-        w = feed[index]
-        if index in loops:
-            loop = loops[index]
-            w = w + loop.position_gain * (target[index] - measured[loop.coordinate])
-            w = w - loop.velocity_gain * velocity[loop.coordinate]
-        limit = simulation.input_limit.get(declared.name)
-        result.append(w if limit is None else casadi.fmin(casadi.fmax(w, -limit), limit))
-    return casadi.vertcat(*result)
+
+    inputs: int
+    coordinates: int
+    feed: Signal | None = None
+    reference: Signal | None = None
+    velocity_reference: Signal | None = None
+    position_gain: Array | None = None
+    velocity_gain: Array | None = None
+    integral_gain: Array | None = None
+    limit: Array | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse gains of another shape.
+
+        Raises:
+            ValueError: with the shape found and the one expected.
+        """
+        shape = (self.inputs, self.coordinates)
+        for name in ("position_gain", "velocity_gain", "integral_gain"):
+            gain = getattr(self, name)
+            if gain is not None and np.shape(gain) != shape:
+                raise ValueError(f"{name} of shape {np.shape(gain)}; expected {shape}, inputs by coordinates")
+        self.start()
+
+    def start(self) -> None:
+        self._sum = np.zeros(self.inputs)
+
+    def command(self, now: Sample) -> Array:
+        w = np.zeros(self.inputs) if self.feed is None else np.asarray(self.feed(now.time), dtype=float)
+        error = -now.positions if self.reference is None else self.reference(now.time) - now.positions
+        if self.position_gain is not None:
+            w = w + self.position_gain @ error
+        if self.velocity_gain is not None:
+            target = 0.0 if self.velocity_reference is None else self.velocity_reference(now.time)
+            w = w + self.velocity_gain @ (target - now.velocities)
+        if self.integral_gain is not None:
+            push = self.integral_gain @ error
+            if self.limit is not None:
+                push = np.where((np.abs(now.sent) >= self.limit) & (push * now.sent > 0), 0.0, push)
+            self._sum = self._sum + now.period * push
+            w = w + self._sum
+        return w
+
+
+def sampled(values: Array, period: float) -> Signal:
+    """A function of t from its values (N, …) at 0, period, 2 period …"""
+    last = len(values) - 1
+    return lambda t: np.asarray(values[min(round(t / period), last)])

@@ -90,7 +90,7 @@ class Plant:
             w = drive[2 + j * m : 2 + (j + 1) * m]
             now, force = self._step(now, w, drive[0] + j * drive[1], drive[1])
             forces.append(force)
-        return casadi.Function("sample", [state, drive], [now, forces[0]])
+        return casadi.Function("sample", [state, drive], [casadi.densify(now), casadi.densify(forces[0])])
 
 
 def simulate_open_loop(

@@ -9,7 +9,7 @@ import pytest
 
 from codegen.errors import BadInput
 from codegen.simulate import simulate, simulate_open_loop, write_log
-from codegen.simulate.controller import VELOCITY_FILTER_SAMPLES
+from codegen.simulate.sensors import VELOCITY_FILTER_SAMPLES
 
 from .machines import arm, one_mass, two_mass
 

@@ -1,0 +1,193 @@
+"""The closed loop: plant, sensors, sampled controller and observer, cancelling input, limits, hold and delay."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import casadi
+import numpy as np
+from numpy.typing import NDArray
+
+from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.system import System
+from codegen.simulate.controller import Controller, Sample
+from codegen.simulate.held_input import HeldInput
+from codegen.simulate.loop_run import LoopRun
+from codegen.simulate.observer_in_loop import Cancellation, Estimator, ObserverInLoop
+from codegen.simulate.plant import Plant
+from codegen.simulate.sensors import Sensors, low_passed_velocity
+from codegen.simulate.substeps import substeps_of
+
+Array = NDArray[np.float64]
+PARTS = 20
+PERFECT = Sensors()
+
+
+def run_loop(
+    system: System,
+    period: float,
+    samples: int,
+    controller: Controller,
+    observer: ObserverInLoop | None = None,
+    cancellation: Cancellation | None = None,
+    sensors: Sensors = PERFECT,
+    limit: Array | None = None,
+    start: tuple[Array, Array] | None = None,
+    hold: int = 1,
+    substeps: int | None = None,
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+) -> LoopRun:
+    """Run a machine under a sampled controller, with a sampled observer beside it.
+
+    At each sample, in this order: the sensors are read; the controller's command and the cancelling input are added,
+    limited and sent; the observer steps over the measurement and the command sent; the plant moves on under the held
+    command. The machine starts without load on its friction, with nothing commanded before.
+
+    Args:
+        system: the plant, with its effects; the observer may have been made for another.
+        period: s between samples.
+        samples: how many.
+        controller: asked once every ``hold`` samples.
+        observer: with its own ratio ``every``; None leaves it out.
+        cancellation: of the observer's estimates; None leaves it out.
+        sensors: perfect by default.
+        limit: (m,) of the magnitude of what is sent; None is without limit.
+        start: positions and velocities (n,), zero by default.
+        substeps: plant steps in a sample; by default as many as ``substeps_of`` says.
+        seed: of the noise.
+        progress: told the share that is done, from 0 to 1.
+
+    Returns:
+        The run; NaN from where the motion is not finite.
+
+    Raises:
+        ValueError: for a cancellation without an observer, or an observer that takes inputs the system has not.
+    """
+    if cancellation is not None and observer is None:
+        raise ValueError("a cancellation without an observer; expected one whose estimates it cancels")
+    n, m = system.degrees_of_freedom, len(system.inputs)
+    x, v = (np.zeros(n), np.zeros(n)) if start is None else (np.array(part, dtype=float) for part in start)
+    plant = _Plant(system, period, substeps or substeps_of(system, period, x), x, v)
+    estimator = _estimator(system, observer, cancellation)
+    controller.start()
+    noise, speed_noise = sensors.noise(samples, n, seed)
+    measured = sensors.encoded(x, noise[0])
+    seen, difference, sent, cancelling = measured, np.zeros(n), np.zeros(m), np.zeros(m)
+    rows = _Rows(samples, n, m, len(system.contacts), observer)
+    with np.errstate(all="ignore"):
+        for k in range(samples):
+            if not np.isfinite(plant.state).all():
+                break
+            measured = sensors.encoded(plant.positions, noise[k])
+            speed = plant.velocities + speed_noise[k]
+            observed = estimator is not None and k % estimator.observer.every == 0
+            controlled = k % hold == 0
+            if estimator is not None and observed:
+                estimator.measure(measured, speed, sent)
+                if cancellation is not None and cancellation.delay == 0 and controlled:
+                    estimator.foresee()
+            if controlled:
+                difference = low_passed_velocity(measured, seen, difference, hold * period)
+                seen = measured
+                known = estimator.latest if estimator is not None else sent[:0]
+                velocities = speed if sensors.tachometer else difference
+                sent = controller.command(Sample(k * period, measured, velocities, known, sent, hold * period))
+                if estimator is not None and cancellation is not None:
+                    cancelling = estimator.cancelling(cancellation, measured)
+                    sent = sent + cancelling
+                if limit is not None:
+                    sent = np.clip(sent, -limit, limit)
+            if estimator is not None and observed:
+                estimator.step(sent)
+            rows.positions[k], rows.velocities[k], rows.inputs[k], rows.cancelling[k] = (
+                measured,
+                speed,
+                sent,
+                cancelling,
+            )
+            rows.true[k] = plant.state[: 2 * n]
+            if estimator is not None:
+                rows.estimates[k], rows.faults[k] = estimator.latest, estimator.fault
+            plant.move(k * period, sent)
+            rows.forces[k] = plant.forces
+            if progress is not None and (k + 1) * PARTS // samples > k * PARTS // samples:
+                progress((k + 1) / samples)
+    return rows.run(system, period)
+
+
+class _Plant:
+    """A plant sample by sample, without copies between Python and CasADi."""
+
+    def __init__(self, system: System, period: float, substeps: int, x: Array, v: Array) -> None:
+        plant, n = Plant(system, substeps), system.degrees_of_freedom
+        self.state = plant.start(x, v)[0]
+        self.forces = np.zeros(len(system.contacts))
+        self._after = np.empty_like(self.state)
+        self._held = HeldInput(system, period, substeps)
+        self._drive = np.zeros(2 + len(system.inputs) * substeps)
+        self._drive[1] = period / substeps
+        self._inputs = self._drive[2:].reshape(substeps, len(system.inputs))
+        self.positions, self.velocities = self.state[:n], self.state[n : 2 * n]
+        buffer, self._trigger = plant.sample.buffer()
+        self._buffer = buffer
+        for index, values in enumerate((self.state, self._drive)):
+            buffer.set_arg(index, memoryview(values))
+        for index, values in enumerate((self._after, self.forces)):
+            buffer.set_res(index, memoryview(values))
+
+    def move(self, time: float, command: Array) -> None:
+        """One sample on under a command held from ``time``."""
+        self._drive[0] = time
+        self._inputs[:] = self._held.take(command)
+        self._trigger()
+        self.state[:] = self._after
+
+
+class _Rows:
+    """What is recorded while a loop runs."""
+
+    def __init__(self, samples: int, n: int, m: int, contacts: int, observer: ObserverInLoop | None) -> None:
+        def room(width: int) -> Array:
+            return np.full((samples, width), np.nan)
+
+        self.positions, self.velocities, self.inputs, self.cancelling = room(n), room(n), room(m), room(m)
+        self.true, self.forces = room(2 * n), room(contacts)
+        self.outputs = observer.outputs if observer is not None else ()
+        self.estimates, self.faults = room(len(self.outputs)), np.zeros(samples, dtype=np.intc)
+
+    def run(self, system: System, period: float) -> LoopRun:
+        x, v = np.split(self.true, 2, axis=1)
+        return LoopRun(
+            time=period * np.arange(len(x), dtype=np.float64),
+            positions=self.positions,
+            velocities=self.velocities,
+            inputs=self.inputs,
+            cancelling=self.cancelling,
+            true_positions=x,
+            true_velocities=v,
+            contact_forces=self.forces,
+            friction=_on_coordinates(system, x, self.forces),
+            outputs=self.outputs,
+            estimates=self.estimates,
+            faults=self.faults,
+        )
+
+
+def _estimator(system: System, observer: ObserverInLoop | None, cancellation: Cancellation | None) -> Estimator | None:
+    if observer is None:
+        return None
+    estimator = Estimator(observer, system)
+    estimator.prepare(cancellation)
+    return estimator
+
+
+def _on_coordinates(system: System, positions: Array, forces: Array) -> Array:
+    """U(x) λ, (N, n)."""
+    x = casadi.SX.sym("x", positions.shape[1])
+    force = casadi.SX.sym("force", forces.shape[1])
+    names: dict[Any, Any] = {s: casadi.SX(float(value)) for s, value in system.values.items()}
+    names |= {s: x[i] for i, s in enumerate(system.positions)}
+    total = casadi.densify(casadi.mtimes(to_casadi(system.distribution, names), force))
+    return np.asarray(casadi.Function("total", [x, force], [total])(positions.T, forces.T).full().T, dtype=float)

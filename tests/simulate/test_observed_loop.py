@@ -1,0 +1,269 @@
+"""The generated observer in the loop: compiled C and twin, its sample time, cancelling, and the loop by other means."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from codegen.errors import BadInput
+from codegen.observers import observer_of
+from codegen.simulate import (
+    Cancellation,
+    Feedback,
+    Sensors,
+    generated_observer,
+    run_loop,
+    simulate,
+    write_log,
+)
+
+from .event_integrator import Mass, integrate
+from .machines import one_mass, two_mass
+
+OBSERVER = """
+observer:
+  kind: cfo
+  velocity: {velocity}
+  gains: {{K_F: 20, {more}}}
+  sample_time: {period}
+"""
+RIG = """
+simulation:
+  duration: {duration}
+  sample_time: 0.002
+  reference: {{x: 0.2*sgn(sin(4*t))}}
+  inputs: {{w: 0.5*sin(20*t)}}
+  position_gain: {{w: 60}}
+  velocity_gain: {{w: 12}}
+  input_limit: {{w: 12}}
+  encoder_step: {{x: 1e-4}}
+  position_noise: {{x: 2e-5}}
+  observer: true
+"""
+TWO = """
+observer: {kind: gto, velocity: estimated, gains: {K_2: -30, K_v: 80}, sample_time: 0.002}
+simulation:
+  duration: 1
+  sample_time: 0.002
+  inputs: {w: 14*sin(4*t)}
+  velocity_noise: {v2: 0.003}
+  observer: true
+  cancel: 0.5
+  cancel_delay: 2
+"""
+
+
+def estimated(period: float = 0.002) -> str:
+    return OBSERVER.format(velocity="estimated", more="K_v: 60", period=period)
+
+
+def rig(duration: float = 1.0, more: str = "", period: float = 0.002):
+    return one_mass(m=1, a=4, more=estimated(period) + RIG.format(duration=duration) + more)
+
+
+@pytest.mark.parametrize("cancel", ["", "  cancel: 0.9\n", "  cancel: 0.9\n  cancel_delay: 2\n"])
+def test_compiled_c_and_twin_close_the_loop_with_the_same_bits(cancel: str):
+    spec, system = rig(more=cancel)
+    compiled, twin = simulate(spec, system), simulate(spec, system, twin=True)
+    assert compiled.outputs == ("v_hat", "a_hat_rail", "F_hat_rail", "F_hat_on_x")
+    for name in ("estimates", "inputs", "true_positions", "positions"):
+        assert np.array_equal(getattr(compiled, name), getattr(twin, name))
+    assert np.max(np.abs(compiled.friction_estimate)) > 1
+
+
+def test_two_coordinates_with_measured_velocities_have_the_same_bits():
+    spec, system = two_mass(more=TWO)
+    compiled, twin = simulate(spec, system), simulate(spec, system, twin=True)
+    assert np.array_equal(compiled.estimates, twin.estimates)
+    assert np.array_equal(compiled.friction, compiled.contact_forces @ np.array([[1, -1], [0, 1]]).T.T)
+    assert np.std((compiled.velocities - compiled.true_velocities)[:, 1]) == pytest.approx(0.003, rel=0.1)
+    assert np.all(compiled.velocities[:, 0] == compiled.true_velocities[:, 0])
+
+
+@pytest.mark.parametrize("delay", [0, 1, 3])
+def test_loop_is_the_one_that_scipy_and_the_twin_close_by_hand(delay: int):
+    # The same loop written out: SciPy from event to event, the twin stepped, PD on a difference, a share cancelled.
+    text = "simulation: {duration: 0.6, sample_time: 0.01}\n"
+    spec, system = one_mass(m=2, a=3, more=estimated(0.01) + text)
+    observer = generated_observer(spec, observer_of(spec))
+    reference = 0.2
+
+    gains = {"position_gain": np.array([[40.0]]), "velocity_gain": np.array([[8.0]])}
+    controller = Feedback(1, 1, reference=lambda t: np.array([reference]), **gains)
+    cancellation = Cancellation(np.array([[1.0]]), 0.7, delay)
+    run = run_loop(system, 0.01, 60, controller, observer, cancellation, substeps=200)
+
+    engine = generated_observer(spec, observer_of(spec), twin=True).engine
+    mass = Mass(2, lambda w, x, v: w, lambda speed, s: 3)
+    x, v, before, difference, sent, friction = 0.0, 0.0, 0.0, 0.0, 0.0, [0.0] * delay
+    for k in range(60):
+        assert run.true_positions[k, 0] == pytest.approx(x, abs=1e-7)
+        assert run.true_velocities[k, 0] == pytest.approx(v, abs=1e-6)
+        if k == 0:
+            engine.start(np.array([x, 0.0]))
+        difference += ((x - before) / 0.01 - difference) / 5
+        before = x
+        if delay == 0:
+            friction.append(engine.peek(np.array([[x, sent]]))[3])
+        used = friction[-1] if delay == 0 else friction[-delay]
+        sent = 40 * (reference - x) - 8 * difference + 0.7 * used
+        estimate = engine.run(np.array([[x, sent]]))[0][0]
+        if delay:
+            friction.append(estimate[3])
+        assert run.inputs[k, 0] == pytest.approx(sent, abs=1e-5)
+        assert run.estimates[k] == pytest.approx(estimate, abs=1e-5)
+        path = integrate(mass, np.array([0.0, 0.01]), np.array([sent, sent]), x, v)
+        x, v = path[0][-1], path[1][-1]
+    assert np.ptp(run.true_positions) > 0.1
+
+
+def test_an_estimate_of_the_same_instant_is_the_one_its_step_gives():
+    spec, system = rig(more="  cancel: 0.8\n")
+    run = simulate(spec, system)
+    inside = np.abs(run.inputs[:, 0]) < 12
+    assert np.array_equal(run.cancelling, 0.8 * run.friction_estimate)
+    assert np.mean(inside) > 0.5
+
+
+def test_replaying_the_loops_log_gives_its_estimates():
+    spec, system = rig(more="  cancel: 0.9\n  cancel_delay: 1\n")
+    run = simulate(spec, system)
+    engine = generated_observer(spec, observer_of(spec), twin=True).engine
+    rows = np.hstack([run.positions, run.inputs])
+    engine.start(rows[0])
+    assert np.array_equal(engine.run(rows)[0], run.estimates)
+
+
+def test_an_observer_slower_than_the_loop_sees_every_other_sample():
+    spec, system = rig(period=0.004)
+    run = simulate(spec, system)
+    assert np.array_equal(run.estimates[:-1:2], run.estimates[1::2])
+    engine = generated_observer(spec, observer_of(spec), twin=True).engine
+    rows = np.hstack([run.positions, run.inputs])[::2]
+    engine.start(rows[0])
+    assert np.array_equal(engine.run(rows)[0], run.estimates[::2])
+
+
+def test_a_slower_controller_holds_its_command():
+    spec, system = rig()
+    controller = Feedback(1, 1, feed=lambda t: np.array([6 * np.cos(9 * t)]))
+    run = run_loop(system, 0.002, 200, controller, generated_observer(spec, observer_of(spec)), hold=5)
+    held = run.inputs[:, 0].reshape(-1, 5)
+    assert np.array_equal(held, np.tile(held[:, :1], (1, 5)))
+    assert held[:, 0] == pytest.approx(6 * np.cos(9 * run.time[::5]), abs=1e-12)
+    assert np.all(np.diff(run.estimates[10:50, 0]) != 0)
+
+
+def test_cancelling_takes_the_hang_off_away():
+    # PD stops where its spring force is below the friction; with most of that cancelled it stops nearer.
+    errors = []
+    for cancel in ("", "  cancel: 0.9\n"):
+        run = simulate(*rig(1.5, more=cancel))
+        late = (run.time > 0.6) & (run.time < 0.78)
+        errors.append(np.max(np.abs(run.true_positions[late, 0] - 0.2)))
+    assert errors[1] < 0.5 * errors[0]
+
+
+def test_measured_velocity_reaches_the_observer_with_its_noise():
+    text = OBSERVER.format(velocity="measured", more="", period=0.002) + RIG.format(duration=0.5)
+    spec, system = one_mass(m=1, a=4, more=text + "  velocity_noise: {v: 0.01}\n")
+    run = simulate(spec, system)
+    assert np.std(run.velocities - run.true_velocities) == pytest.approx(0.01, rel=0.15)
+    engine = generated_observer(spec, observer_of(spec), twin=True).engine
+    rows = np.hstack([run.positions, run.velocities, run.inputs])
+    engine.start(rows[0])
+    assert np.array_equal(engine.run(rows)[0], run.estimates)
+    # The controller has the tachometer too, not a difference of positions.
+    k = 40
+    target = 0.2 * np.sign(np.sin(4 * run.time[k]))
+    w = 0.5 * np.sin(20 * run.time[k]) + 60 * (target - run.positions[k, 0]) - 12 * run.velocities[k, 0]
+    assert run.inputs[k, 0] == pytest.approx(np.clip(w, -12, 12), abs=1e-12)
+
+
+def test_sensor_noise_is_white_and_the_same_at_any_sample_time():
+    sensors = Sensors(position_noise=np.array([1e-3]))
+    _, system = rig()
+    for period in (0.001, 0.01):
+        run = run_loop(system, period, 4000, Feedback(1, 1), sensors=sensors, seed=3)
+        noise = (run.positions - run.true_positions)[:, 0]
+        assert np.std(noise) == pytest.approx(1e-3, rel=0.05)
+        assert abs(np.mean(noise[1:] * noise[:-1])) < 0.06 * 1e-6
+
+
+def test_an_integral_removes_the_error_and_rests_at_the_limit():
+    _, system = one_mass(m=1, a=0, b=2)
+    gains = {"position_gain": np.array([[40.0]]), "velocity_gain": np.array([[10.0]])}
+
+    def reference(t: float) -> np.ndarray:
+        return np.array([1.0])
+
+    load = Feedback(1, 1, lambda t: np.array([-3.0]), reference, integral_gain=np.array([[30.0]]), **gains)
+    late = run_loop(system, 0.005, 4000, load).true_positions[-1, 0]
+    assert late == pytest.approx(1, abs=1e-6)
+    limit, far = np.array([2.0]), []
+    for known in (None, limit):
+        controller = Feedback(1, 1, None, reference, integral_gain=np.array([[30.0]]), limit=known, **gains)
+        far.append(run_loop(system, 0.005, 1200, controller, limit=limit))
+    over = [np.max(run.true_positions) - 1 for run in far]
+    assert all(np.max(np.abs(run.inputs)) == 2 for run in far)
+    assert over[1] < 0.3 * over[0]
+
+
+def test_log_holds_the_estimates_and_measured_velocities(tmp_path: Path):
+    text = OBSERVER.format(velocity="measured", more="", period=0.002) + RIG.format(duration=0.2)
+    spec, system = one_mass(m=1, a=4, more=text)
+    run = simulate(spec, system)
+    write_log(tmp_path / "log.csv", spec, run)
+    first, *lines = (tmp_path / "log.csv").read_text().splitlines()
+    assert first == "t,x,v,w,a_hat_rail,F_hat_rail,F_hat_on_x"
+    assert float(lines[50].split(",")[-1]) == pytest.approx(run.output("F_hat_on_x")[50], rel=1e-8)
+    with pytest.raises(KeyError, match="no output `F_hat`"):
+        run.output("F_hat")
+
+
+@pytest.mark.parametrize(
+    ("more", "match"),
+    [
+        (estimated() + RIG.format(duration=1) + "  cancel: 90\n", r"simulation.cancel: 90; expected the share"),
+        (estimated() + RIG.format(duration=1) + "  cancel_delay: -1\n", r"cancel_delay: -1 samples"),
+        (
+            estimated() + RIG.format(duration=1).replace("observer: true", "cancel: 1"),
+            "without an observer in the loop",
+        ),
+        (estimated(0.003) + RIG.format(duration=1), "0.003 s of the observer; expected a sample time that"),
+        (RIG.format(duration=1), "no `observer:` section"),
+        (RIG.format(duration=1) + "  velocity_noise: {x: 1}\n", "velocity_noise.x: unknown name `x`"),
+    ],
+)
+def test_what_cannot_be_observed_is_refused(more: str, match: str):
+    with pytest.raises(BadInput, match=match):
+        simulate(*one_mass(m=1, a=4, more=more))
+
+
+def test_an_observer_of_another_machine_is_refused():
+    spec, _ = rig()
+    _, system = two_mass()
+    with pytest.raises(ValueError, match="an observer of `x`; expected one of x1"):
+        run_loop(system, 0.002, 10, Feedback(1, 2), generated_observer(spec, observer_of(spec)))
+    with pytest.raises(ValueError, match="without an observer"):
+        run_loop(system, 0.002, 10, Feedback(1, 2), cancellation=Cancellation(np.ones((1, 2))))
+
+
+def test_peeking_leaves_the_observer_as_it_is():
+    spec, _ = rig()
+    rows = np.column_stack([0.1 * np.sin(np.arange(40.0)), np.cos(np.arange(40.0))])
+    made = generated_observer(spec, observer_of(spec))
+    for observer in (made, replace(made, engine=generated_observer(spec, observer_of(spec), twin=True).engine)):
+        observer.engine.start(rows[0])
+        plain = observer.engine.run(rows)[0]
+        observer.engine.start(rows[0])
+        peeked, stepped = [], []
+        for row in rows:
+            peeked.append(observer.engine.peek(row[None] * [1, 0]))
+            observer.engine.peek(np.full((1, 2), np.nan))
+            stepped.append(observer.engine.run(row[None])[0][0])
+        assert np.array_equal(np.array(stepped), plain)
+        assert np.array_equal(np.array(peeked), plain)
