@@ -9,8 +9,9 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.diagnosis.balance import evaluate_forces, slip_velocities
-from codegen.diagnosis.signals import Motion, delayed
+from codegen.diagnosis.signals import Motion
 from codegen.mechanics.system import Matrix, System
+from codegen.simulate.drive import mean_about_samples
 
 Array = NDArray[np.float64]
 
@@ -34,11 +35,11 @@ class Masks:
 
 
 def effective_inputs(system: System, motion: Motion) -> Array:
-    """The motion's inputs with declared delays."""
+    """The motion's inputs behind declared delays and lags, as ``System.equation_error`` takes them."""
     inputs = motion.inputs.copy()
-    for w, delay in system.input_delay.items():
-        k = system.inputs.index(w)
-        inputs[:, [k]] = delayed(motion.commands[:, [k]], float(system.values[delay]), motion.sample_time)
+    for k, w in enumerate(system.inputs):
+        if w in system.actuators and system.actuators[w].has_memory:
+            inputs[:, k] = mean_about_samples(system, k, motion.time, motion.commands[:, k])
     return inputs
 
 
@@ -75,7 +76,7 @@ def friction_estimate(system: System, motion: Motion) -> Array:
         system,
         contacts=tuple(replace(c, extra_level=sympy.Integer(0), extra_force=sympy.Integer(0)) for c in system.contacts),
     )
-    force = Matrix(bare.force - bare.mass_matrix * Matrix(list(bare.accelerations)))
+    force = Matrix(bare.commanded(bare.force - bare.mass_matrix * Matrix(list(bare.accelerations))))
     return np.asarray(evaluate_forces(bare, [force], motion, effective_inputs(system, motion))[0])
 
 

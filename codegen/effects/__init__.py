@@ -1,9 +1,11 @@
 """The catalogue of effects a model may lack. Adding one: a file with its class, and its class in CATALOGUE."""
 
+from codegen.effects.actuator_lag import ActuatorLag
 from codegen.effects.cogging import Cogging
 from codegen.effects.cogging_harmonics import CoggingHarmonics
 from codegen.effects.coulomb_asymmetry import CoulombAsymmetry
 from codegen.effects.coupling import Coupling
+from codegen.effects.dead_zone import DeadZone
 from codegen.effects.effect import Confusion, Effect, EffectParameter
 from codegen.effects.friction_drift import FrictionDrift
 from codegen.effects.gravity_imbalance import GravityImbalance
@@ -15,6 +17,7 @@ from codegen.effects.load_dependent_friction import DriveBackdriveFriction, Load
 from codegen.effects.offset import Offset
 from codegen.effects.position_dependent_friction import PositionDependentFriction
 from codegen.effects.quadratic_drag import QuadraticDrag
+from codegen.effects.saturation import Saturation
 from codegen.effects.spring import Spring
 from codegen.effects.stribeck import Stribeck
 from codegen.effects.viscous import Viscous
@@ -34,6 +37,9 @@ CATALOGUE: dict[str, Effect] = {
         Cogging(),
         InputGain(),
         InputDelay(),
+        ActuatorLag(),
+        DeadZone(),
+        Saturation(),
         InertiaError(),
         GravityImbalance(),
         Spring(),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from codegen.effects.effect import Confusion, Effect, EffectParameter, Symbols
+from codegen.effects.places import drives
 from codegen.effects.start import delays
 from codegen.mechanics.system import System
 
@@ -24,7 +25,7 @@ class InputDelay(Effect):
     needs = "an input that acts on the machine"
 
     def add(self, system: System, place: int, p: Symbols) -> System:
-        return system.with_delay(place, p["T"])
+        return system.with_stage(place, "delay", p["T"])
 
     def applies(self, system: System, place: int) -> bool:
-        return bool(system.force.has(system.inputs[place]))
+        return drives(system, place)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from codegen.effects.effect import Confusion, Effect, EffectParameter, Symbols
-from codegen.effects.places import sole_drive
+from codegen.effects.places import drives, sole_drive
 from codegen.mechanics.system import System
 
 
@@ -23,10 +23,10 @@ class InputGain(Effect):
     needs = "an input that acts on the machine"
 
     def add(self, system: System, place: int, p: Symbols) -> System:
-        return system.with_input(place, p["gain"] * system.inputs[place])
+        return system.with_stage(place, "gain", p["gain"])
 
     def twins(self, system: System, place: int) -> list[tuple[str, str]]:
         return [("inertia_error", x.name) for i, x in enumerate(system.positions) if sole_drive(system, i) == place]
 
     def applies(self, system: System, place: int) -> bool:
-        return bool(system.force.has(system.inputs[place]))
+        return drives(system, place)

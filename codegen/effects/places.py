@@ -14,6 +14,11 @@ def pairs(system: System) -> list[tuple[int, int]]:
     return list(combinations(range(system.degrees_of_freedom), 2))
 
 
+def drives(system: System, index: int) -> bool:
+    """Whether an input acts on the machine."""
+    return bool(system.force.has(system.inputs[index]))
+
+
 def drive_force(system: System, contact: int) -> sympy.Expr:
     """L: what the inputs exert along a contact, U' (g(w) − g(0)) / U'U; on one coordinate the drive force on it."""
     column = system.distribution[:, contact]

@@ -10,6 +10,7 @@ import sympy
 from sympy import ImmutableMatrix
 
 from codegen.friction import FrictionLaw
+from codegen.mechanics.actuator import Actuator, Stage
 from codegen.mechanics.input_matrix import NonlinearInput, input_matrix
 from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import symbol
@@ -72,12 +73,13 @@ class System:
     Attributes:
         positions, velocities, inputs: x, v, w; in order.
         mass_matrix: M(x), n by n.
-        force: g(x, v, w) with the forces of declared effects; an input symbol in it is the effective input.
+        force: g(x, v, w) with the forces of declared effects; an input symbol stands for the effective input, here and
+            in ``contacts``.
         distribution: U(x), n by contacts (A.1); slip velocities are U' v.
         contacts: one per column of U.
         values: every parameter symbol's exact value in SI.
         units: every parameter symbol's unit.
-        input_delay: input → delay symbol, seconds; the effective input is w(t − T).
+        actuators: input → its chain from command to effective input, where it has one.
     """
 
     name: str
@@ -92,7 +94,7 @@ class System:
     contacts: tuple[ContactFriction, ...]
     values: Mapping[sympy.Symbol, Any]
     units: Mapping[sympy.Symbol, str]
-    input_delay: Mapping[sympy.Symbol, sympy.Symbol] = field(default_factory=dict)
+    actuators: Mapping[sympy.Symbol, Actuator] = field(default_factory=dict)
 
     @property
     def degrees_of_freedom(self) -> int:
@@ -118,8 +120,21 @@ class System:
 
     @property
     def input_matrix(self) -> Matrix | NonlinearInput:
-        """B of g = g₀(x, v) + B(x, v) w, n by inputs; where g is not linear in w, the entry that shows it."""
-        return input_matrix(self.force, self.positions, self.inputs)
+        """B of g = g₀(x, v) + B(x, v) w, n by inputs, w the commands; where g is not linear in w, what shows it."""
+        return input_matrix(self.commanded(self.force), self.positions, self.inputs)
+
+    @property
+    def input_delay(self) -> dict[sympy.Symbol, sympy.Expr]:
+        """Input → its delay, s, where it has one."""
+        return {w: actuator.delay for w, actuator in self.actuators.items() if actuator.delay != 0}
+
+    def actuator(self, index: int) -> Actuator:
+        return self.actuators.get(self.inputs[index], Actuator())
+
+    def commanded(self, expression: Any) -> Any:
+        """An expression over effective inputs, over the delayed commands; behind a lag the effective input stays."""
+        static = {w: a.static(w) for w, a in self.actuators.items() if a.lag is None}
+        return expression.subs(static, simultaneous=True) if static else expression
 
     def known_friction(self, slip: Matrix) -> Matrix:
         """Contact forces of the declared effects at slip velocities ``slip``, one row a contact."""
@@ -132,10 +147,14 @@ class System:
 
     @property
     def equation_error(self) -> Matrix:
-        """g − M a − U λ over x, v, w and the accelerations: zero on a motion that the model explains."""
+        """g − M a − U λ over x, v, w and the accelerations: zero on a motion that the model explains.
+
+        w are the delayed commands, behind a lag the effective inputs.
+        """
         slip = self.slip_velocity
         friction = Matrix([c.force.subs(c.slip, u) for c, u in zip(self.contacts, slip, strict=True)])
-        return Matrix(self.force - self.mass_matrix * Matrix(self.accelerations) - self.distribution * friction)
+        error = self.force - self.mass_matrix * Matrix(self.accelerations) - self.distribution * friction
+        return Matrix(self.commanded(error))
 
     @property
     def accelerations(self) -> tuple[sympy.Symbol, ...]:
@@ -177,12 +196,10 @@ class System:
         """Add to a contact's force λ (positive opposes u > 0)."""
         return self._with_contact(contact, extra_force=self.contacts[contact].extra_force + expression)
 
-    def with_input(self, index: int, expression: sympy.Expr) -> System:
-        """Let ``expression`` (over the input's symbol) act in place of the input."""
-        return replace(self, force=Matrix(self.force.subs(self.inputs[index], expression)))
-
-    def with_delay(self, index: int, delay: sympy.Symbol) -> System:
-        return replace(self, input_delay={**self.input_delay, self.inputs[index]: delay})
+    def with_stage(self, index: int, stage: Stage, parameter: sympy.Expr) -> System:
+        """Add a stage to an input's chain, at the place that the chain's order gives it."""
+        chain = self.actuator(index).with_stage(stage, parameter)
+        return replace(self, actuators={**self.actuators, self.inputs[index]: chain})
 
     def _with_contact(self, index: int, **change: Any) -> System:
         contacts = list(self.contacts)

@@ -14,11 +14,11 @@ from codegen.errors import BadInput
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.system import TIME
 from codegen.observers.equations import Observer
+from codegen.program.effective_input import effective_input
 from codegen.program.mass_solve import MassSolve
 from codegen.program.model import Block, Field, Program
 from codegen.spec.model import CodeChoice
 
-LONGEST_DELAY = 1000
 EXAMPLE = "example_main"
 
 
@@ -49,7 +49,8 @@ def build_program(observer: Observer, choice: CodeChoice | None = None) -> Progr
 
     blocks: list[Block] = []
     clock = _field(names, TIME, "s", "time since the first sample")
-    delayed = [_delay(observer, w, f, names, blocks) for w, f in zip(system.inputs, commands, strict=True)]
+    chains = [effective_input(observer, k, f, period, names) for k, f in enumerate(commands)]
+    blocks += [block for chain in chains for block in chain.blocks]
     later = {s.name for e in observer.equations for s in e.symbols}
     for equation in observer.equations:
         expression = to_casadi(equation.expression, names)
@@ -67,10 +68,10 @@ def build_program(observer: Observer, choice: CodeChoice | None = None) -> Progr
     rates = to_casadi(observer.rates, names)
     next_state = [field.symbol + period.symbol * rates[i] for i, field in enumerate(states)]
     initial = casadi.vertsplit(to_casadi(observer.initial, names))
-    for fields, following, first in delayed:
-        states += fields
-        next_state += following
-        initial += first
+    for chain in chains:
+        states += chain.states
+        next_state += chain.next_state
+        initial += chain.initial
     blocks = _needed(blocks, next_state)
     if clock.name in _used(blocks, next_state):
         states.append(clock)
@@ -111,36 +112,6 @@ def _parameters(observer: Observer, names: dict[sympy.Symbol, Any]) -> list[Fiel
     ]
     gains = observer.gains.items()
     return fields + [_field(names, s, observer.gain_units[s], "observer gain", float(value)) for s, value in gains]
-
-
-def _delay(
-    observer: Observer, w: sympy.Symbol, command: Field, names: dict[sympy.Symbol, Any], blocks: list[Block]
-) -> tuple[list[Field], list[Any], list[Any]]:
-    """A delayed input: its past samples as states, and their mean over the sample as the effective input.
-
-    The command is held between samples, so over [t_k, t_k+1) the delayed input takes two of its values.
-    """
-    delay = observer.system.input_delay.get(w)
-    if delay is None:
-        return [], [], []
-    ratio = sympy.Rational(observer.system.values[delay]) / observer.sample_time
-    whole = int(sympy.floor(ratio))
-    share = ratio - whole
-    if whole > LONGEST_DELAY:
-        raise BadInput(f"effect input_delay on {w}", f"a delay of {whole} samples", f"at most {LONGEST_DELAY}")
-    count = whole + (1 if share else 0)
-    past = [
-        Field(f"{w}_past_{k}", command.unit, f"{w} of {k} samples before", casadi.SX.sym(f"{w}_past_{k}"))
-        for k in range(1, count + 1)
-    ]
-    line = [command, *past]
-    effective = line[whole].symbol
-    if share:
-        effective = (1 - float(share)) * line[whole].symbol + float(share) * line[whole + 1].symbol
-    symbol = casadi.SX.sym(f"{w}_effective")
-    blocks.append(Block("effective_input", (f"{w}_effective",), symbol, effective, (command.unit,), "w(t - T)"))
-    names[w] = symbol
-    return past, [f.symbol for f in line[:-1]], [command.symbol for _ in past]
 
 
 def _needed(blocks: list[Block], next_state: list[Any]) -> list[Block]:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import casadi
 import numpy as np
+import sympy
 from numpy.typing import NDArray
 
+from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.system import System
 
 Array = NDArray[np.float64]
@@ -13,11 +16,11 @@ Array = NDArray[np.float64]
 def drive_columns(system: System, time: Array, inputs: Array, substeps: int) -> Array:
     """One row per sample: (t from the start, h, w of substep 1, …, w of the last substep).
 
-    Commands are held from t_k to t_(k+1) and reach the plant after the input's delay; a substep in which a delayed
-    command changes gets the exact mean. Before the log the first command is taken to have been held.
+    Commands are held from t_k to t_(k+1) and reach the plant through the input's actuator; behind a delay or a lag a
+    substep gets the exact mean. Before the log the first command is taken to have been held.
 
     Args:
-        system: for its ``input_delay``, seconds.
+        system: for its ``actuators``.
         time: (N,) seconds, increasing.
         inputs: (N, m) commands in SI.
         substeps: steps in one sample.
@@ -35,21 +38,72 @@ def drive_columns(system: System, time: Array, inputs: Array, substeps: int) -> 
     if not np.all(lengths > 0):
         raise ValueError("time does not increase everywhere")
     steps = lengths / substeps
-    effective = np.repeat(inputs[:, None, :], substeps, axis=1)
+    effective = np.empty((len(time), substeps, m))
     starts = (time[:, None] + steps[:, None] * np.arange(substeps)).ravel()
-    for index, w in enumerate(system.inputs):
-        delay = float(system.values[system.input_delay[w]]) if w in system.input_delay else 0.0
-        if delay != 0:
-            late = starts - delay
-            mean = _integral(time, inputs[:, index], late + np.repeat(steps, substeps)) - _integral(
-                time, inputs[:, index], late
-            )
-            effective[:, :, index] = mean.reshape(-1, substeps) / steps[:, None]
+    for index in range(m):
+        signal = _Effective(system, index, time, inputs[:, index])
+        if signal.has_memory:
+            ends = starts + np.repeat(steps, substeps)
+            mean = (signal.integral(ends) - signal.integral(starts)) / np.repeat(steps, substeps)
+            effective[:, :, index] = mean.reshape(-1, substeps)
+        else:
+            effective[:, :, index] = signal.held[:, None]
     return np.hstack([(time - time[0])[:, None], steps[:, None], effective.reshape(len(time), -1)])
 
 
-def _integral(time: Array, values: Array, at: Array) -> Array:
-    """∫ of the held values from time[0] to ``at``, exact; the first value before and the last one after the log."""
-    area = np.concatenate([[0.0], np.cumsum(values[:-1] * np.diff(time))])
-    outside = values[0] * np.minimum(at - time[0], 0) + values[-1] * np.maximum(at - time[-1], 0)
-    return np.asarray(np.interp(at, time, area) + outside, dtype=float)
+def mean_about_samples(system: System, index: int, time: Array, commands: Array) -> Array:
+    """What acts about each t_k, (N,): the mean over a sample before and a sample after it.
+
+    Of the effective input where it lags; else of the delayed command, without gain, dead zone and saturation.
+    """
+    static = system.actuator(index).lag is not None
+    signal = _Effective(system, index, time, commands, static)
+    reach = np.gradient(time)
+    return np.asarray((signal.integral(time + reach) - signal.integral(time - reach)) / (2 * reach))
+
+
+class _Effective:
+    """One input's effective value over a log: static(command) held, then the lag, then the delay, which commute."""
+
+    def __init__(self, system: System, index: int, time: Array, commands: Array, static: bool = True) -> None:
+        chain = system.actuator(index)
+        w = system.inputs[index]
+        self.held = _static(system, chain.static(w), w, commands) if static else commands
+        self.has_memory = chain.has_memory
+        self._time, self._delay = time, float(chain.delay.subs(system.values))
+        self._lag = None if chain.lag is None else float(chain.lag.subs(system.values))
+        steps = np.diff(time)
+        area = self.held[:-1] * steps
+        if self._lag is not None:
+            self._value = _lagged(self.held, np.exp(-steps / self._lag))
+            area = area + (self._value - self.held)[:-1] * self._lag * -np.expm1(-steps / self._lag)
+        self._area = np.concatenate([[0.0], np.cumsum(area)])
+
+    def integral(self, at: Array) -> Array:
+        """∫ from time[0] to ``at``; the first value before the log, the last command after it."""
+        late = at - self._delay
+        k = np.clip(np.searchsorted(self._time, late, side="right") - 1, 0, None)
+        since = late - self._time[k]
+        total = self._area[k] + self.held[k] * since
+        if self._lag is not None:
+            decayed = -np.expm1(-np.maximum(since, 0.0) / self._lag)
+            total = total + (self._value[k] - self.held[k]) * self._lag * decayed
+        return np.asarray(total)
+
+
+def _static(system: System, expression: sympy.Expr, w: sympy.Symbol, commands: Array) -> Array:
+    if expression == w:
+        return commands
+    names = {s: casadi.SX(float(v)) for s, v in system.values.items()}
+    at = casadi.SX.sym("w")
+    function = casadi.Function("static", [at], [to_casadi(expression, names | {w: at})])
+    return np.asarray(function(commands[None, :]).full().ravel(), dtype=float)
+
+
+def _lagged(held: Array, decay: Array) -> Array:
+    """The lag's output at each sample, settled at the first."""
+    value = np.empty_like(held)
+    value[0] = held[0]
+    for k, share in enumerate(decay):
+        value[k + 1] = held[k] + (value[k] - held[k]) * share
+    return value

@@ -1,0 +1,93 @@
+"""The actuator chain of an input in generated code: past samples and a lag as states, the effective input a block."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import casadi
+import sympy
+
+from codegen.errors import BadInput
+from codegen.mechanics.casadi_form import to_casadi
+from codegen.observers.equations import Observer
+from codegen.program.model import Block, Field
+
+LONGEST_DELAY = 1000
+
+
+@dataclass(frozen=True)
+class EffectiveInput:
+    """What a chain adds to a program; states, next_state and initial belong together."""
+
+    blocks: tuple[Block, ...] = ()
+    states: tuple[Field, ...] = ()
+    next_state: tuple[Any, ...] = ()
+    initial: tuple[Any, ...] = ()
+
+
+def effective_input(
+    observer: Observer, index: int, command: Field, period: Field, names: dict[sympy.Symbol, Any]
+) -> EffectiveInput:
+    """The mean effective input over the sample to come; from now on the input's symbol stands for it in ``names``.
+
+    The command is held between samples, so over [t_k, t_k+1) a delayed command takes two of its values. A lag is
+    stepped exactly; behind a delay that is no whole number of samples, with the mean of the two. Before the first
+    sample its command is taken to have been held.
+
+    Raises:
+        BadInput: if the delay is longer than ``LONGEST_DELAY`` samples.
+    """
+    system = observer.system
+    w, chain = system.inputs[index], system.actuator(index)
+    if w not in system.actuators:
+        return EffectiveInput()
+
+    def static(value: Any) -> Any:
+        return to_casadi(chain.static(w), {**names, w: value})
+
+    whole, share = _samples(observer, w, chain.delay)
+    past = [
+        Field(f"{w}_past_{k}", command.unit, f"{w} of {k} samples before", casadi.SX.sym(f"{w}_past_{k}"))
+        for k in range(1, whole + (2 if share else 1))
+    ]
+    line = [f.symbol for f in (command, *past)]
+    driven = static(line[whole])
+    if share:
+        driven = (1 - float(share)) * driven + float(share) * static(line[whole + 1])
+    states, next_state, initial = [*past], line[:-1], [command.symbol for _ in past]
+    blocks = []
+    if chain.lag is not None:
+        lagging = casadi.SX.sym(f"{w}_driven")
+        blocks.append(_block(f"{w}_driven", "input_before_lag", lagging, driven, command.unit, _words(chain.delay, w)))
+        lag = Field(f"{w}_lagged", command.unit, f"{w} behind its lag", casadi.SX.sym(f"{w}_lagged"))
+        steps = to_casadi(chain.lag, names) / period.symbol
+        decay = casadi.exp(-1 / steps)
+        driven = lagging + (lag.symbol - lagging) * (steps * (1 - decay))
+        states.append(lag)
+        next_state.append(lagging + (lag.symbol - lagging) * decay)
+        initial.append(static(command.symbol))
+    symbol = casadi.SX.sym(f"{w}_effective")
+    source = "mean over the sample" if chain.lag is not None else _words(chain.delay, w)
+    blocks.append(_block(f"{w}_effective", "effective_input", symbol, driven, command.unit, source))
+    names[w] = symbol
+    return EffectiveInput(tuple(blocks), tuple(states), tuple(next_state), tuple(initial))
+
+
+def _block(element: str, name: str, symbol: Any, expression: Any, unit: str, source: str) -> Block:
+    return Block(name, (element,), symbol, expression, (unit,), source)
+
+
+def _words(delay: Any, w: sympy.Symbol) -> str:
+    return f"{w}(t - T)" if delay != 0 else "declared effects"
+
+
+def _samples(observer: Observer, w: sympy.Symbol, delay: Any) -> tuple[int, Any]:
+    """A delay in whole samples and the share of a sample that is left."""
+    values: Mapping[sympy.Symbol, Any] = observer.system.values
+    ratio = sympy.Rational(delay.subs(values)) / observer.sample_time
+    whole = int(sympy.floor(ratio))
+    if whole > LONGEST_DELAY:
+        raise BadInput(f"effect input_delay on {w}", f"a delay of {whole} samples", f"at most {LONGEST_DELAY}")
+    return whole, ratio - whole
