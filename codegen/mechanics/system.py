@@ -123,11 +123,6 @@ class System:
         """B of g = g₀(x, v) + B(x, v) w, n by inputs, w the commands; where g is not linear in w, what shows it."""
         return input_matrix(self.commanded(self.force), self.positions, self.inputs)
 
-    @property
-    def input_delay(self) -> dict[sympy.Symbol, sympy.Expr]:
-        """Input → its delay, s, where it has one."""
-        return {w: actuator.delay for w, actuator in self.actuators.items() if actuator.delay != 0}
-
     def actuator(self, index: int) -> Actuator:
         return self.actuators.get(self.inputs[index], Actuator())
 

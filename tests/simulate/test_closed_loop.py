@@ -55,6 +55,20 @@ def test_delay_holds_nothing_before_the_start():
     assert np.allclose(x[2:], log.true_positions, atol=2e-8)
 
 
+def test_commands_pass_the_actuators_chain_in_a_loop():
+    """Sample by sample as over a recorded log; a lag behind a delay that is no whole number of substeps among them."""
+    stages = ("input_delay, on: w, parameters: {T: 0.0033}", "input_gain, on: w, parameters: {gain: 1.3}")
+    stages += ("dead_zone, on: w, parameters: {width: 1.5}", "saturation, on: w, parameters: {limit: 8}")
+    stages += ("actuator_lag, on: w, parameters: {tau: 0.02}",)
+    effects = "effects: [" + ", ".join(f"{{kind: {stage}}}" for stage in stages) + "]\n"
+    spec, system = one_mass(k=20, more=effects + OPEN.replace("sin(5*t)", "cos(5*t)"))
+    log = simulate(spec, system)
+    early = np.concatenate([[-0.02, -0.01], log.time])
+    before = np.vstack([np.zeros((2, 1)), log.inputs])
+    x, _ = simulate_open_loop(system, early, before, np.zeros(1), np.zeros(1), substeps=100)
+    assert np.allclose(x[2:], log.true_positions, atol=2e-7)
+
+
 def test_control_follows_within_limits_and_measures_as_declared():
     spec, system = one_mass(m=1, a=2, more=FOLLOW)
     log = simulate(spec, system)
