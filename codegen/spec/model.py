@@ -156,6 +156,25 @@ class CodeChoice:
 
 
 @dataclass(frozen=True)
+class CancellationChoice:
+    """The cancellation section.
+
+    Attributes:
+        method: of several best inputs the one of ``minimum_norm``, or that of ``appendix_b``, with unused inputs at 0.
+        weight: W of r'W r, what the remaining force r costs: ``mass_inverse``, ``acceleration`` (M⁻²) or ``identity``.
+        gain: exact; the share of the estimate that is cancelled.
+        contacts: ``all``, ``cancellable`` (those that can be cancelled perfectly) or names.
+        damping: exact, relative; 0 leaves the inputs undamped.
+    """
+
+    method: str = "minimum_norm"
+    weight: str = "mass_inverse"
+    gain: Any = sympy.S.One
+    contacts: str | tuple[str, ...] = "all"
+    damping: Any = sympy.S.Zero
+
+
+@dataclass(frozen=True)
 class Spec:
     """One machine and its observer, as its author wrote it.
 
@@ -188,6 +207,7 @@ class Spec:
     path: Path
     places: Mapping[str, Place]
     code: CodeChoice = field(default_factory=CodeChoice)
+    cancellation: CancellationChoice | None = None
 
     @property
     def file_sha256(self) -> str:

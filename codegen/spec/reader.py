@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from codegen.errors import BadInput, Place, nearest_name
+from codegen.spec.cancellation_section import read_cancellation
 from codegen.spec.expression import exact_number
 from codegen.spec.functions import CONSTANTS, FUNCTIONS
 from codegen.spec.model import (
@@ -114,6 +115,7 @@ class _Reading:
             path=self.path,
             places=self.places,
             code=CodeChoice(d.code.precision, d.code.fault),
+            cancellation=read_cancellation(d.cancellation, friction, self.place),
         )
 
     def _name(self, name: str, key: str) -> None:

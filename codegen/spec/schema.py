@@ -177,6 +177,16 @@ class LogSection(Section):
     published: dict[str, Text] = {}
 
 
+class CancellationSection(Section):
+    """Which friction the inputs are to cancel, and which of the inputs that do it is taken."""
+
+    method: Literal["minimum_norm", "appendix_b"] = "minimum_norm"
+    weight: Literal["mass_inverse", "acceleration", "identity"] = "mass_inverse"
+    gain: Number = "1"
+    contacts: Literal["all", "cancellable"] | list[str] = "all"
+    damping: Number = "0"
+
+
 class CodeSection(Section):
     """How the code is written."""
 
@@ -203,3 +213,4 @@ class SpecDocument(Section):
     simulation: SimulationSection | None = None
     log: LogSection | None = None
     code: CodeSection = CodeSection()
+    cancellation: CancellationSection | None = None

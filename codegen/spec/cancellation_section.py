@@ -1,0 +1,47 @@
+"""The ``cancellation:`` section → CancellationChoice."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from codegen.errors import BadInput, Place, nearest_name
+from codegen.spec.expression import exact_number
+from codegen.spec.model import CancellationChoice, Contact
+from codegen.spec.schema import CancellationSection
+
+
+def read_cancellation(
+    section: CancellationSection | None, contacts: Sequence[Contact], place: Callable[[str], Place]
+) -> CancellationChoice | None:
+    """Which friction a spec wants cancelled, and how.
+
+    Args:
+        contacts: of the spec.
+        place: key → where it stands.
+
+    Raises:
+        BadInput: for a gain that is not in (0, 2], a damping that is negative or beside ``appendix_b``, or a contact
+            that is not there.
+    """
+    if section is None:
+        return None
+    gain = exact_number(section.gain, place("cancellation.gain"))
+    if not 0 < gain <= 2:
+        raise BadInput(place("cancellation.gain"), f"gain {section.gain}", "a share of the friction: above 0, up to 2")
+    damping = exact_number(section.damping, place("cancellation.damping"))
+    if damping < 0:
+        raise BadInput(place("cancellation.damping"), f"damping {section.damping}", "0 or a positive number")
+    if damping and section.method == "appendix_b":
+        found = "`damping` beside `method: appendix_b`, which has no use for it"
+        raise BadInput(place("cancellation.damping"), found, "method: minimum_norm", "minimum_norm")
+    chosen = section.contacts
+    if isinstance(chosen, str):
+        return CancellationChoice(section.method, section.weight, gain, chosen, damping)
+    names = [c.name for c in contacts]
+    for k, name in enumerate(chosen):
+        if name not in names:
+            where, known = place(f"cancellation.contacts[{k}]"), f"one of {', '.join(names)}"
+            raise BadInput(where, f"unknown contact `{name}`", known, nearest_name(name, names))
+    if not chosen or len(set(chosen)) < len(chosen):
+        raise BadInput(place("cancellation.contacts"), "no contact, or one twice", "names of contacts, each once")
+    return CancellationChoice(section.method, section.weight, gain, tuple(chosen), damping)
