@@ -51,11 +51,11 @@ def build_program(observer: Observer, choice: CodeChoice | None = None) -> Progr
     clock = _field(names, TIME, "s", "time since the first sample")
     chains = [effective_input(observer, k, f, period, names) for k, f in enumerate(commands)]
     blocks += [block for chain in chains for block in chain.blocks]
-    later = {s.name for e in observer.equations for s in e.symbols}
+    taken = {s.name for s in names} | {s.name for e in observer.equations for s in e.symbols}
     for equation in observer.equations:
         expression = to_casadi(equation.expression, names)
         if equation.form == "mass_solve":
-            solve = MassSolve({s.name for s in names} | later, equation.source)
+            solve = MassSolve(taken, equation.source)
             expression = solve.solve(to_casadi(system.mass_matrix, names), expression)
             blocks += solve.blocks
         symbols = casadi.vertcat(*[casadi.SX.sym(s.name) for s in equation.symbols])
