@@ -35,6 +35,10 @@ output = Console(soft_wrap=True, highlight=False, markup=False, emoji=False)
 errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False, emoji=False)
 
 SpecPath = Annotated[Path, typer.Argument(metavar="SPEC", help="the spec file (YAML)")]
+Description = Annotated[Path | None, typer.Option("--description", "-d", help="log description (YAML with columns:)")]
+Columns = Annotated[
+    list[str] | None, typer.Option("--column", "-c", metavar="NAME=COLUMN", help="what the log calls a variable")
+]
 
 
 @app.command()
@@ -150,6 +154,24 @@ def gains(
 
 
 @app.command()
+def cancel(
+    spec: SpecPath,
+    out: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="DIR", help="folder for cancellation.json")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="print JSON")] = False,
+) -> None:
+    """Say which friction the inputs can cancel, why, and by which input."""
+    report = pipeline.cancel(spec, out)
+    if as_json:
+        output.print(json.dumps(report.content, indent=1, ensure_ascii=False, allow_nan=False))
+    else:
+        output.print(render("text/cancel.txt.j2", **report.view), end="")
+    if report.refusal is not None:
+        raise typer.Exit(REFUSED)
+
+
+@app.command()
 def simulate(
     spec: SpecPath, out: Annotated[Path, typer.Option("-o", "--output", metavar="LOG", help="the CSV file to write")]
 ) -> None:
@@ -169,12 +191,8 @@ def diagnose(
         list[Path] | None, typer.Option("--test", metavar="LOG2", help="log to measure the error on; may be repeated")
     ] = None,
     out: Annotated[Path | None, typer.Option("-o", "--output", metavar="DIR", help="folder for the results")] = None,
-    description: Annotated[
-        Path | None, typer.Option("--description", "-d", help="log description (YAML with columns:)")
-    ] = None,
-    column: Annotated[
-        list[str] | None, typer.Option("--column", "-c", metavar="NAME=COLUMN", help="what the log calls a variable")
-    ] = None,
+    description: Description = None,
+    column: Columns = None,
 ) -> None:
     """Find the effect that the model lacks; write diagnosis.json, spec.yaml (augmented) and report.html."""
     with _progress() as tell:
@@ -189,12 +207,8 @@ def replay(
     out: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="OUT", help="CSV or .npy for the estimates")
     ] = None,
-    description: Annotated[
-        Path | None, typer.Option("--description", "-d", help="log description (YAML with columns:)")
-    ] = None,
-    column: Annotated[
-        list[str] | None, typer.Option("--column", "-c", metavar="NAME=COLUMN", help="what the log calls a variable")
-    ] = None,
+    description: Description = None,
+    column: Columns = None,
     only: Annotated[list[str] | None, typer.Option("--only", metavar="OUTPUT", help="write this output")] = None,
 ) -> None:
     """Run the generated observer over a log at compiled speed; write its estimates."""
@@ -235,10 +249,7 @@ def laws(
     ] = None,
 ) -> None:
     """List the friction laws, or write their page with a picture of each."""
-    from codegen.report.laws import (
-        law_groups,
-        write_laws,
-    )  # matplotlib costs a second that the other verbs need not pay
+    from codegen.report.laws import law_groups, write_laws  # with matplotlib, a second that other verbs need not pay
 
     if out is None:
         output.print(render("text/laws.txt.j2", groups=law_groups()), end="")

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 
+from codegen.cancellation import with_cancellation
 from codegen.checker import verify as checker
 from codegen.emit import ALWAYS, PRINTERS
 from codegen.emit.package import Header, emit_manifest, emit_readme, emit_sources, make_header
@@ -122,7 +123,7 @@ def generated_program(
     overrides = overrides or Overrides()
     spec = overrides.applied(spec)
     observer = observer_of(spec)
-    program = build_program(observer, spec.code)
+    program = build_program(with_cancellation(spec, observer), spec.code)
     refuse_names_alike(program)
     header = make_header(spec.path.name, spec.sha256, spec.source, spec.robot, overrides.options)
     files = emit_sources(program, header, overrides.printers)

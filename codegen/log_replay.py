@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from codegen.cancellation import with_cancellation
 from codegen.emit.package import emit_sources, make_header
 from codegen.errors import BadInput
 from codegen.observers import observer_of
@@ -35,7 +36,7 @@ def replay(
     """
     spec = read_spec(path)
     observer = observer_of(spec)
-    program = build_program(observer, spec.code)
+    program = build_program(with_cancellation(spec, observer), spec.code)
     target = Path(out) if out is not None else None
     if target is not None and target.resolve() == Path(log).resolve():
         raise BadInput(str(target), "the log itself", "another file for the estimates")

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from codegen.cancel_report import CancelReport, cancel
 from codegen.checker import verify as checker
 from codegen.effects.declare import add_declared_effects
 from codegen.errors import BadInput, Place
@@ -181,6 +182,7 @@ def _rate(outcome: Certificate | Refusal) -> float | str:
 
 __all__ = [
     "BadInput",
+    "CancelReport",
     "Diagnosed",
     "GainReport",
     "Generated",
@@ -188,6 +190,7 @@ __all__ = [
     "Model",
     "Overrides",
     "Replayed",
+    "cancel",
     "certify",
     "check",
     "derive",

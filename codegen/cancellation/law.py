@@ -1,0 +1,148 @@
+"""The cancelling input as equations behind those of an observer: ū = gain · K(x) F̂."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import sympy
+
+from codegen.cancellation.plan import Plan, make_plan
+from codegen.cancellation.reach import Reach, reach
+from codegen.cancellation.steps import PREFIX, Steps
+from codegen.mechanics.system import Matrix
+from codegen.observers.equations import Equation, Observer
+from codegen.spec.model import CancellationChoice, Spec, symbol
+
+GAIN, DAMPING = "cancellation_gain", "cancellation_damping"
+CLOSED = 3
+"""Rows up to which a constant solution is written in closed form over the parameters."""
+
+
+def with_cancellation(spec: Spec, observer: Observer) -> Observer:
+    """The observer with the cancelling input as its last output, as its spec asks; the observer itself without it.
+
+    The estimate does not depend on the input of its own sample: w = u + ū of the last sample closes no algebraic loop.
+
+    Raises:
+        BadInput: where the inputs cannot cancel, or not safely in the whole envelope.
+    """
+    choice = spec.cancellation
+    if choice is None:
+        return observer
+    found = reach(spec, observer.system, choice.weight)
+    plan = make_plan(spec, choice, found)
+    gains = {symbol(GAIN): choice.gain} | ({symbol(DAMPING): plan.damping} if plan.damping else {})
+    return replace(
+        observer,
+        equations=(*observer.equations, *cancelling_equations(observer, choice, found, plan)),
+        gains={**observer.gains, **gains},
+        gain_units={**observer.gain_units, **dict.fromkeys(gains, "1")},
+    )
+
+
+def cancelling_equations(
+    observer: Observer, choice: CancellationChoice, found: Reach, plan: Plan
+) -> tuple[Equation, ...]:
+    """The equations; the last one is ū."""
+    system = observer.system
+    source = "Appendix B" if plan.pivots is not None else "least r' W r, r = B u - U F"
+    directions, forces = _estimates(observer, plan)
+    steps = Steps(source)
+    if found.constant and max(system.degrees_of_freedom, len(system.inputs)) <= CLOSED:
+        gains = _closed_gains(found, plan, choice.weight, directions)
+        inputs = list(gains * forces)
+    else:
+        inputs = _solved(steps, found, plan, choice.weight, list(directions * forces))
+    scaled = Matrix([symbol(GAIN) * sympy.sympify(u) for u in inputs])
+    symbols = Matrix([symbol(f"u_{PREFIX}_{w.name}") for w in system.inputs])
+    last = Equation("cancelling_input", symbols, scaled, system.input_units, source, output=True)
+    return (*steps.equations, last)
+
+
+def _estimates(observer: Observer, plan: Plan) -> tuple[Any, Any]:
+    """Directions (n by p) and estimates (p by 1) whose product is the force to be cancelled."""
+    by_name = {e.name: e.symbols for e in observer.equations}
+    n = observer.system.degrees_of_freedom
+    contact = by_name.get("contact_friction")
+    if contact is None:
+        return sympy.eye(n), sympy.Matrix(by_name["friction_force"])
+    U = sympy.Matrix(observer.system.distribution)
+    chosen = list(plan.contacts)
+    return U[:, chosen], sympy.Matrix([contact[k] for k in chosen])
+
+
+def _closed_gains(found: Reach, plan: Plan, weight: str, directions: Any) -> Any:
+    """K over the parameters, in lowest terms; inputs by estimates."""
+    M, C, R = (sympy.Matrix(m) for m in (found.system.mass_matrix, plan.columns, plan.mixing))
+    W = {"identity": sympy.eye(M.rows), "mass_inverse": M.inv()}.get(weight, M.inv() ** 2)
+    gram = C.T * W * C + (symbol(DAMPING) * sympy.eye(C.cols) if plan.damping else sympy.zeros(C.cols))
+    inner = gram.inv() * C.T * W if C.rows > C.cols or plan.damping else C.inv()
+    gains = (R.T * (R * R.T).inv() * inner * directions).applyfunc(lambda e: sympy.factor(sympy.cancel(e)))
+    return _spread(found, plan, gains)
+
+
+def _spread(found: Reach, plan: Plan, rows: Any) -> Any:
+    """Appendix B, step 4: the inputs that are not used are zero."""
+    if plan.pivots is None:
+        return rows
+    full = sympy.zeros(len(found.system.inputs), rows.cols)
+    for k, j in enumerate(plan.pivots):
+        full[j, :] = rows[k, :]
+    return full
+
+
+def _solved(steps: Steps, found: Reach, plan: Plan, weight: str, force: list[Any]) -> list[Any]:
+    """ū by structure: G y = C'W force with G = C'W C, then the smallest ū of R ū = y."""
+    C, R = sympy.Matrix(plan.columns), sympy.Matrix(plan.mixing)
+    n, rank = C.shape
+    if C.is_Identity and not plan.damping:
+        y = force
+    elif n == rank and not plan.damping:
+        y = _square(steps, C, force)
+    else:
+        y = _normal(steps, plan, weight, C, force)
+    if R.is_Identity:
+        return list(_spread(found, plan, sympy.Matrix(y)))
+    gram = _symmetric(steps, "R", R * R.T)
+    z = steps.solve("R", gram, steps.named(f"{PREFIX}_reached_force", [f"y{k + 1}" for k in range(rank)], y))
+    named = steps.named(f"{PREFIX}_multipliers", [f"z{k + 1}" for k in range(rank)], z)
+    return list(R.T * sympy.Matrix(named))
+
+
+def _square(steps: Steps, C: Any, force: list[Any]) -> list[Any]:
+    """C⁻¹ force by C'(C C')⁻¹: no pivot of a regular C is zero, whatever their order."""
+    z = steps.solve("S", _symmetric(steps, "S", C * C.T), force)
+    named = steps.named(f"{PREFIX}_multipliers", [f"z{k + 1}" for k in range(C.rows)], z)
+    return list(C.T * sympy.Matrix(named))
+
+
+def _normal(steps: Steps, plan: Plan, weight: str, C: Any, force: list[Any]) -> list[Any]:
+    """(C'W C + λ)⁻¹ C'W force, with W C by solves with M."""
+    n, rank = C.shape
+    weighed = C
+    if weight != "identity":
+        solved = [
+            steps.accelerations(f"{PREFIX}_response_{j + 1}", [f"response{j + 1}_{i + 1}" for i in range(n)], C[:, j])
+            for j in range(rank)
+        ]
+        weighed = sympy.Matrix([[solved[j][i] for j in range(rank)] for i in range(n)])
+    gram = weighed.T * (weighed if weight == "acceleration" else C)
+    if weight == "acceleration":
+        force = steps.accelerations(f"{PREFIX}_friction_acceleration", [f"friction_{i + 1}" for i in range(n)], force)
+    if plan.damping:
+        gram = gram + symbol(DAMPING) * sympy.eye(rank)
+    right = list(weighed.T * sympy.Matrix(force))
+    named = steps.named(f"{PREFIX}_projected_force", [f"p{k + 1}" for k in range(rank)], right)
+    return steps.solve("G", _symmetric(steps, "G", gram), named)
+
+
+def _symmetric(steps: Steps, letter: str, matrix: Any) -> Any:
+    """A symmetric matrix with named entries."""
+    places = [(i, j) for i in range(matrix.rows) for j in range(i + 1)]
+    names = [f"{letter}{i + 1}_{j + 1}" for i, j in places]
+    entries = steps.named(f"{PREFIX}_gram_matrix", names, [matrix[p] for p in places])
+    result = sympy.zeros(*matrix.shape)
+    for (i, j), entry in zip(places, entries, strict=True):
+        result[i, j] = result[j, i] = entry
+    return result

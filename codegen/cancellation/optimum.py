@@ -1,0 +1,46 @@
+"""The best cancelling input at one operating point, in numbers."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codegen.cancellation.weight import whitener
+
+Array = NDArray[np.float64]
+SINGULAR = 1e-9
+
+
+def best_inputs(
+    input_matrix: Array, mass: Array, forces: Array, weight: str, pivots: tuple[int, ...] | None = None
+) -> Array:
+    """ū that makes r'W r least for r = B ū − force, one column for each column of ``forces``.
+
+    Args:
+        input_matrix: B, n by inputs.
+        mass: M, n by n.
+        forces: n by m, such as U.
+        weight: of the remaining force.
+        pivots: inputs that alone are used (Appendix B); the others are 0. None takes, of all best inputs, the smallest.
+
+    Returns:
+        inputs by m.
+    """
+    V = whitener(weight, mass)
+    if pivots is None:
+        return np.asarray(np.linalg.pinv(V @ input_matrix, rcond=SINGULAR) @ V @ forces)
+    result = np.zeros((input_matrix.shape[1], forces.shape[1]))
+    chosen = list(pivots)
+    result[chosen] = np.linalg.lstsq(V @ input_matrix[:, chosen], V @ forces, rcond=None)[0]
+    return result
+
+
+def removed_share(input_matrix: Array, mass: Array, forces: Array, weight: str) -> Array:
+    """How much of each force the best input takes away: 1 − min r'W r / force'W force, between 0 and 1; one a column.
+
+    A force that is zero at this point counts as taken away.
+    """
+    V = whitener(weight, mass)
+    left = V @ (input_matrix @ best_inputs(input_matrix, mass, forces, weight) - forces)
+    whole = np.sum((V @ forces) ** 2, axis=0)
+    return np.asarray(1 - np.sum(left**2, axis=0) / np.where(whole == 0, 1, whole))

@@ -1,0 +1,169 @@
+"""Which friction the inputs can cancel: perfectly, in part, or not at all; by ranks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+import sympy
+
+from codegen.cancellation.optimum import removed_share
+from codegen.cancellation.rank import Ranks
+from codegen.cancellation.reduction import Reduction, reduce
+from codegen.cancellation.weight import weighing_rank_form
+from codegen.errors import BadInput
+from codegen.mechanics.input_matrix import NonlinearInput
+from codegen.mechanics.sampling import numbers_over, position_range
+from codegen.mechanics.system import Matrix, System
+from codegen.spec.model import Spec
+
+POINTS = 64
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Of the friction at one contact, or of a friction force on one coordinate.
+
+    Attributes:
+        kind: ``perfect`` (its direction lies in the range of B), ``partial``, or ``none`` (B'W direction = 0).
+        joined_rank: rank [B direction].
+        undriven: coordinates on which it acts and no input does.
+        share: least and largest r'W r that the best input takes away, relative, over points of the envelope.
+    """
+
+    name: str
+    kind: Literal["perfect", "partial", "none"]
+    joined_rank: int
+    undriven: tuple[str, ...]
+    share: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Reach:
+    """What the inputs can do against friction.
+
+    Attributes:
+        input_matrix: B(x), n by inputs.
+        rank: of B at almost every point of the envelope.
+        exact: whether the ranks are exact, and not those at sampled points.
+        constant: whether B, U and M hold nothing but parameters.
+        together: the dimension of the friction vectors F̄ with U F̄ in the range of B; it may exceed the number of
+            contacts that can be cancelled one by one, where the friction of several adds up to what the inputs reach.
+        contacts, coordinates: verdicts in order.
+        variables, ranges: what B, U and M depend on, and where the envelope has it.
+    """
+
+    system: System
+    weight: str
+    input_matrix: Matrix
+    rank: int
+    exact: bool
+    constant: bool
+    together: int
+    contacts: tuple[Verdict, ...]
+    coordinates: tuple[Verdict, ...]
+    reduction: Reduction
+    variables: tuple[sympy.Symbol, ...]
+    ranges: tuple[tuple[float, float], ...]
+
+    @property
+    def cancellable(self) -> tuple[str, ...]:
+        """Contacts whose friction can be cancelled perfectly, one by one."""
+        return tuple(v.name for v in self.contacts if v.kind == "perfect")
+
+    @property
+    def points(self) -> Any:
+        """Points of the envelope, the centre first; points by variables."""
+        bounds = np.array(self.ranges).reshape(-1, 2)
+        spread = np.random.default_rng(1).uniform(bounds[:, 0], bounds[:, 1], (POINTS, len(bounds)))
+        return np.vstack([bounds.mean(axis=1), spread]) if self.variables else np.zeros((1, 0))
+
+    def numbers(self, matrix: Any) -> Any:
+        """A matrix over parameters and ``variables`` at ``points``; points by n by m."""
+        return numbers_over(matrix, self.system.values, self.variables, self.points)
+
+
+def input_matrix_of(spec: Spec, system: System) -> Matrix:
+    """B of a system.
+
+    Raises:
+        BadInput: where the force is not linear in the inputs, or B depends on a velocity.
+    """
+    B = system.input_matrix
+    if isinstance(B, NonlinearInput):
+        expected = "a force g = g0(x, v) + B(x) w (5.2); chapter 5 cancels friction by inputs that enter linearly"
+        raise BadInput(spec.place("force"), B.reason, expected)
+    moving = [v.name for v in system.velocities if v in B.free_symbols]
+    if moving:
+        found = f"the effect of an input on the force depends on the velocity {moving[0]}"
+        raise BadInput(spec.place("force"), found, "B(x), of positions and parameters")
+    return B
+
+
+def reach(spec: Spec, system: System, weight: str) -> Reach:
+    """Which friction forces the inputs of a system can cancel.
+
+    A force with direction d is cancelled perfectly if d lies in the range of B: rank [B d] = rank B, the condition
+    U₂F̄ = 0 of section 5.3.1 for one force. It cannot be touched at all if the best input against it is zero: B'W d = 0.
+
+    Raises:
+        BadInput: where there is no B.
+    """
+    B, U, M = input_matrix_of(spec, system), system.distribution, system.mass_matrix
+    variables = tuple(sorted((B.free_symbols | U.free_symbols | M.free_symbols) - set(system.values), key=str))
+    units = {x: (x.name, unit) for x, unit in zip(system.positions, system.position_units, strict=True)}
+    ranges = tuple(position_range(spec, *units[x]) for x in variables)
+    points = [dict(system.values) | dict(zip(variables, at, strict=True)) for at in _spread(ranges)]
+    ranks = Ranks(dict(system.values), points)
+    rank = ranks.rank(B)
+    asked = Matrix(sympy.Matrix.hstack(sympy.Matrix(B), sympy.Matrix(U)))
+    full = rank == B.rows
+    result = Reach(
+        system=system,
+        weight=weight,
+        input_matrix=B,
+        rank=rank,
+        exact=ranks.is_exact([B] if full else [asked, M]),
+        constant=all(ranks.is_constant(m) for m in (B, U, M)),
+        together=U.cols - (0 if full else ranks.rank(asked) - rank),
+        contacts=(),
+        coordinates=(),
+        reduction=reduce(system, B),
+        variables=variables,
+        ranges=ranges,
+    )
+    at_points = result.numbers(B), result.numbers(M)
+    names = [c.name for c in system.contacts], [x.name for x in system.positions]
+    of_contacts = _verdicts(result, ranks, U, names[0], at_points)
+    of_coordinates = _verdicts(result, ranks, Matrix(sympy.eye(B.rows)), names[1], at_points)
+    return replace(result, contacts=of_contacts, coordinates=of_coordinates)
+
+
+def _verdicts(
+    found: Reach, ranks: Ranks, directions: Any, names: list[str], at_points: tuple[Any, Any]
+) -> tuple[Verdict, ...]:
+    B, M, n = found.input_matrix, found.system.mass_matrix, found.input_matrix.rows
+    forces = found.numbers(directions)
+    shares = np.array([removed_share(b, m, f, found.weight) for b, m, f in zip(*at_points, forces, strict=True)])
+    positions = [x.name for x in found.system.positions]
+    result = []
+    for j, name in enumerate(names):
+        direction = Matrix(directions[:, j])
+        joined = found.rank
+        if found.rank < n:
+            joined = ranks.rank(sympy.Matrix.hstack(sympy.Matrix(B), sympy.Matrix(direction)))
+        kind: Literal["perfect", "partial", "none"] = "perfect"
+        if joined > found.rank:
+            form, without = weighing_rank_form(found.weight, sympy.Matrix(M), sympy.Matrix(B), sympy.Matrix(direction))
+            kind = "none" if B.cols == 0 or ranks.rank(form) == without else "partial"
+        on = {positions[i] for i in range(n) if direction[i] != 0}
+        undriven = tuple(x for x in found.reduction.undriven if x in on)
+        share = np.clip(shares[:, j], 0, 1)
+        result.append(Verdict(name, kind, joined, undriven, (float(share.min()), float(share.max()))))
+    return tuple(result)
+
+
+def _spread(ranges: tuple[tuple[float, float], ...]) -> Any:
+    bounds = np.array(ranges).reshape(-1, 2)
+    return np.random.default_rng(1).uniform(bounds[:, 0], bounds[:, 1], (12, len(bounds))) if ranges else [()]

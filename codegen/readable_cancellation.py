@@ -1,0 +1,103 @@
+"""What the inputs can do against friction, as words for the text template and as JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from codegen.cancellation import Plan, Reach, Verdict
+from codegen.cancellation.leftover import Leftover
+from codegen.mechanics.sampling import POINTS
+from codegen.spec.model import CancellationChoice
+
+NOTHING = 5e-7
+
+
+def cancellation_view(
+    choice: CancellationChoice, found: Reach, plan: Plan | None, left: Leftover | None
+) -> dict[str, Any]:
+    """What ``stiction cancel`` prints."""
+    system = found.system
+    names = [c.name for c in system.contacts]
+    inputs = [w.name for w in system.inputs]
+    return {
+        "choice": choice,
+        "reach": found,
+        "system": system,
+        "plan": plan,
+        "left": left,
+        "points": POINTS,
+        "rows": [[str(e) for e in found.input_matrix.row(i)] for i in range(found.input_matrix.rows)],
+        "all_perfect": all(v.kind == "perfect" for v in (*found.contacts, *found.coordinates)),
+        "chosen": [names[k] for k in plan.contacts] if plan else [],
+        "used": [inputs[k] for k in plan.pivots] if plan and plan.pivots is not None else [],
+        "gains": [(w, _sum(left.gains[i], names)) for i, w in enumerate(inputs)] if left else [],
+        "rest": [(x.name, _sum(left.force[i], names)) for i, x in enumerate(system.positions)] if left else [],
+    }
+
+
+def cancellation_json(
+    choice: CancellationChoice, found: Reach, plan: Plan | None, left: Leftover | None
+) -> dict[str, Any]:
+    """What ``stiction cancel --json`` prints."""
+    system, reduction = found.system, found.reduction
+    content: dict[str, Any] = {
+        "format": "stiction-cancellation/1",
+        "input_matrix": _texts(found.input_matrix),
+        "rank": found.rank,
+        "exact": found.exact,
+        "weight": choice.weight,
+        "contacts": [_verdict(v) for v in found.contacts],
+        "coordinates": [_verdict(v) for v in found.coordinates],
+        "cancellable_together": found.together,
+        "note_2": {
+            "coordinates_without_input": list(reduction.undriven),
+            "contacts_lost": list(reduction.lost),
+            "coordinates": list(reduction.coordinates),
+            "contacts": list(reduction.contacts),
+            "input_matrix": _texts(reduction.input_matrix),
+            "distribution": _texts(reduction.distribution),
+        },
+        "law": None,
+    }
+    if plan is not None and left is not None:
+        content["law"] = {
+            "method": choice.method,
+            "gain": float(choice.gain),
+            "damping": plan.damping,
+            "contacts": [system.contacts[k].name for k in plan.contacts],
+            "inputs_used": [w.name for k, w in enumerate(system.inputs) if plan.pivots is None or k in plan.pivots],
+            "rank_proven_in_envelope": plan.proven,
+            "condition": plan.condition if not plan.damping else None,
+            "at_centre": {v.name: r[0] for v, r in zip(found.variables, found.points.T, strict=True)},
+            "inputs_by_contacts": left.gains.tolist(),
+            "force_left_by_contacts": left.force.tolist(),
+            "contacts_whose_rest_may_push": list(left.pushing),
+        }
+    return content
+
+
+def _verdict(v: Verdict) -> dict[str, Any]:
+    return {
+        "name": v.name,
+        "cancelled": v.kind,
+        "joined_rank": v.joined_rank,
+        "acts_without_input_on": list(v.undriven),
+        "removed_share": list(v.share),
+    }
+
+
+def _texts(matrix: Any) -> list[list[str]]:
+    return [[str(e) for e in matrix.row(i)] for i in range(matrix.rows)]
+
+
+def _sum(coefficients: Iterable[float], names: list[str]) -> str:
+    """A linear combination of contact forces; empty where it is zero."""
+    text = ""
+    for value, name in zip(coefficients, names, strict=True):
+        if abs(value) < NOTHING:
+            continue
+        size = "" if abs(abs(value) - 1) < NOTHING else f"{abs(value):.6g} "
+        sign = "-" if value < 0 else "+" if text else ""
+        text += f"{' ' if text else ''}{sign}{' ' if text else ''}{size}F_{name}"
+    return text

@@ -1,0 +1,182 @@
+"""two_mass_cancellation: friction observer GCFO, velocity estimated, double precision.
+
+Made by stiction 0.1.0 from two_mass_cancellation.yaml
+sha256 1bfbb99c3f41573d525e080a8b6f440668a511bfc10aa3d4504f9012fba923f1
+with: stiction generate two_mass_cancellation.yaml
+
+The twin of two_mass_cancellation.c: the same operations in the same order on doubles, so the same bits. Do not edit.
+"""
+
+import math
+from dataclasses import dataclass
+
+__all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"]
+
+SPEC_SHA256 = "1bfbb99c3f41573d525e080a8b6f440668a511bfc10aa3d4504f9012fba923f1"
+LARGEST = 1.7976931348623157e308
+
+
+@dataclass(slots=True)
+class Parameters:
+    """Constants of the model and gains, with the spec's values; behind them what ``prepare`` derives from these."""
+
+    m1: float = 10.0  # kg: model parameter
+    m2: float = 50.0  # kg: model parameter
+    eta1: float = 100.0  # N/m: model parameter
+    eta2: float = 50.0  # N/m: model parameter
+    eta3: float = 20.0  # N/m: model parameter
+    between_a: float = 10.0  # N: model parameter
+    ground_a: float = 20.0  # N: model parameter
+    K_F_between: float = 500.0  # N*s/m: observer gain
+    K_F_ground: float = 700.0  # N*s/m: observer gain
+    K_v_v1: float = 10.0  # 1/s: observer gain
+    K_v_v2: float = 10.0  # 1/s: observer gain
+    cancellation_gain: float = 1.0  # 1: observer gain
+    sample_time: float = 0.001  # s: sample time
+    eta2_plus_eta3: float = 70.0  # eta2 + eta3
+    eta1_plus_eta3: float = 120.0  # eta1 + eta3
+    one_over_m1: float = 0.1  # 1.0 / m1
+    one_over_m2: float = 0.02  # 1.0 / m2
+    h_K_F_between: float = 0.5  # sample_time * K_F_between
+    h_K_F_ground: float = 0.7000000000000001  # sample_time * K_F_ground
+
+
+@dataclass(slots=True)
+class State:
+    """What the observer remembers from sample to sample."""
+
+    z_v1: float = 0.0  # m/s: observer state
+    z_v2: float = 0.0  # m/s: observer state
+    z_between: float = 0.0  # N: observer state
+    z_ground: float = 0.0  # N: observer state
+
+
+@dataclass(slots=True)
+class Inputs:
+    """What is measured and commanded at a sample."""
+
+    x1: float = 0.0  # m: measured position
+    x2: float = 0.0  # m: measured position
+    w: float = 0.0  # N: input
+
+
+@dataclass(slots=True)
+class Outputs:
+    """What is estimated."""
+
+    v1_hat: float = 0.0  # m/s: velocity estimate, (4.25)
+    v2_hat: float = 0.0  # m/s: velocity estimate, (4.25)
+    a_hat_between: float = 0.0  # N: friction level, (4.11)
+    a_hat_ground: float = 0.0  # N: friction level, (4.11)
+    F_hat_between: float = 0.0  # N: contact friction, (4.10)
+    F_hat_ground: float = 0.0  # N: contact friction, (4.10)
+    F_hat_on_x1: float = 0.0  # N: friction force, (4.10)
+    F_hat_on_x2: float = 0.0  # N: friction force, (4.10)
+    u_cancel_w: float = 0.0  # N: cancelling input, least r' W r, r = B u - U F
+    fault: int = 0  # 1 if this sample was not used
+
+
+def _sign(u: float) -> float:
+    return 1.0 if u > 0.0 else (-1.0 if u < 0.0 else 0.0)
+
+
+def prepare(parameters: Parameters) -> None:
+    """Compute the derived constants anew, after a parameter was changed."""
+    parameters.eta2_plus_eta3 = parameters.eta2 + parameters.eta3
+    parameters.eta1_plus_eta3 = parameters.eta1 + parameters.eta3
+    parameters.one_over_m1 = 1.0 / parameters.m1
+    parameters.one_over_m2 = 1.0 / parameters.m2
+    parameters.h_K_F_between = parameters.sample_time * parameters.K_F_between
+    parameters.h_K_F_ground = parameters.sample_time * parameters.K_F_ground
+
+
+def init(parameters: Parameters, inputs: Inputs) -> State:
+    """The state from the first measurement; from rest at zero if it is not finite."""
+    state = State(
+        z_v1=-(parameters.K_v_v1 * inputs.x1),
+        z_v2=-(parameters.K_v_v2 * inputs.x2),
+        z_between=parameters.between_a,
+        z_ground=parameters.ground_a,
+    )
+    check = state.z_v1 + state.z_v2 + state.z_between + state.z_ground
+    if not abs(check) <= LARGEST:
+        state = State(
+            z_v1=0.0,
+            z_v2=0.0,
+            z_between=parameters.between_a,
+            z_ground=parameters.ground_a,
+        )
+    return state
+
+
+def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs | None = None) -> Outputs:
+    """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample.
+
+    The estimates go into ``outputs``, or into new ones.
+    Where an input is NaN or infinite, or a next state would be, state and ``outputs`` stay as they are but for
+    ``fault``, which is 1.
+    """
+    if outputs is None:
+        outputs = Outputs()
+
+    # velocity estimate, (4.25)
+    v1_hat = state.z_v1 + parameters.K_v_v1 * inputs.x1  # m/s
+    v2_hat = state.z_v2 + parameters.K_v_v2 * inputs.x2  # m/s
+
+    # slip velocity, U' v, (4.5)
+    slip_between = v1_hat - v2_hat  # m/s
+
+    # slip sign, (4.13)
+    sign_between = _sign(slip_between)  # 1
+    sign_ground = _sign(v2_hat)  # 1
+
+    # friction level, (4.11)
+    a_hat_between = state.z_between - parameters.K_F_between * abs(slip_between)  # N
+    a_hat_ground = state.z_ground - parameters.K_F_ground * abs(v2_hat)  # N
+
+    # contact friction, (4.10)
+    F_hat_between = sign_between * a_hat_between  # N
+    F_hat_ground = sign_ground * a_hat_ground  # N
+
+    # friction force, (4.10)
+    F_hat_on_x2 = F_hat_ground - F_hat_between  # N
+
+    # acceleration, (4.2)
+    v1_dot_hat = (
+        parameters.one_over_m1 * (parameters.eta3 * inputs.x2 - parameters.eta2_plus_eta3 * inputs.x1
+        - F_hat_between)
+    )  # m/s^2
+    v2_dot_hat = (
+        parameters.one_over_m2 * (inputs.w + parameters.eta3 * inputs.x1 - F_hat_on_x2
+        - parameters.eta1_plus_eta3 * inputs.x2)
+    )  # m/s^2
+
+    # cancelling input, least r' W r, r = B u - U F
+    u_cancel_w = parameters.cancellation_gain * F_hat_ground  # N
+
+    # states one sample later (explicit Euler)
+    z_v1_next = state.z_v1 + parameters.sample_time * (v1_dot_hat - parameters.K_v_v1 * v1_hat)
+    z_v2_next = state.z_v2 + parameters.sample_time * (v2_dot_hat - parameters.K_v_v2 * v2_hat)
+    z_between_next = state.z_between + parameters.h_K_F_between * sign_between * (v1_dot_hat - v2_dot_hat)
+    z_ground_next = state.z_ground + parameters.h_K_F_ground * sign_ground * v2_dot_hat
+
+    # hold the last state and estimates where a next state, or an input that it does not show, is not finite
+    check = z_v1_next + z_v2_next + z_between_next + z_ground_next
+    if not abs(check) <= LARGEST:
+        outputs.fault = 1
+        return outputs
+    outputs.fault = 0
+    outputs.v1_hat = v1_hat
+    outputs.v2_hat = v2_hat
+    outputs.a_hat_between = a_hat_between
+    outputs.a_hat_ground = a_hat_ground
+    outputs.F_hat_between = F_hat_between
+    outputs.F_hat_ground = F_hat_ground
+    outputs.F_hat_on_x1 = F_hat_between
+    outputs.F_hat_on_x2 = F_hat_on_x2
+    outputs.u_cancel_w = u_cancel_w
+    state.z_v1 = z_v1_next
+    state.z_v2 = z_v2_next
+    state.z_between = z_between_next
+    state.z_ground = z_ground_next
+    return outputs

@@ -1,0 +1,49 @@
+/*
+ * A complete program around two_mass_cancellation: build with
+ *     cc -std=c99 -O2 example_main.c two_mass_cancellation.c -lm -o example
+ * Reads one sample a line and prints the estimates and the fault flag. A sample is
+ * x1, x2, w.
+ */
+#include "two_mass_cancellation.h"
+
+#include <stdio.h>
+#include <string.h>
+
+static int read_sample(two_mass_cancellation_inputs *inputs)
+{
+    int count = 0;
+
+    count += scanf("%lf", &inputs->x1);
+    count += scanf("%lf", &inputs->x2);
+    count += scanf("%lf", &inputs->w);
+    return count == 3;
+}
+
+int main(void)
+{
+    const two_mass_cancellation_parameters parameters = TWO_MASS_CANCELLATION_PARAMETERS;
+    two_mass_cancellation_state state;
+    two_mass_cancellation_inputs inputs;
+    two_mass_cancellation_outputs outputs;
+    int first = 1;
+
+    memset(&outputs, 0, sizeof outputs);
+    while (read_sample(&inputs)) {
+        if (first) {
+            two_mass_cancellation_init(&state, &parameters, &inputs);
+            first = 0;
+        }
+        two_mass_cancellation_step(&state, &parameters, &inputs, &outputs);
+        printf("%.17g ", outputs.v1_hat);
+        printf("%.17g ", outputs.v2_hat);
+        printf("%.17g ", outputs.a_hat_between);
+        printf("%.17g ", outputs.a_hat_ground);
+        printf("%.17g ", outputs.F_hat_between);
+        printf("%.17g ", outputs.F_hat_ground);
+        printf("%.17g ", outputs.F_hat_on_x1);
+        printf("%.17g ", outputs.F_hat_on_x2);
+        printf("%.17g ", outputs.u_cancel_w);
+        printf("%d\n", outputs.fault);
+    }
+    return 0;
+}

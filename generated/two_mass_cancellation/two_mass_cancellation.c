@@ -1,0 +1,113 @@
+/*
+ * two_mass_cancellation: friction observer GCFO, velocity estimated, double precision.
+ * A step: 18 additions, 21 multiplications, 0 divisions, 0 calls, 4 of sign or magnitude.
+ *
+ * Made by stiction 0.1.0 from two_mass_cancellation.yaml
+ * sha256 1bfbb99c3f41573d525e080a8b6f440668a511bfc10aa3d4504f9012fba923f1
+ * with: stiction generate two_mass_cancellation.yaml
+ */
+#include "two_mass_cancellation.h"
+
+#include <float.h>
+#include <math.h>
+
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+static inline double two_mass_cancellation_sign(double u)
+{
+    return (u > 0.0) ? 1.0 : ((u < 0.0) ? -1.0 : 0.0);
+}
+
+void two_mass_cancellation_prepare(two_mass_cancellation_parameters *parameters)
+{
+    parameters->eta2_plus_eta3 = parameters->eta2 + parameters->eta3;
+    parameters->eta1_plus_eta3 = parameters->eta1 + parameters->eta3;
+    parameters->one_over_m1 = 1.0 / parameters->m1;
+    parameters->one_over_m2 = 1.0 / parameters->m2;
+    parameters->h_K_F_between = parameters->sample_time * parameters->K_F_between;
+    parameters->h_K_F_ground = parameters->sample_time * parameters->K_F_ground;
+}
+
+void two_mass_cancellation_init(two_mass_cancellation_state *state, const two_mass_cancellation_parameters *parameters,
+    const two_mass_cancellation_inputs *inputs)
+{
+    state->z_v1 = -(parameters->K_v_v1 * inputs->x1);
+    state->z_v2 = -(parameters->K_v_v2 * inputs->x2);
+    state->z_between = parameters->between_a;
+    state->z_ground = parameters->ground_a;
+
+    /* from rest at zero where that is not finite */
+    const double check = state->z_v1 + state->z_v2 + state->z_between + state->z_ground;
+    if (!(fabs(check) <= DBL_MAX)) {
+        state->z_v1 = 0.0;
+        state->z_v2 = 0.0;
+        state->z_between = parameters->between_a;
+        state->z_ground = parameters->ground_a;
+    }
+}
+
+void two_mass_cancellation_step(two_mass_cancellation_state *state, const two_mass_cancellation_parameters *parameters,
+    const two_mass_cancellation_inputs *inputs, two_mass_cancellation_outputs *outputs)
+{
+    /* velocity estimate, (4.25) */
+    const double v1_hat = state->z_v1 + parameters->K_v_v1 * inputs->x1; /* m/s */
+    const double v2_hat = state->z_v2 + parameters->K_v_v2 * inputs->x2; /* m/s */
+
+    /* slip velocity, U' v, (4.5) */
+    const double slip_between = v1_hat - v2_hat; /* m/s */
+
+    /* slip sign, (4.13) */
+    const double sign_between = two_mass_cancellation_sign(slip_between); /* 1 */
+    const double sign_ground = two_mass_cancellation_sign(v2_hat); /* 1 */
+
+    /* friction level, (4.11) */
+    const double a_hat_between = state->z_between - parameters->K_F_between * fabs(slip_between); /* N */
+    const double a_hat_ground = state->z_ground - parameters->K_F_ground * fabs(v2_hat); /* N */
+
+    /* contact friction, (4.10) */
+    const double F_hat_between = sign_between * a_hat_between; /* N */
+    const double F_hat_ground = sign_ground * a_hat_ground; /* N */
+
+    /* friction force, (4.10) */
+    const double F_hat_on_x2 = F_hat_ground - F_hat_between; /* N */
+
+    /* acceleration, (4.2) */
+    const double v1_dot_hat = parameters->one_over_m1 * (parameters->eta3 * inputs->x2
+        - parameters->eta2_plus_eta3 * inputs->x1 - F_hat_between); /* m/s^2 */
+    const double v2_dot_hat = parameters->one_over_m2 * (inputs->w + parameters->eta3 * inputs->x1
+        - F_hat_on_x2 - parameters->eta1_plus_eta3 * inputs->x2); /* m/s^2 */
+
+    /* cancelling input, least r' W r, r = B u - U F */
+    const double u_cancel_w = parameters->cancellation_gain * F_hat_ground; /* N */
+
+    /* states one sample later (explicit Euler) */
+    const double z_v1_next = state->z_v1 + parameters->sample_time * (v1_dot_hat - parameters->K_v_v1 * v1_hat);
+    const double z_v2_next = state->z_v2 + parameters->sample_time * (v2_dot_hat - parameters->K_v_v2 * v2_hat);
+    const double z_between_next = state->z_between + parameters->h_K_F_between * sign_between * (v1_dot_hat
+        - v2_dot_hat);
+    const double z_ground_next = state->z_ground + parameters->h_K_F_ground * sign_ground * v2_dot_hat;
+
+    /* hold the last state and estimates where a next state, or an input that it does not show, is not finite */
+    const double check = z_v1_next + z_v2_next + z_between_next + z_ground_next;
+    if (fabs(check) <= DBL_MAX) {
+        outputs->v1_hat = v1_hat;
+        outputs->v2_hat = v2_hat;
+        outputs->a_hat_between = a_hat_between;
+        outputs->a_hat_ground = a_hat_ground;
+        outputs->F_hat_between = F_hat_between;
+        outputs->F_hat_ground = F_hat_ground;
+        outputs->F_hat_on_x1 = F_hat_between;
+        outputs->F_hat_on_x2 = F_hat_on_x2;
+        outputs->u_cancel_w = u_cancel_w;
+
+        state->z_v1 = z_v1_next;
+        state->z_v2 = z_v2_next;
+        state->z_between = z_between_next;
+        state->z_ground = z_ground_next;
+        outputs->fault = 0;
+    } else {
+        outputs->fault = 1;
+    }
+}

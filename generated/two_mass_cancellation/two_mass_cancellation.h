@@ -1,0 +1,115 @@
+/*
+ * two_mass_cancellation: friction observer GCFO, velocity estimated, double precision.
+ * Source: Mentzelopoulou 1994, section 5.4.
+ *
+ * Made by stiction 0.1.0 from two_mass_cancellation.yaml
+ * sha256 1bfbb99c3f41573d525e080a8b6f440668a511bfc10aa3d4504f9012fba923f1
+ * with: stiction generate two_mass_cancellation.yaml
+ *
+ * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a product with its reciprocal, which the
+ * parameters hold; the Python twin does the same. Compile with -std=c99 (or -ffp-contract=off) to get the bits of the
+ * twin. Do not edit: change the spec and generate again.
+ */
+#ifndef STICTION_TWO_MASS_CANCELLATION_H
+#define STICTION_TWO_MASS_CANCELLATION_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Constants of the model and gains; TWO_MASS_CANCELLATION_PARAMETERS holds the spec's values. */
+typedef struct {
+    double m1; /* kg: model parameter */
+    double m2; /* kg: model parameter */
+    double eta1; /* N/m: model parameter */
+    double eta2; /* N/m: model parameter */
+    double eta3; /* N/m: model parameter */
+    double between_a; /* N: model parameter */
+    double ground_a; /* N: model parameter */
+    double K_F_between; /* N*s/m: observer gain */
+    double K_F_ground; /* N*s/m: observer gain */
+    double K_v_v1; /* 1/s: observer gain */
+    double K_v_v2; /* 1/s: observer gain */
+    double cancellation_gain; /* 1: observer gain */
+    double sample_time; /* s: sample time */
+    /* derived: two_mass_cancellation_prepare computes them from those above */
+    double eta2_plus_eta3; /* eta2 + eta3 */
+    double eta1_plus_eta3; /* eta1 + eta3 */
+    double one_over_m1; /* 1.0 / m1 */
+    double one_over_m2; /* 1.0 / m2 */
+    double h_K_F_between; /* sample_time * K_F_between */
+    double h_K_F_ground; /* sample_time * K_F_ground */
+} two_mass_cancellation_parameters;
+
+#define TWO_MASS_CANCELLATION_PARAMETERS \
+    { \
+        10.0, /* m1 */ \
+        50.0, /* m2 */ \
+        100.0, /* eta1 */ \
+        50.0, /* eta2 */ \
+        20.0, /* eta3 */ \
+        10.0, /* between_a */ \
+        20.0, /* ground_a */ \
+        500.0, /* K_F_between */ \
+        700.0, /* K_F_ground */ \
+        10.0, /* K_v_v1 */ \
+        10.0, /* K_v_v2 */ \
+        1.0, /* cancellation_gain */ \
+        0.001, /* sample_time */ \
+        70.0, /* eta2_plus_eta3 */ \
+        120.0, /* eta1_plus_eta3 */ \
+        0.1, /* one_over_m1 */ \
+        0.02, /* one_over_m2 */ \
+        0.5, /* h_K_F_between */ \
+        0.7000000000000001 /* h_K_F_ground */ \
+    }
+
+/* What the observer remembers from sample to sample. */
+typedef struct {
+    double z_v1; /* m/s: observer state */
+    double z_v2; /* m/s: observer state */
+    double z_between; /* N: observer state */
+    double z_ground; /* N: observer state */
+} two_mass_cancellation_state;
+
+/* What is measured and commanded at a sample. */
+typedef struct {
+    double x1; /* m: measured position */
+    double x2; /* m: measured position */
+    double w; /* N: input */
+} two_mass_cancellation_inputs;
+
+/* What is estimated. */
+typedef struct {
+    double v1_hat; /* m/s: velocity estimate, (4.25) */
+    double v2_hat; /* m/s: velocity estimate, (4.25) */
+    double a_hat_between; /* N: friction level, (4.11) */
+    double a_hat_ground; /* N: friction level, (4.11) */
+    double F_hat_between; /* N: contact friction, (4.10) */
+    double F_hat_ground; /* N: contact friction, (4.10) */
+    double F_hat_on_x1; /* N: friction force, (4.10) */
+    double F_hat_on_x2; /* N: friction force, (4.10) */
+    double u_cancel_w; /* N: cancelling input, least r' W r, r = B u - U F */
+    int fault; /* 1 if this sample was not used, 0 otherwise */
+} two_mass_cancellation_outputs;
+
+/* Compute the derived constants anew: call it after a parameter was changed; TWO_MASS_CANCELLATION_PARAMETERS has them. */
+void two_mass_cancellation_prepare(two_mass_cancellation_parameters *parameters);
+
+/* Set the state from the first measurement; from rest at zero if it is not finite. */
+void two_mass_cancellation_init(two_mass_cancellation_state *state, const two_mass_cancellation_parameters *parameters,
+    const two_mass_cancellation_inputs *inputs);
+
+/*
+ * One sample: estimates from the state and this measurement, then the state of the next sample.
+ * Where an input is NaN or infinite, or a next state would be, state and estimates stay as they are and fault is 1;
+ * set the outputs to zero before the first step.
+ */
+void two_mass_cancellation_step(two_mass_cancellation_state *state, const two_mass_cancellation_parameters *parameters,
+    const two_mass_cancellation_inputs *inputs, two_mass_cancellation_outputs *outputs);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

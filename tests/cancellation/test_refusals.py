@@ -1,0 +1,86 @@
+"""What cannot be cancelled, or not safely, is refused with the reason; what a spec may say is checked."""
+
+from __future__ import annotations
+
+import pytest
+
+from codegen.cancellation import RankFalls, with_cancellation
+from codegen.cancellation.regular import keeps_rank
+from codegen.errors import BadInput
+from codegen.mechanics.build import build_system
+from codegen.observers import build_observer
+
+from .machines import machine_text, read
+
+DIAGONAL = [[1, 0], [0, 1]]
+
+
+def build(text: str):
+    spec = read(text)
+    return with_cancellation(spec, build_observer(spec, build_system(spec)))
+
+
+@pytest.mark.parametrize(
+    ("entry", "message"),
+    [
+        ("cos(x1)", r"rank 2 falls at x1 = -?1\.571"),
+        ("sin(x1) - 0.5", r"rank 2 falls at x1 = 0\.5236"),
+        ("sin(x1)**2", r"rank 2 falls at x1 = -?\d"),
+        ("1 - cos(x1 - 0.3)", r"rank 2 falls at x1 = 0\.3"),
+    ],
+)
+def test_a_rank_that_falls_in_the_envelope(entry, message):
+    with pytest.raises(RankFalls, match=rf"cancellation: an input matrix whose {message}.*damping"):
+        build(machine_text(DIAGONAL, [[entry, "0"], ["0", "1"]], DIAGONAL, "{}", "mgto", "x1: [-2, 2]"))
+
+
+@pytest.mark.parametrize("entry", ["cos(x1)", "1.01 + sin(3*x1)", "2 - exp(-x1**2/2)*cos(x2)"])
+def test_a_rank_that_is_proven_to_stay(entry):
+    build(machine_text(DIAGONAL, [[entry, "0"], ["sin(x2)", "1"]], DIAGONAL, "{}", "mgto", "x1: [-1.5, 1.5]"))
+
+
+def test_a_rank_may_stay_though_every_pair_of_inputs_loses_it_somewhere():
+    B = [["cos(x1)", "sin(x1)", "0"], ["0", "0", "1"]]
+    build(machine_text(DIAGONAL, B, DIAGONAL, "{}", "mgto", "x1: [-3, 3]"))
+    with pytest.raises(RankFalls):
+        build(machine_text(DIAGONAL, B, DIAGONAL, "{method: appendix_b}", "mgto", "x1: [-3, 3]"))
+
+
+def test_what_has_no_enclosure_is_not_called_proven():
+    spec = read(machine_text(DIAGONAL, [["1 + tanh(x1)/2", "0"], ["0", "1"]], DIAGONAL, "{}", "mgto"))
+    system = build_system(spec)
+    found = keeps_rank(system.input_matrix, 2, system.values, system.positions, ((-1.0, 1.0),) * 2)
+    assert not found.proven and found.falls_at is None
+
+
+@pytest.mark.parametrize(
+    ("section", "message"),
+    [
+        ("{gain: 0}", r"cancellation\.gain: gain 0; expected a share"),
+        ("{gain: 3}", r"cancellation\.gain: gain 3"),
+        ("{method: smallest}", r"cancellation\.method: `smallest`; expected 'minimum_norm' or 'appendix_b'"),
+        ("{weigth: identity}", r"unknown key `weigth`.*'weight'"),
+        ("{contacts: [c3]}", r"cancellation\.contacts\[0\]: unknown contact `c3`; expected one of c1, c2"),
+        ("{contacts: [c1, c1]}", r"no contact, or one twice"),
+        ("{method: appendix_b, damping: 0.1}", r"`damping` beside `method: appendix_b`"),
+        ("{damping: -1}", r"damping -1; expected 0 or a positive number"),
+    ],
+)
+def test_the_section(section, message):
+    with pytest.raises(BadInput, match=message):
+        build(machine_text(DIAGONAL, [[1], [1]], DIAGONAL, section))
+
+
+def test_contacts_need_an_observer_of_each():
+    with pytest.raises(BadInput, match=r"contacts chosen under gto, which estimates the force on each coordinate"):
+        build(machine_text(DIAGONAL, [[1], [1]], DIAGONAL, "{contacts: [c1]}", "gto"))
+
+
+def test_nothing_is_cancellable():
+    with pytest.raises(BadInput, match="no contact whose friction the inputs can cancel perfectly"):
+        build(machine_text(DIAGONAL, [[1], [1]], DIAGONAL, "{contacts: cancellable}"))
+
+
+def test_an_input_that_moves_nothing():
+    with pytest.raises(BadInput, match="no input that acts on any coordinate"):
+        build(machine_text(DIAGONAL, [[0], [0]], DIAGONAL))
