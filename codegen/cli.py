@@ -156,9 +156,7 @@ def gains(
 @app.command()
 def cancel(
     spec: SpecPath,
-    out: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="DIR", help="folder for cancellation.json")
-    ] = None,
+    out: Annotated[Path | None, typer.Option("-o", "--output", metavar="DIR", help="folder for the results")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="print JSON")] = False,
 ) -> None:
     """Say which friction the inputs can cancel, why, and by which input."""
@@ -204,9 +202,7 @@ def diagnose(
 def replay(
     spec: SpecPath,
     log: Annotated[Path, typer.Argument(metavar="LOG", help="measured log, CSV, .npy or .mat")],
-    out: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="OUT", help="CSV or .npy for the estimates")
-    ] = None,
+    out: Annotated[Path | None, typer.Option("-o", "--output", metavar="OUT", help="CSV or .npy to write")] = None,
     description: Description = None,
     column: Columns = None,
     only: Annotated[list[str] | None, typer.Option("--only", metavar="OUTPUT", help="write this output")] = None,
@@ -233,9 +229,7 @@ def audit(
 
 @app.command()
 def demo(
-    out: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="folder for what it writes")] = Path(
-        "demo"
-    ),
+    out: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="its folder")] = Path("demo"),
 ) -> None:
     """Run the main job on the embedded default: a belt-driven axis with an effect that its spec lacks."""
     with _progress() as tell:

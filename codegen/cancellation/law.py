@@ -10,7 +10,7 @@ import sympy
 from codegen.cancellation.plan import Plan, make_plan
 from codegen.cancellation.reach import Reach, reach
 from codegen.cancellation.steps import PREFIX, Steps
-from codegen.mechanics.system import Matrix
+from codegen.mechanics.system import Matrix, System
 from codegen.observers.equations import Equation, Observer
 from codegen.spec.model import CancellationChoice, Spec, symbol
 
@@ -41,6 +41,11 @@ def with_cancellation(spec: Spec, observer: Observer) -> Observer:
     )
 
 
+def cancelling_outputs(system: System) -> tuple[str, ...]:
+    """What the elements of ū are called, in the order of the inputs."""
+    return tuple(f"u_{PREFIX}_{w.name}" for w in system.inputs)
+
+
 def cancelling_equations(
     observer: Observer, choice: CancellationChoice, found: Reach, plan: Plan
 ) -> tuple[Equation, ...]:
@@ -55,7 +60,7 @@ def cancelling_equations(
     else:
         inputs = _solved(steps, found, plan, choice.weight, list(directions * forces))
     scaled = Matrix([symbol(GAIN) * sympy.sympify(u) for u in inputs])
-    symbols = Matrix([symbol(f"u_{PREFIX}_{w.name}") for w in system.inputs])
+    symbols = Matrix([symbol(name) for name in cancelling_outputs(system)])
     last = Equation("cancelling_input", symbols, scaled, system.input_units, source, output=True)
     return (*steps.equations, last)
 

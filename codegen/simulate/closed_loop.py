@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from codegen.cancellation import cancelling_outputs, with_cancellation
 from codegen.errors import BadInput
 from codegen.mechanics.system import System
 from codegen.observers import observer_of
-from codegen.simulate.cancelling_map import least_squares_map
 from codegen.simulate.declared_control import declared_controller, input_limit
 from codegen.simulate.loop_run import LoopRun
 from codegen.simulate.observed_loop import run_loop
 from codegen.simulate.observer_in_loop import Cancellation, ObserverInLoop, generated_observer
 from codegen.simulate.sensors import Sensors
 from codegen.simulate.simulable import refuse_unsimulable
-from codegen.spec.model import Simulation, Spec
+from codegen.spec.model import CancellationChoice, Simulation, Spec
 
 Array = NDArray[np.float64]
 
@@ -58,7 +59,7 @@ def simulate(
         samples,
         controller,
         _observer(spec, simulation, twin),
-        _cancellation(spec, simulation, system),
+        _cancellation(simulation, system),
         declared_sensors(spec, simulation),
         input_limit(spec, simulation),
         (start, np.zeros_like(start)),
@@ -95,10 +96,14 @@ def _observer(spec: Spec, simulation: Simulation, twin: bool) -> ObserverInLoop 
         raise BadInput(
             spec.place("simulation.sample_time"), found, "a sample time that the observer's is a whole multiple of"
         )
-    return generated_observer(spec, observer, every, twin)
+    if simulation.cancel is not None:
+        spec = replace(spec, cancellation=spec.cancellation or CancellationChoice())
+    return generated_observer(spec, with_cancellation(spec, observer), every, twin)
 
 
-def _cancellation(spec: Spec, simulation: Simulation, system: System) -> Cancellation | None:
+def _cancellation(simulation: Simulation, system: System) -> Cancellation | None:
+    """The share ``cancel`` of the generated cancelling input."""
     if simulation.cancel is None:
         return None
-    return Cancellation(least_squares_map(spec, system), simulation.cancel, simulation.cancel_delay)
+    one_by_one = np.eye(len(system.inputs))
+    return Cancellation(one_by_one, simulation.cancel, simulation.cancel_delay, cancelling_outputs(system))
