@@ -11,24 +11,23 @@ import math
 import re
 import sys
 from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import reduce
 from itertools import accumulate, pairwise, product
 from operator import mul
 from pathlib import Path
 from reprlib import repr as brief
-from typing import Any
+from typing import Any, NamedTuple
 
 MAX_TEXT, MAX_STRING, MAX_SIZE, MAX_POWER, MAX_VERTICES, MAX_TOTAL = 5_000_000, 4000, 32, 64, 4096, 200_000
 TOO_LONG, DIGITS, FINEST = 1 << 2**14, 96, 512  # rounded numbers have DIGITS binary digits, none below 2^-FINEST
 FORMS = json.loads(r"""{"FORMAT": "stiction-certificate/1", "TEXT": ".*", "LINE": ".*\\S.*", "HASH": "[0-9a-f]{64}",
-    "NAME": "[A-Za-z][A-Za-z0-9_]*", "FILE": "[A-Za-z0-9_][A-Za-z0-9_.+-]{0,127}",
-    "RATIONAL": "-?[0-9]+(/0*[1-9][0-9]*)?", "WHOLE": "0|[1-9][0-9]{0,8}"}""")
+    "NAME": "[A-Za-z][A-Za-z0-9_]*", "FILE": "[A-Za-z0-9_][A-Za-z0-9_.+-]{0,127}", "WHOLE": "0|[1-9][0-9]{0,8}",
+    "RATIONAL": "-?[0-9]+(/0*[1-9][0-9]*)?", "STEP": "euler|semi_implicit|exponential|implicit"}""")
 # A certificate: {"field": ...} is an object with just these fields, {"FORM": ...} one with any keys of that form.
 SCHEMA = json.loads("""{"format": "FORMAT", "tool": {"name": "TEXT", "version": "TEXT", "command": "TEXT"},
     "subject": {"name": "LINE", "spec_sha256": "HASH", "files": {"FILE": "HASH"}},
-    "observer": {"kind": "TEXT", "velocity": "TEXT", "integration": "TEXT"}, "claim": "LINE", "assumptions": ["LINE"],
+    "observer": {"kind": "TEXT", "velocity": "TEXT", "integration": "STEP"}, "claim": "LINE", "assumptions": ["LINE"],
     "sample_time": "RATIONAL", "decay_rate": "RATIONAL", "error": [{"name": "LINE", "meaning": "TEXT", "unit": "TEXT"}],
     "variables": {"NAME": ["RATIONAL"]}, "splits": {"NAME": ["RATIONAL"]},
     "parameters": [{"name": "NAME", "expression": "ANY"}], "matrix": [["ANY"]], "lyapunov_matrix": [["RATIONAL"]],
@@ -42,8 +41,7 @@ class Refused(Exception):
     """The certificate does not hold, or is not written as its format demands; the message says what and where."""
 
 
-@dataclass(frozen=True)
-class Report:
+class Report(NamedTuple):
     """What was verified, one sentence a fact, and the files that the certificate names but that were not there."""
 
     name: str
@@ -194,11 +192,11 @@ def positive_pivots(matrix: list[list[int]], scale: int, fault: str) -> int:
     return count
 
 
-def contraction(top: dict[str, Any], axes: dict[str, list[Interval]], P: list[list[int]], scale: int) -> str:
-    """The fact that at every vertex of every cell fall*P - Phi'P Phi is positive semidefinite."""
+def contraction(top: dict[str, Any], axes: dict[str, Any], P: list[list[int]], scale: int, q: Fraction) -> str:
+    """The fact that at every vertex of every cell -(A'P + PA + q A'PA + 2 alpha P) is positive semidefinite."""
     thetas = {entry["name"]: parse(entry["expression"], axes, entry["name"])[1] for entry in top["parameters"]}
-    h, size, cells = top["sample_time"], range(len(P)), math.prod(map(len, axes.values()))
-    a, b = (fall := 1 - 2 * top["decay_rate"] * h).as_integer_ratio()
+    size, cells = range(len(P)), math.prod(map(len, axes.values()))
+    ((a, b, c),), d = integers([[2 * top["decay_rate"], Fraction(1), q]])
     demand(cells <= MAX_TOTAL, f"{cells} cells, more than {MAX_TOTAL}")
     A = [[parse(top["matrix"][i][j], thetas, f"matrix[{i}][{j}]", True) for j in size] for i in size]
     used = sorted({name for row in A for names, _ in row for name in names})
@@ -210,14 +208,13 @@ def contraction(top: dict[str, Any], axes: dict[str, list[Interval]], P: list[li
     for cell, box in zip(grid, boxes, strict=True):
         for ends in product(*(sorted(set(box[name])) for name in used)):
             point = {name: (end, end) for name, end in zip(used, ends, strict=True)}
-            phi, d = integers([[(i == j) + h * A[i][j][1](point)[0] for i in size] for j in size])  # by columns
-            moved = [[sum(map(mul, row, column)) for row in P] for column in phi]  # P Phi, by columns
-            gap = [[a * d * d * P[i][j] - b * sum(map(mul, phi[i], moved[j])) for j in size] for i in size]
+            now, e = integers([[A[i][j][1](point)[0] for i in size] for j in size])  # e A, by columns
+            PA = [[sum(map(mul, row, column)) for row in P] for column in now]  # e P A, by columns
+            slow = [[a * e * e * P[i][j] + b * e * (PA[j][i] + PA[i][j]) for j in size] for i in size]
+            gap = [[-x - c * sum(map(mul, now[i], PA[j])) for j, x in enumerate(slow[i])] for i in size]
             at = [f", {name} in [{show(low)}, {show(high)}]" for name, (low, high) in (cell | point).items()]
-            positive_pivots(gap, b * d * d * scale, f"V may not fall{''.join(at)}")
-    return (
-        f"{sum(counts)} vertices in {cells} cells: V falls by at least the factor 1 - 2*alpha*h = {show(fall)} a sample"
-    )
+            positive_pivots(gap, d * e * e * scale, f"V may not fall{''.join(at)}")
+    return f"{sum(counts)} vertices in {cells} cells"
 
 
 def reversal(entry: dict[str, Any], P: list[list[int]], scale: int, fall: Fraction) -> str:
@@ -243,7 +240,9 @@ def verify(top: dict[str, Any], folder: Path | None, spec: Path | None) -> Repor
         demand(len({entry[key] for entry in top[part]}) == len(top[part]), f"{part}: a {key} stands twice")
     for part in ("matrix", "lyapunov_matrix"):
         demand([len(row) for row in top[part]] == [n] * n, f"{part} is not {n} by {n}")
-    demand(min(h, alpha, 1 - 2 * alpha * h) > 0, f"h {show(h)}, alpha {show(alpha)}, 1 - 2*alpha*h: not all positive")
+    q, law = (0 * h, "1/(1 + alpha*h)^2") if top["observer"]["integration"] == "implicit" else (h, "1 - 2*alpha*h")
+    fall = 1 - 2 * alpha * h if q else 1 / (1 + abs(alpha * h)) ** 2
+    demand(min(h, alpha, fall) > 0, f"h {show(h)}, alpha {show(alpha)}, the fall of V {show(fall)}: not all positive")
     demand(top["splits"].keys() <= top["variables"].keys(), "splits: a name is no variable")
     demand(all(e["name"] not in top["variables"] for e in top["parameters"]), "parameters: a name is a variable's")
     axes, (P, scale) = {}, integers(top["lyapunov_matrix"])
@@ -254,8 +253,9 @@ def verify(top: dict[str, Any], folder: Path | None, spec: Path | None) -> Repor
         axes[name] = list(pairwise(at))
     demand(all(P[i][j] == P[j][i] for i in range(n) for j in range(i)), "lyapunov_matrix is not symmetric")
     demand(positive_pivots(P, scale, "P is not positive definite") == n, "P is not positive definite: a pivot is 0")
-    facts = [f"P is positive definite: {n} positive pivots", contraction(top, axes, P, scale)]
-    facts += [reversal(entry, P, scale, 1 - 2 * alpha * h) for entry in top["reversals"]]
+    facts = [f"P is positive definite: {n} positive pivots", contraction(top, axes, P, scale, q)]
+    facts[1] += f": V falls by at least the factor {law} = {show(fall)} a sample"
+    facts += [reversal(entry, P, scale, fall) for entry in top["reversals"]]
     bound = [(folder / name, digest) for name, digest in files.items() if folder and (folder / name).exists()]
     for path, expected in bound + ([(spec, top["subject"]["spec_sha256"])] if spec else []):
         found = hashlib.sha256(path.read_bytes()).hexdigest()

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 
 from codegen.effects.declare import add_declared_effects
 from codegen.errors import BadInput, nearest_name
@@ -10,6 +11,7 @@ from codegen.mechanics.system import System
 from codegen.observers.coulomb import coulomb_friction_observer
 from codegen.observers.dynamic import dynamic_friction_observer
 from codegen.observers.equations import Equation, ErrorVariable, Observer
+from codegen.observers.integration import refuse_integration
 from codegen.observers.tracking import tracking_observer
 from codegen.spec.free_gains import refuse_free_gains
 from codegen.spec.model import ObserverChoice, Spec
@@ -58,7 +60,11 @@ def build_observer(spec: Spec, system: System) -> Observer:
         found = f"{choice.kind} on {system.degrees_of_freedom} coordinates and {len(system.contacts)} contacts"
         raise BadInput(place, found, f"{SINGLE[choice.kind]}, its general form", SINGLE[choice.kind])
     _refuse_idle_options(spec, choice)
+    refuse_integration(spec)
     observer = builder(spec, system)
+    if choice.integration != "euler":
+        euler = builder(replace(spec, observer=replace(choice, integration="euler")), system)
+        observer = replace(observer, integration=choice.integration, euler=euler)
     _refuse_shared_names(spec, observer)
     return observer
 
@@ -81,7 +87,7 @@ def _refuse_shared_names(spec: Spec, observer: Observer) -> None:
     own += [s.name for s in (*observer.signs, *observer.gains, *system.accelerations)]
     own += [label for e in observer.equations for f in e.law for label in f.labels]
     own += [s.name for s in observer.assumed if s not in {e.truth for e in observer.errors}]
-    own += ["h", *[f"{v.name}_next" for v in system.velocities]]
+    own += ["h", *[f"{v.name}_{when}" for v in system.velocities for when in ("next", "before")]]
     declared = {s.name for s in (*system.positions, *system.velocities, *system.inputs, *system.values)}
     for name in [*own, *sorted(declared)]:
         if own.count(name) + (name in declared) > 1 or re.fullmatch(r"W\d+(_\d+)?|pi_", name):

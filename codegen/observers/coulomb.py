@@ -8,6 +8,7 @@ from codegen.mechanics.system import Matrix, System
 from codegen.observers import parts
 from codegen.observers.equations import Cascade, Equation, ErrorVariable, Observer
 from codegen.observers.gains import GainMatrix, read_gain, refuse_unknown_gains
+from codegen.observers.integration import velocity_step
 from codegen.observers.shape import Shape, read_shape
 from codegen.spec.model import Spec, symbol
 
@@ -37,7 +38,8 @@ def coulomb_friction_observer(spec: Spec, system: System) -> Observer:
     if estimated:
         velocity_gain = read_gain(spec, choice, "K_v", velocities, velocities, sign=1)
         values |= velocity_gain.values
-        equations.append(parts.velocity_estimate(system, velocity_gain.matrix))
+        step = velocity_step(spec, velocity_gain.matrix)
+        equations.append(parts.velocity_estimate(system, step))
         velocity = equations[-1].symbols
     else:
         velocity = system.v
@@ -63,8 +65,8 @@ def coulomb_friction_observer(spec: Spec, system: System) -> Observer:
 
     if estimated:
         states += list(equations[0].state or [])
-        rates += list(parts.velocity_rate(system, velocity_gain.matrix, velocity, acceleration.symbols))
-        initial += list(-velocity_gain.matrix * system.x)
+        rates += list(parts.velocity_rate(step, velocity, acceleration.symbols))
+        initial += list(-step.gain * system.x)
         units += list(parts.velocity_units(system))
     slope = sympy.diag(*[shape.slope(u) * s for u, s in zip(slip.symbols, sign.symbols, strict=True)])
     slip_rate = parts.slip_rate(system, velocity, acceleration.symbols)

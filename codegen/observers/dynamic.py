@@ -14,6 +14,7 @@ from codegen.mechanics.system import ContactFriction, Matrix, System
 from codegen.observers import parts
 from codegen.observers.equations import Equation, ErrorVariable, LawFunction, Observer
 from codegen.observers.gains import GainMatrix, read_gain, refuse_unknown_gains
+from codegen.observers.integration import velocity_step
 from codegen.spec.model import Spec, symbol
 
 
@@ -79,7 +80,8 @@ def dynamic_friction_observer(spec: Spec, system: System) -> Observer:
     if estimated:
         velocity_gain = read_gain(spec, choice, "K_v", velocities, velocities, sign=1)
         values |= velocity_gain.values
-        equations.append(parts.velocity_estimate(system, velocity_gain.matrix))
+        step = velocity_step(spec, velocity_gain.matrix)
+        equations.append(parts.velocity_estimate(system, step))
         velocity = equations[-1].symbols
 
     slip, _ = parts.slip_equations(system, velocity)
@@ -139,8 +141,8 @@ def dynamic_friction_observer(spec: Spec, system: System) -> Observer:
     ]
     if estimated:
         states = [*(equations[0].state or ()), *states]
-        rates = [*parts.velocity_rate(system, velocity_gain.matrix, velocity, acceleration.symbols), *rates]
-        initial = [*(-velocity_gain.matrix * system.x), *initial]
+        rates = [*parts.velocity_rate(step, velocity, acceleration.symbols), *rates]
+        initial = [*(-step.gain * system.x), *initial]
         units = [*parts.velocity_units(system), *units]
 
     true_state = [symbol(f"f_{name}") for name in names]

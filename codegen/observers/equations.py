@@ -121,6 +121,8 @@ class Observer:
         truth_ranges: true values that vary, such as a friction state, and the range that their law keeps them in.
         cascade: the form that Ψ has for this kind where g does not depend on v; None if it has no such form.
         exact: whether e = 0 is an equilibrium: the observer assumes the plant's own laws and parameters (ξ₁ = ξ).
+        integration: how the step is made from the rates; the equations hold what is chosen of it there.
+        euler: the same observer by ``integration: euler``, whose equations are the differential ones; None: this is it.
     """
 
     kind: str
@@ -143,6 +145,8 @@ class Observer:
     truth_ranges: Mapping[sympy.Symbol, tuple[Any, Any]] = field(default_factory=dict)
     cascade: Cascade | None = None
     exact: bool = True
+    integration: str = "euler"
+    euler: Observer | None = None
 
     @property
     def values(self) -> dict[sympy.Symbol, Any]:

@@ -6,6 +6,7 @@ import sympy
 
 from codegen.mechanics.system import Matrix, System
 from codegen.observers.equations import Equation, ErrorVariable
+from codegen.observers.integration import VelocityStep
 from codegen.spec.functions import Sgn
 from codegen.spec.model import symbol
 
@@ -35,15 +36,15 @@ def force_units(system: System) -> tuple[str, ...]:
     return tuple(system.force_unit(i) for i in range(system.degrees_of_freedom))
 
 
-def velocity_estimate(system: System, gain: Matrix) -> Equation:
-    """v̂ = z_v + K_v x, (3.6), (4.25)."""
+def velocity_estimate(system: System, step: VelocityStep) -> Equation:
+    """v̂ = z_v + Γ x, (3.6), (4.25), where Γ = K_v under explicit Euler."""
     names = velocity_names(system)
     state = vector("z", names)
     estimate = Matrix([symbol(f"{name}_hat") for name in names])
     return Equation(
         "velocity_estimate",
         estimate,
-        Matrix(state + gain * system.x),
+        Matrix(state + step.gain * system.x),
         velocity_units(system),
         "(4.25)",
         state=state,
@@ -51,9 +52,9 @@ def velocity_estimate(system: System, gain: Matrix) -> Equation:
     )
 
 
-def velocity_rate(system: System, gain: Matrix, estimate: Matrix, acceleration: Matrix) -> Matrix:
-    """dz_v/dt = −K_v v̂ + M⁻¹[g(x, v̂, w) − F̂], (3.7), (4.26)."""
-    return Matrix(-gain * estimate + acceleration)
+def velocity_rate(step: VelocityStep, estimate: Matrix, acceleration: Matrix) -> Matrix:
+    """dz_v/dt = −Γ v̂ + Φ M⁻¹[g(x, v̂, w) − F̂], (3.7), (4.26), where Φ = I under explicit Euler."""
+    return Matrix(-step.gain * estimate + step.weight * acceleration)
 
 
 def velocity_errors(system: System) -> tuple[ErrorVariable, ...]:

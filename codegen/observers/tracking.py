@@ -8,6 +8,7 @@ from codegen.mechanics.system import Matrix, System
 from codegen.observers import parts
 from codegen.observers.equations import Cascade, Equation, ErrorVariable, Observer
 from codegen.observers.gains import read_gain, refuse_unknown_gains
+from codegen.observers.integration import velocity_step
 from codegen.spec.model import Spec, symbol
 
 
@@ -36,7 +37,8 @@ def tracking_observer(spec: Spec, system: System) -> Observer:
     if estimated:
         velocity_gain = read_gain(spec, choice, "K_v", velocities, velocities, sign=1)
         values |= velocity_gain.values
-        equations.append(parts.velocity_estimate(system, velocity_gain.matrix))
+        step = velocity_step(spec, velocity_gain.matrix)
+        equations.append(parts.velocity_estimate(system, step))
         velocity = equations[-1].symbols
     else:
         velocity = system.v
@@ -74,8 +76,8 @@ def tracking_observer(spec: Spec, system: System) -> Observer:
     initial = list(-first.matrix * system.x - (Matrix([0] * len(names)) if estimated else second.matrix * system.v))
     states, state_units = list(state), list(units)
     if estimated:
-        rates = list(parts.velocity_rate(system, velocity_gain.matrix, velocity, acceleration.symbols)) + rates
-        initial = list(-velocity_gain.matrix * system.x) + initial
+        rates = list(parts.velocity_rate(step, velocity, acceleration.symbols)) + rates
+        initial = list(-step.gain * system.x) + initial
         states = list(equations[0].state or []) + states
         state_units = list(parts.velocity_units(system)) + state_units
 

@@ -1,4 +1,4 @@
-"""Observer → Program: each equation becomes a block, the mass matrix is solved, the states make an Euler step."""
+"""Observer → Program: each equation becomes a block, the mass matrix is solved, the states make their step."""
 
 from __future__ import annotations
 
@@ -14,7 +14,9 @@ from codegen.errors import BadInput
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.system import TIME
 from codegen.observers.equations import Observer
-from codegen.program.effective_input import effective_input
+from codegen.observers.integration import INTEGRATIONS, SAMPLE_TIME
+from codegen.program.effective_input import effective_input, held_input
+from codegen.program.implicit_step import implicit_blocks
 from codegen.program.mass_solve import MassSolve
 from codegen.program.model import Block, Field, Program
 from codegen.spec.model import CodeChoice
@@ -23,7 +25,7 @@ EXAMPLE = "example_main"
 
 
 def build_program(observer: Observer, choice: CodeChoice | None = None) -> Program:
-    """The program of an observer in explicit Euler form.
+    """The program of an observer, stepped as its ``integration`` says.
 
     Args:
         choice: precision and what to do with faults; double and ``hold`` by default.
@@ -52,6 +54,14 @@ def build_program(observer: Observer, choice: CodeChoice | None = None) -> Progr
     chains = [effective_input(observer, k, f, period, names) for k, f in enumerate(commands)]
     blocks += [block for chain in chains for block in chain.blocks]
     taken = {s.name for s in names} | {s.name for e in observer.equations for s in e.symbols}
+    names[SAMPLE_TIME] = period.symbol
+    following: list[Any] = []
+    if observer.integration == "implicit":
+        chains += [held_input(w, f, names) for w, f in zip(system.inputs, commands, strict=True)]
+        step, now = implicit_blocks(observer, names, states, period.symbol, taken)
+        blocks += step
+        following = casadi.vertsplit(now.symbols)
+        names.update(zip(observer.states, following, strict=True))
     for equation in observer.equations:
         expression = to_casadi(equation.expression, names)
         if equation.form == "mass_solve":
@@ -66,7 +76,7 @@ def build_program(observer: Observer, choice: CodeChoice | None = None) -> Progr
         )
 
     rates = to_casadi(observer.rates, names)
-    next_state = [field.symbol + period.symbol * rates[i] for i, field in enumerate(states)]
+    next_state = list(following) or [field.symbol + period.symbol * rates[i] for i, field in enumerate(states)]
     initial = casadi.vertsplit(to_casadi(observer.initial, names))
     for chain in chains:
         states += chain.states
@@ -91,6 +101,7 @@ def build_program(observer: Observer, choice: CodeChoice | None = None) -> Progr
         initial_state=tuple(initial),
         precision=choice.precision,
         fault=choice.fault,
+        integration=INTEGRATIONS[observer.integration],
     )
     _refuse_shared_names(program)
     return program

@@ -75,6 +75,13 @@ def effective_input(
     return EffectiveInput(tuple(blocks), tuple(states), tuple(next_state), tuple(initial))
 
 
+def held_input(w: sympy.Symbol, command: Field, names: dict[sympy.Symbol, Any]) -> EffectiveInput:
+    """An input as it was held since the last sample, which is what moved the machine to where it is measured now."""
+    field = Field(f"{w}_held", command.unit, f"{w} since the sample before", casadi.SX.sym(f"{w}_held"))
+    now, names[w] = names[w], field.symbol
+    return EffectiveInput((), (field,), (now,), (command.symbol,))
+
+
 def _block(element: str, name: str, symbol: Any, expression: Any, unit: str, source: str) -> Block:
     return Block(name, (element,), symbol, expression, (unit,), source)
 

@@ -42,9 +42,44 @@ class MassSolve:
             return self._closed(matrix, force)
         return self._factored(matrix, force)
 
+    def eliminate(self, matrix: Any, right: Any) -> Any:
+        """x of A x = r for an A that need not be symmetric: elimination over A's sparsity, rows in their order.
+
+        No row is exchanged, so every leading minor of A must differ from zero.
+        """
+        n = matrix.shape[0]
+        label = _label(n)
+        a = {(i, j): matrix[i, j] for i in range(n) for j in range(n) if not matrix[i, j].is_zero()}
+        r = [right[i] for i in range(n)]
+        over: list[Any] = []
+        for j in range(n):
+            over += (
+                [casadi.SX(1)]
+                if a[j, j].is_one()
+                else self.named("pivots", [f"one_over_{label('p', j)}"], [1 / a[j, j]])
+            )
+            across = [k for k in range(j + 1, n) if (j, k) in a]
+            for i in range(j + 1, n):
+                if (i, j) not in a:
+                    continue
+                factor = self.named("factors", [label("f", i, j)], [a[i, j] * over[j]])[0]
+                for k in across:
+                    a[i, k] = self.named(
+                        "factors", [label("A", i, k)], [a.get((i, k), casadi.SX(0)) - factor * a[j, k]]
+                    )[0]
+                r[i] = self.named("forward", [label("r", i)], [r[i] - factor * r[j]])[0]
+        x: list[Any] = [casadi.SX(0)] * n
+        for i in reversed(range(n)):
+            rest = r[i]
+            for k in range(i + 1, n):
+                if (i, k) in a:
+                    rest = rest - a[i, k] * x[k]
+            x[i] = self.named("backward", [label("d", i)], [rest * over[i]])[0]
+        return casadi.vertcat(*x)
+
     def _closed(self, matrix: dict[tuple[int, int], Any], r: list[Any]) -> Any:
         a, b, c = matrix[0, 0], matrix[1, 0], matrix[1, 1]
-        over = self._block("determinant", ["one_over_det_M"], [1 / (a * c - b * b)])[0]
+        over = self.named("determinant", ["one_over_det_M"], [1 / (a * c - b * b)])[0]
         return casadi.vertcat(over * (c * r[0] - b * r[1]), over * (a * r[1] - b * r[0]))
 
     def _factored(self, matrix: dict[tuple[int, int], Any], r: list[Any]) -> Any:
@@ -58,7 +93,7 @@ class MassSolve:
             pivot = matrix[j, j]
             for k in before:
                 pivot = pivot - scaled[j, k] * factor[j, k]
-            reciprocal += self._block("pivots", [f"one_over_{label('D', j)}"], [1 / pivot])
+            reciprocal += self.named("pivots", [f"one_over_{label('D', j)}"], [1 / pivot])
             for i in range(j + 1, n):
                 common = [k for k in before if (i, k) in factor]
                 if (i, j) not in matrix and not common:
@@ -66,33 +101,34 @@ class MassSolve:
                 entry = matrix.get((i, j), casadi.SX(0))
                 for k in common:
                     entry = entry - scaled[i, k] * factor[j, k]
-                scaled[i, j] = self._block("factors", [label("LD", i, j)], [entry])[0]
-                factor[i, j] = self._block("factors", [label("L", i, j)], [scaled[i, j] * reciprocal[j]])[0]
+                scaled[i, j] = self.named("factors", [label("LD", i, j)], [entry])[0]
+                factor[i, j] = self.named("factors", [label("L", i, j)], [scaled[i, j] * reciprocal[j]])[0]
         y = list(r)
         for i in range(n):
             for k in range(i):
                 if (i, k) in factor:
                     y[i] = y[i] - factor[i, k] * y[k]
-            y[i] = self._block("forward", [label("y", i)], [y[i]])[0]
+            y[i] = self.named("forward", [label("y", i)], [y[i]])[0]
         a: list[Any] = [y[i] * reciprocal[i] for i in range(n)]
         for i in reversed(range(n)):
             for k in range(i + 1, n):
                 if (k, i) in factor:
                     a[i] = a[i] - factor[k, i] * a[k]
-            a[i] = self._block("backward", [label("a", i)], [a[i]])[0]
+            a[i] = self.named("backward", [label("a", i)], [a[i]])[0]
         return casadi.vertcat(*a)
 
     def _named(self, block: str, letter: str, matrix: Any, n: int) -> dict[tuple[int, int], Any]:
         """Symbols for the entries of the lower triangle that are not zero."""
         label = _label(n)
         places = [(i, j) for j in range(n) for i in range(j, n) if not matrix[i, j].is_zero()]
-        symbols = self._block(block, [label(letter, *p) for p in places], [matrix[i, j] for i, j in places])
+        symbols = self.named(block, [label(letter, *p) for p in places], [matrix[i, j] for i, j in places])
         return dict(zip(places, symbols, strict=True))
 
     def _column(self, block: str, letter: str, values: list[Any]) -> list[Any]:
-        return self._block(block, [_label(len(values))(letter, i) for i in range(len(values))], values)
+        return self.named(block, [_label(len(values))(letter, i) for i in range(len(values))], values)
 
-    def _block(self, name: str, wishes: Sequence[str], values: Sequence[Any]) -> list[Any]:
+    def named(self, name: str, wishes: Sequence[str], values: Sequence[Any]) -> list[Any]:
+        """Symbols for values under names of their own, in a block of that name."""
         elements = []
         for wish in wishes:
             while wish in self._taken:

@@ -70,6 +70,7 @@ class Program:
         initial_state: SX of each state at the first sample, over parameters and inputs.
         precision: of the arithmetic, ``double`` or ``single``.
         fault: what a step does with samples that are not finite: ``hold`` the last estimate, or ``none``.
+        integration: how the states are stepped, in words.
     """
 
     name: str
@@ -83,6 +84,7 @@ class Program:
     initial_state: tuple[Any, ...]
     precision: str = "double"
     fault: str = "hold"
+    integration: str = "explicit Euler"
 
     @property
     def outputs(self) -> tuple[tuple[str, str, str], ...]:

@@ -91,6 +91,7 @@ class ObserverChoice:
         exponent: μ of (2.6), exact.
         shape: h(s) over the slip speed s in place of s^μ, or None.
         laws: contact → the law that the observer assumes there (ξ₁ of 6.3.3), where it is not the plant's.
+        integration: euler, semi_implicit, implicit or exponential (observers/integration.py).
     """
 
     kind: str
@@ -100,6 +101,7 @@ class ObserverChoice:
     exponent: Any
     shape: sympy.Expr | None = None
     laws: Mapping[str, Contact] = field(default_factory=dict)
+    integration: str = "euler"
 
 
 @dataclass(frozen=True)

@@ -41,7 +41,9 @@ def read_observer(
         shape = parse_expression(section.h, where).symbolic({SLIP_SPEED: symbol(SLIP_SPEED)})
     laws = {name: _assumed(section, name, contacts, place) for name in section.laws}
     gains = {name: read_free_gains(raw, f"observer.gains.{name}", place) for name, raw in section.gains.items()}
-    return ObserverChoice(section.kind, section.velocity, gains, period, exponent, shape, laws)
+    return ObserverChoice(
+        section.kind, section.velocity, gains, period, exponent, shape, laws, integration=section.integration
+    )
 
 
 def _assumed(

@@ -108,7 +108,11 @@ class _Reading:
             contacts=friction,
             effects=tuple(self._effect(i) for i in range(len(d.effects))),
             observer=read_observer(d.observer, friction, self.place),
-            envelope=self._envelope({*position, *moving, *(f"{k}_{c.name}" for k in "af" for c in friction)}),
+            envelope=self._envelope(
+                {*position, *moving, *(f"{k}_{c.name}" for k in "af" for c in friction)}
+                | {f"{c.velocity}_dot" for c in coordinates}
+                | {f"f_{c.name}_dot" for c in friction}
+            ),
             simulation=read_simulation(d.simulation, coordinates, inputs, self.place),
             log=self._log({"t", *position, *moving}),
             text=self.text,
@@ -185,7 +189,7 @@ class _Reading:
                 raise BadInput(
                     self.place(key),
                     f"unknown name `{name}`",
-                    "a coordinate, velocity or input, or a_ or f_ with a contact's name",
+                    "a coordinate, velocity, NAME_dot of a velocity or input, or a_ or f_ with a contact's name",
                     nearest_name(name, names),
                 )
             bounds = self._number(low, f"{key}[0]"), self._number(high, f"{key}[1]")

@@ -143,6 +143,7 @@ class ObserverSection(Section):
     velocity: Literal["measured", "estimated"] = "measured"
     gains: dict[str, Gain]
     sample_time: Number
+    integration: Literal["euler", "semi_implicit", "implicit", "exponential"] = "euler"
     exponent: Number = "1"
     h: Text | None = None
     laws: dict[str, AssumedLawSection] = {}

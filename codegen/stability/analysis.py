@@ -14,7 +14,7 @@ from codegen.stability.conditions import Condition
 from codegen.stability.error_dynamics import ErrorDynamics, derive_error_dynamics
 from codegen.stability.factors import Factor, factor_conditions
 from codegen.stability.modes import Modes, find_modes
-from codegen.stability.operating_points import OperatingPoints, evaluate, operating_points
+from codegen.stability.operating_points import OperatingPoints, evaluate, operating_points, rates_for_neighbours
 
 
 @dataclass(frozen=True)
@@ -28,9 +28,10 @@ class Analysis:
         routh, jury: conditions > 0, necessary and sufficient; () where a block is above the fourth order.
         points: where numbers were taken.
         spectral_abscissa: largest real part of Ψ's eigenvalues over the points, 1/s.
-        spectral_radius: largest |z| of the sampled matrix over the points, at the spec's sample time.
+        spectral_radius: largest |z| of the step over the points, at the spec's sample time.
         largest_sample_time: of explicit Euler at these gains, the smallest over the points, s; 0 if Ψ is not Hurwitz.
         worst: the point of the largest spectral radius.
+        implicit_rate: least −Re λ over the eigenvalues λ of A, where the step is implicit; 0 elsewhere, 1/s.
     """
 
     dynamics: ErrorDynamics
@@ -41,6 +42,7 @@ class Analysis:
     spectral_radius: float
     largest_sample_time: float
     worst: dict[str, float]
+    implicit_rate: float = 0.0
 
     @property
     def polynomial(self) -> tuple[Any, ...] | None:
@@ -73,7 +75,7 @@ def analyse(spec: Spec, observer: Observer) -> Analysis:
     Raises:
         BadInput: where they are not finite somewhere in the envelope.
     """
-    dynamics = derive_error_dynamics(observer)
+    dynamics = rates_for_neighbours(derive_error_dynamics(observer), spec.envelope)
     points = operating_points(dynamics, spec)
     h = float(observer.sample_time)
     continuous = evaluate(dynamics, dynamics.in_force(dynamics.jacobian), points)
@@ -84,7 +86,8 @@ def analyse(spec: Spec, observer: Observer) -> Analysis:
         found = f"the error dynamics are not finite at {at or 'every point'}"
         raise BadInput(spec.place("envelope"), found, "a force and gains whose slopes are finite in the whole envelope")
     eigenvalues = np.linalg.eigvals(continuous)
-    radii = np.abs(1 + h * np.linalg.eigvals(sampled)).max(axis=1)
+    of_step = np.linalg.eigvals(sampled)
+    radii = np.abs(dynamics.multipliers(of_step, h)).max(axis=1)
     worst = int(radii.argmax())
     return Analysis(
         dynamics=dynamics,
@@ -95,6 +98,7 @@ def analyse(spec: Spec, observer: Observer) -> Analysis:
         spectral_radius=float(radii[worst]),
         largest_sample_time=_largest_sample_time(eigenvalues),
         worst={s.name: float(points.values[worst, k]) for k, s in enumerate(points.variables)},
+        implicit_rate=float(-of_step.real.max()) if dynamics.implicit else 0.0,
     )
 
 

@@ -41,7 +41,7 @@ class Certificate:
 
     Attributes:
         content: the JSON object (docs/certificate.md).
-        decay_rate: α, 1/s; V falls by 1 − 2αh in each sample.
+        decay_rate: α, 1/s; V falls by 1 − 2αh in each sample, by 1/(1 + αh)² where the step is implicit.
         spectral_rate: the largest rate that any P could show at the worst operating point.
         facts: what the checker verified.
     """
@@ -102,7 +102,7 @@ def certify(spec: Spec, analysis: Analysis, files: Mapping[str, str], command: s
     h = Fraction(str(observer.sample_time))
     try:
         family = build_family(analysis.dynamics, points.ranges)
-        cells, proposal = _propose(family, float(h))
+        cells, proposal = _propose(family, 0.0 if analysis.dynamics.implicit else float(h))
     except NotEnclosable as error:
         return _undecided(analysis, str(error), narrower=False)
     except verify.Refused as error:
@@ -120,11 +120,16 @@ def certify(spec: Spec, analysis: Analysis, files: Mapping[str, str], command: s
         except verify.Refused as error:
             refused = str(error)
             continue
-        radius = analysis.spectral_radius
-        return Certificate(
-            content, float(Fraction(content["decay_rate"])), (1 - radius**2) / (2 * float(h)), report.facts
-        )
+        return Certificate(content, float(Fraction(content["decay_rate"])), spectral_rate(analysis), report.facts)
     return _undecided(analysis, f"the matrix that was found does not stand up to exact arithmetic ({refused})")
+
+
+def spectral_rate(analysis: Analysis) -> float:
+    """The largest decay rate that any P could show, from the worst operating point alone, 1/s."""
+    radius, h = analysis.spectral_radius, float(analysis.dynamics.observer.sample_time)
+    if analysis.dynamics.implicit:
+        return analysis.implicit_rate
+    return (1 - radius**2) / (2 * h)
 
 
 def _propose(family: Family, h: float) -> tuple[Cells, tuple[NDArray[np.float64], float] | None]:
@@ -157,14 +162,15 @@ def _content(
     h = observer.sample_time
     rounded = _round_matrix(matrix, digits)
     rate = _round(alpha * (1 - 10.0 ** (1 - digits)), 4)
-    reversals = [_reversal(rounded, analysis, contact, float(h), float(rate)) for contact in range(len(observer.signs))]
+    fall = 1 / (1 + float(rate * h)) ** 2 if analysis.dynamics.implicit else 1 - 2 * float(rate * h)
+    reversals = [_reversal(rounded, analysis, contact, fall) for contact in range(len(observer.signs))]
     words = {"observer": observer, "reversals": [r for r in reversals if r], "rate": float(rate), "period": float(h)}
     words |= {"variables": {v.name: (float(lo), float(hi)) for v, (lo, hi) in family.variables.items()}}
     return {
         "format": FORMAT,
         "tool": {"name": "stiction", "version": VERSION, "command": command},
         "subject": {"name": spec.name, "spec_sha256": spec.file_sha256, "files": dict(sorted(files.items()))},
-        "observer": {"kind": observer.kind, "velocity": observer.velocity, "integration": "euler"},
+        "observer": {"kind": observer.kind, "velocity": observer.velocity, "integration": observer.integration},
         "claim": " ".join(render("text/claim.j2", **words).split()),
         "sample_time": rational_text(h),
         "error": [
@@ -186,9 +192,7 @@ def _meaning(error: Any, level_errors: bool) -> str:
     return f"sign of slip times ({error.meaning})" if level_errors and error.contact is not None else str(error.meaning)
 
 
-def _reversal(
-    matrix: list[list[Any]], analysis: Analysis, contact: int, h: float, rate: float
-) -> dict[str, Any] | None:
+def _reversal(matrix: list[list[Any]], analysis: Analysis, contact: int, fall: float) -> dict[str, Any] | None:
     """How much V can grow when a contact's slip turns, and how many samples bring it down again."""
     observer = analysis.dynamics.observer
     flips = [k for k, e in enumerate(observer.errors) if e.contact == contact]
@@ -198,7 +202,7 @@ def _reversal(
     turn = np.diag([-1.0 if k in flips else 1.0 for k in range(len(p))])
     growth = max(1.0, float(np.linalg.eigvals(np.linalg.solve(p, turn @ p @ turn)).real.max()))
     bound = _round(growth * (1 + 1e-6) + 1e-6, 7) if growth > 1 + 1e-12 else sympy.Integer(1)
-    dwell = math.ceil(math.log(float(bound)) / -math.log1p(-2 * rate * h) * (1 + 1e-9)) + int(bool(bound > 1))
+    dwell = math.ceil(math.log(float(bound)) / -math.log(fall) * (1 + 1e-9)) + int(bool(bound > 1))
     return {
         "contact": observer.system.contacts[contact].name,
         "flips": flips,

@@ -117,14 +117,16 @@ def _loose_intervals(
 
 def _sampled_ranges(family: Family, parameters: list[sympy.Symbol]) -> list[tuple[float, float]]:
     variables = list(family.variables)
-    if not variables:
+    if not parameters:
         return []
     point = casadi.SX.sym("p", len(variables))
     names = {v: point[k] for k, v in enumerate(variables)}
     column = sympy.Matrix([family.parameters[s] for s in parameters])
     function = casadi.Function("parameters", [point], [casadi.densify(to_casadi(column, names))])
     lines = [_samples(float(lo), float(hi)) for lo, hi in family.variables.values()]
-    if np.prod([len(line) for line in lines]) <= MOST_SAMPLES:
+    if not variables:
+        points = np.zeros((0, 1))
+    elif np.prod([len(line) for line in lines]) <= MOST_SAMPLES:
         points = np.array(np.meshgrid(*lines)).reshape(len(variables), -1)
     else:
         generator = np.random.default_rng(2)

@@ -8,7 +8,7 @@ respect to e is carried along, so that no expression grows.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import sympy
@@ -24,14 +24,14 @@ SHORT = 6
 
 @dataclass(frozen=True)
 class ErrorDynamics:
-    """de/dt = Ψ e and e[k+1] = (I + h A) e[k], to first order, between reversals.
+    """de/dt = Ψ e and e[k+1] = (I + h A) e[k], to first order, between reversals; (I − h A) e[k+1] = e[k] if implicit.
 
     Attributes:
         observer: from which it is derived.
         jacobian: Ψ, m by m, over gains, parameters, x, v, w, ``inverse_mass`` symbols and slip signs.
-        sampled: A for explicit Euler at sample time h (symbol ``h``); for the force form see ``in_force``.
+        sampled: A at sample time h (symbol ``h``), by the observer's integration; for the force form see ``in_force``.
         inverse_mass: symbol W_ij → (i, j); empty where M is diagonal.
-        next_velocity: symbol → velocity symbol: the velocity one sample later, in the same envelope.
+        next_velocity: symbol → velocity: that of one sample later (before, if implicit), in the same envelope.
         slopes: symbol for the value or a slope of a friction law at the true slip and state → its expression.
     """
 
@@ -45,6 +45,15 @@ class ErrorDynamics:
     @property
     def errors(self) -> tuple[sympy.Symbol, ...]:
         return tuple(e.symbol for e in self.observer.errors)
+
+    @property
+    def implicit(self) -> bool:
+        """Whether A stands on the side of the new error."""
+        return self.observer.integration == "implicit"
+
+    def multipliers(self, eigenvalues: Any, h: Any) -> Any:
+        """Eigenvalues of the step over one sample, from those of A (array) and h in s."""
+        return 1 / (1 - h * eigenvalues) if self.implicit else 1 + h * eigenvalues
 
     @property
     def inverse_mass_matrix(self) -> Matrix:
@@ -94,7 +103,20 @@ def inverse_mass_symbols(system: System) -> tuple[Matrix, dict[sympy.Symbol, tup
 
 
 def derive_error_dynamics(observer: Observer) -> ErrorDynamics:
-    """Derive Ψ and the sampled matrix of an observer from its equations."""
+    """Derive Ψ and the sampled matrix of an observer from its equations: Ψ from the differential ones."""
+    stepped = _derive(observer)
+    if observer.euler is None or stepped.implicit:
+        return stepped
+    differential = _derive(observer.euler)
+    return replace(
+        stepped,
+        jacobian=differential.jacobian,
+        inverse_mass={**differential.inverse_mass, **stepped.inverse_mass},
+        slopes={**differential.slopes, **stepped.slopes},
+    )
+
+
+def _derive(observer: Observer) -> ErrorDynamics:
     system = observer.system
     inverse_mass, inverse_names = inverse_mass_symbols(system)
     e = [error.symbol for error in observer.errors]
@@ -112,7 +134,8 @@ def derive_error_dynamics(observer: Observer) -> ErrorDynamics:
     for equation in observer.equations:
         if equation.law:
             for element, value, function in zip(equation.symbols, equation.expression, equation.law, strict=True):
-                values[element] = _first_order(value, function, values, zero, signs_of_slip, slopes)
+                short = 0 if observer.integration == "implicit" else SHORT
+                values[element] = _first_order(value, function, values, zero, signs_of_slip, slopes, short)
             continue
         expression = equation.expression.xreplace(values)
         if equation.state is not None:
@@ -145,24 +168,46 @@ def derive_error_dynamics(observer: Observer) -> ErrorDynamics:
     flow = flow.xreplace(at_truth)
     jacobian = -flow.jacobian(sympy.Matrix(e)).xreplace(zero)
 
-    # Sampled: one explicit Euler step of the states, and the plant's own motion to first order in h.
-    stepped: dict[sympy.Symbol, Any] = dict(zip(observer.states, state_values + h * rate_values, strict=True))
-    stepped |= {x: x + h * v for x, v in position_rate.items()}
-    later = {symbol(f"{v.name}_next"): v for v in system.velocities}
-    stepped |= {v: name for name, v in later.items()}
-    next_estimates = estimates.xreplace(stepped)
-    sampled = (-next_estimates.jacobian(sympy.Matrix(e)).xreplace(zero) - sympy.eye(len(e))) / h
-
-    to_next = {a: (n - v) / h for a, (n, v) in zip(accelerations, later.items(), strict=True)}
-    sampled = sampled.xreplace(to_next)
+    # Sampled: one step of the states, and the plant's own motion to first order in h.
+    rate_of = _true_state_rates(observer, values, zero) if observer.integration == "implicit" else {}
+    if observer.integration == "implicit":
+        later = {symbol(f"{s.name}_before"): s for s in (*system.velocities, *rate_of)}
+        earlier = {x: x - h * v for x, v in position_rate.items()} | {v: name for name, v in later.items()}
+        at_truth = dict(zip(observer.states, state_values.xreplace(zero).xreplace(earlier), strict=True))
+        from_state = estimates.jacobian(observer.states).xreplace(earlier).xreplace(at_truth)
+        ahead = (state_values - h * rate_values).jacobian(sympy.Matrix(e)).xreplace(zero)
+        sampled = (sympy.eye(len(e)) + from_state * ahead) / h
+        moving = (*accelerations, *rate_of.values())
+        to_next = {rate: (s - n) / h for rate, (n, s) in zip(moving, later.items(), strict=True)}
+    else:
+        stepped: dict[sympy.Symbol, Any] = dict(zip(observer.states, state_values + h * rate_values, strict=True))
+        stepped |= {x: x + h * v for x, v in position_rate.items()}
+        later = {symbol(f"{v.name}_next"): v for v in system.velocities}
+        if (
+            observer.euler is not None
+        ):  # Γ x moves so that v̂ = v stays so: the plant's velocity is that within the sample
+            change = sympy.Matrix([stepped[z] for z in observer.states[: len(later)]])
+            known = (observer.equations[0].expression - observer.equations[0].state).xreplace(stepped)
+            held = sympy.Matrix(list(later)) - known + change - change.xreplace(zero)
+            stepped |= dict(zip(observer.states, held, strict=False))
+        stepped |= {v: name for name, v in later.items()}
+        next_estimates = estimates.xreplace(stepped)
+        sampled = (-next_estimates.jacobian(sympy.Matrix(e)).xreplace(zero) - sympy.eye(len(e))) / h
+        to_next = {a: (n - v) / h for a, (n, v) in zip(accelerations, later.items(), strict=True)}
+    sampled = sampled.xreplace(carried).xreplace(to_next)
     slips = {**signs_of_slip, **_slip_signs(observer, {v: n for n, v in later.items()})}
     psi = Matrix(jacobian.xreplace(carried).applyfunc(lambda x: _tidy(x, slips, observer.signs)))
-    step = Matrix(
-        sampled.xreplace(carried).applyfunc(lambda x: _tidy(_speeds_as_slips(x, slips), slips, observer.signs))
-    )
+    step = Matrix(sampled.applyfunc(lambda x: _tidy(_speeds_as_slips(x, slips), slips, observer.signs)))
     used = {s: ij for s, ij in inverse_names.items() if psi.has(s) or step.has(s)}
     slopes = {s: e for s, e in slopes.items() if psi.has(s) or step.has(s)}
     return ErrorDynamics(observer, psi, step, used, {n: v for n, v in later.items() if step.has(n)}, slopes)
+
+
+def _true_state_rates(observer: Observer, values: Mapping[sympy.Symbol, Any], zero: Any) -> dict[sympy.Symbol, Any]:
+    """True friction state → its rate ξ at the truth, a symbol."""
+    rates = next((e.symbols for e in observer.equations if e.name == "friction_state_rate"), ())
+    of_state = [e.truth for e in observer.errors if e.symbol.name.startswith("e_f_")]
+    return {f: values[r].xreplace(zero) for f, r in zip(of_state, rates, strict=True)}
 
 
 def _first_order(
@@ -172,14 +217,15 @@ def _first_order(
     zero: Mapping[sympy.Symbol, Any],
     slips: Mapping[Any, sympy.Symbol],
     slopes: dict[sympy.Symbol, Any],
+    longest: int,
 ) -> Any:
-    """A law at the estimates: its value at the truth plus slopes times errors, each long one as a symbol."""
+    """A law at the estimates: its value at the truth plus slopes times errors, each of more operations as a symbol."""
     at = {s: values[s].xreplace(zero) for s in function.arguments.values()}
 
     def written(label: str, expression: Any) -> Any:
         plain = expression.xreplace(at)
         plain = plain.replace(Sgn, lambda u: _sign(sympy.expand(u), slips))
-        if int(sympy.count_ops(plain)) <= SHORT:
+        if int(sympy.count_ops(plain)) <= longest and not (longest == 0 and label.startswith("xi")):
             return plain
         slopes[symbol(label)] = plain
         return symbol(label)

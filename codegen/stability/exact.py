@@ -31,7 +31,10 @@ def unstable_point(analysis: Analysis) -> dict[str, str] | None:
         matrix = matrix.subs({w: inverse[i, j] for w, (i, j) in dynamics.inverse_mass.items()})
     if not all(e.is_Rational for e in matrix):
         return None
-    step = sympy.eye(matrix.rows) + observer.sample_time * matrix
+    unit, change = sympy.eye(matrix.rows), observer.sample_time * matrix
+    if dynamics.implicit and (unit - change).det() == 0:
+        return None
+    step = (unit - change).inv() if dynamics.implicit else unit + change
     coefficients = [Fraction(int(c.p), int(c.q)) for c in characteristic_polynomial(step)]
     return {name: str(value) for name, value in point.items()} if not schur_stable(coefficients) else None
 

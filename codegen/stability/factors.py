@@ -27,7 +27,7 @@ class Factor:
     Attributes:
         errors: its components of e.
         polynomial: coefficients of its |sI − Ψ_block|, highest first; None above the fourth order.
-        routh, jury: conditions > 0 on the block, necessary and sufficient; () above the fourth order.
+        routh, jury: conditions > 0 on the block, necessary and sufficient; () above order 4; jury () if implicit.
     """
 
     errors: tuple[sympy.Symbol, ...]
@@ -77,7 +77,7 @@ def _factor(
         errors,
         tuple(of_psi),
         _valued(written, raw, c, continuous[at], h, prefix),
-        _valued(stepped, later, c, sampled[at], h, prefix),
+        () if dynamics.implicit else _valued(stepped, later, c, sampled[at], h, prefix),
     )
 
 

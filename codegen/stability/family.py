@@ -8,15 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 import sympy
 
+from codegen.checker import verify
 from codegen.mechanics.computed import ComputedEntry
 from codegen.mechanics.system import Matrix
 from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import symbol
 from codegen.stability.error_dynamics import ErrorDynamics
+from codegen.stability.prefix import rational_text, to_prefix
 from codegen.stability.terms import expand_products
 
 LARGEST_INVERSE = 3
@@ -64,11 +67,11 @@ def build_family(dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[An
     matrix = matrix.applyfunc(lambda e: _signed_slips(e, single))
     inverse, varying = _inverse_mass(dynamics, numbers)
     extra: dict[Any, sympy.Symbol] = {}
-    varying |= {s: _bounded_functions(e.subs(numbers), extra) for s, e in dynamics.slopes.items()}
+    varying |= {s: _bounded_functions(e.subs(numbers), extra, ranges) for s, e in dynamics.slopes.items()}
     matrix = matrix.subs(inverse)
     matrix = matrix.subs(sympy.pi, PI)
     varying = {w: e.subs(sympy.pi, PI) for w, e in varying.items()}
-    matrix = matrix.applyfunc(lambda e: _bounded_functions(e, extra))
+    matrix = matrix.applyfunc(lambda e: _bounded_functions(e, extra, ranges))
 
     generators = {*varying, *observer.signs}
     parameters: dict[sympy.Symbol, Any] = {}
@@ -91,13 +94,11 @@ def build_family(dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[An
             for factor in sympy.Mul.make_args(rest):
                 if factor in generators:
                     outer *= factor
-                elif not factor.free_symbols:
+                elif factor.is_Rational:
                     coefficient *= factor
                 else:
                     inner *= factor
-            if not coefficient.is_Rational:
-                raise NotEnclosable(f"the coefficient {coefficient} is irrational; give it as a decimal parameter")
-            total += coefficient * outer * (name_of(inner) if inner.free_symbols else 1)
+            total += coefficient * outer * (name_of(inner) if inner != 1 else 1)
         return total
 
     rewritten = matrix.applyfunc(rewrite)
@@ -193,10 +194,26 @@ def _signed_slips(entry: Any, single: Mapping[sympy.Symbol, sympy.Symbol]) -> An
     return total
 
 
-def _bounded_functions(entry: Any, extra: dict[Any, sympy.Symbol]) -> Any:
-    """sgn and tanh as variables in [−1, 1]; log has no word in a certificate."""
+def _bounded_functions(entry: Any, extra: dict[Any, sympy.Symbol], ranges: Mapping[sympy.Symbol, Any]) -> Any:
+    """sgn as ±1 where its argument keeps its sign, else it and tanh as variables in [−1, 1]; log has no word."""
     if entry.has(sympy.log):
         raise NotEnclosable("log stands in the slope of the force; a certificate has no word for it")
     for atom in sorted(entry.atoms(Sgn, sympy.tanh), key=str):
+        sign = _known_sign(atom.args[0], ranges) if atom.func is Sgn else 0
+        if sign:
+            entry = entry.subs(atom, sign)
+            continue
         extra.setdefault(atom, symbol(f"bounded{len(extra) + 1}"))
     return entry.subs(extra)
+
+
+def _known_sign(argument: Any, ranges: Mapping[sympy.Symbol, tuple[Any, Any]]) -> int:
+    """The sign that an expression has all over the ranges, by interval arithmetic; 0 if it may change."""
+    if not argument.free_symbols <= set(ranges):
+        return 0
+    box = {s.name: (Fraction(rational_text(low)), Fraction(rational_text(high))) for s, (low, high) in ranges.items()}
+    try:
+        low, high = verify.parse(to_prefix(argument), box, "sign")[1](box)
+    except (verify.Refused, TypeError):
+        return 0
+    return 1 if low > 0 else -1 if high < 0 else 0

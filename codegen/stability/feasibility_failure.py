@@ -59,7 +59,7 @@ def explain_failure(family: Family, settings: Settings) -> Failure | None:
             eigenvalue = complex(np.inf, 0)
         else:
             values = np.linalg.eigvals(matrix)
-            values = 1 + h * values if which == "sampled" else values
+            values = family.dynamics.multipliers(values, h) if which == "sampled" else values
             worst = complex(values[(np.abs(values) if which == "sampled" else values.real).argmax()])
             eigenvalue = complex(worst.real, abs(worst.imag))
             conditions = _failed(which, [float(c) for c in np.poly(matrix).real], h)

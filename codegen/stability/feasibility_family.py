@@ -132,7 +132,7 @@ class Family:
         finite = np.asarray(np.isfinite(matrices).all(axis=(2, 3)))
         eigenvalues = np.linalg.eigvals(np.where(finite[:, :, None, None], matrices, 0.0))
         if which == "sampled":
-            measure = np.abs(1 + settings.sample_time[:, None, None] * eigenvalues).max(axis=2)
+            measure = np.abs(self.dynamics.multipliers(eigenvalues, settings.sample_time[:, None, None])).max(axis=2)
         else:
             measure = eigenvalues.real.max(axis=2)
         return np.where(finite, measure, np.inf)

@@ -192,6 +192,6 @@ def leaving(family: Family, settings: Settings) -> complex:
     """The sampled error's eigenvalue of largest size at one set, over all operating points; its upper conjugate."""
     point = int(family.every[family.measures("sampled", settings, family.every)[0].argmax()])
     matrix = family.matrices("sampled", settings, [point])[0, 0]
-    values = 1 + float(settings.sample_time[0]) * np.linalg.eigvals(matrix)
+    values = family.dynamics.multipliers(np.linalg.eigvals(matrix), float(settings.sample_time[0]))
     z = complex(values[np.abs(values).argmax()])
     return complex(z.real, abs(z.imag))

@@ -1,7 +1,8 @@
 """A quadratic Lyapunov matrix common to several sampled error matrices, found in floating point.
 
 In δ form, with Φ = I + hA:  A'P + PA + hA'PA ≤ −2αP  is the same as  Φ'PΦ ≤ (1 − 2αh)P, and stays well conditioned
-at short sample times. What is found here is only proposed; the exact check decides.
+at short sample times. With h = 0 it is the condition of the implicit step, for which it implies V[k+1] ≤ V[k]/(1 + αh)²
+at any h. What is found here is only proposed; the exact check decides.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import matrix_balance, solve_discrete_lyapunov
+from scipy.linalg import matrix_balance, solve_continuous_lyapunov, solve_discrete_lyapunov
 from scipy.spatial import ConvexHull
 
 Array = NDArray[np.float64]
@@ -19,7 +20,9 @@ LARGEST_HULL = 4
 
 
 def decay_rate_limit(matrices: Sequence[Array], h: float) -> float:
-    """The largest α that any common P could have: from the spectral radius of each I + hA alone."""
+    """The largest α that any common P could have: from the spectral radius of each I + hA alone; h = 0: abscissa."""
+    if h == 0:
+        return -max(float(np.linalg.eigvals(a).real.max()) for a in matrices)
     radius = max(float(np.abs(1 + h * np.linalg.eigvals(a)).max()) for a in matrices)
     return (1 - radius**2) / (2 * h)
 
@@ -29,7 +32,7 @@ def common_lyapunov(matrices: Sequence[Array], h: float) -> tuple[Array, float] 
 
     Args:
         matrices: the A, m by m each.
-        h: sample time, s.
+        h: sample time, s; 0 for the implicit step.
     """
     limit = decay_rate_limit(matrices, h)
     if limit <= 0:
@@ -69,8 +72,11 @@ def _single(a: Array, h: float, limit: float) -> tuple[Array, float] | None:
     step = np.eye(m) + h * a
     for share in (0.998, 0.99, 0.95, 0.8, 0.5, 0.1):
         alpha = share * limit
-        rho = np.sqrt(1 - 2 * alpha * h)
-        p = solve_discrete_lyapunov(step.T / rho, np.eye(m) * h)
+        if h == 0:
+            p = solve_continuous_lyapunov(a.T + alpha * np.eye(m), -np.eye(m))
+        else:
+            rho = np.sqrt(1 - 2 * alpha * h)
+            p = solve_discrete_lyapunov(step.T / rho, np.eye(m) * h)
         p = (p + p.T) / 2
         if np.linalg.eigvalsh(p)[0] > 0 and np.linalg.cond(p) < 1e8:
             return p / np.abs(p).max(), alpha * 0.999

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import casadi
@@ -16,6 +16,7 @@ from codegen.mechanics.solve import solve_symmetric
 from codegen.mechanics.system import Matrix
 from codegen.spec.model import Spec
 from codegen.stability.error_dynamics import ErrorDynamics
+from codegen.stability.terms import expand_products
 
 Array = NDArray[np.float64]
 RANDOM_POINTS = 400
@@ -50,6 +51,21 @@ def dependence(dynamics: ErrorDynamics) -> tuple[sympy.Symbol, ...]:
     return tuple(sorted(free, key=lambda s: s.name))
 
 
+def rates_for_neighbours(dynamics: ErrorDynamics, envelope: Mapping[str, Any]) -> ErrorDynamics:
+    """A neighbouring sample's velocity written by its rate where the envelope bounds that: v_next = v + h v_dot.
+
+    The same for a friction state f_rail and f_rail_dot; then terms that hold the difference are as small as it is.
+    """
+    h, bounded = sympy.Symbol("h", real=True), {}
+    for neighbour, s in dynamics.next_velocity.items():
+        if f"{s.name}_dot" in envelope:
+            rate = h * sympy.Symbol(f"{s.name}_dot", real=True)
+            bounded[neighbour] = s - rate if dynamics.implicit else s + rate
+    rest = {n: s for n, s in dynamics.next_velocity.items() if n not in bounded}
+    sampled = Matrix(dynamics.sampled.xreplace(bounded).applyfunc(expand_products)) if bounded else dynamics.sampled
+    return replace(dynamics, sampled=sampled, next_velocity=rest)
+
+
 def operating_points(dynamics: ErrorDynamics, spec: Spec, count: int = RANDOM_POINTS) -> OperatingPoints:
     """The centre, the corners and random points of the envelope, as far as Ψ depends on it."""
     variables = dependence(dynamics)
@@ -61,8 +77,8 @@ def operating_points(dynamics: ErrorDynamics, spec: Spec, count: int = RANDOM_PO
             ranges[s] = (sympy.Integer(-1), sympy.Integer(1))
         elif base.name in spec.envelope:
             ranges[s] = spec.envelope[base.name]
-        elif s in dynamics.observer.truth_ranges:
-            ranges[s] = dynamics.observer.truth_ranges[s]
+        elif base in dynamics.observer.truth_ranges:
+            ranges[s] = dynamics.observer.truth_ranges[base]
         else:
             missing.append(s)
             unit = dict(zip(dynamics.observer.system.positions, dynamics.observer.system.position_units, strict=True))

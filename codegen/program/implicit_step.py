@@ -1,0 +1,76 @@
+"""Backward Euler as blocks: z[k] = z[k−1] + h f(z[k], x[k], w[k−1]) by one Newton step, exact where f is linear in z.
+
+The unknowns are the states and the acceleration a, so that M(x) stands in the equations as it is and nothing is
+inverted: M a = g − F̂ is one more row. Newton starts where the velocity estimate is without a, and the other states as
+they were; the signs of slip are those of that start. The step stands at the beginning of a sample, when x[k] is known.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import casadi
+import sympy
+
+from codegen.mechanics.casadi_form import to_casadi
+from codegen.observers.equations import Observer
+from codegen.program.mass_solve import MassSolve
+from codegen.program.model import Block, Field
+
+SOURCE = "z[k] = z[k-1] + h f(z[k]), one Newton step"
+
+
+def implicit_blocks(
+    observer: Observer, names: Mapping[sympy.Symbol, Any], states: Sequence[Field], period: Any, taken: set[str]
+) -> tuple[list[Block], Block]:
+    """The blocks that make the step, and the last of them: the states at this sample.
+
+    Args:
+        names: symbol → SX of every parameter, measurement and input; the inputs are those held since the last sample.
+        states: as the last sample left them.
+        period: SX of the sample time, s.
+        taken: names that are in use; grows.
+    """
+    before = casadi.vertcat(*[f.symbol for f in states])
+    z = casadi.SX.sym("z", len(states))
+    a = casadi.SX.sym("a", observer.system.degrees_of_freedom)
+    rates, balance = _rates(observer, names, z, a)
+    residual = casadi.vertcat(z - before - period * rates, balance)
+    unknown = casadi.vertcat(z, a)
+
+    solve = MassSolve(taken, SOURCE)
+    start = _start(observer, solve, residual, unknown, before)
+    at = casadi.vertcat(start, casadi.SX.zeros(a.shape[0]))
+    slope, miss = casadi.substitute([casadi.jacobian(residual, unknown), residual], [unknown], [at])
+    change = solve.eliminate(casadi.sparsify(slope), -miss)
+    elements = tuple(f"{f.name}_now" for f in states)
+    symbols = casadi.vertcat(*[casadi.SX.sym(e) for e in elements])
+    now = Block("state_now", elements, symbols, start + change[: len(states)], tuple(f.unit for f in states), SOURCE)
+    return [*solve.blocks, now], now
+
+
+def _rates(observer: Observer, names: Mapping[sympy.Symbol, Any], z: Any, a: Any) -> tuple[Any, Any]:
+    """dz/dt and M a − (g − F̂) over z and a."""
+    values = dict(names) | dict(zip(observer.states, casadi.vertsplit(z), strict=True))
+    balance = casadi.SX(0, 1)
+    for equation in observer.equations:
+        expression = to_casadi(equation.expression, values)
+        if equation.form == "mass_solve":
+            balance = to_casadi(observer.system.mass_matrix, values) @ a - expression
+            expression = a
+        values.update(zip(equation.symbols, casadi.vertsplit(expression), strict=True))
+    return to_casadi(observer.rates, values), balance
+
+
+def _start(observer: Observer, solve: MassSolve, residual: Any, unknown: Any, before: Any) -> Any:
+    """The states at which Newton starts: z_v[k] for a = 0, which is linear, and the others as before."""
+    if observer.velocity == "measured":
+        return before
+    n = observer.system.degrees_of_freedom
+    at = casadi.vertcat(before, casadi.SX.zeros(n))
+    slope, miss = casadi.substitute([casadi.jacobian(residual[:n], unknown[:n]), residual[:n]], [unknown], [at])
+    change = solve.eliminate(casadi.sparsify(slope), -miss)
+    elements = [f"z_start_{k + 1}" for k in range(n)]
+    start = solve.named("start", elements, [before[k] + change[k] for k in range(n)])
+    return casadi.vertcat(*start, before[n:])

@@ -1,0 +1,216 @@
+"""one_mass_dfo_implicit: friction observer DFO, velocity estimated, double precision.
+
+Made by stiction 0.1.0 from one_mass_dfo_implicit.yaml
+sha256 17681b16fcc2f3a9b534fe636ee6636e1a2e959da23f3b9cd0482eb72dad1be6
+with: stiction generate one_mass_dfo_implicit.yaml
+
+The twin of one_mass_dfo_implicit.c: the same operations in the same order on doubles, so the same bits. Do not edit.
+"""
+
+import math
+from dataclasses import dataclass
+
+__all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"]
+
+SPEC_SHA256 = "17681b16fcc2f3a9b534fe636ee6636e1a2e959da23f3b9cd0482eb72dad1be6"
+LARGEST = 1.7976931348623157e308
+
+
+@dataclass(slots=True)
+class Parameters:
+    """Constants of the model and gains, with the spec's values; behind them what ``prepare`` derives from these."""
+
+    m: float = 1.0  # kg: model parameter
+    rail_a: float = 50.0  # N: model parameter
+    rail_c: float = 100.0  # 1/m: model parameter
+    rail_D1: float = 1000.0  # m/s: model parameter
+    rail_D2: float = 0.0001  # m/s: model parameter
+    K_a: float = -10.0  # N*s/m: observer gain
+    K_f1: float = -0.01  # 1/m: observer gain
+    K_f2: float = 0.0  # s/m: observer gain
+    K_v: float = 100.0  # 1/s: observer gain
+    sample_time: float = 0.001  # s: sample time
+    h_K_v: float = 0.1  # sample_time * K_v
+    rail_D1_minus_rail_D2: float = 999.9999  # rail_D1 - rail_D2
+    h_K_f2: float = 0.0  # sample_time * K_f2
+    K_a_K_f2: float = -0.0  # K_a * K_f2
+    constant_1: float = 0.9090909090909091  # 1.0 / (h_K_v + 1.0)
+    constant_2: float = 0.09090909090909091  # h_K_v / (h_K_v + 1.0)
+    constant_3: float = 100.0  # rail_c * (1.0 - rail_D2 * K_f2 - K_f2 * rail_D1_minus_rail_D2)
+    constant_4: float = 0.0  # 0.5 * rail_c * K_f2 * rail_D1_minus_rail_D2
+    constant_5: float = 0.0009090909090909091  # sample_time / (h_K_v + 1.0)
+    h_K_a: float = -0.01  # sample_time * K_a
+    constant_6: float = -0.00909090909090909  # h_K_a / (h_K_v + 1.0)
+    constant_7: float = 100000.0  # rail_c * (rail_D2 + rail_D1 - rail_D2)
+    constant_8: float = 49999.995  # 0.5 * rail_c * rail_D1_minus_rail_D2
+
+
+@dataclass(slots=True)
+class State:
+    """What the observer remembers from sample to sample."""
+
+    z_v: float = 0.0  # m/s: observer state
+    z_f_rail: float = 0.0  # 1: observer state
+    z_a_rail: float = 0.0  # N: observer state
+    w_held: float = 0.0  # N: w since the sample before
+
+
+@dataclass(slots=True)
+class Inputs:
+    """What is measured and commanded at a sample."""
+
+    x: float = 0.0  # m: measured position
+    w: float = 0.0  # N: input
+
+
+@dataclass(slots=True)
+class Outputs:
+    """What is estimated."""
+
+    v_hat: float = 0.0  # m/s: velocity estimate, (4.25)
+    f_hat_rail: float = 0.0  # 1: friction state, (7.11)
+    a_hat_rail: float = 0.0  # N: friction level, (7.10)
+    F_hat_rail: float = 0.0  # N: contact friction, (7.12)
+    F_hat_on_x: float = 0.0  # N: friction force, (7.12)
+    fault: int = 0  # 1 if this sample was not used
+
+
+def _sign(u: float) -> float:
+    return 1.0 if u > 0.0 else (-1.0 if u < 0.0 else 0.0)
+
+
+def _quotient(a: float, b: float) -> float:
+    if b != 0.0:
+        return a / b
+    return math.nan if a == 0.0 or a != a else math.copysign(math.inf, a) * math.copysign(1.0, b)
+
+
+def prepare(parameters: Parameters) -> None:
+    """Compute the derived constants anew, after a parameter was changed."""
+    parameters.h_K_v = parameters.sample_time * parameters.K_v
+    parameters.rail_D1_minus_rail_D2 = parameters.rail_D1 - parameters.rail_D2
+    parameters.h_K_f2 = parameters.sample_time * parameters.K_f2
+    parameters.K_a_K_f2 = parameters.K_a * parameters.K_f2
+    parameters.constant_1 = 1.0 / (parameters.h_K_v + 1.0)
+    parameters.constant_2 = parameters.h_K_v / (parameters.h_K_v + 1.0)
+    parameters.constant_3 = (
+        parameters.rail_c * (1.0 - parameters.rail_D2 * parameters.K_f2 - parameters.K_f2
+        * parameters.rail_D1_minus_rail_D2)
+    )
+    parameters.constant_4 = 0.5 * parameters.rail_c * parameters.K_f2 * parameters.rail_D1_minus_rail_D2
+    parameters.constant_5 = parameters.sample_time / (parameters.h_K_v + 1.0)
+    parameters.h_K_a = parameters.sample_time * parameters.K_a
+    parameters.constant_6 = parameters.h_K_a / (parameters.h_K_v + 1.0)
+    parameters.constant_7 = parameters.rail_c * (parameters.rail_D2 + parameters.rail_D1 - parameters.rail_D2)
+    parameters.constant_8 = 0.5 * parameters.rail_c * parameters.rail_D1_minus_rail_D2
+
+
+def init(parameters: Parameters, inputs: Inputs) -> State:
+    """The state from the first measurement; from rest at zero if it is not finite."""
+    state = State(
+        z_v=-(parameters.K_v * inputs.x),
+        z_f_rail=-(parameters.K_f1 * inputs.x),
+        z_a_rail=parameters.rail_a,
+        w_held=inputs.w,
+    )
+    check = state.z_v + state.z_f_rail + state.z_a_rail + state.w_held
+    if not abs(check) <= LARGEST:
+        state = State(
+            z_v=0.0,
+            z_f_rail=0.0,
+            z_a_rail=parameters.rail_a,
+            w_held=0.0,
+        )
+    return state
+
+
+def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs | None = None) -> Outputs:
+    """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample.
+
+    The estimates go into ``outputs``, or into new ones.
+    Where an input is NaN or infinite, or a next state would be, state and ``outputs`` stay as they are but for
+    ``fault``, which is 1.
+    """
+    if outputs is None:
+        outputs = Outputs()
+
+    # state now, z[k] = z[k-1] + h f(z[k]), one Newton step
+    state_now_1 = parameters.K_v * inputs.x
+    state_now_2 = parameters.K_f1 * inputs.x
+    z_start_1 = state.z_v - parameters.constant_2 * (state.z_v + state_now_1)
+    state_now_3 = z_start_1 + state_now_1
+    f43 = state.z_f_rail + state_now_2 + parameters.K_f2 * state_now_3
+    state_now_4 = f43 - 1.0
+    sign_state_now_4 = _sign(state_now_4)
+    state_now_5 = 1.0 + f43
+    sign_state_now_5 = _sign(state_now_5)
+    state_now_6 = (
+        parameters.constant_3 - parameters.constant_4 * sign_state_now_4 + parameters.constant_4
+        * sign_state_now_5
+    )
+    state_now_7 = parameters.constant_5 * (state_now_6 - parameters.K_f1)
+    A24 = parameters.h_K_f2 - parameters.sample_time * state_now_7
+    state_now_8 = (
+        parameters.rail_c * (state_now_3 - parameters.rail_D2 * f43 - parameters.rail_D1_minus_rail_D2 * (f43
+        + 0.5 * abs(state_now_4) - 0.5 * abs(state_now_5)))
+    )
+    state_now_9 = z_start_1 - state.z_v + parameters.h_K_v * state_now_3
+    r2 = parameters.sample_time * (state_now_8 - parameters.K_f1 * state_now_3) - state_now_7 * state_now_9
+    f31 = parameters.constant_6 * (state_now_3 * state_now_6 + state_now_8)
+    state_now_10 = parameters.K_a * f43
+    state_now_11 = state.z_a_rail + state_now_3 * state_now_10
+    f41 = (
+        parameters.constant_1 * (f43 * (parameters.K_a_K_f2 * state_now_3 + state_now_10) + parameters.K_f2
+        * state_now_11)
+    )
+    state_now_12 = (
+        parameters.constant_7 + parameters.constant_8 * sign_state_now_4 - parameters.constant_8
+        * sign_state_now_5
+    )
+    one_over_p2 = _quotient(1.0, 1.0 + parameters.sample_time * state_now_12)
+    state_now_13 = parameters.h_K_a * state_now_3 * state_now_12 * one_over_p2
+    A34_ = parameters.sample_time * state_now_10 + parameters.sample_time * f31 + A24 * state_now_13
+    r3_ = state_now_9 * f31 - parameters.h_K_a * state_now_3 * state_now_8 + r2 * state_now_13
+    f42 = one_over_p2 * (parameters.K_a * state_now_3 * f43 + state_now_11)
+    d4 = (
+        (state.w_held + state_now_9 * f41 - r2 * f42 - f43 * (state_now_11 + r3_)) * _quotient(1.0, parameters.m
+        + parameters.sample_time * f41 - A24 * f42 - f43 * A34_)
+    )
+    z_v_now = z_start_1 + parameters.constant_1 * (parameters.sample_time * d4 - state_now_9)  # m/s
+    z_f_rail_now = state.z_f_rail + one_over_p2 * (r2 - A24 * d4)  # 1
+    z_a_rail_now = state.z_a_rail + r3_ - A34_ * d4  # N
+
+    # velocity estimate, (4.25)
+    v_hat = z_v_now + state_now_1  # m/s
+
+    # friction state, (7.11)
+    f_hat_rail = z_f_rail_now + state_now_2 + parameters.K_f2 * v_hat  # 1
+
+    # friction level, (7.10)
+    a_hat_rail = z_a_rail_now + parameters.K_a * v_hat * f_hat_rail  # N
+
+    # contact friction, (7.12)
+    F_hat_rail = f_hat_rail * a_hat_rail  # N
+
+    # states one sample later (backward Euler)
+    z_v_next = z_v_now
+    z_f_rail_next = z_f_rail_now
+    z_a_rail_next = z_a_rail_now
+    w_held_next = inputs.w
+
+    # hold the last state and estimates where a next state, or an input that it does not show, is not finite
+    check = z_v_next + z_f_rail_next + z_a_rail_next + w_held_next
+    if not abs(check) <= LARGEST:
+        outputs.fault = 1
+        return outputs
+    outputs.fault = 0
+    outputs.v_hat = v_hat
+    outputs.f_hat_rail = f_hat_rail
+    outputs.a_hat_rail = a_hat_rail
+    outputs.F_hat_rail = F_hat_rail
+    outputs.F_hat_on_x = F_hat_rail
+    state.z_v = z_v_next
+    state.z_f_rail = z_f_rail_next
+    state.z_a_rail = z_a_rail_next
+    state.w_held = w_held_next
+    return outputs

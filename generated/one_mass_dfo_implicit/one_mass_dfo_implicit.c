@@ -1,0 +1,136 @@
+/*
+ * one_mass_dfo_implicit: friction observer DFO, velocity estimated, double precision.
+ * A step: 48 additions, 57 multiplications, 2 divisions, 0 calls, 4 of sign or magnitude.
+ *
+ * Made by stiction 0.1.0 from one_mass_dfo_implicit.yaml
+ * sha256 17681b16fcc2f3a9b534fe636ee6636e1a2e959da23f3b9cd0482eb72dad1be6
+ * with: stiction generate one_mass_dfo_implicit.yaml
+ */
+#include "one_mass_dfo_implicit.h"
+
+#include <float.h>
+#include <math.h>
+
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+static inline double one_mass_dfo_implicit_sign(double u)
+{
+    return (u > 0.0) ? 1.0 : ((u < 0.0) ? -1.0 : 0.0);
+}
+
+void one_mass_dfo_implicit_prepare(one_mass_dfo_implicit_parameters *parameters)
+{
+    parameters->h_K_v = parameters->sample_time * parameters->K_v;
+    parameters->rail_D1_minus_rail_D2 = parameters->rail_D1 - parameters->rail_D2;
+    parameters->h_K_f2 = parameters->sample_time * parameters->K_f2;
+    parameters->K_a_K_f2 = parameters->K_a * parameters->K_f2;
+    parameters->constant_1 = 1.0 / (parameters->h_K_v + 1.0);
+    parameters->constant_2 = parameters->h_K_v / (parameters->h_K_v + 1.0);
+    parameters->constant_3 = parameters->rail_c * (1.0 - parameters->rail_D2 * parameters->K_f2
+        - parameters->K_f2 * parameters->rail_D1_minus_rail_D2);
+    parameters->constant_4 = 0.5 * parameters->rail_c * parameters->K_f2 * parameters->rail_D1_minus_rail_D2;
+    parameters->constant_5 = parameters->sample_time / (parameters->h_K_v + 1.0);
+    parameters->h_K_a = parameters->sample_time * parameters->K_a;
+    parameters->constant_6 = parameters->h_K_a / (parameters->h_K_v + 1.0);
+    parameters->constant_7 = parameters->rail_c * (parameters->rail_D2 + parameters->rail_D1
+        - parameters->rail_D2);
+    parameters->constant_8 = 0.5 * parameters->rail_c * parameters->rail_D1_minus_rail_D2;
+}
+
+void one_mass_dfo_implicit_init(one_mass_dfo_implicit_state *state, const one_mass_dfo_implicit_parameters *parameters,
+    const one_mass_dfo_implicit_inputs *inputs)
+{
+    state->z_v = -(parameters->K_v * inputs->x);
+    state->z_f_rail = -(parameters->K_f1 * inputs->x);
+    state->z_a_rail = parameters->rail_a;
+    state->w_held = inputs->w;
+
+    /* from rest at zero where that is not finite */
+    const double check = state->z_v + state->z_f_rail + state->z_a_rail + state->w_held;
+    if (!(fabs(check) <= DBL_MAX)) {
+        state->z_v = 0.0;
+        state->z_f_rail = 0.0;
+        state->z_a_rail = parameters->rail_a;
+        state->w_held = 0.0;
+    }
+}
+
+void one_mass_dfo_implicit_step(one_mass_dfo_implicit_state *state, const one_mass_dfo_implicit_parameters *parameters,
+    const one_mass_dfo_implicit_inputs *inputs, one_mass_dfo_implicit_outputs *outputs)
+{
+    /* state now, z[k] = z[k-1] + h f(z[k]), one Newton step */
+    const double state_now_1 = parameters->K_v * inputs->x;
+    const double state_now_2 = parameters->K_f1 * inputs->x;
+    const double z_start_1 = state->z_v - parameters->constant_2 * (state->z_v + state_now_1);
+    const double state_now_3 = z_start_1 + state_now_1;
+    const double f43 = state->z_f_rail + state_now_2 + parameters->K_f2 * state_now_3;
+    const double state_now_4 = f43 - 1.0;
+    const double sign_state_now_4 = one_mass_dfo_implicit_sign(state_now_4);
+    const double state_now_5 = 1.0 + f43;
+    const double sign_state_now_5 = one_mass_dfo_implicit_sign(state_now_5);
+    const double state_now_6 = parameters->constant_3 - parameters->constant_4 * sign_state_now_4
+        + parameters->constant_4 * sign_state_now_5;
+    const double state_now_7 = parameters->constant_5 * (state_now_6 - parameters->K_f1);
+    const double A24 = parameters->h_K_f2 - parameters->sample_time * state_now_7;
+    const double state_now_8 = parameters->rail_c * (state_now_3 - parameters->rail_D2 * f43
+        - parameters->rail_D1_minus_rail_D2 * (f43 + 0.5 * fabs(state_now_4) - 0.5 * fabs(state_now_5)));
+    const double state_now_9 = z_start_1 - state->z_v + parameters->h_K_v * state_now_3;
+    const double r2 = parameters->sample_time * (state_now_8 - parameters->K_f1 * state_now_3) - state_now_7
+        * state_now_9;
+    const double f31 = parameters->constant_6 * (state_now_3 * state_now_6 + state_now_8);
+    const double state_now_10 = parameters->K_a * f43;
+    const double state_now_11 = state->z_a_rail + state_now_3 * state_now_10;
+    const double f41 = parameters->constant_1 * (f43 * (parameters->K_a_K_f2 * state_now_3 + state_now_10)
+        + parameters->K_f2 * state_now_11);
+    const double state_now_12 = parameters->constant_7 + parameters->constant_8 * sign_state_now_4
+        - parameters->constant_8 * sign_state_now_5;
+    const double one_over_p2 = 1.0 / (1.0 + parameters->sample_time * state_now_12);
+    const double state_now_13 = parameters->h_K_a * state_now_3 * state_now_12 * one_over_p2;
+    const double A34_ = parameters->sample_time * state_now_10 + parameters->sample_time * f31 + A24
+        * state_now_13;
+    const double r3_ = state_now_9 * f31 - parameters->h_K_a * state_now_3 * state_now_8 + r2 * state_now_13;
+    const double f42 = one_over_p2 * (parameters->K_a * state_now_3 * f43 + state_now_11);
+    const double d4 = (state->w_held + state_now_9 * f41 - r2 * f42 - f43 * (state_now_11 + r3_)) * (1.0
+        / (parameters->m + parameters->sample_time * f41 - A24 * f42 - f43 * A34_));
+    const double z_v_now = z_start_1 + parameters->constant_1 * (parameters->sample_time * d4 - state_now_9); /* m/s */
+    const double z_f_rail_now = state->z_f_rail + one_over_p2 * (r2 - A24 * d4); /* 1 */
+    const double z_a_rail_now = state->z_a_rail + r3_ - A34_ * d4; /* N */
+
+    /* velocity estimate, (4.25) */
+    const double v_hat = z_v_now + state_now_1; /* m/s */
+
+    /* friction state, (7.11) */
+    const double f_hat_rail = z_f_rail_now + state_now_2 + parameters->K_f2 * v_hat; /* 1 */
+
+    /* friction level, (7.10) */
+    const double a_hat_rail = z_a_rail_now + parameters->K_a * v_hat * f_hat_rail; /* N */
+
+    /* contact friction, (7.12) */
+    const double F_hat_rail = f_hat_rail * a_hat_rail; /* N */
+
+    /* states one sample later (backward Euler) */
+    const double z_v_next = z_v_now;
+    const double z_f_rail_next = z_f_rail_now;
+    const double z_a_rail_next = z_a_rail_now;
+    const double w_held_next = inputs->w;
+
+    /* hold the last state and estimates where a next state, or an input that it does not show, is not finite */
+    const double check = z_v_next + z_f_rail_next + z_a_rail_next + w_held_next;
+    if (fabs(check) <= DBL_MAX) {
+        outputs->v_hat = v_hat;
+        outputs->f_hat_rail = f_hat_rail;
+        outputs->a_hat_rail = a_hat_rail;
+        outputs->F_hat_rail = F_hat_rail;
+        outputs->F_hat_on_x = F_hat_rail;
+
+        state->z_v = z_v_next;
+        state->z_f_rail = z_f_rail_next;
+        state->z_a_rail = z_a_rail_next;
+        state->w_held = w_held_next;
+        outputs->fault = 0;
+    } else {
+        outputs->fault = 1;
+    }
+}
