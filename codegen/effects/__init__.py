@@ -3,10 +3,12 @@
 from codegen.effects.actuator_lag import ActuatorLag
 from codegen.effects.cogging import Cogging
 from codegen.effects.cogging_harmonics import CoggingHarmonics
+from codegen.effects.compliance import Backlash, Compliance
 from codegen.effects.coulomb_asymmetry import CoulombAsymmetry
 from codegen.effects.coupling import Coupling
 from codegen.effects.dead_zone import DeadZone
 from codegen.effects.effect import Confusion, Effect, EffectParameter
+from codegen.effects.encoder_eccentricity import EncoderEccentricity
 from codegen.effects.friction_drift import FrictionDrift
 from codegen.effects.gravity_imbalance import GravityImbalance
 from codegen.effects.hardening_spring import HardeningSpring
@@ -16,6 +18,7 @@ from codegen.effects.input_gain import InputGain
 from codegen.effects.load_dependent_friction import DriveBackdriveFriction, LoadDependentFriction
 from codegen.effects.offset import Offset
 from codegen.effects.position_dependent_friction import PositionDependentFriction
+from codegen.effects.presliding import Presliding
 from codegen.effects.quadratic_drag import QuadraticDrag
 from codegen.effects.saturation import Saturation
 from codegen.effects.spring import Spring
@@ -33,6 +36,7 @@ CATALOGUE: dict[str, Effect] = {
         CoulombAsymmetry(),
         PositionDependentFriction(),
         LoadDependentFriction(),
+        Presliding(),
         FrictionDrift(),
         Cogging(),
         InputGain(),
@@ -40,11 +44,14 @@ CATALOGUE: dict[str, Effect] = {
         ActuatorLag(),
         DeadZone(),
         Saturation(),
+        Compliance(),
+        Backlash(),
         InertiaError(),
         GravityImbalance(),
         Spring(),
         HardeningSpring(),
         Coupling(),
+        EncoderEccentricity(),
         ViscousAsymmetry(),
         CoggingHarmonics(),
         DriveBackdriveFriction(),

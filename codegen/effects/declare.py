@@ -19,7 +19,7 @@ def places_of(effect: Effect, system: System) -> list[str]:
     match effect.sits_on:
         case "contact":
             return [c.name for c in system.contacts]
-        case "coordinate" | "sensor":
+        case "coordinate" | "axis" | "sensor":
             return [x.name for x in system.positions]
         case "two coordinates":
             return [f"{system.positions[i]}, {system.positions[j]}" for i, j in pairs(system)]
@@ -61,7 +61,7 @@ def unit_words(effect: Effect, place: int, system: System) -> dict[str, str]:
     match effect.sits_on:
         case "contact":
             words = {"F": system.contacts[place].unit, "q": system.contacts[place].slip_unit, "w": "1"}
-        case "coordinate" | "sensor":
+        case "coordinate" | "axis" | "sensor":
             words = {"F": system.force_unit(place), "q": system.position_units[place], "w": "1"}
         case "two coordinates":
             first, _ = pairs(system)[place]
@@ -86,7 +86,11 @@ def _add(system: System, spec: Spec, index: int, declared: DeclaredEffect) -> Sy
     on = _place(effect, declared, system, spec, key)
     known = places_of(effect, system)
     symbols = effect_symbols(effect, on, system)
-    values = {symbols[p]: v for p, v in _checked(effect, declared, spec, key).items()}
+    given = _checked(effect, declared, spec, key)
+    if effect.demands and not effect.admissible(system, known.index(on), {p: float(v) for p, v in given.items()}):
+        found = ", ".join(f"{p} = {float(v):g}" for p, v in given.items())
+        raise BadInput(spec.place(f"{key}.parameters"), found, effect.demands)
+    values = {symbols[p]: v for p, v in given.items()}
     units = unit_words(effect, known.index(on), system)
     system = system.with_parameters(values, {symbols[name]: unit for name, unit in units.items()})
     return effect.add(system, known.index(on), symbols)
@@ -123,6 +127,7 @@ def _checked(effect: Effect, declared: DeclaredEffect, spec: Spec, key: str) -> 
             raise BadInput(spec.place(f"{key}.parameters"), f"`{p.name}` is missing", f"`{p.name}:` ({p.meaning})")
         value = declared.parameters[p.name]
         if (p.low is not None and value <= p.low) or (p.high is not None and value >= p.high):
-            wanted = f"a value above {p.low:g}" if p.low is not None else f"a value below {p.high:g}"
+            limits = [f"{word} {b:g}" for word, b in (("above", p.low), ("below", p.high)) if b is not None]
+            wanted = f"a value {' and '.join(limits)}"
             raise BadInput(spec.place(f"{key}.parameters.{p.name}"), f"{p.name} = {float(value):g}", wanted)
     return {name: declared.parameters[name] for name in names}

@@ -17,7 +17,7 @@ import sympy
 from codegen.effects.start import Covered, Start
 from codegen.mechanics.system import Matrix, System
 
-Place = Literal["contact", "coordinate", "two coordinates", "input", "sensor"]
+Place = Literal["contact", "coordinate", "two coordinates", "axis", "input", "sensor"]
 Axis = Literal["velocity", "position", "load", "time", "acceleration", "input"]
 Symbols = Mapping[str, sympy.Symbol]
 
@@ -60,13 +60,14 @@ class Effect(ABC):
 
     Attributes:
         kind: its name in a spec and in diagnosis.json.
-        sits_on: what ``on`` names; a sensor is that of a coordinate and is named by it.
+        sits_on: what ``on`` names; an axis or a sensor is that of a coordinate and is named by it.
         equation: as a person writes it.
         signature: what it leaves in a residual.
         seen_over: against what the signature is seen best.
         parameters: in order.
         confused_with: what leaves a similar signature.
         needs: where ``applies`` is not always true, the condition in words.
+        demands: where ``admissible`` asks for more than each parameter's bounds, that in words.
         refines: the kind of which this is the richer form, worth trying only where that one is found; "" for none.
     """
 
@@ -78,6 +79,7 @@ class Effect(ABC):
     parameters: tuple[EffectParameter, ...]
     confused_with: ClassVar[tuple[Confusion, ...]]
     needs: ClassVar[str] = ""
+    demands: ClassVar[str] = ""
     refines: ClassVar[str] = ""
 
     @abstractmethod

@@ -14,6 +14,13 @@ def pairs(system: System) -> list[tuple[int, int]]:
     return list(combinations(range(system.degrees_of_freedom), 2))
 
 
+def coupled_or_varying(system: System, coordinate: int) -> bool:
+    """Whether a coordinate's inertia moves others or depends on where it is."""
+    row = system.mass_matrix[coordinate, :]
+    coupled = any(row[j] != 0 for j in range(row.cols) if j != coordinate)
+    return coupled or bool(row[coordinate].has(*system.positions))
+
+
 def drives(system: System, index: int) -> bool:
     """Whether an input acts on the machine."""
     return bool(system.force.has(system.inputs[index]))
@@ -46,9 +53,7 @@ def sole_drive(system: System, coordinate: int) -> int | None:
 
     Then gain·w = M a + λ and w = (M/gain) a + λ/gain are the same motion.
     """
-    inertia = system.mass_matrix[coordinate, :]
-    coupled = any(inertia[j] != 0 for j in range(inertia.cols) if j != coordinate)
-    if coupled or inertia[coordinate].has(*system.positions):
+    if coupled_or_varying(system, coordinate):
         return None
     force = system.force[coordinate]
     acting = [k for k, w in enumerate(system.inputs) if force.has(w)]

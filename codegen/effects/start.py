@@ -16,6 +16,7 @@ class Covered:
         duration, sample_time: s.
         top_speed: 95 % quantile of the speed of the coordinate, or of the contact's slip.
         top_input: 95 % quantile of the input's size.
+        span: distance from the lowest to the highest position.
         stiffness: force over displacement at which the declared inertia swings as fast as the log can show.
         periods: asked for only where it is needed: distances after which the residual repeats itself.
     """
@@ -24,6 +25,7 @@ class Covered:
     sample_time: float
     top_speed: float
     top_input: float = 1.0
+    span: float = 1.0
     stiffness: float = 1.0
     periods: Callable[[], Sequence[float]] = tuple
 
@@ -66,3 +68,18 @@ def inputs(covered: Covered) -> Sequence[float]:
 def stiffnesses(covered: Covered) -> Sequence[float]:
     """Down from the stiffest that the log can show by a factor of ten thousand."""
     return tuple(np.geomspace(1e-4 * covered.stiffness, covered.stiffness, 14))
+
+
+def gaps(covered: Covered) -> Sequence[float]:
+    """From a hundred-thousandth to a tenth of the way."""
+    return tuple(np.geomspace(1e-5 * covered.span, 0.1 * covered.span, 13))
+
+
+def dampings(covered: Covered) -> Sequence[float]:
+    """A light one: a fiftieth of the stiffness at a tenth of the sample rate."""
+    return (0.02 * covered.stiffness * covered.sample_time / (0.2 * np.pi),)
+
+
+def shares(covered: Covered) -> Sequence[float]:
+    """Small, half and large."""
+    return (0.25, 0.5, 0.75)

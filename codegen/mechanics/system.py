@@ -12,6 +12,7 @@ from sympy import ImmutableMatrix
 from codegen.friction import FrictionLaw
 from codegen.mechanics.actuator import Actuator, Stage
 from codegen.mechanics.input_matrix import NonlinearInput, input_matrix
+from codegen.mechanics.transmission import Transmission
 from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import symbol
 
@@ -80,6 +81,8 @@ class System:
         values: every parameter symbol's exact value in SI.
         units: every parameter symbol's unit.
         actuators: input → its chain from command to effective input, where it has one.
+        sensor_errors: position → what its sensor reads above it, over the position, where it reads wrong.
+        transmissions: loads behind springs. M, g and U are those of the rigid axis; ``with_loads`` takes them apart.
     """
 
     name: str
@@ -95,6 +98,8 @@ class System:
     values: Mapping[sympy.Symbol, Any]
     units: Mapping[sympy.Symbol, str]
     actuators: Mapping[sympy.Symbol, Actuator] = field(default_factory=dict)
+    sensor_errors: Mapping[sympy.Symbol, sympy.Expr] = field(default_factory=dict)
+    transmissions: tuple[Transmission, ...] = ()
 
     @property
     def degrees_of_freedom(self) -> int:
@@ -195,6 +200,20 @@ class System:
         """Add a stage to an input's chain, at the place that the chain's order gives it."""
         chain = self.actuator(index).with_stage(stage, parameter)
         return replace(self, actuators={**self.actuators, self.inputs[index]: chain})
+
+    def with_law(self, contact: int, law: FrictionLaw, parameters: Mapping[str, sympy.Symbol]) -> System:
+        """Put another law in the place of a contact's own."""
+        return self._with_contact(contact, law=law, law_parameters=parameters)
+
+    def with_sensor_error(self, coordinate: int, expression: sympy.Expr) -> System:
+        """Let the coordinate's sensor read ``expression`` (over the true position) above the true position."""
+        x = self.positions[coordinate]
+        total = self.sensor_errors.get(x, sympy.S.Zero) + expression
+        return replace(self, sensor_errors={**self.sensor_errors, x: total})
+
+    def with_transmission(self, transmission: Transmission) -> System:
+        """Put a share of a coordinate's inertia behind a spring."""
+        return replace(self, transmissions=(*self.transmissions, transmission))
 
     def _with_contact(self, index: int, **change: Any) -> System:
         contacts = list(self.contacts)

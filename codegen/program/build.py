@@ -19,6 +19,7 @@ from codegen.program.effective_input import effective_input, held_input
 from codegen.program.implicit_step import implicit_blocks
 from codegen.program.mass_solve import MassSolve
 from codegen.program.model import Block, Field, Program
+from codegen.program.true_position import true_positions
 from codegen.spec.model import CodeChoice
 
 EXAMPLE = "example_main"
@@ -49,7 +50,8 @@ def build_program(observer: Observer, choice: CodeChoice | None = None) -> Progr
         _field(names, z, unit, "observer state") for z, unit in zip(observer.states, observer.state_units, strict=True)
     ]
 
-    blocks: list[Block] = []
+    blocks: list[Block] = true_positions(system, names)
+    corrected = [(block.symbols, block.expression) for block in blocks]
     clock = _field(names, TIME, "s", "time since the first sample")
     chains = [effective_input(observer, k, f, period, names) for k, f in enumerate(commands)]
     blocks += [block for chain in chains for block in chain.blocks]
@@ -77,7 +79,7 @@ def build_program(observer: Observer, choice: CodeChoice | None = None) -> Progr
 
     rates = to_casadi(observer.rates, names)
     next_state = list(following) or [field.symbol + period.symbol * rates[i] for i, field in enumerate(states)]
-    initial = casadi.vertsplit(to_casadi(observer.initial, names))
+    initial = casadi.vertsplit(_written_out(to_casadi(observer.initial, names), corrected))
     for chain in chains:
         states += chain.states
         next_state += chain.next_state
@@ -123,6 +125,13 @@ def _parameters(observer: Observer, names: dict[sympy.Symbol, Any]) -> list[Fiel
     ]
     gains = observer.gains.items()
     return fields + [_field(names, s, observer.gain_units[s], "observer gain", float(value)) for s, value in gains]
+
+
+def _written_out(expressions: Any, blocks: list[tuple[Any, Any]]) -> Any:
+    """Expressions with what blocks stand for: at the first sample no block is computed yet."""
+    for symbols, meaning in blocks:
+        expressions = casadi.substitute(expressions, symbols, meaning)
+    return expressions
 
 
 def _needed(blocks: list[Block], next_state: list[Any]) -> list[Block]:

@@ -9,7 +9,9 @@ from numpy.typing import NDArray
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.system import System
 from codegen.simulate.drive import drive_columns
+from codegen.simulate.loads import load_states
 from codegen.simulate.plant import Plant
+from codegen.simulate.sensor_error import SensorError
 
 Array = NDArray[np.float64]
 
@@ -28,7 +30,8 @@ def free_run(
 
     Pass the whole log and trim here, not before: a delayed input reaches back to commands before the first restart, and
     the states of friction laws, which no log has, are run along the measured slip from the log's beginning. A law that
-    a plant cannot run (see ``is_simulable``) is replaced by its level of steady sliding.
+    a plant cannot run (see ``is_simulable``) is replaced by its level of steady sliding. Positions are readings of
+    sensors with their declared errors; loads behind springs are run along the measured motion too.
 
     Args:
         system: with its effects.
@@ -58,13 +61,17 @@ def free_run(
     used = slice(cut, cut + kept)
     drives = drive_columns(system, log_time, inputs, substeps)[used]
     drives = np.vstack([drives, np.repeat(drives[-1:], runs * length - kept, axis=0)]).reshape(runs, length, -1)
-    plant = Plant(system, substeps)
+    plant, scale = Plant(system, substeps), SensorError(system)
+    readings, positions = positions, scale.true(positions)
+    velocities = scale.true_velocities(positions, velocities)
     states = friction_states(plant, positions, velocities, period)[used][::length]
-    start = plant.start(positions[used][::length], velocities[used][::length], states)
+    loads = load_states(system, positions, velocities, period, substeps)[used][::length]
+    start = plant.start(positions[used][::length], velocities[used][::length], states, loads)
     after = plant.run(start, drives[:, : length - 1])
     predicted = np.full((count, n), np.nan)
     rows = np.concatenate([start[:, None, :n], after[:, :, :n]], axis=1).reshape(runs * length, n)[:kept]
-    predicted[used] = np.where(np.isfinite(rows), rows, np.inf)
+    predicted[used] = np.where(np.isfinite(rows), scale.measured(rows), np.inf)
+    predicted[used][::length] = readings[used][::length]
     return predicted
 
 

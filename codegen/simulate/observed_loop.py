@@ -16,6 +16,7 @@ from codegen.simulate.held_input import HeldInput
 from codegen.simulate.loop_run import LoopRun
 from codegen.simulate.observer_in_loop import Cancellation, Estimator, ObserverInLoop
 from codegen.simulate.plant import Plant
+from codegen.simulate.sensor_error import SensorError
 from codegen.simulate.sensors import Sensors, low_passed_velocity
 from codegen.simulate.substeps import substeps_of
 
@@ -73,14 +74,15 @@ def run_loop(
     estimator = _estimator(system, observer, cancellation)
     controller.start()
     noise, speed_noise = sensors.noise(samples, n, seed)
-    measured = sensors.encoded(x, noise[0])
+    scale = SensorError(system)
+    measured = sensors.encoded(scale.measured(x), noise[0])
     seen, difference, sent, cancelling = measured, np.zeros(n), np.zeros(m), np.zeros(m)
     rows = _Rows(samples, n, m, len(system.contacts), observer)
     with np.errstate(all="ignore"):
         for k in range(samples):
             if not np.isfinite(plant.state).all():
                 break
-            measured = sensors.encoded(plant.positions, noise[k])
+            measured = sensors.encoded(scale.measured(plant.positions), noise[k])
             speed = plant.velocities + speed_noise[k]
             observed = estimator is not None and k % estimator.observer.every == 0
             controlled = k % hold == 0

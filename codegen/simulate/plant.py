@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.solve import solve_symmetric
 from codegen.mechanics.system import TIME, System
+from codegen.mechanics.transmission import with_loads
 from codegen.simulate.drive import drive_columns
 from codegen.simulate.plant_contacts import PlantContacts
 
@@ -27,15 +28,16 @@ class Plant:
 
     Laws with states are integrated by an L-stable scheme of second order beside that, however stiff they are.
 
-    The state is the column (x, v, q, z): n positions, n velocities, each set-valued force of the last substep, the
-    guess for the next, and the states of the laws that have any. ``t`` in an expression is time from the start of the
+    The state is the column (x, v, loads, q, z): n positions, n velocities, the positions and then the velocities of
+    loads behind springs, each set-valued force of the last substep, the guess for the next, and the states of the laws
+    that have any. ``t`` in an expression is time from the start of the
     run, in seconds.
 
     Attributes:
         system: what it was built from.
         substeps: steps in one sample.
         contacts: how each contact is taken.
-        state_size: 2 n + set-valued forces + states.
+        state_size: 2 n + 2 loads + set-valued forces + states.
         sample: CasADi function (state, drive column) → (state one sample later, contact forces λ in the first substep).
             A drive column is (t, h, w of substep 1, …, w of the last substep).
     """
@@ -49,21 +51,31 @@ class Plant:
         if substeps < 1:
             raise ValueError(f"{substeps} substeps; expected 1 or more")
         self.system, self.substeps = system, substeps
-        self.contacts = PlantContacts(system)
-        self.state_size = 2 * system.degrees_of_freedom + self.contacts.memory_size
-        self._step = _step_function(self.contacts)
+        full = with_loads(system)
+        self.contacts = PlantContacts(full)
+        self.state_size = 2 * full.degrees_of_freedom + self.contacts.memory_size
+        self._step = _step_function(self.contacts, system.degrees_of_freedom)
         self.sample = self._sample_function()
 
-    def start(self, positions: Array, velocities: Array, contact_states: Array | None = None) -> Array:
+    def start(
+        self,
+        positions: Array,
+        velocities: Array,
+        contact_states: Array | None = None,
+        loads: Array | None = None,
+    ) -> Array:
         """States (runs, state_size) from positions and velocities (runs, n).
 
         Args:
             contact_states: (runs, states) of the laws that have any; as at rest without load if not given.
+            loads: (runs, 2 loads) positions and velocities of loads behind springs; as their motors if not given.
         """
         x, v = np.atleast_2d(positions), np.atleast_2d(velocities)
         rest = np.tile(self.contacts.dynamic.rest, (len(x), 1))
         z = rest if contact_states is None else np.atleast_2d(contact_states)
-        return np.hstack([x, v, np.zeros((len(x), len(self.contacts.set_valued))), z])
+        loaded = [t.coordinate for t in self.system.transmissions]
+        behind = np.hstack([x[:, loaded], v[:, loaded]]) if loads is None else np.atleast_2d(loads)
+        return np.hstack([x, v, behind, np.zeros((len(x), len(self.contacts.set_valued))), z])
 
     def run(self, states: Array, drives: Array) -> Array:
         """Run all rows of ``states`` side by side.
@@ -124,13 +136,14 @@ def simulate_open_loop(
     return states[:, :n], states[:, n : 2 * n]
 
 
-def _step_function(contacts: PlantContacts) -> Any:
-    """CasADi function (state, w, t, h) → (state, λ) of one step."""
+def _step_function(contacts: PlantContacts, motors: int) -> Any:
+    """CasADi function (state, w, t, h) → (state, λ) of one step; the first ``motors`` coordinates are the system's."""
     system = contacts.system
     n = system.degrees_of_freedom
     state = casadi.SX.sym("state", 2 * n + contacts.memory_size)
+    parts = [*range(motors), *range(2 * motors, motors + n)], [*range(motors, 2 * motors), *range(motors + n, 2 * n)]
     w, t, h = casadi.SX.sym("w", len(system.inputs)), casadi.SX.sym("t"), casadi.SX.sym("h")
-    x, v, memory = state[:n], state[n : 2 * n], state[2 * n :]
+    x, v, memory = state[parts[0]], state[parts[1]], state[2 * n :]
     middle = x + h / 2 * v
     names: dict[sympy.Symbol, Any] = {s: casadi.SX(float(value)) for s, value in system.values.items()}
     names |= {s: middle[i] for i, s in enumerate(system.positions)}
@@ -154,5 +167,7 @@ def _step_function(contacts: PlantContacts) -> Any:
 
     predicted, first, _ = end_velocity(v, memory)
     after, found, force = end_velocity((v + predicted) / 2, contacts.guess(memory, first))
-    result = casadi.vertcat(middle + h / 2 * after, after, found)
+    moved = casadi.SX(2 * n, 1)
+    moved[parts[0]], moved[parts[1]] = middle + h / 2 * after, after
+    result = casadi.vertcat(moved, found)
     return casadi.Function("step", [state, w, t, h], [result, force], {"cse": True})

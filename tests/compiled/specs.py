@@ -85,6 +85,9 @@ EFFECTS = {
     "emps": [
         "{kind: cogging, on: x, parameters: {amplitude: 2.5, period: 0.01, phase: 0.4}}",
         "{kind: saturation, on: u, parameters: {limit: 3}}",
+        "{kind: encoder_eccentricity, on: x, parameters: {amplitude: 0.0004, period: 0.02, phase: 0.9}}",
+        "{kind: presliding, on: rail, parameters: {sigma: 8000}}",
+        "{kind: compliance, on: x, parameters: {k: 2e6, c: 900, load_fraction: 0.6}}",
         "{kind: dead_zone, on: u, parameters: {width: 0.2}}",
         "{kind: input_gain, on: u, parameters: {gain: 1.07}}",
         "{kind: inertia_error, on: x, parameters: {delta: 1.3}}",

@@ -1,0 +1,55 @@
+"""Loads behind springs, which no log has: where they are while their motors move as measured."""
+
+from __future__ import annotations
+
+import casadi
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+
+from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.system import System
+from codegen.mechanics.transmission import with_loads
+
+Array = NDArray[np.float64]
+
+
+def load_states(system: System, positions: Array, velocities: Array, period: float, substeps: int) -> Array:
+    """Positions, then velocities of the loads (N, 2 loads) along a measured motion of the motors.
+
+    From where their motors are at the first sample; the motion is linear between samples.
+
+    Args:
+        positions, velocities: (N, n).
+        period: s.
+        substeps: steps of RK4 in a sample.
+    """
+    n, count = system.degrees_of_freedom, len(system.transmissions)
+    if count == 0:
+        return np.zeros((len(positions), 0))
+    full = with_loads(system)
+    motor, load = casadi.SX.sym("motor", 2 * n), casadi.SX.sym("load", 2 * count)
+    names: dict[sympy.Symbol, casadi.SX] = {s: casadi.SX(float(v)) for s, v in system.values.items()}
+    moving = casadi.vertcat(motor[:n], load[:count]), casadi.vertcat(motor[n:], load[count:])
+    for symbols, values in zip((full.positions, full.velocities), moving, strict=True):
+        names |= {s: values[k] for k, s in enumerate(symbols)}
+    # At the loads no input acts, and each has an inertia of its own.
+    force = to_casadi(sympy.ImmutableMatrix(full.force[n:]), names)
+    mass = casadi.vertcat(*[to_casadi(full.mass_matrix[n + k, n + k], names) for k in range(count)])
+    rate = casadi.Function("rate", [load, motor], [casadi.vertcat(load[count:], force / mass)])
+
+    ends = casadi.SX.sym("ends", 4 * n)
+    first, change, h, now = ends[: 2 * n], ends[2 * n :] - ends[: 2 * n], period / substeps, load
+    for k in range(substeps):
+        at = [first + (k + share) / substeps * change for share in (0, 0.5, 1)]
+        k1 = rate(now, at[0])
+        k2 = rate(now + h / 2 * k1, at[1])
+        k3 = rate(now + h / 2 * k2, at[1])
+        k4 = rate(now + h * k3, at[2])
+        now = now + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+    run = casadi.Function("follow", [load, ends], [now]).mapaccum("history", len(positions) - 1, 1)
+    motors = np.hstack([positions, velocities])
+    chosen = [t.coordinate for t in system.transmissions]
+    start = np.concatenate([positions[0, chosen], velocities[0, chosen]])
+    later = run(start, np.hstack([motors[:-1], motors[1:]]).T).full().T
+    return np.vstack([start, later])
