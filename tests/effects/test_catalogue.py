@@ -13,12 +13,19 @@ from observers.machines import TEXTS, bare_machine
 
 from codegen.effects import CATALOGUE, Effect
 from codegen.effects.declare import add_declared_effects, effect_symbols, places_of, unit_words
+from codegen.effects.start import Covered
 from codegen.errors import BadInput
 from codegen.mechanics import System, build_system
 from codegen.mechanics.system import TIME
 from codegen.spec import parse_spec
 
-NOT_LINEAR = {"dead_zone", "saturation"}  # no weight of theirs enters the equation linearly
+NOT_LINEAR = {
+    "dead_zone",
+    "saturation",
+    "presliding",
+    "compliance",
+    "backlash",
+}  # no weight of theirs enters the equation linearly
 NUMPY = [{"Sgn": np.sign, "Magnitude": np.abs}, "numpy"]
 
 # What each effect adds to g − M a − U λ, of x, v, a of the coordinate; for contacts what it adds to λ, of the slip
@@ -62,7 +69,8 @@ COORDINATE = {
         for k in (1, 2, 3)
     ),
 }
-WITHOUT_FORCE = {"input_delay", "actuator_lag"}  # act over time, not at one instant; simulated in tests/simulate
+# These act over time or on a reading, not on the equation of one instant; see test_motion and test_eccentricity.
+WITHOUT_FORCE = {"input_delay", "actuator_lag", "presliding", "compliance", "backlash", "encoder_eccentricity"}
 
 
 def parameters(effect: Effect, generator: np.random.Generator) -> dict[str, float]:
@@ -151,6 +159,46 @@ def test_neutral_values_do_nothing(kind: str) -> None:
     assert change.subs(neutral).applyfunc(sympy.simplify) == sympy.zeros(2, 1)
 
 
+@pytest.mark.parametrize("name", ["one_mass", "arm"])
+def test_eccentricity_is_the_error_of_a_motion_read_wrong(name: str) -> None:
+    """What g − M a − U λ over the readings differs by from zero error, for a small amplitude: derivatives by hand."""
+    effect, system = CATALOGUE["encoder_eccentricity"], bare_machine(name)
+    place = system.degrees_of_freedom - 1
+    symbols = effect_symbols(effect, places_of(effect, system)[place], system)
+    p = {"amplitude": 1e-7, "period": 0.7, "phase": 0.4}
+    true = motion(system, np.random.default_rng(3))
+    x, v, a = (true[s[place]] for s in (system.positions, system.velocities, system.accelerations))
+    rate = 2 * pi / p["period"]
+    sine, cosine = np.sin(rate * x + p["phase"]), np.cos(rate * x + p["phase"])
+    read = true | {
+        system.positions[place]: x + p["amplitude"] * sine,
+        system.velocities[place]: v * (1 + p["amplitude"] * rate * cosine),
+        system.accelerations[place]: a + p["amplitude"] * rate * (cosine * a - rate * sine * v**2),
+    }
+    right = numbers(system.equation_error, true) - numbers(system.equation_error, read)
+    at = read | {symbols[q]: value for q, value in p.items()}
+    np.testing.assert_allclose(numbers(effect.change(system, place, symbols), at), right, rtol=1e-4, atol=1e-12)
+    columns, shape = effect.regressors(system, place, symbols)
+    assert shape == ("period",)
+    total = sum(w * numbers(c, at) for w, c in zip(effect.weights(p), columns, strict=True))
+    np.testing.assert_allclose(total, right, rtol=1e-4, atol=1e-12)
+    assert effect.recover(effect.weights(p), {"period": 0.7}) == pytest.approx(p)
+
+
+def test_starting_values_are_admissible_and_of_the_log_s_size() -> None:
+    covered = Covered(20.0, 0.001, 0.4, 8.0, 1.5, 1e5, lambda: [0.3, 0.05])
+    for kind, effect in CATALOGUE.items():
+        shape = [q.name for q in effect.parameters if q.start is not None]
+        starts = effect.starts(covered, shape)
+        assert 1 <= len(starts) <= 13 * 14 * 3, kind
+        for q in effect.parameters:
+            values = [s[q.name] for s in starts if q.name in shape]
+            assert all((q.low is None or v > q.low) and (q.high is None or v < q.high) for v in values)
+    speeds = [s["v_s"] for s in CATALOGUE["stribeck"].starts(covered, ["v_s"])]
+    assert min(speeds) == pytest.approx(0.004) and max(speeds) == pytest.approx(0.4)
+    assert [s["period"] for s in CATALOGUE["cogging"].starts(covered, ["period"])] == [0.3, 0.05]
+
+
 def test_an_inertia_stays_positive() -> None:
     system, effect = bare_machine("one_mass"), CATALOGUE["inertia_error"]  # m = 1.7
     assert effect.admissible(system, 0, {"delta": -1.69})
@@ -229,6 +277,16 @@ REFUSED = {
     "one place for two": ("{kind: coupling, on: x1, parameters: {c: 1}}", "coupling on `x1`", None),
     "twice the same place": ("{kind: coupling, on: [x1, x1], parameters: {c: 1}}", "coupling on `x1, x1`", None),
     "not an angle": ("{kind: gravity_imbalance, on: x1, parameters: {G: 1, phase: 0}}", "gravity_imbalance on", None),
+    "sensor too steep": (
+        "{kind: encoder_eccentricity, on: x1, parameters: {amplitude: 0.1, period: 1, phase: 0}}",
+        "amplitude = 0.1, period = 1",
+        None,
+    ),
+    "more than the load": (
+        "{kind: compliance, on: x1, parameters: {k: 1, c: 1, load_fraction: 1}}",
+        "load_fraction = 1",
+        None,
+    ),
     "half a harmonic": (
         "{kind: cogging_harmonics, on: x1, parameters: {period: 1, sin_4: 1}}",
         "`cos_4` is missing",

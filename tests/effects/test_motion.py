@@ -12,7 +12,8 @@ from simulate.machines import ONE_MASS
 
 from codegen.effects.declare import add_declared_effects
 from codegen.mechanics import System, build_system
-from codegen.simulate import simulate_open_loop
+from codegen.simulate import simulate, simulate_open_loop
+from codegen.simulate.sensor_error import SensorError
 from codegen.spec import parse_spec
 
 from .hybrid import Truth, integrate
@@ -52,6 +53,7 @@ def dead(w: float, width: float) -> float:
     return np.sign(w) * max(abs(w) - width, 0)
 
 
+STIFF = "k: 900, c: 6, load_fraction: 0.6"
 CHAIN = (
     "{kind: actuator_lag, on: w, parameters: {tau: 0.05}}, {kind: saturation, on: w, parameters: {limit: 7}},"
     " {kind: input_gain, on: w, parameters: {gain: 1.2}}, {kind: dead_zone, on: w, parameters: {width: 2}}"
@@ -104,6 +106,38 @@ def machine(effects: str, unit: str) -> System:
     return add_declared_effects(build_system(spec), spec)
 
 
+def dahl(sigma: float) -> Truth:
+    """The third state is z."""
+    return Truth(
+        lambda t, y, w, friction: [y[1], (w - friction) / M, y[1] - sigma / A * y[2] * abs(y[1])],
+        lambda t, y, w: w,
+        None,
+        lambda t, y, w: sigma * y[2],
+    )
+
+
+def two_inertias(k: float, c: float, share: float, gap: float = 0.0, gravity: float = 0.0) -> Truth:
+    """y = (x, v, load's position, load's velocity); ``gravity`` is a declared constant force."""
+
+    def between(y) -> float:
+        dx, dv = y[0] - y[2], y[1] - y[3]
+        if gap == 0:
+            return k * dx + c * dv
+        depth = abs(dx) - gap / 2
+        return np.sign(dx) * max(0.0, k * depth + c * np.sign(dx) * dv) if depth > 0 else 0.0
+
+    return Truth(
+        lambda t, y, w, friction: [
+            y[1],
+            (w - between(y) - friction) / ((1 - share) * M),
+            y[3],
+            (between(y) + gravity) / (share * M),
+        ],
+        lambda t, y, w: w - between(y),
+        lambda t, y, w, s: A,
+    )
+
+
 def compare(effects: str, truth: Truth, unit: str = "m", substeps: int = 50, more: tuple[float, ...] = ()) -> None:
     system = machine(effects, unit)
     expected = integrate(truth, TIME, COMMAND, np.array([0.05, 0.0, *more]))
@@ -129,3 +163,45 @@ def test_the_chain_has_one_order_however_declared() -> None:
         return min(max(dead(1.2 * w, 2), -7), 7)
 
     compare(CHAIN, lagging(0.05, effective), more=(effective(COMMAND[0]),))
+
+
+def test_presliding() -> None:
+    compare("{kind: presliding, on: rail, parameters: {sigma: 400}}", dahl(400), more=(0.0,))
+
+
+def test_compliance() -> None:
+    compare(f"{{kind: compliance, on: x, parameters: {{{STIFF}}}}}", two_inertias(900, 6, 0.6), more=(0.05, 0.0))
+
+
+def test_backlash() -> None:
+    truth = two_inertias(900, 6, 0.6, gap=0.02)
+    compare(f"{{kind: backlash, on: x, parameters: {{gap: 0.02, {STIFF}}}}}", truth, more=(0.05, 0.0), substeps=400)
+
+
+def test_a_constant_force_acts_at_the_load() -> None:
+    truth = two_inertias(900, 6, 0.6, gravity=1.3)
+    effects = f"{{kind: compliance, on: x, parameters: {{{STIFF}}}}}, {{kind: offset, on: x, parameters: {{f0: 1.3}}}}"
+    compare(effects, truth, more=(0.05, 0.0))
+
+
+def test_an_eccentric_encoder_is_read_wrong_and_put_right() -> None:
+    system = machine(
+        "{kind: encoder_eccentricity, on: x, parameters: {amplitude: 0.004, period: 0.06, phase: 0.5}}", "m"
+    )
+    scale, x = SensorError(system), np.linspace(-0.2, 0.3, 501)[:, None]
+    readings = scale.measured(x)
+    np.testing.assert_allclose(readings, x + 0.004 * np.sin(2 * pi * x / 0.06 + 0.5), rtol=0, atol=1e-15)
+    np.testing.assert_allclose(scale.true(readings), x, rtol=0, atol=1e-14)
+    rates = (scale.measured(x + 1e-6) - scale.measured(x - 1e-6)) / 2e-6  # at unit speed
+    np.testing.assert_allclose(scale.true_velocities(x, rates), 1, atol=1e-7)
+
+
+def test_a_log_in_a_loop_holds_the_readings() -> None:
+    """Simulated by the section of a spec: readings are the true positions through the sensor."""
+    effects = "effects: [{kind: encoder_eccentricity, on: x, parameters: {amplitude: 0.004, period: 0.06, phase: 0.5}}]"
+    drive = "simulation: {duration: 2, sample_time: 0.01, inputs: {w: 9*sin(5*t)}}"
+    spec = parse_spec(ONE_MASS.format(m=M, k=0, b=0, a=A) + f"{effects}\n{drive}\n", Path("machine.yaml"))
+    run = simulate(spec, add_declared_effects(build_system(spec), spec))
+    x = run.true_positions
+    assert np.ptp(x) > 0.1
+    np.testing.assert_allclose(run.positions, x + 0.004 * np.sin(2 * pi * x / 0.06 + 0.5), rtol=0, atol=1e-14)

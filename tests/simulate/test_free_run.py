@@ -23,7 +23,7 @@ from codegen.spec.reader import read_spec
 
 from .machines import arm, one_mass
 
-PRACTICE = Path(__file__).parents[3] / "shared" / "practice" / "standard"
+PRACTICE = Path(__file__).parents[3] / "shared" / "practice"
 DELAYED = "effects: [{kind: input_delay, on: w, parameters: {T: 0.0037}}]"
 
 
@@ -93,11 +93,12 @@ def test_speed(make, count: int, limit: float):
 
 
 def practice_cases() -> list[Path]:
-    """The standard cases whose true effects are all in the catalogue."""
+    """Cases of both tiers whose true effects have the form of effects.md and are all that is there."""
     cases = []
-    for folder in sorted(PRACTICE.glob("case_*")):
+    for folder in sorted(PRACTICE.glob("*/case_*")):
         truth = json.loads((folder / "truth.json").read_text())
-        if all(e["kind"] in CATALOGUE for e in truth["effects"]):
+        written = all(e["kind"] in CATALOGUE and "form" not in e for e in truth["effects"])
+        if written and truth["group"] != "foreign":
             cases.append(folder)
     return cases
 
@@ -117,7 +118,7 @@ def true_system(folder: Path, truth: dict) -> System:
 
 
 @pytest.mark.skipif(not PRACTICE.is_dir(), reason="the practice logs are not here")
-@pytest.mark.parametrize("folder", practice_cases(), ids=lambda folder: folder.name)
+@pytest.mark.parametrize("folder", practice_cases(), ids=lambda folder: f"{folder.parent.name}-{folder.name}")
 def test_true_model_predicts_a_practice_log_as_well_as_its_own_simulator(folder: Path):
     truth = json.loads((folder / "truth.json").read_text())
     evaluation = YAML(typ="safe").load(folder / "meta.yaml")["evaluation"]
