@@ -171,11 +171,13 @@ def cancel(
 
 @app.command()
 def simulate(
-    spec: SpecPath, out: Annotated[Path, typer.Option("-o", "--output", metavar="LOG", help="the CSV file to write")]
+    spec: SpecPath,
+    out: Annotated[Path, typer.Option("-o", "--output", metavar="LOG", help="the CSV file to write")],
+    method: Annotated[str, typer.Option("--method", help="steps, or events: slow, exact between events")] = "steps",
 ) -> None:
     """Write a log from the plant of the spec, with its declared effects."""
     with _progress() as tell:
-        target = pipeline.simulate(spec, out, lambda share: tell("simulate", share))
+        target = pipeline.simulate(spec, out, lambda share: tell("simulate", share), method)
     output.print(str(target))
 
 

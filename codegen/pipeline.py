@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from codegen.cancel_report import CancelReport, cancel
 from codegen.checker import verify as checker
 from codegen.effects.declare import add_declared_effects
-from codegen.errors import BadInput, Place
+from codegen.errors import BadInput, Place, nearest_name
 from codegen.files import write_all, write_atomically
 from codegen.fmu import GeneratedFmu, generate_fmu
 from codegen.gain_report import GainReport, gains
@@ -19,8 +19,8 @@ from codegen.generation import Generated, Overrides, generate, generated_files
 from codegen.log_replay import Replayed, replay
 from codegen.mechanics import System, build_system
 from codegen.observers import Observer, build_observer, observer_of
+from codegen.simulate import METHODS, write_log
 from codegen.simulate import simulate as simulate_plant
-from codegen.simulate import write_log
 from codegen.spec import Spec, parse_spec, read_spec
 from codegen.spec.free_gains import at_middle, refuse_free_gains
 from codegen.spec.yaml_text import read_text
@@ -93,15 +93,26 @@ def verify(path: str | Path, spec: Path | None = None) -> checker.Report:
         raise BadInput(Place(str(path), error.lineno), error.msg, "a certificate (JSON)") from None
 
 
-def simulate(path: str | Path, out: str | Path, progress: Callable[[float], None] | None = None) -> Path:
+def simulate(
+    path: str | Path,
+    out: str | Path,
+    progress: Callable[[float], None] | None = None,
+    method: str = "steps",
+) -> Path:
     """Write a log of the plant of a spec, with its declared effects, driven as its ``simulation:`` section says.
 
+    Args:
+        method: of the plant: ``steps``, or ``events`` for the slow reference.
+
     Raises:
-        BadInput: for a bad spec or one without ``simulation:``.
+        BadInput: for a bad spec or one without ``simulation:``, or another method.
     """
+    chosen = next((known for known in METHODS if known == method), None)
+    if chosen is None:
+        raise BadInput("--method", f"`{method}`", " or ".join(METHODS), nearest_name(method, METHODS))
     model = check(path)
     target = Path(out)
-    write_log(target, model.spec, simulate_plant(model.spec, model.system, progress))
+    write_log(target, model.spec, simulate_plant(model.spec, model.system, progress, method=chosen))
     return target
 
 

@@ -4,12 +4,13 @@ from codegen.simulate.closed_loop import simulate
 from codegen.simulate.controller import Controller, Feedback, Sample, sampled
 from codegen.simulate.free_run import free_run, free_run_rmse
 from codegen.simulate.loop_run import LoopRun, write_log
-from codegen.simulate.observed_loop import run_loop
+from codegen.simulate.observed_loop import METHODS, run_loop
 from codegen.simulate.observer_in_loop import Cancellation, ObserverInLoop, generated_observer
 from codegen.simulate.plant import Plant, simulate_open_loop
 from codegen.simulate.sensors import Sensors
 
 __all__ = [
+    "METHODS",
     "Cancellation",
     "Controller",
     "Feedback",

@@ -14,7 +14,7 @@ from codegen.mechanics.system import System
 from codegen.observers import observer_of
 from codegen.simulate.declared_control import declared_controller, input_limit
 from codegen.simulate.loop_run import LoopRun
-from codegen.simulate.observed_loop import run_loop
+from codegen.simulate.observed_loop import Method, run_loop
 from codegen.simulate.observer_in_loop import Cancellation, ObserverInLoop, generated_observer
 from codegen.simulate.sensors import Sensors
 from codegen.simulate.simulable import refuse_unsimulable
@@ -24,7 +24,11 @@ Array = NDArray[np.float64]
 
 
 def simulate(
-    spec: Spec, system: System, progress: Callable[[float], None] | None = None, twin: bool = False
+    spec: Spec,
+    system: System,
+    progress: Callable[[float], None] | None = None,
+    twin: bool = False,
+    method: Method = "steps",
 ) -> LoopRun:
     """Simulate ``spec.simulation`` on ``system``.
 
@@ -38,6 +42,7 @@ def simulate(
         system: the machine, with its effects; it may differ from what the spec declares.
         progress: told the share that is done, from 0 to 1.
         twin: whether the observer is the Python twin and not the compiled C.
+        method: of the plant, see ``run_loop``.
 
     Raises:
         BadInput: if the spec has no simulation section, a reference or gain has no counterpart, a contact's law cannot
@@ -65,6 +70,7 @@ def simulate(
         (start, np.zeros_like(start)),
         seed=simulation.seed,
         progress=progress,
+        method=method,
     )
     moves = np.isfinite(run.true_positions).all(axis=1) & np.isfinite(run.true_velocities).all(axis=1)
     if not moves.all():

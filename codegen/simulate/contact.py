@@ -1,4 +1,4 @@
-"""Contact forces over one time step: set-valued laws by projected Gauss–Seidel, laws with states beside them."""
+"""Contact forces over one time step: each in its set-valued law, all at once."""
 
 from __future__ import annotations
 
@@ -7,7 +7,12 @@ from typing import Any
 
 import casadi
 
+from codegen.mechanics.solve import solve_by_elimination
+
 SWEEPS = 6
+NEWTON_STEPS = 4
+_EASE = 1e-8
+"""Added to the diagonal of Newton's matrix, which is singular where stuck contacts depend on each other."""
 REST = 1e-9
 """Slip speed, in slip unit/s, below which a contact whose level jumps at standstill counts as at rest."""
 _TINY = 1e-300
@@ -35,8 +40,13 @@ def contact_forces(slip: Any, free: Any, mobility: Any, levels: Levels, step: An
     The slip velocities move as u' = free − mobility q. Each q_c is ±level while its contact slides and whatever in
     [−level(−), level(+)] holds it while it sticks. Moreau's scheme puts the law at the end of the step only; here a
     contact that comes to rest inside the step changes over at that instant, which turns an error of order step in
-    velocity at every reversal into one of order step². Contacts that share a body are solved in turns (projected
-    Gauss–Seidel); a lone contact is exact at once.
+    velocity at every reversal into one of order step². A lone contact is exact at once. Contacts that share a body are
+    taken in turns (projected Gauss–Seidel) and then all together by Newton's method on q = L(q), where L answers the
+    others' forces with each contact's own law: it is piecewise smooth, so that the right mode, once met, is solved to
+    rounding. A Newton step that does not come closer to q = L(q) is not taken.
+
+    Where U' M⁻¹ U is positive definite, q is unique. Where contacts depend on each other their forces are not, but U q
+    and the motion are; q is then the one near ``start``.
 
     Args:
         slip: u at the start, contacts by 1.
@@ -52,10 +62,38 @@ def contact_forces(slip: Any, free: Any, mobility: Any, levels: Levels, step: An
     Source: Moreau 1988, Unilateral contact and dry friction in finite freedom dynamics; Acary & Brogliato 2008,
     Numerical methods for nonsmooth dynamical systems, chapters 10 and 13.
     """
-    q = start
-    for _ in range(SWEEPS if coupled(mobility) else 1):
+    q = sweep(slip, free, mobility, levels, step, start)
+    return settled(slip, free, mobility, levels, step, q) if coupled(mobility) else q
+
+
+def settled(slip: Any, free: Any, mobility: Any, levels: Levels, step: Any, q: Any) -> Any:
+    """``contact_forces`` of contacts that move each other, from a guess."""
+    for _ in range(SWEEPS - 1):
         q = sweep(slip, free, mobility, levels, step, q)
+    count = slip.shape[0]
+    own = casadi.diag(casadi.diag(mobility))
+    image, slope = _answers(slip, free - casadi.mtimes(mobility - own, q), mobility, levels, step)
+    for _ in range(NEWTON_STEPS):
+        matrix = (1 + _EASE) * casadi.SX.eye(count) + casadi.mtimes(casadi.diag(slope), mobility - own)
+        moved = q + solve_by_elimination(casadi.densify(matrix), image - q)
+        there, steeper = _answers(slip, free - casadi.mtimes(mobility - own, moved), mobility, levels, step)
+        closer = casadi.norm_1(there - moved) <= casadi.norm_1(image - q)
+        q, image, slope = (
+            casadi.if_else(closer, new, old) for new, old in ((moved, q), (there, image), (steeper, slope))
+        )
     return q
+
+
+def _answers(slip: Any, alone: Any, mobility: Any, levels: Levels, step: Any) -> tuple[Any, Any]:
+    """L and its slope ∂L_c/∂(alone_c), contacts by 1, at the slip acceleration that all but c's own force gives."""
+    count = slip.shape[0]
+    pushed = casadi.SX.sym("pushed", count)
+    answers = casadi.vertcat(
+        *[_lone_contact(slip[c], pushed[c], mobility[c, c], levels, c, step) for c in range(count)]
+    )
+    slopes = casadi.jtimes(answers, pushed, casadi.SX.ones(count))
+    found = casadi.substitute(casadi.vertcat(answers, slopes), pushed, alone)
+    return found[:count], found[count:]
 
 
 def sweep(slip: Any, free: Any, mobility: Any, levels: Levels, step: Any, start: Any) -> Any:

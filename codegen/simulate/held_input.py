@@ -1,4 +1,4 @@
-"""Commands → what acts on the plant in each substep of the sample that follows: held, and through the actuators."""
+"""Commands → what acts on the plant in each part of the sample that follows: held, and through the actuators."""
 
 from __future__ import annotations
 
@@ -17,32 +17,35 @@ Array = NDArray[np.float64]
 class HeldInput:
     """The input of a System, sample by sample; nothing was commanded before the first.
 
-    A substep in which a delayed command changes gets the exact mean, and so does every one behind a lag, except that
-    the lag takes the substep of such a change with its mean.
+    A part in which a delayed command changes gets the exact mean, and so does every one behind a lag, except that the
+    lag takes the part of such a change with its mean.
     """
 
-    def __init__(self, system: System, period: float, substeps: int) -> None:
+    def __init__(self, system: System, period: float, edges: Array) -> None:
+        """Work out which command acts when.
+
+        Args:
+            edges: (parts + 1,) where the parts of a sample begin and end, from 0 to 1.
+        """
         chains = [system.actuator(k) for k in range(len(system.inputs))]
-        delays = [float(chain.delay.subs(system.values)) / period for chain in chains]
-        m, length = len(chains), 1 + max((ceil(d) for d in delays), default=0)
-        self._past = np.zeros((length, m))
-        self._shares = np.zeros((substeps, length, m))
-        for substep in range(substeps):
-            for index, delay in enumerate(delays):
-                whole = floor(delay)
-                older = min(max((delay - whole) * substeps - substep, 0.0), 1.0)
-                self._shares[substep, whole, index] = 1 - older
-                if older > 0:
-                    self._shares[substep, whole + 1, index] = older
+        delays = _delays(system, period)
+        self._past = np.zeros((1 + max((ceil(d) for d in delays), default=0), len(delays)))
+        self._shares = np.zeros((len(edges) - 1, *self._past.shape))
+        for index, delay in enumerate(delays):
+            whole = floor(delay)
+            older = np.clip((delay - whole - edges[:-1]) / np.diff(edges), 0.0, 1.0)
+            self._shares[:, whole, index] = 1 - older
+            if delay > whole:
+                self._shares[:, whole + 1, index] = older
         self._static = _static(system) if system.actuators else None
         lags = [0.0 if chain.lag is None else float(chain.lag.subs(system.values)) for chain in chains]
-        self._steps = np.array([lag * substeps / period for lag in lags])
+        self._steps = np.array(lags) / (period * np.diff(edges)[:, None])
         with np.errstate(divide="ignore"):
             self._decay = np.exp(-1 / self._steps)
-        self._lagged = np.zeros(m)
+        self._lagged = np.zeros(len(chains))
 
     def take(self, command: Array) -> Array:
-        """Hold a command (m,) from now on: (substeps, m) effective inputs of this sample."""
+        """Hold a command (m,) from now on: (parts, m) effective inputs of this sample."""
         if self._static is not None:
             command = np.asarray(self._static(command), dtype=float).ravel()
         if len(self._past) == 1:
@@ -56,8 +59,8 @@ class HeldInput:
     def _behind_lag(self, driven: Array) -> Array:
         means = np.empty(driven.shape)
         for k, w in enumerate(driven):
-            means[k] = w + (self._lagged - w) * self._steps * (1 - self._decay)
-            self._lagged = w + (self._lagged - w) * self._decay
+            means[k] = w + (self._lagged - w) * self._steps[k] * (1 - self._decay[k])
+            self._lagged = w + (self._lagged - w) * self._decay[k]
         return means
 
 
@@ -68,3 +71,13 @@ def _static(system: System) -> casadi.Function:
     names |= {s: w[k] for k, s in enumerate(system.inputs)}
     chains = [to_casadi(system.actuator(k).static(s), names) for k, s in enumerate(system.inputs)]
     return casadi.Function("static", [w], [casadi.vertcat(*chains)])
+
+
+def edges_at_changes(system: System, period: float) -> Array:
+    """The parts of a sample between which an input changes."""
+    return np.array(sorted({0.0, 1.0} | {d - floor(d) for d in _delays(system, period)}))
+
+
+def _delays(system: System, period: float) -> list[float]:
+    """In samples, for each input."""
+    return [float(system.actuator(k).delay.subs(system.values)) / period for k in range(len(system.inputs))]

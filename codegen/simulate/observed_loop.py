@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import casadi
 import numpy as np
@@ -20,7 +20,12 @@ from codegen.simulate.sensor_error import SensorError
 from codegen.simulate.sensors import Sensors, low_passed_velocity
 from codegen.simulate.substeps import substeps_of
 
+if TYPE_CHECKING:
+    from codegen.simulate.event_plant import EventPlant
+
 Array = NDArray[np.float64]
+Method = Literal["steps", "events"]
+METHODS: tuple[Method, ...] = get_args(Method)
 PARTS = 20
 PERFECT = Sensors()
 
@@ -39,6 +44,7 @@ def run_loop(
     substeps: int | None = None,
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
+    method: Method = "steps",
 ) -> LoopRun:
     """Run a machine under a sampled controller, with a sampled observer beside it.
 
@@ -59,18 +65,27 @@ def run_loop(
         substeps: plant steps in a sample; by default as many as ``substeps_of`` says.
         seed: of the noise.
         progress: told the share that is done, from 0 to 1.
+        method: of the plant: the time stepper, or the slow reference that is exact between events.
 
     Returns:
         The run; NaN from where the motion is not finite.
 
     Raises:
+        BadInput: for a law with states under ``events``.
         ValueError: for a cancellation without an observer, or an observer that takes inputs the system has not.
     """
     if cancellation is not None and observer is None:
         raise ValueError("a cancellation without an observer; expected one whose estimates it cancels")
     n, m = system.degrees_of_freedom, len(system.inputs)
     x, v = (np.zeros(n), np.zeros(n)) if start is None else (np.array(part, dtype=float) for part in start)
-    plant = _Plant(system, period, substeps or substeps_of(system, period, x), x, v)
+    plant: _Plant | EventPlant
+    if method == "events":
+        # SciPy's integrators cost a second that the time stepper need not pay.
+        from codegen.simulate.event_plant import EventPlant
+
+        plant = EventPlant(system, period, x, v)
+    else:
+        plant = _Plant(system, period, substeps or substeps_of(system, period, x), x, v)
     estimator = _estimator(system, observer, cancellation)
     controller.start()
     noise, speed_noise = sensors.noise(samples, n, seed)
@@ -127,7 +142,7 @@ class _Plant:
         self.state = plant.start(x, v)[0]
         self.forces = np.zeros(len(system.contacts))
         self._after = np.empty_like(self.state)
-        self._held = HeldInput(system, period, substeps)
+        self._held = HeldInput(system, period, np.linspace(0, 1, substeps + 1))
         self._drive = np.zeros(2 + len(system.inputs) * substeps)
         self._drive[1] = period / substeps
         self._inputs = self._drive[2:].reshape(substeps, len(system.inputs))

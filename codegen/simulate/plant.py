@@ -17,6 +17,7 @@ from codegen.simulate.drive import drive_columns
 from codegen.simulate.plant_contacts import PlantContacts
 
 Array = NDArray[np.float64]
+_ROUNDING = 64 * float(np.finfo(np.float64).eps)
 
 
 class Plant:
@@ -163,7 +164,7 @@ def _step_function(contacts: PlantContacts, motors: int) -> Any:
         free = solve_symmetric(mass, force - casadi.mtimes(U, smooth))
         before, pushed = casadi.mtimes(U.T, v), casadi.mtimes(U.T, free)
         found, after = contacts.forces(guess, before, pushed, mobility, levels, h)
-        return v + h * (free - casadi.mtimes(compliance, found)), after, found + smooth
+        return _moved(v, h, free, compliance, found), after, found + smooth
 
     predicted, first, _ = end_velocity(v, memory)
     after, found, force = end_velocity((v + predicted) / 2, contacts.guess(memory, first))
@@ -171,3 +172,10 @@ def _step_function(contacts: PlantContacts, motors: int) -> Any:
     moved[parts[0]], moved[parts[1]] = middle + h / 2 * after, after
     result = casadi.vertcat(moved, found)
     return casadi.Function("step", [state, w, t, h], [result, force], {"cse": True})
+
+
+def _moved(v: Any, h: Any, free: Any, compliance: Any, found: Any) -> Any:
+    """v + h (free − M⁻¹U λ), and exactly zero where it is the rounding of what cancels: what is held stays for ever."""
+    after = v + h * (free - casadi.mtimes(compliance, found))
+    size = casadi.fabs(v) + h * (casadi.fabs(free) + casadi.mtimes(casadi.fabs(compliance), casadi.fabs(found)))
+    return casadi.if_else(casadi.fabs(after) / size <= _ROUNDING, 0, after)

@@ -1,0 +1,201 @@
+"""A plant integrated from event to event: the reference that the time stepper is held against."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import casadi
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+from codegen.errors import BadInput
+from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.solve import solve_symmetric
+from codegen.mechanics.system import TIME, System
+from codegen.simulate.held_input import HeldInput, edges_at_changes
+from codegen.simulate.mode_search import Limits, Mode, NoMode, find_mode, forces_of
+from codegen.simulate.plant_contacts import PlantContacts
+
+Array = NDArray[np.float64]
+TOLERANCE = 1e-11
+"""Relative error of a step of the integrator; absolute 1/10 of it."""
+_REST = 1e-11
+"""Slip speed below which a contact is at rest where another comes to rest."""
+_BACK = 1e-12
+"""Slip speed against its direction, and share of a level beyond it, at which a contact's mode ends: a contact that only
+just slides or sticks would else meet an event at every rounding."""
+_ROUNDING = 64 * float(np.finfo(np.float64).eps)
+_MOST_EVENTS = 10_000
+_STEPPER = "the time stepper, or a machine without it"
+
+
+class EventPlant:
+    """A System whose contacts' laws are all set-valued, exact between events to ``TOLERANCE``.
+
+    A contact slides one way or sticks. Within a mode the motion is a smooth differential equation (DOP853), with
+    U'v = 0 of the stuck contacts kept by their forces; it ends where a slip reaches zero or a stuck contact's force its
+    level, found on the integrator's dense output. There the mode is found anew from all that are possible.
+
+    Attributes:
+        state: (2 n,) positions and velocities now; positions, velocities: views of it.
+        forces: λ at the beginning of the last sample.
+        events: how many were met.
+    """
+
+    def __init__(self, system: System, period: float, x: Array, v: Array) -> None:
+        """Build the functions.
+
+        Raises:
+            BadInput: for a contact whose law has states, or an actuator that lags.
+        """
+        if any(system.actuator(k).lag is not None for k in range(len(system.inputs))):
+            raise BadInput(f"the machine {system.name}", "an actuator's lag in an integration by events", _STEPPER)
+        contacts = PlantContacts(system)
+        if contacts.dynamic.contacts:
+            name = system.contacts[contacts.dynamic.contacts[0]].law.name
+            raise BadInput(f"the machine {system.name}", f"the law {name} in an integration by events", _STEPPER)
+        n = system.degrees_of_freedom
+        self.state: Array = np.concatenate([x, v]).astype(float)
+        self.positions, self.velocities = self.state[:n], self.state[n:]
+        self.forces, self.events = np.zeros(len(system.contacts)), 0
+        self._n, self._period = n, period
+        self._edges = edges_at_changes(system, period)
+        self._held = HeldInput(system, period, self._edges)
+        self._laws = _laws(system, contacts)
+        self._directions = np.zeros(len(system.contacts), dtype=int)
+        self._set_directions(_REST)
+
+    def move(self, time: float, command: Array) -> None:
+        """One sample on under a command held from ``time``."""
+        marks = time + self._period * self._edges
+        for piece, w in enumerate(self._held.take(command)):
+            mode = self._mode(marks[piece], w)
+            if piece == 0:
+                self.forces = mode.forces + self._at(marks[0], self.state, w).smooth
+            self._until(marks[piece], marks[piece + 1], w, mode)
+
+    def _until(self, now: float, end: float, w: Array, mode: Mode) -> None:
+        for _ in range(_MOST_EVENTS):
+            watched = range(len(mode.directions))
+            found = solve_ivp(
+                self._rate,
+                (now, end),
+                self.state,
+                "DOP853",
+                args=(w, mode.directions),
+                rtol=TOLERANCE,
+                atol=TOLERANCE / 10,
+                events=[_Event(self._distance, c) for c in watched],
+            )
+            if not found.success or not np.isfinite(found.y[:, -1]).all():
+                self.state[:] = np.nan
+                return
+            self.state[:], now = found.y[:, -1], float(found.t[-1])
+            if found.status != 1:
+                return
+            self.events += 1
+            met = [c for c in watched if len(found.t_events[c])]
+            leaving = {c: self._way_out(now, w, mode, c) for c in met if not mode.directions[c]}
+            for c in met:
+                self._directions[c] = 0
+            self._set_directions(_REST)
+            mode = self._mode(now, w, leaving)
+        self.state[:] = np.nan
+
+    def _set_directions(self, rest: float) -> None:
+        """Contacts slower than ``rest`` come to rest, exactly; the others slide as their slip says."""
+        laws = self._at(0.0, self.state, None)
+        slow = np.abs(laws.slip) <= rest
+        self._directions = np.where(slow, 0, np.sign(laws.slip)).astype(int)
+        chosen = np.flatnonzero(slow)
+        if len(chosen):
+            own = laws.mobility[np.ix_(chosen, chosen)]
+            self.velocities -= laws.compliance[:, chosen] @ np.linalg.lstsq(own, laws.slip[chosen], rcond=1e-11)[0]
+
+    def _mode(self, time: float, w: Array, leaving: dict[int, int] | None = None) -> Mode:
+        laws = self._at(time, self.state, w)
+        resting = np.flatnonzero(self._directions == 0).tolist()
+        parts = list(self._directions), resting, laws.free, laws.mobility, laws.limits
+        try:
+            mode = find_mode(*parts, leaving)
+        except NoMode:
+            mode = find_mode(*parts)
+        self._directions = np.array(mode.directions)
+        return mode
+
+    def _way_out(self, time: float, w: Array, mode: Mode, c: int) -> int:
+        laws = self._at(time, self.state, w)
+        return 1 if forces_of(mode.directions, laws.free, laws.mobility, laws.limits)[c] > 0 else -1
+
+    def _rate(self, time: float, state: Array, w: Array, directions: tuple[int, ...]) -> Array:
+        laws = self._at(time, state, w)
+        forces = forces_of(directions, laws.free, laws.mobility, laws.limits)
+        held = laws.compliance @ forces
+        size = np.abs(laws.motion) + np.abs(laws.compliance) @ np.abs(forces)
+        # What is the rounding of forces that balance is none: what is held stays for ever.
+        moved = np.where(np.abs(laws.motion - held) <= _ROUNDING * size, 0.0, laws.motion - held)
+        return np.concatenate([state[self._n :], moved])
+
+    def _distance(self, time: float, state: Array, w: Array, directions: tuple[int, ...], c: int) -> float:
+        """How far a sliding contact is from rest, or a stuck one from break-away."""
+        laws = self._at(time, state, w)
+        if directions[c]:
+            return float(directions[c] * laws.slip[c] + _BACK)
+        forward, backward = laws.limits.held_forward[c], laws.limits.held_backward[c]
+        force = forces_of(directions, laws.free, laws.mobility, laws.limits)[c]
+        return float(min(forward - force, backward + force) + _BACK * (forward + backward))
+
+    def _at(self, time: float, state: Array, w: Array | None) -> _Laws:
+        inputs = np.zeros(self._laws.size1_in(2)) if w is None else w
+        return _Laws(*[part.full() for part in self._laws(state[: self._n], state[self._n :], inputs, time)])
+
+
+class _Laws:
+    """What holds at a state: M⁻¹U, M⁻¹(g − U smooth), u, u' without set-valued forces, U'M⁻¹U and the levels."""
+
+    def __init__(self, compliance: Array, *columns: Array) -> None:
+        self.compliance = compliance
+        self.motion, self.slip, self.free, self.smooth, *levels = (part[:, 0] for part in columns[:-1])
+        self.mobility = columns[-1]
+        self.limits = Limits(*levels)
+
+
+def _laws(system: System, contacts: PlantContacts) -> Any:
+    """CasADi function (x, v, w, t) → the parts of ``_Laws``."""
+    n, count = system.degrees_of_freedom, len(system.contacts)
+    x, v, w = casadi.SX.sym("x", n), casadi.SX.sym("v", n), casadi.SX.sym("w", len(system.inputs))
+    t = casadi.SX.sym("t")
+    names: dict[Any, Any] = {s: casadi.SX(float(value)) for s, value in system.values.items()}
+    for symbols, column in ((system.positions, x), (system.velocities, v), (system.inputs, w)):
+        names |= {s: column[i] for i, s in enumerate(symbols)}
+    names[TIME] = t
+    mass, U = to_casadi(system.mass_matrix, names), to_casadi(system.distribution, names)
+    compliance = casadi.horzcat(*[solve_symmetric(mass, U[:, c]) for c in range(count)])
+    slip = casadi.mtimes(U.T, v)
+    levels = contacts.levels(slip, names)
+    smooth = contacts.smooth(slip, names)
+    motion = solve_symmetric(mass, to_casadi(system.force, names) - casadi.mtimes(U, smooth))
+    free = casadi.mtimes(U.T, motion) + casadi.jtimes(slip, x, v)
+    jumps = levels.jumps
+    held = [
+        casadi.vertcat(*[(rest if jumps[c] else sliding)[c] for c in range(count)])
+        for rest, sliding in ((levels.held_forward, levels.forward), (levels.held_backward, levels.backward))
+    ]
+    parts = [compliance, motion, slip, free, smooth, levels.forward, levels.backward, *held]
+    mobility = casadi.mtimes(U.T, compliance)
+    return casadi.Function("laws", [x, v, w, t], [casadi.densify(p) for p in (*parts, mobility)], {"cse": True})
+
+
+class _Event:
+    """The fall to zero of one contact's distance from its next event, in SciPy's form."""
+
+    terminal = True
+    direction = -1.0
+
+    def __init__(self, distance: Callable[..., float], contact: int) -> None:
+        self._distance, self._contact = distance, contact
+
+    def __call__(self, time: float, state: Array, w: Array, directions: tuple[int, ...]) -> float:
+        return self._distance(time, state, w, directions, self._contact)
