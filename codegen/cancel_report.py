@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,8 @@ from codegen.cancellation.leftover import Leftover, leftover
 from codegen.effects.declare import add_declared_effects
 from codegen.files import write_all
 from codegen.mechanics import build_system
-from codegen.readable_cancellation import cancellation_json, cancellation_view
+from codegen.readable_cancellation import cancellation_json, cancellation_view, hunting_json
+from codegen.simulate.hunting import Hunting, hunting
 from codegen.spec import Spec, read_spec
 from codegen.spec.model import CancellationChoice
 
@@ -28,6 +30,7 @@ class CancelReport:
         reach: which friction can be cancelled, and why.
         plan, left: how the input is computed, and what it leaves; None where no input acts, or with a refusal.
         refusal: why no input can be generated, where the rank of B falls in the envelope.
+        hunting: whether the closed loop goes into a limit cycle, and up to which gain it does not; None if not asked.
         files: what was written.
     """
 
@@ -37,26 +40,36 @@ class CancelReport:
     plan: Plan | None
     left: Leftover | None
     refusal: RankFalls | None = None
+    hunting: Hunting | None = None
     files: tuple[Path, ...] = ()
 
     @property
     def view(self) -> dict[str, Any]:
         """What the text template needs."""
         words = cancellation_view(self.choice, self.reach, self.plan, self.left)
-        return {"spec": self.spec, "files": self.files, "refusal": self.refusal, **words}
+        return {"spec": self.spec, "files": self.files, "refusal": self.refusal, "hunting": self.hunting, **words}
 
     @property
     def content(self) -> dict[str, Any]:
         """The JSON object (docs/cancellation.md)."""
         content = cancellation_json(self.choice, self.reach, self.plan, self.left)
-        return content | {"refused": str(self.refusal) if self.refusal is not None else None}
+        content["refused"] = str(self.refusal) if self.refusal is not None else None
+        content["hunting"] = hunting_json(self.hunting, self.reach.system) if self.hunting is not None else None
+        return content
 
 
-def cancel(path: str | Path, folder: str | Path | None = None) -> CancelReport:
+def cancel(
+    path: str | Path,
+    folder: str | Path | None = None,
+    hunt: bool = False,
+    progress: Callable[[float], None] | None = None,
+) -> CancelReport:
     """Which friction the inputs of a spec can cancel, and the input that does it best.
 
     Args:
         folder: for cancellation.json; None writes nothing.
+        hunt: close the spec's loop with its observer and look for limit cycles, in simulation.
+        progress: told the share of that which is done, from 0 to 1.
 
     Raises:
         BadInput: for a bad spec, a force that is not linear in the inputs, or a folder that cannot be written.
@@ -72,6 +85,8 @@ def cancel(path: str | Path, folder: str | Path | None = None) -> CancelReport:
         except RankFalls as error:
             refusal = error
     report = CancelReport(spec, choice, found, plan, leftover(found, plan) if plan is not None else None, refusal)
+    if hunt and plan is not None:
+        report = replace(report, hunting=hunting(spec, system, progress))
     if folder is None:
         return report
     text = json.dumps(report.content, indent=1, ensure_ascii=False, allow_nan=False) + "\n"

@@ -157,10 +157,12 @@ def gains(
 def cancel(
     spec: SpecPath,
     out: Annotated[Path | None, typer.Option("-o", "--output", metavar="DIR", help="folder for the results")] = None,
+    hunt: Annotated[bool, typer.Option("--hunt", help="look for limit cycles of the closed loop")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="print JSON")] = False,
 ) -> None:
     """Say which friction the inputs can cancel, why, and by which input."""
-    report = pipeline.cancel(spec, out)
+    with _progress() as tell:
+        report = pipeline.cancel(spec, out, hunt, lambda share: tell("simulate", share))
     if as_json:
         output.print(json.dumps(report.content, indent=1, ensure_ascii=False, allow_nan=False))
     else:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from typing import Any
 
 from codegen.cancellation import Plan, Reach, Verdict
 from codegen.cancellation.leftover import Leftover
 from codegen.mechanics.sampling import POINTS
+from codegen.mechanics.system import System
+from codegen.simulate.hunting import Hunting
+from codegen.simulate.limit_cycle import LimitCycle
 from codegen.spec.model import CancellationChoice
 
 NOTHING = 5e-7
@@ -75,6 +79,32 @@ def cancellation_json(
             "contacts_whose_rest_may_push": list(left.pushing),
         }
     return content
+
+
+def hunting_json(found: Hunting, system: System) -> dict[str, Any]:
+    """The part of it about limit cycles."""
+
+    def cycle(one: LimitCycle | None) -> dict[str, Any] | None:
+        if one is None:
+            return None
+        bounded = math.isfinite(one.amplitude)
+        return {
+            "coordinate": system.positions[one.coordinate].name,
+            "amplitude": one.amplitude if bounded else None,
+            "period": one.period if bounded else None,
+        }
+
+    return {
+        "largest_gain_without": found.largest,
+        "delay": found.delay,
+        "duration": found.duration,
+        "from_rest_at": found.away.tolist(),
+        "pushed_with": found.push.tolist(),
+        "trials": [
+            {"gain": t.gain, "from_rest": cycle(t.from_rest), "from_push": cycle(t.from_push), "decided": t.decided}
+            for t in found.trials
+        ],
+    }
 
 
 def _verdict(v: Verdict) -> dict[str, Any]:

@@ -57,13 +57,16 @@ def simulate(
     refuse_unsimulable(spec, system)
     samples = round(simulation.duration / simulation.sample_time)
     controller = declared_controller(spec, simulation, samples)
+    asked = spec
+    if simulation.cancel is not None:
+        asked = replace(spec, cancellation=spec.cancellation or CancellationChoice())
     start = np.zeros(len(spec.positions)) if controller.reference is None else controller.reference(0.0)
     run = run_loop(
         system,
         simulation.sample_time,
         samples,
         controller,
-        _observer(spec, simulation, twin),
+        generated_in_loop(asked, simulation, twin) if simulation.observer else None,
         _cancellation(simulation, system),
         declared_sensors(spec, simulation),
         input_limit(spec, simulation),
@@ -91,9 +94,12 @@ def declared_sensors(spec: Spec, simulation: Simulation) -> Sensors:
     )
 
 
-def _observer(spec: Spec, simulation: Simulation, twin: bool) -> ObserverInLoop | None:
-    if not simulation.observer:
-        return None
+def generated_in_loop(spec: Spec, simulation: Simulation, twin: bool = False) -> ObserverInLoop:
+    """The spec's generated observer at its ratio to the loop's sample time, with the cancelling input if it has one.
+
+    Raises:
+        BadInput: for a spec without an observer, or a sample time that does not divide the observer's.
+    """
     observer = observer_of(spec)
     ratio = float(observer.sample_time) / simulation.sample_time
     every = round(ratio)
@@ -102,8 +108,6 @@ def _observer(spec: Spec, simulation: Simulation, twin: bool) -> ObserverInLoop 
         raise BadInput(
             spec.place("simulation.sample_time"), found, "a sample time that the observer's is a whole multiple of"
         )
-    if simulation.cancel is not None:
-        spec = replace(spec, cancellation=spec.cancellation or CancellationChoice())
     return generated_observer(spec, with_cancellation(spec, observer), every, twin)
 
 

@@ -1,0 +1,217 @@
+"""Does a machine hunt about a constant reference when its friction is cancelled, and up to which gain does it not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+
+from codegen.cancellation import cancelling_outputs
+from codegen.errors import BadInput
+from codegen.mechanics.sampling import numbers_over
+from codegen.mechanics.system import System
+from codegen.simulate.closed_loop import declared_sensors, generated_in_loop
+from codegen.simulate.declared_control import control_loops, declared_controller, input_limit
+from codegen.simulate.limit_cycle import LimitCycle, at_rest, limit_cycle
+from codegen.simulate.observed_loop import run_loop
+from codegen.simulate.observer_in_loop import Cancellation, ObserverInLoop
+from codegen.simulate.simulable import refuse_unsimulable
+from codegen.spec.model import CancellationChoice, Simulation, Spec
+
+Array = NDArray[np.float64]
+HALVINGS = 6
+FLOOR = 1e-3
+STEPS = 2
+LONGER = 4
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One gain: the limit cycle from rest away from the reference, and from a push at the reference.
+
+    ``decided`` says whether each run ended at rest or in a limit cycle, and not still creeping or dying out.
+    """
+
+    gain: float
+    from_rest: LimitCycle | None
+    from_push: LimitCycle | None
+    decided: bool
+
+    @property
+    def cycle(self) -> LimitCycle | None:
+        """That with the larger amplitude."""
+        found = [c for c in (self.from_rest, self.from_push) if c is not None]
+        return max(found, key=lambda c: c.amplitude, default=None)
+
+
+@dataclass(frozen=True)
+class Hunting:
+    """What was tried.
+
+    Attributes:
+        trials: by rising gain; without cancellation (0) and full cancellation (1) among them.
+        largest: the largest gain up to 1 below which no trial hunted, to 1/64; None where the machine hunts without.
+        away, push: (n,) how far from the reference, and how fast at it, the runs began; SI.
+        delay: samples of the observer between estimate and use.
+        duration: s of each run.
+    """
+
+    trials: tuple[Trial, ...]
+    largest: float | None
+    away: Array
+    push: Array
+    delay: int
+    duration: float
+
+
+def hunting(
+    spec: Spec,
+    system: System,
+    progress: Callable[[float], None] | None = None,
+    gains: Sequence[float] | None = None,
+) -> Hunting:
+    """Close the loop of the spec's controller and generated observer at several gains of the cancelling input.
+
+    The reference stays at its first value; each gain is run from rest at half the reference's swing from it, and from
+    the reference with the velocity that carries as much energy against the controller's spring. Encoders have their
+    steps and no noise. Where full cancellation hunts, the gain is halved in between six times; every gain below the
+    found one that was tried is then free of it, but a gain in between was not tried. A run that ends neither at rest
+    nor in a limit cycle is run again four times as long.
+
+    Args:
+        progress: told the share that is done, from 0 to 1.
+        gains: that alone are tried, in place of the search; the largest is then the largest of these below which none
+            hunted.
+
+    Raises:
+        BadInput: for a spec without an observer or without a controller, or a machine that cannot be simulated or
+            cancelled.
+    """
+    simulation = spec.simulation
+    if simulation is None or not simulation.reference:
+        expected = "`simulation:` with a `reference:` and its gains: hunting is of a controller about its reference"
+        raise BadInput(spec.place("simulation"), "no controller", expected)
+    refuse_unsimulable(spec, system)
+    choice = replace(spec.cancellation or CancellationChoice(), gain=sympy.S.One)
+    loop = _Loop(replace(spec, cancellation=choice), simulation, system)
+    trials: dict[float, Trial] = {}
+    total = 2 + HALVINGS + 2
+
+    def hunts(gain: float) -> bool:
+        trials[gain] = loop.trial(gain)
+        if progress is not None:
+            progress(min(len(trials) / total, 1.0))
+        return trials[gain].cycle is not None
+
+    largest = _first_quiet(gains, hunts) if gains is not None else _searched(hunts)
+    tried = tuple(trials[gain] for gain in sorted(trials))
+    return Hunting(tried, largest, loop.away, loop.push, simulation.cancel_delay, simulation.duration)
+
+
+def _searched(hunts: Callable[[float], bool]) -> float | None:
+    """The largest gain up to 1 that does not hunt, to 1/64; None where the machine hunts without cancellation."""
+    if hunts(0.0):
+        hunts(1.0)
+        return None
+    if not hunts(1.0):
+        return 1.0
+    low, high = 0.0, 1.0
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        low, high = (low, middle) if hunts(middle) else (middle, high)
+    return low
+
+
+def _first_quiet(gains: Sequence[float], hunts: Callable[[float], bool]) -> float | None:
+    quiet: float | None = None
+    for gain in sorted(gains):
+        if hunts(gain):
+            break
+        quiet = gain
+    return quiet
+
+
+class _Loop:
+    """The closed loop about a constant reference."""
+
+    def __init__(self, spec: Spec, simulation: Simulation, system: System) -> None:
+        self._spec, self._system = spec, system
+        self._samples = round(simulation.duration / simulation.sample_time)
+        moving = declared_controller(spec, simulation, self._samples)
+        assert moving.reference is not None
+        times = np.linspace(0, simulation.duration, 400, endpoint=False)
+        course = np.array([moving.reference(float(t)) for t in times])
+        self._at = course[0]
+        self.away = _swing(spec, simulation, course)
+        self._simulation = replace(
+            simulation,
+            inputs={},
+            reference={name: _constant(f) for name, f in simulation.reference.items()},
+            position_noise={},
+            velocity_noise=dict.fromkeys(simulation.velocity_noise, 0.0),
+            observer=True,
+        )
+        self.push = self.away * _stiffness_rate(spec, self._simulation, system, self._at)
+        self._sensors = declared_sensors(spec, self._simulation)
+        steps = np.array([simulation.encoder_step.get(x, 0.0) for x in spec.positions])
+        self._floor = np.maximum(FLOOR * self.away.max(), STEPS * steps)
+        self._observer: ObserverInLoop = generated_in_loop(spec, self._simulation)
+
+    def trial(self, gain: float) -> Trial:
+        still = np.zeros_like(self._at)
+        rest, rested = self._run(gain, self._at + self.away, still)
+        push, settled = self._run(gain, self._at, self.push)
+        return Trial(gain, rest, push, rested and settled)
+
+    def _run(self, gain: float, x: Array, v: Array) -> tuple[LimitCycle | None, bool]:
+        cycle, decided = self._once(gain, x, v, self._samples)
+        return (cycle, decided) if decided else self._once(gain, x, v, LONGER * self._samples)
+
+    def _once(self, gain: float, x: Array, v: Array, samples: int) -> tuple[LimitCycle | None, bool]:
+        simulation, system = self._simulation, self._system
+        identity = np.eye(len(system.inputs))
+        run = run_loop(
+            system,
+            simulation.sample_time,
+            samples,
+            declared_controller(self._spec, simulation, samples),
+            self._observer,
+            Cancellation(identity, gain, simulation.cancel_delay, cancelling_outputs(system)),
+            self._sensors,
+            input_limit(self._spec, simulation),
+            (x, v),
+        )
+        cycle = limit_cycle(run.time, run.true_positions, self._floor)
+        return cycle, cycle is not None or at_rest(run.true_positions, self._floor)
+
+
+def _constant(reference: sympy.Expr) -> sympy.Expr:
+    return sympy.Float(reference.subs(dict.fromkeys(reference.free_symbols, 0)))
+
+
+def _swing(spec: Spec, simulation: Simulation, course: Array) -> Array:
+    """(n,) half the swing of each reference; where all are constant, a tenth of them, or of a metre or radian."""
+    swing = np.ptp(course, axis=0) / 2
+    if not swing.any():
+        moved = {loop.coordinate for loop in control_loops(spec, simulation).values()}
+        for i in moved:
+            swing[i] = 0.1 * (abs(course[0, i]) or 1.0)
+    return np.asarray(swing, dtype=float)
+
+
+def _stiffness_rate(spec: Spec, simulation: Simulation, system: System, at: Array) -> Array:
+    """(n,) √(k_p B / M) of each controlled coordinate at the reference, 1/s; 1 where that is not positive."""
+    rates = np.ones(len(at))
+    B, M = (
+        numbers_over(m, system.values, system.positions, at[None, :])[0]
+        for m in (system.input_matrix, system.mass_matrix)
+    )
+    for j, loop in control_loops(spec, simulation).items():
+        i = loop.coordinate
+        stiffness = simulation.position_gain[system.inputs[j].name] * B[i, j] / M[i, i]
+        if stiffness > 0:
+            rates[i] = np.sqrt(stiffness)
+    return rates
