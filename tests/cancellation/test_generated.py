@@ -7,7 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from codegen.cancellation import with_cancellation
+from codegen.emit.package import emit_sources, make_header
 from codegen.generation import generated_files, generated_program
+from codegen.observers import observer_of
+from codegen.program import build_program
 from codegen.replay.engine import compiled_engine, twin_engine
 from codegen.spec import parse_spec
 
@@ -20,7 +24,9 @@ U_OF_X = [["1", "0"], ["-cos(x2)", "1"], ["0", "sin(x1)"]]
 
 def run_both(text: str, rows: np.ndarray) -> tuple[list[str], np.ndarray]:
     """Names of the outputs, and the outputs of C, equal to the twin's to the bit; (N, outputs)."""
-    program, files, _ = generated_program(read(text))
+    spec = read(text)
+    program = build_program(with_cancellation(spec, observer_of(spec)))
+    files = emit_sources(program, make_header("machine.yaml", "0" * 64, ""))
     found = []
     for engine in (compiled_engine(program, files), twin_engine(program, files)):
         engine.start(rows[0])
