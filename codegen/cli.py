@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, NoReturn
+from typing import Annotated
 
 import typer
 from rich.console import Console
@@ -71,7 +71,8 @@ def certify(
     """Certify the sampled observer over the envelope, or say why not, with a counterexample."""
     outcome = pipeline.certify(spec)
     if isinstance(outcome, Refusal):
-        _refuse(outcome)
+        errors.print(render("text/refused.txt.j2", refusal=outcome), end="")
+        raise typer.Exit(REFUSED)
     target = pipeline.write_certificate(outcome, out) if out is not None else None
     output.print(render("text/certified.txt.j2", certificate=outcome, target=target), end="")
 
@@ -269,11 +270,6 @@ def _columns(pairs: list[str]) -> dict[str, str]:
             raise BadInput("--column", f"`{pair}`", "NAME=COLUMN, such as x=qm")
         columns[name.strip()] = column.strip()
     return columns
-
-
-def _refuse(refusal: Refusal) -> NoReturn:
-    errors.print(render("text/refused.txt.j2", refusal=refusal), end="")
-    raise typer.Exit(REFUSED)
 
 
 @contextmanager
