@@ -1,0 +1,109 @@
+"""A peer: sources of a step with the loop around it, compiled beside the driver into one program."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import tempfile
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+HERE = Path(__file__).parent
+DRIVER = HERE / "peers" / "driver.c"
+MACHINE = ("-march=x86-64-v2",)
+"""No AVX: what a count is then depends on neither the machine nor valgrind's idea of it."""
+C_FLAGS = ("-std=gnu99", "-O2", "-ffp-contract=off", *MACHINE)
+
+
+class Missing(Exception):
+    """A peer that cannot be built here, in words for the page."""
+
+
+@dataclass(frozen=True)
+class Peer:
+    """One way to compute the step.
+
+    Attributes:
+        name: for the page.
+        files: name → text; every .c and .cpp is compiled.
+        step: the symbol of the step, whose instructions are counted with all that it calls.
+        width, outputs: how many numbers a row of inputs and of outputs has.
+        flags, libraries: of the compiler and the linker, beside the common ones.
+        limit: seconds that the compiler may take.
+    """
+
+    name: str
+    files: Mapping[str, str]
+    step: str
+    width: int
+    outputs: int
+    compiler: str = "gcc"
+    flags: tuple[str, ...] = C_FLAGS
+    libraries: tuple[str, ...] = ()
+    limit: float = 60.0
+
+
+@dataclass
+class Built:
+    """A compiled peer.
+
+    Attributes:
+        program: the executable, in a folder of its own.
+        seconds: that the compiler took for the peer's own sources.
+    """
+
+    peer: Peer
+    program: Path
+    seconds: float
+    sizes: dict[str, int] = field(default_factory=dict)
+
+
+def build(peer: Peer, folder: Path | None = None) -> Built:
+    """Compile a peer.
+
+    Raises:
+        Missing: if there is no compiler, it refuses, or it takes too long.
+    """
+    if shutil.which(peer.compiler) is None:
+        raise Missing(f"no {peer.compiler} here")
+    folder = folder or Path(tempfile.mkdtemp(prefix="stiction-benchmark-"))
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, text in peer.files.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    units = [name for name in peer.files if name.endswith((".c", ".cpp"))]
+    start = time.perf_counter()
+    for unit in units:
+        _run([peer.compiler, *peer.flags, "-c", unit, "-o", f"{unit}.o"], folder, peer)
+    seconds = time.perf_counter() - start
+    sizes = [f"-DWIDTH={peer.width}", f"-DOUTPUTS={peer.outputs}"]
+    _run(["gcc", *C_FLAGS, *sizes, "-c", str(DRIVER), "-o", "driver.o"], folder, peer)
+    objects = [f"{unit}.o" for unit in units]
+    _run([peer.compiler, *objects, "driver.o", "-o", "peer", *peer.libraries, "-lm"], folder, peer)
+    return Built(peer, folder / "peer", seconds)
+
+
+def outputs_of(built: Built, rows: Path) -> np.ndarray:
+    """What the peer computes in one pass over the rows, samples by outputs."""
+    done = subprocess.run([built.program, "check", rows], capture_output=True, check=True, timeout=300)
+    return np.frombuffer(done.stdout).reshape(-1, built.peer.outputs)
+
+
+def difference(ours: np.ndarray, theirs: np.ndarray) -> float:
+    """The largest difference of any output, relative to that output's largest value."""
+    if ours.shape != theirs.shape or not (np.isfinite(ours).all() and np.isfinite(theirs).all()):
+        return float("inf")
+    scale = np.abs(ours).max(axis=0)
+    return float((np.abs(ours - theirs).max(axis=0) / np.where(scale > 0, scale, 1.0)).max())
+
+
+def _run(command: list[str], folder: Path, peer: Peer) -> None:
+    try:
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=peer.limit, check=False)
+    except subprocess.TimeoutExpired:
+        raise Missing(f"the compiler was stopped after {peer.limit:.0f} s") from None
+    if done.returncode:
+        raise Missing(f"it does not compile here: {' '.join(done.stderr.split())[:300]}")

@@ -1,0 +1,1 @@
+"""Sources of the peers that are written by hand, and the driver around them."""

@@ -1,0 +1,1 @@
+"""The rows of the page, one file each: a function ``row()`` that gives a Row."""

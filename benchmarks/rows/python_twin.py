@@ -1,0 +1,73 @@
+"""The Python twin, one step of the two masses: numpy, SymPy's lambdify, numba; stated, without a goal."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from benchmarks import python_peers
+from benchmarks.compare import TOLERANCE
+from benchmarks.model import Model, load
+from benchmarks.peer import Missing, difference
+from benchmarks.python_peers import Run
+from benchmarks.result import OURS, Row, Table
+from benchmarks.timing import interleaved
+
+PEERS: tuple[tuple[str, Callable[[Model], Run]], ...] = (
+    (OURS, python_peers.twin),
+    ("Python by hand, on floats", python_peers.floats),
+    ("numpy, vectors", python_peers.vectors),
+    ("SymPy `lambdify`, `cse`", python_peers.lambdified),
+    ("numba, called at each step", python_peers.numba_step),
+    ("numba, with the loop", python_peers.numba_loop),
+)
+
+
+def checked(model: Model, rows: np.ndarray) -> tuple[dict[str, Run], dict[str, str]]:
+    """The peers that compute our numbers, and a note on each of the others."""
+    runs: dict[str, Run] = {}
+    notes: dict[str, str] = {}
+    reference: np.ndarray | None = None
+    for title, make in PEERS:
+        try:
+            run = make(model)
+        except Missing as missing:
+            notes[title] = str(missing)
+            continue
+        found = run(rows)
+        reference = found if reference is None else reference
+        off = difference(reference, found)
+        if off > TOLERANCE:
+            notes[title] = f"computes something else: outputs differ by {off:.1e}"
+            continue
+        if hasattr(run, "record"):
+            run.record = False
+        runs[title] = run
+    return runs, notes
+
+
+def row() -> Row:
+    model = load("two_mass")
+    rows = model.rows(2048)
+    runs, notes = checked(model, rows)
+
+    def once(run: Run) -> float:
+        start = time.perf_counter()
+        run(rows)
+        return 1e9 * (time.perf_counter() - start) / len(rows)
+
+    times = interleaved({title: lambda run=run: once(run) for title, run in runs.items()})
+    own = times[OURS].median
+    lines = [
+        (title, f"{times[title].median:.0f}", f"{times[title].least:.0f}", f"{own / times[title].median:.2f}", "")
+        if title in times
+        else (title, "", "", "", notes[title])
+        for title, _ in PEERS
+    ]
+    return Row(
+        "Python twin, one step of the two masses",
+        "Including what a caller in Python pays for the call; stated, without a goal.",
+        tables=(Table(("", "median, ns", "least, ns", "stiction ÷ this", "note"), tuple(lines)),),
+    )

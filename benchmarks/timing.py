@@ -1,0 +1,59 @@
+"""Nanoseconds a step: on one core, the peers in turn, the median and the least of the rounds."""
+
+from __future__ import annotations
+
+import os
+import statistics
+import subprocess
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from benchmarks.peer import Built
+
+ROUNDS = 9
+ROUND_SECONDS = 0.03
+
+
+@dataclass(frozen=True)
+class Times:
+    """Nanoseconds a step."""
+
+    median: float
+    least: float
+
+
+@contextmanager
+def pinned() -> Iterator[None]:
+    """On one core for the duration, where the system can do it; programs that are started inherit it."""
+    if not hasattr(os, "sched_setaffinity"):
+        yield
+        return
+    before = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {max(before)})
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(0, before)
+
+
+def interleaved(rounds: Mapping[str, Callable[[], float]], repeat: int = ROUNDS) -> dict[str, Times]:
+    """Call each of ``rounds`` in turn, ``repeat`` times; each gives the time of one of its steps."""
+    found: dict[str, list[float]] = {name: [] for name in rounds}
+    with pinned():
+        for _ in range(repeat):
+            for name, once in rounds.items():
+                found[name].append(once())
+    return {name: Times(statistics.median(values), min(values)) for name, values in found.items()}
+
+
+def times_of(peers: Mapping[str, Built], rows: Path, samples: int) -> dict[str, Times]:
+    """Nanoseconds a step of compiled peers."""
+
+    def run(built: Built, passes: int) -> float:
+        command = [str(built.program), "time", str(rows), str(passes)]
+        return float(subprocess.run(command, capture_output=True, text=True, check=True, timeout=300).stdout)
+
+    passes = {name: max(1, round(1e9 * ROUND_SECONDS / samples / run(b, 2))) for name, b in peers.items()}
+    return interleaved({name: lambda b=b, n=passes[name]: run(b, n) for name, b in peers.items()})
