@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
+from codegen.emit import ALWAYS
 from codegen.emit.package import emit_sources, make_header
 from codegen.generation import observer_of
 from codegen.observers import Observer
@@ -51,17 +52,19 @@ class Model:
     def output_names(self) -> tuple[str, ...]:
         return tuple(name for name, _, _ in self.program.outputs)
 
-    def files(self, precision: str = "double", fault: str = "hold") -> Mapping[str, str]:
-        """Our C and Python, by file name."""
+    def files(
+        self, precision: str = "double", fault: str = "hold", targets: Sequence[str] = ALWAYS
+    ) -> Mapping[str, str]:
+        """Our C and Python, or what other targets give, by file name."""
         program = build_program(self.observer, CodeChoice(precision, fault))
-        return emit_sources(program, make_header(self.spec.path.name, self.spec.sha256, ""))
+        return emit_sources(program, make_header(self.spec.path.name, self.spec.sha256, ""), targets)
 
-    def rows(self, samples: int = SAMPLES) -> np.ndarray:
-        """Inputs, samples by width: sines that end where they begin, no two in step."""
+    def rows(self, samples: int = SAMPLES, shift: float = 1.0) -> np.ndarray:
+        """Inputs, samples by width: sines that end where they begin, no two in step; from zero with no ``shift``."""
         turn = 2.0 * math.pi * np.arange(samples) / samples
         positions = len(self.observer.system.positions)
         columns = [
-            (self.travel if k < positions else self.force) * np.sin((1 + k % 3) * turn + 0.7 + 1.3 * k)
+            (self.travel if k < positions else self.force) * np.sin((1 + k % 3) * turn + shift * (0.7 + 1.3 * k))
             for k in range(len(self.program.inputs))
         ]
         return np.column_stack(columns)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
-from benchmarks.counting import Count
-from benchmarks.timing import Times
+from benchmarks.measure.counting import Count
+from benchmarks.measure.timing import Times
 
 OURS = "stiction"
 
@@ -19,6 +20,7 @@ class Entry:
         count, times: instructions and nanoseconds a step, where they were measured.
         difference: the largest relative difference of its outputs from ours.
         note: why there is nothing, or what it is.
+        ours: whether the entries from here to the next such one are compared with this one; the first always is.
     """
 
     name: str
@@ -26,6 +28,7 @@ class Entry:
     times: Times | None = None
     difference: float | None = None
     note: str = ""
+    ours: bool = False
 
     @property
     def instructions(self) -> float | None:
@@ -38,11 +41,12 @@ class Goal:
 
     Attributes:
         text: the goal in words.
-        reached: the figure, or None where it cannot be measured here.
-        limit: that it must not pass.
+        reached: the figure; infinite if the work did not end, None where it cannot be measured here.
+        limit: what it must not pass.
         least: whether it must not stay below the limit instead.
         unit: behind the figure.
         basis: what the figure is a ratio of.
+        digits: behind the point.
     """
 
     text: str
@@ -51,6 +55,7 @@ class Goal:
     least: bool = False
     unit: str = "×"
     basis: str = "instructions"
+    digits: int = 2
 
     @property
     def verdict(self) -> str:
@@ -73,35 +78,45 @@ class Row:
     """One row of the list of benchmarks.
 
     Attributes:
-        title, about: what is measured and how.
+        key: the name of its module, by which the command knows it, and of its template.
+        title: what is measured.
         entries: ours first.
         goals: in order.
-        notes: where the time goes, and what is missing.
         tables: beside that of the entries.
+        facts: what the template says more.
     """
 
+    key: str
     title: str
-    about: str
     entries: tuple[Entry, ...] = ()
     goals: tuple[Goal, ...] = ()
-    notes: tuple[str, ...] = ()
     tables: tuple[Table, ...] = ()
+    facts: Mapping[str, str | list[str] | list[dict[str, str]]] = field(default_factory=dict)
 
 
-def ratio(entries: Sequence[Entry], *peers: str, times: bool = False) -> float | None:
-    """Ours over the best of the named peers, by instructions or by median time; None where either is missing."""
-
-    def figure(entry: Entry) -> float | None:
-        return (entry.times.median if entry.times else None) if times else entry.instructions
-
-    ours = next((figure(e) for e in entries if e.name == OURS), None)
-    theirs = [value for e in entries if e.name in peers and (value := figure(e)) is not None]
-    return ours / min(theirs) if ours is not None and theirs else None
+def ratio(entries: Sequence[Entry], *peers: str, ours: str = OURS) -> float | None:
+    """Ours over the best of the named peers in instructions; None where either was not counted."""
+    own = next((e.instructions for e in entries if e.name == ours), None)
+    theirs = [e.instructions for e in entries if e.name in peers and e.instructions is not None]
+    return own / min(theirs) if own is not None and theirs else None
 
 
-def where_it_goes(entry: Entry, most: int = 6) -> str:
+def where_it_goes(entry: Entry, most: int = 5) -> str:
     """The functions in which an entry's instructions are spent."""
     if entry.count is None:
         return f"{entry.name}: not counted"
-    parts = [f"`{name}` {value:.0f}" for name, value in list(entry.count.parts.items())[:most]]
-    return f"{entry.name}, instructions a step by function: {', '.join(parts)}"
+    parts = [f"`{_bare(name)}` {value:.0f}" for name, value in list(entry.count.parts.items())[:most]]
+    more = len(entry.count.parts) - most
+    return f"{entry.name}, instructions a step by function: {', '.join(parts)}{f', {more} more' if more > 0 else ''}"
+
+
+def _bare(name: str) -> str:
+    """A function's name without the types that C++ hangs on it."""
+    return name.split("(")[0].split("<")[0].split(" ")[-1]
+
+
+def figure(value: float | None, digits: int = 2) -> str:
+    """A number for a table; a dash where there is none."""
+    if value is None:
+        return "–"
+    return "∞" if math.isinf(value) else f"{value:.{digits}f}"

@@ -1,1 +1,1 @@
-"""Sources of the peers that are written by hand, and the driver around them."""
+"""Who else computes the step: sources by hand, and what other tools generate from the same equations."""

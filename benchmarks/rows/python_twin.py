@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
-from benchmarks import python_peers
-from benchmarks.compare import TOLERANCE
+from benchmarks.measure.build import Missing, difference
+from benchmarks.measure.compare import TOLERANCE
+from benchmarks.measure.timing import interleaved, pinned
 from benchmarks.model import Model, load
-from benchmarks.peer import Missing, difference
-from benchmarks.python_peers import Run
-from benchmarks.result import OURS, Row, Table
-from benchmarks.timing import interleaved
+from benchmarks.peers import python_peers
+from benchmarks.peers.python_peers import Run
+from benchmarks.result import OURS, Entry, Row
 
 PEERS: tuple[tuple[str, Callable[[Model], Run]], ...] = (
     (OURS, python_peers.twin),
@@ -36,15 +37,13 @@ def checked(model: Model, rows: np.ndarray) -> tuple[dict[str, Run], dict[str, s
         except Missing as missing:
             notes[title] = str(missing)
             continue
-        found = run(rows)
+        found = python_peers.as_table(run(rows), model.output_names)
         reference = found if reference is None else reference
         off = difference(reference, found)
         if off > TOLERANCE:
             notes[title] = f"computes something else: outputs differ by {off:.1e}"
-            continue
-        if hasattr(run, "record"):
-            run.record = False
-        runs[title] = run
+        else:
+            runs[title] = run
     return runs, notes
 
 
@@ -58,16 +57,7 @@ def row() -> Row:
         run(rows)
         return 1e9 * (time.perf_counter() - start) / len(rows)
 
-    times = interleaved({title: lambda run=run: once(run) for title, run in runs.items()})
-    own = times[OURS].median
-    lines = [
-        (title, f"{times[title].median:.0f}", f"{times[title].least:.0f}", f"{own / times[title].median:.2f}", "")
-        if title in times
-        else (title, "", "", "", notes[title])
-        for title, _ in PEERS
-    ]
-    return Row(
-        "Python twin, one step of the two masses",
-        "Including what a caller in Python pays for the call; stated, without a goal.",
-        tables=(Table(("", "median, ns", "least, ns", "stiction ÷ this", "note"), tuple(lines)),),
-    )
+    with pinned():
+        times = interleaved({title: partial(once, run) for title, run in runs.items()})
+    entries = [Entry(title, times=times.get(title), note=notes.get(title, "")) for title, _ in PEERS]
+    return Row("python_twin", "Python twin, one step of the two masses", tuple(entries))

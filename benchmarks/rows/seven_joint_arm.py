@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
-import os
-import sys
+import sysconfig
 import tempfile
 import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
 from pathlib import Path
 
-from benchmarks.casadi_peer import casadi_peer
-from benchmarks.compare import Candidate, compare
+from benchmarks.measure.build import Missing
+from benchmarks.measure.compare import Candidate, compare
 from benchmarks.model import Model, load
-from benchmarks.peer import Missing
-from benchmarks.pinocchio_peer import pinocchio_peer
-from benchmarks.plain_c import our_peer
-from benchmarks.result import OURS, Entry, Goal, Row, Table, ratio, where_it_goes
+from benchmarks.peers.casadi_c import casadi_peer
+from benchmarks.peers.pinocchio_cpp import pinocchio_peer
+from benchmarks.peers.plain_c import our_peer
+from benchmarks.result import OURS, Entry, Goal, Row, ratio, where_it_goes
 from benchmarks.text import render
 from codegen.resources import resource_folder
 
 PINOCCHIO, CASADI = "Pinocchio, C++", "CasADi, `cse`, LDLᵀ written out"
 PANDA = "share/example-robot-data/robots/panda_description/urdf/panda.urdf"
-FOLDER = "EXAMPLE_ROBOT_DATA"
+OWN = "seven_joint_arm"
 
 
 def candidates(model: Model, robot: Path) -> list[Candidate]:
@@ -32,16 +32,15 @@ def candidates(model: Model, robot: Path) -> list[Candidate]:
 
 
 def panda_file() -> Path:
-    """The Panda of the package example-robot-data, installed or in the folder that EXAMPLE_ROBOT_DATA names.
+    """The Panda of the package example-robot-data.
 
     Raises:
-        Missing: where it is not here.
+        Missing: where it is not installed.
     """
-    for folder in (os.environ.get(FOLDER, ""), *sys.path):
-        for place in (Path(folder) / "cmeel.prefix" / PANDA, Path(folder) / PANDA):
-            if folder and place.exists():
-                return place
-    raise Missing(f"the package `example-robot-data` is not installed, nor in a folder that {FOLDER} names")
+    place = Path(sysconfig.get_path("purelib")) / "cmeel.prefix" / PANDA
+    if not place.exists():
+        raise Missing("not installed: `pip install example-robot-data`")
+    return place
 
 
 def seven_joints(source: Path, target: Path) -> None:
@@ -72,33 +71,31 @@ def panda(folder: Path) -> tuple[Model, Path]:
     return load(spec), robot
 
 
+def measured(title: str, model: Model, robot: Path) -> tuple[list[Entry], Goal]:
+    """The entries of one arm, named by it, and its goal."""
+    entries = compare(candidates(model, robot), model.rows())
+    goal = Goal(f"{title}: at most 0.15 × Pinocchio", ratio(entries, PINOCCHIO), 0.15)
+    return [replace(entry, name=f"{title}: {entry.name}", ours=entry.name == OURS) for entry in entries], goal
+
+
 def row() -> Row:
-    own = load("seven_joint_arm")
-    found = compare(candidates(own, resource_folder("specs") / "seven_joint_arm.urdf"), own.rows())
-    goals = [Goal("our own arm: at most 0.15 × Pinocchio", ratio(found, PINOCCHIO), 0.15)]
-    notes = [where_it_goes(found[0]), where_it_goes(found[1])]
-    tables: list[Table] = []
-    try:
-        with tempfile.TemporaryDirectory() as name:
-            model, robot = panda(Path(name))
-            others = compare(candidates(model, robot), model.rows())
-        goals.append(Goal("Panda: at most 0.15 × Pinocchio", ratio(others, PINOCCHIO), 0.15))
-        notes += [f"Panda: {where_it_goes(others[0])}"]
-        found += [_renamed(entry) for entry in others]
-    except Missing as missing:
-        goals.append(Goal("Panda: at most 0.15 × Pinocchio", None, 0.15))
-        notes.append(f"Panda: {missing}.")
+    entries: list[Entry] = []
+    goals: list[Goal] = []
+    with tempfile.TemporaryDirectory() as name:
+        for title, arm in (
+            ("Panda", lambda: panda(Path(name))),
+            ("our own arm", lambda: (load(OWN), resource_folder("specs") / f"{OWN}.urdf")),
+        ):
+            try:
+                found, goal = measured(title, *arm())
+            except Missing as missing:
+                found, goal = [Entry(title, note=str(missing))], Goal(f"{title}: at most 0.15 × Pinocchio", None, 0.15)
+            entries += found
+            goals.append(goal)
     return Row(
+        "seven_joint_arm",
         "Arms of seven joints, GTO with velocity observer, one step",
-        "Pinocchio: the same step in C++ against the headers of its wheel (-O3): `crba`, `nonLinearEffects`, Eigen's "
-        "`LDLT`, and the observer around them; its library is compiled as its makers did. Our own arm has general "
-        "frames; the Panda is that of `example-robot-data` with its fingers fixed.",
-        tuple(found),
+        tuple(entries),
         tuple(goals),
-        tuple(notes),
-        tuple(tables),
+        facts={"spent": [where_it_goes(entry) for entry in entries if entry.count is not None][:2]},
     )
-
-
-def _renamed(entry: Entry) -> Entry:
-    return Entry(f"Panda: {entry.name}", entry.count, entry.times, entry.difference, entry.note)

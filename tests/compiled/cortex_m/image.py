@@ -31,7 +31,7 @@ class Figures:
     """What a step costs on a Cortex-M4F.
 
     Attributes:
-        step_bytes: of NAME_step and what it calls in its own file, with the constants in the code.
+        step_bytes: of the step and what it calls in its own file, with the constants in the code.
         library_bytes: of what the linker adds from the C library for it.
         instructions: executed from the step's first to its return, libm included, the most over the rows.
         mean_instructions: over the rows.
@@ -97,19 +97,27 @@ def figures(
     face: Interface,
     rows: np.ndarray,
     flags: tuple[str, ...] = ("-O2",),
+    *,
+    step: str = "",
+    caller: str = "main",
 ) -> Figures:
-    """Size of the step and the instructions that it executes, counted one by one in qemu's trace over ``rows``."""
+    """Size of the step and the instructions that it executes, counted one by one in qemu's trace over ``rows``.
+
+    Args:
+        step, caller: the function to measure and who calls it, where NAME_step only leads to it.
+    """
+    step = step or f"{face.name}_step"
     image = build(workshop, files, face, rows, len(rows), flags, quiet=True)
     sizes = symbol_sizes(image)
-    counts = list(count_calls(image, f"{face.name}_step", "main"))
+    counts = list(count_calls(image, step, caller))
     if len(counts) != len(rows):
         raise RuntimeError(f"{len(counts)} steps in the trace of {len(rows)}")
     observer = workshop.object(files, f"{face.name}.c", ARM_M4F, *FLAGS, *flags)
     own = symbol_sizes(observer)
     harness = {"main", "reset", "fault", "vectors", "rows", "memcpy", "memset"}
     others = {name: size for name, size in sizes.items() if name not in harness and name not in own}
-    setup = {f"{face.name}_init", f"{face.name}_prepare"}
-    step_bytes = sum(size for name, size in own.items() if name not in setup)
+    setup = {f"{face.name}_init", f"{face.name}_prepare", caller}
+    step_bytes = sum(size for name, size in own.items() if name in sizes and name not in setup)
     return Figures(step_bytes, sum(others.values()), max(counts), float(np.mean(counts)), bool(others))
 
 

@@ -6,13 +6,18 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from benchmarks.measure.build import MACHINE, Missing, Peer
 from benchmarks.model import NUDGE, Model
-from benchmarks.peer import MACHINE, Missing, Peer
-from benchmarks.plain_c import PEERS
-from benchmarks.symforce_peer import eigen_include
+from benchmarks.peers.eigen import eigen_include
+from benchmarks.peers.plain_c import SOURCES
 from benchmarks.text import render
 
-FLAGS = ("-std=c++17", "-O3", "-DNDEBUG", "-w", "-DBOOST_MPL_LIMIT_LIST_SIZE=30", "-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS")
+FLAGS = (
+    *("-std=c++17", "-O3", "-DNDEBUG", "-w"),
+    *("-DBOOST_MPL_LIMIT_LIST_SIZE=30", "-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS"),
+    "-DPINOCCHIO_ENABLE_TEMPLATE_INSTANTIATION",  # as its CMake files say: the algorithms come from its library
+)
+COMPILE_LIMIT = 400.0
 
 
 @cache
@@ -77,7 +82,7 @@ def joint_lines(robot: Path) -> list[dict[str, Any]]:
     return found
 
 
-def pinocchio_peer(model: Model, robot: Path, title: str, optimised: tuple[str, ...] = MACHINE) -> Peer:
+def pinocchio_peer(model: Model, robot: Path, title: str) -> Peer:
     """crba, nonLinearEffects and LDLT, with the observer around them.
 
     Raises:
@@ -86,13 +91,9 @@ def pinocchio_peer(model: Model, robot: Path, title: str, optimised: tuple[str, 
     place = prefix()
     joints = joint_lines(robot)
     n = len(joints)
-    sample_time = next(f.value for f in model.program.parameters if f.name == "sample_time")
-    head = render(
-        "robot.h.j2", joints=joints, gains=gain_rows(model), n=n, sample_time=sample_time, nudge=NUDGE
-    )
-    files = {"robot.h": head, "pinocchio.cpp": (PEERS / "pinocchio.cpp").read_text(encoding="utf-8")}
-    include = (f"-I{place / 'include'}", f"-I{eigen_include()}", f"-DJOINTS={n}")
+    sample_time = float(model.observer.sample_time)
+    head = render("robot.h.j2", joints=joints, gains=gain_rows(model), sample_time=sample_time, nudge=NUDGE)
+    files = {"robot.h": head, "pinocchio.cpp": (SOURCES / "pinocchio.cpp").read_text(encoding="utf-8")}
+    flags = (*FLAGS, *MACHINE, f"-I{place / 'include'}", f"-I{eigen_include()}", f"-DJOINTS={n}")
     libraries = (f"-L{place / 'lib'}", f"-Wl,-rpath,{place / 'lib'}", "-lpinocchio_default")
-    return Peer(
-        title, files, "pinocchio_step", 2 * n, 3 * n, "g++", (*FLAGS, *optimised, *include), libraries, limit=240.0
-    )
+    return Peer(title, files, "pinocchio_step", 2 * n, 3 * n, "g++", flags, libraries, limit=COMPILE_LIMIT)

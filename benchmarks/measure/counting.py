@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from benchmarks.peer import Built
+from benchmarks.measure.build import Built
 
 _TOTAL = re.compile(r"^(?:totals|summary): (\d+)", re.MULTILINE)
 
@@ -38,7 +38,10 @@ def _run(built: Built, rows: Path, passes: int) -> tuple[int, dict[str, int]]:
         out = Path(folder) / "out"
         command = ["valgrind", "--tool=callgrind", f"--callgrind-out-file={out}", f"--toggle-collect={built.peer.step}"]
         subprocess.run(
-            [*command, str(built.program), "count", str(rows), str(passes)], capture_output=True, check=True, timeout=600
+            [*command, str(built.program), "count", str(rows), str(passes)],
+            capture_output=True,
+            check=True,
+            timeout=600,
         )
         text = out.read_text(encoding="utf-8", errors="replace")
     totals = [int(number) for number in _TOTAL.findall(text)]

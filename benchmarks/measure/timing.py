@@ -8,9 +8,10 @@ import subprocess
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
-from benchmarks.peer import Built
+from benchmarks.measure.build import Built
 
 ROUNDS = 9
 ROUND_SECONDS = 0.03
@@ -39,12 +40,11 @@ def pinned() -> Iterator[None]:
 
 
 def interleaved(rounds: Mapping[str, Callable[[], float]], repeat: int = ROUNDS) -> dict[str, Times]:
-    """Call each of ``rounds`` in turn, ``repeat`` times; each gives the time of one of its steps."""
+    """Call each of ``rounds`` in turn, ``repeat`` times; each gives a time, of a step or of its work."""
     found: dict[str, list[float]] = {name: [] for name in rounds}
-    with pinned():
-        for _ in range(repeat):
-            for name, once in rounds.items():
-                found[name].append(once())
+    for _ in range(repeat):
+        for name, once in rounds.items():
+            found[name].append(once())
     return {name: Times(statistics.median(values), min(values)) for name, values in found.items()}
 
 
@@ -55,5 +55,6 @@ def times_of(peers: Mapping[str, Built], rows: Path, samples: int) -> dict[str, 
         command = [str(built.program), "time", str(rows), str(passes)]
         return float(subprocess.run(command, capture_output=True, text=True, check=True, timeout=300).stdout)
 
-    passes = {name: max(1, round(1e9 * ROUND_SECONDS / samples / run(b, 2))) for name, b in peers.items()}
-    return interleaved({name: lambda b=b, n=passes[name]: run(b, n) for name, b in peers.items()})
+    with pinned():
+        passes = {name: max(1, round(1e9 * ROUND_SECONDS / samples / run(b, 2))) for name, b in peers.items()}
+        return interleaved({name: partial(run, b, passes[name]) for name, b in peers.items()})

@@ -4,23 +4,21 @@ from __future__ import annotations
 
 import shutil
 import subprocess
-import tempfile
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-HERE = Path(__file__).parent
-DRIVER = HERE / "peers" / "driver.c"
+DRIVER = Path(__file__).with_name("driver.c")
 MACHINE = ("-march=x86-64-v2",)
 """No AVX: what a count is then depends on neither the machine nor valgrind's idea of it."""
 C_FLAGS = ("-std=gnu99", "-O2", "-ffp-contract=off", *MACHINE)
 
 
 class Missing(Exception):
-    """A peer that cannot be built here, in words for the page."""
+    """A peer that cannot be built or run here, in words for the page."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +45,7 @@ class Peer:
     limit: float = 60.0
 
 
-@dataclass
+@dataclass(frozen=True)
 class Built:
     """A compiled peer.
 
@@ -59,30 +57,28 @@ class Built:
     peer: Peer
     program: Path
     seconds: float
-    sizes: dict[str, int] = field(default_factory=dict)
 
 
-def build(peer: Peer, folder: Path | None = None) -> Built:
-    """Compile a peer.
+def build(peer: Peer, folder: Path) -> Built:
+    """Compile a peer in a folder of its own.
 
     Raises:
         Missing: if there is no compiler, it refuses, or it takes too long.
     """
     if shutil.which(peer.compiler) is None:
         raise Missing(f"no {peer.compiler} here")
-    folder = folder or Path(tempfile.mkdtemp(prefix="stiction-benchmark-"))
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in peer.files.items():
         (folder / name).write_text(text, encoding="utf-8")
     units = [name for name in peer.files if name.endswith((".c", ".cpp"))]
     start = time.perf_counter()
     for unit in units:
-        _run([peer.compiler, *peer.flags, "-c", unit, "-o", f"{unit}.o"], folder, peer)
+        run_compiler([peer.compiler, *peer.flags, "-c", unit, "-o", f"{unit}.o"], folder, peer.limit)
     seconds = time.perf_counter() - start
     sizes = [f"-DWIDTH={peer.width}", f"-DOUTPUTS={peer.outputs}"]
-    _run(["gcc", *C_FLAGS, *sizes, "-c", str(DRIVER), "-o", "driver.o"], folder, peer)
+    run_compiler(["gcc", *C_FLAGS, *sizes, "-c", str(DRIVER), "-o", "driver.o"], folder, peer.limit)
     objects = [f"{unit}.o" for unit in units]
-    _run([peer.compiler, *objects, "driver.o", "-o", "peer", *peer.libraries, "-lm"], folder, peer)
+    run_compiler([peer.compiler, *objects, "driver.o", "-o", "peer", *peer.libraries, "-lm"], folder, peer.limit)
     return Built(peer, folder / "peer", seconds)
 
 
@@ -93,17 +89,22 @@ def outputs_of(built: Built, rows: Path) -> np.ndarray:
 
 
 def difference(ours: np.ndarray, theirs: np.ndarray) -> float:
-    """The largest difference of any output, relative to that output's largest value."""
+    """The largest difference of any output, relative to its largest value; infinite for other shapes or NaN."""
     if ours.shape != theirs.shape or not (np.isfinite(ours).all() and np.isfinite(theirs).all()):
         return float("inf")
     scale = np.abs(ours).max(axis=0)
     return float((np.abs(ours - theirs).max(axis=0) / np.where(scale > 0, scale, 1.0)).max())
 
 
-def _run(command: list[str], folder: Path, peer: Peer) -> None:
+def run_compiler(command: list[str], folder: Path, limit: float) -> None:
+    """Run a command in a folder.
+
+    Raises:
+        Missing: if it refuses or takes more than ``limit`` seconds.
+    """
     try:
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=peer.limit, check=False)
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=limit, check=False)
     except subprocess.TimeoutExpired:
-        raise Missing(f"the compiler was stopped after {peer.limit:.0f} s") from None
+        raise Missing(f"the compiler was stopped after {limit:.0f} s") from None
     if done.returncode:
-        raise Missing(f"it does not compile here: {' '.join(done.stderr.split())[:300]}")
+        raise Missing(f"it does not compile here: {' '.join(done.stderr.split())[:200]}")

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 M1, M2, ETA1, ETA2, ETA3, H = 10.0, 50.0, 100.0, 50.0, 20.0, 0.001
+LEVELS = (10.0, 20.0)
 CONSTANTS = ((ETA2 + ETA3), (ETA1 + ETA3), ETA3, 1.0 / M1, 1.0 / M2, 500.0, 700.0, 10.0, 10.0, H)
 
 

@@ -4,47 +4,63 @@ from __future__ import annotations
 
 import os
 import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import casadi
 
-from benchmarks.casadi_peer import Step, first_state, step_of
+from benchmarks.measure.build import MACHINE, Missing, Peer
 from benchmarks.model import Model
-from benchmarks.peer import MACHINE, Missing, Peer
+from benchmarks.peers.casadi_c import Step, first_state, step_of
+from benchmarks.peers.eigen import eigen_include
 from benchmarks.text import render
 
-CPP_FLAGS = ("-std=c++17", "-O2", "-DNDEBUG", "-ffp-contract=off", *MACHINE)
+FLAGS = ("-std=c++17", "-O2", "-DNDEBUG", "-ffp-contract=off", *MACHINE)
+PARTS = ("state", "row", "parameters")
 
 
-def eigen_include() -> Path:
-    """Eigen's headers, which CasADi's wheel carries."""
-    for place in (Path(casadi.__file__).parent / "include" / "eigen3", Path("/usr/include/eigen3")):
-        if (place / "Eigen" / "Core").exists():
-            return place
-    raise Missing("Eigen's headers are not here")
+@dataclass(frozen=True)
+class Scalars:
+    """The step in SymForce's scalars.
+
+    Attributes:
+        inputs: symbols of state, row and parameters.
+    """
+
+    inputs: dict[str, list[Any]]
+    following: list[Any]
+    outputs: list[Any]
 
 
-def rebuild(step: Step) -> tuple[list[Any], list[Any], list[Any], list[Any], list[Any]]:
-    """State, inputs, parameters, next state and outputs as SymForce scalars, operation by operation.
+@cache
+def symbolic() -> Any:
+    """SymForce's symbolic module, over SymEngine.
 
     Raises:
         Missing: where SymForce is not installed.
     """
+    os.environ.setdefault("SYMFORCE_SYMBOLIC_API", "symengine")
     try:
-        import symforce.symbolic as sf
+        import symforce
     except ImportError:
         raise Missing("not installed: `pip install symforce`") from None
-    groups = [
-        [sf.Symbol(f"{name}{k}") for k in range(vector.shape[0])]
-        for name, vector in (("s", step.state), ("u", step.inputs), ("p", step.parameters))
-    ]
-    calls = {
+    symforce.set_epsilon_to_number()
+    import symforce.symbolic as sf
+
+    return sf
+
+
+def operations(sf: Any) -> dict[int, Callable[..., Any]]:
+    """CasADi's operation → SymForce's."""
+    return {
         casadi.OP_SIN: sf.sin,
         casadi.OP_COS: sf.cos,
         casadi.OP_TANH: sf.tanh,
         casadi.OP_FABS: abs,
-        casadi.OP_SIGN: lambda a: sf.sign(a),
+        casadi.OP_SIGN: sf.sign,
         casadi.OP_NEG: lambda a: -a,
         casadi.OP_SQ: lambda a: a * a,
         casadi.OP_TWICE: lambda a: 2 * a,
@@ -54,9 +70,19 @@ def rebuild(step: Step) -> tuple[list[Any], list[Any], list[Any], list[Any], lis
         casadi.OP_MUL: lambda a, b: a * b,
         casadi.OP_DIV: lambda a, b: a / b,
     }
+
+
+def rebuild(step: Step) -> Scalars:
+    """The step in SymForce's scalars, operation by operation."""
+    sf = symbolic()
+    calls = operations(sf)
+    groups = [
+        [sf.Symbol(f"{letter}{k}") for k in range(vector.shape[0])]
+        for letter, vector in zip("sup", (step.state, step.inputs, step.parameters), strict=True)
+    ]
     function = step.function(cse=True)
     register: dict[int, Any] = {}
-    results: list[dict[int, Any]] = [{}, {}]
+    results: tuple[dict[int, Any], dict[int, Any]] = ({}, {})
     for k in range(function.n_instructions()):
         operation = function.instruction_id(k)
         target, source = function.instruction_output(k), function.instruction_input(k)
@@ -71,23 +97,23 @@ def rebuild(step: Step) -> tuple[list[Any], list[Any], list[Any], list[Any], lis
             register[target[0]] = calls[operation](*[register[r] for r in source])
     sizes = (step.next_state.shape[0], step.outputs.shape[0])
     following, outputs = ([sf.S(found.get(k, 0)) for k in range(n)] for found, n in zip(results, sizes, strict=True))
-    return (*groups, following, outputs)  # type: ignore[return-value]
+    return Scalars(dict(zip(PARTS, groups, strict=True)), following, outputs)
 
 
 def symforce_header(step: Step) -> str:
-    """The C++ header that SymForce generates."""
-    state, inputs, parameters, following, outputs = rebuild(step)
-    os.environ.setdefault("SYMFORCE_SYMBOLIC_API", "symengine")
-    import symforce.symbolic as sf
+    """The C++ header that SymForce generates.
+
+    Raises:
+        Missing: where SymForce is not installed.
+    """
+    sf = symbolic()
     from symforce import codegen
     from symforce.values import Values
 
-    def vector(entries: list[Any]) -> Any:
-        return sf.Matrix(entries)
-
+    scalars = rebuild(step)
     generator = codegen.Codegen(
-        inputs=Values(state=vector(state), row=vector(inputs), parameters=vector(parameters)),
-        outputs=Values(following=vector(following), outputs=vector(outputs)),
+        inputs=Values(**{part: sf.Matrix(symbols) for part, symbols in scalars.inputs.items()}),
+        outputs=Values(following=sf.Matrix(scalars.following), outputs=sf.Matrix(scalars.outputs)),
         config=codegen.CppConfig(use_eigen_types=True),
         name="symforce_step",
     )
@@ -96,20 +122,18 @@ def symforce_header(step: Step) -> str:
         return next(Path(p) for p in made.generated_files if p.suffix == ".h").read_text(encoding="utf-8")
 
 
-def symforce_peer(model: Model, title: str, limit: float = 60.0) -> Peer:
-    """SymForce's C++ of the step with a loop around it."""
+def symforce_peer(model: Model, title: str) -> Peer:
+    """SymForce's C++ of the step with a loop around it.
+
+    Raises:
+        Missing: where SymForce or Eigen is not installed.
+    """
     step = step_of(model, "ldl")
     header = symforce_header(step)
     values = [f.value for f in model.program.parameters]
-    sizes = {key: v.shape[0] for key, v in (("S", step.state), ("U", step.inputs), ("P", step.parameters), ("Y", step.outputs))}
+    lengths = (step.state.shape[0], step.inputs.shape[0], step.parameters.shape[0], step.outputs.shape[0])
+    sizes = dict(zip("SUPY", lengths, strict=True))
     text = render("symforce_loop.cpp.j2", **sizes, first=first_state(model), values=values)
-    return Peer(
-        title,
-        {"symforce_step.h": header, "loop.cpp": text},
-        "symforce_call",
-        sizes["U"],
-        sizes["Y"],
-        "g++",
-        (*CPP_FLAGS, f"-I{eigen_include()}"),
-        limit=limit,
-    )
+    files = {"symforce_step.h": header, "loop.cpp": text}
+    flags = (*FLAGS, f"-I{eigen_include()}")
+    return Peer(title, files, "symforce_call", sizes["U"], sizes["Y"], "g++", flags)

@@ -1,4 +1,4 @@
-"""A chain of n masses on springs, each with friction to the ground: its spec, and the same step as a CasADi function."""
+"""A chain of n masses on springs, each with friction to the ground: its spec, and its step as a CasADi function."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from pathlib import Path
 import casadi
 import numpy as np
 
-from benchmarks.casadi_peer import Step, compiled_step
+from benchmarks.measure.build import Peer
 from benchmarks.model import NUDGE
-from benchmarks.peer import Peer
+from benchmarks.peers.casadi_c import Step, compiled_step
 from benchmarks.text import render
 
 MASS, SPRING, LEVEL, K_F, K_V, SAMPLE_TIME = 1.0, 100.0, 0.5, 20.0, 20.0, 0.001

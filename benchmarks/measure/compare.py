@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.counting import count
-from benchmarks.peer import Built, Missing, Peer, build, difference, outputs_of
+from benchmarks.measure.build import Built, Missing, Peer, build, difference, outputs_of
+from benchmarks.measure.counting import count
+from benchmarks.measure.timing import times_of
 from benchmarks.result import Entry
-from benchmarks.timing import times_of
 
 TOLERANCE = 1e-9
 
