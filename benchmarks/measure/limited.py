@@ -14,7 +14,10 @@ START_LIMIT = 60.0
 
 
 def limited(work: Callable[..., Any], seconds: float, *arguments: Any) -> tuple[Any, float]:
-    """(result, seconds that it took) of a function of a module; the process's start and its imports are not counted.
+    """(result, seconds of the processor) of a module's function; the process's start and its imports do not count.
+
+    Args:
+        seconds: that it may take by the clock.
 
     Raises:
         Missing: if it did not end in time, or could not do it.
@@ -34,6 +37,6 @@ def _imported(work: Callable[..., Any]) -> None:
 
 
 def _timed(work: Callable[..., Any], *arguments: Any) -> tuple[Any, float]:
-    start = time.perf_counter()
+    start = time.process_time()
     result = work(*arguments)
-    return result, time.perf_counter() - start
+    return result, time.process_time() - start

@@ -12,8 +12,12 @@ typedef struct {
     double a_between, a_ground;
 } hand_two_mass_parameters;
 
+#ifndef LEVEL_GAIN
+#define LEVEL_GAIN 500.0 /* K_F_between */
+#endif
+
 #define HAND_TWO_MASS_PARAMETERS \
-    {70.0, 120.0, 20.0, 0.001 / 10.0, 0.001 / 50.0, 500.0, 700.0, 10.0, 10.0, 0.01, 0.01, 10.0, 20.0}
+    {70.0, 120.0, 20.0, 0.001 / 10.0, 0.001 / 50.0, LEVEL_GAIN, 700.0, 10.0, 10.0, 0.01, 0.01, 10.0, 20.0}
 
 typedef struct {
     double z_v1, z_v2, z_between, z_ground;
