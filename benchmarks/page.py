@@ -34,10 +34,10 @@ def kept(root: Path = ROOT) -> Results | None:
     return ADAPTER.validate_json(file.read_bytes()) if file.exists() else None
 
 
-def write(results: Results, root: Path = ROOT) -> None:
-    """The page and the results behind it."""
+def write(results: Results, complete: bool, root: Path = ROOT) -> None:
+    """The results so far, and with all rows the page."""
     text = json.dumps(asdict(results), indent=1, ensure_ascii=False) + "\n"
-    write_all(root, {PAGE: page(results), RESULTS: text})
+    write_all(root, {RESULTS: text} | ({PAGE: page(results)} if complete else {}))
 
 
 def page(results: Results) -> str:

@@ -116,5 +116,5 @@ def row() -> Row:
             Goal("compiles in under 1 s at any n", slowest, 1.0, unit=" s", basis="seconds"),
         ),
         tables=(Table(HEAD, tuple(size.cells for size in sizes)),),
-        facts={"limit": f"{GENERATE_LIMIT:.0f}"},
+        facts={"limit": f"{GENERATE_LIMIT:.0f}", "missing": missing},
     )

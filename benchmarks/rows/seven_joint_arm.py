@@ -73,35 +73,34 @@ def panda(folder: Path) -> tuple[Model, Path]:
     return load(spec), robot
 
 
-def goals(title: str, entries: Sequence[Entry] = ()) -> list[Goal]:
+def goals(entries: Sequence[Entry] = ()) -> tuple[Goal, ...]:
     """By instructions and by time; not available without entries."""
-    text = f"{title}: at most 0.15 × Pinocchio"
+    text = "Panda: at most 0.15 × Pinocchio"
     times = {e.name: e.times.median for e in entries if e.times is not None}
     by_time = times[OURS] / times[PINOCCHIO] if {OURS, PINOCCHIO} <= times.keys() else None
-    return [Goal(text, ratio(entries, PINOCCHIO), LIMIT), Goal(text, by_time, LIMIT, basis="median time")]
+    return Goal(text, ratio(entries, PINOCCHIO), LIMIT), Goal(text, by_time, LIMIT, basis="median time")
 
 
 def row() -> Row:
-    entries: list[Entry] = []
-    reached: list[Goal] = []
-    with tempfile.TemporaryDirectory() as name:
-        for title, arm in (
-            ("Panda", lambda: panda(Path(name))),
-            ("our own arm", lambda: (load(OWN), resource_folder("specs") / f"{OWN}.urdf")),
-        ):
-            try:
-                model, robot = arm()
-            except Missing as missing:
-                entries.append(Entry(title, note=str(missing)))
-                reached += goals(title)
-                continue
+    own = load(OWN)
+    robot = resource_folder("specs") / f"{OWN}.urdf"
+    entries = named("our own arm", compare([c for c in candidates(own, robot) if c[0] != PINOCCHIO], own.rows()))
+    try:
+        with tempfile.TemporaryDirectory() as name:
+            model, robot = panda(Path(name))
             found = compare(candidates(model, robot), model.rows())
-            entries += [replace(entry, name=f"{title}: {entry.name}", ours=entry.name == OURS) for entry in found]
-            reached += goals(title, found)
+        entries, reached = named("Panda", found) + entries, goals(found)
+    except Missing as missing:
+        entries, reached = [*entries, Entry("Panda", note=str(missing))], goals()
     return Row(
         "seven_joint_arm",
         "Arms of seven joints, GTO with velocity observer, one step",
         tuple(entries),
-        tuple(reached),
+        reached,
         facts={"spent": [where_it_goes(entry) for entry in entries if entry.count is not None][:2]},
     )
+
+
+def named(arm: str, entries: Sequence[Entry]) -> list[Entry]:
+    """Entries with the arm before their names."""
+    return [replace(entry, name=f"{arm}: {entry.name}", ours=entry.name == OURS) for entry in entries]
