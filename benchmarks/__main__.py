@@ -11,7 +11,7 @@ import importlib
 import sys
 
 from benchmarks.machine import this_machine
-from benchmarks.page import Results, kept, section, write
+from benchmarks.page import PAGE, Results, kept, section, write
 from benchmarks.result import Row
 
 ROWS = (
