@@ -64,7 +64,32 @@ def test_law_follows_radau(law: str):
     assert np.max(np.abs(v[:, 0] - path[:, 1])) < 5e-7
 
 
+def test_lugre_with_bristles_of_ten_million_newton_a_metre_follows_radau():
+    law = "law: lugre, sigma_0: 1e7, sigma_1: 3000, sigma_2: 0.4, F_c: 2, F_s: 3, v_s: 0.01"
+    time = np.arange(0, 1, 0.01)
+    w = 6 * np.sin(6 * time) + 2 * np.sin(7.7 * time)
+    path = exact.integrate(exact.lugre(1e7, 3000, 0.4, 2, 3, 0.01), 2, 20, time, w, np.zeros(3))
+    x, v = run(sliding(law)[1], time, w, 100)
+    assert np.max(np.abs(x[:, 0] - path[:, 0])) < 1e-7
+    assert np.max(np.abs(v[:, 0] - path[:, 1])) < 5e-7
+    assert np.max(np.abs(path[:, 1])) > 0.2
+
+
+def test_dahl_with_an_exponent_below_one_gains_what_the_push_leaves():
+    # i = 1/2: √(1 − f) = 1 − c x/2 up to x = 2/c, where f = 1 is reached; so m v²/2 = w x − a ∫f dx in closed form.
+    a, c, m, w = 3.0, 200.0, 2.0, 3.5
+    _, system = sliding(f"law: dahl, a: {a}, c: {c}, i: 0.5", m=m, k=0)
+    time = np.arange(0, 0.6, 0.002)
+    x, v = run(system, time, np.full(len(time), w), 100)
+    x, v = x[:, 0], v[:, 0]
+    assert np.sum((x > 1e-4) & (x < 2 / c)) > 20 and x[-1] > 3 / c
+    area = x - 2 / (3 * c) * (1 - np.maximum(1 - c * x / 2, 0) ** 3)
+    gained = w * x - a * area
+    assert np.max(np.abs(m * v**2 / 2 - gained)) < 1e-5 * np.max(gained)
+
+
 def test_walrath_switches_and_is_first_order():
+    # Its rate jumps at u = 0: the step of a reversal has an error of its own order, which no smooth scheme avoids.
     path = exact.integrate(exact.walrath(3, 0.02), 2, 20, TIME, COMMAND, np.zeros(3))
     x, v = run(sliding("law: walrath, T: 3, tau: 0.02")[1], TIME, COMMAND, 100)
     assert np.max(np.abs(x[:, 0] - path[:, 0])) < 1e-3
