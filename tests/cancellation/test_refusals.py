@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from codegen.cancellation import RankFalls, with_cancellation
+from codegen.cancellation import RankFalls, regular, with_cancellation
 from codegen.cancellation.regular import keeps_rank
 from codegen.errors import BadInput
 from codegen.mechanics.build import build_system
@@ -32,6 +32,16 @@ def build(text: str):
 def test_a_rank_that_falls_in_the_envelope(entry, message):
     with pytest.raises(RankFalls, match=rf"cancellation: an input matrix whose {message}.*damping"):
         build(machine_text(DIAGONAL, [[entry, "0"], ["0", "1"]], DIAGONAL, "{}", "mgto", "x1: [-2, 2]"))
+
+
+@pytest.mark.parametrize("entry", ["cos(x1)", "sin(x1)**2", "sin(x1 - x2)"])
+def test_the_proof_stands_alone_where_the_search_finds_nothing(entry, monkeypatch):
+    monkeypatch.setattr(regular, "STARTS", 0)
+    monkeypatch.setattr(regular, "MOST_BOXES", 200)
+    spec = read(machine_text(DIAGONAL, [[entry, "0"], ["0", "1"]], DIAGONAL, "{}", "mgto"))
+    system = build_system(spec)
+    found = keeps_rank(system.input_matrix, 2, system.values, system.positions, ((-2.0, 2.0),) * 2)
+    assert not found.proven and found.falls_at is None
 
 
 @pytest.mark.parametrize("entry", ["cos(x1)", "1.01 + sin(3*x1)", "2 - exp(-x1**2/2)*cos(x2)"])
