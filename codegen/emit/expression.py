@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from codegen.emit.language import Language
 from codegen.program.graph import Node
@@ -14,11 +14,18 @@ WIDTH = 112
 class Expressions:
     """Writes nodes in a language.
 
-    ``words`` says how a symbol is written, ``names`` how a node is that has a name already.
+    ``words`` says how a symbol is written, ``names`` how a node is that has a name already, ``place`` how an element
+    of an array or a local of rolled code is.
     """
 
-    def __init__(self, language: Language, words: Mapping[str, str], names: Mapping[Node, str]) -> None:
-        self.language, self.words, self.names = language, words, names
+    def __init__(
+        self,
+        language: Language,
+        words: Mapping[str, str],
+        names: Mapping[Node, str],
+        place: Callable[[Node], str] | None = None,
+    ) -> None:
+        self.language, self.words, self.names, self.place = language, words, names, place
 
     def text(self, node: Node, whole: bool = False) -> str:
         """The expression; ``whole`` writes out a node that has a name, for its definition."""
@@ -34,6 +41,8 @@ class Expressions:
                 return self.language.literal(node.value), ATOM if node.value >= 0 else UNARY
             case "symbol":
                 return self.words[node.name], ATOM
+            case "element" | "local" if self.place is not None:
+                return self.place(node), ATOM
             case "negative":
                 return f"-{self._bound(arguments[0], ATOM)}", UNARY
             case "call":

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from codegen.emit import ALWAYS, PRINTERS
+from codegen.emit.entries import inputs_of, outputs_of
 from codegen.emit.header import Header, make_header
 from codegen.files import sha256
 from codegen.program import Program
@@ -31,6 +32,8 @@ def emit_readme(program: Program, header: Header, certificate: Any, files: Seque
     return render(
         "text/generated_readme.md.j2",
         program=program,
+        inputs=inputs_of(program),
+        outputs=outputs_of(program),
         header=header,
         certificate=certificate,
         refused=refused,

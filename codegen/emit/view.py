@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from codegen.emit.expression import Expressions, wrapped
 from codegen.emit.language import Language
+from codegen.emit.loops import LoopStyle, LoopView, loop_view
 from codegen.program import Code, Program
 from codegen.program.code import Assignment, Operations
 from codegen.program.graph import Node, reachable
@@ -16,7 +17,7 @@ from codegen.program.graph import Node, reachable
 class Style:
     """How a language writes the fields of the structs: formats with {name}; ``declared`` is before a local's value.
 
-    ``indent`` is of the lines after the first of an expression.
+    ``indent`` is of the lines after the first of an expression; ``loops`` is the style of code over arrays.
     """
 
     language: Language
@@ -25,6 +26,7 @@ class Style:
     entry: str
     declared: str
     indent: int = 8
+    loops: LoopStyle | None = None
 
 
 @dataclass(frozen=True)
@@ -80,11 +82,14 @@ class CodeView:
     functions: frozenset[str]
     divides: bool
     operations: Operations
+    loops: LoopView | None = None
 
 
 def view(program: Program, code: Code, style: Style) -> CodeView:
     """Print every expression."""
     language = style.language
+    if code.rolled is not None:
+        return _over_arrays(program, code, style)
     parameters = {f.name: style.parameter.format(name=f.name) for f in program.parameters}
     fields = {f.name: style.state.format(name=f.name) for f in program.states}
     fields |= {f.name: style.entry.format(name=f.name) for f in program.inputs}
@@ -133,6 +138,30 @@ def view(program: Program, code: Code, style: Style) -> CodeView:
         functions=code.functions,
         divides=code.divides,
         operations=code.operations(),
+    )
+
+
+def _over_arrays(program: Program, code: Code, style: Style) -> CodeView:
+    """The view of rolled code: its lines are in ``loops``."""
+    assert style.loops is not None
+    used = reachable(a.value for a in (*code.initial_parts, *code.initial))
+    return CodeView(
+        derived=(),
+        step=(),
+        next_state=(),
+        outputs=(),
+        initial=(),
+        initial_parts=(),
+        rest=(),
+        begun="",
+        check="",
+        start_uses_inputs=any(n.kind == "symbol" and not n.constant for n in used),
+        start_uses_parameters=any(n.kind == "symbol" and n.constant for n in used),
+        step_uses_parameters=_constants_used(code),
+        functions=code.functions,
+        divides=code.divides,
+        operations=code.operations(),
+        loops=loop_view(program, code, style.language, style.loops),
     )
 
 

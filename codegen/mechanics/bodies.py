@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import sympy
 
+from codegen.mechanics.sparse import diagonal, sparse
 from codegen.mechanics.system import Matrix
 from codegen.spec.model import Contact
 from codegen.spec.motion import Body
@@ -23,7 +24,7 @@ def body_positions(bodies: Sequence[Body]) -> Matrix:
 
 def body_masses(bodies: Sequence[Body]) -> Matrix:
     """M̄ = diag of masses and moments of inertia, k by k: (A.5), (A.43)."""
-    return Matrix(sympy.diag(*[body.weight(direction) for body in bodies for direction in body.positions]))
+    return diagonal(body.weight(direction) for body in bodies for direction in body.positions)
 
 
 def body_distribution(bodies: Sequence[Body], contacts: Sequence[Contact]) -> Matrix:
@@ -32,14 +33,15 @@ def body_distribution(bodies: Sequence[Body], contacts: Sequence[Contact]) -> Ma
     A contact of bodies i and j slides by u = v_i − v_j, against the ground by u = v_i: its column has +1 at i and −1
     at j, times the contact's share of each direction. A contact without bodies has a column of zeros.
     """
-    axes = body_axes(bodies)
-    columns = sympy.zeros(len(axes), len(contacts))
+    row = {axis: i for i, axis in enumerate(body_axes(bodies))}
+    entries: dict[tuple[int, int], sympy.Expr] = {}
     for k, contact in enumerate(contacts):
         if contact.sliding is None:
             continue
         first, second = contact.sliding.bodies
         for direction, share in contact.sliding.along.items():
             for body, sign in ((first, 1), (second, -1)):
-                if (body, direction) in axes:  # the ground does not move
-                    columns[axes.index((body, direction)), k] += sign * share
-    return Matrix(columns)
+                if (body, direction) in row:  # the ground does not move
+                    at = row[body, direction], k
+                    entries[at] = entries.get(at, sympy.S.Zero) + sign * share
+    return sparse(len(row), len(contacts), entries)

@@ -46,10 +46,8 @@ def to_casadi(expression: Any, names: Mapping[sympy.Symbol, Any]) -> Any:
     scope = _Scope(names)
     if isinstance(expression, sympy.MatrixBase):
         result = casadi.SX(expression.rows, expression.cols)
-        for i in range(expression.rows):
-            for j in range(expression.cols):
-                if expression[i, j] != 0:
-                    result[i, j] = _scalar(expression[i, j], scope)
+        for (i, j), entry in sorted(expression.todok().items()):
+            result[i, j] = _scalar(entry, scope)
         return result
     return _scalar(expression, scope)
 

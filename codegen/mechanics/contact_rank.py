@@ -18,6 +18,8 @@ def dependent_contacts(spec: Spec, distribution: Matrix) -> tuple[str, ...]:
         Names of the contacts, the dependent one last; () where U has full column rank at almost every position.
     """
     points = sampled_values(spec)
+    if rank(distribution, points) == distribution.cols:
+        return ()
     for k in range(distribution.cols):
         if rank(distribution[:, : k + 1], points) > k:
             continue

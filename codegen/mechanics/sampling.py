@@ -34,9 +34,11 @@ def sampled_values(spec: Spec, count: int = POINTS) -> list[dict[sympy.Symbol, A
 
 def numeric_matrix(matrix: Any, point: Mapping[sympy.Symbol, Any]) -> Any:
     """A matrix in numbers; NaN where it has no real value there."""
-    entries = [complex(entry) for entry in matrix.subs(point).evalf()]
-    numbers = [e.real if abs(e.imag) <= 1e-12 * max(1.0, abs(e.real)) else math.nan for e in entries]
-    return np.array(numbers).reshape(matrix.rows, matrix.cols)
+    numbers = np.zeros((matrix.rows, matrix.cols))
+    for place, entry in matrix.todok().items():
+        e = complex(entry.subs({s: point[s] for s in entry.free_symbols if s in point}).evalf())
+        numbers[place] = e.real if abs(e.imag) <= 1e-12 * max(1.0, abs(e.real)) else math.nan
+    return numbers
 
 
 def numbers_over(

@@ -7,6 +7,7 @@ import sympy
 from codegen.errors import BadInput
 from codegen.mechanics.bodies import body_distribution, body_masses, body_positions
 from codegen.mechanics.compact import compact
+from codegen.mechanics.sparse import jacobian
 from codegen.mechanics.system import Matrix
 from codegen.spec.model import Spec, symbol
 from codegen.spec.motion import Topology
@@ -25,7 +26,7 @@ def topology_motion(spec: Spec, form: Topology) -> tuple[Matrix, Matrix]:
     """
     positions = body_positions(form.bodies)
     if form.transform is None:
-        back = Matrix(positions.jacobian(Matrix([symbol(name) for name in spec.positions])))
+        back = jacobian(list(positions), [symbol(name) for name in spec.positions])
     else:
         back = _inverse(spec, Matrix(form.transform))
     mass = compact(Matrix(back.T * body_masses(form.bodies) * back))

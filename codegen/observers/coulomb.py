@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sympy
 
+from codegen.mechanics.sparse import diagonal
 from codegen.mechanics.system import Matrix, System
 from codegen.observers import parts
 from codegen.observers.equations import Cascade, Equation, ErrorVariable, Observer
@@ -68,7 +69,7 @@ def coulomb_friction_observer(spec: Spec, system: System) -> Observer:
         rates += list(parts.velocity_rate(step, velocity, acceleration.symbols))
         initial += list(-step.gain * system.x)
         units += list(parts.velocity_units(system))
-    slope = sympy.diag(*[shape.slope(u) * s for u, s in zip(slip.symbols, sign.symbols, strict=True)])
+    slope = diagonal(shape.slope(u) * s for u, s in zip(slip.symbols, sign.symbols, strict=True))
     slip_rate = parts.slip_rate(system, velocity, acceleration.symbols)
     states += list(state)
     rates += list(friction_gain.matrix * (slope * slip_rate))
@@ -100,7 +101,7 @@ def coulomb_friction_observer(spec: Spec, system: System) -> Observer:
         level_errors=True,
         cascade=Cascade(
             friction_gain.matrix,
-            Matrix(sympy.diag(*[shape.slope(u) for u in system.slip_velocity])),
+            diagonal(shape.slope(u) for u in system.slip_velocity),
             system.distribution,
             velocity_gain.matrix if estimated else None,
             "K_F",

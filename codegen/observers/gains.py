@@ -9,6 +9,7 @@ from typing import Any
 import sympy
 
 from codegen.errors import BadInput, nearest_name
+from codegen.mechanics.sparse import diagonal
 from codegen.mechanics.system import Matrix
 from codegen.spec.expression import exact_number
 from codegen.spec.model import ObserverChoice, Spec, symbol
@@ -82,7 +83,7 @@ def read_gain(
             raise BadInput(place, f"{name} = {float(number):g}" + (f" on {label}" if len(rows) > 1 else ""), wanted)
     names = [name] if len(rows) == 1 else [f"{name}_{label}" for label in rows]
     symbols = [symbol(n) for n in names]
-    return GainMatrix(Matrix(sympy.diag(*symbols)), dict(zip(symbols, numbers, strict=True)))
+    return GainMatrix(diagonal(symbols), dict(zip(symbols, numbers, strict=True)))
 
 
 def _full(name: str, raw: Any, rows: list[str], columns: list[str], place: Any, shape: str) -> GainMatrix:

@@ -96,8 +96,10 @@ def slip_rate(system: System, velocity: Matrix, acceleration: Matrix) -> Matrix:
     """d(U'v)/dt = U' v' + (dU/dt)' v; the second part, which the thesis leaves out, is zero where U is constant."""
     distribution = sympy.Matrix(system.distribution)
     rate = sympy.zeros(*distribution.shape)
+    moving = distribution.free_symbols
     for x, v in zip(system.positions, velocity, strict=True):
-        rate += distribution.diff(x) * v
+        if x in moving:
+            rate += distribution.diff(x) * v
     return Matrix(distribution.T * acceleration + rate.T * velocity)
 
 
@@ -140,7 +142,7 @@ def has_declared_friction(system: System) -> bool:
 
 def acceleration_equation(system: System, velocity: Matrix, friction: Matrix) -> Equation:
     """M(x) a = g(x, v̂, w) − F̂, with the friction estimate as generalised forces ``friction``."""
-    force = system.force.subs(dict(zip(system.velocities, velocity, strict=True)), simultaneous=True)
+    force = system.force.xreplace(dict(zip(system.velocities, velocity, strict=True)))
     symbols = Matrix([symbol(f"{v.name}_dot_hat") for v in system.velocities])
     units = tuple(f"{unit}/s^2" for unit in system.position_units)
     return Equation("acceleration", symbols, Matrix(force - friction), units, "(4.2)", form="mass_solve")

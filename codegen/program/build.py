@@ -15,10 +15,12 @@ from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.system import TIME
 from codegen.observers.equations import Observer
 from codegen.observers.integration import INTEGRATIONS, SAMPLE_TIME
+from codegen.program.arrays import Element, elements, gathered
 from codegen.program.effective_input import effective_input, held_input
 from codegen.program.implicit_step import implicit_blocks
 from codegen.program.mass_solve import MassSolve
 from codegen.program.model import Block, Field, Program
+from codegen.program.naming import WORDS, Names
 from codegen.program.true_position import true_positions
 from codegen.spec.model import CodeChoice
 
@@ -91,11 +93,15 @@ def build_program(observer: Observer, choice: CodeChoice | None = None) -> Progr
         initial.append(casadi.SX(0))
     used = _used(blocks, next_state, initial)
     choice = choice or CodeChoice()
+    kept = [p for p in parameters if p.name in used]
+    arrays = _arrays(kept, states, [*inputs, *commands], blocks)
+    order = {name: k for k, name in enumerate(gathered([p.name for p in kept], arrays))}
+    kept.sort(key=lambda p: order[p.name])
     program = Program(
         name=system.name,
         kind=observer.kind,
         velocity=observer.velocity,
-        parameters=(*(p for p in parameters if p.name in used), period),
+        parameters=(*kept, period),
         states=tuple(states),
         inputs=(*inputs, *commands),
         blocks=tuple(blocks),
@@ -104,6 +110,7 @@ def build_program(observer: Observer, choice: CodeChoice | None = None) -> Progr
         precision=choice.precision,
         fault=choice.fault,
         integration=INTEGRATIONS[observer.integration],
+        arrays=arrays,
     )
     _refuse_shared_names(program)
     return program
@@ -137,23 +144,44 @@ def _written_out(expressions: Any, blocks: list[tuple[Any, Any]]) -> Any:
 def _needed(blocks: list[Block], next_state: list[Any]) -> list[Block]:
     """The blocks without the elements that nothing after them uses; outputs stay."""
     kept: list[Block] = []
+    used = _used([], next_state)
     for block in reversed(blocks):
-        used = _used(kept, next_state)
         at = [i for i, element in enumerate(block.elements) if block.output or element in used]
         if at:
             elements, units = tuple(block.elements[i] for i in at), tuple(block.units[i] for i in at)
-            kept.insert(
-                0,
+            kept.append(
                 replace(
                     block, elements=elements, symbols=block.symbols[at], expression=block.expression[at], units=units
-                ),
+                )
             )
-    return kept
+            used |= _used(kept[-1:])
+    return kept[::-1]
 
 
 def _used(blocks: list[Block], *more: list[Any]) -> set[str]:
-    expressions = [b.expression for b in blocks] + [e for part in more for e in part]
+    expressions = [*(b.expression for b in blocks), *(casadi.vertcat(*part) for part in more)]
     return {s.name() for e in expressions for s in casadi.symvar(casadi.SX(e))}
+
+
+def _arrays(
+    parameters: list[Field], states: list[Field], inputs: list[Field], blocks: list[Block]
+) -> dict[str, Element]:
+    """Places of the numbered fields and of the numbered elements of each block."""
+    fields = [[f.name for f in group] for group in (parameters, states, inputs)]
+    together: dict[str, list[str]] = {}
+    for block in blocks:
+        together.setdefault(block.name, []).extend(block.elements)
+    groups = [*fields, *together.values()]
+    taken = Names({name for group in groups for name in group} | WORDS)
+    places: dict[str, Element] = {}
+    visible = {f.name for group in (states, inputs) for f in group} | {
+        e for b in blocks if b.output for e in b.elements
+    }
+    for group in groups:
+        found = elements(group, taken)
+        if not visible.issuperset(group) or gathered(group, found) == group:
+            places |= found
+    return places
 
 
 def _refuse_shared_names(program: Program) -> None:

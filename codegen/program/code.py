@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from codegen.program.graph import Node, reachable
+from codegen.program.stretch import Rolled
 
 LIMITS = ("exp", "tanh", "sign", "pow")
 """Functions that may be finite where their argument is not."""
@@ -53,6 +54,7 @@ class Code:
             ``derived_values`` are theirs, by the same operations.
         step: in order; ``next_state`` and ``outputs`` are over what it assigns.
         initial: the first state, over parameters, inputs and ``initial_parts``; ``rest`` the same for inputs of zero.
+        rolled: the same over arrays and in loops, where the program has arrays; this is then what is printed.
         names: node → how later expressions call it, where it has a name.
     """
 
@@ -66,18 +68,22 @@ class Code:
     names: dict[Node, str]
     initial_parts: tuple[Assignment, ...]
     initial_names: dict[Node, str]
+    rolled: Rolled | None = None
 
     def unseen(self, inputs: Iterable[str]) -> tuple[str, ...]:
         """The inputs that may be NaN or infinite without a next state being so."""
-        through: dict[Node, set[str]] = {}
+        bits = {name: 1 << k for k, name in enumerate(inputs)}
+        through: dict[Node, int] = {}
         for node in reachable(a.value for a in self.next_state):
-            if node.kind == "symbol":
-                through[node] = {node.name}
+            through[node] = bits.get(node.name, 0) if node.kind == "symbol" else 0
+            if node.name in LIMITS:
                 continue
-            carried = node.arguments[:1] if node.kind == "quotient" else node.arguments
-            through[node] = set() if node.name in LIMITS else set().union(*(through[a] for a in carried))
-        seen: set[str] = set().union(*(through[a.value] for a in self.next_state))
-        return tuple(name for name in inputs if name not in seen)
+            for argument in node.arguments[:1] if node.kind == "quotient" else node.arguments:
+                through[node] |= through[argument]
+        seen = 0
+        for following in self.next_state:
+            seen |= through[following.value]
+        return tuple(name for name, bit in bits.items() if not seen & bit)
 
     @property
     def constants(self) -> dict[Node, str]:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
 
 from codegen.errors import BadInput
-from codegen.program.graph import Node
+from codegen.program.graph import Node, reachable
 
 _CALLS: dict[str, Callable[..., float]] = {
     "sin": math.sin,
@@ -35,6 +35,13 @@ class Evaluator:
         self._round: Callable[[float], float] = (lambda v: float(np.float32(v))) if single else float
         self._parameters = {name: self._round(value) for name, value in parameters.items()}
         self._known: dict[Node, float] = {}
+
+    def values(self, nodes: Iterable[Node]) -> tuple[float, ...]:
+        """The values of constant nodes, as ``value`` gives them."""
+        nodes = list(nodes)
+        for node in reachable(nodes):
+            self.value(node)
+        return tuple(self.value(node) for node in nodes)
 
     def value(self, node: Node) -> float:
         """The value of a constant node.

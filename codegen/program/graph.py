@@ -11,7 +11,8 @@ class Node:
     """One expression; two nodes of a graph are equal only if they are the same.
 
     Attributes:
-        kind: number, symbol, sum, product, quotient, negative or call.
+        kind: number, symbol, sum, product, quotient, negative or call; in rolled code also element (of an array) and
+            local.
         arguments: terms, factors, (numerator, denominator), the negated, or the arguments of a call.
         signs: of a sum's terms, 1 or -1.
         value: of a number.
@@ -64,6 +65,18 @@ class Graph:
 
     def call(self, name: str, arguments: Sequence[Node]) -> Node:
         return self._node("call", arguments, name=name)
+
+    def element(self, array: str, at: int, moving: bool, constant: bool = False) -> Node:
+        """array[at], or in a loop over i array[i + at]."""
+        return self._node("element", name=array, value=float(at), signs=(1,) if moving else (), constant=constant)
+
+    def local(self, name: str, inner: bool) -> Node:
+        """A local of the function, or of a loop's body."""
+        return self._node("local", name=name, signs=(1,) if inner else (), constant=False)
+
+    def like(self, node: Node, arguments: Sequence[Node]) -> Node:
+        """A node with other arguments, or of another graph."""
+        return self._node(node.kind, arguments, node.signs, node.value, node.name, node.constant)
 
     def _node(
         self,

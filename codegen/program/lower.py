@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
 
 import casadi
@@ -12,11 +13,10 @@ from codegen.program.code import Assignment, Code, Group
 from codegen.program.evaluate import Evaluator
 from codegen.program.graph import Graph, Node, reachable
 from codegen.program.model import Program
-from codegen.program.naming import Names, constant_name, partial_name
+from codegen.program.naming import WORDS, Names, constant_name, partial_name
 from codegen.program.normal import normalise
+from codegen.program.roll import roll
 from codegen.program.translate import to_graph
-
-WORDS = {"state", "parameters", "inputs", "outputs", "check", "first", "lane", "field", "dataclass", "math"}
 
 
 def lower(program: Program) -> Code:
@@ -25,6 +25,10 @@ def lower(program: Program) -> Code:
     Raises:
         BadInput: if a constant is not finite, or a name has no place in the generated code.
     """
+    if program.arrays:
+        lowering = _Lowering(program, factoring=False)
+        code = lowering.code()
+        return replace(code, rolled=roll(program, code, lowering.names))
     forms = [_Lowering(program, factoring).code() for factoring in (False, True)]
     return min(forms, key=lambda code: code.operations().total)
 
@@ -45,10 +49,11 @@ class _Lowering:
         raw, named = self._translated()
         roots = [raw[e] for b in self.program.blocks if not b.inner for e in b.elements]
         following = self._nodes(self.program.next_state, raw)
-        short = normalise([*roots, *following], named, self.graph, self.factoring)
+        places = self.program.arrays
+        short = normalise([*roots, *following], named, self.graph, self.factoring, places)
         value = {element: short[node] for element, node in raw.items() if node in short}
         final = [short[node] for node in following]
-        derived = self._derived([*final, *(value[name] for name, _, _ in self.program.outputs)])
+        derived = self._derived([*final, *(value[name] for name, _, _ in self.program.outputs)], value)
         groups, known = self._groups(value, final)
         states = self.program.states
         parts, initial, initial_names = self._initial()
@@ -56,7 +61,7 @@ class _Lowering:
         evaluator = Evaluator(parameters, self.program.precision == "single")
         return Code(
             derived=derived,
-            derived_values=tuple(evaluator.value(a.value) for a in derived),
+            derived_values=evaluator.values(a.value for a in derived),
             step=groups,
             next_state=tuple(Assignment(f.name, n, f.unit) for f, n in zip(states, final, strict=True)),
             outputs=tuple(Assignment(name, value[name], unit) for name, unit, _ in self.program.outputs),
@@ -81,14 +86,20 @@ class _Lowering:
         values = list(values)
         return to_graph(casadi.vertcat(*values), {**self.symbols, **raw}, self.graph) if values else []
 
-    def _derived(self, roots: list[Node]) -> tuple[Assignment, ...]:
-        """The constants that a step needs."""
+    def _derived(self, roots: list[Node], value: dict[str, Node]) -> tuple[Assignment, ...]:
+        """The constants that a step needs; for code in loops also those of which several of them are made."""
         needed = {a for n in reachable(roots) if not n.constant for a in n.arguments if a.constant}
         needed |= {n for n in roots if n.constant}
+        wishes: dict[Node, str] = {}
+        if self.program.arrays:
+            below = reachable(needed)
+            uses = Counter(a for n in below for a in n.arguments)
+            needed |= {n for n in below if uses[n] > 1}
+            wishes = {node: element for element, node in value.items() if node in needed}
         names = Names({f.name for f in self.program.parameters})
         result = []
         for node in sorted((n for n in needed if not n.leaf), key=lambda n: n.index):
-            wish = constant_name(node)
+            wish = wishes.get(node) or constant_name(node)
             result.append(Assignment(names.take(wish) if wish else names.numbered("constant"), node))
         return tuple(result)
 

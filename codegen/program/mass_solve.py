@@ -85,42 +85,45 @@ class MassSolve:
     def _factored(self, matrix: dict[tuple[int, int], Any], r: list[Any]) -> Any:
         n = len(r)
         label = _label(n)
+        below: list[set[int]] = [set() for _ in range(n)]
+        left: list[list[int]] = [[] for _ in range(n)]
         factor: dict[tuple[int, int], Any] = {}
         scaled: dict[tuple[int, int], Any] = {}
         reciprocal: list[Any] = []
+        for i, j in matrix:
+            below[j] |= {i} - {j}
         for j in range(n):
-            before = [k for k in range(j) if (j, k) in factor]
             pivot = matrix[j, j]
-            for k in before:
+            for k in left[j]:
                 pivot = pivot - scaled[j, k] * factor[j, k]
-            reciprocal += self.named("pivots", [f"one_over_{label('D', j)}"], [1 / pivot])
-            for i in range(j + 1, n):
-                common = [k for k in before if (i, k) in factor]
-                if (i, j) not in matrix and not common:
-                    continue
+                below[j] |= {i for i in below[k] if i > j}
+            pivot = self.named("pivots", [label("D", j)], [pivot])[0]
+            reciprocal += self.named("pivot reciprocals", [f"one_over_{label('D', j)}"], [1 / pivot])
+            for i in sorted(below[j]):
                 entry = matrix.get((i, j), casadi.SX(0))
-                for k in common:
-                    entry = entry - scaled[i, k] * factor[j, k]
+                for k in left[j]:
+                    if (i, k) in factor:
+                        entry = entry - scaled[i, k] * factor[j, k]
                 scaled[i, j] = self.named("factors", [label("LD", i, j)], [entry])[0]
                 factor[i, j] = self.named("factors", [label("L", i, j)], [scaled[i, j] * reciprocal[j]])[0]
+                left[i].append(j)
         y = list(r)
         for i in range(n):
-            for k in range(i):
-                if (i, k) in factor:
-                    y[i] = y[i] - factor[i, k] * y[k]
+            for k in left[i]:
+                y[i] = y[i] - factor[i, k] * y[k]
             y[i] = self.named("forward", [label("y", i)], [y[i]])[0]
         a: list[Any] = [y[i] * reciprocal[i] for i in range(n)]
         for i in reversed(range(n)):
-            for k in range(i + 1, n):
-                if (k, i) in factor:
-                    a[i] = a[i] - factor[k, i] * a[k]
+            for k in sorted(below[i]):
+                a[i] = a[i] - factor[k, i] * a[k]
             a[i] = self.named("backward", [label("a", i)], [a[i]])[0]
         return casadi.vertcat(*a)
 
     def _named(self, block: str, letter: str, matrix: Any, n: int) -> dict[tuple[int, int], Any]:
         """Symbols for the entries of the lower triangle that are not zero."""
         label = _label(n)
-        places = [(i, j) for j in range(n) for i in range(j, n) if not matrix[i, j].is_zero()]
+        rows, columns = matrix.sparsity().get_triplet()
+        places = [(i, j) for i, j in zip(rows, columns, strict=True) if i >= j and not matrix[i, j].is_zero()]
         symbols = self.named(block, [label(letter, *p) for p in places], [matrix[i, j] for i, j in places])
         return dict(zip(places, symbols, strict=True))
 

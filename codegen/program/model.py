@@ -5,10 +5,12 @@ Every language prints from this one list in this one order, so that two language
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 from codegen.errors import BadInput
+from codegen.program.arrays import Element
 
 PRECISIONS = ("double", "single")
 FAULTS = ("hold", "none")
@@ -71,6 +73,7 @@ class Program:
         precision: of the arithmetic, ``double`` or ``single``.
         fault: what a step does with samples that are not finite: ``hold`` the last estimate, or ``none``.
         integration: how the states are stepped, in words.
+        arrays: the place of every field or element that is kept in an array; members stand side by side, in order.
     """
 
     name: str
@@ -85,6 +88,12 @@ class Program:
     precision: str = "double"
     fault: str = "hold"
     integration: str = "explicit Euler"
+    arrays: Mapping[str, Element] = field(default_factory=dict)
+
+    def reference(self, name: str) -> str:
+        """A field as every language writes it behind its struct: m, or x[3] of an array."""
+        place = self.arrays.get(name)
+        return name if place is None else f"{place.array}[{place.at}]"
 
     @property
     def outputs(self) -> tuple[tuple[str, str, str], ...]:

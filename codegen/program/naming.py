@@ -8,6 +8,10 @@ from collections.abc import Mapping
 from codegen.program.graph import Node
 
 LONGEST = 40
+DEEPEST = 8
+"""Formulas of more levels get no name of their own."""
+WORDS = {"state", "parameters", "inputs", "outputs", "check", "first", "lane", "field", "dataclass", "math", "i"}
+"""Names that the generated code uses itself."""
 
 
 class Names:
@@ -38,23 +42,25 @@ class Names:
 
 def constant_name(node: Node) -> str | None:
     """A constant's formula as a name: h_K_F_rail, one_over_m1, eta2_plus_eta3; None where that gets too long."""
-    words = _words(node)
+    words = _words(node, DEEPEST)
     return words if words is not None and len(words) <= LONGEST else None
 
 
-def _words(node: Node) -> str | None:
+def _words(node: Node, deep: int) -> str | None:
+    if deep == 0:
+        return None
     match node.kind:
         case "number":
             return {1.0: "one", 2.0: "twice"}.get(node.value) or (f"{node.value:g}" if node.value % 1 == 0 else None)
         case "symbol":
             return "h" if node.name == "sample_time" else node.name
         case "call":
-            inner = _words(node.arguments[0])
+            inner = _words(node.arguments[0], deep - 1)
             return None if inner is None or len(node.arguments) > 1 else f"{node.name}_{inner}"
         case "negative":
-            inner = _words(node.arguments[0])
+            inner = _words(node.arguments[0], deep - 1)
             return None if inner is None else f"minus_{inner}"
-    parts = [_words(a) for a in node.arguments]
+    parts = [_words(a, deep - 1) for a in node.arguments]
     if None in parts or any(a.kind == "sum" for a in node.arguments):
         return None
     text = [p for p in parts if p is not None]

@@ -8,21 +8,30 @@ operations that every language prints.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
+from codegen.program.arrays import Element
 from codegen.program.graph import Graph, Node, reachable
 from codegen.program.normal_constants import constant_product, constant_reciprocal, constant_sum
 
 Term = tuple[int, Node]
 
 
-def normalise(roots: Sequence[Node], named: Iterable[Node], graph: Graph, factoring: bool) -> dict[Node, Node]:
+def normalise(
+    roots: Sequence[Node],
+    named: Iterable[Node],
+    graph: Graph,
+    factoring: bool,
+    places: Mapping[str, Element] | None = None,
+) -> dict[Node, Node]:
     """The short form of every node below the roots.
 
     Args:
         roots: what is to be computed.
         named: nodes that get a name, and so stay whole.
         factoring: whether sums are factored: a x + b x as (a + b) x with a and b that vary.
+        places: of symbols in arrays; terms of sums are then ordered by the first array and place that they depend on,
+            so that what is computed alike for every place is written alike.
     """
     nodes = reachable(roots)
     uses = Counter(a for node in nodes for a in node.arguments)
@@ -30,7 +39,7 @@ def normalise(roots: Sequence[Node], named: Iterable[Node], graph: Graph, factor
     divided = Counter(node.arguments[1] for node in nodes if node.kind == "quotient")
     named = set(named)
     angles = {n.arguments[0] for n in nodes if n.name in ("sin", "cos") and n.arguments and n.arguments[0].leaf}
-    rules = _Rules(graph, factoring, angles)
+    rules = _Rules(graph, factoring, angles, places or {})
     short: dict[Node, Node] = {}
     for node in nodes:
         result = rules.rebuilt(node, [short[a] for a in node.arguments], divided)
@@ -43,9 +52,18 @@ def normalise(roots: Sequence[Node], named: Iterable[Node], graph: Graph, factor
 
 
 class _Rules:
-    def __init__(self, graph: Graph, factoring: bool, angles: set[Node]) -> None:
-        self.graph, self.factoring, self.angles = graph, factoring, angles
+    def __init__(self, graph: Graph, factoring: bool, angles: set[Node], places: Mapping[str, Element]) -> None:
+        self.graph, self.factoring, self.angles, self.places = graph, factoring, angles, places
         self.closed: set[Node] = set()
+        self.first: dict[Node, tuple[str, int]] = {}
+
+    def first_place(self, node: Node) -> tuple[str, int]:
+        """The first array and place that an expression depends on; what depends on none comes last."""
+        if node not in self.first:
+            place = self.places.get(node.name) if node.kind == "symbol" and not node.constant else None
+            own = ("~", 0) if place is None else (place.array, place.at)
+            self.first[node] = min((self.first_place(a) for a in node.arguments), default=own)
+        return self.first[node]
 
     def rebuilt(self, node: Node, arguments: list[Node], divided: Counter[Node]) -> Node:
         match node.kind:
@@ -105,6 +123,8 @@ class _Rules:
             result += self.flat([(1, total if rest is None else self.product([total, rest]))])
         if self.factoring:
             result = self.factored(result)
+        if self.places:
+            result.sort(key=lambda term: self.first_place(term[1]))
         return self.assembled(result)
 
     def flat(self, terms: Sequence[Term]) -> list[Term]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import keyword
 import re
 from collections.abc import Iterable
 from pathlib import Path
@@ -11,7 +10,6 @@ from typing import Any
 from codegen.errors import BadInput, Place, nearest_name
 from codegen.spec.cancellation_section import read_cancellation
 from codegen.spec.expression import exact_number
-from codegen.spec.functions import CONSTANTS, FUNCTIONS
 from codegen.spec.model import (
     CodeChoice,
     Contact,
@@ -25,6 +23,7 @@ from codegen.spec.model import (
 from codegen.spec.motion import Sliding
 from codegen.spec.motion_section import read_motion
 from codegen.spec.observer_section import read_observer
+from codegen.spec.reserved import reserved
 from codegen.spec.schema import SpecDocument
 from codegen.spec.simulation_section import read_simulation
 from codegen.spec.units import require_coherent, si_factor
@@ -33,15 +32,6 @@ from codegen.spec.validation import validate
 from codegen.spec.yaml_text import load_mapping, plain, read_text
 
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
-_C_WORDS = re.compile(
-    r"auto|break|case|char|const|continue|default|do|double|else|enum|extern|float|for|goto|if|inline|int|long|register|"
-    r"restrict|return|short|signed|sizeof|static|struct|switch|typedef|union|unsigned|void|volatile|while|bool|true|"
-    r"false|class|new|delete|this|template|typename|namespace|private|public|protected|virtual|operator|using|NULL|"
-    r"NAN|INFINITY|HUGE_VAL|EOF|M_[A-Z0-9_]+|asm|explicit|friend|mutable|throw|catch|try|xor|typeof|unix|linux|"
-    r"signbit|isnan|isinf|isfinite|stdin|stdout|stderr|errno|complex|imaginary|constexpr|nullptr|decltype|concept|and|or|not"
-)
-_RESERVED = {"t", "state", "parameters", "inputs", "outputs", "sample_time", "lambda", "I", "E"}
-"""Words of the generated code, and names that complex.h and readers of formulas keep for i and e."""
 
 
 def read_spec(path: str | Path) -> Spec:
@@ -125,13 +115,7 @@ class _Reading:
     def _name(self, name: str, key: str) -> None:
         if not _IDENTIFIER.match(name) or len(name) > 60:
             raise BadInput(self.place(key), f"the name `{name}`", "letters, digits and _, starting with a letter")
-        if (
-            _C_WORDS.fullmatch(name)
-            or keyword.iskeyword(name)
-            or name in FUNCTIONS
-            or name in CONSTANTS
-            or name in _RESERVED
-        ):
+        if reserved(name):
             why = "which complex.h and formulas keep for i and e" if name in ("I", "E") else "a reserved word"
             raise BadInput(self.place(key), f"the name `{name}`, {why}", "another name", f"{name}_")
 

@@ -11,6 +11,7 @@ from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from codegen.errors import BadInput, Place
+from codegen.spec.ranges import MARK, expanded
 
 LARGEST = 2_000_000
 MOST_NODES = 100_000
@@ -71,6 +72,10 @@ def load_mapping(text: str, file: str) -> tuple[CommentedMap, dict[str, Place]]:
     places: dict[str, Place] = {}
     try:
         _collect(document, "", file, places)
+        if MARK in text:
+            document = expanded(document, file)
+            places.clear()
+            _collect(document, "", file, places)
     except RecursionError:
         raise BadInput(Place(file), "a node that contains itself", "plain YAML without recursive aliases") from None
     return document, places

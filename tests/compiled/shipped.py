@@ -57,7 +57,7 @@ def interface(spec: str, precision: str = "double") -> Interface:
 @cache
 def excitation(spec: str, precision: str = "double") -> Excitation:
     """Speeds within the envelope, and inputs of three times the largest friction level."""
-    machine, face = model(spec).spec, interface(spec, precision)
+    machine, face, made = model(spec).spec, interface(spec, precision), program(spec)
     observer = model(spec).observer
     assert observer is not None
     envelope = {name: float(high) for name, (_, high) in machine.envelope.items()}
@@ -66,5 +66,6 @@ def excitation(spec: str, precision: str = "double") -> Excitation:
     for x in machine.coordinates:
         channels[x.name] = Channel("position", envelope[x.velocity], REST.get(x.name, 0.0))
         channels[x.velocity] = Channel("velocity", envelope[x.velocity])
-    order = tuple(channels[element] for element in face.elements("inputs"))
+    names = {made.reference(f.name): f.name for f in made.inputs}
+    order = tuple(channels[names[element]] for element in face.elements("inputs"))
     return Excitation(order, float(observer.sample_time), np.dtype("f8" if face.real == "double" else "f4"))

@@ -161,4 +161,4 @@ def test_names_of_both_precisions_are_the_same():
         double, single = interface(spec), interface(spec, "single")
         for part in ("parameters", "state", "inputs", "outputs"):
             assert double.elements(part) == single.elements(part)
-        assert double.elements("inputs") == tuple(f.name for f in program(spec).inputs)
+        assert double.elements("inputs") == tuple(program(spec).reference(f.name) for f in program(spec).inputs)

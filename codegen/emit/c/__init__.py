@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from codegen.emit.entries import inputs_of, outputs_of, parameters_of, states_of
 from codegen.emit.header import Header
 from codegen.emit.language import Language
+from codegen.emit.loops import LoopStyle
 from codegen.emit.view import Style, view
 from codegen.program import Code, Program
 from codegen.text import render
@@ -21,6 +23,11 @@ def c_language(program: Program) -> Language:
     return Language(calls, single, f"{{digits}}{end}")
 
 
+def struct_formats(lane: str) -> dict[str, str]:
+    """How a field of each struct is written; ``lane`` is the index of a lane or empty."""
+    return {struct: f"{struct}->{{name}}{lane}" for struct in ("parameters", "state", "inputs", "outputs")}
+
+
 def c_words(program: Program, code: Code, header: Header) -> dict[str, Any]:
     """What every template of C needs beside the view."""
     language = c_language(program)
@@ -32,6 +39,10 @@ def c_words(program: Program, code: Code, header: Header) -> dict[str, Any]:
         "real": "float" if single else "double",
         "magnitude": language.calls["abs"],
         "largest": "FLT_MAX" if single else "DBL_MAX",
+        "parameters": parameters_of(program),
+        "states": states_of(program),
+        "inputs": inputs_of(program),
+        "outputs": outputs_of(program),
         "parameter_count": len(program.parameters) + len(code.derived),
     }
 
@@ -40,7 +51,15 @@ def emit_c(program: Program, code: Code, header: Header) -> dict[str, str]:
     """NAME.h, NAME.c, example_main.c, CMakeLists.txt and NAME.mk."""
     language = c_language(program)
     real = "float" if language.single else "double"
-    style = Style(language, "parameters->{name}", "state->{name}", "inputs->{name}", f"    const {real} {{name}} = ")
+    loops = LoopStyle(struct_formats(""), "{name}", "{name}", f"const {real} {{name}}", declares=True, indent=4)
+    style = Style(
+        language,
+        "parameters->{name}",
+        "state->{name}",
+        "inputs->{name}",
+        f"    const {real} {{name}} = ",
+        loops=loops,
+    )
     words = c_words(program, code, header) | {"view": view(program, code, style)}
     return {
         f"{program.name}.h": render("c/observer.h.j2", **words),

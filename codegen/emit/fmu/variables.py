@@ -69,10 +69,26 @@ def variables_of(program: Program, header: str) -> tuple[Variable, ...]:
     ]
     for p in program.parameters:
         role = "constant" if p.name == PERIOD else "parameter"
-        rows.append((p.name, p.unit, p.meaning, role, f"parameters.{p.name}", False, repr(float(p.value or 0.0))))
-    rows += [(i.name, i.unit, i.meaning, "input", f"inputs.{i.name}", False, "0.0") for i in program.inputs]
+        rows.append(
+            (
+                p.name,
+                p.unit,
+                p.meaning,
+                role,
+                f"parameters.{program.reference(p.name)}",
+                False,
+                repr(float(p.value or 0.0)),
+            )
+        )
+    rows += [
+        (i.name, i.unit, i.meaning, "input", f"inputs.{program.reference(i.name)}", False, "0.0")
+        for i in program.inputs
+    ]
     outputs = [(name, unit, meaning) for name, unit, meaning in program.outputs if name != FAULT]
-    rows += [(name, unit, meaning, "output", f"outputs.{name}", False, None) for name, unit, meaning in outputs]
+    rows += [
+        (name, unit, meaning, "output", f"outputs.{program.reference(name)}", False, None)
+        for name, unit, meaning in outputs
+    ]
     if has_fault(header):
         meaning = "an input was not finite: the estimates are those of the sample before"
         rows.append((FAULT, "", meaning, "output", f"outputs.{FAULT}", True, None))

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from codegen.emit.entries import inputs_of, outputs_of, parameters_of, states_of
 from codegen.emit.header import Header
 from codegen.emit.language import Language
+from codegen.emit.loops import LoopStyle
 from codegen.emit.view import Style, view
 from codegen.program import Code, Program
 from codegen.text import render
@@ -23,12 +25,28 @@ def python_language(program: Program) -> Language:
 def emit_python(program: Program, code: Code, header: Header) -> dict[str, str]:
     """__init__.py."""
     language = python_language(program)
+    structs = {struct: f"{struct}.{{name}}" for struct in ("parameters", "state", "outputs")}
+    structs["inputs"] = "float32(inputs.{name})" if language.single else "inputs.{name}"
     style = Style(
-        language, "parameters.{name}", "state.{name}", "{name}" if language.single else "inputs.{name}", "    {name} = "
+        language,
+        "parameters.{name}",
+        "state.{name}",
+        "{name}" if language.single else "inputs.{name}",
+        "    {name} = ",
+        loops=LoopStyle(structs, "{name}", "{name}", "{name}", declares=False, indent=4),
     )
     printed = view(program, code, style)
     real = "float32" if language.single else "float"
     text = render(
-        "python/observer.py.j2", program=program, header=header, view=printed, literal=language.literal, real=real
+        "python/observer.py.j2",
+        program=program,
+        header=header,
+        view=printed,
+        literal=language.literal,
+        real=real,
+        parameters=parameters_of(program),
+        states=states_of(program),
+        inputs=inputs_of(program),
+        outputs=outputs_of(program),
     )
     return {"__init__.py": text}

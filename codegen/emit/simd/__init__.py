@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from codegen.emit.c import c_language, c_words
+from codegen.emit.c import c_language, c_words, struct_formats
 from codegen.emit.header import Header
+from codegen.emit.loops import LoopStyle
 from codegen.emit.view import Style, view
 from codegen.program import Code, Program
 from codegen.text import render
@@ -22,6 +23,9 @@ def emit_simd(program: Program, code: Code, header: Header) -> dict[str, str]:
         "inputs->{name}[lane]",
         f"        const {real} {{name}} = ",
         indent=12,
+        loops=LoopStyle(
+            struct_formats("[lane]"), "{name}[lane]", "{name}", f"const {real} {{name}}", declares=False, indent=8
+        ),
     )
     words = c_words(program, code, header) | {"view": view(program, code, style), "lanes": LANES}
     return {

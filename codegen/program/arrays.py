@@ -1,0 +1,92 @@
+"""Numbered names as elements of arrays: x1 … x64 are x[0] … x[63].
+
+Quantities that a spec numbers without a gap, sixteen or more of them, are kept in one array each, and what is computed
+for every one of them alike is computed in a loop.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from codegen.program.naming import Names
+from codegen.spec.reserved import reserved
+
+LEAST = 16
+"""Fewer than these stay single."""
+
+_Key = tuple[object, ...]
+
+
+@dataclass(frozen=True)
+class Element:
+    """A place in an array, counted from zero."""
+
+    array: str
+    at: int
+
+
+def elements(names: Sequence[str], taken: Names) -> dict[str, Element]:
+    """The place of every name that is one of a numbered family; the others are left out.
+
+    Args:
+        names: of one struct or block, in order; the members of a family keep their order in it.
+        taken: hands out the arrays' names.
+    """
+    numbered: dict[_Key, list[tuple[int, str]]] = {}
+    for name in names:
+        for key, number in _keys(name):
+            numbered.setdefault(key, []).append((number, name))
+    found: dict[str, Element] = {}
+    for members in sorted(numbered.values(), key=lambda m: -len(m)):
+        run = _longest_run([(number, name) for number, name in members if name not in found])
+        if len(run) < LEAST:
+            continue
+        array = taken.take(_stem(run[0], run[1]))
+        found |= {name: Element(array, k) for k, name in enumerate(run)}
+    return found
+
+
+def gathered(names: Sequence[str], places: dict[str, Element]) -> list[str]:
+    """The names with those of an array side by side, where the first of them stood."""
+    rank = {name: k for k, name in enumerate(names)}
+    first: dict[str, int] = {}
+    for name in names:
+        if name in places:
+            first.setdefault(places[name].array, rank[name])
+
+    def key(name: str) -> tuple[int, int]:
+        place = places.get(name)
+        return (rank[name], 0) if place is None else (first[place.array], place.at)
+
+    return sorted(names, key=key)
+
+
+def _keys(name: str) -> Iterable[tuple[_Key, int]]:
+    """What stays of a name when one of its numbers runs, or all of them run together (L10_9)."""
+    parts = re.split(r"(0|[1-9]\d*)", name)
+    numbers = [int(n) for n in parts[1::2]]
+    for k, number in enumerate(numbers):
+        yield ("one", *parts[: 2 * k + 1], None, *parts[2 * k + 2 :]), number
+    if len(numbers) > 1:
+        yield ("all", *parts[::2], *(n - numbers[0] for n in numbers)), numbers[0]
+
+
+def _longest_run(members: list[tuple[int, str]]) -> list[str]:
+    """The names of the longest run of numbers without a gap."""
+    runs: list[list[str]] = []
+    before = None
+    for number, name in sorted(members):
+        if before is None or number != before + 1:
+            runs.append([])
+        runs[-1].append(name)
+        before = number
+    return max(runs, key=len, default=[])
+
+
+def _stem(first: str, second: str) -> str:
+    """The name less the numbers that run."""
+    pairs = zip(re.split(r"(0|[1-9]\d*)", first), re.split(r"(0|[1-9]\d*)", second), strict=True)
+    stem = re.sub(r"__+|_$", "_", "".join(a if a == b else "" for a, b in pairs)).strip("_")
+    return f"{stem}_" if not re.match(r"[A-Za-z]", stem) or reserved(stem) else stem

@@ -1,0 +1,284 @@
+"""Code → Rolled: the values of numbered families in arrays, and what is computed alike for all of them in loops."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+
+from codegen.program.arrays import Element, elements
+from codegen.program.code import Code
+from codegen.program.graph import Graph, Node
+from codegen.program.model import Program
+from codegen.program.naming import Names
+from codegen.program.schedule import Run, Value, schedule
+from codegen.program.stretch import Line, Part, Rolled, Stretch, Sum
+
+FEWEST = 8
+"""Partial results that are alike get an array from this many on."""
+
+
+def roll(program: Program, code: Code, names: Names) -> Rolled:
+    """The arrays and loops of a program some of whose quantities are numbered.
+
+    Args:
+        names: for arrays that the program has no name for.
+    """
+    return _Rolling(program, names).rolled(code)
+
+
+class _Rolling:
+    def __init__(self, program: Program, names: Names) -> None:
+        self.program, self.names = program, names
+        self.places = program.arrays
+        self.graph = Graph()
+        self.defined: dict[Node, Value] = {}
+        self.run_of: dict[Value, Run] = {}
+        self.storage: dict[str, str] = {}
+        self.lengths: dict[str, int] = {}
+        self.scalars: list[str] = []
+        groups = {"parameters": program.parameters, "state": program.states, "inputs": program.inputs}
+        for kind, fields in groups.items():
+            for place in (self.places[f.name] for f in fields if f.name in self.places):
+                self._take(place, kind)
+
+    def rolled(self, code: Code) -> Rolled:
+        constants = self._constants(code)
+        prepare = self._stretches(constants)
+        step = [
+            Value(a.value, a.name, g.title, g.source, a.unit, self.places.get(a.name))
+            for g in code.step
+            for a in g.assignments
+        ]
+        self._place(step)
+        outputs = [self._field(a.name, a.value, "outputs") for a in code.outputs]
+        for v in (u for output in outputs for u in self._values_in(output.node)):
+            v.stored = v.place is not None
+        following, markers = self._following(code)
+        body = self._stretches([*step, *following])
+        scalars, self.scalars = tuple(self.scalars), []
+        unseen = code.unseen(f.name for f in self.program.inputs)
+        parts = [Value(a.value, a.name, "", "", "", None) for a in code.initial_parts]
+        written = self._stretches(outputs, join=False)
+        states = [self._field(a.name, m, "state") for a, m in zip(code.next_state, markers, strict=True)]
+        committed = self._stretches(states, join=False)
+        check = self._sums([*(self._symbol(name) for name in unseen), *markers])
+        begun = self._sums([self._symbol(f.name) for f in self.program.states])
+        rest = self._stretches([self._field(a.name, a.value, "state") for a in code.rest], join=False)
+        self.defined = {v.node: v for v in constants}
+        self._place(parts)
+        initial = self._stretches([*parts, *(self._field(a.name, a.value, "state") for a in code.initial)])
+        return Rolled(
+            storage=self.storage,
+            lengths=self.lengths,
+            constants={v.name: (v.place.array, v.place.at) for v in constants if v.place is not None},
+            scalars=scalars,
+            prepare=prepare,
+            step=body,
+            initial=initial,
+            initial_scalars=tuple(self.scalars),
+            outputs=written,
+            following=committed,
+            rest=rest,
+            check=check,
+            begun=begun,
+        )
+
+    # What there is to compute.
+
+    def _constants(self, code: Code) -> list[Value]:
+        """Derived constants: those whose names are numbered formulas by their names, the others by their formulas."""
+        named = [a.name for a in code.derived if not re.fullmatch(r"constant_\d+", a.name)]
+        places = elements(named, self.names)
+        values = [Value(a.value, a.name, "", "", "", places.get(a.name), "parameters", True) for a in code.derived]
+        self._place(values)
+        return values
+
+    def _field(self, name: str, node: Node, field: str) -> Value:
+        """A value that goes into a struct."""
+        place = self.places.get(name)
+        return Value(node, name, "", "", "", place, field, True)
+
+    def _following(self, code: Code) -> tuple[list[Value], list[Node]]:
+        """The next states, and nodes that stand for them."""
+        arrays: dict[str, str] = {}
+        values, markers = [], []
+        for a in code.next_state:
+            place = self.places.get(a.name)
+            if place is not None:
+                if place.array not in arrays:
+                    arrays[place.array] = self.names.take(f"{place.array}_next")
+                place = Element(arrays[place.array], place.at)
+            title = f"states one sample later ({self.program.integration})"
+            values.append(Value(a.value, f"{a.name}_next", title, "", a.unit, place, "", place is not None))
+            markers.append(Node("symbol", name=f"{a.name}_next"))
+            self.defined[markers[-1]] = values[-1]
+        return values, markers
+
+    def _symbol(self, name: str) -> Node:
+        return Node("symbol", name=name)
+
+    def _place(self, values: Sequence[Value]) -> None:
+        """Let values be referred to, and find an array for those that have none but are computed alike."""
+        classes: dict[object, int] = {}
+        members: dict[int, list[Value]] = {}
+        for v in values:
+            if v.place is None:
+                at = self._first_place(v.node)
+                if at is not None:
+                    kind = classes.setdefault(self._alike(v.node, at, True), len(classes))
+                    members.setdefault(kind, []).append(v)
+                    v.place = Element(f"{kind}", at)
+            self.defined[v.node] = v
+        for several in members.values():
+            ats = [v.at for v in several]
+            array = None
+            if len(several) >= FEWEST and len(set(ats)) == len(ats):
+                array = self.names.take(re.sub(r"_*\d+", "", several[0].name) or "part")
+            for v in several:
+                v.place = None if array is None else Element(array, v.at)
+
+    # Expressions, cut where something has a name.
+
+    def _place_of(self, node: Node) -> Element | None:
+        value = self.defined.get(node)
+        return value.place if value is not None else self.places.get(node.name) if node.kind == "symbol" else None
+
+    def _first_place(self, node: Node) -> int | None:
+        for a in node.arguments:
+            place = self._place_of(a)
+            at = place.at if place else None if a in self.defined else self._first_place(a)
+            if at is not None:
+                return at
+        return None
+
+    def _values_in(self, node: Node, whole: bool = False) -> Iterable[Value]:
+        if not whole and node in self.defined:
+            yield self.defined[node]
+            return
+        for a in node.arguments:
+            yield from self._values_in(a)
+
+    def _alike(self, node: Node, at: int, whole: bool = False) -> object:
+        """Equal for two expressions that differ only by the place they are written for."""
+        if not whole:
+            place = self._place_of(node)
+            if place is not None:
+                return place.array, place.at - at
+            if node in self.defined:
+                return self.defined[node].name
+        if node.kind in ("number", "symbol"):
+            return node.kind, node.value, node.name
+        return node.kind, node.signs, node.name, *(self._alike(a, at) for a in node.arguments)
+
+    def _whole(self, v: Value) -> bool:
+        return self.defined.get(v.node) is v
+
+    def _written(self, node: Node, run: Run, whole: bool = False) -> Node:
+        """The expression in the first iteration of a run, over elements and locals."""
+        if not whole:
+            if node in self.defined:
+                return self._name(self.defined[node], run)
+            place = self.places.get(node.name) if node.kind == "symbol" else None
+            if place is not None:
+                return self._element(place, run)
+        return self.graph.like(node, [self._written(a, run) for a in node.arguments])
+
+    def _element(self, place: Element, run: Run) -> Node:
+        constant = self.storage.get(place.array) == "parameters"
+        return self.graph.element(place.array, place.at - run.first if run.loop else place.at, run.loop, constant)
+
+    def _name(self, v: Value, run: Run) -> Node:
+        if v.stored and v.place is not None:
+            return self._element(v.place, run)
+        if v.field:
+            return self.graph.symbol(v.name, v.field == "parameters")
+        own = self.run_of[v]
+        if own is run and run.loop and v.place is not None:
+            return self.graph.local(
+                v.place.array if v.place.array not in self.lengths else f"{v.place.array}_here", True
+            )
+        return self.graph.local(v.name, False)
+
+    # Stretches.
+
+    def _stretches(self, values: Sequence[Value], join: bool = True) -> tuple[Stretch, ...]:
+        own = set(values)
+        for k, v in enumerate(values):
+            v.order = k
+            whole = self._whole(v)
+            v.alike = None if v.place is None else self._alike(v.node, v.at, whole)
+            v.uses = [u for u in self._values_in(v.node, whole) if u in own]
+        runs = schedule(values, join)
+        self.run_of |= {v: run for run in runs for v in run.values}
+        self._decide_stored(values, runs)
+        for v in values:
+            if v.stored and v.place is not None and v.field != "outputs":
+                self._take(v.place, v.field or "local")
+            elif not v.field and not self.run_of[v].loop:
+                self.scalars.append(v.name)
+        result: list[Stretch] = []
+        for run in runs:
+            parts = self._parts(run)
+            if result and not run.loop and not result[-1].loop:
+                result[-1] = Stretch(_merged([*result[-1].parts, *parts]))
+            else:
+                result.append(Stretch(_merged(parts), run.first, run.stop, run.backward))
+        return tuple(result)
+
+    def _decide_stored(self, values: Sequence[Value], runs: Sequence[Run]) -> None:
+        """An array is needed where a value is used outside of its own iteration."""
+        for v in values:
+            for u in v.uses:
+                run, other = self.run_of[v], self.run_of[u]
+                together = run is other and u.place is not None and v.place is not None and u.at == v.at
+                if u.place is not None and not together and (run.loop or other.loop):
+                    u.stored = True
+        for column in (c for run in runs if run.loop for c in run.members):
+            if any(v.stored for v in column):
+                for v in column:
+                    v.stored = True
+
+    def _parts(self, run: Run) -> list[Part]:
+        parts = []
+        for column in run.members:
+            v = column[0]
+            target = self._target(v, run)
+            parts.append(
+                Part(v.title, v.source, (Line(target, self._written(v.node, run, self._whole(v)), v.unit, v.field),))
+            )
+        return parts
+
+    def _target(self, v: Value, run: Run) -> Node:
+        if v.place is None or not v.stored:
+            return self._name(v, run)
+        return self._element(v.place, run)
+
+    def _take(self, place: Element, kind: str) -> None:
+        self.storage[place.array] = kind
+        self.lengths[place.array] = max(self.lengths.get(place.array, 0), place.at + 1)
+
+    def _sums(self, nodes: Sequence[Node]) -> tuple[Sum, ...]:
+        """What stands alone first, then arrays, those of one range together."""
+        single: list[Node] = []
+        ranges: dict[str, list[int]] = {}
+        for node in nodes:
+            place = self._place_of(node)
+            if place is None:
+                single.append(self._written(node, Run([])))
+            else:
+                ranges.setdefault(place.array, []).append(place.at)
+        together: dict[tuple[int, int], list[Node]] = {}
+        for array, ats in ranges.items():
+            together.setdefault((min(ats), max(ats) + 1), []).append(self.graph.element(array, 0, True))
+        return Sum(tuple(single)), *(Sum(tuple(terms), *range_) for range_, terms in together.items())
+
+
+def _merged(parts: Sequence[Part]) -> tuple[Part, ...]:
+    """Neighbours under one comment together."""
+    result: list[Part] = []
+    for part in parts:
+        if result and (result[-1].title, result[-1].source) == (part.title, part.source):
+            result[-1] = Part(part.title, part.source, (*result[-1].lines, *part.lines))
+        else:
+            result.append(part)
+    return tuple(result)

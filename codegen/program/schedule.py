@@ -1,0 +1,211 @@
+"""Values → stretches in order: runs of values that are computed alike become loops, loops over one range are joined.
+
+A run is computed in the order of its index, upwards or downwards, as what each value needs of its neighbours asks.
+Dependences are those of single values, so the order is one in which the unrolled code could stand too.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import heapq
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from codegen.program.arrays import Element
+from codegen.program.graph import Node
+
+SHORTEST = 4
+"""Runs of fewer values are written out."""
+EDGE = 3
+"""Ranges that differ by no more than this at each end are brought to their common part, the ends written out."""
+
+
+@dataclass(eq=False)
+class Value:
+    """Something that is computed and has a name.
+
+    Attributes:
+        place: where it is kept if it is kept in an array.
+        order: in a sequence in which everything stands behind what it needs.
+        alike: equal for two values that are computed alike from places at the same distance.
+        uses: the values of the same function that it needs.
+        field: the struct that it is a field of, or empty.
+        stored: whether it is kept in its array, not in a local of its own.
+    """
+
+    node: Node
+    name: str
+    title: str
+    source: str
+    unit: str
+    place: Element | None
+    field: str = ""
+    stored: bool = False
+    order: int = 0
+    alike: object = None
+    uses: list[Value] = dataclasses.field(default_factory=list)
+
+    @property
+    def at(self) -> int:
+        assert self.place is not None
+        return self.place.at
+
+
+@dataclass(eq=False)
+class Run:
+    """Values computed together: one, or a value for every index of [first, stop) and each array in it."""
+
+    members: list[list[Value]]
+    first: int = 0
+    stop: int = 0
+    backward: bool = False
+    forward: bool = False
+    position: int = 0
+
+    @property
+    def loop(self) -> bool:
+        return self.stop > self.first
+
+    @property
+    def values(self) -> Iterable[Value]:
+        return (v for column in self.members for v in column)
+
+
+def schedule(values: Sequence[Value], join: bool) -> list[Run]:
+    """Every value in a run, runs in an order in which all is computed before it is needed.
+
+    Args:
+        join: whether loops over one range become one.
+    """
+    runs = _runs(values, join)
+    runs = _without_circles(runs)
+    of = {v: run for run in runs for v in run.values}
+    needs = {run: {of[u] for v in run.values for u in v.uses} - {run} for run in runs}
+    followers: dict[Run, list[Run]] = {run: [] for run in runs}
+    for run, needed in needs.items():
+        for other in needed:
+            followers[other].append(run)
+    waiting = {run: len(needed) for run, needed in needs.items()}
+    rank = {run: (run.loop, min(v.order for v in run.values), k) for k, run in enumerate(runs)}
+    ready = [(rank[run], run) for run in runs if not waiting[run]]
+    heapq.heapify(ready)
+    done: list[Run] = []
+    into: dict[Run, Run] = {}
+    while ready:
+        _, run = heapq.heappop(ready)
+        needed = {into[other] for other in needs[run]}
+        joined = next((r for r in reversed(done) if join and r.loop and _joins(r, run, needed, into, of)), None)
+        if joined is None:
+            run.position = len(done)
+            done.append(run)
+        else:
+            joined.members += run.members
+        into[run] = joined or run
+        for other in followers[run]:
+            waiting[other] -= 1
+            if not waiting[other]:
+                heapq.heappush(ready, (rank[other], other))
+    for run in done:
+        run.members.sort(key=lambda column: column[0].order)
+    return done
+
+
+def _runs(values: Sequence[Value], join: bool) -> list[Run]:
+    """Runs of each array, cut where the computation changes and, to be joined, at the edges of a common range."""
+    arrays: dict[str, list[Value]] = {}
+    result = []
+    for v in values:
+        if v.place is None:
+            result.append(Run([[v]]))
+        else:
+            arrays.setdefault(v.place.array, []).append(v)
+    stretches: list[list[Value]] = []
+    for members in arrays.values():
+        members.sort(key=lambda v: v.at)
+        run: list[Value] = []
+        for v in members:
+            if run and (v.at != run[-1].at + 1 or v.alike != run[-1].alike):
+                stretches.append(run)
+                run = []
+            run.append(v)
+        stretches.append(run)
+    long = [s for s in stretches if len(s) >= SHORTEST]
+    ranges = _common_ranges(long) if join else {id(s): (s[0].at, s[-1].at + 1) for s in long}
+    for s in stretches:
+        first, stop = ranges.get(id(s), (0, 0))
+        inside = [v for v in s if first <= v.at < stop]
+        result += [Run([[v]]) for v in s if not first <= v.at < stop]
+        if inside:
+            result.append(_loop([inside]))
+    return result
+
+
+def _common_ranges(stretches: list[list[Value]]) -> dict[int, tuple[int, int]]:
+    clusters: list[tuple[int, int, list[list[Value]]]] = []
+    for s in sorted(stretches, key=lambda s: s[0].order):
+        first, stop = s[0].at, s[-1].at + 1
+        for k, (a, b, members) in enumerate(clusters):
+            common = max(a, first), min(b, stop)
+            if abs(a - first) <= EDGE and abs(b - stop) <= EDGE and common[1] - common[0] >= SHORTEST:
+                clusters[k] = (*common, [*members, s])
+                break
+        else:
+            clusters.append((first, stop, [s]))
+    return {id(s): (first, stop) for first, stop, members in clusters for s in members}
+
+
+def _loop(columns: list[list[Value]]) -> Run:
+    run = Run(columns, columns[0][0].at, columns[0][-1].at + 1)
+    own = set(run.values)
+    for v in own:
+        for u in v.uses:
+            if u in own:
+                run.forward |= u.at < v.at
+                run.backward |= u.at > v.at
+    return run
+
+
+def _without_circles(runs: list[Run]) -> list[Run]:
+    """Runs that need each other become one loop over their range if it can be one, and single values if not."""
+    of = {v: k for k, run in enumerate(runs) for v in run.values}
+    edges = {(k, of[u]) for k, run in enumerate(runs) for v in run.values for u in v.uses if of[u] != k}
+    if not edges:
+        return runs
+    rows, columns = np.array(sorted(edges)).T
+    graph = coo_matrix((np.ones(len(rows)), (rows, columns)), shape=(len(runs), len(runs)))
+    _, labels = connected_components(graph, connection="strong")
+    groups: dict[int, list[Run]] = {}
+    for label, run in zip(labels, runs, strict=True):
+        groups.setdefault(int(label), []).append(run)
+    result = []
+    for group in groups.values():
+        if len(group) > 1 and all(r.loop and (r.first, r.stop) == (group[0].first, group[0].stop) for r in group):
+            group = [_loop([column for r in group for column in r.members])]
+        bad = len(group) > 1 or (group[0].forward and group[0].backward)
+        result += [Run([[v]]) for r in group for v in r.values] if bad else group
+    return result
+
+
+def _joins(host: Run, run: Run, needed: set[Run], into: dict[Run, Run], of: dict[Value, Run]) -> bool:
+    """Whether ``run`` can be computed in the iterations of ``host``, which stands before it; if so, it is marked."""
+    if (run.first, run.stop) != (host.first, host.stop) or not run.loop:
+        return False
+    if any(other is not host and other.position > host.position for other in needed):
+        return False
+    forward, backward = host.forward or run.forward, host.backward or run.backward
+    for v in run.values:
+        for u in v.uses:
+            if into.get(of[u]) is host and u.place is not None:
+                forward |= u.at < v.at
+                backward |= u.at > v.at
+    if forward and backward:
+        return False
+    host.forward, host.backward = forward, backward
+    return True
+
+
+__all__ = ["Run", "Value", "schedule"]

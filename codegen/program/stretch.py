@@ -1,0 +1,82 @@
+"""What rolled code is made of: stretches of assignments, straight or repeated over an index, and sums over arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from codegen.program.graph import Node
+
+
+@dataclass(frozen=True)
+class Line:
+    """``target`` is an element of an array or a local; with ``field`` a field of that struct."""
+
+    target: Node
+    value: Node
+    unit: str = ""
+    field: str = ""
+
+
+@dataclass(frozen=True)
+class Part:
+    """Lines under one comment."""
+
+    title: str
+    source: str
+    lines: tuple[Line, ...]
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Parts computed once, or for every i of [first, stop), downwards if ``backward``."""
+
+    parts: tuple[Part, ...]
+    first: int = 0
+    stop: int = 0
+    backward: bool = False
+
+    @property
+    def loop(self) -> bool:
+        return self.stop > self.first
+
+
+@dataclass(frozen=True)
+class Sum:
+    """Terms that are added up once, or for every i of [first, stop)."""
+
+    terms: tuple[Node, ...]
+    first: int = 0
+    stop: int = 0
+
+    @property
+    def loop(self) -> bool:
+        return self.stop > self.first
+
+
+@dataclass(frozen=True)
+class Rolled:
+    """A program over arrays: the same operations in the same order as the single assignments of its Code.
+
+    Attributes:
+        storage: array → parameters, state, inputs or local; ``lengths`` of every array.
+        constants: derived constant → array and place, for those that are in one.
+        scalars: locals that live as long as the step.
+        prepare, step, outputs, following, initial, rest: what the functions do; ``following`` makes the next state the
+            state.
+        check, begun: sums of what must be finite after a step and at the start.
+    """
+
+    storage: Mapping[str, str]
+    lengths: Mapping[str, int]
+    constants: Mapping[str, tuple[str, int]]
+    scalars: tuple[str, ...]
+    prepare: tuple[Stretch, ...]
+    step: tuple[Stretch, ...]
+    outputs: tuple[Stretch, ...]
+    following: tuple[Stretch, ...]
+    initial: tuple[Stretch, ...]
+    initial_scalars: tuple[str, ...]
+    rest: tuple[Stretch, ...]
+    check: tuple[Sum, ...]
+    begun: tuple[Sum, ...]

@@ -1,0 +1,116 @@
+"""Numbered names written once: ``x1..16`` in an entry or an item of a list stands for sixteen of them, x1 to x16.
+
+A mapping's entry is repeated if its key has a range, an item of a list if anything in it has. The ranges in what is
+repeated run together: ``k*(x1..15 - x2..16)`` in a list is fifteen springs.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+from ruamel.yaml.comments import CommentedMap, CommentedSeq
+
+from codegen.errors import BadInput, Place
+
+MARK = ".."
+LONGEST = 10_000
+_RANGE = re.compile(r"\b([A-Za-z]\w*?)(\d+)\.\.(\d+)\b")
+
+
+def expanded(node: Any, file: str, line: int | None = None) -> Any:
+    """The document with every range written out; what has none is the same object.
+
+    Args:
+        line: of the node, counted from one.
+
+    Raises:
+        BadInput: for a range that falls, or is too long, or ranges of different length that should run together.
+    """
+    if isinstance(node, CommentedMap):
+        result = CommentedMap()
+        for key, value in list(node.items()):
+            position = (node.lc.data or {}).get(key)
+            at = position[0] + 1 if position else line
+            if isinstance(key, str) and _RANGE.search(key):
+                for k in range(_count([key, *_texts(value)], file, at)):
+                    _put(result, _shifted(key, k), _shifted(value, k), position)
+            else:
+                _put(result, key, expanded(value, file, at), position)
+        return _same_style(node, result) if _changed(node, result) else node
+    if isinstance(node, CommentedSeq):
+        items = CommentedSeq()
+        for index, value in enumerate(node):
+            position = (node.lc.data or {}).get(index)
+            at = position[0] + 1 if position else line
+            repeated = any(_RANGE.search(text) for text in _texts(value))
+            copies = range(_count(list(_texts(value)), file, at)) if repeated else ()
+            for copy in [_shifted(value, k) for k in copies] if repeated else [value]:
+                items.append(copy)
+                if position:
+                    items.lc.add_idx_line_col(len(items) - 1, position)
+        return _same_style(node, items) if len(items) != len(node) or _changed_items(node, items) else node
+    return node
+
+
+def _put(mapping: CommentedMap, key: Any, value: Any, position: Any) -> None:
+    mapping[key] = value
+    if position:
+        mapping.lc.add_kv_line_col(key, position)
+
+
+def _changed(old: CommentedMap, new: CommentedMap) -> bool:
+    return list(old) != list(new) or any(old[key] is not new[key] for key in new)
+
+
+def _changed_items(old: CommentedSeq, new: CommentedSeq) -> bool:
+    return any(a is not b for a, b in zip(old, new, strict=True))
+
+
+def _same_style(old: Any, new: Any) -> Any:
+    if old.fa.flow_style():
+        new.fa.set_flow_style()
+    else:
+        new.fa.set_block_style()
+    return new
+
+
+def _texts(node: Any) -> Iterator[str]:
+    if isinstance(node, CommentedMap):
+        for key, value in node.items():
+            yield from _texts(key)
+            yield from _texts(value)
+    elif isinstance(node, CommentedSeq):
+        for value in node:
+            yield from _texts(value)
+    elif isinstance(node, str):
+        yield node
+
+
+def _count(texts: list[str], file: str, line: int | None) -> int:
+    """How often the texts are repeated."""
+    found = [m for text in texts for m in _RANGE.finditer(text)]
+    first = found[0]
+    for m in found:
+        count, expected = int(m[3]) - int(m[2]) + 1, int(first[3]) - int(first[2]) + 1
+        if not 1 <= count <= LONGEST:
+            raise BadInput(Place(file, line), f"the range `{m[0]}`", f"a rising range of at most {LONGEST} names")
+        if count != expected:
+            what = f"`{first[0]}` of {expected} names with `{m[0]}` of {count}"
+            raise BadInput(Place(file, line), what, "ranges of one length, since they run together")
+    return int(first[3]) - int(first[2]) + 1
+
+
+def _shifted(node: Any, k: int) -> Any:
+    """The k-th copy, counted from zero."""
+    if isinstance(node, CommentedMap):
+        mapping = CommentedMap()
+        for key, value in node.items():
+            _put(mapping, _shifted(key, k), _shifted(value, k), (node.lc.data or {}).get(key))
+        return _same_style(node, mapping)
+    if isinstance(node, CommentedSeq):
+        return _same_style(node, CommentedSeq([_shifted(value, k) for value in node]))
+    if isinstance(node, str):
+        return _RANGE.sub(lambda m: f"{m[1]}{int(m[2]) + k}", node)
+    return node

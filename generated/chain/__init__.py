@@ -1,0 +1,214 @@
+"""chain: friction observer GCFO, velocity estimated, double precision.
+
+Made by stiction 0.1.0 from chain.yaml
+sha256 1e88c123e16c775e48b84ba1748b2d2edc84de748c98621bba0a905743d5e7e2
+with: stiction generate chain.yaml
+
+The twin of chain.c: the same operations in the same order on doubles, so the same bits. Do not edit.
+"""
+
+import math
+from dataclasses import dataclass, field
+
+__all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"]
+
+SPEC_SHA256 = "1e88c123e16c775e48b84ba1748b2d2edc84de748c98621bba0a905743d5e7e2"
+LARGEST = 1.7976931348623157e308
+
+
+@dataclass(slots=True)
+class Parameters:
+    """Constants of the model and gains, with the spec's values; behind them what ``prepare`` derives from these."""
+
+    m: float = 1.0  # kg: model parameter
+    k: float = 100.0  # N/m: model parameter
+    c: float = 0.5  # N*s/m: model parameter
+    ground_a: list[float] = field(  # N: ground1_a to ground16_a, model parameter
+        default_factory=lambda: [
+            0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5
+        ]
+    )
+    K_F_ground: list[float] = field(  # N*s/m: K_F_ground1 to K_F_ground16, observer gain
+        default_factory=lambda: [
+            20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0
+        ]
+    )
+    K_v_v: list[float] = field(  # 1/s: K_v_v1 to K_v_v16, observer gain
+        default_factory=lambda: [
+            20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0
+        ]
+    )
+    sample_time: float = 0.001  # s: sample time
+    one_over_D16: float = 1.0
+    h_K_F_ground: list[float] = field(
+        default_factory=lambda: [
+            0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.02
+        ]
+    )
+
+
+@dataclass(slots=True)
+class State:
+    """What the observer remembers from sample to sample."""
+
+    z_v: list[float] = field(  # m/s: z_v1 to z_v16, observer state
+        default_factory=lambda: [
+            0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        ]
+    )
+    z_ground: list[float] = field(  # N: z_ground1 to z_ground16, observer state
+        default_factory=lambda: [
+            0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        ]
+    )
+
+
+@dataclass(slots=True)
+class Inputs:
+    """What is measured and commanded at a sample."""
+
+    x: list[float] = field(  # m: x1 to x16, measured position
+        default_factory=lambda: [
+            0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        ]
+    )
+    w: float = 0.0  # N: input
+
+
+@dataclass(slots=True)
+class Outputs:
+    """What is estimated."""
+
+    v_hat: list[float] = field(  # m/s: v1_hat to v16_hat, velocity estimate, (4.25)
+        default_factory=lambda: [
+            0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        ]
+    )
+    a_hat_ground: list[float] = field(  # N: a_hat_ground1 to a_hat_ground16, friction level, (4.11)
+        default_factory=lambda: [
+            0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        ]
+    )
+    F_hat_ground: list[float] = field(  # N: F_hat_ground1 to F_hat_ground16, contact friction, (4.10)
+        default_factory=lambda: [
+            0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        ]
+    )
+    F_hat_on_x: list[float] = field(  # N: F_hat_on_x1 to F_hat_on_x16, friction force, (4.10)
+        default_factory=lambda: [
+            0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        ]
+    )
+    fault: int = 0  # 1 if this sample was not used
+
+
+def _sign(u: float) -> float:
+    return 1.0 if u > 0.0 else (-1.0 if u < 0.0 else 0.0)
+
+
+def prepare(parameters: Parameters) -> None:
+    """Compute the derived constants anew, after a parameter was changed."""
+    parameters.one_over_D16 = 1.0 / parameters.m
+    for i in range(0, 16):
+        parameters.h_K_F_ground[i] = parameters.sample_time * parameters.K_F_ground[i]
+
+
+def init(parameters: Parameters, inputs: Inputs) -> State:
+    """The state from the first measurement; from rest at zero if it is not finite."""
+    state = State()
+    for i in range(0, 16):
+        state.z_v[i] = -(parameters.K_v_v[i] * inputs.x[i])
+        state.z_ground[i] = parameters.ground_a[i]
+    check = 0.0
+    for i in range(0, 16):
+        check += state.z_v[i] + state.z_ground[i]
+    if not abs(check) <= LARGEST:
+        for i in range(0, 16):
+            state.z_v[i] = 0.0
+        for i in range(0, 16):
+            state.z_ground[i] = parameters.ground_a[i]
+    return state
+
+
+def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs | None = None) -> Outputs:
+    """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample.
+
+    The estimates go into ``outputs``, or into new ones.
+    Where an input is NaN or infinite, or a next state would be, state and ``outputs`` stay as they are but for
+    ``fault``, which is 1.
+    """
+    if outputs is None:
+        outputs = Outputs()
+    v_hat = [0.0] * 16
+    sign_ground = [0.0] * 15
+    a_hat_ground = [0.0] * 16
+    F_hat_ground = [0.0] * 16
+    z_v_next = [0.0] * 16
+    z_ground_next = [0.0] * 16
+
+    # velocity estimate, (4.25)
+    v_hat[0] = parameters.K_v_v[0] * inputs.x[0] + state.z_v[0]  # m/s
+    v_hat[15] = parameters.K_v_v[15] * inputs.x[15] + state.z_v[15]  # m/s
+    # slip sign, (4.13)
+    sign_ground1 = _sign(v_hat[0])  # 1
+    sign_ground16 = _sign(v_hat[15])  # 1
+    # friction level, (4.11)
+    a_hat_ground[0] = state.z_ground[0] - parameters.K_F_ground[0] * abs(v_hat[0])  # N
+    a_hat_ground[15] = state.z_ground[15] - parameters.K_F_ground[15] * abs(v_hat[15])  # N
+    # contact friction, (4.10)
+    F_hat_ground[0] = sign_ground1 * a_hat_ground[0]  # N
+    F_hat_ground[15] = sign_ground16 * a_hat_ground[15]  # N
+    for i in range(1, 15):
+        # velocity estimate, (4.25)
+        v_hat[i] = parameters.K_v_v[i] * inputs.x[i] + state.z_v[i]  # m/s
+        # slip sign, (4.13)
+        sign_ground[i] = _sign(v_hat[i])  # 1
+        # friction level, (4.11)
+        a_hat_ground[i] = state.z_ground[i] - parameters.K_F_ground[i] * abs(v_hat[i])  # N
+        # contact friction, (4.10)
+        F_hat_ground[i] = sign_ground[i] * a_hat_ground[i]  # N
+    # acceleration, (4.2)
+    v1_dot_hat = (
+        parameters.one_over_D16 * (parameters.c * (v_hat[1] - v_hat[0]) + parameters.k * (inputs.x[1]
+        - inputs.x[0]) - F_hat_ground[0] + inputs.w)
+    )  # m/s^2
+    v16_dot_hat = (
+        parameters.one_over_D16 * (parameters.c * (v_hat[14] - v_hat[15]) + parameters.k * (inputs.x[14]
+        - inputs.x[15]) - F_hat_ground[15])
+    )  # m/s^2
+    # states one sample later (explicit Euler)
+    z_v_next[0] = parameters.sample_time * (v1_dot_hat - parameters.K_v_v[0] * v_hat[0]) + state.z_v[0]  # m/s
+    z_v_next[15] = parameters.sample_time * (v16_dot_hat - parameters.K_v_v[15] * v_hat[15]) + state.z_v[15]  # m/s
+    z_ground_next[0] = parameters.h_K_F_ground[0] * sign_ground1 * v1_dot_hat + state.z_ground[0]  # N
+    z_ground_next[15] = parameters.h_K_F_ground[15] * sign_ground16 * v16_dot_hat + state.z_ground[15]  # N
+    for i in range(1, 15):
+        # acceleration, (4.2)
+        v_dot_hat = (
+            parameters.one_over_D16 * (parameters.c * (v_hat[i - 1] - 2.0 * v_hat[i] + v_hat[i + 1])
+            + parameters.k * (inputs.x[i - 1] - 2.0 * inputs.x[i] + inputs.x[i + 1]) - F_hat_ground[i])
+        )  # m/s^2
+        # states one sample later (explicit Euler)
+        z_v_next[i] = parameters.sample_time * (v_dot_hat - parameters.K_v_v[i] * v_hat[i]) + state.z_v[i]  # m/s
+        z_ground_next[i] = parameters.h_K_F_ground[i] * sign_ground[i] * v_dot_hat + state.z_ground[i]  # N
+
+    # hold the last state and estimates where a next state, or an input that it does not show, is not finite
+    check = 0.0
+    for i in range(0, 16):
+        check += z_v_next[i] + z_ground_next[i]
+    if not abs(check) <= LARGEST:
+        outputs.fault = 1
+        return outputs
+    outputs.fault = 0
+    for i in range(0, 16):
+        outputs.v_hat[i] = v_hat[i]
+    for i in range(0, 16):
+        outputs.a_hat_ground[i] = a_hat_ground[i]
+    for i in range(0, 16):
+        outputs.F_hat_ground[i] = F_hat_ground[i]
+    for i in range(0, 16):
+        outputs.F_hat_on_x[i] = F_hat_ground[i]
+    for i in range(0, 16):
+        state.z_v[i] = z_v_next[i]
+    for i in range(0, 16):
+        state.z_ground[i] = z_ground_next[i]
+    return outputs

@@ -1,0 +1,134 @@
+/*
+ * chain: friction observer GCFO, velocity estimated, double precision.
+ * A step: 173 additions, 188 multiplications, 0 divisions, 0 calls, 32 of sign or magnitude.
+ *
+ * Made by stiction 0.1.0 from chain.yaml
+ * sha256 1e88c123e16c775e48b84ba1748b2d2edc84de748c98621bba0a905743d5e7e2
+ * with: stiction generate chain.yaml
+ */
+#include "chain.h"
+
+#include <float.h>
+#include <math.h>
+
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+static inline double chain_sign(double u)
+{
+    return (u > 0.0) ? 1.0 : ((u < 0.0) ? -1.0 : 0.0);
+}
+
+void chain_prepare(chain_parameters *parameters)
+{
+    parameters->one_over_D16 = 1.0 / parameters->m;
+    for (int i = 0; i < 16; i++) {
+        parameters->h_K_F_ground[i] = parameters->sample_time * parameters->K_F_ground[i];
+    }
+}
+
+void chain_init(chain_state *state, const chain_parameters *parameters,
+    const chain_inputs *inputs)
+{
+    for (int i = 0; i < 16; i++) {
+        state->z_v[i] = -(parameters->K_v_v[i] * inputs->x[i]);
+        state->z_ground[i] = parameters->ground_a[i];
+    }
+
+    /* from rest at zero if that is not finite */
+    double check = 0.0;
+    for (int i = 0; i < 16; i++) {
+        check += state->z_v[i] + state->z_ground[i];
+    }
+    if (!(fabs(check) <= DBL_MAX)) {
+        for (int i = 0; i < 16; i++) {
+            state->z_v[i] = 0.0;
+        }
+        for (int i = 0; i < 16; i++) {
+            state->z_ground[i] = parameters->ground_a[i];
+        }
+    }
+}
+
+void chain_step(chain_state *state, const chain_parameters *parameters,
+    const chain_inputs *inputs, chain_outputs *outputs)
+{
+    double v_hat[16];
+    double sign_ground[15];
+    double a_hat_ground[16];
+    double F_hat_ground[16];
+    double z_v_next[16];
+    double z_ground_next[16];
+
+    /* velocity estimate, (4.25) */
+    v_hat[0] = parameters->K_v_v[0] * inputs->x[0] + state->z_v[0]; /* m/s */
+    v_hat[15] = parameters->K_v_v[15] * inputs->x[15] + state->z_v[15]; /* m/s */
+    /* slip sign, (4.13) */
+    const double sign_ground1 = chain_sign(v_hat[0]); /* 1 */
+    const double sign_ground16 = chain_sign(v_hat[15]); /* 1 */
+    /* friction level, (4.11) */
+    a_hat_ground[0] = state->z_ground[0] - parameters->K_F_ground[0] * fabs(v_hat[0]); /* N */
+    a_hat_ground[15] = state->z_ground[15] - parameters->K_F_ground[15] * fabs(v_hat[15]); /* N */
+    /* contact friction, (4.10) */
+    F_hat_ground[0] = sign_ground1 * a_hat_ground[0]; /* N */
+    F_hat_ground[15] = sign_ground16 * a_hat_ground[15]; /* N */
+    for (int i = 1; i < 15; i++) {
+        /* velocity estimate, (4.25) */
+        v_hat[i] = parameters->K_v_v[i] * inputs->x[i] + state->z_v[i]; /* m/s */
+        /* slip sign, (4.13) */
+        sign_ground[i] = chain_sign(v_hat[i]); /* 1 */
+        /* friction level, (4.11) */
+        a_hat_ground[i] = state->z_ground[i] - parameters->K_F_ground[i] * fabs(v_hat[i]); /* N */
+        /* contact friction, (4.10) */
+        F_hat_ground[i] = sign_ground[i] * a_hat_ground[i]; /* N */
+    }
+    /* acceleration, (4.2) */
+    const double v1_dot_hat = parameters->one_over_D16 * (parameters->c * (v_hat[1] - v_hat[0]) + parameters->k
+        * (inputs->x[1] - inputs->x[0]) - F_hat_ground[0] + inputs->w); /* m/s^2 */
+    const double v16_dot_hat = parameters->one_over_D16 * (parameters->c * (v_hat[14] - v_hat[15])
+        + parameters->k * (inputs->x[14] - inputs->x[15]) - F_hat_ground[15]); /* m/s^2 */
+    /* states one sample later (explicit Euler) */
+    z_v_next[0] = parameters->sample_time * (v1_dot_hat - parameters->K_v_v[0] * v_hat[0]) + state->z_v[0]; /* m/s */
+    z_v_next[15] = parameters->sample_time * (v16_dot_hat - parameters->K_v_v[15] * v_hat[15]) + state->z_v[15]; /* m/s */
+    z_ground_next[0] = parameters->h_K_F_ground[0] * sign_ground1 * v1_dot_hat + state->z_ground[0]; /* N */
+    z_ground_next[15] = parameters->h_K_F_ground[15] * sign_ground16 * v16_dot_hat + state->z_ground[15]; /* N */
+    for (int i = 1; i < 15; i++) {
+        /* acceleration, (4.2) */
+        const double v_dot_hat = parameters->one_over_D16 * (parameters->c * (v_hat[i - 1] - 2.0 * v_hat[i]
+            + v_hat[i + 1]) + parameters->k * (inputs->x[i - 1] - 2.0 * inputs->x[i] + inputs->x[i + 1])
+            - F_hat_ground[i]); /* m/s^2 */
+        /* states one sample later (explicit Euler) */
+        z_v_next[i] = parameters->sample_time * (v_dot_hat - parameters->K_v_v[i] * v_hat[i]) + state->z_v[i]; /* m/s */
+        z_ground_next[i] = parameters->h_K_F_ground[i] * sign_ground[i] * v_dot_hat + state->z_ground[i]; /* N */
+    }
+
+    /* hold the last state and estimates where a next state, or an input that it does not show, is not finite */
+    double check = 0.0;
+    for (int i = 0; i < 16; i++) {
+        check += z_v_next[i] + z_ground_next[i];
+    }
+    if (fabs(check) <= DBL_MAX) {
+        for (int i = 0; i < 16; i++) {
+            outputs->v_hat[i] = v_hat[i];
+        }
+        for (int i = 0; i < 16; i++) {
+            outputs->a_hat_ground[i] = a_hat_ground[i];
+        }
+        for (int i = 0; i < 16; i++) {
+            outputs->F_hat_ground[i] = F_hat_ground[i];
+        }
+        for (int i = 0; i < 16; i++) {
+            outputs->F_hat_on_x[i] = F_hat_ground[i];
+        }
+        for (int i = 0; i < 16; i++) {
+            state->z_v[i] = z_v_next[i];
+        }
+        for (int i = 0; i < 16; i++) {
+            state->z_ground[i] = z_ground_next[i];
+        }
+        outputs->fault = 0;
+    } else {
+        outputs->fault = 1;
+    }
+}
