@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from codegen import pipeline
+from codegen.cancellation import with_cancellation
 from codegen.emit.package import emit_sources, make_header
 from codegen.program import Program, build_program
 from codegen.spec.model import CodeChoice
@@ -37,7 +38,7 @@ def model(spec: str) -> pipeline.Model:
 def program(spec: str, precision: str = "double", fault: str = "hold") -> Program:
     observer = model(spec).observer
     assert observer is not None
-    return build_program(observer, CodeChoice(precision, fault))
+    return build_program(with_cancellation(model(spec).spec, observer), CodeChoice(precision, fault))
 
 
 @cache
