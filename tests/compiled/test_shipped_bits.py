@@ -1,4 +1,4 @@
-"""Same bits everywhere: the Python twin, gcc and clang at every level, on every shipped spec.
+"""Same bits everywhere: the Python twin, gcc and clang at every level, SIMD lanes, on every shipped spec.
 
 By default 2^12 steps through all of them; the slow tests run 2^20 steps through every C build, and through the twin,
 which takes ten to thirty seconds a spec and over a minute for the seven-joint arm.
@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from .driver import Loaded, load
+from .lane_driver import load_lanes
 from .shipped import PRECISIONS, SHIPPED, excitation, interface, program, sources
 from .signals import broken, broken_at_first, episodes, huge, ordinary
 from .toolchain import CLANG, GCC, Workshop
@@ -34,10 +35,11 @@ class Runner(Protocol):
 
 
 def builds(workshop: Workshop, spec: str, precision: str) -> list[Loaded]:
-    """Every build whose compiler is here."""
+    """Every build whose compiler is here, and the SIMD lanes."""
     here = [(compiler, flag) for compiler, flag in BUILDS if shutil.which(compiler.command)]
     files, face = sources(spec, precision), interface(spec, precision)
-    return [load(workshop, files, face, compiler, flag) for compiler, flag in here]
+    found = [load(workshop, files, face, compiler, flag) for compiler, flag in here]
+    return [*found, load_lanes(workshop, spec, precision)] if shutil.which(GCC.command) else found
 
 
 def first_difference(runners: Sequence[Runner], rows: Sequence[np.ndarray]) -> str:
