@@ -18,7 +18,7 @@ void peer_run(const double *rows, long samples, long passes, double *record);
 static double now(void)
 {
     struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t); /* on a shared machine, others do not count */
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 

@@ -14,7 +14,7 @@ from benchmarks.measure.build import Missing, build, difference, outputs_of
 from benchmarks.measure.compare import TOLERANCE, compare
 from benchmarks.measure.counting import count
 from benchmarks.model import Model, load
-from benchmarks.page import section
+from benchmarks.page import PAGE, ROOT, kept, page, section
 from benchmarks.peers import python_peers
 from benchmarks.peers.chain import chain_rows
 from benchmarks.peers.plain_c import hand_peer, our_peer
@@ -125,6 +125,12 @@ def test_instructions_by_function_add_up(tmp_path):
     found = count(build(our_peer(arm()), tmp_path / "peer"), tmp_path / "rows", 32)
     assert set(found.parts) > {"two_link_arm_step"}
     assert sum(found.parts.values()) == pytest.approx(found.instructions, abs=2)
+
+
+def test_the_page_is_that_of_the_kept_results():
+    results = kept()
+    assert results is not None
+    assert page(results) == (ROOT / PAGE).read_text(encoding="utf-8")
 
 
 def test_the_page_needs_every_name():
