@@ -15,7 +15,9 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from codegen import pipeline
 from codegen.checker import verify as checker
+from codegen.cli_pages import pages
 from codegen.demo import run_demo
+from codegen.effects.register import load_effects
 from codegen.errors import BadInput
 from codegen.readable import analysis_json, analysis_latex, analysis_view, model_view
 from codegen.readable_gains import gains_view
@@ -31,6 +33,7 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
+app.add_typer(pages)
 output = Console(soft_wrap=True, highlight=False, markup=False, emoji=False)
 errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False, emoji=False)
 
@@ -39,6 +42,18 @@ Description = Annotated[Path | None, typer.Option("--description", "-d", help="l
 Columns = Annotated[
     list[str] | None, typer.Option("--column", "-c", metavar="NAME=COLUMN", help="what the log calls a variable")
 ]
+
+
+@app.callback()
+def common(
+    effects: Annotated[
+        list[Path] | None,
+        typer.Option("--effects", metavar="FILE", help="a Python file with effects of your own; it is run"),
+    ] = None,
+) -> None:
+    """Friction observers from a specification: derived, certified, generated, and checked against measured data."""
+    for path in effects or []:
+        load_effects(path)
 
 
 @app.command()
@@ -239,21 +254,6 @@ def demo(
     """Run the main job on the embedded default: a belt-driven axis with an effect that its spec lacks."""
     with _progress() as tell:
         run_demo(out, output.print, tell)
-
-
-@app.command()
-def laws(
-    out: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="DIR", help="write laws.md and its pictures here")
-    ] = None,
-) -> None:
-    """List the friction laws, or write their page with a picture of each."""
-    from codegen.report.laws import law_groups, write_laws  # with matplotlib, a second that other verbs need not pay
-
-    if out is None:
-        output.print(render("text/laws.txt.j2", groups=law_groups()), end="")
-    else:
-        output.print(str(write_laws(out)))
 
 
 @app.command()

@@ -15,7 +15,7 @@ class ActuatorLag(Effect):
     sits_on = "input"
     equation = "tau·dw_eff/dt = w − w_eff"
     signature = "a force proportional to the rate of the input, smaller at high frequencies than a delay's"
-    seen_over = "input"
+    seen_over = "input rate"
     parameters = (EffectParameter("tau", "s", "time constant", low=0.0, start=lags),)
     confused_with = (
         Confusion("input_delay", "a chirp to high frequencies"),

@@ -22,8 +22,8 @@ class Compliance(Effect):
     kind = "compliance"
     sits_on = "axis"
     equation = "(1 − ρ)·M at the motor, ρ·M at the load; between them k·dx + c·dv"
-    signature = "a resonance; below it a force that follows the rate of acceleration"
-    seen_over = "acceleration"
+    signature = "a resonance: ringing after each jump of the input or of friction"
+    seen_over = "time"
     parameters = (STIFFNESS, DAMPING, SHARE)
     confused_with = (
         Confusion("backlash", "preload: it takes the play out"),

@@ -18,7 +18,7 @@ from codegen.effects.start import Covered, Start
 from codegen.mechanics.system import Matrix, System
 
 Place = Literal["contact", "coordinate", "two coordinates", "axis", "input", "sensor"]
-Axis = Literal["velocity", "position", "load", "time", "acceleration", "input"]
+Axis = Literal["velocity", "position", "load", "time", "acceleration", "input", "input rate"]
 Symbols = Mapping[str, sympy.Symbol]
 
 

@@ -15,7 +15,7 @@ class InputDelay(Effect):
     sits_on = "input"
     equation = "w_eff(t) = w(t − T)"
     signature = "a force proportional to the rate of the input"
-    seen_over = "input"
+    seen_over = "input rate"
     parameters = (EffectParameter("T", "s", "dead time", low=0.0, start=delays),)
     confused_with = (
         Confusion("actuator_lag", "a chirp to high frequencies"),

@@ -46,7 +46,7 @@ def law_picture(law: FrictionLaw) -> str:
             panels = (lambda axes: _loop(axes, law), lambda axes: second(axes, law))
         case _:
             panels = (lambda axes: _characteristic(axes, law),)
-    return _svg(panels)
+    return svg_of(panels)
 
 
 def _characteristic(axes: Any, law: FrictionLaw) -> None:
@@ -57,7 +57,7 @@ def _characteristic(axes: Any, law: FrictionLaw) -> None:
     level[0] = 0.0
     for side in (-1, 1):
         _plot(axes, side * speed, side * level, CURVE)
-    _frame(axes, "velocity in m/s", FORCE)
+    framed(axes, "velocity in m/s", FORCE)
 
 
 def _loop(axes: Any, law: FrictionLaw) -> None:
@@ -72,7 +72,7 @@ def _loop(axes: Any, law: FrictionLaw) -> None:
         _plot(axes, side * speed * factor, steady_force(law, side * speed), QUIET, (0, (4, 3)), 1.2)
     last = time >= 2 / example.frequency
     _plot(axes, velocity[last] * factor, force[last], CURVE)
-    _frame(axes, f"velocity in {unit}/s", FORCE)
+    framed(axes, f"velocity in {unit}/s", FORCE)
 
 
 def _presliding(axes: Any, law: FrictionLaw) -> None:
@@ -84,7 +84,7 @@ def _presliding(axes: Any, law: FrictionLaw) -> None:
     for amplitude, colour in zip(reversed(example.presliding), (CURVE, SECOND), strict=False):
         force = force_over(law, time, partial(_cosine, amplitude * omega, omega))
         _plot(axes, factor * amplitude * np.sin(omega * time), force, colour)
-    _frame(axes, f"displacement in {unit}", FORCE)
+    framed(axes, f"displacement in {unit}", FORCE)
 
 
 def _cosine(top: float, omega: float, t: float) -> float:
@@ -100,14 +100,14 @@ def _over_time(axes: Any, law: FrictionLaw) -> None:
     _plot(axes, time[moving], steady_force(law, velocity[moving]), QUIET, (0, (4, 3)), 1.2)
     force = force_over(law, time, lambda t: example.top_speed * np.sin(omega * t))
     _plot(axes, time[moving], force[moving], CURVE)
-    _frame(axes, "time in s", FORCE)
+    framed(axes, "time in s", FORCE)
 
 
 def _steady_rate(axes: Any, law: FrictionLaw) -> None:
     speed = np.geomspace(1e-8, 1e-3, 60)
     _plot(axes, speed, steady_force(law, speed), CURVE)
     axes.set_xscale("log")
-    _frame(axes, "velocity in m/s", FORCE)
+    framed(axes, "velocity in m/s", FORCE)
 
 
 def _velocity_step(axes: Any, law: FrictionLaw) -> None:
@@ -128,7 +128,7 @@ def _velocity_step(axes: Any, law: FrictionLaw) -> None:
     slip = np.concatenate(([0.0], np.cumsum(np.diff(time) * [velocity(t) for t in time[:-1]])))
     factor, unit = prefixed([float(slip[-1])], "m")
     _plot(axes, factor * slip, force_over(law, time, velocity), CURVE)
-    _frame(axes, f"displacement in {unit}", FORCE)
+    framed(axes, f"displacement in {unit}", FORCE)
 
 
 def _after_rest(axes: Any, law: RisingStatic) -> None:
@@ -139,7 +139,7 @@ def _after_rest(axes: Any, law: RisingStatic) -> None:
         axes.plot([0, 0], [-static, static], "o", color=colour, markersize=6, label=f"{dwell:g} s at rest")
     for side in (-1, 1):
         _plot(axes, [0, side * 0.1], [side * p["F_c"]] * 2, INK)
-    _frame(axes, "velocity in m/s", FORCE)
+    framed(axes, "velocity in m/s", FORCE)
     axes.legend(loc="lower right", frameon=False, handletextpad=0.2)
 
 
@@ -147,31 +147,31 @@ def _static_level(axes: Any, law: RisingStatic) -> None:
     dwell = np.geomspace(1e-3, 1e3, SAMPLES // 4)
     _plot(axes, dwell, law.static_level(dwell, EXAMPLES[law.name].parameters), CURVE)
     axes.set_xscale("log")
-    _frame(axes, "time at rest in s", "static level in N")
+    framed(axes, "time at rest in s", "static level in N")
 
 
 def _drag_velocity(axes: Any, motion: tuple[Any, Any, Any]) -> None:
     _plot(axes, motion[1], motion[2], CURVE)
-    _frame(axes, "velocity in m/s", FORCE)
+    framed(axes, "velocity in m/s", FORCE)
 
 
 def _drag_time(axes: Any, motion: tuple[Any, Any, Any]) -> None:
     _plot(axes, motion[0], motion[2], CURVE)
-    _frame(axes, "time in s", FORCE)
+    framed(axes, "time in s", FORCE)
 
 
 def _plot(axes: Any, x: Any, y: Any, colour: str, dashes: Any = "-", width: float = 2.2) -> None:
     """Rounded to some digits of its size, so that the last bits of a platform do not show."""
-    axes.plot(_rounded(x), _rounded(y), color=colour, linestyle=dashes, linewidth=width)
+    axes.plot(rounded(x), rounded(y), color=colour, linestyle=dashes, linewidth=width)
 
 
-def _rounded(values: Any) -> Any:
+def rounded(values: Any) -> Any:
     array = np.asarray(values, dtype=float)
-    size = float(np.abs(array).max())
-    return array if size == 0 or array.min() > 0 else np.round(array / size, DIGITS) * size
+    size = float(np.nanmax(np.abs(array)))
+    return array if size == 0 or np.nanmin(array) > 0 else np.round(array / size, DIGITS) * size
 
 
-def _frame(axes: Any, x: str, y: str) -> None:
+def framed(axes: Any, x: str, y: str) -> None:
     axes.set_xlabel(x)
     axes.set_ylabel(y)
     axes.grid(True, color="#dfe2e6", linewidth=0.8)
@@ -187,7 +187,7 @@ def _frame(axes: Any, x: str, y: str) -> None:
     axes.locator_params(axis="y", nbins=5)
 
 
-def _svg(panels: tuple[Callable[[Any], None], ...]) -> str:
+def svg_of(panels: tuple[Callable[[Any], None], ...]) -> str:
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
         matplotlib.rcParams.update({**STYLE, "font.size": 13, "xtick.labelsize": 12, "ytick.labelsize": 12})

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,8 @@ import pytest
 from codegen.effects import CATALOGUE
 from codegen.friction import LAWS
 from codegen.observers import OBSERVERS
+from codegen.report.effect_pictures import effect_picture
+from codegen.report.effects import effects_page
 from codegen.report.law_pictures import law_picture
 from codegen.report.laws import laws_page
 from codegen.spec import parse_spec
@@ -42,6 +45,39 @@ def test_every_law_and_observer_is_documented() -> None:
 def test_the_page_of_the_laws_is_current() -> None:
     """Written again by ``stiction laws -o docs``; the pictures are drawn from the same classes."""
     assert laws_page() == PAGE_OF_LAWS
+
+
+def test_the_page_of_the_effects_is_current() -> None:
+    """Written again by ``stiction effects -o docs``; each effect has its section and its picture."""
+    page = (ROOT / "docs" / "effects.md").read_text(encoding="utf-8")
+    assert effects_page() == page
+    for kind in CATALOGUE:
+        assert f"\n## {kind}\n" in page and f"](effects/{kind}.svg)" in page
+        assert (ROOT / "docs" / "effects" / f"{kind}.svg").read_text(encoding="utf-8").startswith("<?xml")
+
+
+def test_the_page_s_own_effect_can_be_registered(tmp_path: Path) -> None:
+    (text,) = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "effects.md").read_text(encoding="utf-8"), re.S)
+    (tmp_path / "my_effects.py").write_text(text, encoding="utf-8")
+    spec = (ROOT / "specs" / "one_mass.yaml").read_text(encoding="utf-8")
+    one = "effects: [{kind: magnetic_pull, on: x, parameters: {p: 3, x_0: 0.1}}]"
+    (tmp_path / "spec.yaml").write_text(spec.replace("effects: []", one), encoding="utf-8")
+    command = [sys.executable, "-m", "codegen.cli"]
+    done = {
+        options: subprocess.run(
+            [*command, *options, "check", "spec.yaml"], cwd=tmp_path, capture_output=True, text=True
+        )
+        for options in ((), ("--effects", "my_effects.py"), ("--effects", "spec.yaml"))
+    }
+    unknown, known, wrong = done.values()
+    assert unknown.returncode == 2 and "unknown effect `magnetic_pull`" in unknown.stderr
+    assert known.returncode == 0 and "magnetic_pull_x_x_0" in known.stdout
+    assert wrong.returncode == 2 and "no such Python file" in wrong.stderr
+
+
+@pytest.mark.parametrize("kind", ["presliding", "coupling"])
+def test_a_picture_of_an_effect_comes_out_the_same_each_time(kind: str) -> None:
+    assert effect_picture(CATALOGUE[kind]) == effect_picture(CATALOGUE[kind])
 
 
 @pytest.mark.parametrize("name", ["lugre", "karnopp", "static_viscous"])

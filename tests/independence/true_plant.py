@@ -17,6 +17,7 @@ import sympy
 
 from codegen.friction import LAWS, DynamicLaw
 from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.system import TIME
 from codegen.observers import Observer
 from codegen.spec import Spec
 
@@ -79,7 +80,7 @@ class TruePlant:
 
     def _named(self, x: Any, v: Any) -> dict[sympy.Symbol, Any]:
         system = self.observer.system
-        names = dict(self.numbers)
+        names = dict(self.numbers) | {TIME: casadi.SX(0.7)}
         for symbols, column in ((system.positions, x), (system.velocities, v), (system.inputs, self.w)):
             names |= {s: column[k] for k, s in enumerate(symbols)}
         return names

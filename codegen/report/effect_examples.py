@@ -1,0 +1,134 @@
+"""The motion and the parameters with which the effects are drawn, and the residual that each leaves in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+
+from codegen.effects import Effect
+from codegen.effects.declare import effect_symbols, places_of
+from codegen.friction.coulomb import Coulomb
+from codegen.mechanics.system import ContactFriction, Matrix, System
+from codegen.simulate import simulate_open_loop
+from codegen.simulate.sensor_error import SensorError
+from codegen.spec.model import symbol
+
+Array = NDArray[np.float64]
+MASS, LEVEL, STIFFNESS = 2.0, 3.0, 40.0
+TIME: Array = np.arange(0, 12, 0.002)
+COMMAND: Array = 9 * np.sin(1.7 * TIME) + 5 * np.sin(4.3 * TIME + 0.4) + 2 * np.sin(11.9 * TIME)
+SUBSTEPS = 20
+SLOWEST = 0.01
+"""Share of the top speed below which friction is not looked at."""
+PARAMETERS: dict[str, dict[str, float]] = {
+    "viscous": {"b": 4},
+    "quadratic_drag": {"c": 5},
+    "stribeck": {"delta": 2, "v_s": 0.1},
+    "coulomb_asymmetry": {"d": 1},
+    "offset": {"f0": 1},
+    "position_dependent_friction": {"amplitude": 1, "period": 0.15, "phase": 0.5},
+    "load_dependent_friction": {"mu": 0.15},
+    "presliding": {"sigma": 300},
+    "friction_drift": {"delta": 2, "T": 3},
+    "cogging": {"amplitude": 1, "period": 0.15, "phase": 0.5},
+    "input_gain": {"gain": 1.2},
+    "input_delay": {"T": 0.02},
+    "actuator_lag": {"tau": 0.05},
+    "dead_zone": {"width": 1.5},
+    "saturation": {"limit": 8},
+    "compliance": {"k": 4000, "c": 10, "load_fraction": 0.6},
+    "backlash": {"gap": 0.005, "k": 4000, "c": 40, "load_fraction": 0.6},
+    "inertia_error": {"delta": 0.5},
+    "gravity_imbalance": {"G": 3, "phase": 1},
+    "spring": {"k": 8},
+    "hardening_spring": {"k3": 60},
+    "coupling": {"c": 4},
+    "encoder_eccentricity": {"amplitude": 0.002, "period": 0.15, "phase": 0.5},
+    "viscous_asymmetry": {"d_b": 3},
+    "cogging_harmonics": {
+        "period": 0.3,
+        "sin_1": 1,
+        "cos_1": 0,
+        "sin_2": 0.2,
+        "cos_2": 0.3,
+        "sin_3": 0,
+        "cos_3": 0.5,
+    },
+    "drive_backdrive_friction": {"mu_drive": 0.05, "mu_back": 0.3},
+}
+
+
+@dataclass(frozen=True)
+class Residual:
+    """What the declared model does not explain: force in N or N*m over the axis on which it is seen best.
+
+    NaN where a contact stands or turns.
+    """
+
+    axis: Array
+    force: Array
+
+
+def example_residual(effect: Effect, parameters: dict[str, float]) -> Residual:
+    """Simulate an axis with the effect and take the inverse dynamics of the axis without it, where it slides."""
+    angular = effect.needs == "a coordinate in rad"
+    plain = _axis("rad" if angular else "m", 2 if effect.sits_on == "two coordinates" else 1)
+    symbols = effect_symbols(effect, places_of(effect, plain)[0], plain)
+    values = {symbols[name]: sympy.Rational(str(value)) for name, value in parameters.items()}
+    system = effect.add(plain.with_parameters(values, {}), 0, symbols)
+    n = plain.degrees_of_freedom
+    commands = np.column_stack([COMMAND, -0.7 * np.roll(COMMAND, 700)])[:, :n]
+    x, v = simulate_open_loop(system, TIME, commands, np.zeros(n), np.zeros(n), SUBSTEPS)
+    sensor = SensorError(system)
+    if system.sensor_errors:
+        x = sensor.measured(x)
+        v = np.gradient(x, TIME, axis=0)
+    a = np.gradient(v, TIME, axis=0)
+    w = np.vstack([commands[:1], (commands[:-1] + commands[1:]) / 2])
+    force = (w - STIFFNESS * x - MASS * a - LEVEL * np.sign(v))[:, 0]
+    seen = {
+        "velocity": v[:, 0] - (v[:, 1] if n > 1 else 0),
+        "position": x[:, 0],
+        "load": w[:, 0],
+        "time": TIME,
+        "acceleration": a[:, 0],
+        "input": w[:, 0],
+        "input rate": np.gradient(w[:, 0], TIME),
+    }[effect.seen_over]
+    sliding = np.abs(v) > SLOWEST * np.max(np.abs(v))
+    turning = sliding & (np.sign(v) == np.sign(np.roll(v, 1, 0))) & (np.sign(v) == np.sign(np.roll(v, -1, 0)))
+    used = turning.all(axis=1)
+    used[:50] = used[-50:] = False
+    return Residual(seen, np.where(used, force, np.nan))
+
+
+def _axis(unit: str, count: int) -> System:
+    """``count`` equal masses on springs, each with Coulomb friction and an input."""
+    names = [f"{k + 1}" if count > 1 else "" for k in range(count)]
+    x, v, w = (tuple(symbol(f"{s}{name}") for name in names) for s in ("x", "v", "w"))
+    m, k = symbol("m"), symbol("k")
+    levels = [symbol(f"a{name}") for name in names]
+    force_unit = "N" if unit == "m" else "N*m"
+    contacts = tuple(
+        ContactFriction(f"rail{name}", force_unit, unit, symbol(f"slip{name}"), Coulomb(), {"a": a})
+        for name, a in zip(names, levels, strict=True)
+    )
+    values: dict[Any, Any] = {m: sympy.Rational(str(MASS)), k: sympy.Rational(str(STIFFNESS))}
+    return System(
+        name="axis",
+        positions=x,
+        velocities=v,
+        inputs=w,
+        position_units=(unit,) * count,
+        input_units=(force_unit,) * count,
+        mass_matrix=Matrix(m * sympy.eye(count)),
+        force=Matrix([u - k * q for u, q in zip(w, x, strict=True)]),
+        distribution=Matrix(sympy.eye(count)),
+        contacts=contacts,
+        values=values | {a: sympy.Rational(str(LEVEL)) for a in levels},
+        units={},
+    )

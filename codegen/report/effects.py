@@ -1,0 +1,83 @@
+"""The page of the catalogue of effects: what each class says of itself, in words, and its picture."""
+
+from __future__ import annotations
+
+import inspect
+from pathlib import Path
+from typing import Any
+
+from codegen.effects import CATALOGUE, Effect, EffectParameter
+from codegen.files import write_all
+from codegen.report.effect_examples import LEVEL, MASS, PARAMETERS, STIFFNESS
+from codegen.report.wording import with_unit
+from codegen.text import render
+
+
+def effect_view(effect: Effect) -> dict[str, Any]:
+    """An effect in words."""
+    first, *remarks = inspect.cleandoc(type(effect).__doc__ or "").split("\n\n")
+    angular = effect.needs == "a coordinate in rad"
+    units = {"F": "N*m" if angular else "N", "q": "rad" if angular else "m", "w": "N"}
+    drawn = PARAMETERS.get(effect.kind, {})
+    return {
+        "kind": effect.kind,
+        "sits_on": effect.sits_on,
+        "equation": effect.equation,
+        "signature": effect.signature,
+        "seen_over": effect.seen_over,
+        "needs": effect.needs,
+        "refines": effect.refines,
+        "summary": first,
+        "remarks": [" ".join(r.split()) for r in remarks],
+        "parameters": [
+            {
+                "name": p.name,
+                "unit": p.unit.format(F="F", q="q", w="w"),
+                "range": _range(p),
+                "meaning": p.meaning,
+                "start": _start(p),
+            }
+            for p in effect.parameters
+        ],
+        "confused_with": effect.confused_with,
+        "known": CATALOGUE,
+        "drawn": ", ".join(
+            f"{p.name} = {with_unit(drawn[p.name], p.unit.format(**units))}" for p in effect.parameters if drawn
+        ),
+    }
+
+
+def effect_views() -> list[dict[str, Any]]:
+    """Every effect of the catalogue, in its order."""
+    return [effect_view(e) for e in CATALOGUE.values()]
+
+
+def effects_page() -> str:
+    """The text of docs/effects.md."""
+    axis = {"mass": MASS, "level": LEVEL, "stiffness": STIFFNESS}
+    return render("text/effects.md.j2", effects=effect_views(), axis=axis)
+
+
+def write_effects(folder: Path) -> Path:
+    """Write effects.md and its pictures into effects/ below it; the page's path. What a user registers has no picture.
+
+    Raises:
+        BadInput: if the folder cannot be written.
+    """
+    from codegen.report.effect_pictures import effect_picture  # draws: a second that the list alone need not pay
+
+    drawn = [e for e in CATALOGUE.values() if e.kind in PARAMETERS]
+    write_all(folder, {f"effects/{e.kind}.svg": effect_picture(e) for e in drawn} | {"effects.md": effects_page()})
+    return folder / "effects.md"
+
+
+def _range(p: EffectParameter) -> str:
+    limits = [f"{word} {b:g}" for word, b in (("above", p.low), ("below", p.high)) if b is not None]
+    return ", ".join(limits) or "any"
+
+
+def _start(p: EffectParameter) -> str:
+    if p.start is not None:
+        text = inspect.cleandoc(p.start.__doc__ or "").split("\n\n")[0].rstrip(".")
+        return " ".join(text.split())
+    return "by least squares" if p.neutral is not None or p.name == "phase" else "as it is refined"
