@@ -20,7 +20,7 @@ from codegen.program.model import FAULTS, PRECISIONS, refuse_names_alike
 from codegen.spec import Spec, read_spec
 from codegen.spec.model import CodeChoice
 from codegen.stability.analysis import analyse
-from codegen.stability.certify import Certificate, Refusal
+from codegen.stability.certify import PROOFS, Certificate, Refusal, json_text
 from codegen.stability.certify import certify as certify_analysis
 from codegen.text import render
 
@@ -105,8 +105,7 @@ def generate(
         _refuse_folder_of_another(target, spec.name)
         write_all(target, files)
         _make_importable(target, folder)
-        if not isinstance(outcome, Certificate):
-            _drop_old_certificate(target, spec)
+        _drop_old_proofs(target, spec, files)
     return Generated(target, files, outcome)
 
 
@@ -136,10 +135,13 @@ def _complete(
     files: Mapping[str, str], outcome: Certificate | Refusal, program: Program, header: Header
 ) -> dict[str, str]:
     result = dict(files)
-    if isinstance(outcome, Certificate):
-        result["certificate.json"] = outcome.text
+    result |= outcome.proofs
     result["README.md"] = emit_readme(
-        program, header, outcome.content if isinstance(outcome, Certificate) else outcome.reason, tuple(files)
+        program,
+        header,
+        outcome.content if isinstance(outcome, Certificate) else outcome.reason,
+        tuple(files),
+        tuple(outcome.proofs),
     )
     result["manifest.json"] = emit_manifest(header, result)
     return result
@@ -163,15 +165,15 @@ def _make_importable(target: Path, folder: str | Path | None) -> None:
         write_atomically(marker, render("text/generated_init.py.j2"))
 
 
-def _drop_old_certificate(target: Path, spec: Spec) -> None:
-    """Remove a certificate that an earlier run wrote for this machine: it does not speak about the new code."""
-    old = target / "certificate.json"
-    try:
-        ours = json.loads(old.read_text(encoding="utf-8"))["subject"]["name"] == spec.name
-    except (OSError, ValueError, KeyError, TypeError):
-        return
-    if ours:
-        old.unlink()
+def _drop_old_proofs(target: Path, spec: Spec, kept: Mapping[str, str]) -> None:
+    """Remove proofs that an earlier run wrote for this machine and this one does not: they speak of other code."""
+    for old in (target / name for name in PROOFS if name not in kept):
+        try:
+            ours = json.loads(old.read_text(encoding="utf-8"))["subject"]["name"] == spec.name
+        except (OSError, ValueError, KeyError, TypeError):
+            continue
+        if ours:
+            old.unlink()
 
 
 def _stale(folder: Path, files: Mapping[str, str]) -> tuple[str, ...]:
@@ -181,28 +183,30 @@ def _stale(folder: Path, files: Mapping[str, str]) -> tuple[str, ...]:
     """
     on_disk = {name: _read_or_none(folder / name) for name in files}
     different = tuple(name for name, text in files.items() if on_disk[name] != text)
-    if "certificate.json" not in files and (folder / "certificate.json").exists():
-        different += ("certificate.json",)
-    text = on_disk.get("certificate.json")
-    if "certificate.json" not in different or not text:
-        return different
-    try:
-        checker.check(text, folder)
-    except (checker.Refused, json.JSONDecodeError):
-        return different
-    return tuple(name for name, expected in _with_solution(files, text).items() if on_disk[name] != expected)
+    different += tuple(name for name in PROOFS if name not in files and (folder / name).exists())
+    expected = dict(files)
+    for name in PROOFS:
+        text = on_disk.get(name)
+        if name in different and text:
+            try:
+                checker.check(text, folder)
+            except (checker.Refused, json.JSONDecodeError):
+                return different
+            expected = _with_solution(expected, name, text)
+    surplus = tuple(name for name in different if name not in files)
+    return tuple(name for name, content in expected.items() if on_disk[name] != content) + surplus
 
 
-def _with_solution(files: Mapping[str, str], certificate: str) -> dict[str, str]:
-    """The files as another run of the solver would give them: from ``certificate`` only what a solver chooses."""
-    ours, theirs = json.loads(files["certificate.json"]), json.loads(certificate)
+def _with_solution(files: Mapping[str, str], name: str, proof: str) -> dict[str, str]:
+    """The files as another run of the solver would give them: from ``proof`` only what a solver chooses."""
+    ours, theirs = json.loads(files[name]), json.loads(proof)
     rate, other = (f"alpha = {float(Fraction(c['decay_rate'])):.6g} 1/s" for c in (ours, theirs))
-    solved = {key: theirs[key] for key in ("splits", "lyapunov_matrix", "decay_rate", "reversals")}
+    solved = {key: theirs[key] for key in ("splits", "lyapunov_matrix", "decay_rate", "reversals", "along")}
     content = ours | solved | {"claim": ours["claim"].replace(rate, other)}
-    result = {**files, "certificate.json": json.dumps(content, indent=1, ensure_ascii=False) + "\n"}
+    result = {**files, name: json_text(content)}
     result["README.md"] = files["README.md"].replace(rate, other)
-    for name in ("certificate.json", "README.md"):
-        result["manifest.json"] = result["manifest.json"].replace(sha256(files[name]), sha256(result[name]))
+    for changed in (name, "README.md"):
+        result["manifest.json"] = result["manifest.json"].replace(sha256(files[changed]), sha256(result[changed]))
     return result
 
 

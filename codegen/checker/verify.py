@@ -10,6 +10,7 @@ import json
 import math
 import re
 import sys
+from collections import namedtuple
 from collections.abc import Callable, Collection, Iterable, Mapping
 from fractions import Fraction
 from functools import reduce
@@ -17,13 +18,14 @@ from itertools import accumulate, pairwise, product
 from operator import mul
 from pathlib import Path
 from reprlib import repr as brief
-from typing import Any, NamedTuple
+from typing import Any
 
 MAX_TEXT, MAX_STRING, MAX_SIZE, MAX_POWER, MAX_VERTICES, MAX_TOTAL = 5_000_000, 4000, 32, 64, 4096, 200_000
 TOO_LONG, DIGITS, FINEST = 1 << 2**14, 96, 512  # rounded numbers have DIGITS binary digits, none below 2^-FINEST
 FORMS = json.loads(r"""{"FORMAT": "stiction-certificate/1", "TEXT": ".*", "LINE": ".*\\S.*", "HASH": "[0-9a-f]{64}",
     "NAME": "[A-Za-z][A-Za-z0-9_]*", "FILE": "[A-Za-z0-9_][A-Za-z0-9_.+-]{0,127}", "WHOLE": "0|[1-9][0-9]{0,8}",
     "RATIONAL": "-?[0-9]+(/0*[1-9][0-9]*)?", "STEP": "euler|semi_implicit|exponential|implicit"}""")
+Report = namedtuple("Report", "name claim facts unbound assumptions")  # unbound: files named that were not there
 # A certificate: {"field": ...} is an object with just these fields, {"FORM": ...} one with any keys of that form.
 SCHEMA = json.loads("""{"format": "FORMAT", "tool": {"name": "TEXT", "version": "TEXT", "command": "TEXT"},
     "subject": {"name": "LINE", "spec_sha256": "HASH", "files": {"FILE": "HASH"}},
@@ -31,7 +33,8 @@ SCHEMA = json.loads("""{"format": "FORMAT", "tool": {"name": "TEXT", "version": 
     "sample_time": "RATIONAL", "decay_rate": "RATIONAL", "error": [{"name": "LINE", "meaning": "TEXT", "unit": "TEXT"}],
     "variables": {"NAME": ["RATIONAL"]}, "splits": {"NAME": ["RATIONAL"]},
     "parameters": [{"name": "NAME", "expression": "ANY"}], "matrix": [["ANY"]], "lyapunov_matrix": [["RATIONAL"]],
-    "reversals": [{"contact": "LINE", "flips": ["WHOLE"], "growth": "RATIONAL", "dwell_samples": "WHOLE"}]}""")
+    "reversals": [{"contact": "LINE", "flips": ["WHOLE"], "growth": "RATIONAL", "dwell_samples": "WHOLE"}],
+    "along": ["RATIONAL"]}""")
 OPERANDS = {"+": MAX_TEXT, "*": MAX_TEXT, "neg": 1, "/": 2, "^": 2, "sin": 1, "cos": 1, "exp": 1, "abs": 1, "sqrt": 1}
 Interval = tuple[Fraction, Fraction]
 Compiled = tuple[frozenset[str], Callable[[Mapping[str, Interval]], Interval]]  # an expression's names and its range
@@ -39,16 +42,6 @@ Compiled = tuple[frozenset[str], Callable[[Mapping[str, Interval]], Interval]]  
 
 class Refused(Exception):
     """The certificate does not hold, or is not written as its format demands; the message says what and where."""
-
-
-class Report(NamedTuple):
-    """What was verified, one sentence a fact, and the files that the certificate names but that were not there."""
-
-    name: str
-    claim: str
-    facts: tuple[str, ...]
-    unbound: tuple[str, ...]
-    assumptions: tuple[str, ...]
 
 
 def demand(condition: bool, fault: str) -> None:
@@ -193,11 +186,10 @@ def positive_pivots(matrix: list[list[int]], scale: int, fault: str) -> int:
 
 
 def contraction(top: dict[str, Any], axes: dict[str, Any], P: list[list[int]], scale: int, q: Fraction) -> str:
-    """The fact that at every vertex of every cell -(A'P + PA + q A'PA + 2 alpha P) is positive semidefinite."""
+    """At how many vertices -(A'P + PA + q A'PA + 2 alpha P) is positive semidefinite: all, or refused."""
     thetas = {entry["name"]: parse(entry["expression"], axes, entry["name"])[1] for entry in top["parameters"]}
-    size, cells = range(len(P)), math.prod(map(len, axes.values()))
-    ((a, b, c),), d = integers([[2 * top["decay_rate"], Fraction(1), q]])
-    demand(cells <= MAX_TOTAL, f"{cells} cells, more than {MAX_TOTAL}")
+    (((a, b, c),), d), size = integers([[2 * top["decay_rate"], Fraction(1), q]]), range(len(P))
+    demand((cells := math.prod(map(len, axes.values()))) <= MAX_TOTAL, f"{cells} cells, more than {MAX_TOTAL}")
     A = [[parse(top["matrix"][i][j], thetas, f"matrix[{i}][{j}]", True) for j in size] for i in size]
     used = sorted({name for row in A for names, _ in row for name in names})
     grid = [dict(zip(axes, intervals, strict=True)) for intervals in product(*axes.values())]
@@ -213,7 +205,8 @@ def contraction(top: dict[str, Any], axes: dict[str, Any], P: list[list[int]], s
             slow = [[a * e * e * P[i][j] + b * e * (PA[j][i] + PA[i][j]) for j in size] for i in size]
             gap = [[-x - c * sum(map(mul, now[i], PA[j])) for j, x in enumerate(slow[i])] for i in size]
             at = [f", {name} in [{show(low)}, {show(high)}]" for name, (low, high) in (cell | point).items()]
-            positive_pivots(gap, d * e * e * scale, f"V may not fall{''.join(at)}")
+            count = positive_pivots(gap, d * e * e * scale, f"V may not fall{''.join(at)}")
+            demand(not top["along"] or (count == len(P) and sum(counts) == 1), "not strict, or not one exact point")
     return f"{sum(counts)} vertices in {cells} cells"
 
 
@@ -252,9 +245,14 @@ def verify(top: dict[str, Any], folder: Path | None, spec: Path | None) -> Repor
         demand(rise and len(at) > 1 and at[:1] + at[-1:] == ends, f"{name}: no [low, high], or splits not so ordered")
         axes[name] = list(pairwise(at))
     demand(all(P[i][j] == P[j][i] for i in range(n) for j in range(i)), "lyapunov_matrix is not symmetric")
-    demand(positive_pivots(P, scale, "P is not positive definite") == n, "P is not positive definite: a pivot is 0")
-    facts = [f"P is positive definite: {n} positive pivots", contraction(top, axes, P, scale, q)]
-    facts[1] += f": V falls by at least the factor {law} = {show(fall)} a sample"
+    if x := top["along"]:  # P would be the sum of Phi'^k gap Phi^k/fall^(k+1) > 0 if the error fell so fast
+        demand(len(x) == n and any(x) and not top["reversals"], "along is no direction, or there are reversals")
+        demand(sum(a * b * P[i][j] for i, a in enumerate(x) for j, b in enumerate(x)) <= 0, "P is positive along it")
+    else:
+        demand(positive_pivots(P, scale, "P is not positive definite") == n, "P is not positive definite: a pivot is 0")
+    seen, who = contraction(top, axes, P, scale, q), "no V with P > 0" if x else "V"
+    facts = ["P is not positive definite" if x else f"P is positive definite: {n} positive pivots"]
+    facts += [f"{seen}: {who} falls by at least the factor {law} = {show(fall)} a sample"]
     facts += [reversal(entry, P, scale, fall) for entry in top["reversals"]]
     bound = [(folder / name, digest) for name, digest in files.items() if folder and (folder / name).exists()]
     for path, expected in bound + ([(spec, top["subject"]["spec_sha256"])] if spec else []):

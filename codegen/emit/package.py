@@ -21,12 +21,14 @@ def emit_sources(program: Program, header: Header, targets: Sequence[str] = ALWA
     return {name: text for target in targets for name, text in PRINTERS[target](program, code, header).items()}
 
 
-def emit_readme(program: Program, header: Header, certificate: Any, files: Sequence[str]) -> str:
+def emit_readme(
+    program: Program, header: Header, certificate: Any, files: Sequence[str], proofs: Sequence[str] = ()
+) -> str:
     """How to call what was generated.
 
     Args:
         certificate: a dict, or the words of a refusal.
-        files: what lies beside it.
+        files, proofs: what lies beside it.
     """
     refused = certificate if isinstance(certificate, str) else None
     return render(
@@ -38,6 +40,7 @@ def emit_readme(program: Program, header: Header, certificate: Any, files: Seque
         certificate=certificate,
         refused=refused,
         files=files,
+        proofs=proofs,
     )
 
 

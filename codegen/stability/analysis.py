@@ -31,6 +31,7 @@ class Analysis:
         spectral_radius: largest |z| of the step over the points, at the spec's sample time.
         largest_sample_time: of explicit Euler at these gains, the smallest over the points, s; 0 if Ψ is not Hurwitz.
         worst: the point of the largest spectral radius.
+        radii: largest |z| of the step at each point.
         implicit_rate: least −Re λ over the eigenvalues λ of A, where the step is implicit; 0 elsewhere, 1/s.
     """
 
@@ -42,6 +43,7 @@ class Analysis:
     spectral_radius: float
     largest_sample_time: float
     worst: dict[str, float]
+    radii: Any
     implicit_rate: float = 0.0
 
     @property
@@ -98,6 +100,7 @@ def analyse(spec: Spec, observer: Observer) -> Analysis:
         spectral_radius=float(radii[worst]),
         largest_sample_time=_largest_sample_time(eigenvalues),
         worst={s.name: float(points.values[worst, k]) for k, s in enumerate(points.variables)},
+        radii=radii,
         implicit_rate=float(-of_step.real.max()) if dynamics.implicit else 0.0,
     )
 

@@ -21,15 +21,16 @@ from codegen.checker import verify
 from codegen.errors import BadInput
 from codegen.spec.model import Spec
 from codegen.stability.analysis import Analysis
+from codegen.stability.content import frame, rounded, rounded_matrix, texts
 from codegen.stability.enclosure import Cells, enclose_family
 from codegen.stability.exact import unstable_point
 from codegen.stability.family import Family, NotEnclosable, build_family
 from codegen.stability.lyapunov import common_lyapunov
-from codegen.stability.prefix import rational_text, to_prefix
+from codegen.stability.prefix import rational_text
+from codegen.stability.refute import refute
 from codegen.text import render
-from codegen.version import VERSION
 
-FORMAT = "stiction-certificate/1"
+PROOFS = ("certificate.json", "limit.json", "refusal.json")
 DIGITS = (4, 6, 9, 12)
 FINER = (0, 2, 4)
 MOST_MATRICES = 150
@@ -44,16 +45,29 @@ class Certificate:
         decay_rate: α, 1/s; V falls by 1 − 2αh in each sample, by 1/(1 + αh)² where the step is implicit.
         spectral_rate: the largest rate that any P could show at the worst operating point.
         facts: what the checker verified.
+        limit: the refutation of every faster rate, which the checker has accepted too; None if none was found.
     """
 
     content: Mapping[str, Any]
     decay_rate: float
     spectral_rate: float
     facts: tuple[str, ...]
+    limit: Mapping[str, Any] | None = None
+
+    @property
+    def refuted_rate(self) -> float | None:
+        """The rate above which every certificate is refuted, 1/s."""
+        return None if self.limit is None else float(Fraction(self.limit["decay_rate"]))
 
     @property
     def text(self) -> str:
-        return json.dumps(self.content, indent=1, ensure_ascii=False) + "\n"
+        return json_text(self.content)
+
+    @property
+    def proofs(self) -> dict[str, str]:
+        """certificate.json, and limit.json, the refutation of every faster rate, if there is one."""
+        limit = {} if self.limit is None else {"limit.json": json_text(self.limit)}
+        return {"certificate.json": self.text} | limit
 
 
 @dataclass(frozen=True)
@@ -67,6 +81,7 @@ class Refusal:
         failing: the gain conditions that fail, as text.
         largest_sample_time: of explicit Euler at these gains, s; 0 where no sample time helps.
         proved: whether the counterexample is checked in exact numbers.
+        proof: the refutation as the checker accepts it, or None.
     """
 
     reason: str
@@ -75,6 +90,17 @@ class Refusal:
     failing: tuple[str, ...]
     largest_sample_time: float
     proved: bool
+    proof: Mapping[str, Any] | None = None
+
+    @property
+    def proofs(self) -> dict[str, str]:
+        """refusal.json, if there is a proof."""
+        return {} if self.proof is None else {"refusal.json": json_text(self.proof)}
+
+
+def json_text(content: Mapping[str, Any]) -> str:
+    """A certificate or a refutation as it is written."""
+    return json.dumps(content, indent=1, ensure_ascii=False) + "\n"
 
 
 def certify(spec: Spec, analysis: Analysis, files: Mapping[str, str], command: str) -> Certificate | Refusal:
@@ -96,31 +122,37 @@ def certify(spec: Spec, analysis: Analysis, files: Mapping[str, str], command: s
         raise BadInput(
             spec.place("envelope"), f"no range for {', '.join(names)}", f"{ranges}, since Ψ depends on {depends}"
         )
-    if not analysis.stable:
-        return _unstable(analysis)
-    observer = analysis.dynamics.observer
-    h = Fraction(str(observer.sample_time))
+    h = Fraction(str(analysis.dynamics.observer.sample_time))
+    base: dict[str, Any] | None = None
     try:
         family = build_family(analysis.dynamics, points.ranges)
+        base = frame(spec, analysis, family, files, command)
+    except (NotEnclosable, TypeError) as error:
+        if analysis.stable:
+            return _no_words(analysis, error)
+    limit = refute(analysis, family, base) if base is not None else None
+    if not analysis.stable or base is None:
+        return _unstable(analysis, limit)
+    try:
         cells, proposal = _propose(family, 0.0 if analysis.dynamics.implicit else float(h))
     except NotEnclosable as error:
-        return _undecided(analysis, str(error), narrower=False)
+        return _no_words(analysis, error)
     except verify.Refused as error:
         return _undecided(analysis, str(error))
-    except TypeError as error:
-        return _undecided(analysis, f"the certificate has no word for {error}", narrower=False)
     if proposal is None:
         return _undecided(analysis, "no quadratic Lyapunov function common to the whole envelope was found")
     matrix, alpha = proposal
     refused = ""
     for digits in DIGITS:
-        content = _content(spec, analysis, family, cells, matrix, alpha, digits, files, command)
+        content = _content(base, analysis, family, cells, matrix, alpha, digits)
         try:
             report = verify.check(json.dumps(content))
         except verify.Refused as error:
             refused = str(error)
             continue
-        return Certificate(content, float(Fraction(content["decay_rate"])), spectral_rate(analysis), report.facts)
+        return Certificate(
+            content, float(Fraction(content["decay_rate"])), spectral_rate(analysis), report.facts, limit
+        )
     return _undecided(analysis, f"the matrix that was found does not stand up to exact arithmetic ({refused})")
 
 
@@ -148,48 +180,31 @@ def _propose(family: Family, h: float) -> tuple[Cells, tuple[NDArray[np.float64]
 
 
 def _content(
-    spec: Spec,
+    base: Mapping[str, Any],
     analysis: Analysis,
     family: Family,
     cells: Cells,
     matrix: NDArray[np.float64],
     alpha: float,
     digits: int,
-    files: Mapping[str, str],
-    command: str,
 ) -> dict[str, Any]:
     observer = analysis.dynamics.observer
     h = observer.sample_time
-    rounded = _round_matrix(matrix, digits)
-    rate = _round(alpha * (1 - 10.0 ** (1 - digits)), 4)
+    exact = rounded_matrix(matrix, digits, np.sqrt(np.diag(matrix)))
+    rate = rounded(alpha * (1 - 10.0 ** (1 - digits)), 4)
     fall = 1 / (1 + float(rate * h)) ** 2 if analysis.dynamics.implicit else 1 - 2 * float(rate * h)
-    reversals = [_reversal(rounded, analysis, contact, fall) for contact in range(len(observer.signs))]
+    reversals = [_reversal(exact, analysis, contact, fall) for contact in range(len(observer.signs))]
     words = {"observer": observer, "reversals": [r for r in reversals if r], "rate": float(rate), "period": float(h)}
     words |= {"variables": {v.name: (float(lo), float(hi)) for v, (lo, hi) in family.variables.items()}}
     return {
-        "format": FORMAT,
-        "tool": {"name": "stiction", "version": VERSION, "command": command},
-        "subject": {"name": spec.name, "spec_sha256": spec.file_sha256, "files": dict(sorted(files.items()))},
-        "observer": {"kind": observer.kind, "velocity": observer.velocity, "integration": observer.integration},
+        **base,
         "claim": " ".join(render("text/claim.j2", **words).split()),
-        "sample_time": rational_text(h),
-        "error": [
-            {"name": e.symbol.name, "meaning": _meaning(e, observer.level_errors), "unit": e.unit}
-            for e in observer.errors
-        ],
-        "variables": {v.name: [rational_text(lo), rational_text(hi)] for v, (lo, hi) in family.variables.items()},
         "splits": {v.name: [rational_text(b) for b in breaks] for v, breaks in cells.splits.items()},
-        "parameters": [{"name": s.name, "expression": to_prefix(e)} for s, e in family.parameters.items()],
-        "matrix": [[to_prefix(e) for e in family.matrix.row(i)] for i in range(family.matrix.rows)],
-        "lyapunov_matrix": [[rational_text(e) for e in row] for row in rounded],
+        "lyapunov_matrix": texts(exact),
         "decay_rate": rational_text(rate),
         "reversals": [r for r in reversals if r],
         "assumptions": [line.strip() for line in render("text/assumptions.j2", **words).splitlines() if line.strip()],
     }
-
-
-def _meaning(error: Any, level_errors: bool) -> str:
-    return f"sign of slip times ({error.meaning})" if level_errors and error.contact is not None else str(error.meaning)
 
 
 def _reversal(matrix: list[list[Any]], analysis: Analysis, contact: int, fall: float) -> dict[str, Any] | None:
@@ -201,7 +216,7 @@ def _reversal(matrix: list[list[Any]], analysis: Analysis, contact: int, fall: f
     p = np.array(matrix, dtype=float)
     turn = np.diag([-1.0 if k in flips else 1.0 for k in range(len(p))])
     growth = max(1.0, float(np.linalg.eigvals(np.linalg.solve(p, turn @ p @ turn)).real.max()))
-    bound = _round(growth * (1 + 1e-6) + 1e-6, 7) if growth > 1 + 1e-12 else sympy.Integer(1)
+    bound = rounded(growth * (1 + 1e-6) + 1e-6, 7) if growth > 1 + 1e-12 else sympy.Integer(1)
     dwell = math.ceil(math.log(float(bound)) / -math.log(fall) * (1 + 1e-9)) + int(bool(bound > 1))
     return {
         "contact": observer.system.contacts[contact].name,
@@ -211,24 +226,12 @@ def _reversal(matrix: list[list[Any]], analysis: Analysis, contact: int, fall: f
     }
 
 
-def _round(value: float, digits: int) -> Any:
-    """A short exact decimal near a float."""
-    return sympy.Rational(f"{value:.{digits}g}")
+def _no_words(analysis: Analysis, error: Exception) -> Refusal:
+    why = str(error) if isinstance(error, NotEnclosable) else f"the certificate has no word for {error}"
+    return _undecided(analysis, why, narrower=False)
 
 
-def _round_matrix(matrix: NDArray[np.float64], digits: int) -> list[list[Any]]:
-    """P with each entry to so many digits of the geometric mean of its diagonal entries: keeps it positive definite."""
-    size = np.sqrt(np.diag(matrix))
-    result: list[list[Any]] = [[sympy.Integer(0)] * len(matrix) for _ in matrix]
-    for i in range(len(matrix)):
-        for j in range(i + 1):
-            quantum = 10.0 ** (math.floor(math.log10(size[i] * size[j])) + 1 - digits)
-            entry = sympy.Rational(str(round(float(matrix[i, j]) / quantum))) * sympy.Rational(f"{quantum:.0e}")
-            result[i][j] = result[j][i] = entry
-    return result
-
-
-def _unstable(analysis: Analysis) -> Refusal:
+def _unstable(analysis: Analysis, proof: Mapping[str, Any] | None) -> Refusal:
     point = unstable_point(analysis)
     failing = tuple(
         f"{c.expression} > 0" if c.readable else f"{c.name} > 0"
@@ -242,6 +245,7 @@ def _unstable(analysis: Analysis) -> Refusal:
         failing=failing,
         largest_sample_time=analysis.largest_sample_time,
         proved=point is not None,
+        proof=proof,
     )
 
 

@@ -7,7 +7,7 @@ parameters stay products, so what belongs together stays together.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
@@ -39,11 +39,13 @@ class Family:
         variables: name → exact (low, high).
         parameters: parameter symbol → its expression over variables, exact numbers.
         matrix: A, multi-affine in the parameters, exact numbers.
+        bounded: variable in [−1, 1] → the sgn or tanh that it stands for.
     """
 
     variables: Mapping[sympy.Symbol, tuple[Any, Any]]
     parameters: Mapping[sympy.Symbol, Any]
     matrix: Matrix
+    bounded: Mapping[sympy.Symbol, Any] = field(default_factory=dict)
 
 
 def build_family(dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[Any, Any]]) -> Family:
@@ -114,7 +116,9 @@ def build_family(dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[An
     bounds = {s: (sympy.Integer(-1), sympy.Integer(1)) for s in (*extra.values(), *signs)} | bounds_of_pi
     bounds |= {v: ranges[v] for v in used if v in ranges and v not in bounds}
     ordered = dict(sorted(bounds.items(), key=lambda item: str(item[0].name)))
-    return Family({v: b for v, b in ordered.items() if v in used}, parameters, rewritten)
+    return Family(
+        {v: b for v, b in ordered.items() if v in used}, parameters, rewritten, {s: e for e, s in extra.items()}
+    )
 
 
 def _inverse_mass(

@@ -49,6 +49,7 @@ def certificate(n: int, **fields: Any) -> Cert:
         "splits": {},
         "parameters": [],
         "reversals": [],
+        "along": [],
         "assumptions": ["The friction level is constant between reversals."],
     }
     return base | fields

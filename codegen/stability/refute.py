@@ -1,0 +1,155 @@
+"""A rate that no certificate can show, proved: at one exact operating point the sampled error does not fall so fast.
+
+Let Φ be the step there and c the fall of V at the rate α. If a symmetric Q has cQ − Φ'QΦ > 0, then Q > 0 if and only if
+Φ/√c is stable (Stein's inertia theorem). A Q that is not positive along some vector therefore proves that V = e'Pe
+falls by no factor c for any P > 0; at α → 0 it proves that the error does not decay.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+from scipy.linalg import matrix_balance, solve_continuous_lyapunov, solve_discrete_lyapunov
+
+from codegen.checker import verify
+from codegen.stability.analysis import Analysis
+from codegen.stability.content import rounded, rounded_matrix, texts
+from codegen.stability.family import PI, Family
+from codegen.stability.lyapunov import decay_rate_limit
+from codegen.stability.prefix import rational_text
+from codegen.text import render
+
+SLACK = (1e-3, 2e-3, 5e-3, 1e-2)
+LEAST = 1e-6
+DIGITS = (6, 9, 12, 15)
+TRIED = 12
+
+
+def refute(analysis: Analysis, family: Family, frame: Mapping[str, Any]) -> dict[str, Any] | None:
+    """The refutation of every rate that is 0.1 % (or what is needed) above the slowest point's own, in the same format.
+
+    None where no point was found at which A is rational, or where rounding spoils the proof. What is returned has
+    passed the checker.
+
+    Args:
+        frame: the certificate's fields that do not depend on the proof.
+    """
+    h = 0.0 if analysis.dynamics.implicit else float(analysis.dynamics.observer.sample_time)
+    best: tuple[float, dict[str, Any], NDArray[np.float64]] | None = None
+    for point, exact in _rational_points(analysis, family):
+        a = np.array(exact.tolist(), dtype=float)
+        limit = decay_rate_limit([a], h)
+        if best is None or limit < best[0]:
+            best = limit, point, a
+    if best is None:
+        return None
+    limit, point, a = best
+    for slack in SLACK:
+        alpha = max(LEAST, limit * (1 + slack))
+        if h and 2 * alpha * h >= 1:
+            return None
+        for content in _proposals(frame, point, a, alpha, h, analysis):
+            try:
+                verify.check(json.dumps(content))
+            except verify.Refused:
+                continue
+            return content
+    return None
+
+
+def _proposals(
+    frame: Mapping[str, Any],
+    point: Mapping[str, Any],
+    a: NDArray[np.float64],
+    alpha: float,
+    h: float,
+    analysis: Analysis,
+) -> Iterator[dict[str, Any]]:
+    rate = rounded(alpha, 5)
+    _, (scale, _) = matrix_balance(a, permute=False, separate=True)
+    q = _inertia(a * scale[None, :] / scale[:, None], float(rate), h)
+    if q is None:
+        return
+    values, vectors = np.linalg.eigh(q)
+    if values[0] > 0:
+        return
+    along = [rounded(float(x) * s, 6) for x, s in zip(vectors[:, 0] / np.abs(vectors[:, 0]).max(), scale, strict=True)]
+    size = np.sqrt(np.abs(values).max()) / scale
+    at = {name: float(value) for name, value in point.items()}
+    words = {"rate": float(rate), "point": at, "observer": analysis.dynamics.observer, "least": LEAST}
+    for digits in DIGITS:
+        yield {
+            **frame,
+            "claim": " ".join(render("text/refuted_claim.j2", **words).split()),
+            "variables": {name: [rational_text(value)] * 2 for name, value in point.items()},
+            "lyapunov_matrix": texts(rounded_matrix(q / scale[None, :] / scale[:, None], digits, size)),
+            "decay_rate": rational_text(rate),
+            "along": [rational_text(x) for x in along],
+            "assumptions": [
+                s.strip() for s in render("text/refuted_assumptions.j2", **words).splitlines() if s.strip()
+            ],
+        }
+
+
+def _inertia(a: NDArray[np.float64], alpha: float, h: float) -> NDArray[np.float64] | None:
+    """Q with −(A'Q + QA + hA'QA + 2αQ) = I, in the coordinates of ``a``."""
+    unit = np.eye(len(a))
+    try:
+        if h == 0:
+            q = solve_continuous_lyapunov(a.T + alpha * unit, -unit)
+        else:
+            q = solve_discrete_lyapunov((unit + h * a).T / np.sqrt(1 - 2 * alpha * h), unit * h)
+    except (np.linalg.LinAlgError, ValueError):
+        return None
+    return (q + q.T) / 2 if np.isfinite(q).all() else None
+
+
+def _rational_points(analysis: Analysis, family: Family) -> Iterator[tuple[dict[str, Any], Any]]:
+    """Operating points, slowest first, as the family's variables in rationals, with A there, where that is rational."""
+    names = [s.name for s in analysis.points.variables]
+    angles = {x.name for x in analysis.dynamics.observer.system.positions}
+    seen = set()
+    neighbours = {n.name: s.name for n, s in analysis.dynamics.next_velocity.items()}
+    for row in analysis.points.values[[0, *np.argsort(-analysis.radii)[:TRIED]]]:
+        for turned in (False, True):
+            known = {n: 0.0 if turned and n in angles else float(x) for n, x in zip(names, row, strict=True)}
+            known |= {
+                n: known[s] for n, s in neighbours.items() if n in known and s in known
+            }  # nothing jumps in a sample
+            point = _point(analysis, family, known)
+            key = tuple(point.items()) if point is not None else ()
+            if point is None or key in seen:
+                continue
+            seen.add(key)
+            values = {v: point[v.name] for v in family.variables}
+            exact = family.matrix.subs({s: e.subs(values) for s, e in family.parameters.items()})
+            if all(e.is_Rational for e in exact):
+                yield point, exact
+
+
+def _point(analysis: Analysis, family: Family, known: Mapping[str, float]) -> dict[str, Any] | None:
+    system = analysis.dynamics.observer.system
+    result: dict[str, Any] = {}
+    slips = dict(zip([c.slip for c in system.contacts], system.slip_velocity, strict=True))
+    for v, (low, high) in sorted(family.variables.items(), key=lambda item: item[0] in family.bounded):
+        if v == PI:
+            return None
+        if v.name in known:
+            value = sympy.Rational(Fraction(f"{known[v.name]:.6g}"))
+        elif v in slips and {s.name for s in slips[v].free_symbols} <= set(known):
+            value = slips[v].subs({s: sympy.Rational(f"{known[s.name]:.6g}") for s in slips[v].free_symbols})
+        elif v in family.bounded:
+            atom = family.bounded[v]
+            value = atom.subs({s: result[s.name] for s in atom.free_symbols if s.name in result})
+        else:
+            return None
+        if not value.is_Rational:
+            return None
+        result[v.name] = min(max(value, low), high)
+    return result
