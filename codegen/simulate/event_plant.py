@@ -48,10 +48,13 @@ class EventPlant:
         """Build the functions.
 
         Raises:
-            BadInput: for a contact whose law has states, or an actuator that lags.
+            BadInput: for a contact whose law has states, an actuator that lags, or a load behind a spring.
         """
         if any(system.actuator(k).lag is not None for k in range(len(system.inputs))):
             raise BadInput(f"the machine {system.name}", "an actuator's lag in an integration by events", _STEPPER)
+        if system.transmissions:
+            found = "a compliance or backlash in an integration by events"
+            raise BadInput(f"the machine {system.name}", found, _STEPPER)
         contacts = PlantContacts(system)
         if contacts.dynamic.contacts:
             name = system.contacts[contacts.dynamic.contacts[0]].law.name

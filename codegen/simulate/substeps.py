@@ -19,9 +19,9 @@ MOST_SUBSTEPS = 1000
 
 
 def substeps_of(system: System, period: float, position: Array) -> int:
-    """Substeps of a sample: at most ``LONGEST_SUBSTEP`` long and, where a law has states, 1/20 of what a radian of the
-    oscillation on the stuck contact takes. Position and velocity then agree with an exact integration to 1e-5 of their
-    size.
+    """Substeps of a sample: at most ``LONGEST_SUBSTEP`` long and, where a law has states or a load is behind a spring,
+    1/20 of what a radian of the oscillation takes, and of the time in which the spring's damping stops it. Position and
+    velocity then agree with an exact integration to 1e-5 of their size.
 
     Args:
         period: s.
@@ -36,4 +36,8 @@ def substeps_of(system: System, period: float, position: Array) -> int:
         mobility = np.diag(U.T @ np.linalg.solve(mass, U))[list(dynamic.contacts)]
         rate = float(np.sqrt(np.max(mobility * np.maximum(dynamic.stiffness, 0))))
         longest = min(longest, STEP_OF_PRESLIDING / rate) if rate > 0 else longest
+    for t in system.transmissions:
+        inertia = system.mass_matrix[t.coordinate, t.coordinate] * t.load_fraction * (1 - t.load_fraction)
+        stiffness, damping = (float((s / inertia).subs(system.values)) for s in (t.stiffness, t.damping))
+        longest = min(longest, STEP_OF_PRESLIDING / max(stiffness**0.5, damping))
     return min(max(1, ceil(period / longest - 1e-9)), MOST_SUBSTEPS)

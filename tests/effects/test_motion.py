@@ -11,8 +11,10 @@ import pytest
 from simulate.machines import ONE_MASS
 
 from codegen.effects.declare import add_declared_effects
+from codegen.errors import BadInput
 from codegen.mechanics import System, build_system
 from codegen.simulate import simulate, simulate_open_loop
+from codegen.simulate.event_plant import EventPlant
 from codegen.simulate.sensor_error import SensorError
 from codegen.spec import parse_spec
 
@@ -205,3 +207,21 @@ def test_a_log_in_a_loop_holds_the_readings() -> None:
     x = run.true_positions
     assert np.ptp(x) > 0.1
     np.testing.assert_allclose(run.positions, x + 0.004 * np.sin(2 * pi * x / 0.06 + 0.5), rtol=0, atol=1e-14)
+
+
+def test_a_stiff_spring_gets_the_steps_that_it_needs() -> None:
+    """4 kHz and heavy damping: the default step of 0.1 ms would not be stable."""
+    stiff = "effects: [{kind: compliance, on: x, parameters: {k: 3e8, c: 20000, load_fraction: 0.5}}]"
+    drive = "simulation: {duration: 0.5, sample_time: 0.01, inputs: {w: 9*sin(5*t)}}"
+    runs = []
+    for effects in (stiff, ""):
+        spec = parse_spec(ONE_MASS.format(m=M, k=0, b=0, a=A) + f"{effects}\n{drive}\n", Path("machine.yaml"))
+        runs.append(simulate(spec, add_declared_effects(build_system(spec), spec)).true_positions)
+    assert np.ptp(runs[1]) > 0.05
+    np.testing.assert_allclose(runs[0], runs[1], atol=1e-6)  # so stiff that it moves as one
+
+
+def test_the_event_integrator_does_not_take_a_load_for_rigid() -> None:
+    system = machine(f"{{kind: compliance, on: x, parameters: {{{STIFF}}}}}", "m")
+    with pytest.raises(BadInput, match="compliance or backlash"):
+        EventPlant(system, 0.01, np.zeros(1), np.zeros(1))
