@@ -17,8 +17,8 @@ from codegen.diagnosis.signals import Motion
 from codegen.emit.package import emit_sources, make_header
 from codegen.mechanics.system import System
 from codegen.observers import build_observer
-from codegen.program import build_program
-from codegen.replay.twin import load_twin
+from codegen.program import Program, build_program
+from codegen.replay.twin import inputs_of, load_twin, values_of
 from codegen.spec.model import ObserverChoice, Spec
 
 Array = NDArray[np.float64]
@@ -41,11 +41,11 @@ def tracking_choice(system: System, motion: Motion, bandwidth: float) -> Observe
     return ObserverChoice("gto", "estimated", gains, sympy.Rational(f"{motion.sample_time:.12g}"), sympy.Integer(1))
 
 
-def replay(twin: ModuleType, rows: Array, outputs: list[str]) -> Array:
+def replay(twin: ModuleType, program: Program, rows: Array, outputs: list[str]) -> Array:
     """Run a twin over samples.
 
     Args:
-        twin: a generated module.
+        twin: a generated module of ``program``.
         rows: (N, inputs) in the order of its Inputs.
         outputs: names of the outputs wanted.
 
@@ -56,11 +56,10 @@ def replay(twin: ModuleType, rows: Array, outputs: list[str]) -> Array:
     state: Any = None
     result = np.empty((len(rows), len(outputs)))
     for k, row in enumerate(rows.tolist()):
-        inputs = twin.Inputs(*row)
+        inputs = inputs_of(twin, program, row)
         if state is None:
             state = twin.init(parameters, inputs)
-        estimate = twin.step(state, parameters, inputs)
-        result[k] = [getattr(estimate, name) for name in outputs]
+        result[k] = values_of(twin.step(state, parameters, inputs), program, outputs)
     return result
 
 
@@ -72,7 +71,7 @@ def tracked_friction(spec: Spec, system: System, motion: Motion, bandwidth: floa
     source = emit_sources(program, make_header(spec.path.name, spec.sha256, ""))["__init__.py"]
     rows = np.hstack([motion.measured, motion.commands])[:MOST_SAMPLES]
     names = [f"F_hat_on_{x.name}" for x in system.positions]
-    return replay(load_twin(source, f"{spec.name}_tracking"), rows, names)
+    return replay(load_twin(source, f"{spec.name}_tracking"), program, rows, names)
 
 
 def compare_residuals(spec: Spec, system: System, motion: Motion) -> Agreement | None:

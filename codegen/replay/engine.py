@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Mapping
-from copy import copy
+from copy import deepcopy
 from typing import Any, Protocol
 
 import numpy as np
@@ -14,7 +14,7 @@ from codegen.compiler import find_compiler
 from codegen.emit.interface import has_fault, real_type
 from codegen.program import Program
 from codegen.replay.cache import cached_library
-from codegen.replay.twin import load_twin
+from codegen.replay.twin import inputs_of, load_twin, values_of
 from codegen.text import render
 
 Array = NDArray[np.float64]
@@ -110,28 +110,29 @@ class _Compiled:
 class _Twin:
     def __init__(self, program: Program, files: Mapping[str, str]) -> None:
         self.name, self.holds = "the Python twin (no C compiler found)", has_fault(files[f"{program.name}.h"])
-        self._twin = load_twin(files["__init__.py"], program.name)
+        self._twin, self._program = load_twin(files["__init__.py"], program.name), program
         self._parameters: Any = self._twin.Parameters()
         self._state: Any = None
         self._held: tuple[Any, ...] = ()
         self._names = [name for name, _, _ in program.outputs]
 
     def start(self, row: Array) -> None:
-        self._state = self._twin.init(self._parameters, self._twin.Inputs(*row.tolist()))
+        self._state = self._twin.init(self._parameters, inputs_of(self._twin, self._program, row.tolist()))
         self._held = (self._twin.Outputs(),) if self.holds else ()
 
     def run(self, rows: Array) -> tuple[Array, Faults]:
         estimates, faults = np.empty((len(rows), len(self._names))), np.zeros(len(rows), dtype=np.intc)
         for k, row in enumerate(rows.tolist()):
-            made = self._twin.step(self._state, self._parameters, self._twin.Inputs(*row), *self._held)
-            estimates[k] = [getattr(made, name) for name in self._names]
+            inputs = inputs_of(self._twin, self._program, row)
+            made = self._twin.step(self._state, self._parameters, inputs, *self._held)
+            estimates[k] = values_of(made, self._program, self._names)
             if self.holds:
                 faults[k] = made.fault
         return estimates, faults
 
     def peek(self, row: Array) -> Array:
         before, held = self._state, self._held
-        self._state, self._held = copy(before), tuple(copy(made) for made in held)
+        self._state, self._held = deepcopy(before), deepcopy(held)
         estimates: Array = self.run(row)[0][0]
         self._state, self._held = before, held
         return estimates

@@ -1,11 +1,15 @@
-"""Import a generated Python twin from its source."""
+"""A generated Python twin: imported from its source, its records filled from rows and read into rows."""
 
 from __future__ import annotations
 
 import importlib.util
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from types import ModuleType
+from typing import Any
+
+from codegen.program import Program
 
 
 def load_twin(source: str, name: str) -> ModuleType:
@@ -19,3 +23,24 @@ def load_twin(source: str, name: str) -> ModuleType:
         module = importlib.util.module_from_spec(found)
         found.loader.exec_module(module)
     return module
+
+
+def inputs_of(twin: ModuleType, program: Program, row: Sequence[float]) -> Any:
+    """The twin's Inputs with one number for each input of the program, in order; numbered ones lie in arrays."""
+    made = twin.Inputs()
+    for field, value in zip(program.inputs, row, strict=True):
+        place = program.arrays.get(field.name)
+        if place is None:
+            setattr(made, field.name, value)
+        else:
+            getattr(made, place.array)[place.at] = value
+    return made
+
+
+def values_of(record: Any, program: Program, names: Sequence[str]) -> list[float]:
+    """The named elements of one of the twin's records."""
+    values = []
+    for name in names:
+        place = program.arrays.get(name)
+        values.append(getattr(record, name) if place is None else getattr(record, place.array)[place.at])
+    return values

@@ -10,12 +10,12 @@ from types import ModuleType
 
 import numpy as np
 
-from codegen.diagnosis.replay import load_twin
 from codegen.effects.declare import add_declared_effects
 from codegen.emit.package import emit_sources, make_header
 from codegen.mechanics.build import build_system
 from codegen.observers import build_observer
 from codegen.program import Program, build_program
+from codegen.replay.twin import load_twin
 from codegen.spec.reader import parse_spec
 
 FLAGS = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror")

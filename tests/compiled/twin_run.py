@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from codegen.diagnosis.replay import load_twin
+from codegen.replay.twin import load_twin
 
 from .interface import Interface, Member
 

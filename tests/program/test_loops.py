@@ -9,12 +9,12 @@ import casadi
 import numpy as np
 import pytest
 
-from codegen.diagnosis.replay import load_twin
 from codegen.effects.declare import add_declared_effects
 from codegen.emit.package import emit_sources, make_header
 from codegen.mechanics.build import build_system
 from codegen.observers import build_observer
 from codegen.program import Program, build_program, lower
+from codegen.replay.twin import load_twin
 from codegen.spec.reader import parse_spec
 
 from .chains import chain, coupled

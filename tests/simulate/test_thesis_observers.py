@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen.diagnosis.replay import load_twin
 from codegen.emit.package import emit_sources, make_header
 from codegen.mechanics import build_system
 from codegen.observers import build_observer
 from codegen.program import build_program
+from codegen.replay.twin import load_twin
 from codegen.simulate import simulate
 from codegen.spec import read_spec
 

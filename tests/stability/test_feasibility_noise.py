@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_discrete_lyapunov
 
-from codegen.diagnosis.replay import load_twin
 from codegen.effects.declare import add_declared_effects
 from codegen.emit.package import emit_sources, make_header
 from codegen.mechanics import System, build_system
 from codegen.observers import Observer, build_observer
 from codegen.program import build_program
+from codegen.replay.twin import load_twin
 from codegen.spec import Spec, read_spec
 from codegen.stability.error_dynamics import derive_error_dynamics
 from codegen.stability.feasibility_family import Family, Settings
