@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -26,15 +26,20 @@ def load_twin(source: str, name: str) -> ModuleType:
 
 
 def inputs_of(twin: ModuleType, program: Program, row: Sequence[float]) -> Any:
-    """The twin's Inputs with one number for each input of the program, in order; numbered ones lie in arrays."""
+    """The twin's Inputs with one number for each input of the program, in order."""
     made = twin.Inputs()
-    for field, value in zip(program.inputs, row, strict=True):
-        place = program.arrays.get(field.name)
-        if place is None:
-            setattr(made, field.name, value)
-        else:
-            getattr(made, place.array)[place.at] = value
+    fill(made, program, dict(zip((field.name for field in program.inputs), row, strict=True)))
     return made
+
+
+def fill(record: Any, program: Program, values: Mapping[str, float]) -> None:
+    """Set named elements of one of the twin's records; numbered ones lie in arrays."""
+    for name, value in values.items():
+        place = program.arrays.get(name)
+        if place is None:
+            setattr(record, name, value)
+        else:
+            getattr(record, place.array)[place.at] = value
 
 
 def values_of(record: Any, program: Program, names: Sequence[str]) -> list[float]:

@@ -19,6 +19,7 @@ from codegen.errors import BadInput
 from codegen.observers import observer_of
 from codegen.program import Program, build_program
 from codegen.replay import compiled_engine, load_twin
+from codegen.replay.twin import fill, inputs_of, values_of
 from codegen.spec import read_spec
 from codegen.spec.model import CodeChoice
 
@@ -66,19 +67,22 @@ class Made:
 
     def by_twin(self, rows: np.ndarray, **parameters: float) -> np.ndarray:
         twin = self.twin
-        constants = twin.Parameters(**parameters)
+        constants = twin.Parameters()
+        fill(constants, self.program, parameters)
         if hasattr(twin, "prepare"):
             twin.prepare(constants)
-        state, result = twin.init(constants, twin.Inputs(*rows[0].tolist())), np.empty((len(rows), len(self.outputs)))
+        state = twin.init(constants, inputs_of(twin, self.program, rows[0].tolist()))
+        result = np.empty((len(rows), len(self.outputs)))
         for k, row in enumerate(rows.tolist()):
-            made = twin.step(state, constants, twin.Inputs(*row))
-            result[k] = [getattr(made, name) for name in self.outputs]
+            made = twin.step(state, constants, inputs_of(twin, self.program, row))
+            result[k] = values_of(made, self.program, self.outputs)
         return result
 
 
 CASES = [
     *((name, version, "double") for name in ("two_mass", "two_link_arm") for version in VERSIONS),
     ("two_mass", "3.0", "single"),
+    ("chain", "3.0", "double"),
 ]
 
 
