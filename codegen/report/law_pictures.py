@@ -20,10 +20,9 @@ from codegen.friction.linker_dieterich import LinkerDieterich
 from codegen.friction.rising_static import RisingStatic
 from codegen.friction.ruina import Ruina
 from codegen.report.law_examples import EXAMPLES, dragged_mass, force_over, steady_force, steady_level
-from codegen.report.pictures import INK, QUIET, STYLE
+from codegen.report.style import CURVE, GRID, INK, QUIET, SECOND, STYLE, THIRD
 from codegen.report.wording import prefixed
 
-CURVE, SECOND, THIRD = "#1f6fb4", "#e08214", "#4d9221"
 PANEL_IN, HEIGHT_IN = 4.0, 3.0
 SAMPLES = 1200
 DIGITS = 5
@@ -174,7 +173,7 @@ def rounded(values: Any) -> Any:
 def framed(axes: Any, x: str, y: str) -> None:
     axes.set_xlabel(x)
     axes.set_ylabel(y)
-    axes.grid(True, color="#dfe2e6", linewidth=0.8)
+    axes.grid(True, color=GRID, linewidth=0.8)
     axes.set_axisbelow(True)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)

@@ -16,32 +16,16 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
 
 from codegen.report.series import CoordinateSeries, Curve, HeldOutSeries, ModelResidual
+from codegen.report.style import GRID, INK, QUIET, STYLE
 from codegen.report.wording import number, prefixed, unit_text
 
 COLOURS = {"refit": "#e08214", "augmented": "#1f6fb4"}
 DARK = {"refit": "#8c4a00", "augmented": "#0b3c6b"}
 LABELS = {"refit": "refit: nothing added", "augmented": "augmented: effect added"}
-INK, QUIET = "#26282b", "#8a8f96"
 WIDTH_IN, ROW_IN, RUN_ROW_IN, LEGEND_IN = 12.4, 2.75, 1.9, 0.42
 DPI = 130
 TICKS_HZ = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 DOTS: dict[str, Any] = {"markersize": 2.4, "markeredgewidth": 0, "alpha": 0.35, "rasterized": True}
-STYLE = {
-    "font.family": "DejaVu Sans",
-    "font.size": 10.5,
-    "axes.edgecolor": QUIET,
-    "axes.labelcolor": INK,
-    "axes.linewidth": 0.8,
-    "axes.titlesize": 11,
-    "xtick.color": INK,
-    "ytick.color": INK,
-    "xtick.labelsize": 9.5,
-    "ytick.labelsize": 9.5,
-    "axes.unicode_minus": True,
-    "svg.fonttype": "path",
-    "svg.hashsalt": "stiction",
-    "path.simplify": True,
-}
 
 
 def residual_picture(series: HeldOutSeries) -> str:
@@ -140,7 +124,7 @@ def _spectrum(axes: Any, coordinate: CoordinateSeries, series: HeldOutSeries) ->
 def _frame(axes: Any, x: str, y: str) -> None:
     axes.set_xlabel(x)
     axes.set_ylabel(y)
-    axes.grid(True, color="#dfe2e6", linewidth=0.6)
+    axes.grid(True, color=GRID, linewidth=0.6)
     axes.set_axisbelow(True)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)

@@ -1,0 +1,86 @@
+"""Numbers from runs: distances, what is left at rest, overshoot, noise; all in SI."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codegen.simulate import LoopRun
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Reading:
+    """A number, and the numbers that it is made of as (name, value) in ``unit``."""
+
+    value: float
+    parts: tuple[tuple[str, float], ...] = ()
+    unit: str = ""
+
+
+def rms(values: Array) -> float:
+    """Root mean square; infinite where a value is not finite, NaN of nothing."""
+    if not len(values):
+        return float("nan")
+    return float(np.sqrt(np.mean(np.square(values)))) if np.isfinite(values).all() else float("inf")
+
+
+def after(run: LoopRun, start: float) -> Mask:
+    """Samples from ``start`` on, s."""
+    return np.asarray(run.time >= start - 1e-9)
+
+
+def position_error(run: LoopRun, ideal: LoopRun) -> Array:
+    """How far the first coordinate is from where it would be without friction, (N,)."""
+    path = np.interp(run.time, ideal.time, ideal.true_positions[:, 0])
+    return np.asarray(run.true_positions[:, 0] - path)
+
+
+def friction_error(run: LoopRun, coordinate: int = 0) -> Array:
+    """F − F̂ on a coordinate, (N,)."""
+    return np.asarray(run.friction[:, coordinate] - run.friction_estimate[:, coordinate])
+
+
+def sliding(run: LoopRun, coordinate: int = 0, share: float = 0.02) -> Mask:
+    """Samples at which a coordinate moves faster than a share of its top speed."""
+    speed = np.abs(run.true_velocities[:, coordinate])
+    return np.asarray(speed > share * np.nanmax(speed))
+
+
+def since_reversal(run: LoopRun, half_period: float) -> Array:
+    """Seconds since the square reference last jumped, (N,)."""
+    return np.asarray(np.mod(run.time + 1e-9, half_period))
+
+
+def hang_off(run: LoopRun, target: Array, half_period: float, start: float, end: float, share: float = 0.1) -> float:
+    """Mean distance to the reference over the last ``share`` of each half period between two times."""
+    settled = since_reversal(run, half_period) > (1 - share) * half_period
+    chosen = settled & (run.time >= start) & (run.time < end)
+    return float(np.mean(np.abs(run.true_positions[chosen, 0] - target[chosen])))
+
+
+def overshoot(estimate: Array, truth: Array) -> float:
+    """How far the estimate's largest magnitude exceeds that of the truth, as a share of the latter."""
+    return float(np.max(np.abs(estimate)) / np.max(np.abs(truth)) - 1)
+
+
+def roughness(values: Array) -> float:
+    """RMS of the step from sample to sample over √2: the noise of a signal that is smooth otherwise."""
+    return rms(np.diff(values)) / float(np.sqrt(2))
+
+
+def ratio(above: float, below: float) -> float:
+    """A ratio; infinite over zero."""
+    return above / below if below else float("inf")
+
+
+def ripple(values: Array, run: LoopRun, window: float) -> float:
+    """RMS of a signal about its running mean over ``window`` seconds, at the run's sample time."""
+    length = max(2, round(window / float(run.time[1] - run.time[0])))
+    mean = np.convolve(values, np.full(length, 1 / length), mode="valid")
+    start = (length - 1) // 2
+    return rms(values[start : start + len(mean)] - mean)
