@@ -6,7 +6,7 @@ BIN    := $(VENV)/bin
 # Other compilers, checkers and an emulator for the tests of the generated C; where one is absent, its tests skip and say so.
 TOOLCHAINS := clang clang-tidy cppcheck g++ gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm valgrind
 
-.PHONY: demo test lint types toolchains goldens check-all generate audit benchmarks clean
+.PHONY: demo test lint types toolchains goldens check-all generate audit gallery benchmarks clean
 .DEFAULT_GOAL := test
 
 $(VENV)/run.stamp: pyproject.toml
@@ -39,7 +39,7 @@ toolchains:
 	  $$sudo apt-get update -qq && \
 	  $$sudo env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $(TOOLCHAINS) >/dev/null; }
 
-# Everything in generated/ is what the tool writes now.
+# Everything in generated/ is what the tool writes now. The specs of the figures, specs/gallery/, are run and not generated.
 goldens: $(VENV)/run.stamp
 	$(BIN)/stiction generate specs/*.yaml specs/thesis/*.yaml --uncertified --check
 
@@ -53,6 +53,10 @@ generate: $(VENV)/run.stamp
 # Write docs/audit.md anew: the printed formulas of the thesis against the derivation.
 audit: $(VENV)/run.stamp
 	$(BIN)/stiction audit -o docs/audit.md
+
+# Write docs/gallery/ anew: the figures of the thesis, and what its text says of them.
+gallery: $(VENV)/run.stamp
+	$(BIN)/stiction gallery
 
 # The peers that PyPI has; one that cannot be installed here is reported as absent.
 $(VENV)/benchmark.stamp: $(VENV)/test.stamp

@@ -4,14 +4,10 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from codegen import pipeline
 from codegen.checker import verify as checker
@@ -22,6 +18,7 @@ from codegen.errors import BadInput
 from codegen.readable import analysis_json, analysis_latex, analysis_view, model_view
 from codegen.readable_gains import gains_view
 from codegen.stability.certify import Refusal
+from codegen.terminal import errors, output, progress
 from codegen.text import render
 from codegen.version import VERSION
 
@@ -34,8 +31,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.add_typer(pages)
-output = Console(soft_wrap=True, highlight=False, markup=False, emoji=False)
-errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False, emoji=False)
 
 SpecPath = Annotated[Path, typer.Argument(metavar="SPEC", help="the spec file (YAML)")]
 Description = Annotated[Path | None, typer.Option("--description", "-d", help="log description (YAML with columns:)")]
@@ -177,7 +172,7 @@ def cancel(
     as_json: Annotated[bool, typer.Option("--json", help="print JSON")] = False,
 ) -> None:
     """Say which friction the inputs can cancel, why, and by which input."""
-    with _progress() as tell:
+    with progress() as tell:
         report = pipeline.cancel(spec, out, hunt, lambda share: tell("simulate", share))
     if as_json:
         output.print(json.dumps(report.content, indent=1, ensure_ascii=False, allow_nan=False))
@@ -194,7 +189,7 @@ def simulate(
     method: Annotated[str, typer.Option("--method", help="steps, or events: slow, exact between events")] = "steps",
 ) -> None:
     """Write a log from the plant of the spec, with its declared effects."""
-    with _progress() as tell:
+    with progress() as tell:
         target = pipeline.simulate(spec, out, lambda share: tell("simulate", share), method)
     output.print(str(target))
 
@@ -213,7 +208,7 @@ def diagnose(
     column: Columns = None,
 ) -> None:
     """Find the effect that the model lacks; write diagnosis.json, spec.yaml (augmented) and report.html."""
-    with _progress() as tell:
+    with progress() as tell:
         result = pipeline.diagnose(spec, log, test, out, description, _columns(column or []), tell)
     output.print(render("text/diagnosed.txt.j2", result=result, d=result.diagnosis, paths=True), end="")
 
@@ -233,26 +228,11 @@ def replay(
 
 
 @app.command()
-def audit(
-    out: Annotated[Path | None, typer.Option("-o", "--output", metavar="FILE", help="write docs/audit.md here")] = None,
-    as_json: Annotated[Path | None, typer.Option("--json", metavar="FILE", help="write the findings as JSON")] = None,
-) -> None:
-    """Hold the printed formulas of the thesis against our own derivation of them."""
-    from codegen.audit import audit_summary, run_audit, write_audit
-
-    with _progress() as tell:
-        findings = run_audit(progress=lambda share: tell("audit", share))
-    for target in write_audit(findings, out, as_json):
-        output.print(str(target))
-    output.print(audit_summary(findings), end="")
-
-
-@app.command()
 def demo(
     out: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="its folder")] = Path("demo"),
 ) -> None:
     """Run the main job on the embedded default: a belt-driven axis with an effect that its spec lacks."""
-    with _progress() as tell:
+    with progress() as tell:
         run_demo(out, output.print, tell)
 
 
@@ -270,15 +250,6 @@ def _columns(pairs: list[str]) -> dict[str, str]:
             raise BadInput("--column", f"`{pair}`", "NAME=COLUMN, such as x=qm")
         columns[name.strip()] = column.strip()
     return columns
-
-
-@contextmanager
-def _progress() -> Iterator[Callable[[str, float], None]]:
-    """A progress bar on a terminal; nothing where output is not one."""
-    columns = (TextColumn("{task.description:20}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal) as bar:
-        task = bar.add_task("", total=1.0)
-        yield lambda station, share: bar.update(task, description=station, completed=share)
 
 
 def main() -> None:

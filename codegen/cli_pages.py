@@ -1,4 +1,4 @@
-"""The verbs that list the registries and write their pages: ``laws`` and ``effects``."""
+"""The verbs that write pages of docs/: ``laws``, ``effects``, ``audit`` and ``gallery``."""
 
 from __future__ import annotations
 
@@ -6,12 +6,11 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
+from codegen.terminal import output, progress
 from codegen.text import render
 
 pages = typer.Typer()
-output = Console(soft_wrap=True, highlight=False, markup=False, emoji=False)
 
 
 @pages.command()
@@ -45,3 +44,37 @@ def effects(
         output.print(render("text/effects.txt.j2", effects=effect_views()), end="")
     else:
         output.print(str(write_effects(out)))
+
+
+@pages.command()
+def audit(
+    out: Annotated[Path | None, typer.Option("-o", "--output", metavar="FILE", help="write docs/audit.md here")] = None,
+    as_json: Annotated[Path | None, typer.Option("--json", metavar="FILE", help="write the findings as JSON")] = None,
+) -> None:
+    """Hold the printed formulas of the thesis against our own derivation of them."""
+    from codegen.audit import audit_summary, run_audit, write_audit
+
+    with progress() as tell:
+        findings = run_audit(progress=lambda share: tell("audit", share))
+    for target in write_audit(findings, out, as_json):
+        output.print(str(target))
+    output.print(audit_summary(findings), end="")
+
+
+@pages.command()
+def gallery(
+    out: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="folder for pictures and table")] = Path(
+        "docs/gallery"
+    ),
+    only: Annotated[
+        list[str] | None, typer.Option("--only", metavar="FIGURE", help="such as 4.3; no table then")
+    ] = None,
+) -> None:
+    """Run the figures of the thesis, and check what its text says of them."""
+    from codegen.gallery import gallery_summary, run_gallery, write_gallery
+
+    with progress() as tell:
+        results = run_gallery(only or (), lambda share: tell("gallery", share))
+    for target in write_gallery(results, out):
+        output.print(str(target))
+    output.print(gallery_summary(results), end="")

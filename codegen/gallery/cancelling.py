@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from codegen.cancellation import cancelling_outputs, with_cancellation
 from codegen.gallery import drawing as d
 from codegen.gallery.figure import Plot, Runs
 from codegen.gallery.measures import Reading, ratio, rms
@@ -29,11 +30,11 @@ def with_and_without(specs: Sequence[Spec], setting: Setting, pid: Gains | None 
     The ideal machine keeps the friction between the masses, which the input cannot reach, as in section 5.4.
     """
     spec = setting.applied(specs[0])
-    between, ground = spec.contacts
-    free = replace(spec, contacts=(between, without_friction(spec).contacts[1]))
+    free = replace(spec, contacts=(spec.contacts[0], without_friction(spec).contacts[1]))
     made = from_zero(spec)
-    observer = generated_observer(made, build_observer(made, build_system(made)))
-    cancellation = Cancellation(np.eye(1), 1.0, 0, (f"F_hat_{ground.name}",))
+    system = build_system(made)
+    observer = generated_observer(made, with_cancellation(made, build_observer(made, system)))
+    cancellation = Cancellation(np.eye(len(system.inputs)), outputs=cancelling_outputs(system))
     quiet = Setting(setting.name, noise=0.0)
     loops = {
         "ideal": _run(free, quiet),
