@@ -137,7 +137,6 @@ PLOTS = {
             Setting("noise 0.1 as printed", noise=0.1),
             Setting("noise 0.01", noise=0.01),
             Setting("another noise", seed=1),
-            Setting("all sampled every 0.01 ms", step=1e-5),
         ),
         cost=20,
     ),
