@@ -34,7 +34,7 @@ SETTINGS = (
     Setting("noise 0.1 as printed, white at 1 kHz", noise=0.1),
     Setting("noise 0.1 in 44 Hz", noise=0.1, hold=0.01),
     Setting("noise 0.01", noise=0.01),
-    Setting("sample time 0.2 ms", step=2e-4),
+    Setting("sample time 0.5 ms", step=5e-4),
     Setting("sample time 5 ms", step=5e-3),
     Setting("another noise", seed=1),
 )

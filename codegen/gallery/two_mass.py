@@ -188,7 +188,7 @@ PLOTS = {
             "gdfo_has_hysteresis": gdfo_has_hysteresis,
             "gto_finds_levels": gto_finds_levels,
         },
-        (*SETTINGS[:5], SETTINGS[-1]),
+        (SETTINGS[0], SETTINGS[1], SETTINGS[3]),
         cost=15,
     ),
 }

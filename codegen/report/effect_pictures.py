@@ -8,7 +8,8 @@ import numpy as np
 
 from codegen.effects import Effect
 from codegen.report.effect_examples import PARAMETERS, example_residual
-from codegen.report.law_pictures import CURVE, framed, rounded, svg_of
+from codegen.report.law_pictures import framed, rounded, svg_of
+from codegen.report.style import CURVE
 
 EVERY = 6
 """One sample in so many is drawn."""
