@@ -79,12 +79,13 @@ def certify(
     out: Annotated[Path | None, typer.Option("-o", "--output", help="write the certificate here")] = None,
 ) -> None:
     """Certify the sampled observer over the envelope, or say why not, with a counterexample."""
-    outcome = pipeline.certify(spec)
+    found = pipeline.certify_in_full(spec)
+    outcome, more = found.outcome, {"bounds": found.bounds, "sample_times": found.sample_times}
     if isinstance(outcome, Refusal):
-        errors.print(render("text/refused.txt.j2", refusal=outcome), end="")
+        errors.print(render("text/refused.txt.j2", refusal=outcome, **more), end="")
         raise typer.Exit(REFUSED)
     target = pipeline.write_certificate(outcome, out) if out is not None else None
-    output.print(render("text/certified.txt.j2", certificate=outcome, target=target), end="")
+    output.print(render("text/certified.txt.j2", certificate=outcome, target=target, **more), end="")
 
 
 @app.command()

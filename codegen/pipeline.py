@@ -26,6 +26,8 @@ from codegen.spec.free_gains import at_middle, refuse_free_gains
 from codegen.spec.yaml_text import read_text
 from codegen.stability.analysis import Analysis, analyse
 from codegen.stability.certify import Certificate, Refusal, read_certificate
+from codegen.stability.error_bound import ErrorBound, error_bounds
+from codegen.stability.sample_times import largest_sample_times
 
 if TYPE_CHECKING:
     from codegen.diagnosis.results import Diagnosis
@@ -68,6 +70,35 @@ def derive(path: str | Path) -> Analysis:
     """
     spec = read_spec(path)
     return analyse(spec, observer_of(spec))
+
+
+@dataclass(frozen=True)
+class Certified:
+    """What ``certify`` found beside the certificate or refusal.
+
+    Attributes:
+        bounds: on each friction error, or the words why there are none.
+        sample_times: integration → the largest sample time that was certified, s.
+    """
+
+    outcome: Certificate | Refusal
+    bounds: tuple[ErrorBound, ...] | str
+    sample_times: Mapping[str, float]
+
+
+def certify_in_full(path: str | Path) -> Certified:
+    """The certificate or refusal, the bound on the error in the unit of the force, and the largest sample times.
+
+    Raises:
+        BadInput: as ``certify``.
+    """
+    spec = read_spec(path)
+    outcome = generated_files(spec)[1]
+    system = add_declared_effects(build_system(spec), spec)
+    bounds: tuple[ErrorBound, ...] | str = "no certificate"
+    if isinstance(outcome, Certificate):
+        bounds = error_bounds(spec, analyse(spec, build_observer(spec, system)), outcome)
+    return Certified(outcome, bounds, largest_sample_times(spec, system))
 
 
 def certify(path: str | Path) -> Certificate | Refusal:
@@ -194,6 +225,7 @@ def _rate(outcome: Certificate | Refusal) -> float | str:
 __all__ = [
     "BadInput",
     "CancelReport",
+    "Certified",
     "Diagnosed",
     "GainReport",
     "Generated",
@@ -203,6 +235,7 @@ __all__ = [
     "Replayed",
     "cancel",
     "certify",
+    "certify_in_full",
     "check",
     "derive",
     "diagnose",

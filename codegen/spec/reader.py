@@ -100,7 +100,7 @@ class _Reading:
             observer=read_observer(d.observer, friction, self.place),
             envelope=self._envelope(
                 {*position, *moving, *(f"{k}_{c.name}" for k in "af" for c in friction)}
-                | {f"{c.velocity}_dot" for c in coordinates}
+                | {name for c in coordinates for name in (f"{c.velocity}_dot", f"{c.name}_noise")}
                 | {f"f_{c.name}_dot" for c in friction}
             ),
             simulation=read_simulation(d.simulation, coordinates, inputs, self.place),

@@ -1,0 +1,182 @@
+"""The error bound against the generated C on exact motions: never exceeded, and nearly attained by the worst of them.
+
+The motions are exact: constant acceleration within a sample, w = m a + F, positions summed in doubles. Measured
+positions carry noise up to the stated bound. The estimates come from the compiled C.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from codegen.emit.package import emit_sources, make_header
+from codegen.mechanics import build_system
+from codegen.observers import build_observer
+from codegen.program import build_program
+from codegen.replay.engine import engine_for
+from codegen.spec import parse_spec
+from codegen.stability.analysis import analyse
+from codegen.stability.certify import Certificate, certify
+from codegen.stability.error_bound import ErrorBound, error_bounds
+from codegen.stability.sample_times import largest_sample_times
+
+MASS, LEVEL, TOP, NOISE, H = 2.5, 30.0, 80.0, 4e-6, 0.001
+TEXT = """
+name: rail
+coordinates: {x: {velocity: v, unit: m}}
+inputs: {w: {unit: N}}
+parameters: {m: {value: 2.5, unit: kg}}
+mass_matrix: [[m]]
+force: [w]
+friction:
+  distribution: [[1]]
+  contacts: [{name: rail, law: coulomb, a: 30, unit: N}]
+envelope: {v_dot: [-80, 80], x_noise: [-4e-6, 4e-6]}
+"""
+OBSERVERS = {
+    "cfo": "{kind: cfo, velocity: estimated, gains: {K_F: 40, K_v: 90}, sample_time: 0.001, integration: %s}",
+    "to": "{kind: to, velocity: estimated, gains: {K_1: 0, K_2: -40, K_v: 90}, sample_time: 0.001, integration: %s}",
+}
+CASES = [(kind, step) for kind in OBSERVERS for step in ("euler", "semi_implicit")]
+SETTLE = 3000
+
+
+class Bench:
+    """The compiled observer of a kind, its bound, and the true error of its force estimate along motions."""
+
+    def __init__(self, kind: str, step: str) -> None:
+        spec = parse_spec(TEXT + f"observer: {OBSERVERS[kind] % step}\n", Path("rail.yaml"))
+        observer = build_observer(spec, build_system(spec))
+        analysis = analyse(spec, observer)
+        found = certify(spec, analysis, {}, "none")
+        assert isinstance(found, Certificate), found.reason
+        bounds = error_bounds(spec, analysis, found)
+        assert not isinstance(bounds, str), bounds
+        self.bound: ErrorBound = bounds[0]
+        program = build_program(observer)
+        self.engine = engine_for(program, emit_sources(program, make_header("rail.yaml", "0" * 64, "")))
+        names = [name for name, _, _ in program.outputs]
+        self.force, self.speed = names.index("F_hat_on_x"), names.index("v_hat")
+
+    def run(self, a: Any, noise: Any, v0: float = 40.0) -> tuple[Any, Any]:
+        """|F − F̂| and |v − v̂| at every sample but those in which the start dies away, under which a = 0."""
+        a = np.concatenate([np.zeros(SETTLE), a])
+        noise = np.concatenate([np.zeros(SETTLE), noise])
+        v = v0 + H * np.concatenate([[0.0], np.cumsum(a)[:-1]])
+        x = np.concatenate([[0.0], np.cumsum(H * v + H * H * a / 2)[:-1]])
+        assert (v > 1).all()
+        rows = np.column_stack([x + noise, MASS * a + LEVEL])
+        self.engine.start(rows[0])
+        found, _ = self.engine.run(rows)
+        return np.abs(LEVEL - found[SETTLE:, self.force]), np.abs(v - found[:, self.speed])[SETTLE:]
+
+
+def balanced(generator: np.random.Generator, samples: int) -> Any:
+    """Accelerations of many kinds, mirrored in pairs of segments so that the speed stays where it is."""
+    half, rows = 50, []
+    for _ in range(samples // (2 * half)):
+        kind = generator.integers(4)
+        if kind == 0:
+            a = generator.choice([-1.0, 1.0], half)
+        elif kind == 1:
+            a = generator.uniform(-1, 1, half)
+        elif kind == 2:
+            a = np.sign(np.sin(np.arange(half) * generator.uniform(0.02, 3) + generator.uniform(0, 6)))
+        else:
+            a = np.full(half, generator.choice([-1.0, 1.0]))
+        rows += [a, -a]
+    return TOP * np.concatenate(rows)
+
+
+@pytest.mark.parametrize(("kind", "step"), CASES)
+def test_never_exceeded_in_random_runs(kind: str, step: str) -> None:
+    bench, generator = Bench(kind, step), np.random.default_rng(1)
+    a = balanced(generator, 200_000)
+    noise = (
+        NOISE
+        * generator.choice([-1.0, 1.0], len(a))
+        * np.where(generator.random(len(a)) < 0.5, 1, generator.random(len(a)))
+    )
+    force, speed = bench.run(a, noise)
+    assert 0.2 * bench.bound.steady < force.max() <= bench.bound.steady
+    assert speed.max() <= bench.bound.slip_speed
+
+
+@pytest.mark.parametrize(("kind", "step"), CASES)
+def test_the_worst_motion_comes_within_a_tenth(kind: str, step: str) -> None:
+    """The motion and noise that the C itself answers to most: signs of its own impulse responses, reversed in time."""
+    bench, count = Bench(kind, step), 2000
+    zero = np.zeros(count)
+
+    def signed(a: Any, noise: Any) -> Any:
+        full = np.concatenate([np.zeros(SETTLE), a])
+        v = 40.0 + H * np.concatenate([[0.0], np.cumsum(full)[:-1]])
+        x = np.concatenate([[0.0], np.cumsum(H * v + H * H * full / 2)[:-1]])
+        rows = np.column_stack([x + np.concatenate([np.zeros(SETTLE), noise]), MASS * full + LEVEL])
+        bench.engine.start(rows[0])
+        return LEVEL - bench.engine.run(rows)[0][SETTLE:, bench.force]
+
+    pulse = np.eye(1, count)[0]
+    by_motion = signed(1.0 * pulse, zero) - signed(zero, zero)
+    by_noise = signed(zero, 1e-3 * pulse) - signed(zero, zero)
+    a = TOP * np.sign(by_motion[::-1])
+    v = np.cumsum(a) * H
+    force, _ = bench.run(a, NOISE * np.sign(by_noise[::-1]), v0=41.0 + max(0.0, -v.min()))
+    assert force[-1] <= bench.bound.steady
+    if step == "euler":
+        assert force[-1] > bench.bound.steady / 1.1
+    else:  # the bias of the step and the curve of the motion are one disturbance, and are counted as two
+        assert force[-1] > bench.bound.steady / 4
+
+
+def test_after_a_start_that_is_wrong() -> None:
+    """The declared level is off by less than the bound's start: the error stays below the bound as time goes on."""
+    bench = Bench("cfo", "euler")
+    rows = np.column_stack([np.cumsum(np.full(2000, 3.0 * H)), np.full(2000, 65.0 * 1.0)])
+    assert bench.bound.after[0] == (0.0, bench.bound.start)
+    assert bench.bound.start == pytest.approx(2 * LEVEL + bench.bound.steady, rel=1e-12)
+    falling = [value for _, value in bench.bound.after]
+    assert falling[-1] < 1.1 * bench.bound.steady + 0.02 * bench.bound.start
+    bench.engine.start(rows[0])
+    settled = bench.engine.run(rows)[0][-1, bench.force]
+    assert settled == pytest.approx(65.0, abs=bench.bound.steady)
+    # from here the true level is 20 lower at once: the error starts at 20 and falls
+    rest = np.column_stack([rows[-1, 0] + np.cumsum(np.full(600, 3.0 * H)), np.full(600, 45.0)])
+    error = np.abs(45.0 - bench.engine.run(rest)[0][:, bench.force])
+    for time, value in bench.bound.after:
+        assert error[min(599, round(time / H))] <= value
+
+
+def test_largest_sample_times_by_eigenvalues() -> None:
+    """Euler and semi-implicit Euler against the spectral radius of their matrices, written by hand."""
+    spec = parse_spec(TEXT + f"observer: {OBSERVERS['cfo'] % 'euler'}\n", Path("rail.yaml"))
+    found = largest_sample_times(spec, build_system(spec))
+    assert set(found) == {"euler", "semi_implicit", "implicit", "exponential"} and found["implicit"] == np.inf
+
+    def radius(gain: float, weight: float, h: float) -> float:
+        step = np.array([[1 - h * gain, -h * weight / MASS], [40 * h * gain, 1 - h * 40 * (1 - weight) / MASS]])
+        return float(np.abs(np.linalg.eigvals(step)).max())
+
+    ways = {
+        "euler": lambda h: (90.0, 1.0),
+        "semi_implicit": lambda h: (90 / (1 + 90 * h), 1 / (1 + 90 * h)),
+        "exponential": lambda h: ((1 - np.exp(-90 * h)) / h, (1 - np.exp(-90 * h)) / (90 * h)),
+    }
+    for way, coefficients in ways.items():
+        h = found[way]
+        assert radius(*coefficients(h), h) < 1 < radius(*coefficients(1.03 * h), 1.03 * h)
+
+
+@pytest.mark.slow
+def test_a_million_random_runs() -> None:
+    """10⁶ runs of 100 samples each, one after the other in ten pieces."""
+    bench, worst = Bench("cfo", "euler"), 0.0
+    for seed in range(10):
+        generator = np.random.default_rng(seed)
+        a = balanced(generator, 10_000_000)
+        force, _ = bench.run(a, NOISE * generator.choice([-1.0, 1.0], len(a)))
+        worst = max(worst, float(force.max()))
+    assert 0.3 * bench.bound.steady < worst <= bench.bound.steady
