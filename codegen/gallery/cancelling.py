@@ -92,8 +92,8 @@ def draw(figure: Any, runs: Runs) -> None:
             how = "not cancelled" if name == "none" else "cancelled"
             d.frame(axes, d.TIME if prefix else "", "position in m", f"({letter}) {how}, {words}")
         for name, colour, label in (
-            ("none", d.THIRD_ONE, "distance #1, not cancelled"),
-            ("cancelled", d.TRUE, "#2, cancelled"),
+            ("none", d.THIRD_ONE, "#1: (a)"),
+            ("cancelled", d.TRUE, "#2: (b)"),
         ):
             run = runs[f"{prefix}{name}"]
             d.line(row[2], run.time, (run.true_positions - ideal.true_positions)[:, 1], colour, label)

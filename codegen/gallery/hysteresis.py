@@ -135,6 +135,7 @@ PLOTS = {
         (
             Setting("no noise", noise=0.0),
             Setting("noise 0.1 as printed", noise=0.1),
+            Setting("noise 0.01", noise=0.01),
             Setting("another noise", seed=1),
         ),
         cost=20,

@@ -89,10 +89,10 @@ def draw_hysteresis(figure: Any, runs: Runs) -> None:
     late = after(run, SETTLED)
     loop, time = figure.subplots(1, 2)
     d.line(loop, run.true_velocities[late, 0], run.friction[late, 0], d.ESTIMATED, None, 2.2)
-    d.line(time, run.time, run.inputs[:, 0], d.IDEAL, "force that drives it", 1.4, (0, (5, 2)))
-    d.line(time, run.time, run.friction[:, 0], d.ESTIMATED, "friction", 2.2)
+    d.line(time, run.time, run.friction[:, 0], d.ESTIMATED, "friction in N", 2.2)
+    d.line(time, run.time, 100 * run.true_velocities[:, 0], d.IDEAL, "velocity in cm/s", 1.6, (0, (5, 2)))
     d.frame(loop, "velocity in m/s", "friction in N", "hysteresis at zero velocity")
-    d.frame(time, d.TIME, "force in N")
+    d.frame(time, d.TIME, "friction, velocity")
     d.legend(figure, time)
 
 
@@ -115,8 +115,8 @@ PLOTS = {
         {"hysteresis_width": hysteresis_width},
         (
             Setting("sample time 0.1 ms", step=1e-4),
-            Setting("driven at 5 Hz", inputs={"w": "55*sin(10*pi*t)"}),
-            Setting("driven harder", inputs={"w": "100*sin(2*pi*t)"}),
+            Setting("driven at 5 Hz", inputs={"w": "150*sin(10*pi*t)"}),
+            Setting("driven harder", inputs={"w": "300*sin(2*pi*t)"}),
         ),
     ),
 }

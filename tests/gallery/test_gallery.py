@@ -1,0 +1,153 @@
+"""Figures against independent computations: closed forms, SciPy's integrator, hand-written sampled observers."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from codegen.errors import BadInput
+from codegen.gallery import figure_numbers, run_gallery, write_gallery
+from codegen.gallery.build import figure_specs, make_figure
+from codegen.gallery.figure import AS_DRAWN, Runs
+from codegen.gallery.measures import hang_off
+from codegen.gallery.plots import PLOTS
+from codegen.gallery.runs import ideal_run, servo_run
+from codegen.gallery.setting import Setting
+from codegen.gallery.statement import read_figures
+from codegen.simulate import LoopRun
+
+ROOT = Path(__file__).parents[2]
+CHAPTERS = {1: "12", 2: "345", 3: "234", 4: "3457", 5: "1", 6: "1", 7: "12", 8: "3456"}
+WANTED = [f"{chapter}.{k}" for chapter, figures in CHAPTERS.items() for k in figures]
+QUIET = Setting("quiet", noise=0.0)
+
+
+def specs_of(number: str):
+    return figure_specs(read_figures()[number])
+
+
+def ideal_response(t):
+    """Unit step of x'' = 200 (1 − x) − 20 x'."""
+    return 1 - np.exp(-10 * t) * (np.cos(10 * t) + np.sin(10 * t))
+
+
+def test_every_figure_has_specs_a_picture_and_a_measure_for_each_statement():
+    assert list(figure_numbers()) == WANTED
+    folder = ROOT / "docs" / "gallery"
+    for number, text in read_figures().items():
+        assert specs_of(number)
+        assert {s.entry.measure for s in text.statements} <= set(PLOTS[number].measures), number
+        assert (folder / f"figure_{number.replace('.', '_')}.png").is_file()
+    rows = [r for r in (folder / "README.md").read_text(encoding="utf-8").splitlines() if r.startswith("| [")]
+    assert len(rows) == sum(len(text.statements) for text in read_figures().values())
+    assert sum(p.stat().st_size for p in folder.iterdir()) < 4e6
+
+
+def test_the_ideal_servo_moves_as_the_linear_system_does():
+    run = ideal_run(specs_of("2.3")[0], AS_DRAWN)
+    first = run.time < 1
+    error = run.true_positions[first, 0] - ideal_response(run.time[first])
+    assert np.max(np.abs(error)) < 0.02  # the input is held for 1 ms, and the first sample sees a reference of 0
+
+
+def test_the_mass_sticks_where_an_event_integrator_lets_it():
+    """SciPy slides the mass of figure 2.3 from rest until its velocity is zero again."""
+
+    def rates(t, y):
+        x, v = y
+        return [v, 200 * (1 - x) - 20 * v - (40 + 20 * np.exp(-abs(v)) + 2 * abs(v))]
+
+    def stops(t, y):
+        return y[1] if t > 0.01 else 1.0
+
+    stops.terminal = True
+    x = solve_ivp(rates, (0, 1), [0, 0], events=stops, rtol=1e-10, atol=1e-12).y[0, -1]
+    assert 200 * (1 - x) < 60  # the contact holds it there
+    run = servo_run(specs_of("2.3")[0], QUIET, cancel=None)
+    assert run.true_positions[990, 0] == pytest.approx(x, abs=3e-3)
+    runs = Runs(specs_of("2.3"), QUIET, {"a": run, "ideal": ideal_run(specs_of("2.3")[0], QUIET)})
+    assert PLOTS["2.3"].measures["hang_off_without"](runs).value == pytest.approx(1 - x, abs=6e-3)
+
+
+def cfo_by_hand(run: LoopRun, k_F: float, mu: int, h: float):
+    """(2.6)–(2.8) by explicit Euler over the measurements and inputs of a run, from no friction."""
+    z, forces = k_F * abs(run.velocities[0, 0]) ** mu, []
+    for v, w in zip(run.velocities[:, 0], run.inputs[:, 0], strict=True):
+        forces.append((z - k_F * abs(v) ** mu) * np.sign(v))
+        z += h * k_F * mu * abs(v) ** (mu - 1) * (w - forces[-1]) * np.sign(v)
+    return np.array(forces)
+
+
+@pytest.mark.parametrize(("place", "k_F", "mu"), [(1, 10, 1), (3, 10, 2)])
+def test_the_loop_of_figure_2_4_is_the_printed_one(place: int, k_F: float, mu: int):
+    run = servo_run(specs_of("2.4")[place], AS_DRAWN)
+    by_hand = cfo_by_hand(run, k_F, mu, 1e-3)
+    assert np.max(np.abs(run.friction_estimate[:, 0] - by_hand)) < 1e-7
+    assert np.max(np.abs(by_hand)) > 40
+    reference = np.where(np.sin(np.pi * run.time) > 0, 1, -1)
+    servo = -200 * (run.positions[:, 0] - reference) - 20 * run.velocities[:, 0]
+    between_jumps = np.abs(np.sin(np.pi * run.time)) > 1e-6
+    assert np.max(np.abs(run.inputs[:, 0] - servo - by_hand)[between_jumps]) < 1e-7
+
+
+def test_higher_k_F_comes_closer_to_the_closed_form():
+    t = np.arange(0, 1, 1e-3)
+    runs = [servo_run(spec, AS_DRAWN) for spec in specs_of("2.4")[:3]]
+    low, middle, high = [np.sqrt(np.mean((r.true_positions[:1000, 0] - ideal_response(t)) ** 2)) for r in runs]
+    assert high < middle < low
+
+
+def test_the_printed_gains_lie_on_the_stability_boundary_of_the_rig():
+    """The TO's own update of (z_v, z) by hand: v̂ = z_v + k_v x, F̂ = z + k₂ v̂."""
+    h, k_2, k_v = 0.01, -100.0, 100.0
+    update = np.eye(2) + h * np.array([[-k_v - k_2, -1.0], [k_2 * k_2, k_2]])
+    assert np.abs(np.linalg.eigvals(update)) == pytest.approx([1, 1], abs=1e-12)
+    reading = PLOTS["8.4"].measures["on_the_boundary"](Runs(specs_of("8.4"), AS_DRAWN))
+    assert dict(reading.parts)["spectral radius"] == pytest.approx(1, abs=1e-12)
+
+
+def test_hang_off_of_a_known_motion():
+    time = np.arange(0, 8, 0.01)
+    target = np.where(np.mod(time, 4) < 2, 1.0, -1.0)
+    run = ideal_run(specs_of("2.3")[0], Setting("10 ms", step=0.01))
+    made = replace(run, time=time, true_positions=(target * np.where(time < 4, 0.9, 0.7))[:, None])
+    assert hang_off(made, target, 2.0, 0, 4) == pytest.approx(0.1)
+    assert hang_off(made, target, 2.0, 4, 8) == pytest.approx(0.3)
+
+
+def test_a_figure_is_the_same_bytes_twice_and_alone_leaves_the_table(tmp_path: Path):
+    first, second = make_figure("1.1"), make_figure("1.1")
+    assert first.picture == second.picture
+    assert first.picture.startswith(b"\x89PNG") and b"Software" not in first.picture
+    assert all(v.holds for v in first.verdicts)
+    assert write_gallery([first], tmp_path) == (tmp_path / "figure_1_1.png",)
+    assert not (tmp_path / "README.md").exists()
+
+
+def test_an_unknown_figure_is_refused():
+    with pytest.raises(BadInput, match="a figure's number"):
+        run_gallery(["9.9"])
+    done = subprocess.run(
+        [sys.executable, "-m", "codegen.cli", "gallery", "--only", "2.6"],
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert "2.6" in done.stderr and "Traceback" not in done.stderr
+
+
+@pytest.mark.slow
+def test_the_whole_gallery_gives_the_verdicts_of_the_page():
+    page = (ROOT / "docs" / "gallery" / "README.md").read_text(encoding="utf-8")
+    rows = [line.split(" | ") for line in page.splitlines() if line.startswith("| [")]
+    verdicts = [verdict.holds for result in run_gallery() for verdict in result.verdicts]
+    assert verdicts == [row[4].startswith("holds") for row in rows]
