@@ -14,6 +14,8 @@ from codegen.text import render
 
 PAGE = "README.md"
 DIGITS = 3
+ROUNDING = 1e-12
+"""What rounding may leave where nothing moves; shown as 0."""
 
 
 def write_gallery(results: Sequence[GalleryResult], folder: Path) -> tuple[Path, ...]:
@@ -89,4 +91,5 @@ def _row(result: GalleryResult, verdict: Verdict) -> dict[str, Any]:
 
 def _parts(reading: Reading) -> list[str]:
     unit = unit_text(reading.unit)
-    return [f"{name}: {number(value, DIGITS)}{' ' + unit if unit else ''}" for name, value in reading.parts]
+    parts = [(name, 0.0 if abs(value) < ROUNDING else value) for name, value in reading.parts]
+    return [f"{name}: {number(value, DIGITS)}{' ' + unit if unit else ''}" for name, value in parts]
