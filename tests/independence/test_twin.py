@@ -45,7 +45,7 @@ def next_error(twin: ModuleType, plant: TruePlant, p: Point, e: Any) -> Any:
     """The error after one step of the twin and an explicit Euler step of the plant."""
     observer = plant.observer
     z = plant.states(p, e)
-    inputs = named(observer, twin, p.x, p.v, p.w)
+    inputs = named(observer, twin, p.x, p.v, commands(observer, p.w))
     state = twin.init(twin.Parameters(), inputs)
     for s, value in zip(observer.states, z, strict=True):
         setattr(state, s.name, value)
@@ -53,6 +53,13 @@ def next_error(twin: ModuleType, plant: TruePlant, p: Point, e: Any) -> Any:
     acceleration, truth_rate, _ = plant.flow(p, z)
     after = Point(p.x + H * p.v, p.v + H * acceleration, p.w, p.truth + H * truth_rate)
     return plant.error(after, np.array([getattr(state, s.name) for s in observer.states]))
+
+
+def commands(observer: Observer, acting: Any) -> Any:
+    """The commands whose effective inputs these are: p.w is what acts, the twin takes the command before the gain."""
+    system = observer.system
+    gains = [system.actuators[w].gain.subs(system.values) if w in system.actuators else 1 for w in system.inputs]
+    return [float(value / gain) for value, gain in zip(acting, gains, strict=True)]
 
 
 def named(observer: Observer, twin: ModuleType, x: Any, v: Any, w: Any) -> Any:
