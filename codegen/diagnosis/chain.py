@@ -1,0 +1,55 @@
+"""The actuator chain between a logged command and the input that acts: delay, gain, dead zone, saturation, lag."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Chain:
+    """One input's chain, in the order of effects.md; the defaults change nothing.
+
+    Attributes:
+        delay: s. gain: 1. width: of the dead zone, input's unit. limit: input's unit. tau: s.
+    """
+
+    delay: float = 0.0
+    gain: float = 1.0
+    width: float = 0.0
+    limit: float = np.inf
+    tau: float = 0.0
+
+    def act(self, command: Array, sample_time: float, substeps: int) -> Array:
+        """The mean effective input over each substep, (N substeps,), of a command (N,) held from t_k to t_(k+1)."""
+        h = sample_time / substeps
+        w = np.repeat(command, substeps)
+        if self.delay != 0.0:
+            w = _late(w, self.delay / h)
+        w = self.gain * w
+        if self.width != 0.0:
+            w = np.sign(w) * np.maximum(np.abs(w) - self.width, 0.0)
+        w = np.clip(w, -self.limit, self.limit)
+        return _lagged(w, self.tau / h) if self.tau > 0.0 else w
+
+
+def _late(w: Array, steps: float) -> Array:
+    """Held values, later by a number of substeps that need not be whole; before the log the first one was held."""
+    whole = int(np.floor(steps))
+    share = steps - whole
+    padded = np.concatenate([np.full(max(whole, 0) + 1, w[0]), w, np.full(max(-whole, 0), w[-1])])
+    first = 1 + max(whole, 0) - whole
+    return np.asarray((1 - share) * padded[first : first + len(w)] + share * padded[first - 1 : first - 1 + len(w)])
+
+
+def _lagged(w: Array, steps: float) -> Array:
+    """First-order lag of held values, exact, and its mean over each substep."""
+    decay = float(np.exp(-1.0 / steps))
+    end, _ = lfilter([1 - decay], [1.0, -decay], w, zi=np.array([decay * w[0]]))
+    before = np.concatenate([[w[0]], end[:-1]])
+    return np.asarray(w + (before - w) * steps * (1 - decay))

@@ -1,0 +1,204 @@
+"""Output-error fits by multiple shooting: Gauss–Newton over parameters, the start of every segment eliminated."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codegen.diagnosis.trial import Runner
+
+Array = NDArray[np.float64]
+
+KEPT = 40
+"""Means of the residual kept for each segment."""
+STEP = 1e-4
+HUGE = 1e6
+WIDE = 20.0
+SPEED_SHARE = 0.005
+"""How far a start may be off: in noise of the position, in the 95 % speed."""
+
+
+@dataclass(frozen=True, eq=False)
+class Shot:
+    """An output-error fit.
+
+    Attributes:
+        theta: (p,) the trial's vector. offsets: (S, 2n) of the segments' starts.
+        residual: (S, K n) means of measured less predicted over the noise of a mean, with the starts' part projected out.
+        slopes: (p, S, K n) of the prediction by theta, projected alike.
+        price: (p,) prior weight of each parameter; centre: (p,) where the prior has it.
+    """
+
+    runner: Runner
+    theta: Array
+    offsets: Array
+    residual: Array
+    slopes: Array
+    starts: Starts
+    price: Array
+    centre: Array
+
+    @property
+    def by_segment(self) -> Array:
+        """(S,) squared residual."""
+        return np.asarray((self.residual**2).sum(axis=1))
+
+    @property
+    def cost(self) -> float:
+        return segment_cost(self.residual) + 0.5 * float((self.price * (self.theta - self.centre) ** 2).sum())
+
+    @property
+    def samples(self) -> int:
+        """Residuals less what the starts take."""
+        segments, kept = self.residual.shape
+        return segments * (kept - self.starts.slopes.shape[2])
+
+
+def segment_losses(residual: Array) -> Array:
+    """(S,) −log-likelihood of each segment whose own scale is unknown above the noise: K/2·log(1 + RSS/K).
+
+    A segment that starts in the wrong state, or that holds what no model of the list explains, weighs no more than a
+    constant; where all are alike it is least squares.
+    """
+    count = residual.shape[1]
+    return np.asarray(0.5 * count * np.log1p((residual**2).sum(axis=1) / count))
+
+
+def segment_weights(residual: Array) -> Array:
+    """(S,) weights of least squares with the gradient of ``segment_losses``."""
+    return np.asarray(1 / (1 + (residual**2).mean(axis=1)))
+
+
+def segment_cost(residual: Array) -> float:
+    return float(segment_losses(residual).sum())
+
+
+def means(runner: Runner, predicted: Array) -> Array:
+    """Measured less predicted, in means over groups of samples, over the noise of such a mean: (S, K n)."""
+    record = runner.record
+    error = (record.targets - predicted) / record.noise
+    group = max(1, record.length // KEPT)
+    kept = record.length // group
+    error = error[:, : kept * group].reshape(len(error), kept, group, -1).mean(axis=2) * np.sqrt(group)
+    flat = error.reshape(len(error), -1)
+    return np.clip(np.nan_to_num(flat, nan=HUGE, posinf=HUGE, neginf=-HUGE), -HUGE, HUGE)
+
+
+def state_slopes(runner: Runner, theta: Array, offsets: Array) -> Starts:
+    """What the start state of each segment does to its prediction."""
+    n = offsets.shape[1] // 2
+    record = runner.record
+    base = means(runner, runner.run(theta, offsets))
+    duration = runner.record.length * runner.record.sample_time
+    columns = []
+    for k in range(2 * n):
+        size = 3 * runner.record.noise[k % n] / (1.0 if k < n else duration)
+        moved = offsets.copy()
+        moved[:, k] += size
+        columns.append((base - means(runner, runner.run(theta, moved))) / size)
+    slopes = np.stack(columns, axis=2)
+    speed = np.quantile(np.abs(record.velocities), 0.95, axis=0)
+    width = np.concatenate([WIDE * record.noise, np.maximum(WIDE * record.noise / duration, SPEED_SHARE * speed)])
+    normal = np.einsum("skp,skq->spq", slopes, slopes) + np.diag(width**-2.0)
+    return Starts(slopes, np.linalg.solve(normal, slopes.transpose(0, 2, 1)), width)
+
+
+@dataclass(frozen=True, eq=False)
+class Starts:
+    """The start states of the segments, to be eliminated.
+
+    Attributes:
+        slopes: (S, K n, 2n) of the prediction by them.
+        solver: (S, 2n, K n) from a residual to the shift that lowers it most, held by a wide prior.
+    """
+
+    slopes: Array
+    solver: Array
+    width: Array
+
+    def shift(self, residual: Array) -> Array:
+        return np.clip(np.matmul(self.solver, residual[..., None])[..., 0], -3 * self.width, 3 * self.width)
+
+    def project(self, values: Array, slope: bool = False) -> Array:
+        """Values (S, K n) less what the starts can take."""
+        shift = np.matmul(self.solver, values[..., None]) if slope else self.shift(values)[..., None]
+        return np.asarray(values - np.matmul(self.slopes, shift)[..., 0])
+
+
+def fit(
+    runner: Runner,
+    theta: Array,
+    offsets: Array,
+    starts: Starts,
+    price: Array,
+    centre: Array,
+    rounds: int,
+    known: Sequence[Array | None] = (),
+    scale: Array | None = None,
+) -> Shot:
+    """Gauss–Newton from ``theta``, with step control.
+
+    Args:
+        offsets, starts: of the segments and their slopes, as ``state_slopes`` gives them.
+        price, centre: prior.
+        rounds: at most.
+        known: raw slopes to use for the first parameters in place of differences.
+    """
+    sizes = np.maximum(np.abs(theta), 1e-3) if scale is None else scale
+    now = means(runner, runner.run(theta, offsets))
+    damping = 1e-6
+    slopes: list[Array] = []
+    for turn in range(rounds + 1):
+        flat = starts.project(now)
+        cost = segment_cost(flat) + 0.5 * float((price * (theta - centre) ** 2).sum())
+        slopes = [
+            known[k] if k < len(known) and known[k] is not None else _slope(runner, theta, offsets, now, k, sizes[k])
+            for k in range(len(theta))
+        ]
+        columns = np.stack([starts.project(s, slope=True) for s in slopes]) if slopes else np.zeros((0, *flat.shape))
+        if turn == rounds or not slopes:
+            break
+        weighted = columns * segment_weights(flat)[:, None]
+        matrix = np.einsum("ask,bsk->ab", weighted, columns, optimize=True) + np.diag(price)
+        right = np.einsum("ask,sk->a", weighted, flat) - price * (theta - centre)
+        size = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
+        improved = False
+        for _ in range(6):
+            step = np.linalg.solve(matrix / np.outer(size, size) + damping * np.eye(len(size)), right / size) / size
+            step = np.clip(step, -2.0 * np.maximum(sizes, np.abs(theta)) - 1.0, 2.0 * np.maximum(sizes, np.abs(theta)) + 1.0)
+            moved = theta + step
+            left = now - np.einsum("a,ask->sk", step, np.stack(slopes))
+            shift = starts.shift(left)
+            trial = means(runner, runner.run(moved, offsets + shift))
+            new = segment_cost(starts.project(trial)) + 0.5 * float((price * (moved - centre) ** 2).sum())
+            if new < cost:
+                improved = True
+                break
+            damping = max(damping, 1e-4) * 10
+        if not improved:
+            break
+        damping = max(damping / 10, 1e-6)
+        theta, offsets, now = moved, offsets + shift, trial
+        if cost - new < 1e-2 + 1e-4 * cost:
+            break
+    flat = starts.project(now)
+    return Shot(runner, theta, offsets, flat, columns, starts, price, centre)
+
+
+def _slope(runner: Runner, theta: Array, offsets: Array, now: Array, k: int, size: float) -> Array:
+    moved = theta.copy()
+    step = STEP * max(size, 1e-12)
+    moved[k] += step
+    return np.asarray((now - means(runner, runner.run(moved, offsets))) / step)
+
+
+def again(shot: Shot, rounds: int) -> Shot:
+    """Polish with fresh slopes of the starts."""
+    starts = state_slopes(shot.runner, shot.theta, shot.offsets)
+    return fit(shot.runner, shot.theta, shot.offsets, starts, shot.price, shot.centre, rounds)
+
+
+__all__ = ["Shot", "again", "fit", "means", "state_slopes"]
