@@ -40,6 +40,7 @@ class Chain:
 
 def _late(w: Array, steps: float) -> Array:
     """Held values, later by a number of substeps that need not be whole; before the log the first one was held."""
+    steps = float(np.clip(steps, -len(w), len(w)))
     whole = int(np.floor(steps))
     share = steps - whole
     padded = np.concatenate([np.full(max(whole, 0) + 1, w[0]), w, np.full(max(-whole, 0), w[-1])])

@@ -138,6 +138,7 @@ def fit(
     rounds: int,
     known: Sequence[Array | None] = (),
     scale: Array | None = None,
+    reach: Array | None = None,
 ) -> Shot:
     """Gauss–Newton from ``theta``, with step control.
 
@@ -146,7 +147,10 @@ def fit(
         price, centre: prior.
         rounds: at most.
         known: raw slopes to use for the first parameters in place of differences.
+        scale: size of each parameter, for differences and the longest step.
+        reach: how far each may go from where it starts.
     """
+    first, farthest = theta, np.full(len(theta), np.inf) if reach is None else reach
     sizes = np.maximum(np.abs(theta), 1e-3) if scale is None else scale
     now = means(runner, runner.run(theta, offsets))
     damping = 1e-6
@@ -168,8 +172,9 @@ def fit(
         improved = False
         for _ in range(6):
             step = np.linalg.solve(matrix / np.outer(size, size) + damping * np.eye(len(size)), right / size) / size
-            step = np.clip(step, -2.0 * np.maximum(sizes, np.abs(theta)) - 1.0, 2.0 * np.maximum(sizes, np.abs(theta)) + 1.0)
-            moved = theta + step
+            longest = 2.0 * np.maximum(sizes, np.abs(theta))
+            moved = np.clip(theta + np.clip(step, -longest, longest), first - farthest, first + farthest)
+            step = moved - theta
             left = now - np.einsum("a,ask->sk", step, np.stack(slopes))
             shift = starts.shift(left)
             trial = means(runner, runner.run(moved, offsets + shift))
@@ -195,10 +200,15 @@ def _slope(runner: Runner, theta: Array, offsets: Array, now: Array, k: int, siz
     return np.asarray((now - means(runner, runner.run(moved, offsets))) / step)
 
 
-def again(shot: Shot, rounds: int) -> Shot:
-    """Polish with fresh slopes of the starts."""
+def raw_slopes(shot: Shot) -> list[Array]:
+    """Slopes (S, K n) of the prediction by every parameter, the starts' part left in."""
+    now = means(shot.runner, shot.runner.run(shot.theta, shot.offsets))
+    sizes = np.maximum(np.abs(shot.theta), 1e-3)
+    return [_slope(shot.runner, shot.theta, shot.offsets, now, k, sizes[k]) for k in range(len(shot.theta))]
+
+
+def again(shot: Shot, rounds: int, scale: Array | None = None, reach: Array | None = None) -> Shot:
+    """Polish with fresh slopes of the starts; the fit as it was where that does not help."""
     starts = state_slopes(shot.runner, shot.theta, shot.offsets)
-    return fit(shot.runner, shot.theta, shot.offsets, starts, shot.price, shot.centre, rounds)
-
-
-__all__ = ["Shot", "again", "fit", "means", "state_slopes"]
+    new = fit(shot.runner, shot.theta, shot.offsets, starts, shot.price, shot.centre, rounds, (), scale, reach)
+    return new if new.cost < shot.cost else shot

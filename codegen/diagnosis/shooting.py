@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 
 from codegen.compiler import compile_shared
 from codegen.mechanics.casadi_form import to_casadi
-from codegen.mechanics.system import System
+from codegen.mechanics.system import TIME, System
 from codegen.simulate.contact import SWEEPS
-from codegen.simulate.plant import TIME
 from codegen.text import render
 
 Array = NDArray[np.float64]
@@ -26,6 +25,7 @@ Indices = NDArray[np.int32]
 
 FLAGS = ("-O2", "-fno-math-errno", "-fno-trapping-math")
 _AT_REST = 1e-30
+WARM_S = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,8 +122,8 @@ class Shooter:
         if structure.split >= 0 or max(structure.sigma, default=0.0) > 0:
             x, v = np.ascontiguousarray(record.positions), np.ascontiguousarray(record.velocities)
             self._follow(
-                *fixed, ctypes.c_int(len(x)), ctypes.c_int(substeps), h, t0, _pointer(x), _pointer(v), _pointer(drive),
-                segments, starts, _pointer(hidden),
+                *fixed, ctypes.c_int(substeps), h, t0, _pointer(x), _pointer(v), _pointer(drive), segments, starts,
+                ctypes.c_int(self._warm(record, structure)), _pointer(hidden),
             )  # fmt: skip
         out = np.empty((len(record.start), record.length, self.coordinates))
         states = np.ascontiguousarray(states)
@@ -132,6 +132,13 @@ class Shooter:
             _pointer(states), _pointer(hidden), _pointer(out),
         )  # fmt: skip
         return out
+
+
+    def _warm(self, record: Record, structure: Structure) -> int:
+        """Samples for which hidden states are followed before each start; −1: all, in one go."""
+        warm = max(record.length, round(WARM_S / record.sample_time))
+        few = len(record.start) * warm < len(record.positions)
+        return warm if few and structure.split >= 0 else -1
 
 
 def shooting_source(systems: Sequence[System], free: Sequence[Sequence[sympy.Symbol]]) -> str:

@@ -33,6 +33,7 @@ STRUCTURE = {
 }
 """Effects that add states: they have their place in the C of the free runs."""
 SENSOR = {"encoder_eccentricity": ("amplitude", "period", "phase")}
+POSITIVE = ("T", "tau", "width", "limit", "sigma", "k", "c", "gap", "period", "v_s", "gain")
 BETWEEN = ("load_fraction",)
 """Parameters between 0 and 1."""
 
@@ -60,7 +61,18 @@ class Part:
         return np.array([self._inward(name, values[name]) for name in self.names])
 
     def outward(self, inner: Array) -> dict[str, float]:
-        return {name: self._outward(name, float(q)) for name, q in zip(self.names, inner, strict=True)}
+        values = {name: self._outward(name, float(q)) for name, q in zip(self.names, inner, strict=True)}
+        if "phase" in values:
+            flipped = values[self.names[0]] < 0
+            values[self.names[0]] = abs(values[self.names[0]])
+            values["phase"] = float((values["phase"] + (2 if flipped else 1) * np.pi) % (2 * np.pi) - np.pi)
+        return values
+
+    @property
+    def reach(self) -> Array:
+        """How far a fit may go from where it starts: a factor of 150 for what is positive, a fifth for a period."""
+        free = [5.0 if name in self.positive or name in BETWEEN else np.inf for name in self.names]
+        return np.array([0.2 if name == "period" else r for name, r in zip(self.names, free, strict=True)])
 
     def _inward(self, name: str, value: float) -> float:
         if name in BETWEEN:
@@ -74,14 +86,20 @@ class Part:
 
 
 def part_of(effect: Effect, place: int, system: System) -> Part:
-    """The part that puts an effect at a place of a system."""
+    """The part that puts an effect of the catalogue at a place of a system."""
     on = places_of(effect, system)[place]
     names = tuple(p.name for p in effect.parameters)
-    positive = tuple(p.name for p in effect.parameters if p.low == 0.0 and (p.neutral is None or effect.kind in CHAIN))
     if effect.kind in CHAIN or effect.kind in STRUCTURE or effect.kind in SENSOR:
-        return Part(effect.kind, place, on, names, (), positive)
+        return built_in(effect.kind, place, on)
     symbols = effect_symbols(effect, on, system)
+    positive = tuple(p.name for p in effect.parameters if p.low == 0.0 and p.neutral is None)
     return Part(effect.kind, place, on, names, tuple(symbols[n] for n in names), positive)
+
+
+def built_in(kind: str, place: int, on: str) -> Part:
+    """The part of a kind that acts beside M, g and U λ."""
+    names = (*CHAIN.get(kind, ()), *STRUCTURE.get(kind, ()), *SENSOR.get(kind, ()))
+    return Part(kind, place, on, names, (), tuple(n for n in names if n in POSITIVE))
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +124,7 @@ class Trial:
                 effect = CATALOGUE[part.kind]
                 units = {s: "1" for s in part.symbols}
                 system = system.with_parameters({s: sympy.Integer(1) for s in part.symbols}, units)
-                system = effect.add(system, part.place, dict(zip(part.names, part.symbols, strict=True)))
+                system = effect.with_parameters(part.names).add(system, part.place, dict(zip(part.names, part.symbols, strict=True)))
         return system
 
     @property
@@ -145,8 +163,12 @@ class Runner:
     substeps: int
     neutral: Mapping[str, float]
 
-    def run(self, theta: Array, offsets: Array) -> Array:
-        """Predicted measurements (S, L, n), the segments started ``offsets`` (S, 2n) off the smoothed state."""
+    def run(self, theta: Array, offsets: Array, gain: float = 1.0) -> Array:
+        """Predicted measurements (S, L, n), the segments started ``offsets`` (S, 2n) off the smoothed state.
+
+        Args:
+            gain: on all inputs.
+        """
         trial, record = self.trial, self.record
         moved, found = trial.split(theta)
         values = np.concatenate(
@@ -157,7 +179,7 @@ class Runner:
         for place, v in sensors:
             states = _true_state(states, place, v)
         positions = self.shooter.run(
-            self.model, values, self._structure(found), record, self._drive(found), self.substeps, states + offsets
+            self.model, values, self._structure(found), record, gain * self._drive(found), self.substeps, states + offsets
         )
         for place, v in sensors:
             positions[..., place] += _wave(positions[..., place], v)

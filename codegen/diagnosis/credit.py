@@ -1,0 +1,132 @@
+"""What a candidate is credited with: how much better it predicts segments that its fit did not see, and how surely."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import erfc, exp, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codegen.diagnosis.output_error import Shot, means, segment_losses, segment_weights
+
+Array = NDArray[np.float64]
+
+BLOCKS = 8
+ALPHA = 0.01
+"""False-alarm rate of one log over all candidates (Bonferroni), by random signs on the gains of segments."""
+LEAST_SHARE = 0.05
+"""A candidate removes at least this share of the squared residual (geometric mean over held-out segments)."""
+LEAST_SIZE = 2e-3
+"""It changes the prediction by at least this share of what the drive force does."""
+LEAST_EXPLAINED = 0.4
+"""All effects together remove this share of the squared residual, or of what it has above the noise; else: unknown."""
+AT_NOISE = 0.05
+"""A model whose loss is this near to that of pure noise has nothing left to find."""
+TIE_LEVEL = 0.05
+GAIN_STEP = 1e-3
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What held-out segments say for one fit over another.
+
+    Attributes:
+        gain: nats of log-likelihood, summed over segments.
+        share: of the squared residual that is removed, geometric mean over segments.
+        t: sum of the segments' gains over the root of the sum of their squares: what it would be in standard deviations
+            if every gain could as well have had the other sign.
+        won, blocks: blocks of segments on which it is better.
+    """
+
+    gain: float
+    share: float
+    t: float
+    won: int
+    blocks: int
+
+    def p(self, whiteness: float) -> float:
+        """One-sided probability of such gains without an effect.
+
+        The smaller of two tests, doubled: random signs on the gains of segments, which a gain in few segments cannot
+        pass; and the likelihood ratio with the number of residuals that are independent, which counts where the
+        candidate's own residual is near the noise.
+
+        Args:
+            whiteness: share of the candidate's residuals that are independent.
+        """
+        signs = 0.5 * erfc(self.t / sqrt(2))
+        return min(1.0, 2 * min(signs, exp(-max(whiteness * self.gain, 0.0))))
+
+
+def held_out_losses(shot: Shot) -> Array:
+    """(S,) loss of each segment under the fit to the other blocks of segments, by one Gauss–Newton step back."""
+    residual, slopes = shot.residual, shot.slopes
+    segments = len(residual)
+    if not len(slopes):
+        return segment_losses(residual)
+    weighted = slopes * segment_weights(residual)[:, None]
+    normal = np.einsum("ask,bsk->sab", weighted, slopes, optimize=True)
+    right = np.einsum("ask,sk->sa", weighted, residual)
+    losses = np.empty(segments)
+    prior = np.diag(shot.price)
+    for block in np.array_split(np.arange(segments), BLOCKS):
+        rest = np.setdiff1d(np.arange(segments), block)
+        matrix = normal[rest].sum(axis=0) + prior
+        size = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
+        pull = right[rest].sum(axis=0) - shot.price * (shot.theta - shot.centre)
+        step = np.linalg.lstsq(matrix / np.outer(size, size), pull / size, rcond=1e-10)[0] / size
+        losses[block] = segment_losses(residual[block] - np.tensordot(step, slopes[:, block], axes=1))
+    return losses
+
+
+def evidence(base: Array, other: Array, kept: int, floor: float = 0.0) -> Evidence:
+    """For ``other`` over ``base``, both (S,) held-out losses of ``kept`` residuals a segment.
+
+    Args:
+        floor: loss of a segment whose residual is the noise: nobody is credited for less.
+    """
+    gains = np.maximum(base, floor) - np.maximum(other, floor)
+    spread = float(np.sqrt((gains**2).sum()))
+    blocks = np.array([b.sum() for b in np.array_split(gains, BLOCKS)])
+    return Evidence(
+        float(gains.sum()),
+        float(1 - np.exp(-2 * gains.sum() / (len(gains) * kept))),
+        float(gains.sum() / spread) if spread > 0 else 0.0,
+        int((blocks > 0).sum()),
+        len(blocks),
+    )
+
+
+def independent_share(shot: Shot) -> float:
+    """Share of the residuals that count as independent: (1 − φ)/(1 + φ) with φ the correlation of neighbours."""
+    n = shot.offsets.shape[1] // 2
+    rows = shot.residual.reshape(len(shot.residual), -1, n)
+    power = (rows**2).sum(axis=(1, 2))
+    phi = float(np.median((rows[:, 1:] * rows[:, :-1]).sum(axis=(1, 2)) / np.maximum(power, 1e-300)))
+    phi = min(max(phi, 0.0), 0.99)
+    return (1 - phi) / (1 + phi)
+
+
+def noise_loss(shot: Shot) -> float:
+    """The loss of a model whose residual is the noise of the positions and nothing else."""
+    segments, kept = shot.residual.shape
+    free = shot.starts.slopes.shape[2]
+    return 0.5 * segments * kept * float(np.log1p((kept - free) / kept))
+
+
+def size_of(shot: Shot, base: Shot) -> float:
+    """How much the candidate changes the prediction, over what the whole drive force does to it."""
+    runner = base.runner
+    now = means(runner, runner.run(base.theta, base.offsets))
+    less = means(runner, runner.run(base.theta, base.offsets, 1 - GAIN_STEP))
+    drive = base.starts.project((now - less) / GAIN_STEP, slope=True)
+    change = base.starts.project(means(shot.runner, shot.runner.run(shot.theta, base.offsets)) - now, slope=True)
+    power, driven = (change**2).sum(axis=1), (drive**2).sum(axis=1)
+    kept = power <= np.quantile(power, 0.97)
+    return float(np.sqrt(power[kept].sum() / max(driven[kept].sum(), 1e-300)))
+
+
+def level(shot: Shot) -> float:
+    """Median over segments of the RMS residual, in noise."""
+    return float(np.sqrt(np.median(shot.by_segment) / shot.residual.shape[1]))

@@ -1,0 +1,76 @@
+"""A Motion as short segments for free runs: where they start, and how noisy the positions are."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codegen.diagnosis.shooting import Record
+from codegen.diagnosis.signals import Motion
+from codegen.errors import BadInput
+from codegen.logs import Log
+
+Array = NDArray[np.float64]
+
+PERIODS = 5.0
+"""Length of a segment in periods of the coarse cutoff: a wrong force shows, and a wrong start can still be seen."""
+LEAST_SAMPLES = 12
+EDGE_S = 0.2
+STILL = 0.02
+"""A segment whose speed stays below this share of the 95 % speed says nothing that can be fitted."""
+LEAST_SEGMENTS = 12
+
+
+def record_of(motion: Motion, log: Log, shorter: float = 1.0) -> Record:
+    """Segments of a motion, each starting where the machine moves fastest near by: a start at rest may stick for good.
+
+    Args:
+        shorter: factor on the length of the segments.
+
+    Raises:
+        BadInput: if fewer than twelve segments move.
+    """
+    h, count = motion.sample_time, len(motion.time)
+    length = max(LEAST_SAMPLES, round(shorter * PERIODS / (motion.cutoff_hz * h)))
+    speed = np.abs(motion.velocities)
+    top = np.quantile(speed, 0.95, axis=0)
+    share = speed / np.where(top > 0, top, 1.0)
+    usable = _near_data(motion, log)
+    edge = min(round(EDGE_S / h), count // 20)
+    reach, starts = length // 4, []
+    for k in range(edge + reach, count - edge - length - reach, length):
+        start = k - reach + int(np.argmax(share[k - reach : k + reach + 1].min(axis=1)))
+        if usable[start : start + length].all() and share[start : start + length].max() > STILL:
+            starts.append(start)
+    if len(starts) < LEAST_SEGMENTS:
+        found = f"{len(starts)} stretches of {length * h:.2g} s in motion"
+        raise BadInput(str(log.path), found, f"at least {LEAST_SEGMENTS}, so that friction in slip can be seen")
+    return Record(
+        motion.measured,
+        motion.positions,
+        motion.velocities,
+        motion.commands,
+        h,
+        0.0,
+        position_noise(motion, log),
+        np.array(starts, dtype=np.int32),
+        length,
+    )
+
+
+def position_noise(motion: Motion, log: Log) -> Array:
+    """(n,) standard deviation: what the log's description says, else what lies above the fine filter."""
+    above = np.std((motion.measured - motion.positions)[motion.usable], axis=0)
+    seen = above / np.sqrt(max(0.05, 1 - 2 * motion.fine_hz * motion.sample_time))
+    step = np.array(log.encoder_step or log.intake.smallest_step or (0.0,) * len(seen)) / np.sqrt(12)
+    said = np.hypot(step, np.array(log.description.position_noise or (0.0,) * len(seen)))
+    size = np.ptp(motion.measured, axis=0)
+    return np.where(said > 0, said, np.maximum(seen, 1e-9 * np.where(size > 0, size, 1.0)))
+
+
+def _near_data(motion: Motion, log: Log) -> NDArray[np.bool_]:
+    near = np.ones(len(motion.time), dtype=bool)
+    reach = round(1 / (motion.cutoff_hz * motion.sample_time))
+    for start, stop in log.gaps:
+        near[max(0, start - reach) : stop + reach] = False
+    return near

@@ -1,0 +1,184 @@
+"""Effects one after the other while held-out segments credit one, each looked at again once the others are in place."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codegen.diagnosis import credit
+from codegen.diagnosis.credit import Evidence, evidence, held_out_losses, independent_share, level, noise_loss, size_of
+from codegen.diagnosis.output_error import Shot
+from codegen.diagnosis.search import Found, Search
+from codegen.diagnosis.trial import Part
+from codegen.effects import CATALOGUE
+
+Array = NDArray[np.float64]
+
+MOST_EFFECTS = 3
+SWAPPED = 6
+BETTER = 10.0
+"""Nats by which another effect must fit better to take the place of one found earlier."""
+
+Progress = Callable[[int, float], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Ranked:
+    """A candidate of one round.
+
+    Attributes:
+        losses: (S,) of held-out segments.
+        ratio: median error of its free runs over that of the model without it.
+        size: change of the prediction over what the drive force does.
+        why_not: the test that it fails, in words; empty where it passes all.
+    """
+
+    found: Found
+    evidence: Evidence
+    losses: Array
+    ratio: float
+    size: float
+    why_not: str
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What all rounds found.
+
+    Attributes:
+        base: the refit of the declared structure. final: the fit with all effects (``base`` where there is none).
+        first: the first round, best first. rivals: of the first effect, which the data cannot tell from it.
+        explained: share of the squared residual, or of its excess over the noise, that the effects remove.
+        segments: of the record.
+    """
+
+    base: Shot
+    final: Shot
+    first: tuple[Ranked, ...]
+    rivals: tuple[Ranked, ...]
+    explained: float
+    segments: int
+
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        return self.final.runner.trial.parts
+
+
+def find_effects(search: Search, tell: Progress) -> Outcome:
+    """Rounds of candidates until none is credited."""
+    base = current = search.refit()
+    first: list[Ranked] = []
+    rivals: list[Ranked] = []
+    for turn in range(MOST_EFFECTS):
+        if turn and at_noise(current):
+            break
+        ranked = run_round(search, current, search.every_part(current.runner.trial.parts), lambda s, k=turn: tell(k, s))
+        if turn == 0:
+            first = ranked
+        if not ranked or ranked[0].why_not:
+            break
+        tied = ties(ranked)
+        if tied and turn > 0:
+            break
+        current = search.rebased(ranked[0].found.shot)
+        if tied:
+            rivals = tied
+            break
+    if len(current.runner.trial.parts) > 1:
+        current = _reconsidered(search, current, first)
+    return Outcome(base, current, tuple(first), tuple(rivals), _explained(search, base, current), len(search.record.start))
+
+
+def run_round(search: Search, current: Shot, parts: Sequence[Part], tell: Callable[[float], None]) -> list[Ranked]:
+    """Every candidate beside what was found already, ranked: those that pass every test first."""
+    soft, base = search.softened(current)
+    before = held_out_losses(base)
+    kept = base.residual.shape[1]
+    floor = noise_loss(base) / len(before)
+    ranked = []
+    for found in soft.attempt(base, parts, tell):
+        losses = held_out_losses(found.shot)
+        one = evidence(before, losses, kept, floor)
+        ratio = level(found.shot) / level(base)
+        size = size_of(found.shot, base)
+        why_not = _why_not(search, found, one, size, len(parts))
+        ranked.append(Ranked(found, one, losses, ratio, size, why_not))
+    return sorted(ranked, key=lambda r: (bool(r.why_not), r.found.shot.cost))
+
+
+def at_noise(shot: Shot) -> bool:
+    """Whether a model leaves nothing but the noise of the positions."""
+    noise = noise_loss(shot)
+    return bool(held_out_losses(shot).sum() <= (1 + credit.AT_NOISE) * noise)
+
+
+def ties(ranked: Sequence[Ranked]) -> list[Ranked]:
+    """Candidates that the data do not tell from the best one, twins left out."""
+    best = ranked[0]
+    same = {(best.found.part.kind, best.found.part.on), *twins(best.found.part, best.found)}
+    kept, white = best.found.shot.residual.shape[1], independent_share(best.found.shot)
+    tied = []
+    for other in ranked[1:]:
+        if other.why_not or (other.found.part.kind, other.found.part.on) in same:
+            continue
+        if evidence(other.losses, best.losses, kept).p(white) > credit.TIE_LEVEL:
+            tied.append(other)
+    return tied
+
+
+def twins(part: Part, found: Found) -> list[tuple[str, str]]:
+    """(kind, on) of effects that give the same motion."""
+    effect = CATALOGUE.get(part.kind)
+    return effect.twins(found.trial.system, part.place) if effect is not None else []
+
+
+def _why_not(search: Search, found: Found, e: Evidence, size: float, candidates: int) -> str:
+    if e.gain <= 0:
+        return "makes the error on held-out segments no smaller"
+    if e.share < credit.LEAST_SHARE:
+        return f"removes {100 * e.share:.2g} % of the squared residual on held-out segments"
+    p = min(1.0, candidates * e.p(independent_share(found.shot)))
+    if p > credit.ALPHA:
+        return f"better on {e.won} of {e.blocks} blocks of held-out segments only (p = {p:.2g} over all candidates)"
+    if size < credit.LEAST_SIZE:
+        return f"changes the motion by {100 * size:.2g} % of what the drive force does: too little to matter"
+    if not admissible(search, found):
+        return "fits only with values that are not physical"
+    return ""
+
+
+def admissible(search: Search, found: Found) -> bool:
+    """Whether the fitted values lie within the effect's bounds."""
+    effect, values = CATALOGUE.get(found.part.kind), found.parameters
+    if effect is None or not all(np.isfinite(v) for v in values.values()):
+        return effect is None
+    return effect.with_parameters(found.part.names).admissible(search.system, found.part.place, values)
+
+
+def _reconsidered(search: Search, current: Shot, first: Sequence[Ranked]) -> Shot:
+    """Each effect found before the last, set against the others of the first round with the later ones in place."""
+    for k in range(len(current.runner.trial.parts) - 1):
+        without = search.without(current, k)
+        held = {(p.kind, p.on) for p in current.runner.trial.parts}
+        others = [r.found.part for r in first if (r.found.part.kind, r.found.part.on) not in held][:SWAPPED]
+        if not others:
+            continue
+        best = next((f for f in search.attempt(without, others, lambda share: None) if admissible(search, f)), None)
+        if best is not None and best.shot.cost < current.cost - BETTER:
+            current = search.rebased(best.shot)
+    return current
+
+
+def _explained(search: Search, base: Shot, final: Shot) -> float:
+    """The larger of: share of the squared residual removed, share of the loss above noise removed."""
+    if final is base:
+        return 0.0
+    soft, before = search.softened(base)
+    after = soft.rebased(final)
+    a, b = held_out_losses(before), held_out_losses(after)
+    one = evidence(a, b, before.residual.shape[1])
+    excess = float(a.sum()) - noise_loss(before)
+    return max(one.share, one.gain / excess if excess > 0 else 0.0)

@@ -1,0 +1,122 @@
+"""Typical sizes at the place of a candidate, and the periods that stand out in the residual over position."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codegen.diagnosis.measure import drive_force
+from codegen.diagnosis.residual import inverse_dynamics_residual
+from codegen.diagnosis.screen import Scales
+from codegen.diagnosis.signals import Motion
+from codegen.diagnosis.trial import CHAIN, Part
+from codegen.effects import CATALOGUE
+from codegen.effects.places import pairs
+from codegen.mechanics.system import Matrix, System
+
+Array = NDArray[np.float64]
+
+BINS = 4096
+PADDING = 16
+"""Frequencies of the scan are a sixteenth of a turn over the whole span apart."""
+LEAST_TURNS = 1.0
+KEPT_PERIODS = 3
+WAVES = {"cogging": "force", "position_dependent_friction": "friction", "encoder_eccentricity": "sensor"}
+
+
+@dataclass(frozen=True, eq=False)
+class Survey:
+    """What the scales of all candidates come from.
+
+    Attributes:
+        residual: (N, n) force residual of the refitted model. drive: (N, n) low-passed.
+    """
+
+    system: System
+    motion: Motion
+    residual: Array
+    drive: Array
+    mass: Array
+    distribution: Array
+
+    def scales(self, part: Part, levels: Sequence[float], noise: Array) -> Scales:
+        """The sizes where ``part`` sits; ``levels`` of the contacts."""
+        m = self.motion
+        contact = part.place if _sits_on(part) == "contact" else None
+        i = self._coordinate(part)
+        if contact is None:
+            x, v, y = m.positions[:, i], m.velocities[:, i], self.residual[:, i]
+        else:
+            column = self.distribution[:, contact]
+            x, v = m.positions @ column, m.velocities @ column
+            y = self.residual @ column / (column @ column)
+        span = max(float(np.ptp(x)), 1e-12)
+        command = m.commands[:, part.place if part.kind in CHAIN else 0]
+        periods = _periods(part.kind, x, v, y, m.usable, span)
+        return Scales(
+            force=max(float(self.drive[:, i].std()), self.mass[i, i] * float(m.accelerations[:, i].std()), 1e-12),
+            position=span / 2,
+            speed=max(float(np.quantile(np.abs(v), 0.95)), 1e-12),
+            input=max(float(np.quantile(np.abs(command), 0.98)), 1e-12),
+            inertia=float(self.mass[i, i]),
+            level=max(levels[contact], 1e-9) if contact is not None and contact < len(levels) else 1.0,
+            noise=float(noise[i]),
+            sample_time=m.sample_time,
+            duration=float(m.time[-1] - m.time[0]),
+            cutoff_hz=m.cutoff_hz,
+            periods=periods,
+        )
+
+    def _coordinate(self, part: Part) -> int:
+        match _sits_on(part):
+            case "contact":
+                return int(np.argmax(np.abs(self.distribution[:, part.place])))
+            case "input":
+                return 0
+            case "two coordinates":
+                return pairs(self.system)[part.place][0]
+        return part.place
+
+
+def survey(system: System, motion: Motion) -> Survey:
+    """Of a system with refitted values."""
+    middle = dict(zip(system.positions, motion.positions[motion.usable].mean(axis=0), strict=True))
+
+    def numbers(matrix: Matrix) -> Array:
+        return np.array(matrix.subs(middle).subs(system.values).evalf(), dtype=float)
+
+    return Survey(
+        system,
+        motion,
+        inverse_dynamics_residual(system, motion),
+        motion.low_pass(drive_force(system, motion)),
+        numbers(system.mass_matrix),
+        numbers(system.distribution),
+    )
+
+
+def _sits_on(part: Part) -> str:
+    if part.kind in CHAIN:
+        return "input"
+    if part.kind == "presliding":
+        return "contact"
+    effect = CATALOGUE.get(part.kind)
+    return effect.sits_on if effect is not None else "coordinate"
+
+
+def _periods(kind: str, x: Array, v: Array, y: Array, used: NDArray[np.bool_], span: float) -> dict[str, tuple[float, ...]]:
+    """By what the wave multiplies: nothing, the direction of slip, or the square of speed."""
+    if kind not in WAVES:
+        return {}
+    carrier = {"cogging": np.ones_like(v), "position_dependent_friction": np.sign(v), "encoder_eccentricity": v**2}[kind]
+    place = np.clip(((x - x.min()) / span * BINS).astype(int), 0, BINS - 1)
+    weights = (carrier * (y - y[used].mean()))[used]
+    density = np.bincount(place[used], weights=weights, minlength=BINS)
+    power = np.abs(np.fft.rfft(density, PADDING * BINS)) ** 2
+    turns = np.arange(len(power)) / PADDING
+    power[(turns < LEAST_TURNS) | (turns > min(400.0, used.sum() / 8))] = 0.0
+    peaks = [k for k in np.argsort(-power)[:200] if power[k] > 0 and power[k] >= power[max(0, k - PADDING // 2) : k + PADDING // 2 + 1].max()]
+    return {WAVES[kind]: tuple(float(span / turns[k]) for k in peaks[:KEPT_PERIODS])}
