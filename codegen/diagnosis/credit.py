@@ -105,14 +105,14 @@ def independent_share(shot: Shot) -> float:
     power = (rows**2).sum(axis=(1, 2))
     phi = float(np.median((rows[:, 1:] * rows[:, :-1]).sum(axis=(1, 2)) / np.maximum(power, 1e-300)))
     phi = min(max(phi, 0.0), 0.99)
-    return (1 - phi) / (1 + phi)
+    return float((1 - phi) / (1 + phi))
 
 
 def noise_loss(shot: Shot) -> float:
     """The loss of a model whose residual is the noise of the positions and nothing else."""
     segments, kept = shot.residual.shape
     free = shot.starts.slopes.shape[2]
-    return 0.5 * segments * kept * float(np.log1p((kept - free) / kept))
+    return float(0.5 * segments * kept * float(np.log1p((kept - free) / kept)))
 
 
 def size_of(shot: Shot, base: Shot) -> float:

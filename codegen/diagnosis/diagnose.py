@@ -2,31 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
 import sympy
 
 from codegen.diagnosis.augment import augmented_text
-from codegen.diagnosis.candidates import Fit, all_places, fit_effect
-from codegen.diagnosis.measure import Window, force_errors, free_run_errors, measure
-from codegen.diagnosis.models import with_effect, with_effects, with_values
+from codegen.diagnosis.credit import ALPHA, LEAST_EXPLAINED, level
+from codegen.diagnosis.estimate import Estimate, estimate
+from codegen.diagnosis.measure import Window, force_errors, measure
+from codegen.diagnosis.models import with_effects, with_values
 from codegen.diagnosis.problem import Problem
+from codegen.diagnosis.record import record_of
 from codegen.diagnosis.replay import compare_residuals
-from codegen.diagnosis.results import Diagnosis, ErrorFigures, FoundEffect, Verdict
-from codegen.diagnosis.selection import Ranked, rank, rivals
+from codegen.diagnosis.results import Candidate, Diagnosis, ErrorFigures, FoundEffect, Verdict
+from codegen.diagnosis.rounds import Outcome, Ranked, find_effects, twins
+from codegen.diagnosis.search import Search, search_on
 from codegen.diagnosis.signals import Motion, smooth_motion
+from codegen.effects import CATALOGUE
 from codegen.effects.declare import unit_words
-from codegen.errors import BadInput
 from codegen.logs import Finding, Log, preflight
 from codegen.mechanics.system import System
 from codegen.simulate.simulable import is_simulable
 from codegen.spec.model import Spec
 from codegen.text import render
 
-MOST_EFFECTS = 3
 HELD_OUT_SHARE = 0.3
 TABLE_SIZE = 12
 
@@ -80,33 +81,38 @@ def diagnose_log(
 
     tell("refit", 0.05)
     problem = Problem(system, training, tolerance)
-    _refuse_still(problem, log)
-    refit = with_values(system, problem.refitted(problem.base.fit()))
+    search = search_on(system, training, lambda share: record_of(training, log, share), problem.levels, tolerance)
     faults = [f.words for f in findings["train"] if f.severity == "problem"]
-    found, first = ([], []) if faults else _search(problem, refit, log.tolerance or 0.0, tell)
+    outcome = find_effects(search, lambda k, share: tell(f"effect {k + 1}", 0.1 + 0.25 * (k + share)), bool(faults))
+    before = estimate(outcome.base)
+    refit = with_values(system, _values(before))
+    verdict = _verdict(outcome)
+    named = _named(outcome, refit)
+    carried = [] if verdict == "unknown" else named
+    after = estimate(outcome.final) if carried else before
     tell("held-out error", 0.85)
-    augmented = with_values(with_effects(system, found), found[-1].refitted) if found else refit
+    augmented = with_values(with_effects(system, carried), _values(after)) if carried else refit
     judge = Problem(system, other, {})
     figures = [measure(s, other, judge.masks, window) for s in (system, refit, augmented)]
     tell("tracking observer", 0.93)
     agreement = compare_residuals(spec, system, training)
 
-    verdict, named, rival = _verdict(first, found, refit)
     moved = [*problem.levels, *problem.uncertain]
     values = {s.name: (float(system.values[s]), float(refit.values[s]), float(augmented.values[s])) for s in moved}
     adopted = {name: after if verdict == "effect" else before for name, (_, before, after) in values.items()}
     text = augmented_text(spec, named if verdict == "effect" else [], adopted, system)
+    rival = [_ranked_effect(r, refit) for r in outcome.rivals]
     diagnosis = Diagnosis(
         verdict=verdict,
         sentence=_sentence(system, verdict, named, rival, figures, faults),
         effects=tuple(named) if verdict == "effect" else (),
-        candidates=tuple(r.evidence for r in first[:TABLE_SIZE]),
+        candidates=tuple(_candidate(r) for r in outcome.first[:TABLE_SIZE]),
         declared=figures[0],
         refit=figures[1],
         augmented=figures[2],
         training=_training(problem, (system, refit, augmented)),
         refitted=values,
-        data=_data(log, test_log, motion, window, problem),
+        data=_data(log, test_log, motion, window, problem) | _search_data(search, outcome),
         agreement=agreement,
         findings={name: tuple(_words(f) for f in some) for name, some in findings.items()},
         certificate=None,
@@ -138,93 +144,56 @@ def _sentence(
     return words.strip()
 
 
-def _search(problem: Problem, refit: System, tolerance: float, tell: Progress) -> tuple[list[Fit], list[Ranked]]:
-    """Add the best effect while the data credit one; the first round's ranking is the table that is shown."""
-    found: list[Fit] = []
-    first: list[Ranked] = []
-    current = problem
-    base_system = refit
-    for turn in range(MOST_EFFECTS):
-        ranked = _round(current, base_system, found, tolerance, _told(tell, turn))
-        first = first or ranked
-        if not ranked or not ranked[0].evidence.accepted:
-            break
-        if rivals(ranked):
-            if not found:
-                found.append(ranked[0].fit)
-            break
-        found.append(ranked[0].fit)
-        found = _polish(problem, found)
-        base_system = with_values(with_effects(problem.system, found), found[-1].refitted)
-        current = replace(problem, system=with_effects(problem.system, found))
-    return found, first
+def _values(found: Estimate) -> dict[str, float]:
+    return {name: value for name, (value, _) in found.moved.items()}
 
 
-def _told(tell: Progress, turn: int) -> Callable[[float], None]:
-    return lambda share: tell(f"effect {turn + 1}", 0.1 + 0.25 * (turn + share))
+def _verdict(outcome: Outcome) -> Verdict:
+    if not outcome.parts:
+        return "none"
+    if outcome.explained < LEAST_EXPLAINED:
+        return "unknown"
+    return "ambiguous" if outcome.rivals else "effect"
 
 
-def _round(
-    problem: Problem, base_system: System, found: Sequence[Fit], tolerance: float, tell: Callable[[float], None]
-) -> list[Ranked]:
-    places = [p for p in all_places(problem) if not _already(p, found)]
-    fits = []
-    for k, (effect, place, on) in enumerate(places):
-        fit = fit_effect(problem, effect, place, on)
-        if fit is not None:
-            fits.append(fit)
-        tell((k + 1) / len(places))
-    window = Window(0, len(problem.motion.time))
-    reference = _pooled(free_run_errors(base_system, problem.motion, window))
-
-    def ratio(fit: Fit) -> float:
-        error = _pooled(
-            free_run_errors(with_values(with_effect(problem.system, fit), fit.refitted), problem.motion, window)
-        )
-        return (
-            error / reference
-            if reference > 0 and np.isfinite(reference)
-            else (1.0 if np.isfinite(error) else float("inf"))
-        )
-
-    return rank(problem.base.held_out(), fits, ratio, tolerance)
+def _named(outcome: Outcome, system: System) -> list[FoundEffect]:
+    """The effects of the final fit, with intervals."""
+    if not outcome.parts:
+        return []
+    found = []
+    for part, values in zip(outcome.parts, estimate(outcome.final).effects, strict=True):
+        effect = CATALOGUE[part.kind]
+        parameters = {name: value for name, (value, _) in values.items()}
+        intervals = {name: interval for name, (_, interval) in values.items()}
+        units = unit_words(effect, part.place, system)
+        also = tuple(effect.twins(system, part.place))
+        found.append(FoundEffect(part.kind, part.on, parameters, units, also, intervals))
+    return found
 
 
-def _already(place: tuple[Any, int, str], found: Sequence[Fit]) -> bool:
-    """Whether an effect, or a twin of it, is in the model already."""
-    effect, _, on = place
-    return any((effect.kind, on) in {(f.kind, f.on), *f.twins} for f in found)
+def _ranked_effect(ranked: Ranked, system: System) -> FoundEffect:
+    part = ranked.found.part
+    effect = CATALOGUE[part.kind]
+    units = unit_words(effect, part.place, system)
+    return FoundEffect(part.kind, part.on, ranked.found.parameters, units, tuple(effect.twins(system, part.place)))
 
 
-def _polish(problem: Problem, found: list[Fit]) -> list[Fit]:
-    """Fit each effect again with the others in place, so that no one carries another's share."""
-    if len(found) < 2:
-        return found
-    polished = list(found)
-    for _ in range(2):
-        for k, fit in enumerate(polished):
-            others = polished[:k] + polished[k + 1 :]
-            again = fit_effect(
-                replace(problem, system=with_effects(problem.system, others)), fit.effect, fit.place, fit.on
-            )
-            if again is not None:
-                polished[k] = again
-    return polished
-
-
-def _verdict(
-    first: list[Ranked], found: list[Fit], refit: System
-) -> tuple[Verdict, list[FoundEffect], list[FoundEffect]]:
-    if not found:
-        return "none", [], []
-    tied = rivals(first)
-    if tied:
-        return "ambiguous", [_named(first[0].fit, refit)], [_named(r.fit, refit) for r in tied]
-    return "effect", [_named(f, refit) for f in found], []
-
-
-def _named(fit: Fit, system: System) -> FoundEffect:
-    return FoundEffect(fit.kind, fit.on, fit.parameters, unit_words(fit.effect, fit.place, system), fit.twins)
+def _candidate(r: Ranked) -> Candidate:
+    part, e = r.found.part, r.evidence
+    return Candidate(
+        kind=part.kind,
+        on=part.on,
+        parameters=r.found.parameters,
+        gain=e.share,
+        t=e.t,
+        blocks_won=e.won,
+        blocks=e.blocks,
+        free_run=r.ratio,
+        accepted=not r.why_not,
+        why_not=r.why_not,
+        also=tuple(twins(part, r.found)),
+        size=r.size,
+    )
 
 
 def _tolerances(spec: Spec, log: Log) -> Mapping[sympy.Symbol, float]:
@@ -242,13 +211,6 @@ def _restrict(motion: Motion, start: int, stop: int) -> Motion:
         cut["usable"] = cut["usable"].copy()
         cut["usable"][-round(1 / (motion.cutoff_hz * motion.sample_time)) :] = False
     return replace(motion, **cut)
-
-
-def _refuse_still(problem: Problem, log: Log) -> None:
-    moving = min(int((b.index >= 0).sum()) for b in problem.blocks)
-    if moving < 60:
-        found = f"{moving} independent samples in motion on a coordinate"
-        raise BadInput(str(log.path), found, "at least 60, so that friction in slip can be seen")
 
 
 def _steady_laws(system: System) -> tuple[Finding, ...]:
@@ -282,8 +244,16 @@ def _data(log: Log, test: Log | None, motion: Motion, window: Window, problem: P
     }
 
 
-def _pooled(errors: Sequence[float]) -> float:
-    return float(np.sqrt(np.mean(np.square(errors))))
+def _search_data(search: Search, outcome: Outcome) -> dict[str, Any]:
+    return {
+        "segments": outcome.segments,
+        "segment_s": round(search.record.length * search.record.sample_time, 6),
+        "position_noise": [float(f"{v:.6g}") for v in search.record.noise],
+        "alpha": ALPHA,
+        "explained": round(outcome.explained, 4),
+        "level_refit": round(level(outcome.base), 3),
+        "level_final": round(level(outcome.final), 3),
+    }
 
 
 def _words(finding: Finding) -> str:

@@ -6,8 +6,9 @@ from collections.abc import Mapping, Sequence
 
 import sympy
 
-from codegen.diagnosis.candidates import Fit
-from codegen.effects.declare import effect_symbols, unit_words
+from codegen.diagnosis.results import FoundEffect
+from codegen.effects import CATALOGUE
+from codegen.effects.declare import effect_symbols, places_of, unit_words
 from codegen.mechanics.system import System
 
 
@@ -18,18 +19,16 @@ def with_values(system: System, refitted: Mapping[str, float]) -> System:
     return system.with_parameters({s: sympy.Float(max(v, 0.0) if s.name in levels else v) for s, v in new.items()}, {})
 
 
-def with_effect(system: System, fit: Fit) -> System:
-    """The system with one fitted effect declared in it."""
-    symbols = effect_symbols(fit.effect, fit.on, system)
-    units = unit_words(fit.effect, fit.place, system)
-    system = system.with_parameters(
-        {s: sympy.Float(fit.parameters[name]) for name, s in symbols.items()},
-        {s: units[name] for name, s in symbols.items()},
-    )
-    return fit.effect.add(system, fit.place, symbols)
-
-
-def with_effects(system: System, fits: Sequence[Fit]) -> System:
-    for fit in fits:
-        system = with_effect(system, fit)
+def with_effects(system: System, found: Sequence[FoundEffect]) -> System:
+    """The system with fitted effects declared in it."""
+    for one in found:
+        effect = CATALOGUE[one.kind].with_parameters(list(one.parameters))
+        place = places_of(effect, system).index(one.on)
+        symbols = effect_symbols(effect, one.on, system)
+        units = unit_words(effect, place, system)
+        system = system.with_parameters(
+            {s: sympy.Float(one.parameters[name]) for name, s in symbols.items()},
+            {s: units[name] for name, s in symbols.items()},
+        )
+        system = effect.add(system, place, symbols)
     return system

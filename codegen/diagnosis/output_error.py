@@ -27,7 +27,7 @@ class Shot:
 
     Attributes:
         theta: (p,) the trial's vector. offsets: (S, 2n) of the segments' starts.
-        residual: (S, K n) means of measured less predicted over the noise of a mean, with the starts' part projected out.
+        residual: (S, K n) means of measured less predicted over the noise of a mean, less what the starts can take.
         slopes: (p, S, K n) of the prediction by theta, projected alike.
         price: (p,) prior weight of each parameter; centre: (p,) where the prior has it.
     """
@@ -54,7 +54,7 @@ class Shot:
     def samples(self) -> int:
         """Residuals less what the starts take."""
         segments, kept = self.residual.shape
-        return segments * (kept - self.starts.slopes.shape[2])
+        return int(segments * (kept - self.starts.slopes.shape[2]))
 
 
 def segment_losses(residual: Array) -> Array:
@@ -84,7 +84,7 @@ def means(runner: Runner, predicted: Array) -> Array:
     kept = record.length // group
     error = error[:, : kept * group].reshape(len(error), kept, group, -1).mean(axis=2) * np.sqrt(group)
     flat = error.reshape(len(error), -1)
-    return np.clip(np.nan_to_num(flat, nan=HUGE, posinf=HUGE, neginf=-HUGE), -HUGE, HUGE)
+    return np.asarray(np.clip(np.nan_to_num(flat, nan=HUGE, posinf=HUGE, neginf=-HUGE), -HUGE, HUGE))
 
 
 def state_slopes(runner: Runner, theta: Array, offsets: Array) -> Starts:
@@ -120,7 +120,7 @@ class Starts:
     width: Array
 
     def shift(self, residual: Array) -> Array:
-        return np.clip(np.matmul(self.solver, residual[..., None])[..., 0], -3 * self.width, 3 * self.width)
+        return np.asarray(np.clip(np.matmul(self.solver, residual[..., None])[..., 0], -3 * self.width, 3 * self.width))
 
     def project(self, values: Array, slope: bool = False) -> Array:
         """Values (S, K n) less what the starts can take."""
@@ -136,7 +136,7 @@ def fit(
     price: Array,
     centre: Array,
     rounds: int,
-    known: Sequence[Array | None] = (),
+    known: Sequence[Array] = (),
     scale: Array | None = None,
     reach: Array | None = None,
 ) -> Shot:
@@ -159,8 +159,7 @@ def fit(
         flat = starts.project(now)
         cost = segment_cost(flat) + 0.5 * float((price * (theta - centre) ** 2).sum())
         slopes = [
-            known[k] if k < len(known) and known[k] is not None else _slope(runner, theta, offsets, now, k, sizes[k])
-            for k in range(len(theta))
+            known[k] if k < len(known) else _slope(runner, theta, offsets, now, k, sizes[k]) for k in range(len(theta))
         ]
         columns = np.stack([starts.project(s, slope=True) for s in slopes]) if slopes else np.zeros((0, *flat.shape))
         if turn == rounds or not slopes:

@@ -65,7 +65,7 @@ def position_noise(motion: Motion, log: Log) -> Array:
     step = np.array(log.encoder_step or log.intake.smallest_step or (0.0,) * len(seen)) / np.sqrt(12)
     said = np.hypot(step, np.array(log.description.position_noise or (0.0,) * len(seen)))
     size = np.ptp(motion.measured, axis=0)
-    return np.where(said > 0, said, np.maximum(seen, 1e-9 * np.where(size > 0, size, 1.0)))
+    return np.asarray(np.where(said > 0, said, np.maximum(seen, 1e-9 * np.where(size > 0, size, 1.0))))
 
 
 def _near_data(motion: Motion, log: Log) -> NDArray[np.bool_]:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from codegen.effects.declare import written_place
 
-Verdict = Literal["effect", "none", "ambiguous"]
+Interval = tuple[float, float]
+Verdict = Literal["effect", "none", "ambiguous", "unknown"]
 
 
 @dataclass(frozen=True)
@@ -18,6 +19,7 @@ class FoundEffect:
     Attributes:
         parameters, units: in SI, by name.
         also: twins, (kind, on): the same motion once friction levels are refitted, so either name is right.
+        intervals: of the parameters, 95 %.
     """
 
     kind: str
@@ -25,6 +27,7 @@ class FoundEffect:
     parameters: Mapping[str, float]
     units: Mapping[str, str]
     also: tuple[tuple[str, str], ...] = ()
+    intervals: Mapping[str, Interval] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -32,10 +35,12 @@ class Candidate:
     """One effect at one place, with its evidence in the first round.
 
     Attributes:
-        gain: share of the refit's squared residual that it removes on held-out blocks.
-        t: mean gain of a block over its standard error.
-        blocks_won, blocks: on how many held-out blocks it is better than the refit.
-        free_run: free-run error on the training log divided by the refit's, or None where it was not run.
+        gain: share of the refit's squared free-run residual that it removes, geometric mean over held-out segments.
+        t: sum of the segments' gains over the root of the sum of their squares.
+        blocks_won, blocks: on how many held-out blocks of segments it is better than the refit.
+        free_run: median free-run error of a segment divided by the refit's.
+        force: residual force divided by the refit's, the second witness; None where it was not computed.
+        size: change of the motion over what the whole drive force does to it.
         accepted: whether it passes every test.
         why_not: which test it fails, in words.
     """
@@ -51,6 +56,8 @@ class Candidate:
     accepted: bool
     why_not: str
     also: tuple[tuple[str, str], ...]
+    force: float | None = None
+    size: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -141,6 +148,7 @@ class Diagnosis:
                     "kind": e.kind,
                     "on": written_place(e.on),
                     "parameters": dict(e.parameters),
+                    "intervals": {name: [_finite(a), _finite(b)] for name, (a, b) in e.intervals.items()},
                     "units": dict(e.units),
                     "also": _twins(e.also),
                 }
@@ -158,6 +166,8 @@ class Diagnosis:
                         "blocks_won": c.blocks_won,
                         "blocks": c.blocks,
                         "free_run_ratio": None if c.free_run is None else _finite(c.free_run),
+                        "force_ratio": None if c.force is None else _finite(c.force),
+                        "size": _finite(c.size),
                         "accepted": c.accepted,
                         "why_not": c.why_not,
                     },

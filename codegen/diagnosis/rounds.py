@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,15 +68,15 @@ class Outcome:
         return self.final.runner.trial.parts
 
 
-def find_effects(search: Search, tell: Progress) -> Outcome:
-    """Rounds of candidates until none is credited."""
+def find_effects(search: Search, tell: Progress, refit_only: bool = False) -> Outcome:
+    """Rounds of candidates until none is credited; none at all where ``refit_only``."""
     base = current = search.refit()
     first: list[Ranked] = []
     rivals: list[Ranked] = []
-    for turn in range(MOST_EFFECTS):
+    for turn in range(0 if refit_only else MOST_EFFECTS):
         if turn and at_noise(current):
             break
-        ranked = run_round(search, current, search.every_part(current.runner.trial.parts), lambda s, k=turn: tell(k, s))
+        ranked = run_round(search, current, search.every_part(current.runner.trial.parts), partial(tell, turn))
         if turn == 0:
             first = ranked
         if not ranked or ranked[0].why_not:
@@ -89,7 +90,9 @@ def find_effects(search: Search, tell: Progress) -> Outcome:
             break
     if len(current.runner.trial.parts) > 1:
         current = _reconsidered(search, current, first)
-    return Outcome(base, current, tuple(first), tuple(rivals), _explained(search, base, current), len(search.record.start))
+    return Outcome(
+        base, current, tuple(first), tuple(rivals), _explained(search, base, current), len(search.record.start)
+    )
 
 
 def run_round(search: Search, current: Shot, parts: Sequence[Part], tell: Callable[[float], None]) -> list[Ranked]:
@@ -131,8 +134,8 @@ def ties(ranked: Sequence[Ranked]) -> list[Ranked]:
 
 def twins(part: Part, found: Found) -> list[tuple[str, str]]:
     """(kind, on) of effects that give the same motion."""
-    effect = CATALOGUE.get(part.kind)
-    return effect.twins(found.trial.system, part.place) if effect is not None else []
+    effect = CATALOGUE[part.kind]
+    return effect.twins(found.trial.system, part.place)
 
 
 def _why_not(search: Search, found: Found, e: Evidence, size: float, candidates: int) -> str:
@@ -152,9 +155,9 @@ def _why_not(search: Search, found: Found, e: Evidence, size: float, candidates:
 
 def admissible(search: Search, found: Found) -> bool:
     """Whether the fitted values lie within the effect's bounds."""
-    effect, values = CATALOGUE.get(found.part.kind), found.parameters
-    if effect is None or not all(np.isfinite(v) for v in values.values()):
-        return effect is None
+    effect, values = CATALOGUE[found.part.kind], found.parameters
+    if not all(np.isfinite(v) for v in values.values()):
+        return False
     return effect.with_parameters(found.part.names).admissible(search.system, found.part.place, values)
 
 

@@ -99,24 +99,26 @@ def survey(system: System, motion: Motion) -> Survey:
 
 
 def _sits_on(part: Part) -> str:
-    if part.kind in CHAIN:
-        return "input"
-    if part.kind == "presliding":
-        return "contact"
-    effect = CATALOGUE.get(part.kind)
-    return effect.sits_on if effect is not None else "coordinate"
+    return CATALOGUE[part.kind].sits_on
 
 
-def _periods(kind: str, x: Array, v: Array, y: Array, used: NDArray[np.bool_], span: float) -> dict[str, tuple[float, ...]]:
+def _periods(
+    kind: str, x: Array, v: Array, y: Array, used: NDArray[np.bool_], span: float
+) -> dict[str, tuple[float, ...]]:
     """By what the wave multiplies: nothing, the direction of slip, or the square of speed."""
     if kind not in WAVES:
         return {}
-    carrier = {"cogging": np.ones_like(v), "position_dependent_friction": np.sign(v), "encoder_eccentricity": v**2}[kind]
+    carriers = {"force": np.ones_like(v), "friction": np.sign(v), "sensor": v**2}
+    carrier = carriers[WAVES[kind]]
     place = np.clip(((x - x.min()) / span * BINS).astype(int), 0, BINS - 1)
     weights = (carrier * (y - y[used].mean()))[used]
     density = np.bincount(place[used], weights=weights, minlength=BINS)
     power = np.abs(np.fft.rfft(density, PADDING * BINS)) ** 2
     turns = np.arange(len(power)) / PADDING
     power[(turns < LEAST_TURNS) | (turns > min(400.0, used.sum() / 8))] = 0.0
-    peaks = [k for k in np.argsort(-power)[:200] if power[k] > 0 and power[k] >= power[max(0, k - PADDING // 2) : k + PADDING // 2 + 1].max()]
+    peaks = [
+        k
+        for k in np.argsort(-power)[:200]
+        if power[k] > 0 and power[k] >= power[max(0, k - PADDING // 2) : k + PADDING // 2 + 1].max()
+    ]
     return {WAVES[kind]: tuple(float(span / turns[k]) for k in peaks[:KEPT_PERIODS])}

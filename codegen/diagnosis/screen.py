@@ -1,9 +1,9 @@
-"""Where the fit of each candidate starts: shapes tried on free runs around the refitted model, weights by least squares."""
+"""Where the fit of each candidate starts: shapes tried on free runs near the refit, weights by least squares."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -158,8 +158,10 @@ def _weighted(part: Part) -> tuple[str, ...] | None:
     return tuple(p.name for p in effect.parameters if p.neutral is not None)
 
 
-def _columns(runner: Runner, base: Shot, part: Part, shape: Mapping[str, float], s: Scales, now: Array):
-    effect = CATALOGUE.get(part.kind)
+def _columns(
+    runner: Runner, base: Shot, part: Part, shape: Mapping[str, float], s: Scales, now: Array
+) -> tuple[Array, Callable[[Array, Mapping[str, float]], dict[str, float]]]:
+    effect = CATALOGUE[part.kind]
     if "phase" in part.names:
         size = part.names[0]
         big = s.position if part.kind == "encoder_eccentricity" else s.force
@@ -170,7 +172,7 @@ def _columns(runner: Runner, base: Shot, part: Part, shape: Mapping[str, float],
             return dict(shape) | {size: float(np.hypot(*weights)), "phase": float(np.arctan2(weights[1], weights[0]))}
     else:
         scaling = [p for p in effect.parameters if p.neutral is not None]
-        zero = {p.name: float(p.neutral) for p in scaling}
+        zero = {p.name: float(p.neutral or 0.0) for p in scaling}
         steps = [SMALL * s.size(p.unit) for p in scaling]
         probes = [dict(shape) | zero | {p.name: zero[p.name] + d} for p, d in zip(scaling, steps, strict=True)]
 

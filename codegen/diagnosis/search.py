@@ -19,7 +19,7 @@ from codegen.diagnosis.scales import survey
 from codegen.diagnosis.screen import starting_points
 from codegen.diagnosis.shooting import Record, Shooter
 from codegen.diagnosis.signals import Motion
-from codegen.diagnosis.trial import CHAIN, SENSOR, STRUCTURE, Part, Runner, Trial, built_in, part_of
+from codegen.diagnosis.trial import Part, Runner, Trial, declared_chain, part_of
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import places_of
 from codegen.mechanics.system import System
@@ -34,8 +34,8 @@ LEAST_SCREENED = 60
 DEEPEST = 50.0
 """The refit's error over the least noise that candidates are compared at."""
 NEAR, SHORTEST = 30.0, 0.2
-"""In noise: where the refit's error is larger, candidates are first tried on shorter segments, on which a free run stays
-near the measured motion (error grows with the square of time)."""
+"""In noise: where the refit's error is larger, candidates are first tried on shorter segments, on which a free run
+stays near the measured motion (error grows with the square of time)."""
 FIRST_ROUNDS, ROUNDS = 4, 10
 FITTED, POLISHED = 6, 4
 WORKERS = max(1, min(2, os.cpu_count() or 1))
@@ -138,19 +138,19 @@ class Search:
 
     def every_part(self, taken: Sequence[Part]) -> list[Part]:
         """Effects at their places, less those taken; richer forms of a kind are not tried on their own."""
-        system, parts = self.system, []
-        for effect in CATALOGUE.values():
-            if effect.refines or effect.kind in CHAIN or effect.kind in STRUCTURE or effect.kind in SENSOR:
-                continue
-            places = range(len(places_of(effect, system)))
-            parts += [part_of(effect, k, system) for k in places if effect.applies(system, k)]
-        parts += [built_in(kind, k, w.name) for kind in CHAIN for k, w in enumerate(system.inputs)]
-        parts += [built_in("presliding", k, c.name) for k, c in enumerate(system.contacts)]
-        shared = ("compliance", "backlash", *SENSOR)
-        parts += [built_in(kind, k, x.name) for kind in shared for k, x in enumerate(system.positions)]
+        system = self.system
         known = {(p.kind, p.on) for p in taken}
-        split = any(p.kind in ("compliance", "backlash") for p in taken)
-        return [p for p in parts if (p.kind, p.on) not in known and not (split and p.kind in ("compliance", "backlash"))]
+        joined = ("compliance", "backlash")
+        if any(p.kind in joined for p in taken):
+            known |= {(kind, x.name) for kind in joined for x in system.positions}
+        parts = [
+            part_of(effect, k, system)
+            for effect in CATALOGUE.values()
+            if not effect.refines
+            for k in range(len(places_of(effect, system)))
+            if effect.applies(system, k)
+        ]
+        return [p for p in parts if (p.kind, p.on) not in known]
 
     def attempt(self, base: Shot, parts: Sequence[Part], tell: Progress) -> list[Found]:
         """Each part added to the base's trial and fitted; best first."""
@@ -230,7 +230,9 @@ class Search:
     def _runners(self, trials: Sequence[Trial]) -> list[Runner]:
         """One library for all; trials whose system is the same share its code."""
         place: dict[tuple[tuple[str, str], ...], int] = {}
-        systems, free, models = [], [], []
+        systems: list[System] = []
+        free: list[tuple[sympy.Symbol, ...]] = []
+        models: list[int] = []
         for trial in trials:
             key = tuple((p.kind, p.on) for p in trial.parts if p.symbols)
             if key not in place:
@@ -239,9 +241,9 @@ class Search:
                 free.append(trial.free)
             models.append(place[key])
         shooter = Shooter(systems, free)
-        delay = {w.name: float(self.system.values[s]) for w, s in self.system.input_delay.items()}
+        chains = {w.name: declared_chain(a, self.system.values) for w, a in self.system.actuators.items()}
         return [
-            Runner(trial, shooter, model, self.record, self.substeps, delay)
+            Runner(trial, shooter, model, self.record, self.substeps, chains)
             for trial, model in zip(trials, models, strict=True)
         ]
 

@@ -1,4 +1,4 @@
-"""Free runs over short segments of a log in compiled C, with parameters as arguments: what output-error fits are made of."""
+"""Free runs over short segments of a log in compiled C, with parameters as arguments."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Record:
     @property
     def targets(self) -> Array:
         """(S, L, n) measured positions of each segment."""
-        return self.measured[self.start[:, None] + np.arange(self.length)]
+        return np.asarray(self.measured[self.start[:, None] + np.arange(self.length)])
 
     @property
     def states(self) -> Array:
@@ -132,7 +132,6 @@ class Shooter:
             _pointer(states), _pointer(hidden), _pointer(out),
         )  # fmt: skip
         return out
-
 
     def _warm(self, record: Record, structure: Structure) -> int:
         """Samples for which hidden states are followed before each start; −1: all, in one go."""

@@ -14,6 +14,7 @@ from codegen.diagnosis.chain import Chain
 from codegen.diagnosis.shooting import Record, Shooter, Structure
 from codegen.effects import CATALOGUE, Effect
 from codegen.effects.declare import effect_symbols, places_of
+from codegen.mechanics.actuator import Actuator
 from codegen.mechanics.system import System
 
 Array = NDArray[np.float64]
@@ -33,7 +34,6 @@ STRUCTURE = {
 }
 """Effects that add states: they have their place in the C of the free runs."""
 SENSOR = {"encoder_eccentricity": ("amplitude", "period", "phase")}
-POSITIVE = ("T", "tau", "width", "limit", "sigma", "k", "c", "gap", "period", "v_s", "gain")
 BETWEEN = ("load_fraction",)
 """Parameters between 0 and 1."""
 
@@ -61,7 +61,7 @@ class Part:
         return np.array([self._inward(name, values[name]) for name in self.names])
 
     def outward(self, inner: Array) -> dict[str, float]:
-        values = {name: self._outward(name, float(q)) for name, q in zip(self.names, inner, strict=True)}
+        values = {name: self.outward_one(name, float(q)) for name, q in zip(self.names, inner, strict=True)}
         if "phase" in values:
             flipped = values[self.names[0]] < 0
             values[self.names[0]] = abs(values[self.names[0]])
@@ -79,7 +79,7 @@ class Part:
             return float(np.log(value / (1 - value)))
         return float(np.log(value)) if name in self.positive else float(value)
 
-    def _outward(self, name: str, inner: float) -> float:
+    def outward_one(self, name: str, inner: float) -> float:
         if name in BETWEEN:
             return float(1 / (1 + np.exp(-inner)))
         return float(np.exp(min(inner, 300.0))) if name in self.positive else inner
@@ -89,17 +89,10 @@ def part_of(effect: Effect, place: int, system: System) -> Part:
     """The part that puts an effect of the catalogue at a place of a system."""
     on = places_of(effect, system)[place]
     names = tuple(p.name for p in effect.parameters)
-    if effect.kind in CHAIN or effect.kind in STRUCTURE or effect.kind in SENSOR:
-        return built_in(effect.kind, place, on)
-    symbols = effect_symbols(effect, on, system)
-    positive = tuple(p.name for p in effect.parameters if p.low == 0.0 and p.neutral is None)
-    return Part(effect.kind, place, on, names, tuple(symbols[n] for n in names), positive)
-
-
-def built_in(kind: str, place: int, on: str) -> Part:
-    """The part of a kind that acts beside M, g and U λ."""
-    names = (*CHAIN.get(kind, ()), *STRUCTURE.get(kind, ()), *SENSOR.get(kind, ()))
-    return Part(kind, place, on, names, (), tuple(n for n in names if n in POSITIVE))
+    positive = tuple(p.name for p in effect.parameters if p.low == 0.0 and p.neutral in (None, 1.0))
+    beside = effect.kind in CHAIN or effect.kind in STRUCTURE or effect.kind in SENSOR
+    symbols = () if beside else tuple(effect_symbols(effect, on, system)[n] for n in names)
+    return Part(effect.kind, place, on, names, symbols, positive)
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,9 +115,10 @@ class Trial:
         for part in self.parts:
             if part.symbols:
                 effect = CATALOGUE[part.kind]
-                units = {s: "1" for s in part.symbols}
+                units = dict.fromkeys(part.symbols, "1")
                 system = system.with_parameters({s: sympy.Integer(1) for s in part.symbols}, units)
-                system = effect.with_parameters(part.names).add(system, part.place, dict(zip(part.names, part.symbols, strict=True)))
+                effect = effect.with_parameters(part.names)
+                system = effect.add(system, part.place, dict(zip(part.names, part.symbols, strict=True)))
         return system
 
     @property
@@ -154,6 +148,7 @@ class Runner:
 
     Attributes:
         model: of the trial in ``shooter``.
+        declared: input → fields of the ``Chain`` that the system itself has.
     """
 
     trial: Trial
@@ -161,7 +156,7 @@ class Runner:
     model: int
     record: Record
     substeps: int
-    neutral: Mapping[str, float]
+    declared: Mapping[str, Mapping[str, float]]
 
     def run(self, theta: Array, offsets: Array, gain: float = 1.0) -> Array:
         """Predicted measurements (S, L, n), the segments started ``offsets`` (S, 2n) off the smoothed state.
@@ -179,7 +174,13 @@ class Runner:
         for place, v in sensors:
             states = _true_state(states, place, v)
         positions = self.shooter.run(
-            self.model, values, self._structure(found), record, gain * self._drive(found), self.substeps, states + offsets
+            self.model,
+            values,
+            self._structure(found),
+            record,
+            gain * self._drive(found),
+            self.substeps,
+            states + offsets,
         )
         for place, v in sensors:
             positions[..., place] += _wave(positions[..., place], v)
@@ -188,15 +189,15 @@ class Runner:
     def _drive(self, found: Sequence[Mapping[str, float]]) -> Array:
         record, columns = self.record, []
         for i, w in enumerate(self.trial.system.inputs):
-            fields = {"delay": self.neutral.get(w.name, 0.0)}
+            fields = dict(self.declared.get(w.name, {}))
             for part, values in zip(self.trial.parts, found, strict=True):
                 if part.kind in CHAIN and part.place == i:
-                    fields |= {field: values[name] for name, field in CHAIN[part.kind].items()}
+                    fields |= _joined(fields, {field: values[name] for name, field in CHAIN[part.kind].items()})
             columns.append(Chain(**fields).act(record.commands[:, i], record.sample_time, self.substeps))
         return np.ascontiguousarray(np.column_stack(columns))
 
     def _structure(self, found: Sequence[Mapping[str, float]]) -> Structure:
-        structure = Structure(tuple(0.0 for _ in self.trial.system.contacts))
+        structure = declared_structure(self.trial.system)
         for part, v in zip(self.trial.parts, found, strict=True):
             if part.kind == "presliding":
                 sigma = list(structure.sigma)
@@ -212,6 +213,40 @@ class Runner:
                     gap=v.get("gap", 0.0),
                 )
         return structure
+
+
+def declared_structure(system: System) -> Structure:
+    """What the system itself has beyond M, g and U λ, in numbers."""
+
+    def number(expression: sympy.Expr) -> float:
+        return float(sympy.sympify(expression).subs(system.values))
+
+    sigma = [number(c.law_parameters["sigma"]) if c.law.name == "presliding" else 0.0 for c in system.contacts]
+    for t in system.transmissions:
+        return Structure(
+            tuple(sigma), t.coordinate, number(t.load_fraction), number(t.stiffness), number(t.damping), number(t.gap)
+        )
+    return Structure(tuple(sigma))
+
+
+def declared_chain(actuator: Actuator, values: Mapping[sympy.Symbol, float]) -> dict[str, float]:
+    """Fields of the ``Chain`` that a system's actuator is, in numbers."""
+
+    def number(expression: sympy.Expr) -> float:
+        return float(sympy.sympify(expression).subs(values))
+
+    fields = {"delay": number(actuator.delay), "gain": number(actuator.gain), "width": number(actuator.dead_zone)}
+    if actuator.limits:
+        fields["limit"] = min(number(limit) for limit in actuator.limits)
+    return fields | ({"tau": number(actuator.lag)} if actuator.lag is not None else {})
+
+
+def _joined(fields: Mapping[str, float], more: Mapping[str, float]) -> dict[str, float]:
+    """Two of a kind act one after the other: delays and dead zones add up, gains multiply, the smaller limit holds."""
+    sums = {name: fields.get(name, 0.0) + more[name] for name in more if name in ("delay", "width", "tau")}
+    gain = {"gain": fields.get("gain", 1.0) * more["gain"]} if "gain" in more else {}
+    limit = {"limit": min(fields.get("limit", np.inf), more["limit"])} if "limit" in more else {}
+    return sums | gain | limit
 
 
 def _wave(x: Array, v: Mapping[str, float]) -> Array:
