@@ -6,7 +6,7 @@ BIN    := $(VENV)/bin
 # Other compilers, checkers and an emulator for the tests of the generated C; where one is absent, its tests skip and say so.
 TOOLCHAINS := clang clang-tidy cppcheck g++ gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm valgrind
 
-.PHONY: demo test lint types toolchains goldens check-all generate audit gallery benchmarks clean
+.PHONY: demo test lint types toolchains goldens check-all generate audit gallery benchmarks practice clean
 .DEFAULT_GOAL := test
 
 $(VENV)/run.stamp: pyproject.toml
@@ -67,6 +67,10 @@ $(VENV)/benchmark.stamp: $(VENV)/test.stamp
 # Write docs/performance.md anew; `make benchmarks ROW=two_mass` measures that row alone and keeps the others.
 benchmarks: $(VENV)/benchmark.stamp
 	$(BIN)/python -m benchmarks $(ROW)
+
+# Write docs/practice.md anew: the diagnosis scored on ../shared/practice; says so where that is not here.
+practice: $(VENV)/test.stamp
+	$(BIN)/python -m benchmarks.practice
 
 clean:
 	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache

@@ -79,7 +79,8 @@ def segment_cost(residual: Array) -> float:
 def means(runner: Runner, predicted: Array) -> Array:
     """Measured less predicted, in means over groups of samples, over the noise of such a mean: (S, K n)."""
     record = runner.record
-    error = (record.targets - predicted) / record.noise
+    with np.errstate(over="ignore", invalid="ignore"):
+        error = (record.targets - predicted) / record.noise
     group = max(1, record.length // KEPT)
     kept = record.length // group
     error = error[:, : kept * group].reshape(len(error), kept, group, -1).mean(axis=2) * np.sqrt(group)

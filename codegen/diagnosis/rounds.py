@@ -85,11 +85,9 @@ def find_effects(search: Search, tell: Progress, refit_only: bool = False) -> Ou
         if tied and turn > 0:
             break
         current = search.rebased(ranked[0].found.shot)
-        if tied:
-            rivals = tied
-            break
+        rivals = tied or rivals
     if len(current.runner.trial.parts) > 1:
-        current = _reconsidered(search, current, first)
+        current, rivals = _reconsidered(search, current, first, rivals)
     return Outcome(
         base, current, tuple(first), tuple(rivals), _explained(search, base, current), len(search.record.start)
     )
@@ -161,18 +159,37 @@ def admissible(search: Search, found: Found) -> bool:
     return effect.with_parameters(found.part.names).admissible(search.system, found.part.place, values)
 
 
-def _reconsidered(search: Search, current: Shot, first: Sequence[Ranked]) -> Shot:
-    """Each effect found before the last, set against the others of the first round with the later ones in place."""
+def _reconsidered(
+    search: Search, current: Shot, first: Sequence[Ranked], rivals: Sequence[Ranked]
+) -> tuple[Shot, list[Ranked]]:
+    """Each effect found before the last, set against the others of the first round with the later ones in place.
+
+    Returns:
+        The better fit, and the rivals of the first effect that still tie with it.
+    """
+    left: list[Ranked] = []
     for k in range(len(current.runner.trial.parts) - 1):
-        without = search.without(current, k)
         held = {(p.kind, p.on) for p in current.runner.trial.parts}
-        others = [r.found.part for r in first if (r.found.part.kind, r.found.part.on) not in held][:SWAPPED]
+        others = [r for r in first if (r.found.part.kind, r.found.part.on) not in held][:SWAPPED]
         if not others:
             continue
-        best = next((f for f in search.attempt(without, others, lambda share: None) if admissible(search, f)), None)
-        if best is not None and best.shot.cost < current.cost - BETTER:
-            current = search.rebased(best.shot)
-    return current
+        without = search.without(current, k)
+        tried = search.attempt(without, [r.found.part for r in others], lambda share: None)
+        good = [f for f in tried if admissible(search, f)]
+        if good and good[0].shot.cost < current.cost - BETTER:
+            current = search.rebased(good[0].shot)
+        elif k == 0:
+            left = [r for r in rivals if any(_ties(f, current) for f in good if _same(f.part, r.found.part))]
+    return current, left
+
+
+def _ties(found: Found, current: Shot) -> bool:
+    better = evidence(held_out_losses(found.shot), held_out_losses(current), current.residual.shape[1])
+    return better.p(independent_share(current)) > credit.TIE_LEVEL
+
+
+def _same(one: Part, other: Part) -> bool:
+    return (one.kind, one.on) == (other.kind, other.on)
 
 
 def _explained(search: Search, base: Shot, final: Shot) -> float:

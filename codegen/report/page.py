@@ -54,7 +54,7 @@ def page_view(spec: Spec, diagnosis: Diagnosis, models: Models, files: Mapping[s
         version=VERSION,
         verdict=diagnosis.verdict,
         sentence=diagnosis.sentence,
-        added=diagnosis.verdict != "none",
+        added=diagnosis.verdict in ("effect", "ambiguous"),
         data=_data(diagnosis),
         errors=(*error_rows(diagnosis, models.declared), training_row(diagnosis)),
         published=tuple(spec.log.published.items()),
@@ -72,7 +72,9 @@ def page_view(spec: Spec, diagnosis: Diagnosis, models: Models, files: Mapping[s
 
 
 def _pictures(diagnosis: Diagnosis, models: Models) -> PictureView:
-    series = held_out_series(models, ("refit",) if diagnosis.verdict == "none" else ("refit", "augmented"))
+    series = held_out_series(
+        models, ("refit", "augmented") if diagnosis.verdict in ("effect", "ambiguous") else ("refit",)
+    )
     thinned = max(c.samples for c in series.coordinates) > MOST_POINTS
     return PictureView(
         residual=residual_picture(series),

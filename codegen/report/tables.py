@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Literal
 
-from codegen.diagnosis.results import Candidate, Diagnosis, ErrorFigures
+from codegen.diagnosis.results import Candidate, Diagnosis, ErrorFigures, FoundEffect
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import places_of, unit_words
 from codegen.mechanics.system import System
@@ -82,10 +82,20 @@ def effect_views(diagnosis: Diagnosis) -> tuple[EffectView, ...]:
     for found in diagnosis.effects:
         effect = CATALOGUE[found.kind]
         meaning = {p.name: p.meaning for p in effect.parameters}
-        parameters = [ParameterView(k, with_unit(v, found.units[k]), meaning[k]) for k, v in found.parameters.items()]
+        parameters = [
+            ParameterView(k, with_unit(v, found.units[k]), meaning[k], _interval(found, k))
+            for k, v in found.parameters.items()
+        ]
         also = tuple(f"{kind} on {on}" for kind, on in found.also)
         views.append(EffectView(found.kind, found.on, effect.equation, effect.signature, tuple(parameters), also))
     return tuple(views)
+
+
+def _interval(found: FoundEffect, name: str) -> str:
+    if name not in found.intervals:
+        return ""
+    low, high = found.intervals[name]
+    return f"{number(low)} to {number(high)}"
 
 
 def refitted_rows(diagnosis: Diagnosis, system: System) -> tuple[RefittedRow, ...]:
@@ -119,7 +129,7 @@ def candidate_rows(diagnosis: Diagnosis, system: System) -> tuple[CandidateRow, 
 
 
 def _parameters(candidate: Candidate, system: System) -> tuple[str, ...]:
-    effect = CATALOGUE[candidate.kind]
+    effect = CATALOGUE[candidate.kind].with_parameters(list(candidate.parameters))
     units = unit_words(effect, places_of(effect, system).index(candidate.on), system)
     return tuple(f"{name} = {with_unit(value, units[name], 3)}" for name, value in candidate.parameters.items())
 

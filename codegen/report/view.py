@@ -33,11 +33,12 @@ class ErrorRow:
 
 @dataclass(frozen=True)
 class ParameterView:
-    """A parameter of an effect: value with unit, and its meaning in the catalogue."""
+    """A parameter of an effect: value with unit, its meaning in the catalogue, and its 95 % interval in print."""
 
     name: str
     value: str
     meaning: str
+    interval: str = ""
 
 
 @dataclass(frozen=True)
