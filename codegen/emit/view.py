@@ -64,7 +64,7 @@ class CodeView:
     Attributes:
         initial, rest: the first state, and that for inputs of zero; ``begun`` is the sum of the first state, and
             ``start_uses_inputs`` says whether it depends on any.
-        check: the sum of the next states, and of the inputs that do not make one of them infinite or NaN when they are.
+        check: the sum of the next states, and of the inputs and outputs that may be infinite or NaN while they are not.
     """
 
     derived: tuple[Constant, ...]
@@ -121,6 +121,7 @@ def view(program: Program, code: Code, style: Style) -> CodeView:
     used = reachable(a.value for a in (*code.initial_parts, *code.initial))
     unseen = [fields[name] for name in code.unseen(f.name for f in program.inputs)]
     following = [f"{f.name}_next" for f in program.states]
+    products = [step.text(node) for node in code.unseen_outputs()]
     needed = _constants_used(code)
     return CodeView(
         derived=derived,
@@ -131,7 +132,7 @@ def view(program: Program, code: Code, style: Style) -> CodeView:
         initial_parts=tuple(lines(code.initial_parts, start)),
         rest=tuple(lines(code.rest, start, "        state->{name} = ")),
         begun=wrapped(" + ".join(fields[f.name] for f in program.states), 25, language, style.indent),
-        check=wrapped(" + ".join([*unseen, *following]), 25, language, style.indent),
+        check=wrapped(" + ".join([*unseen, *following, *products]), 25, language, style.indent),
         start_uses_inputs=any(n.kind == "symbol" and not n.constant for n in used),
         start_uses_parameters=any(n.kind == "symbol" and n.constant for n in used),
         step_uses_parameters=needed,

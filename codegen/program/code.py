@@ -85,6 +85,15 @@ class Code:
             seen |= through[following.value]
         return tuple(name for name, bit in bits.items() if not seen & bit)
 
+    def unseen_outputs(self) -> tuple[Node, ...]:
+        """Outputs with a product or quotient that may overflow while every next state stays finite, each node once."""
+        carried = _passing([a.value for a in self.next_state])
+        found: dict[Node, None] = {}
+        for output in self.outputs:
+            if any(_may_overflow(node) and node not in carried for node in _passing([output.value])):
+                found.setdefault(output.value)
+        return tuple(found)
+
     @property
     def constants(self) -> dict[Node, str]:
         """The node of each derived constant → its name."""
@@ -125,3 +134,22 @@ class Code:
             calls=len(calls) - calls.count("sign") - calls.count("abs"),
             selections=calls.count("sign") + calls.count("abs"),
         )
+
+
+def _passing(roots: Iterable[Node]) -> set[Node]:
+    """The nodes below the roots which, infinite or NaN, make a root so."""
+    found: set[Node] = set()
+    waiting = list(roots)
+    while waiting:
+        node = waiting.pop()
+        if node not in found:
+            found.add(node)
+            if node.name not in LIMITS:
+                waiting.extend(node.arguments[:1] if node.kind == "quotient" else node.arguments)
+    return found
+
+
+def _may_overflow(node: Node) -> bool:
+    """Whether finite arguments can give what is not finite, other than by a sum or a constant factor."""
+    varying = [a for a in node.arguments if not a.constant]
+    return (node.kind == "quotient" and not node.constant) or (node.kind == "product" and len(varying) > 1)

@@ -61,7 +61,7 @@ class _Rolling:
         written = self._stretches(outputs, join=False)
         states = [self._field(a.name, m, "state") for a, m in zip(code.next_state, markers, strict=True)]
         committed = self._stretches(states, join=False)
-        check = self._sums([*(self._symbol(name) for name in unseen), *markers])
+        check = self._sums([*(self._symbol(name) for name in unseen), *markers, *code.unseen_outputs()])
         begun = self._sums([self._symbol(f.name) for f in self.program.states])
         rest = self._stretches([self._field(a.name, a.value, "state") for a in code.rest], join=False)
         self.defined = {v.node: v for v in constants}

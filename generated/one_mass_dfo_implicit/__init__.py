@@ -199,7 +199,7 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
     w_held_next = inputs.w
 
     # hold the last state and estimates where a next state, or an input that it does not show, is not finite
-    check = z_v_next + z_f_rail_next + z_a_rail_next + w_held_next
+    check = z_v_next + z_f_rail_next + z_a_rail_next + w_held_next + a_hat_rail + F_hat_rail
     if not abs(check) <= LARGEST:
         outputs.fault = 1
         return outputs

@@ -117,7 +117,7 @@ void one_mass_dfo_implicit_step(one_mass_dfo_implicit_state *state, const one_ma
     const double w_held_next = inputs->w;
 
     /* hold the last state and estimates where a next state, or an input that it does not show, is not finite */
-    const double check = z_v_next + z_f_rail_next + z_a_rail_next + w_held_next;
+    const double check = z_v_next + z_f_rail_next + z_a_rail_next + w_held_next + a_hat_rail + F_hat_rail;
     if (fabs(check) <= DBL_MAX) {
         outputs->v_hat = v_hat;
         outputs->f_hat_rail = f_hat_rail;
