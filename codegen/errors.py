@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from difflib import get_close_matches
+
+LONGEST_QUOTE = 120
 
 
 @dataclass(frozen=True)
@@ -39,8 +42,13 @@ class BadInput(Exception):
     def __init__(self, place: Place | str, found: str, expected: str, nearest: str | None = None) -> None:
         self.place = place if isinstance(place, Place) else Place(place)
         self.found, self.expected, self.nearest = found, expected, nearest
-        message = f"{self.place}: {found}; expected {expected}"
+        message = f"{self.place}: {brief(found)}; expected {expected}"
         super().__init__(f"{message} (did you mean {nearest!r}?)" if nearest else message)
+
+
+def brief(text: str) -> str:
+    """The same with what is quoted in it, or a number, cut in its middle where it is long."""
+    return re.sub(rf"`[^`]{{{LONGEST_QUOTE},}}`|\d{{{LONGEST_QUOTE},}}", lambda m: f"{m[0][:70]} … {m[0][-20:]}", text)
 
 
 def nearest_name(word: str, known: Iterable[str]) -> str | None:

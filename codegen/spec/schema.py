@@ -21,7 +21,7 @@ def _number_like(value: object) -> object:
     if isinstance(value, bool) or not isinstance(value, (str, int, float)):
         raise ValueError("expected a number")
     try:
-        float(value)
+        float(value) if isinstance(value, str) else str(value)  # a whole number may be too large for a double
     except ValueError:
         alone = " alone, without its unit" if isinstance(value, str) and value[:1].isdigit() else ""
         raise ValueError(f"expected a number{alone}") from None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,10 @@ from codegen.spec.ranges import MARK, expanded
 
 LARGEST = 2_000_000
 MOST_NODES = 100_000
+DEEPEST = 100
+LONGEST_NUMBER = 4000
+_BESIDE = re.compile(r""""[^"]*"|'[^']*'|(?:^|\s)#.*""")
+"""What stands in quotes or a comment on a line."""
 
 
 def round_trip_yaml() -> YAML:
@@ -57,6 +62,7 @@ def load_mapping(text: str, file: str) -> tuple[CommentedMap, dict[str, Place]]:
     Raises:
         BadInput: on YAML that cannot be read or is not a mapping.
     """
+    _refuse_monsters(text, file)
     try:
         document = round_trip_yaml().load(text)
     except MarkedYAMLError as error:
@@ -64,7 +70,11 @@ def load_mapping(text: str, file: str) -> tuple[CommentedMap, dict[str, Place]]:
         line = mark.line + 1 if mark else None
         found = " ".join((error.problem or "malformed YAML").split())
         raise BadInput(Place(file, line), found, "YAML 1.2") from None
-    except (YAMLError, ValueError, TypeError, AttributeError, LookupError, RecursionError) as error:
+    except RecursionError:
+        indents = [len(line) - len(line.lstrip(" -?")) for line in text.splitlines()]
+        where = Place(file, indents.index(max(indents)) + 1)
+        raise BadInput(where, "entries nested too deep to be read", "a spec, whose entries lie six deep") from None
+    except (YAMLError, ValueError, TypeError, AttributeError, LookupError) as error:
         raise BadInput(Place(file), f"malformed YAML ({' '.join(str(error).split())[:120]})", "YAML 1.2") from None
     if not isinstance(document, CommentedMap):
         found = "nothing" if document is None else "a list" if isinstance(document, CommentedSeq) else "plain text"
@@ -79,6 +89,19 @@ def load_mapping(text: str, file: str) -> tuple[CommentedMap, dict[str, Place]]:
     except RecursionError:
         raise BadInput(Place(file), "a node that contains itself", "plain YAML without recursive aliases") from None
     return document, places
+
+
+def _refuse_monsters(text: str, file: str) -> None:
+    """Raise BadInput for what the YAML reader takes minutes over, or cannot hold: deep brackets, endless numbers."""
+    depth = 0
+    for number, line in enumerate(text.splitlines(), 1):
+        if re.search(rf"\d{{{LONGEST_NUMBER},}}", line):
+            raise BadInput(Place(file, number), "a number of thousands of digits", f"at most {LONGEST_NUMBER} digits")
+        for bracket in re.findall(r"[\[\]{}]", _BESIDE.sub("", line)):
+            depth = depth + 1 if bracket in "[{" else max(depth - 1, 0)
+            if depth > DEEPEST:
+                found = f"more than {DEEPEST} brackets in one another"
+                raise BadInput(Place(file, number), found, "a spec, whose matrices need three")
 
 
 def _collect(node: Any, key: str, file: str, places: dict[str, Place]) -> None:
