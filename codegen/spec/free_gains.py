@@ -36,7 +36,7 @@ def read_free_gains(raw: Any, key: str, place: Callable[[str], Place]) -> Any:
     """A gain of the schema with its free entries as FreeGain.
 
     Raises:
-        BadInput: for a range that is not low < high.
+        BadInput: for a range that is not low < high, or, where the gain is no full matrix, that holds both signs.
     """
     if isinstance(raw, list):
         return [read_free_gains(entry, f"{key}[{k}]", place) for k, entry in enumerate(raw)]
@@ -46,6 +46,10 @@ def read_free_gains(raw: Any, key: str, place: Callable[[str], Place]) -> Any:
     low, high = (exact_number(bound, where) for bound in raw.free)
     if not low < high:
         raise BadInput(where, f"free: [{raw.free[0]}, {raw.free[1]}]", "a range [low, high] with low < high")
+    if low < 0 < high and "][" not in key:
+        raise BadInput(
+            where, f"free: [{raw.free[0]}, {raw.free[1]}], of both signs", "a range of one sign: a stable gain has one"
+        )
     return FreeGain(low, high)
 
 
