@@ -27,8 +27,8 @@ def read_simulation(
 
     Raises:
         BadInput: for a name that the section cannot speak of, a number or expression that is none, a duration of less
-            than two samples or more than 10⁷, or a cancellation that is not a share, without an observer or into the
-            past.
+            than two samples or more than 10⁷, a negative seed, step, noise or limit, or a cancellation that is not a
+            share, without an observer or into the past.
     """
     if section is None:
         return None
@@ -52,15 +52,29 @@ def read_simulation(
     def numbers(name: str, names: set[str]) -> dict[str, float]:
         return {k: number(v, f"simulation.{name}.{k}") for k, v in known(name, names).items()}
 
+    def magnitudes(name: str, names: set[str], zero: bool = True) -> dict[str, float]:
+        values = numbers(name, names)
+        for k, value in values.items():
+            if value < 0 or (value == 0 and not zero):
+                what = "zero or a positive number" if zero else "a positive number; no entry means no limit"
+                raise BadInput(place(f"simulation.{name}.{k}"), f"{name} {value:g}", what)
+        return values
+
     def functions(name: str, names: set[str]) -> dict[str, sympy.Expr]:
         return {
             k: parse_expression(v, place(f"simulation.{name}.{k}")).symbolic(time)
             for k, v in known(name, names).items()
         }
 
-    duration, period = (number(x, "simulation") for x in (section.duration, section.sample_time))
-    if not 0 < period < duration or duration / period > MOST_SAMPLES:
-        raise BadInput(place("simulation"), f"{duration} s in steps of {period} s", "2 to 10^7 samples")
+    duration = number(section.duration, "simulation.duration")
+    period = number(section.sample_time, "simulation.sample_time")
+    for key, value in (("duration", duration), ("sample_time", period)):
+        if value <= 0:
+            raise BadInput(place(f"simulation.{key}"), f"{value:g} s", "a positive time in s")
+    if not period < duration or duration / period > MOST_SAMPLES:
+        raise BadInput(place("simulation.duration"), f"{duration} s in steps of {period} s", "2 to 10^7 samples")
+    if section.seed < 0:
+        raise BadInput(place("simulation.seed"), f"seed {section.seed}", "0 or a positive whole number")
     return Simulation(
         duration,
         period,
@@ -68,12 +82,12 @@ def read_simulation(
         functions("reference", entries | positions),
         numbers("position_gain", entries),
         numbers("velocity_gain", entries),
-        numbers("input_limit", entries),
-        numbers("encoder_step", positions),
-        numbers("position_noise", positions),
+        magnitudes("input_limit", entries, zero=False),
+        magnitudes("encoder_step", positions),
+        magnitudes("position_noise", positions),
         section.seed,
         numbers("integral_gain", entries),
-        numbers("velocity_noise", velocities),
+        magnitudes("velocity_noise", velocities),
         section.observer,
         _cancelled(section, place),
         section.cancel_delay,
@@ -89,6 +103,8 @@ def _cancelled(section: SimulationSection, place: Callable[[str], Place]) -> flo
         found = f"{section.cancel_delay} samples"
         raise BadInput(place("simulation.cancel_delay"), found, "0, 1, 2 … samples of the observer")
     if section.cancel is None:
+        if "cancel_delay" in section.model_fields_set:
+            raise BadInput(place("simulation.cancel_delay"), "a delay of nothing", "`cancel: 1` beside it, or no delay")
         return None
     share = float(exact_number(section.cancel, place("simulation.cancel")))
     if not 0 < share <= 1:

@@ -19,6 +19,10 @@ _EXPECTED = {
     "model_type": "a mapping",
     "int_type": "a whole number",
     "int_parsing": "a whole number",
+    "int_from_float": "a whole number",
+    "int_parsing_size": "a whole number of at most 4300 digits",
+    "bool_type": "true or false",
+    "bool_parsing": "true or false",
 }
 
 

@@ -15,6 +15,11 @@ def changed(text: str, old: str, new: str) -> str:
     return text.replace(old, new)
 
 
+def simulated(entry: str) -> str:
+    """One mass with another last line of its simulation, which is line 30."""
+    return changed(ONE, "encoder_step: {x: 1e-5}", entry)
+
+
 FAULTS = {
     "missing key": (
         changed(ONE, "force:                    # g(x, v, w), everything but friction\n  - w\n", ""),
@@ -66,6 +71,35 @@ FAULTS = {
     "name of several lines": (changed(ONE, "name: one_mass", 'name: "one\\n\\nmass"'), "name"),
     "name with control characters": (changed(ONE, "name: one_mass", 'name: "one\\e[2Jmass"'), "name"),
     "number that is none": (changed(ONE, "value: 1,", "value: .nan,"), "parameters.m.value"),
+    "a whole number beyond all doubles": (
+        changed(ONE, "K_F: 10,", f"K_F: 1{'0' * 400},"),
+        ":22: observer.gains.K_F: the number 1000",
+    ),
+    "such a number in the envelope": (changed(ONE, "v: [-5, 5]", f"v: [-5, 1{'0' * 400}]"), ":25: envelope.v[1]: the"),
+    "such a duration": (
+        changed(ONE, "duration: 12", f"duration: 1{'0' * 400}"),
+        ":27: simulation.duration: the number",
+    ),
+    "a number too long for Python": (changed(ONE, "value: 1,", f"value: 1{'0' * 9000},"), ":9: a number of thousands"),
+    "brackets without end": (changed(ONE, "name: one_mass", f"name: {'[' * 3000}"), ":2: more than 100 brackets"),
+    "lists without end": (f"{ONE}rest:\n  {'- ' * 3000}a\n", ":32: entries nested too deep"),
+    "a long expression": (
+        changed(ONE, "\n  - w\n", f"\n  - {'w + ' * 400}zz\n"),
+        ":13: force[0]: unknown name `zz` in `w + ",
+    ),
+    "duration negative": (
+        changed(ONE, "duration: 12", "duration: -3"),
+        ":27: simulation.duration: -3 s; expected a pos",
+    ),
+    "duration too long": (changed(ONE, "duration: 12", "duration: 1e9"), ":27: simulation.duration: 1000000000"),
+    "seed negative": (simulated("seed: -3"), ":30: simulation.seed: seed -3; expected 0 or a positive"),
+    "seed broken": (simulated("seed: 1.5"), ":30: simulation.seed: `1.5`; expected a whole number"),
+    "encoder step negative": (simulated("encoder_step: {x: -0.1}"), ":30: simulation.encoder_step.x: "),
+    "noise negative": (simulated("position_noise: {x: -5}"), ":30: simulation.position_noise.x: "),
+    "noise of a velocity negative": (simulated("velocity_noise: {v: -5}"), ":30: simulation.velocity_noise.v: "),
+    "limit of zero": (simulated("input_limit: {w: 0}"), ":30: simulation.input_limit.w: input_limit 0; exp"),
+    "delay of nothing": (simulated("observer: true\n  cancel_delay: 2"), ":31: simulation.cancel_delay: a delay"),
+    "free gain of both signs": (changed(ONE, "K_F: 10,", "K_F: {free: [-1, 1]},"), ":22: observer.gains.K_F.free: "),
     "division by zero": (changed(ONE, "\n  - w\n", "\n  - w/0\n"), "divides by zero"),
 }
 
@@ -88,6 +122,7 @@ def test_fault(folder, fault):
     result = stiction("check", "s.yaml")
     assert is_one_message(result), result
     assert result.err.startswith("error: s.yaml") and words in result.err
+    assert len(result.err) < 600
     again = stiction("generate", "s.yaml")
     assert again == result
     assert contents(folder) == before
