@@ -6,7 +6,7 @@ BIN    := $(VENV)/bin
 # Other compilers, checkers and an emulator for the tests of the generated C; where one is absent, its tests skip and say so.
 TOOLCHAINS := clang clang-tidy cppcheck g++ gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm valgrind
 
-.PHONY: demo test lint types toolchains goldens check-all generate audit gallery benchmarks practice clean
+.PHONY: demo test lint types toolchains goldens check-all generate certificates audit gallery benchmarks practice clean
 .DEFAULT_GOAL := test
 
 $(VENV)/run.stamp: pyproject.toml
@@ -49,6 +49,10 @@ check-all: toolchains test goldens
 # Write generated/ anew from the shipped specs.
 generate: $(VENV)/run.stamp
 	$(BIN)/stiction generate specs/*.yaml specs/thesis/*.yaml --uncertified
+
+# Write docs/certificates.md anew: what is certified, refuted and bounded for each shipped spec.
+certificates: $(VENV)/run.stamp
+	$(BIN)/python -m codegen.certificate_table specs/*.yaml specs/thesis/*.yaml
 
 # Write docs/audit.md anew: the printed formulas of the thesis against the derivation.
 audit: $(VENV)/run.stamp
