@@ -103,6 +103,8 @@ def _loose_intervals(
     """Midpoints of the intervals on which a parameter's enclosure leaves its sampled range by more than 3 %."""
     found = set()
     for node, variables, (low, high) in zip(nodes, used, sampled, strict=True):
+        if not variables:  # a constant that is not rational: nothing to split
+            continue
         slack = (LOOSE - 1) * max(high - low, abs(high), abs(low))
         for cell in _cells({v: breaks[v] for v in variables}):
             try:

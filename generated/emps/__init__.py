@@ -1,7 +1,7 @@
 """emps: friction observer GCFO, velocity estimated, double precision.
 
 Made by stiction 0.1.0 from emps.yaml
-sha256 d12d46064ab668b52af346ac1f00c9207373a086bbfb7d2f3571a5090dba0d19
+sha256 6af290046ff97bda38cdd6b999da2562985f0f24de93aee566995a6b17c119de
 with: stiction generate emps.yaml
 
 The twin of emps.c: the same operations in the same order on doubles, so the same bits. Do not edit.
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"]
 
-SPEC_SHA256 = "d12d46064ab668b52af346ac1f00c9207373a086bbfb7d2f3571a5090dba0d19"
+SPEC_SHA256 = "6af290046ff97bda38cdd6b999da2562985f0f24de93aee566995a6b17c119de"
 LARGEST = 1.7976931348623157e308
 
 

@@ -3,7 +3,7 @@
  * Source: Janot, Gautier and Brunot 2019, Data set and reference models of EMPS; symmetric model.
  *
  * Made by stiction 0.1.0 from emps.yaml
- * sha256 d12d46064ab668b52af346ac1f00c9207373a086bbfb7d2f3571a5090dba0d19
+ * sha256 6af290046ff97bda38cdd6b999da2562985f0f24de93aee566995a6b17c119de
  * with: stiction generate emps.yaml
  *
  * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a product with its reciprocal, which the

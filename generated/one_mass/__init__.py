@@ -1,7 +1,7 @@
 """one_mass: friction observer CFO, velocity estimated, double precision.
 
 Made by stiction 0.1.0 from one_mass.yaml
-sha256 e67cd56555665e4cb1932194e4d6ac3973199ae183caabde74369e4fecf4dea9
+sha256 491917b865f9830da759dde8b0b4ac038686a7b67abddc37339d9895781a3edf
 with: stiction generate one_mass.yaml
 
 The twin of one_mass.c: the same operations in the same order on doubles, so the same bits. Do not edit.
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"]
 
-SPEC_SHA256 = "e67cd56555665e4cb1932194e4d6ac3973199ae183caabde74369e4fecf4dea9"
+SPEC_SHA256 = "491917b865f9830da759dde8b0b4ac038686a7b67abddc37339d9895781a3edf"
 LARGEST = 1.7976931348623157e308
 
 

@@ -3,7 +3,7 @@
  * A step: 6 additions, 8 multiplications, 0 divisions, 0 calls, 2 of sign or magnitude.
  *
  * Made by stiction 0.1.0 from one_mass.yaml
- * sha256 e67cd56555665e4cb1932194e4d6ac3973199ae183caabde74369e4fecf4dea9
+ * sha256 491917b865f9830da759dde8b0b4ac038686a7b67abddc37339d9895781a3edf
  * with: stiction generate one_mass.yaml
  */
 #include "one_mass.h"

@@ -1,7 +1,7 @@
 """rig: friction observer CFO, velocity estimated, double precision.
 
 Made by stiction 0.1.0 from rig.yaml
-sha256 7251f4f1b617cc2038090d9dbaa1075a2eab900ef9bf816326a579f8bfb3dcf1
+sha256 f86bd8b1a92165fc8be5068dad91ef4dc02dd84ee43c29f9621a6f3ae7dc1e8a
 with: stiction generate rig.yaml
 
 The twin of rig.c: the same operations in the same order on doubles, so the same bits. Do not edit.
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"]
 
-SPEC_SHA256 = "7251f4f1b617cc2038090d9dbaa1075a2eab900ef9bf816326a579f8bfb3dcf1"
+SPEC_SHA256 = "f86bd8b1a92165fc8be5068dad91ef4dc02dd84ee43c29f9621a6f3ae7dc1e8a"
 LARGEST = 1.7976931348623157e308
 
 

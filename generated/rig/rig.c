@@ -3,7 +3,7 @@
  * A step: 6 additions, 8 multiplications, 0 divisions, 0 calls, 2 of sign or magnitude.
  *
  * Made by stiction 0.1.0 from rig.yaml
- * sha256 7251f4f1b617cc2038090d9dbaa1075a2eab900ef9bf816326a579f8bfb3dcf1
+ * sha256 f86bd8b1a92165fc8be5068dad91ef4dc02dd84ee43c29f9621a6f3ae7dc1e8a
  * with: stiction generate rig.yaml
  */
 #include "rig.h"

@@ -3,7 +3,7 @@
  * Source: Mentzelopoulou 1994, chapter 8; the signs of (8.4)-(8.5) as in (3.8)-(3.10).
  *
  * Made by stiction 0.1.0 from rig.yaml
- * sha256 7251f4f1b617cc2038090d9dbaa1075a2eab900ef9bf816326a579f8bfb3dcf1
+ * sha256 f86bd8b1a92165fc8be5068dad91ef4dc02dd84ee43c29f9621a6f3ae7dc1e8a
  * with: stiction generate rig.yaml
  *
  * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a product with its reciprocal, which the

@@ -1,7 +1,7 @@
 """rig_to: friction observer TO, velocity estimated, double precision.
 
 Made by stiction 0.1.0 from rig_to.yaml
-sha256 548fde0b8ad1aa0f939cbcfd46f103a1fdb2f3fd97d1d062f74811fafc58e9f5
+sha256 3f8a34b28bf62f6eba9ec73e43a7a6df1bc1671345b852be96b034354d84bb91
 with: stiction generate rig_to.yaml
 
 The twin of rig_to.c: the same operations in the same order on doubles, so the same bits. Do not edit.
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"]
 
-SPEC_SHA256 = "548fde0b8ad1aa0f939cbcfd46f103a1fdb2f3fd97d1d062f74811fafc58e9f5"
+SPEC_SHA256 = "3f8a34b28bf62f6eba9ec73e43a7a6df1bc1671345b852be96b034354d84bb91"
 LARGEST = 1.7976931348623157e308
 
 

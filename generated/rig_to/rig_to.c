@@ -3,7 +3,7 @@
  * A step: 8 additions, 8 multiplications, 0 divisions, 0 calls, 0 of sign or magnitude.
  *
  * Made by stiction 0.1.0 from rig_to.yaml
- * sha256 548fde0b8ad1aa0f939cbcfd46f103a1fdb2f3fd97d1d062f74811fafc58e9f5
+ * sha256 3f8a34b28bf62f6eba9ec73e43a7a6df1bc1671345b852be96b034354d84bb91
  * with: stiction generate rig_to.yaml
  */
 #include "rig_to.h"

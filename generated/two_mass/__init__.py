@@ -1,7 +1,7 @@
 """two_mass: friction observer GCFO, velocity estimated, double precision.
 
 Made by stiction 0.1.0 from two_mass.yaml
-sha256 ccb18d2c4c2dfa9319c5b4a64b18e42a51152227daad0f0a42041e2de1e3c1c0
+sha256 031b525ba7f60f08510d0d22f59722e3d45b69de54504caba3c6aa1a521f125d
 with: stiction generate two_mass.yaml
 
 The twin of two_mass.c: the same operations in the same order on doubles, so the same bits. Do not edit.
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"]
 
-SPEC_SHA256 = "ccb18d2c4c2dfa9319c5b4a64b18e42a51152227daad0f0a42041e2de1e3c1c0"
+SPEC_SHA256 = "031b525ba7f60f08510d0d22f59722e3d45b69de54504caba3c6aa1a521f125d"
 LARGEST = 1.7976931348623157e308
 
 

@@ -3,7 +3,7 @@
  * Source: Mentzelopoulou 1994, section 4.7.
  *
  * Made by stiction 0.1.0 from two_mass.yaml
- * sha256 ccb18d2c4c2dfa9319c5b4a64b18e42a51152227daad0f0a42041e2de1e3c1c0
+ * sha256 031b525ba7f60f08510d0d22f59722e3d45b69de54504caba3c6aa1a521f125d
  * with: stiction generate two_mass.yaml
  *
  * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a product with its reciprocal, which the
