@@ -94,7 +94,7 @@ def generate(
         overrides: the command's own choices of precision, fault policy and targets.
 
     Raises:
-        BadInput: for a bad spec or a folder that cannot be written.
+        BadInput: for a bad spec, or a folder that cannot be written or where files lie that we did not write.
     """
     spec = read_spec(path)
     files, outcome = generated_files(spec, overrides)
@@ -103,6 +103,7 @@ def generate(
         return Generated(target, files, outcome, _stale(target, files))
     if isinstance(outcome, Certificate) or uncertified:
         _refuse_folder_of_another(target, spec.name)
+        refuse_hand_written(target, files)
         write_all(target, files)
         _make_importable(target, folder)
         _drop_old_proofs(target, spec, files)
@@ -149,13 +150,28 @@ def _complete(
 
 def _refuse_folder_of_another(target: Path, name: str) -> None:
     """Raise BadInput where another machine's code was generated: half of its files would be overwritten."""
-    try:
-        theirs = json.loads((target / "manifest.json").read_text(encoding="utf-8"))["files"]
-        header = next((file for file in theirs if file.endswith(".h") and file != f"{name}.h"), None)
-    except (OSError, ValueError, KeyError, TypeError):
-        return
+    header = next((file for file in _listed(target) if file.endswith(".h") and file != f"{name}.h"), None)
     if header is not None:
         raise BadInput(str(target), f"the code of {header.removesuffix('.h')}", f"a folder of its own for {name}")
+
+
+def refuse_hand_written(target: Path, files: Mapping[str, str]) -> None:
+    """Raise BadInput where a file of these names lies in a folder, and no manifest of ours says that we wrote it."""
+    listed = _listed(target)
+    foreign = [name for name in files if name not in listed and (target / name).exists()]
+    if foreign:
+        found = f"{', '.join(foreign)}, listed in no manifest.json of stiction: written by another hand"
+        raise BadInput(str(target), found, "a new folder, or one that stiction wrote; nothing was replaced")
+
+
+def _listed(folder: Path) -> tuple[str, ...]:
+    """The files that a manifest of ours in a folder lists, with itself; () without one."""
+    try:
+        manifest = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
+        ours = manifest["tool"]["name"] == "stiction"
+        return (*map(str, manifest["files"]), "manifest.json") if ours else ()
+    except (OSError, ValueError, KeyError, TypeError):
+        return ()
 
 
 def _make_importable(target: Path, folder: str | Path | None) -> None:

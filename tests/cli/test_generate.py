@@ -199,3 +199,28 @@ def test_the_folder_of_another_machine_is_refused(generated, folder):
     assert result.code == 2
     assert "the code of one_mass; expected a folder of its own for two_mass" in result.err
     assert contents(generated) == before
+
+
+@pytest.mark.parametrize("manifest", [None, "{}", '{"tool": {"name": "other"}, "files": {"README.md": ""}}', "\xff"])
+def test_files_of_another_hand_are_kept(folder, manifest):
+    target = folder / "project"
+    target.mkdir()
+    for name in ("README.md", "CMakeLists.txt", "notes.txt"):
+        (target / name).write_text("mine")
+    if manifest is not None:
+        (target / "manifest.json").write_text(manifest, encoding="latin-1")
+    before = contents(folder)
+    result = stiction("generate", "one_mass.yaml", "-o", "project")
+    assert result.code == 2 and len(result.err.splitlines()) == 1
+    assert "README.md" in result.err and "CMakeLists.txt" in result.err and "notes.txt" not in result.err
+    assert contents(folder) == before
+
+
+def test_a_file_that_our_manifest_does_not_list_is_kept(folder):
+    assert stiction("generate", "one_mass.yaml", "-o", "here", "--target", "c").code == 0
+    (folder / "here" / "__init__.py").write_text("mine")
+    result = stiction("generate", "one_mass.yaml", "-o", "here")
+    assert result.code == 2 and "__init__.py, listed in no manifest.json" in result.err
+    (folder / "here" / "__init__.py").unlink()
+    assert stiction("generate", "one_mass.yaml", "-o", "here").code == 0
+    assert stiction("generate", "one_mass.yaml", "-o", "here", "--target", "c").code == 0
