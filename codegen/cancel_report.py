@@ -11,7 +11,7 @@ from typing import Any
 from codegen.cancellation import Plan, RankFalls, Reach, make_plan, reach
 from codegen.cancellation.leftover import Leftover, leftover
 from codegen.effects.declare import add_declared_effects
-from codegen.files import write_all
+from codegen.files import refuse_target, write_all
 from codegen.mechanics import build_system
 from codegen.readable_cancellation import cancellation_json, cancellation_view, hunting_json
 from codegen.simulate.hunting import Hunting, hunting
@@ -75,6 +75,8 @@ def cancel(
         BadInput: for a bad spec, a force that is not linear in the inputs, or a folder that cannot be written.
     """
     spec = read_spec(path)
+    if folder is not None:
+        refuse_target(Path(folder) / NUMBERS, {"the spec itself": spec.path})
     system = add_declared_effects(build_system(spec), spec)
     choice = spec.cancellation or CancellationChoice()
     found = reach(spec, system, choice.weight)

@@ -15,6 +15,7 @@ from codegen.cli_pages import pages
 from codegen.demo import run_demo
 from codegen.effects.register import load_effects
 from codegen.errors import BadInput
+from codegen.files import named_path
 from codegen.readable import analysis_json, analysis_latex, analysis_view, model_view
 from codegen.readable_gains import gains_view
 from codegen.stability.certify import Refusal
@@ -76,10 +77,13 @@ def derive(
 @app.command()
 def certify(
     spec: SpecPath,
-    out: Annotated[Path | None, typer.Option("-o", "--output", help="write the certificate here")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", parser=named_path, metavar="FILE", help="write the certificate here"),
+    ] = None,
 ) -> None:
     """Certify the sampled observer over the envelope, or say why not, with a counterexample."""
-    found = pipeline.certify_in_full(spec)
+    found = pipeline.certify_in_full(spec, out)
     outcome, more = found.outcome, {"bounds": found.bounds, "sample_times": found.sample_times}
     if isinstance(outcome, Refusal):
         errors.print(render("text/refused.txt.j2", refusal=outcome, **more), end="")
@@ -101,7 +105,10 @@ def verify(
 @app.command()
 def generate(
     specs: Annotated[list[Path], typer.Argument(metavar="SPEC...", help="spec files")],
-    out: Annotated[Path | None, typer.Option("-o", "--output", help="folder; generated/NAME by default")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", parser=named_path, metavar="DIR", help="folder; generated/NAME by default"),
+    ] = None,
     check_only: Annotated[
         bool, typer.Option("--check", help="write nothing; fail if the files are not current")
     ] = False,
@@ -147,7 +154,10 @@ def generate(
 def gains(
     spec: SpecPath,
     out: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="DIR", help="folder for gains.json, gains.png, spec.yaml")
+        Path | None,
+        typer.Option(
+            "-o", "--output", parser=named_path, metavar="DIR", help="folder for gains.json, gains.png, spec.yaml"
+        ),
     ] = None,
     over: Annotated[
         tuple[str, str] | None,
@@ -168,7 +178,9 @@ def gains(
 @app.command()
 def cancel(
     spec: SpecPath,
-    out: Annotated[Path | None, typer.Option("-o", "--output", metavar="DIR", help="folder for the results")] = None,
+    out: Annotated[
+        Path | None, typer.Option("-o", "--output", parser=named_path, metavar="DIR", help="folder for the results")
+    ] = None,
     hunt: Annotated[bool, typer.Option("--hunt", help="look for limit cycles of the closed loop")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="print JSON")] = False,
 ) -> None:
@@ -186,7 +198,9 @@ def cancel(
 @app.command()
 def simulate(
     spec: SpecPath,
-    out: Annotated[Path, typer.Option("-o", "--output", metavar="LOG", help="the CSV file to write")],
+    out: Annotated[
+        Path, typer.Option("-o", "--output", parser=named_path, metavar="LOG", help="the CSV file to write")
+    ],
     method: Annotated[str, typer.Option("--method", help="steps, or events: slow, exact between events")] = "steps",
 ) -> None:
     """Write a log from the plant of the spec, with its declared effects."""
@@ -204,7 +218,9 @@ def diagnose(
     test: Annotated[
         list[Path] | None, typer.Option("--test", metavar="LOG2", help="log to measure the error on; may be repeated")
     ] = None,
-    out: Annotated[Path | None, typer.Option("-o", "--output", metavar="DIR", help="folder for the results")] = None,
+    out: Annotated[
+        Path | None, typer.Option("-o", "--output", parser=named_path, metavar="DIR", help="folder for the results")
+    ] = None,
     description: Description = None,
     column: Columns = None,
 ) -> None:
@@ -218,7 +234,9 @@ def diagnose(
 def replay(
     spec: SpecPath,
     log: Annotated[Path, typer.Argument(metavar="LOG", help="measured log, CSV, .npy or .mat")],
-    out: Annotated[Path | None, typer.Option("-o", "--output", metavar="OUT", help="CSV or .npy to write")] = None,
+    out: Annotated[
+        Path | None, typer.Option("-o", "--output", parser=named_path, metavar="OUT", help="CSV or .npy to write")
+    ] = None,
     description: Description = None,
     column: Columns = None,
     only: Annotated[list[str] | None, typer.Option("--only", metavar="OUTPUT", help="write this output")] = None,
@@ -230,7 +248,9 @@ def replay(
 
 @app.command()
 def demo(
-    out: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="its folder")] = Path("demo"),
+    out: Annotated[Path, typer.Option("-o", "--output", parser=named_path, metavar="DIR", help="its folder")] = Path(
+        "demo"
+    ),
 ) -> None:
     """Run the main job on the embedded default: a belt-driven axis with an effect that its spec lacks."""
     with progress() as tell:

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from codegen.files import named_path
 from codegen.terminal import output, progress
 from codegen.text import render
 
@@ -16,7 +17,8 @@ pages = typer.Typer()
 @pages.command()
 def laws(
     out: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="DIR", help="write laws.md and its pictures here")
+        Path | None,
+        typer.Option("-o", "--output", parser=named_path, metavar="DIR", help="write laws.md and its pictures here"),
     ] = None,
 ) -> None:
     """List the friction laws, or write their page with a picture of each."""
@@ -31,7 +33,8 @@ def laws(
 @pages.command()
 def effects(
     out: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="DIR", help="write effects.md and its pictures here")
+        Path | None,
+        typer.Option("-o", "--output", parser=named_path, metavar="DIR", help="write effects.md and its pictures here"),
     ] = None,
 ) -> None:
     """List the effects that a model may lack, or write their page with a picture of each."""
@@ -48,7 +51,9 @@ def effects(
 
 @pages.command()
 def audit(
-    out: Annotated[Path | None, typer.Option("-o", "--output", metavar="FILE", help="write docs/audit.md here")] = None,
+    out: Annotated[
+        Path | None, typer.Option("-o", "--output", parser=named_path, metavar="FILE", help="write docs/audit.md here")
+    ] = None,
     as_json: Annotated[Path | None, typer.Option("--json", metavar="FILE", help="write the findings as JSON")] = None,
 ) -> None:
     """Hold the printed formulas of the thesis against our own derivation of them."""
@@ -63,9 +68,9 @@ def audit(
 
 @pages.command()
 def gallery(
-    out: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="folder for pictures and table")] = Path(
-        "docs/gallery"
-    ),
+    out: Annotated[
+        Path, typer.Option("-o", "--output", parser=named_path, metavar="DIR", help="folder for pictures and table")
+    ] = Path("docs/gallery"),
     only: Annotated[
         list[str] | None, typer.Option("--only", metavar="FIGURE", help="such as 4.3; no table then")
     ] = None,

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from codegen.effects.declare import add_declared_effects
-from codegen.files import write_all
+from codegen.files import refuse_foreign, refuse_target, write_all
 from codegen.mechanics import build_system
 from codegen.readable_gains import gains_json
 from codegen.spec import read_spec
@@ -40,9 +40,14 @@ def gains(path: str | Path, folder: str | Path | None = None, over: Sequence[str
         over: the two gains of the map (``h`` is the sample time).
 
     Raises:
-        BadInput: for a bad spec, gains that the observer does not have, or a folder that cannot be written.
+        BadInput: for a bad spec, gains that the observer does not have, or a folder that cannot be written or where a
+            spec lies that we did not write.
     """
     spec = read_spec(path)
+    if folder is not None:
+        for name in (NUMBERS, MAP, SPEC):
+            refuse_target(Path(folder) / name, {"the spec itself": spec.path})
+        refuse_foreign(Path(folder), SPEC, (NUMBERS,))
     report = assess(spec, add_declared_effects(build_system(spec), spec), over)
     if folder is None:
         return GainReport(report, ())

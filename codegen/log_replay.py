@@ -7,7 +7,7 @@ from pathlib import Path
 
 from codegen.cancellation import with_cancellation
 from codegen.emit.package import emit_sources, make_header
-from codegen.errors import BadInput
+from codegen.files import refuse_target
 from codegen.observers import observer_of
 from codegen.program import build_program
 from codegen.replay import Replayed, engine_for, replay_log
@@ -38,8 +38,8 @@ def replay(
     observer = observer_of(spec)
     program = build_program(with_cancellation(spec, observer), spec.code)
     target = Path(out) if out is not None else None
-    if target is not None and target.resolve() == Path(log).resolve():
-        raise BadInput(str(target), "the log itself", "another file for the estimates")
+    if target is not None:
+        refuse_target(target, {"the log itself": Path(log), "the spec itself": spec.path})
     engine = engine_for(program, emit_sources(program, make_header(spec.path.name, spec.sha256, spec.source)))
     samples = Samples(spec, program, float(observer.sample_time), Path(log), description, columns, engine.holds)
     return replay_log(program, engine, samples, target, only)

@@ -12,10 +12,10 @@ from codegen.cancel_report import CancelReport, cancel
 from codegen.checker import verify as checker
 from codegen.effects.declare import add_declared_effects
 from codegen.errors import BadInput, Place, nearest_name
-from codegen.files import write_all, write_atomically
+from codegen.files import refuse_foreign, refuse_target, write_all, write_atomically
 from codegen.fmu import GeneratedFmu, generate_fmu
 from codegen.gain_report import GainReport, gains
-from codegen.generation import Generated, Overrides, generate, generated_files
+from codegen.generation import Generated, Overrides, generate, generated_files, refuse_hand_written
 from codegen.log_replay import Replayed, replay
 from codegen.mechanics import System, build_system
 from codegen.observers import Observer, build_observer, observer_of
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from codegen.diagnosis.results import Diagnosis
 
 Progress = Callable[[str, float], None]
+DIAGNOSIS_FILES = ("diagnosis.json", "spec.yaml", "report.html")
 
 
 @dataclass(frozen=True)
@@ -86,12 +87,17 @@ class Certified:
     sample_times: Mapping[str, float]
 
 
-def certify_in_full(path: str | Path) -> Certified:
+def certify_in_full(path: str | Path, out: str | Path | None = None) -> Certified:
     """The certificate or refusal, the bound on the error in the unit of the force, and the largest sample times.
 
+    Args:
+        out: where the certificate is to be written afterwards.
+
     Raises:
-        BadInput: as ``certify``.
+        BadInput: as ``certify``, and for a file that is not to be written.
     """
+    if out is not None:
+        refuse_target(Path(out), {"the spec itself": Path(path)}, (".json",))
     spec = read_spec(path)
     outcome = generated_files(spec)[1]
     system = add_declared_effects(build_system(spec), spec)
@@ -136,13 +142,14 @@ def simulate(
         method: of the plant: ``steps``, or ``events`` for the slow reference.
 
     Raises:
-        BadInput: for a bad spec or one without ``simulation:``, or another method.
+        BadInput: for a bad spec or one without ``simulation:``, another method, or a file that is not to be written.
     """
     chosen = next((known for known in METHODS if known == method), None)
     if chosen is None:
         raise BadInput("--method", f"`{method}`", " or ".join(METHODS), nearest_name(method, METHODS))
-    model = check(path)
     target = Path(out)
+    refuse_target(target, {"the spec itself": Path(path)}, (".csv", ".txt"))
+    model = check(path)
     write_log(target, model.spec, simulate_plant(model.spec, model.system, progress, method=chosen))
     return target
 
@@ -165,7 +172,7 @@ def diagnose(
         description, columns: how the logs name their columns.
 
     Raises:
-        BadInput: for a bad spec or log; nothing is written then.
+        BadInput: for a bad spec or log, or a folder where we would replace what is not ours; nothing is written then.
     """
     # SciPy's signal tools and matplotlib cost two seconds that the other verbs need not pay.
     from codegen.diagnosis.diagnose import diagnose_log
@@ -178,18 +185,22 @@ def diagnose(
         if Path(file).resolve() in {Path(other).resolve() for other in logs}:
             expected = "another log, or none: the end of LOG is then held out"
             raise BadInput(str(file), "the training log itself as --test", expected)
+    folder = Path(out) if out is not None else Path(f"{Path(logs[0]).stem}_diagnosis")
+    read = {"the spec itself": Path(path)} | {f"the log {file}": Path(file) for file in (*logs, *tests)}
+    for name in DIAGNOSIS_FILES:
+        refuse_target(folder / name, read)
+    refuse_foreign(folder, "spec.yaml", ("diagnosis.json",))
     model = check(path)
     refuse_free_gains(model.spec)
     train = read_logs(logs, model.spec, description=description, columns=columns)
     held_out = read_logs(tests, model.spec, description=description, columns=columns) if tests else None
     diagnosis, models = diagnose_log(model.spec, model.system, train, held_out, progress)
-    folder = Path(out) if out is not None else Path(f"{Path(logs[0]).stem}_diagnosis")
-
     files: dict[str, str] = {"spec.yaml": models.spec_text}
     if model.observer is not None:
         augmented = parse_spec(models.spec_text, model.spec.path.parent / "spec.yaml")
         before = generated_files(model.spec)[1]
         generated, after = generated_files(augmented)
+        refuse_hand_written(folder / "generated" / augmented.name, generated)
         diagnosis = replace(diagnosis, certificate=CertificateChange(_rate(before), _rate(after)))
         files |= {f"generated/{augmented.name}/{name}": text for name, text in generated.items()}
     if model.spec.robot is not None and not {"..", "/"} & {*Path(model.spec.robot[0]).parts}:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.errors import BadInput
-from codegen.files import new_file_mode, write_atomically
+from codegen.files import new_file_mode, refuse_target, write_atomically
 
 Array = NDArray[np.float64]
 Column = tuple[str, str]
@@ -52,8 +52,7 @@ class _InPlace:
         self.path, self.columns, self.flagged = path, list(columns), flagged
         self.rows = 0
         try:
-            if path.is_dir():
-                raise BadInput(str(path), "a folder", "a file to write the estimates to")
+            refuse_target(path)
             path.parent.mkdir(parents=True, exist_ok=True)
             handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
         except OSError as error:

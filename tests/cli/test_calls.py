@@ -47,6 +47,58 @@ def test_output_that_cannot_be_written(folder, arguments):
     assert contents(folder) == {"file": b"kept\n"}
 
 
+@pytest.fixture
+def mine(folder):
+    """A folder with the user's own files under names that the verbs write."""
+    for name in ("one.yaml", "spec.yaml", "log.csv", "cancellation.json"):
+        (folder / name).write_text(ONE.read_text() + f"# mine: {name}\n")
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("gains", "spec.yaml", "-o", "."), "spec.yaml: the spec itself; expected another file"),
+        (("gains", "one.yaml", "-o", "."), "spec.yaml: a file that stiction did not write"),
+        (("simulate", "one.yaml", "-o", "one.yaml"), "one.yaml: the spec itself"),
+        (("simulate", "one.yaml", "-o", "./spec.yaml"), "the ending `.yaml`; expected a file ending in .csv"),
+        (("simulate", "one.yaml", "-o", "x.npy"), "the ending `.npy`; expected a file ending in .csv"),
+        (("simulate", "log.csv", "-o", "log.csv"), "the spec itself"),
+        (("simulate", "one.yaml", "-o", "/dev/full"), "/dev/full: cannot be written (a device or a pipe is there)"),
+        (("certify", "one.yaml", "-o", "one.yaml"), "one.yaml: the spec itself"),
+        (("certify", "one.yaml", "-o", "spec.yaml"), "the ending `.yaml`; expected a file ending in .json"),
+        (("certify", "one.yaml", "-o", "/dev/full"), "a device"),
+        (("cancel", "cancellation.json", "-o", "."), "cancellation.json: the spec itself"),
+        (("replay", "one.yaml", "log.csv", "-o", "log.csv"), "the log itself"),
+        (("diagnose", "spec.yaml", "log.csv", "-o", "."), "spec.yaml: the spec itself"),
+        (("diagnose", "one.yaml", "log.csv", "-o", "."), "spec.yaml: a file that stiction did not write"),
+        (("generate", "one.yaml", "-o", ""), "-o: an empty name"),
+        (("simulate", "one.yaml", "-o", ""), "-o: an empty name"),
+        (("gains", "one.yaml", "-o", "log.csv/deeper"), "cannot be written (Not a directory)"),
+    ],
+    ids=lambda a: " ".join(a) if isinstance(a, tuple) else "",
+)
+def test_what_is_not_ours_is_not_replaced(mine, arguments, words):
+    """And it is said before any work is done: the solvers and the plant are not reached."""
+    before = contents(mine)
+    with (
+        patch("codegen.gain_report.assess", side_effect=AssertionError),
+        patch("codegen.pipeline.simulate_plant", side_effect=AssertionError),
+        patch("codegen.pipeline.generated_files", side_effect=AssertionError),
+    ):
+        result = stiction(*arguments)
+    assert is_one_message(result) and words in result.err, result
+    assert contents(mine) == before
+
+
+def test_gains_replace_their_own_spec(folder):
+    assert stiction("gains", ONE, "-o", "here").code == 0
+    first = contents(folder)
+    assert "here/spec.yaml" in first
+    assert stiction("gains", ONE, "-o", "here").code == 0
+    assert contents(folder) == first
+
+
 @pytest.mark.skipif(os.geteuid() == 0, reason="root writes everywhere")
 def test_folder_without_permission(folder):
     (folder / "shut").mkdir(mode=0o555)
