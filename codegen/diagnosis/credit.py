@@ -17,8 +17,10 @@ ALPHA = 0.01
 """False-alarm rate of one log over all candidates (Bonferroni), by random signs on the gains of segments."""
 LEAST_SHARE = 0.05
 """A candidate removes at least this share of the squared residual (geometric mean over held-out segments)."""
-LEAST_SIZE = 2e-3
-"""It changes the prediction by at least this share of what the drive force does."""
+LEAST_SIZE = 5e-3
+"""Its force is at least this share of the drive force (RMS); where it is no force, its change of the prediction is."""
+NEAR_NOISE = 3.0
+"""Only a model whose error is within this of the noise is judged by the likelihood that the noise gives it."""
 LEAST_EXPLAINED = 0.4
 """All effects together remove this share of the squared residual, or of what it has above the noise; else: unknown."""
 AT_NOISE = 0.05

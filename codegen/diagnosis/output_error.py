@@ -16,6 +16,8 @@ KEPT = 40
 """Means of the residual kept for each segment."""
 STEP = 1e-4
 HUGE = 1e6
+WITHIN = 3.0
+"""Prior standard deviations that a parameter with a tolerance may move: what lies beyond is an effect, not a refit."""
 WIDE = 20.0
 SPEED_SHARE = 0.005
 """How far a start may be off: in noise of the position, in the 95 % speed."""
@@ -152,6 +154,7 @@ def fit(
         reach: how far each may go from where it starts.
     """
     first, farthest = theta, np.full(len(theta), np.inf) if reach is None else reach
+    bound = np.where(price > 0, WITHIN / np.sqrt(np.maximum(price, 1e-300)), np.inf)
     sizes = np.maximum(np.abs(theta), 1e-3) if scale is None else scale
     now = means(runner, runner.run(theta, offsets))
     damping = 1e-6
@@ -174,6 +177,7 @@ def fit(
             step = np.linalg.solve(matrix / np.outer(size, size) + damping * np.eye(len(size)), right / size) / size
             longest = 2.0 * np.maximum(sizes, np.abs(theta))
             moved = np.clip(theta + np.clip(step, -longest, longest), first - farthest, first + farthest)
+            moved = np.clip(moved, centre - bound, centre + bound)
             step = moved - theta
             left = now - np.einsum("a,ask->sk", step, np.stack(slopes))
             shift = starts.shift(left)

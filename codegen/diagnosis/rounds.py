@@ -11,15 +11,20 @@ from numpy.typing import NDArray
 
 from codegen.diagnosis import credit
 from codegen.diagnosis.credit import Evidence, evidence, held_out_losses, independent_share, level, noise_loss, size_of
+from codegen.diagnosis.measure import drive_force
+from codegen.diagnosis.models import with_effects
 from codegen.diagnosis.output_error import Shot
+from codegen.diagnosis.residual import inverse_dynamics_residual
+from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.search import Found, Search
-from codegen.diagnosis.trial import Part
+from codegen.diagnosis.trial import STRUCTURE, Part
 from codegen.effects import CATALOGUE
 
 Array = NDArray[np.float64]
 
 MOST_EFFECTS = 3
 SWAPPED = 6
+STRUCTURE_SIZE = 2e-3
 BETTER = 10.0
 """Nats by which another effect must fit better to take the place of one found earlier."""
 
@@ -35,6 +40,7 @@ class Ranked:
         ratio: median error of its free runs over that of the model without it.
         size: change of the prediction over what the drive force does.
         why_not: the test that it fails, in words; empty where it passes all.
+        unsure: whether that test is the probability alone: beside another effect it may still pass.
     """
 
     found: Found
@@ -43,6 +49,7 @@ class Ranked:
     ratio: float
     size: float
     why_not: str
+    unsure: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,22 +77,26 @@ class Outcome:
 
 def find_effects(search: Search, tell: Progress, refit_only: bool = False) -> Outcome:
     """Rounds of candidates until none is credited; none at all where ``refit_only``."""
-    base = current = search.refit()
+    base = current = confirmed = search.refit()
     first: list[Ranked] = []
     rivals: list[Ranked] = []
     for turn in range(0 if refit_only else MOST_EFFECTS):
         if turn and at_noise(current):
             break
-        ranked = run_round(search, current, search.every_part(current.runner.trial.parts), partial(tell, turn))
-        if turn == 0:
-            first = ranked
-        if not ranked or ranked[0].why_not:
+        parts = search.every_part(current.runner.trial.parts)
+        ranked = run_round(search, current, parts, partial(tell, turn))
+        first = first or ranked
+        possible = [r for r in ranked if not r.why_not or r.unsure]
+        if not possible:
             break
-        tied = ties(ranked)
-        if tied and turn > 0:
-            break
-        current = search.rebased(ranked[0].found.shot)
+        tied = ties(possible)
+        current = search.rebased(possible[0].found.shot)
         rivals = tied or rivals
+        if credible(search, confirmed, current, len(parts)):
+            confirmed = current
+    current = confirmed
+    if not current.runner.trial.parts:
+        rivals = []
     if len(current.runner.trial.parts) > 1:
         current, rivals = _reconsidered(search, current, first, rivals)
     return Outcome(
@@ -104,10 +115,13 @@ def run_round(search: Search, current: Shot, parts: Sequence[Part], tell: Callab
         losses = held_out_losses(found.shot)
         one = evidence(before, losses, kept, floor)
         ratio = level(found.shot) / level(base)
-        size = size_of(found.shot, base)
-        why_not = _why_not(search, found, one, size, len(parts))
-        ranked.append(Ranked(found, one, losses, ratio, size, why_not))
-    return sorted(ranked, key=lambda r: (bool(r.why_not), r.found.shot.cost))
+        size = _size(search, found, base)
+        why_not = _why_not(search, found, one, size)
+        unsure = not why_not and not _sure(search, found.shot, one, len(parts))
+        if unsure:
+            why_not = f"better on {one.won} of {one.blocks} blocks of held-out segments only (t = {one.t:.2g})"
+        ranked.append(Ranked(found, one, losses, ratio, size, why_not, unsure))
+    return sorted(ranked, key=lambda r: (bool(r.why_not) and not r.unsure, r.found.shot.cost))
 
 
 def at_noise(shot: Shot) -> bool:
@@ -123,7 +137,7 @@ def ties(ranked: Sequence[Ranked]) -> list[Ranked]:
     kept, white = best.found.shot.residual.shape[1], independent_share(best.found.shot)
     tied = []
     for other in ranked[1:]:
-        if other.why_not or (other.found.part.kind, other.found.part.on) in same:
+        if (other.why_not and not other.unsure) or (other.found.part.kind, other.found.part.on) in same:
             continue
         if evidence(other.losses, best.losses, kept).p(white) > credit.TIE_LEVEL:
             tied.append(other)
@@ -136,16 +150,44 @@ def twins(part: Part, found: Found) -> list[tuple[str, str]]:
     return effect.twins(found.trial.system, part.place)
 
 
-def _why_not(search: Search, found: Found, e: Evidence, size: float, candidates: int) -> str:
+def _sure(search: Search, shot: Shot, e: Evidence, candidates: int) -> bool:
+    """Whether such a gain comes without an effect at most at the rate α, over all candidates."""
+    soft = float(shot.runner.record.noise[0] / search.record.noise[0])
+    white = independent_share(shot) if level(shot) * soft <= credit.NEAR_NOISE else 0.0
+    return bool(candidates * e.p(white) <= credit.ALPHA)
+
+
+def credible(search: Search, before: Shot, after: Shot, candidates: int) -> bool:
+    """Whether a model with more effects is credited over one with fewer."""
+    soft, base = search.softened(before)
+    richer = soft.rebased(after)
+    losses = held_out_losses(base)
+    floor = noise_loss(base) / len(losses)
+    one = evidence(losses, held_out_losses(richer), base.residual.shape[1], floor)
+    return one.share >= credit.LEAST_SHARE and _sure(search, richer, one, candidates)
+
+
+def _size(search: Search, found: Found, base: Shot) -> float:
+    """Force of the effect over the drive force, RMS along the measured motion; else change of the prediction."""
+    if found.part.kind in STRUCTURE:
+        return size_of(found.shot, base)
+    effect, motion, system = CATALOGUE[found.part.kind], search.motion, search.system
+    declared = FoundEffect(found.part.kind, found.part.on, found.parameters, {})
+    if not effect.with_parameters(found.part.names).admissible(system, found.part.place, found.parameters):
+        return size_of(found.shot, base)
+    plain = inverse_dynamics_residual(system, motion)
+    change = (inverse_dynamics_residual(with_effects(system, [declared]), motion) - plain)[motion.usable]
+    drive = motion.low_pass(drive_force(system, motion))[motion.usable]
+    return float(np.sqrt((change**2).sum() / max(float((drive**2).sum()), 1e-300)))
+
+
+def _why_not(search: Search, found: Found, e: Evidence, size: float) -> str:
     if e.gain <= 0:
         return "makes the error on held-out segments no smaller"
     if e.share < credit.LEAST_SHARE:
         return f"removes {100 * e.share:.2g} % of the squared residual on held-out segments"
-    p = min(1.0, candidates * e.p(independent_share(found.shot)))
-    if p > credit.ALPHA:
-        return f"better on {e.won} of {e.blocks} blocks of held-out segments only (p = {p:.2g} over all candidates)"
-    if size < credit.LEAST_SIZE:
-        return f"changes the motion by {100 * size:.2g} % of what the drive force does: too little to matter"
+    if size < (STRUCTURE_SIZE if found.part.kind in STRUCTURE else credit.LEAST_SIZE):
+        return f"its force is {100 * size:.2g} % of the drive force: too little to matter"
     if not admissible(search, found):
         return "fits only with values that are not physical"
     return ""

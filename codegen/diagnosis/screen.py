@@ -56,7 +56,7 @@ def grid(part: Part, s: Scales, coupling: Mapping[str, float] | None = None) -> 
         case "actuator_lag":
             return [{"tau": T} for T in np.geomspace(0.3 * h, 8 * slow, 7)]
         case "dead_zone":
-            return [{"width": q * s.input} for q in (0.01, 0.03, 0.08, 0.2)]
+            return [{"width": q * s.input} for q in (0.003, 0.01, 0.03, 0.08, 0.2)]
         case "saturation":
             return [{"limit": q * s.input} for q in (0.5, 0.75, 0.9, 1.0, 1.15)]
         case "input_gain":

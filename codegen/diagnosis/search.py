@@ -170,7 +170,7 @@ class Search:
             runner = replace(runners[k], record=few)
             scales = sizes.scales(parts[k], levels, self.record.noise)
             best = None
-            most = 3 if len(parts[k].names) > 2 else len(parts[k].names)
+            most = 3 if len(parts[k].names) > 2 else 2
             for _, theta in starting_points(runner, few_base, few_raw, scales, most, couplings.get(parts[k].place)):
                 shot = self._fit(runner, theta, few_base, FIRST_ROUNDS, few_raw)
                 best = shot if best is None or shot.cost < best.cost else best
