@@ -67,7 +67,7 @@ def test_emps_friction_differs_by_direction_as_published(tmp_path: Path) -> None
     result = pipeline.diagnose(ROOT / "specs" / "emps.yaml", EMPS / "DATA_EMPS.mat", pulses, tmp_path)
     diagnosis = result.diagnosis
     assert (diagnosis.effects[0].kind, diagnosis.effects[0].on) == ("viscous_asymmetry", "rail")
-    # Published: viscous coefficients by direction, from a regression of forces on one record. Output error finds two small
+    # Published: viscous coefficients by direction, from a regression of forces on one record. Output error finds small
     # effects more beside them, and the authors' own two records differ by 3 %.
     mean, half = diagnosis.refitted["Fv"][2], diagnosis.effects[0].parameters["d_b"]
     assert mean + half == pytest.approx(166.7061, rel=0.05)
