@@ -116,9 +116,12 @@ def _envelope(log: Log, spec: Spec, motion: Motion) -> Iterator[Finding]:
     for j, c in enumerate(spec.coordinates):
         measured[c.name] = (c.unit, log.positions[outside_gaps, j])
         measured[c.velocity] = (f"{c.unit}/s", motion.velocities[motion.usable, j])
+        measured[f"{c.velocity}_dot"] = (f"{c.unit}/s^2", motion.accelerations[motion.usable, j])
     for j, i in enumerate(spec.inputs):
         measured[i.name] = (i.unit, log.inputs[outside_gaps, j])
     for name, (low_exact, high_exact) in spec.envelope.items():
+        if name not in measured:
+            continue
         unit, values = measured[name]
         low, high = float(low_exact), float(high_exact)
         share = float(np.mean((values < low) | (values > high)))
