@@ -31,10 +31,9 @@ SCHEMA = json.loads("""{"format": "FORMAT", "tool": {"name": "TEXT", "version": 
     "subject": {"name": "LINE", "spec_sha256": "HASH", "files": {"FILE": "HASH"}},
     "observer": {"kind": "TEXT", "velocity": "TEXT", "integration": "STEP"}, "claim": "LINE", "assumptions": ["LINE"],
     "sample_time": "RATIONAL", "decay_rate": "RATIONAL", "error": [{"name": "LINE", "meaning": "TEXT", "unit": "TEXT"}],
-    "variables": {"NAME": ["RATIONAL"]}, "splits": {"NAME": ["RATIONAL"]},
+    "variables": {"NAME": ["RATIONAL"]}, "splits": {"NAME": ["RATIONAL"]}, "along": ["RATIONAL"],
     "parameters": [{"name": "NAME", "expression": "ANY"}], "matrix": [["ANY"]], "lyapunov_matrix": [["RATIONAL"]],
-    "reversals": [{"contact": "LINE", "flips": ["WHOLE"], "growth": "RATIONAL", "dwell_samples": "WHOLE"}],
-    "along": ["RATIONAL"]}""")
+    "reversals": [{"contact": "LINE", "flips": ["WHOLE"], "growth": "RATIONAL", "dwell_samples": "WHOLE"}]}""")
 OPERANDS = {"+": MAX_TEXT, "*": MAX_TEXT, "neg": 1, "/": 2, "^": 2, "sin": 1, "cos": 1, "exp": 1, "abs": 1, "sqrt": 1}
 Interval = tuple[Fraction, Fraction]
 Compiled = tuple[frozenset[str], Callable[[Mapping[str, Interval]], Interval]]  # an expression's names and its range
@@ -185,10 +184,10 @@ def positive_pivots(matrix: list[list[int]], scale: int, fault: str) -> int:
     return count
 
 
-def contraction(top: dict[str, Any], axes: dict[str, Any], P: list[list[int]], scale: int, q: Fraction) -> str:
-    """At how many vertices -(A'P + PA + q A'PA + 2 alpha P) is positive semidefinite: all, or refused."""
+def contraction(top: dict[str, Any], axes: dict[str, Any], P: list[list[int]], scale: int, *factors: Fraction) -> str:
+    """At how many vertices -(A'P + PA + q A'PA + loss P) is positive semidefinite: all, or refused."""
     thetas = {entry["name"]: parse(entry["expression"], axes, entry["name"])[1] for entry in top["parameters"]}
-    (((a, b, c),), d), size = integers([[2 * top["decay_rate"], Fraction(1), q]]), range(len(P))
+    (((a, b, c),), d), size = integers([[factors[1], Fraction(1), factors[0]]]), range(len(P))
     demand((cells := math.prod(map(len, axes.values()))) <= MAX_TOTAL, f"{cells} cells, more than {MAX_TOTAL}")
     A = [[parse(top["matrix"][i][j], thetas, f"matrix[{i}][{j}]", True) for j in size] for i in size]
     used = sorted({name for row in A for names, _ in row for name in names})
@@ -250,12 +249,13 @@ def verify(top: dict[str, Any], folder: Path | None, spec: Path | None) -> Repor
         demand(sum(a * b * P[i][j] for i, a in enumerate(x) for j, b in enumerate(x)) <= 0, "P is positive along it")
     else:
         demand(positive_pivots(P, scale, "P is not positive definite") == n, "P is not positive definite: a pivot is 0")
-    seen, who = contraction(top, axes, P, scale, q), "no V with P > 0" if x else "V"
+    q, loss = (-h, alpha * (2 + h * alpha)) if x and not q else (q, 2 * alpha)  # E'PE > P/fall
+    seen, who = contraction(top, axes, P, scale, q, loss), "no V with P > 0" if x else "V"
     facts = ["P is not positive definite" if x else f"P is positive definite: {n} positive pivots"]
     facts += [f"{seen}: {who} falls by at least the factor {law} = {show(fall)} a sample"]
     facts += [reversal(entry, P, scale, fall) for entry in top["reversals"]]
     bound = [(folder / name, digest) for name, digest in files.items() if folder and (folder / name).exists()]
-    for path, expected in bound + ([(spec, top["subject"]["spec_sha256"])] if spec else []):
+    for path, expected in bound + [(spec, top["subject"]["spec_sha256"])] * bool(spec):
         found = hashlib.sha256(path.read_bytes()).hexdigest()
         demand(found == expected, f"{path.name} has the SHA-256 {found}, not {expected}")
         facts.append(f"{path.name} has the SHA-256 stated")

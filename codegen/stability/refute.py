@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import sympy
 from numpy.typing import NDArray
-from scipy.linalg import matrix_balance, solve_continuous_lyapunov, solve_discrete_lyapunov
+from scipy.linalg import matrix_balance, solve_discrete_lyapunov
 
 from codegen.checker import verify
 from codegen.stability.analysis import Analysis
@@ -40,11 +40,11 @@ def refute(analysis: Analysis, family: Family, frame: Mapping[str, Any]) -> dict
     Args:
         frame: the certificate's fields that do not depend on the proof.
     """
-    h = 0.0 if analysis.dynamics.implicit else float(analysis.dynamics.observer.sample_time)
+    h, implicit = float(analysis.dynamics.observer.sample_time), analysis.dynamics.implicit
     best: tuple[float, dict[str, Any], NDArray[np.float64]] | None = None
     for point, exact in _rational_points(analysis, family):
         a = np.array(exact.tolist(), dtype=float)
-        limit = decay_rate_limit([a], h)
+        limit = _implicit_rate(a, h) if implicit else decay_rate_limit([a], h)
         if best is None or limit < best[0]:
             best = limit, point, a
     if best is None:
@@ -52,7 +52,7 @@ def refute(analysis: Analysis, family: Family, frame: Mapping[str, Any]) -> dict
     limit, point, a = best
     for slack in SLACK:
         alpha = max(LEAST, limit * (1 + slack))
-        if h and 2 * alpha * h >= 1:
+        if not implicit and 2 * alpha * h >= 1:
             return None
         for content in _proposals(frame, point, a, alpha, h, analysis):
             try:
@@ -73,7 +73,7 @@ def _proposals(
 ) -> Iterator[dict[str, Any]]:
     rate = rounded(alpha, 5)
     _, (scale, _) = matrix_balance(a, permute=False, separate=True)
-    q = _inertia(a * scale[None, :] / scale[:, None], float(rate), h)
+    q = _inertia(a * scale[None, :] / scale[:, None], float(rate), h, analysis.dynamics.implicit)
     if q is None:
         return
     values, vectors = np.linalg.eigh(q)
@@ -97,14 +97,20 @@ def _proposals(
         }
 
 
-def _inertia(a: NDArray[np.float64], alpha: float, h: float) -> NDArray[np.float64] | None:
-    """Q with −(A'Q + QA + hA'QA + 2αQ) = I, in the coordinates of ``a``."""
+def _implicit_rate(a: NDArray[np.float64], h: float) -> float:
+    """The α at which (I − hA)⁻¹ falls by 1/(1 + αh) a sample."""
+    radius = float(np.abs(1 / (1 - h * np.linalg.eigvals(a))).max())
+    return (1 / radius - 1) / h
+
+
+def _inertia(a: NDArray[np.float64], alpha: float, h: float, implicit: bool) -> NDArray[np.float64] | None:
+    """Q with cQ − Φ'QΦ a positive multiple of I, in the coordinates of ``a``."""
     unit = np.eye(len(a))
     try:
-        if h == 0:
-            q = solve_continuous_lyapunov(a.T + alpha * unit, -unit)
-        else:
-            q = solve_discrete_lyapunov((unit + h * a).T / np.sqrt(1 - 2 * alpha * h), unit * h)
+        step = (
+            np.linalg.inv(unit - h * a) * (1 + alpha * h) if implicit else (unit + h * a) / np.sqrt(1 - 2 * alpha * h)
+        )
+        q = solve_discrete_lyapunov(step.T, unit * h)
     except (np.linalg.LinAlgError, ValueError):
         return None
     return (q + q.T) / 2 if np.isfinite(q).all() else None

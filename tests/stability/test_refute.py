@@ -38,9 +38,39 @@ def test_proof_and_refutation_are_within_one_percent(step: str) -> None:
         assert isinstance(found, Certificate)
         assert found.limit is not None and found.refuted_rate is not None
         verify.check(json.dumps(found.limit))
-        assert found.decay_rate <= found.spectral_rate <= found.refuted_rate <= 1.01 * found.decay_rate
-        if step != "implicit":
+        assert found.decay_rate <= found.spectral_rate <= found.refuted_rate
+        if step == "implicit":  # the proof's condition is sufficient only; the refutation is of what V really does
+            assert found.refuted_rate == pytest.approx(implicit_rate(found.limit), rel=2e-3)
+        else:
+            assert found.refuted_rate <= 1.01 * found.decay_rate
             assert spectral(found.limit) == pytest.approx(found.spectral_rate, rel=1e-6)
+
+
+def test_no_rate_that_an_implicit_step_reaches_is_refuted() -> None:
+    """A fast, ringing loop: the real parts of A's eigenvalues say 0.99 for V a sample, those of the step 0.625."""
+    gains = GAINS["to"].format(0, 1).replace("K_2: 0", "K_2: -10000")
+    found = outcome("one_mass", ONE.format(kind="to", gains=gains, h=0.01, step="implicit"))
+    assert isinstance(found, Certificate) and found.limit is not None and found.refuted_rate is not None
+    falls = 1 / (1 + found.refuted_rate * 0.01) ** 2
+    radius = np.abs(1 / (1 - 0.01 * np.linalg.eigvals(a_of(found.limit)))).max()
+    assert falls == pytest.approx(radius**2, rel=0.01) and falls < 0.7
+    falsified = dict(found.limit, decay_rate=str(Fraction("0.5")))  # what an earlier version of the checker accepted
+    with pytest.raises(verify.Refused):
+        verify.check(json.dumps(falsified))
+
+
+def a_of(content: Any) -> Any:
+    """A of a refutation at its point, from the file alone."""
+    at = {name: float(Fraction(ends[0])) for name, ends in content["variables"].items()}
+    h = float(Fraction(content["sample_time"]))
+    return (step_matrix(content, at) - np.eye(len(content["error"]))) / h
+
+
+def implicit_rate(content: Any) -> float:
+    """The α of the slowest eigenvalue of (I − hA)⁻¹ = a factor 1/(1 + αh), by NumPy from the file alone."""
+    h = float(Fraction(content["sample_time"]))
+    radius = np.abs(1 / (1 - h * np.linalg.eigvals(a_of(content)))).max()
+    return float((1 / radius - 1) / h)
 
 
 def unstable_sets(count: int) -> None:
