@@ -10,9 +10,11 @@ import casadi
 from codegen.mechanics.solve import solve_by_elimination
 
 SWEEPS = 6
-NEWTON_STEPS = 4
+NEWTON_STEPS = 6
 _EASE = 1e-8
 """Added to the diagonal of Newton's matrix, which is singular where stuck contacts depend on each other."""
+_MISSED = 1e-11
+"""How far off its expansion a law is taken to be another piece, relative to all forces: rounding misses less."""
 REST = 1e-9
 """Slip speed, in slip unit/s, below which a contact whose level jumps at standstill counts as at rest."""
 _TINY = 1e-300
@@ -42,8 +44,12 @@ def contact_forces(slip: Any, free: Any, mobility: Any, levels: Levels, step: An
     contact that comes to rest inside the step changes over at that instant, which turns an error of order step in
     velocity at every reversal into one of order step². A lone contact is exact at once. Contacts that share a body are
     taken in turns (projected Gauss–Seidel) and then all together by Newton's method on q = L(q), where L answers the
-    others' forces with each contact's own law: it is piecewise smooth, so that the right mode, once met, is solved to
-    rounding. A Newton step that does not come closer to q = L(q) is not taken.
+    others' forces with each contact's own law: it is piecewise linear at rest and piecewise smooth else, so that the
+    right mode, once met, is solved to rounding. A step that comes closer to q = L(q) expands all laws anew; one that
+    does not changes the piece of one contact only, the first whose law it breaks: Murty's rule, which cannot cycle
+    where U' M⁻¹ U is positive definite. The steps are few, so that the rule may not come to its end: of random cases
+    at rest from a guess of zero, 2 and 3 contacts all came to the law, of stacks of 4 bodies one in 500 did not. The
+    best q met is handed out, and the next step goes on from it.
 
     Where U' M⁻¹ U is positive definite, q is unique. Where contacts depend on each other their forces are not, but U q
     and the motion are; q is then the one near ``start``.
@@ -60,7 +66,8 @@ def contact_forces(slip: Any, free: Any, mobility: Any, levels: Levels, step: An
         q, contacts by 1, positive opposes u > 0.
 
     Source: Moreau 1988, Unilateral contact and dry friction in finite freedom dynamics; Acary & Brogliato 2008,
-    Numerical methods for nonsmooth dynamical systems, chapters 10 and 13.
+    Numerical methods for nonsmooth dynamical systems, chapters 10 and 13; Murty 1974, Note on a Bard-type scheme for
+    solving the complementarity problem.
     """
     q = sweep(slip, free, mobility, levels, step, start)
     return settled(slip, free, mobility, levels, step, q) if coupled(mobility) else q
@@ -70,18 +77,37 @@ def settled(slip: Any, free: Any, mobility: Any, levels: Levels, step: Any, q: A
     """``contact_forces`` of contacts that move each other, from a guess."""
     for _ in range(SWEEPS - 1):
         q = sweep(slip, free, mobility, levels, step, q)
-    count = slip.shape[0]
-    own = casadi.diag(casadi.diag(mobility))
-    image, slope = _answers(slip, free - casadi.mtimes(mobility - own, q), mobility, levels, step)
+    others = mobility - casadi.diag(casadi.diag(mobility))
+    alone = free - casadi.mtimes(others, q)
+    value, slope = _answers(slip, alone, mobility, levels, step)
+    best, least = q, casadi.norm_1(value - q)
     for _ in range(NEWTON_STEPS):
-        matrix = (1 + _EASE) * casadi.SX.eye(count) + casadi.mtimes(casadi.diag(slope), mobility - own)
-        moved = q + solve_by_elimination(casadi.densify(matrix), image - q)
-        there, steeper = _answers(slip, free - casadi.mtimes(mobility - own, moved), mobility, levels, step)
-        closer = casadi.norm_1(there - moved) <= casadi.norm_1(image - q)
-        q, image, slope = (
-            casadi.if_else(closer, new, old) for new, old in ((moved, q), (there, image), (steeper, slope))
+        matrix = (1 + _EASE) * casadi.SX.eye(slip.shape[0]) + casadi.mtimes(casadi.diag(slope), others)
+        expanded = value + slope * (free - casadi.mtimes(others, q) - alone)
+        q = q + solve_by_elimination(casadi.densify(matrix), expanded - q)
+        there = free - casadi.mtimes(others, q)
+        answer, steeper = _answers(slip, there, mobility, levels, step)
+        missed = answer - value - slope * (there - alone)
+        left = casadi.norm_1(answer - q)
+        closer = left < least
+        best, least = casadi.if_else(closer, q, best), casadi.fmin(left, least)
+        taken = _taken(missed, answer, closer)
+        value, slope, alone = (
+            casadi.if_else(taken, new, old) for new, old in ((answer, value), (steeper, slope), (there, alone))
         )
-    return q
+    return best
+
+
+def _taken(missed: Any, answer: Any, closer: Any) -> Any:
+    """Whose law is expanded anew: everyone's after a step that came closer, else that of the first that is missed."""
+    rows = []
+    found = closer * 0
+    size = _MISSED * casadi.norm_1(answer)
+    for c in range(answer.shape[0]):
+        off = casadi.fabs(missed[c]) > size
+        rows.append(casadi.logic_or(closer, casadi.logic_and(off, casadi.logic_not(found))))
+        found = casadi.logic_or(found, off)
+    return casadi.vertcat(*rows)
 
 
 def _answers(slip: Any, alone: Any, mobility: Any, levels: Levels, step: Any) -> tuple[Any, Any]:

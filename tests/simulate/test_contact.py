@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import casadi
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.optimize import lsq_linear
 
 from codegen.simulate.contact import Levels, contact_forces
 
@@ -22,7 +24,9 @@ def solver(contacts: int):
     return casadi.Function("solve", [slip, free, mobility, forward, backward, h, start], [q])
 
 
-LONE, THREE = solver(1), solver(3)
+LONE, TWO, THREE = solver(1), solver(2), solver(3)
+STACK = np.array([[1.0, 0.0], [-1.0, 1.0]])
+"""U of a body on another one, which lies on the ground."""
 
 
 @settings(deadline=None)
@@ -58,3 +62,34 @@ def test_coupled_contacts_at_rest_reach_the_law_with_a_warm_start(seed):
     inside = np.abs(q) < level - 1e-9
     assert np.all(np.abs(slip[inside]) < 1e-6)
     assert np.all(slip[~inside] * np.sign(q[~inside]) > -1e-6)
+
+
+def least_dissipation(free, mobility, level):
+    """At rest: slip accelerations of the q that makes ½ q'Aq − free'q least over its box, by SciPy's active sets."""
+    root = np.linalg.cholesky(mobility)
+    q = lsq_linear(root.T, np.linalg.solve(root, free), (-level, level), method="bvls", tol=1e-14).x
+    return free - mobility @ q
+
+
+def assert_at_once(solve, free, mobility, level):
+    """One step from a guess of zero gives the accelerations of the law."""
+    count = len(free)
+    q = solve(np.zeros(count), free, mobility, level, level, 0.01, np.zeros(count)).full().ravel()
+    expected = least_dissipation(free, mobility, level)
+    assert free - mobility @ q == pytest.approx(expected, abs=1e-8 * np.max(np.abs(free)))
+
+
+def test_coupled_contacts_at_rest_reach_the_law_from_a_guess_of_zero():
+    rng = np.random.default_rng(11)
+    for _ in range(400):
+        free, level = 5 * rng.standard_normal(3), rng.uniform(0, 2, 3)
+        shape = rng.standard_normal((3, 5))
+        assert_at_once(THREE, free, shape @ shape.T + 0.5 * np.eye(3), level)
+        inverse = np.diag(np.exp(rng.uniform(-3, 3, 2)))
+        assert_at_once(TWO, STACK.T @ inverse @ free[:2], STACK.T @ inverse @ STACK, level[:2])
+
+
+def test_a_heavy_body_on_a_light_one():
+    inverse = np.diag([0.10061, 5.29875])
+    free = STACK.T @ [-0.13846, -0.09881]
+    assert_at_once(TWO, free, STACK.T @ inverse @ STACK, np.array([0.31582, 0.22318]))
