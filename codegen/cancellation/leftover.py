@@ -19,13 +19,15 @@ NOTHING = 1e-9
 
 @dataclass(frozen=True)
 class Leftover:
-    """At the centre of the envelope, for a true estimate and gain 1.
+    """For a true estimate and gain 1.
 
     Attributes:
-        gains: K, inputs by contacts: ū = K F̄.
-        force: B K − U, coordinates by contacts: what still acts.
-        pushing: contacts whose rest may feed energy: their column of ``force`` is no non-positive multiple of their
-            column of U, so for some motion it acts along the slip and not against it.
+        gains: K at the centre of the envelope, inputs by contacts: ū = K F̄.
+        force: B K − U there, coordinates by contacts: what still acts.
+        pushing: contacts whose rest may feed energy somewhere in the envelope: it is no non-positive multiple of their
+            direction d, so for some motion it acts along the slip and not against it. The best input leaves −(I − P) d,
+            P d being the part of d that the inputs reach: a multiple of d only where P d is d or 0. So these are the
+            contacts cancelled in part; with damping also those perfectly in reach that it leaves askew.
     """
 
     gains: Array
@@ -34,15 +36,23 @@ class Leftover:
 
 
 def leftover(found: Reach, plan: Plan) -> Leftover:
-    """K and the rest of friction at the centre of the envelope."""
+    """K and the rest of friction at the centre of the envelope, and what of it may push anywhere in it."""
     system = found.system
-    B, U, M = (found.numbers(m)[0] for m in (found.input_matrix, system.distribution, system.mass_matrix))
-    gains = np.zeros((len(system.inputs), len(system.contacts)))
+    B, U, M = (found.numbers(m) for m in (found.input_matrix, system.distribution, system.mass_matrix))
+    gains = _gains(found, plan, B[0], M[0], U[0])
+    pushing = {found.contacts[j].name for j in plan.contacts if found.contacts[j].kind == "partial"}
+    if plan.damping:
+        for b, m, u in zip(B, M, U, strict=True):
+            rest = b @ _gains(found, plan, b, m, u) - u
+            pushing |= {v.name for j, v in enumerate(found.contacts) if not _brakes(rest[:, j], u[:, j])}
+    return Leftover(gains, B[0] @ gains - U[0], tuple(v.name for v in found.contacts if v.name in pushing))
+
+
+def _gains(found: Reach, plan: Plan, B: Array, M: Array, U: Array) -> Array:
+    gains = np.zeros((B.shape[1], U.shape[1]))
     chosen = list(plan.contacts)
     gains[:, chosen] = _inputs(found, plan, B, M, U[:, chosen])
-    force = B @ gains - U
-    names = [c.name for c in system.contacts]
-    return Leftover(gains, force, tuple(n for j, n in enumerate(names) if not _brakes(force[:, j], U[:, j])))
+    return gains
 
 
 def _inputs(found: Reach, plan: Plan, B: Array, M: Array, forces: Array) -> Array:

@@ -26,12 +26,12 @@ class RankFalls(BadInput):
 
 @dataclass(frozen=True)
 class Plan:
-    """B = C R with C of full column rank and R of full row rank.
+    """B = C R with C of full column rank and R of full row rank, everywhere in the envelope.
 
     Attributes:
         contacts: indices of the contacts whose friction is to be cancelled.
-        columns: C, n by rank; the identity where B has full row rank.
-        mixing: R, rank by inputs; the identity where B has full column rank.
+        columns: C, n by rank; the identity where B has full row rank, else columns of B, or what its rows are of R.
+        mixing: R, rank by inputs; the identity where B has full column rank; rows of B where its columns lose rank.
         pivots: inputs that alone are used, by Appendix B; None for the smallest input.
         condition: the worst condition number of the weighted C over points of the envelope, next to that of R.
         damping: λ of (B'WB + λ I), or 0.
@@ -68,14 +68,33 @@ def make_plan(spec: Spec, choice: CancellationChoice, found: Reach) -> Plan:
     pivots = _pivots(found) if choice.method == "appendix_b" or rank < min(B.shape) else tuple(range(B.cols))
     chosen = B[:, list(pivots)]
     if choice.method == "appendix_b":
-        proven = _require_regular(spec, found, chosen)
+        inputs = ", ".join(found.system.inputs[j].name for j in pivots)
+        proven = _require_regular(spec, found, chosen, f"an input matrix of {inputs} alone")
         return Plan(contacts, Matrix(chosen), Matrix(sympy.eye(rank)), pivots, _condition(found, chosen), 0.0, proven)
     if rank == B.rows:
         proven = _require_regular(spec, found, B)
         return Plan(contacts, Matrix(sympy.eye(rank)), Matrix(B), None, _condition(found, B), 0.0, proven)
-    proven = _require_regular(spec, found, chosen)
-    mixing = sympy.eye(rank) if rank == B.cols else _coefficients(chosen, B)
-    return Plan(contacts, Matrix(chosen), Matrix(mixing), None, _condition(found, chosen), 0.0, proven)
+    if rank == B.cols:
+        proven = _require_regular(spec, found, B)
+        return Plan(contacts, Matrix(B), Matrix(sympy.eye(rank)), None, _condition(found, B), 0.0, proven)
+    columns, mixing, proven = _factors(spec, found, chosen)
+    return Plan(contacts, Matrix(columns), Matrix(mixing), None, _condition(found, columns), 0.0, proven)
+
+
+def _factors(spec: Spec, found: Reach, chosen: Any) -> tuple[Any, Any, bool]:
+    """C, R and whether they are proven regular, where B has neither full row rank nor full column rank.
+
+    C are columns of B, or R are rows of it: one may lose rank somewhere though B does not.
+    """
+    B = sympy.Matrix(found.input_matrix)
+    if _regular(found, chosen).proven:
+        return chosen, _coefficients(chosen, B), True
+    rows = B[list(_farthest(found, B.T)), :]
+    if _regular(found, rows).proven:
+        return _coefficients(rows.T, B.T).T, rows, True
+    _require_regular(spec, found, B)
+    fault = f"an input matrix that keeps its rank {found.rank}, while no {found.rank} of its columns or rows do"
+    return chosen, _coefficients(chosen, B), _require_regular(spec, found, chosen, f"{fault}: columns")
 
 
 def _contacts(spec: Spec, choice: CancellationChoice, found: Reach) -> tuple[int, ...]:
@@ -94,10 +113,13 @@ def _contacts(spec: Spec, choice: CancellationChoice, found: Reach) -> tuple[int
 
 def _pivots(found: Reach) -> tuple[int, ...]:
     """The inputs, as many as the rank, whose columns of B stay the farthest from dependent over the envelope."""
-    B = sympy.Matrix(found.input_matrix)
+    return _farthest(found, sympy.Matrix(found.input_matrix))
+
+
+def _farthest(found: Reach, matrix: Any) -> tuple[int, ...]:
     best, chosen = -1.0, tuple(range(found.rank))
-    for columns in islice(combinations(range(B.cols), found.rank), MOST_CHOICES):
-        singular = np.linalg.svd(found.numbers(Matrix(B[:, list(columns)])), compute_uv=False)
+    for columns in islice(combinations(range(matrix.cols), found.rank), MOST_CHOICES):
+        singular = np.linalg.svd(found.numbers(Matrix(matrix[:, list(columns)])), compute_uv=False)
         worst = float(singular[:, -1].min())
         if worst > best * (1 + SINGULAR):
             best, chosen = worst, columns
@@ -111,16 +133,20 @@ def _coefficients(chosen: Any, B: Any) -> Any:
     return solved.applyfunc(lambda entry: sympy.simplify(sympy.cancel(entry)))
 
 
-def _require_regular(spec: Spec, found: Reach, matrix: Any) -> bool:
-    """Raise BadInput where the solve would divide by zero somewhere in the envelope."""
-    regular: Regularity = keeps_rank(matrix, found.rank, found.system.values, found.variables, found.ranges)
+def _regular(found: Reach, matrix: Any) -> Regularity:
+    return keeps_rank(matrix, found.rank, found.system.values, found.variables, found.ranges)
+
+
+def _require_regular(spec: Spec, found: Reach, matrix: Any, what: str = "an input matrix") -> bool:
+    """Raise RankFalls where the solve would divide by zero somewhere in the envelope."""
+    regular = _regular(found, matrix)
     if regular.proven:
         return True
     if regular.falls_at is not None:
         at = ", ".join(f"{name} = {value:.4g}" for name, value in regular.falls_at.items())
-        fault = f"an input matrix whose rank {found.rank} falls at {at}"
+        fault = f"{what} whose rank {found.rank} falls at {at}"
     else:
-        fault = f"an input matrix that could not be proven to keep its rank {found.rank} in the envelope"
+        fault = f"{what} that could not be proven to keep its rank {found.rank} in the envelope"
     expected = "an envelope in which the rank stays, or `damping: 0.01`, which bounds the input where it falls"
     raise RankFalls(spec.place("cancellation"), f"{fault}: the best input has no bound there", expected)
 

@@ -104,6 +104,28 @@ def test_inputs_that_depend_on_the_position(name, weight):
         assert found == pytest.approx(smallest_best(B, M, D @ friction, weight), rel=1e-8, abs=1e-9)
 
 
+@pytest.mark.parametrize(
+    "B",
+    [
+        [["cos(x1)", "sin(x1)"], ["0", "0"]],
+        [["cos(x1)", "sin(x1)"], ["cos(x1)*sin(x2)", "sin(x1)*sin(x2)"]],
+        [["cos(x1)", "sin(x1)", "0"], ["0", "0", "1 + x2**2"], ["2*cos(x1)", "2*sin(x1)", "x2"]],
+    ],
+)
+def test_a_rank_that_stays_though_each_column_loses_it(B):
+    n = len(B)
+    M = [row[:n] for row in MASS_OF_X[:n]]
+    U = np.eye(n, dtype=int).tolist()
+    machine = Machine(machine_text(M, B, U, "{}", "gto", "x1: [-3, 3], x2: [-3, 3]"))
+    generator = np.random.default_rng(5)
+    for x1 in (-np.pi / 2, 0.0, np.pi / 2, 2.5):
+        at = {"x1": x1, "x2": float(generator.uniform(-3, 3))}
+        force = generator.normal(size=n)
+        found = machine.input({f"F_hat_on_x{i + 1}": f for i, f in enumerate(force)}, at)
+        expected = smallest_best(numbers(B, at), numbers(M, at), force, "mass_inverse")
+        assert found == pytest.approx(expected, rel=1e-8, abs=1e-9)
+
+
 def test_damping_bounds_the_input_where_the_rank_falls():
     B, M = [["cos(x1)", "0"], ["0", "1"]], [[2, 1], [1, 3]]
     text = machine_text(M, B, [[1, 0], [0, 1]], "{damping: 0.1}", "mgto", "x1: [-2, 2]")

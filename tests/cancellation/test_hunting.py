@@ -42,7 +42,7 @@ simulation:
   velocity_noise: {{v: 0}}
 """
 RESONANT = Mass(1, 2500, 4, 1, -100, 20)
-"""A slow velocity observer makes the tracked estimate overshoot by 1 / (4 ζ (1 − ζ)) = 1.41: it hunts below gain 1."""
+"""A slow velocity observer makes the tracked estimate ring, Re F̂/F up to 1 / (4 ζ (1 − ζ)): it hunts below gain 1."""
 RESONANT_TEXT = TEXT.format(
     observer="velocity: estimated, gains: {K_2: -100, K_v: 20}", duration=2, swing=0.01, k_p=2500, k_d=4
 )
@@ -65,6 +65,16 @@ def test_more_than_the_friction_cancelled_is_a_limit_cycle_of_known_size():
         assert cycle is not None
         assert cycle.amplitude == pytest.approx(amplitude, rel=0.05)
         assert cycle.period == pytest.approx(2 * np.pi / w, rel=0.05)
+
+
+def test_how_far_the_tracked_estimate_of_the_resonant_mass_rings():
+    """The figures of docs/cancellation.md, by the closed forms of a second-order lag."""
+    zeta = 20 / (2 * np.sqrt(20 * 100))
+    response = replace(RESONANT, h=0.0).tracked(1j * np.linspace(1, 200, 200001))
+    assert response.real.max() == pytest.approx(1 / (4 * zeta * (1 - zeta)))
+    assert response.real.max() == pytest.approx(1.44, abs=5e-3)
+    assert np.abs(response).max() == pytest.approx(1 / (2 * zeta * np.sqrt(1 - zeta**2)))
+    assert np.abs(response).max() == pytest.approx(2.29, abs=5e-3)
 
 
 def test_an_estimate_that_overshoots_hunts_from_tsypkin_s_threshold_on():

@@ -56,6 +56,20 @@ def test_a_rank_may_stay_though_every_pair_of_inputs_loses_it_somewhere():
         build(machine_text(DIAGONAL, B, DIAGONAL, "{method: appendix_b}", "mgto", "x1: [-3, 3]"))
 
 
+def test_a_rank_may_stay_though_columns_and_rows_lose_it():
+    """a(x) b(x)' of two unit vectors that turn: rank 1 everywhere, no entry without a zero."""
+    B = [[f"{a}*{b}" for b in ("cos(x1)", "sin(x1)")] for a in ("cos(x2)", "sin(x2)")]
+    text = machine_text(DIAGONAL, B, DIAGONAL, "{}", "mgto", "x1: [-3, 3], x2: [-3, 3]")
+    with pytest.raises(RankFalls, match="that keeps its rank 1, while no 1 of its columns or rows do: columns whose"):
+        build(text)
+
+
+def test_appendix_b_speaks_of_the_inputs_it_uses():
+    B = [["cos(x1)", "sin(x1)"], ["0", "0"]]
+    with pytest.raises(RankFalls, match=r"an input matrix of w[12] alone whose rank 1 falls at x1 ="):
+        build(machine_text(DIAGONAL, B, DIAGONAL, "{method: appendix_b}", "mgto", "x1: [-3, 3]"))
+
+
 def test_what_has_no_enclosure_is_not_called_proven():
     spec = read(machine_text(DIAGONAL, [["1 + tanh(x1)/2", "0"], ["0", "1"]], DIAGONAL, "{}", "mgto"))
     system = build_system(spec)
