@@ -119,7 +119,7 @@ def servo_run(
         samples,
         Servo(period, reference_of(spec, samples), gains[0], gains[1], estimate),
         observer,
-        Cancellation(np.eye(1), cancel, delay) if cancel else None,
+        Cancellation(np.eye(1), cancel, delay) if cancel is not None else None,
         setting.sensors(spec, measured),
         substeps=substeps,
         seed=simulation.seed + setting.seed,

@@ -50,7 +50,8 @@ def run_loop(
 
     At each sample, in this order: the sensors are read; the controller's command and the cancelling input are added,
     limited and sent; the observer steps over the measurement and the command sent; the plant moves on under the held
-    command. The machine starts without load on its friction, with nothing commanded before.
+    command. The controller's estimates are those of the same instant, unless the cancellation takes late ones. The
+    machine starts without load on its friction, with nothing commanded before.
 
     Args:
         system: the plant, with its effects; the observer may have been made for another.
@@ -103,7 +104,7 @@ def run_loop(
             controlled = k % hold == 0
             if estimator is not None and observed:
                 estimator.measure(measured, speed, sent)
-                if cancellation is not None and cancellation.delay == 0 and controlled:
+                if controlled and (cancellation is None or cancellation.delay == 0):
                     estimator.foresee()
             if controlled:
                 difference = low_passed_velocity(measured, seen, difference, hold * period)

@@ -18,8 +18,9 @@ from codegen.gallery.build import figure_specs, make_figure
 from codegen.gallery.figure import AS_DRAWN, Runs
 from codegen.gallery.measures import hang_off
 from codegen.gallery.plots import PLOTS
-from codegen.gallery.runs import ideal_run, servo_run
-from codegen.gallery.setting import Setting
+from codegen.gallery.rig import CHAPTER_3
+from codegen.gallery.runs import ideal_run, reference_of, servo_run
+from codegen.gallery.setting import Setting, simulation_of, with_observer, without_friction
 from codegen.gallery.statement import read_figures
 from codegen.simulate import LoopRun
 
@@ -111,6 +112,32 @@ def test_the_printed_gains_lie_on_the_stability_boundary_of_the_rig():
     assert np.abs(np.linalg.eigvals(update)) == pytest.approx([1, 1], abs=1e-12)
     reading = PLOTS["8.4"].measures["on_the_boundary"](Runs(specs_of("8.4"), AS_DRAWN))
     assert dict(reading.parts)["spectral radius"] == pytest.approx(1, abs=1e-12)
+
+
+@pytest.mark.parametrize(("delay", "radius"), [(0, 0.956), (1, 1.182)])
+def test_a_servo_without_cancellation_is_the_linear_loop_of_an_estimate_in_time_and_of_a_late_one(delay, radius):
+    """Plant under an exact hold, TO and servo (8.15) by hand, state (x, v, z_v, z, v̂ of the sample before)."""
+    h, k_2, k_v, g_1, g_2 = 0.01, -100.0, 100.0, 200.0, 50.0
+    spec = without_friction(with_observer(specs_of("8.4")[1], "to", CHAPTER_3))
+    spec = replace(spec, simulation=replace(simulation_of(spec), encoder_step={}))
+    run = servo_run(spec, QUIET, 0.0, spec, delay=delay)
+    speed = np.array([k_v, 0, 1, 0, 0])
+    force = np.array([0, 0, 0, 1, 0]) + k_2 * speed
+    command = -g_1 * np.eye(5)[0] - g_2 * (np.eye(5)[4] if delay else speed)
+    pushed = np.array([h**2 / 2, h, h, -h * k_2, 0])
+    update = np.array([[1, h, 0, 0, 0], [0, 1, 0, 0, 0], [0, 0, 1, 0, 0], [0, 0, 0, 1, 0], speed])
+    update[2] -= h * (force + k_v * speed)
+    update[3] += h * k_2 * force
+    update += np.outer(pushed, command)
+    assert np.max(np.abs(np.linalg.eigvals(update))) == pytest.approx(radius, abs=5e-4)
+    state, by_hand = np.zeros(5), []
+    for r in reference_of(spec, 60):
+        by_hand.append(state)
+        state = update @ state + pushed * g_1 * r
+    by_hand = np.array(by_hand)
+    assert np.max(np.abs(by_hand[:, 0])) > 0.5
+    assert run.true_positions[:60, 0] == pytest.approx(by_hand[:, 0], rel=1e-6, abs=1e-9)
+    assert run.friction_estimate[:60, 0] == pytest.approx(by_hand @ force, rel=1e-6, abs=1e-7)
 
 
 def test_hang_off_of_a_known_motion():
