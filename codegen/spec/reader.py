@@ -23,7 +23,7 @@ from codegen.spec.model import (
 from codegen.spec.motion import Sliding
 from codegen.spec.motion_section import read_motion
 from codegen.spec.observer_section import read_observer
-from codegen.spec.reserved import reserved
+from codegen.spec.reserved import macro_of, reserved, shadows_header
 from codegen.spec.schema import SpecDocument
 from codegen.spec.simulation_section import read_simulation
 from codegen.spec.units import require_coherent, si_factor
@@ -70,6 +70,9 @@ class _Reading:
     def spec(self) -> Spec:
         d = self.document
         self._name(d.name, "name")
+        if shadows_header(d.name):
+            found = f"the name `{d.name}`, whose {d.name}.h would hide a header of C"
+            raise BadInput(self.place("name"), found, "another name", f"{d.name}_axis")
         coordinates = tuple(Coordinate(name, c.velocity, c.unit) for name, c in d.coordinates.items())
         if not coordinates:
             raise BadInput(self.place("coordinates"), "no coordinate", "at least one")
@@ -115,6 +118,8 @@ class _Reading:
     def _name(self, name: str, key: str) -> None:
         if not _IDENTIFIER.match(name) or len(name) > 60:
             raise BadInput(self.place(key), f"the name `{name}`", "letters, digits and _, starting with a letter")
+        if name == macro_of(self.document.name):
+            raise BadInput(self.place(key), f"the name `{name}`, a macro of the generated header", "another name")
         if reserved(name):
             why = "which complex.h and formulas keep for i and e" if name in ("I", "E") else "a reserved word"
             raise BadInput(self.place(key), f"the name `{name}`, {why}", "another name", f"{name}_")

@@ -12,7 +12,21 @@ _C_WORDS = re.compile(
     r"restrict|return|short|signed|sizeof|static|struct|switch|typedef|union|unsigned|void|volatile|while|bool|true|"
     r"false|class|new|delete|this|template|typename|namespace|private|public|protected|virtual|operator|using|NULL|"
     r"NAN|INFINITY|HUGE_VAL|EOF|M_[A-Z0-9_]+|asm|explicit|friend|mutable|throw|catch|try|xor|typeof|unix|linux|"
-    r"signbit|isnan|isinf|isfinite|stdin|stdout|stderr|errno|complex|imaginary|constexpr|nullptr|decltype|concept|and|or|not"
+    r"signbit|isnan|isinf|isfinite|isnormal|isunordered|is(less|greater|lessequal|greaterequal|lessgreater)|fpclassify|stdin|stdout|stderr|errno|complex|imaginary|constexpr|nullptr|decltype|concept|and|or|not|"
+    r"static_assert|alignas|alignof|and_eq|or_eq|not_eq|xor_eq|bitand|bitor|compl|noexcept|requires|thread_local|typeid|"
+    r"char(8|16|32)_t|wchar_t|(const|dynamic|static|reinterpret)_cast|co_(await|return|yield)|const(eval|init)|export|"
+    r"typeof_unqual|offsetof|math_errhandling"
+)
+_C_MACROS = re.compile(
+    r"(FLT|DBL|LDBL|DECIMAL|FP|MATH)_[A-Z0-9_]+|HUGE_VAL[FL]|BUFSIZ|SEEK_(CUR|END|SET)|L_(tmpnam|ctermid|cuserid)|P_tmpdir|"
+    r"U?INT(8|16|32|64|MAX|PTR|_FAST\d+|_LEAST\d+)_(MAX|MIN|C)|(FILENAME|FOPEN|TMP|RAND|PTRDIFF|SIG_ATOMIC|SIZE|WCHAR|"
+    r"WINT|MB_CUR)_(MAX|MIN)|EXIT_(SUCCESS|FAILURE)|DOMAIN|SING|OVERFLOW|UNDERFLOW|PLOSS|TLOSS|STICTION_\w+"
+)
+"""Of float.h, math.h, stdio.h, stdlib.h, stddef.h and stdint.h, and the guards of our own headers."""
+_HEADERS = set(
+    "assert complex ctype errno fenv float inttypes iso646 limits locale math setjmp signal stdalign stdarg stdatomic "
+    "stdbool stddef stdint stdio stdlib stdnoreturn string tgmath threads time uchar wchar wctype "
+    "alloca endian features malloc memory pthread sched strings unistd".split()
 )
 _RESERVED = {"t", "state", "parameters", "inputs", "outputs", "sample_time", "lambda", "I", "E"}
 """Words of the generated code, and names that complex.h and readers of formulas keep for i and e."""
@@ -22,8 +36,19 @@ def reserved(name: str) -> bool:
     """Whether a name is kept for something else."""
     return bool(
         _C_WORDS.fullmatch(name)
+        or _C_MACROS.fullmatch(name)
         or keyword.iskeyword(name)
         or name in FUNCTIONS
         or name in CONSTANTS
         or name in _RESERVED
     )
+
+
+def shadows_header(name: str) -> bool:
+    """Whether NAME.h is a header of C itself, or of a system: a compiler that looks beside it would take ours."""
+    return name.lower() in _HEADERS
+
+
+def macro_of(machine: str) -> str:
+    """The macro of a machine's generated header that holds its parameters."""
+    return f"{machine.upper()}_PARAMETERS"

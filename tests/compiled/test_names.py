@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import json
+import re
+import subprocess
+from pathlib import Path
 
 import pytest
 
 from codegen.errors import BadInput
+from codegen.spec import parse_spec
+from codegen.spec.reserved import reserved
 
 from .build import Built, motion, same_bits
 from .specs import spec_text
@@ -40,9 +45,41 @@ def test_a_contact_called_like_a_shared_part(tmp_path):
     assert "stribeck_friction_1_2_delta" in [p.name for p in built.program.parameters]
 
 
-@pytest.mark.parametrize("machine", ["main", "math", "stdio", "init", "step", "Parameters", "e"])
+@pytest.mark.parametrize("machine", ["main", "init", "step", "Parameters", "e"])
 def test_machines(tmp_path, machine):
     agrees(tmp_path, spec_text("one_mass").replace("name: one_mass", f"name: {machine}"))
+
+
+@pytest.mark.parametrize("machine", ["math", "stdio", "string", "Float", "features"])
+def test_machines_whose_header_would_hide_one_of_c(machine):
+    with pytest.raises(BadInput, match=f"{machine}.h would hide a header of C"):
+        parse_spec(spec_text("one_mass").replace("name: one_mass", f"name: {machine}"), Path("s.yaml"))
+
+
+def macros() -> set[str]:
+    """What a C compiler defines by the headers that generated code includes, without what C keeps for it (_X)."""
+    found = set()
+    for standard, names in (("c99", "float math stdio stdlib stddef stdint string"), ("gnu11", "float math stdio")):
+        headers = "".join(f"#include <{name}.h>\n" for name in names.split())
+        command = ["cc", f"-std={standard}", "-dM", "-E", "-xc", "-"]
+        done = subprocess.run(command, input=headers, capture_output=True, text=True, check=True)
+        found |= {re.split(r"\W", line.split()[1])[0] for line in done.stdout.splitlines()}
+    return {name for name in found if not name.startswith("_")}
+
+
+def test_no_macro_of_a_header_can_be_a_name():
+    assert {"DBL_MAX", "FLT_EVAL_METHOD", "INFINITY", "M_PI"} <= macros()
+    assert not {name for name in macros() if not reserved(name)}
+
+
+@pytest.mark.parametrize("name", ["ONE_MASS_PARAMETERS", "STICTION_ONE_MASS_H", "static_assert", "DBL_MAX", "FLT_MAX"])
+@pytest.mark.parametrize("of", ["  m: {value", "  w: {unit", "velocity: v,", "name: rail"])
+def test_names_of_the_header_and_of_c(name, of):
+    text = spec_text("one_mass")
+    assert of in text
+    spoilt = of.replace("m:", f"{name}:").replace("w:", f"{name}:").replace(" v,", f" {name},").replace("rail", name)
+    with pytest.raises(BadInput, match=f"the name `{name}`"):
+        parse_spec(text.replace(of, spoilt), Path("s.yaml"))
 
 
 def test_a_machine_called_like_the_example_is_refused(tmp_path):
