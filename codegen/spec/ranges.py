@@ -69,10 +69,14 @@ def _changed_items(old: CommentedSeq, new: CommentedSeq) -> bool:
 
 
 def _same_style(old: Any, new: Any) -> Any:
+    """The new node written like the old, with the comments before it and behind the keys that it keeps."""
     if old.fa.flow_style():
         new.fa.set_flow_style()
     else:
         new.fa.set_block_style()
+    new.ca.comment = old.ca.comment
+    if isinstance(old, CommentedMap):
+        new.ca.items.update({key: comment for key, comment in old.ca.items.items() if key in new})
     return new
 
 

@@ -99,7 +99,7 @@ def run(seeds: range) -> None:
 
 
 def test_damaged_specs() -> None:
-    run(range(50))
+    run(range(50, 90))
 
 
 @pytest.mark.slow
