@@ -37,11 +37,14 @@ class BadInput(Exception):
         found: what stood there, in a few words.
         expected: what would have been right.
         nearest: the closest right thing, if there is one.
+        about: the name in the generated code that it is about, where ``place`` could not be known.
     """
 
-    def __init__(self, place: Place | str, found: str, expected: str, nearest: str | None = None) -> None:
+    def __init__(
+        self, place: Place | str, found: str, expected: str, nearest: str | None = None, about: str | None = None
+    ) -> None:
         self.place = place if isinstance(place, Place) else Place(place)
-        self.found, self.expected, self.nearest = found, expected, nearest
+        self.found, self.expected, self.nearest, self.about = found, expected, nearest, about
         message = f"{self.place}: {brief(found)}; expected {expected}"
         super().__init__(f"{message} (did you mean {nearest!r}?)" if nearest else message)
 

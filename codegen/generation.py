@@ -14,11 +14,13 @@ from codegen.emit import ALWAYS, PRINTERS
 from codegen.emit.package import Header, emit_manifest, emit_readme, emit_sources, make_header
 from codegen.errors import BadInput, nearest_name
 from codegen.files import sha256, write_all, write_atomically
-from codegen.observers import observer_of
+from codegen.observers import Observer, observer_of
+from codegen.observers.shape import refuse_infinite_slope
 from codegen.program import Program, build_program
 from codegen.program.model import FAULTS, PRECISIONS, refuse_names_alike
 from codegen.spec import Spec, read_spec
 from codegen.spec.model import CodeChoice
+from codegen.spec.places import placed
 from codegen.stability.analysis import analyse
 from codegen.stability.certify import PROOFS, Certificate, Refusal, json_text
 from codegen.stability.certify import certify as certify_analysis
@@ -123,13 +125,24 @@ def generated_program(
     overrides = overrides or Overrides()
     spec = overrides.applied(spec)
     observer = observer_of(spec)
-    program = build_program(with_cancellation(spec, observer), spec.code)
-    refuse_names_alike(program)
-    header = make_header(spec.path.name, spec.sha256, spec.source, spec.robot, overrides.options)
-    files = emit_sources(program, header, overrides.printers)
+    program, header, files = _sources(spec, observer, overrides)
     hashes = {name: sha256(text) for name, text in files.items()}
     outcome = certify_analysis(spec, analyse(spec, observer), hashes, header.command)
     return program, _complete(files, outcome, program, header), outcome
+
+
+def refuse_ungenerable(spec: Spec, observer: Observer) -> None:
+    """Raise BadInput, at its line, for what ``generate`` would refuse before it comes to the proof."""
+    _sources(spec, observer, Overrides())
+    refuse_infinite_slope(spec)
+
+
+def _sources(spec: Spec, observer: Observer, overrides: Overrides) -> tuple[Program, Header, dict[str, str]]:
+    with placed(spec):
+        program = build_program(with_cancellation(spec, observer), spec.code)
+        refuse_names_alike(program)
+        header = make_header(spec.path.name, spec.sha256, spec.source, spec.robot, overrides.options)
+        return program, header, emit_sources(program, header, overrides.printers)
 
 
 def _complete(

@@ -15,12 +15,13 @@ from codegen.errors import BadInput, Place, nearest_name
 from codegen.files import refuse_foreign, refuse_target, write_all, write_atomically
 from codegen.fmu import GeneratedFmu, generate_fmu
 from codegen.gain_report import GainReport, gains
-from codegen.generation import Generated, Overrides, generate, generated_files, refuse_hand_written
+from codegen.generation import Generated, Overrides, generate, generated_files, refuse_hand_written, refuse_ungenerable
 from codegen.log_replay import Replayed, replay
 from codegen.mechanics import System, build_system
 from codegen.observers import Observer, build_observer, observer_of
 from codegen.simulate import METHODS, write_log
 from codegen.simulate import simulate as simulate_plant
+from codegen.simulate.closed_loop import refuse_unrunnable
 from codegen.spec import Spec, parse_spec, read_spec
 from codegen.spec.free_gains import at_middle, refuse_free_gains
 from codegen.spec.yaml_text import read_text
@@ -55,12 +56,16 @@ class Diagnosed:
 
 
 def check(path: str | Path) -> Model:
-    """Read and validate a spec.
+    """Read and validate a spec: what the other verbs would refuse of it, all but its proof, is refused here.
 
     Raises:
         BadInput: for anything in it that cannot be used.
     """
-    return _model(read_spec(path))
+    model = _model(read_spec(path))
+    if model.observer is not None:
+        refuse_ungenerable(at_middle(model.spec), model.observer)
+    refuse_unrunnable(model.spec, model.system, model.observer)
+    return model
 
 
 def derive(path: str | Path) -> Analysis:
@@ -149,7 +154,7 @@ def simulate(
         raise BadInput("--method", f"`{method}`", " or ".join(METHODS), nearest_name(method, METHODS))
     target = Path(out)
     refuse_target(target, {"the spec itself": Path(path)}, (".csv", ".txt"))
-    model = check(path)
+    model = _model(read_spec(path))
     write_log(target, model.spec, simulate_plant(model.spec, model.system, progress, method=chosen))
     return target
 
@@ -190,8 +195,10 @@ def diagnose(
     for name in DIAGNOSIS_FILES:
         refuse_target(folder / name, read)
     refuse_foreign(folder, "spec.yaml", ("diagnosis.json",))
-    model = check(path)
+    model = _model(read_spec(path))
     refuse_free_gains(model.spec)
+    if model.observer is not None:
+        refuse_ungenerable(model.spec, model.observer)
     train = read_logs(logs, model.spec, description=description, columns=columns)
     held_out = read_logs(tests, model.spec, description=description, columns=columns) if tests else None
     diagnosis, models = diagnose_log(model.spec, model.system, train, held_out, progress)

@@ -15,6 +15,7 @@ from codegen.observers.integration import refuse_integration
 from codegen.observers.tracking import tracking_observer
 from codegen.spec.free_gains import refuse_free_gains
 from codegen.spec.model import ObserverChoice, Spec
+from codegen.spec.places import place_of
 
 OBSERVERS: dict[str, Callable[[Spec, System], Observer]] = {
     "cfo": coulomb_friction_observer,
@@ -91,8 +92,8 @@ def _refuse_shared_names(spec: Spec, observer: Observer) -> None:
     declared = {s.name for s in (*system.positions, *system.velocities, *system.inputs, *system.values)}
     for name in [*own, *sorted(declared)]:
         if own.count(name) + (name in declared) > 1 or re.fullmatch(r"W\d+(_\d+)?|pi_", name):
-            key = next((k for k in (f"parameters.{name}", f"coordinates.{name}") if k in spec.places), "name")
-            raise BadInput(spec.place(key), f"the name `{name}`, which the observer has for itself", "another name")
+            found = f"the name `{name}`, which the observer has for itself"
+            raise BadInput(place_of(spec, name), found, "another name")
 
 
 __all__ = ["OBSERVERS", "Equation", "ErrorVariable", "Observer", "build_observer", "observer_of"]

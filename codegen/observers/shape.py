@@ -71,6 +71,22 @@ def read_shape(spec: Spec, system: System) -> Shape:
     return shape
 
 
+def refuse_infinite_slope(spec: Spec) -> None:
+    """Raise BadInput where an envelope holds the machine at rest, and there h has no finite slope for Ψ to hold."""
+    choice = spec.observer
+    if choice is None or not choice.kind.endswith("cfo"):
+        return
+    if not all(low <= 0 <= high for low, high in (spec.envelope.get(v, (-1, 1)) for v in spec.velocities)):
+        return
+    shape = Shape(SPEED**choice.exponent if choice.shape is None else choice.shape)
+    if not np.isfinite(float(to_casadi(shape.expression.diff(SPEED), {SPEED: 0.0}))):
+        key = "exponent" if choice.shape is None else "h"
+        found = f"h(s) = {shape.expression}, whose slope is infinite at rest"
+        raise BadInput(
+            spec.place(f"observer.{key}"), found, "a finite slope (exponent 1 or more), or velocities that are never 0"
+        )
+
+
 def _top_speed(spec: Spec, system: System) -> float:
     ends = [spec.envelope.get(v.name, (-10, 10)) for v in system.velocities]
     return max(1e-3, *[max(abs(float(lo)), abs(float(hi))) for lo, hi in ends]) * max(1, len(ends))

@@ -186,7 +186,9 @@ def _arrays(
 
 def _refuse_shared_names(program: Program) -> None:
     if program.name == EXAMPLE:
-        raise BadInput(f"spec {EXAMPLE}", f"the name `{EXAMPLE}`", "a name other than that of the generated example")
+        raise BadInput(
+            f"spec {EXAMPLE}", f"the name `{EXAMPLE}`", "a name other than that of the generated example", about=""
+        )
     fields = [f.name for f in (*program.parameters, *program.states, *program.inputs)]
     counts: Mapping[str, int] = Counter([*fields, *(e for b in program.blocks for e in b.elements)])
     for name, count in counts.items():
@@ -195,4 +197,5 @@ def _refuse_shared_names(program: Program) -> None:
                 f"spec {program.name}",
                 f"two quantities called `{name}` in the generated code",
                 "another name in the spec",
+                about=name,
             )

@@ -96,5 +96,6 @@ def _samples(observer: Observer, w: sympy.Symbol, delay: Any) -> tuple[int, Any]
     ratio = sympy.Rational(delay.subs(values)) / observer.sample_time
     whole = int(sympy.floor(ratio))
     if whole > LONGEST_DELAY:
-        raise BadInput(f"effect input_delay on {w}", f"a delay of {whole} samples", f"at most {LONGEST_DELAY}")
+        where, found = f"effect input_delay on {w}", f"a delay of {whole} samples"
+        raise BadInput(where, found, f"at most {LONGEST_DELAY}", about=f"input_delay_{w}_T")
     return whole, ratio - whole

@@ -55,9 +55,17 @@ class Evaluator:
             except (ZeroDivisionError, OverflowError, ValueError):
                 found = math.nan
             if not math.isfinite(found):
-                raise BadInput("generated code", "a constant that is not finite", "parameters and gains of usual size")
+                raise self._not_finite(node)
             self._known[node] = found
         return self._known[node]
+
+    def _not_finite(self, node: Node) -> BadInput:
+        """Of the parameters in a constant, the one farthest from 1 is told."""
+        names = [n.name for n in reachable([node]) if n.kind == "symbol"]
+        size = {name: abs(math.log(abs(self._parameters[name]) or 5e-324)) for name in names}
+        found = f"a constant of {', '.join(names)} that is not finite"
+        about = max(names, key=size.__getitem__) if names else None
+        return BadInput("generated code", found, "parameters and gains of usual size", about=about)
 
     def _computed(self, node: Node) -> float:
         if node.kind == "number":

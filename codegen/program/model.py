@@ -113,4 +113,4 @@ def refuse_names_alike(program: Program) -> None:
         other = seen.setdefault(name.lower(), name)
         if other != name:
             found = f"`{other}` and `{name}`, which differ only in case"
-            raise BadInput(f"spec {program.name}", found, "names that differ in a letter")
+            raise BadInput(f"spec {program.name}", found, "names that differ in a letter", about=name)

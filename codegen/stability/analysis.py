@@ -9,6 +9,7 @@ import numpy as np
 
 from codegen.errors import BadInput
 from codegen.observers.equations import Observer
+from codegen.observers.shape import refuse_infinite_slope
 from codegen.spec.model import Spec
 from codegen.stability.conditions import Condition
 from codegen.stability.error_dynamics import ErrorDynamics, derive_error_dynamics
@@ -77,6 +78,7 @@ def analyse(spec: Spec, observer: Observer) -> Analysis:
     Raises:
         BadInput: where they are not finite somewhere in the envelope.
     """
+    refuse_infinite_slope(spec)
     dynamics = rates_for_neighbours(derive_error_dynamics(observer), spec.envelope)
     points = operating_points(dynamics, spec)
     h = float(observer.sample_time)

@@ -1,0 +1,49 @@
+"""Where in a spec a quantity of the generated code comes from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from codegen.errors import BadInput, Place
+from codegen.spec.model import Spec
+
+
+def place_of(spec: Spec, name: str) -> Place:
+    """Where a declared name stands; of a derived one, such as F_hat_rail, what it is called after."""
+    keys = _declared(spec)
+    if name in keys:
+        return spec.place(keys[name])
+    before = {n: k for n, k in _heads(spec).items() if name.startswith(f"{n}_") or name == n}
+    behind = {n: k for n, k in keys.items() if name.endswith(f"_{n}")}
+    found = before or behind
+    return spec.place(found[max(found, key=len)] if found else "name")
+
+
+@contextmanager
+def placed(spec: Spec) -> Iterator[None]:
+    """Give a BadInput that is about a name of the spec, but was raised out of the spec's sight, the place of that name."""
+    try:
+        yield
+    except BadInput as error:
+        if error.about is None:
+            raise
+        raise BadInput(place_of(spec, error.about), error.found, error.expected, error.nearest) from None
+
+
+def _declared(spec: Spec) -> dict[str, str]:
+    keys = {p.name: f"parameters.{p.name}" for p in spec.parameters}
+    keys |= {c.name: f"friction.contacts[{k}].name" for k, c in enumerate(spec.contacts)}
+    keys |= {c.velocity: f"coordinates.{c.name}.velocity" for c in spec.coordinates}
+    keys |= {c.name: f"coordinates.{c.name}" for c in spec.coordinates}
+    return keys | {i.name: f"inputs.{i.name}" for i in spec.inputs}
+
+
+def _heads(spec: Spec) -> dict[str, str]:
+    """What the generated names of gains and of effects' parameters begin with."""
+    gains = () if spec.observer is None else spec.observer.gains
+    keys = {name: f"observer.gains.{name}" for name in gains} | {"sample_time": "observer.sample_time"}
+    for k, effect in enumerate(spec.effects):
+        for name in effect.parameters:
+            keys[f"{effect.kind}_{'_'.join(effect.on)}_{name}"] = f"effects[{k}].parameters.{name}"
+    return keys

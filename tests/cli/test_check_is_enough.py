@@ -1,0 +1,99 @@
+"""What ``generate`` or ``simulate`` would refuse of a spec, ``check`` refuses already, in the same words at the same line."""
+
+from __future__ import annotations
+
+import pytest
+
+from .command import SPECS, contents, is_one_message, stiction
+
+ONE = (SPECS / "one_mass.yaml").read_text()
+DELAY = "effects: [{kind: input_delay, on: w, parameters: {T: 100}}]"
+
+
+def changed(*pairs: tuple[str, str]) -> str:
+    text = ONE
+    for old, new in pairs:
+        assert old in text
+        text = text.replace(old, new, 1)
+    return text
+
+
+PARAMETER = "  m: {value: 1, unit: kg}\n"
+MASS = "  - [m]\n"
+FAULTS = {
+    "names alike": (
+        changed((PARAMETER, PARAMETER + "  J2: {value: 1, unit: kg}\n  j2: {value: 1, unit: kg}\n"), (MASS, "  - [m + J2 + j2]\n")),
+        "s.yaml:11: parameters.j2: `J2` and `j2`, which differ only in case",
+    ),
+    "an output's name": (
+        changed(
+            (PARAMETER, PARAMETER + "  u_cancel_w: {value: 1, unit: kg}\n"),
+            (MASS, "  - [m + u_cancel_w]\n"),
+            ("observer:", "cancellation: {}\nobserver:"),
+        ),
+        "s.yaml:10: parameters.u_cancel_w: two quantities called `u_cancel_w`",
+    ),
+    "a long delay": (
+        changed(("effects: []", DELAY)),
+        "s.yaml:18: effects[0].parameters.T: a delay of 100000 samples; expected at most 1000",
+    ),
+    "a contact called like a coordinate": (
+        changed(("name: rail", "name: on_x")),
+        "s.yaml:17: friction.contacts[0].name: the name `F_hat_on_x`",
+    ),
+    "a contact called a": (changed(("name: rail", "name: a")), "s.yaml:17: friction.contacts[0].name: the name `a_a`"),
+    "an input h": (
+        changed(("  w: {unit", "  h: {unit"), ("  - w\n", "  - h\n"), ("inputs: {w:", "inputs: {h:")),
+        "s.yaml:7: inputs.h: the name `h`",
+    ),
+    "a slope without end": (
+        changed(("  velocity: estimated", "  exponent: 0.5\n  velocity: estimated")),
+        "s.yaml:21: observer.exponent: h(s) = sqrt(s), whose slope is infinite at rest",
+    ),
+    "the same of a function": (
+        changed(("  velocity: estimated", "  h: sqrt(s) + s\n  velocity: estimated")),
+        "s.yaml:21: observer.h: h(s) = sqrt(s) + s, whose slope",
+    ),
+    "the example's name": (changed(("name: one_mass", "name: example_main")), "s.yaml:2: name: the name `example_main`"),
+}  # fmt: skip
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_generate_and_check_agree(folder, fault):
+    text, words = FAULTS[fault]
+    (folder / "s.yaml").write_text(text)
+    result = stiction("check", "s.yaml")
+    assert is_one_message(result) and f"error: {words}" in result.err, result
+    assert stiction("generate", "s.yaml", "--uncertified") == result
+    assert list(contents(folder)) == ["s.yaml"]
+
+
+SIMULATED = {
+    "a sample time that does not divide": (
+        changed(("duration: 12\n  sample_time: 0.001", "duration: 12\n  observer: true\n  sample_time: 0.0007")),
+        "s.yaml:31: simulation.sample_time: 0.0007 s, and 0.001 s of the observer",
+    ),
+    "a gain for nothing": (
+        changed(("  encoder_step", "  position_gain: {w: 3}\n  encoder_step")),
+        "s.yaml:32: simulation.position_gain.w: a gain",
+    ),
+    "a law without a plant": (
+        changed(("law: coulomb, a: 50", "law: ruina, a: 50")),
+        "s.yaml:17: friction.contacts[0]",
+    ),
+}
+
+
+@pytest.mark.parametrize("fault", SIMULATED)
+def test_simulate_and_check_agree(folder, fault):
+    text, words = SIMULATED[fault]
+    (folder / "s.yaml").write_text(text)
+    result = stiction("check", "s.yaml")
+    assert is_one_message(result) and f"error: {words}" in result.err, result
+    assert stiction("simulate", "s.yaml", "-o", "log.csv") == result
