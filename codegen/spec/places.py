@@ -22,7 +22,7 @@ def place_of(spec: Spec, name: str) -> Place:
 
 @contextmanager
 def placed(spec: Spec) -> Iterator[None]:
-    """Give a BadInput that is about a name of the spec, but was raised out of the spec's sight, the place of that name."""
+    """Give a BadInput that was raised out of the spec's sight the place of the name that it is about."""
     try:
         yield
     except BadInput as error:

@@ -12,7 +12,8 @@ _C_WORDS = re.compile(
     r"restrict|return|short|signed|sizeof|static|struct|switch|typedef|union|unsigned|void|volatile|while|bool|true|"
     r"false|class|new|delete|this|template|typename|namespace|private|public|protected|virtual|operator|using|NULL|"
     r"NAN|INFINITY|HUGE_VAL|EOF|M_[A-Z0-9_]+|asm|explicit|friend|mutable|throw|catch|try|xor|typeof|unix|linux|"
-    r"signbit|isnan|isinf|isfinite|isnormal|isunordered|is(less|greater|lessequal|greaterequal|lessgreater)|fpclassify|stdin|stdout|stderr|errno|complex|imaginary|constexpr|nullptr|decltype|concept|and|or|not|"
+    r"signbit|isnan|isinf|isfinite|isnormal|isunordered|is(less|greater|lessequal|greaterequal|lessgreater)|fpclassify|"
+    r"stdin|stdout|stderr|errno|complex|imaginary|constexpr|nullptr|decltype|concept|and|or|not|"
     r"static_assert|alignas|alignof|and_eq|or_eq|not_eq|xor_eq|bitand|bitor|compl|noexcept|requires|thread_local|typeid|"
     r"char(8|16|32)_t|wchar_t|(const|dynamic|static|reinterpret)_cast|co_(await|return|yield)|const(eval|init)|export|"
     r"typeof_unqual|offsetof|math_errhandling"
@@ -23,10 +24,10 @@ _C_MACROS = re.compile(
     r"WINT|MB_CUR)_(MAX|MIN)|EXIT_(SUCCESS|FAILURE)|DOMAIN|SING|OVERFLOW|UNDERFLOW|PLOSS|TLOSS|STICTION_\w+"
 )
 """Of float.h, math.h, stdio.h, stdlib.h, stddef.h and stdint.h, and the guards of our own headers."""
-_HEADERS = set(
-    "assert complex ctype errno fenv float inttypes iso646 limits locale math setjmp signal stdalign stdarg stdatomic "
-    "stdbool stddef stdint stdio stdlib stdnoreturn string tgmath threads time uchar wchar wctype "
-    "alloca endian features malloc memory pthread sched strings unistd".split()
+_HEADERS = re.compile(
+    r"assert|complex|ctype|errno|fenv|float|inttypes|iso646|limits|locale|math|setjmp|signal|std(align|arg|atomic|bool|"
+    r"def|int|io|lib|noreturn)|string|tgmath|threads|time|uchar|wchar|wctype|alloca|endian|features|malloc|memory|"
+    r"pthread|sched|strings|unistd"
 )
 _RESERVED = {"t", "state", "parameters", "inputs", "outputs", "sample_time", "lambda", "I", "E"}
 """Words of the generated code, and names that complex.h and readers of formulas keep for i and e."""
@@ -46,7 +47,7 @@ def reserved(name: str) -> bool:
 
 def shadows_header(name: str) -> bool:
     """Whether NAME.h is a header of C itself, or of a system: a compiler that looks beside it would take ours."""
-    return name.lower() in _HEADERS
+    return _HEADERS.fullmatch(name.lower()) is not None
 
 
 def macro_of(machine: str) -> str:

@@ -1,4 +1,4 @@
-"""What ``generate`` or ``simulate`` would refuse of a spec, ``check`` refuses already, in the same words at the same line."""
+"""What ``generate`` or ``simulate`` would refuse of a spec, ``check`` refuses, in the same words at the same line."""
 
 from __future__ import annotations
 
@@ -22,7 +22,10 @@ PARAMETER = "  m: {value: 1, unit: kg}\n"
 MASS = "  - [m]\n"
 FAULTS = {
     "names alike": (
-        changed((PARAMETER, PARAMETER + "  J2: {value: 1, unit: kg}\n  j2: {value: 1, unit: kg}\n"), (MASS, "  - [m + J2 + j2]\n")),
+        changed(
+            (PARAMETER, PARAMETER + "  J2: {value: 1, unit: kg}\n  j2: {value: 1, unit: kg}\n"),
+            (MASS, "  - [m + J2 + j2]\n"),
+        ),
         "s.yaml:11: parameters.j2: `J2` and `j2`, which differ only in case",
     ),
     "an output's name": (
@@ -54,8 +57,11 @@ FAULTS = {
         changed(("  velocity: estimated", "  h: sqrt(s) + s\n  velocity: estimated")),
         "s.yaml:21: observer.h: h(s) = sqrt(s) + s, whose slope",
     ),
-    "the example's name": (changed(("name: one_mass", "name: example_main")), "s.yaml:2: name: the name `example_main`"),
-}  # fmt: skip
+    "the example's name": (
+        changed(("name: one_mass", "name: example_main")),
+        "s.yaml:2: name: the name `example_main`",
+    ),
+}
 
 
 @pytest.fixture
