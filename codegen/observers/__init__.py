@@ -73,6 +73,7 @@ def build_observer(spec: Spec, system: System) -> Observer:
 def _refuse_idle_options(spec: Spec, choice: ObserverChoice) -> None:
     """Raise BadInput for what only another kind of observer reads, so that nobody takes it for done."""
     options = {"laws": (bool(choice.laws), "dfo"), "h": (choice.shape is not None, "cfo")}
+    options["domain"] = (choice.domain is not None, "cfo")
     options["exponent"] = (choice.exponent != 1, "cfo")
     for key, (given, reader) in options.items():
         if given and not choice.kind.endswith(reader):

@@ -7,6 +7,7 @@ import sympy
 from codegen.mechanics.sparse import diagonal
 from codegen.mechanics.system import Matrix, System
 from codegen.observers import parts
+from codegen.observers.domain import read_domain
 from codegen.observers.equations import Cascade, Equation, ErrorVariable, Observer
 from codegen.observers.gains import GainMatrix, read_gain, refuse_unknown_gains
 from codegen.observers.integration import velocity_step
@@ -23,7 +24,7 @@ def coulomb_friction_observer(spec: Spec, system: System) -> Observer:
     The thesis has no U̇' v̂ in (4.12); without it the level estimate moves at e = 0 where U depends on x.
 
     Raises:
-        BadInput: for gains of wrong shape or sign, or an h that does not rise.
+        BadInput: for gains of wrong shape or sign, an h that does not rise, or a domain that cannot be guarded.
     """
     choice = spec.observer
     assert choice is not None
@@ -99,6 +100,7 @@ def coulomb_friction_observer(spec: Spec, system: System) -> Observer:
         gain_units=dict.fromkeys(values, "1/s") | _gain_units(friction_gain, system, shape),
         sample_time=choice.sample_time,
         level_errors=True,
+        domain=read_domain(spec, system),
         cascade=Cascade(
             friction_gain.matrix,
             diagonal(shape.slope(u) for u in system.slip_velocity),

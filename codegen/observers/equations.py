@@ -103,6 +103,26 @@ class Cascade:
 
 
 @dataclass(frozen=True)
+class Domain:
+    """Where a (G)CFO's estimate is certified, on one contact: how the code guards its level there, all exact.
+
+    The level is learnt only while the estimated slip is faster than ``slip_speed`` and keeps its sign; outside it is
+    held within ``level``. The estimate is in the domain after ``samples`` such samples one after the other.
+
+    Attributes:
+        slip_speed: in the slip's unit/s.
+        samples: whole, at least 1.
+        level: (low, high) of the true level, in its unit.
+        innovation: the largest |x − (x + h v̂) of the sample before| in the domain; None: not looked at.
+    """
+
+    slip_speed: Any
+    samples: int
+    level: tuple[Any, Any]
+    innovation: Any = None
+
+
+@dataclass(frozen=True)
 class Observer:
     """An observer on a System.
 
@@ -123,6 +143,7 @@ class Observer:
         exact: whether e = 0 is an equilibrium: the observer assumes the plant's own laws and parameters (ξ₁ = ξ).
         integration: how the step is made from the rates; the equations hold what is chosen of it there.
         euler: the same observer by ``integration: euler``, whose equations are the differential ones; None: this is it.
+        domain: how the code guards the level estimate through reversals; None: as the equations stand.
     """
 
     kind: str
@@ -147,6 +168,7 @@ class Observer:
     exact: bool = True
     integration: str = "euler"
     euler: Observer | None = None
+    domain: Domain | None = None
 
     @property
     def values(self) -> dict[sympy.Symbol, Any]:

@@ -16,6 +16,7 @@ from codegen.mechanics.system import TIME
 from codegen.observers.equations import Observer
 from codegen.observers.integration import INTEGRATIONS, SAMPLE_TIME
 from codegen.program.arrays import Element, elements, gathered
+from codegen.program.domain import Guard
 from codegen.program.effective_input import effective_input, held_input
 from codegen.program.implicit_step import implicit_blocks
 from codegen.program.mass_solve import MassSolve
@@ -66,7 +67,11 @@ def build_program(observer: Observer, choice: CodeChoice | None = None) -> Progr
         blocks += step
         following = casadi.vertsplit(now.symbols)
         names.update(zip(observer.states, following, strict=True))
+    guard = Guard(observer, observer.domain, names) if observer.domain is not None else None
     for equation in observer.equations:
+        if guard is not None and equation.name == "friction_level":
+            blocks += guard.level(equation)
+            continue
         expression = to_casadi(equation.expression, names)
         if equation.form == "mass_solve":
             solve = MassSolve(taken, equation.source)
@@ -82,6 +87,16 @@ def build_program(observer: Observer, choice: CodeChoice | None = None) -> Progr
     rates = to_casadi(observer.rates, names)
     next_state = list(following) or [field.symbol + period.symbol * rates[i] for i, field in enumerate(states)]
     initial = casadi.vertsplit(_written_out(to_casadi(observer.initial, names), corrected))
+    if guard is not None:
+        blocks += guard.verdict(period)
+        level = next(e for e in observer.equations if e.name == "friction_level")
+        assert level.state is not None
+        at = list(observer.states).index(level.state[0])
+        next_state[at] = guard.next_level(level, rates[at], period)
+        parameters += guard.parameters
+        states += guard.states
+        next_state += guard.next_state
+        initial += casadi.vertsplit(_written_out(casadi.vertcat(*guard.initial), corrected))
     for chain in chains:
         states += chain.states
         next_state += chain.next_state

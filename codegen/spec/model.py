@@ -80,6 +80,21 @@ class FreeGain:
 
 
 @dataclass(frozen=True)
+class DomainChoice:
+    """``observer.domain``: exact numbers.
+
+    Attributes:
+        slip_speed: least speed of the estimated slip, in the slip's unit/s.
+        settle: how long the slip has been so fast, with one sign, s.
+        innovation: the largest |x − (x + h v̂) of the sample before|, in the coordinate's unit; None: not looked at.
+    """
+
+    slip_speed: Any
+    settle: Any
+    innovation: Any = None
+
+
+@dataclass(frozen=True)
 class ObserverChoice:
     """The observer section: gains are matrices given by rows (a scalar or a list means a diagonal).
 
@@ -92,6 +107,7 @@ class ObserverChoice:
         shape: h(s) over the slip speed s in place of s^μ, or None.
         laws: contact → the law that the observer assumes there (ξ₁ of 6.3.3), where it is not the plant's.
         integration: euler, semi_implicit, implicit or exponential (observers/integration.py).
+        domain: where a (G)CFO's estimate is certified through reversals, or None.
     """
 
     kind: str
@@ -102,6 +118,7 @@ class ObserverChoice:
     shape: sympy.Expr | None = None
     laws: Mapping[str, Contact] = field(default_factory=dict)
     integration: str = "euler"
+    domain: DomainChoice | None = None
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import Any
 from codegen.errors import BadInput, Place, nearest_name
 from codegen.spec.expression import exact_number, parse_expression
 from codegen.spec.free_gains import read_free_gains
-from codegen.spec.model import Contact, ObserverChoice, symbol
+from codegen.spec.model import Contact, DomainChoice, ObserverChoice, symbol
 from codegen.spec.schema import ObserverSection
 
 SLIP_SPEED = "s"
@@ -25,7 +25,8 @@ def read_observer(
 
     Raises:
         BadInput: for a sample time that is not positive, an ``h`` that is not an expression in s, an ``h`` beside an
-            ``exponent``, a law for a contact that is not there, or a free gain without a range.
+            ``exponent``, a law for a contact that is not there, a free gain without a range, or a domain whose numbers
+            are not positive.
     """
     if section is None:
         return None
@@ -41,9 +42,25 @@ def read_observer(
         shape = parse_expression(section.h, where).symbolic({SLIP_SPEED: symbol(SLIP_SPEED)})
     laws = {name: _assumed(section, name, contacts, place) for name in section.laws}
     gains = {name: read_free_gains(raw, f"observer.gains.{name}", place) for name, raw in section.gains.items()}
+    domain = _domain(section, place)
     return ObserverChoice(
-        section.kind, section.velocity, gains, period, exponent, shape, laws, integration=section.integration
+        section.kind, section.velocity, gains, period, exponent, shape, laws, section.integration, domain
     )
+
+
+def _domain(section: ObserverSection, place: Callable[[str], Place]) -> DomainChoice | None:
+    given = section.domain
+    if given is None:
+        return None
+    numbers: dict[str, Any] = {}
+    for key in sorted(given.model_fields_set):
+        where, text = place(f"observer.domain.{key}"), getattr(given, key)
+        if text is None:
+            raise BadInput(where, "nothing", "a number, or no such key")
+        numbers[key] = exact_number(text, where)
+        if not numbers[key] > 0:
+            raise BadInput(where, f"{key} {text}", "a positive number")
+    return DomainChoice(**numbers)
 
 
 def _assumed(

@@ -138,6 +138,14 @@ class AssumedLawSection(BaseModel):
     law: str
 
 
+class DomainSection(Section):
+    """Where the estimate of a (G)CFO is certified through reversals: ``domain: {slip_speed: 0.5, settle: 0.1}``."""
+
+    slip_speed: Number
+    settle: Number
+    innovation: Number | None = None
+
+
 class ObserverSection(Section):
     kind: str
     velocity: Literal["measured", "estimated"] = "measured"
@@ -147,6 +155,7 @@ class ObserverSection(Section):
     exponent: Number = "1"
     h: Text | None = None
     laws: dict[str, AssumedLawSection] = {}
+    domain: DomainSection | None = None
 
 
 class SimulationSection(Section):

@@ -22,6 +22,7 @@ from codegen.observers.equations import ErrorVariable, Observer
 from codegen.spec.model import Spec
 from codegen.stability.analysis import Analysis
 from codegen.stability.certify import Certificate
+from codegen.stability.domain_bound import DomainBound, Motion, domain_bound
 from codegen.stability.error_response import Response, error_response
 
 LONGEST = 20_000
@@ -44,6 +45,7 @@ class ErrorBound:
         after: (time in s, bound) from ``start`` on, falling to ``steady``.
         worst: the exact worst case of the first-order system over the samples summed, below ``steady``.
         slip_speed: the least slip speed at which truth and estimate have one sign, in the slip's unit/s.
+        domain: what holds through reversals, where the spec asks for a ``domain``; or why nothing does.
     """
 
     name: str
@@ -54,6 +56,7 @@ class ErrorBound:
     after: tuple[tuple[float, float], ...]
     worst: float
     slip_speed: float
+    domain: DomainBound | str | None = None
 
 
 def error_bounds(spec: Spec, analysis: Analysis, certificate: Certificate) -> tuple[ErrorBound, ...] | str:
@@ -75,13 +78,18 @@ def error_bounds(spec: Spec, analysis: Analysis, certificate: Certificate) -> tu
     sizes = _disturbances(spec, observer, response)
     if isinstance(sizes, str):
         return sizes
-    sums = _sums(response, _columns(response, sizes), sizes["noise"], _Tail(certificate))
+    tail = _Tail(certificate)
+    sums = _sums(response, _columns(response, sizes), sizes["noise"], tail)
     if sums is None:
         return f"the error decays too slowly to be summed over {LONGEST} samples"
     n, h = system.degrees_of_freedom, float(observer.sample_time)
     steady = [float(s.steady) for s in sums]
     slips = system.distribution.subs(observer.values)
     speed = max(sum(abs(float(slips[r, c])) * steady[r] for r in range(n)) for c in range(slips.cols))
+    domain = None
+    if observer.domain is not None:
+        motion = Motion(response, sizes, (steady[0], steady[1]), float(tail.gamma), tail.reach)
+        domain = domain_bound(observer, observer.domain, motion)
     powers = _powers(response, h, certificate.decay_rate)
     result = []
     for i, error in list(enumerate(observer.errors))[n:]:
@@ -90,7 +98,9 @@ def error_bounds(spec: Spec, analysis: Analysis, certificate: Certificate) -> tu
         later = [(k * h, float(np.abs(power[i]) @ start) * (1 + ROUNDING) + steady[i]) for k, power in powers]
         after = ((0.0, start[i]), *later)
         result.append(
-            ErrorBound(error.symbol.name, error.unit, steady[i], sums[i].parts, start[i], after, sums[i].worst, speed)
+            ErrorBound(
+                error.symbol.name, error.unit, steady[i], sums[i].parts, start[i], after, sums[i].worst, speed, domain
+            )
         )
     return tuple(result)
 
@@ -113,6 +123,12 @@ class _Tail:
         self.gamma = _root(fall)
 
         self.seen = [_root(_fraction(self.inverse[i, i])) / (1 - self.gamma) for i in range(len(rows))]
+
+    @property
+    def reach(self) -> Any:
+        """√(C_i P⁻¹ C_i') √(e_j'Pe_j), m by m: |Φ^k|[i, j] is at most γ^k times it."""
+        roots = [np.sqrt(np.array([float(m[i, i]) for i in range(m.rows)])) for m in (self.inverse, self.matrix)]
+        return np.outer(*roots) * (1 + ROUNDING)
 
     def size(self, column: list[Fraction]) -> Fraction:
         """√(b'Pb)."""

@@ -40,7 +40,7 @@ def largest_sample_times(spec: Spec, system: System) -> dict[str, float]:
             continue
         if integration == "exponential" and _full(spec.observer.gains.get("K_v")):
             continue
-        chosen = replace(spec, observer=replace(spec.observer, integration=integration))
+        chosen = replace(spec, observer=replace(spec.observer, integration=integration, domain=None))
         largest = _largest(chosen, system, analyse(chosen, build_observer(chosen, system)))
         if largest is not None:
             found[integration] = largest

@@ -100,7 +100,8 @@ def test_ordinary_motion_stays_finite_and_moves_every_output(workshop, spec, pre
     observer.start(rows[0])
     outputs, states = observer.run(rows)
     assert np.all(np.isfinite(outputs)) and np.all(np.isfinite(states))
-    reals = [k for k in range(outputs.shape[1]) if k not in face.flags]
+    names = face.elements("outputs")  # a verdict may stand still: no machine of this model moves so
+    reals = [k for k in range(outputs.shape[1]) if k not in face.flags and names[k] != "in_domain"]
     assert np.all(np.std(outputs[:, reals], axis=0) > 0)
 
 

@@ -1,0 +1,185 @@
+"""one_mass_domain: friction observer CFO, velocity estimated, double precision.
+
+Made by stiction 0.1.0 from one_mass_domain.yaml
+sha256 fadb0417d9918b8b2ef997ec169dc726527a2300bc73d5c7d7fa6d4c76ec4c4b
+with: stiction generate one_mass_domain.yaml
+
+The twin of one_mass_domain.c: the same operations in the same order on doubles, so the same bits. Do not edit.
+"""
+
+import math
+from dataclasses import dataclass
+
+__all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"]
+
+SPEC_SHA256 = "fadb0417d9918b8b2ef997ec169dc726527a2300bc73d5c7d7fa6d4c76ec4c4b"
+LARGEST = 1.7976931348623157e308
+
+
+@dataclass(slots=True)
+class Parameters:
+    """Constants of the model and gains, with the spec's values; behind them what ``prepare`` derives from these."""
+
+    m: float = 1.0  # kg: model parameter
+    rail_a: float = 50.0  # N: model parameter
+    K_F: float = 10.0  # N*s/m: observer gain
+    K_v: float = 100.0  # 1/s: observer gain
+    slip_speed: float = 0.6  # m/s: least slip speed of the domain
+    a_low_rail: float = 40.0  # N: least level
+    a_high_rail: float = 60.0  # N: largest level
+    settle_samples: float = 300.0  # 1: samples until the estimate is in its domain
+    largest_innovation: float = 0.0003  # m: of the measured position, in the domain
+    sample_time: float = 0.001  # s: sample time
+    one_over_m: float = 1.0  # 1.0 / m
+    constant_1: float = 50.0  # 0.5 * a_high_rail + 0.5 * a_low_rail
+    constant_2: float = -299.5  # 0.5 - settle_samples
+    h_K_F: float = 0.01  # sample_time * K_F
+    constant_3: float = 150.5  # 0.5 * settle_samples + 0.5
+    one_minus_settle_samples: float = -299.0  # 1.0 - settle_samples
+
+
+@dataclass(slots=True)
+class State:
+    """What the observer remembers from sample to sample."""
+
+    z_v: float = 0.0  # m/s: observer state
+    z_rail: float = 0.0  # N: observer state
+    direction_rail: float = 0.0  # 1: sign with which the level was updated, or 0
+    samples_slid: float = 0.0  # 1: samples since the level is updated, counted up to settle_samples
+    x_predicted: float = 0.0  # m: position predicted for this sample
+
+
+@dataclass(slots=True)
+class Inputs:
+    """What is measured and commanded at a sample."""
+
+    x: float = 0.0  # m: measured position
+    w: float = 0.0  # N: input
+
+
+@dataclass(slots=True)
+class Outputs:
+    """What is estimated."""
+
+    v_hat: float = 0.0  # m/s: velocity estimate, (4.25)
+    a_hat_rail: float = 0.0  # N: friction level, (4.11)
+    F_hat_rail: float = 0.0  # N: contact friction, (4.10)
+    F_hat_on_x: float = 0.0  # N: friction force, (4.10)
+    in_domain: float = 0.0  # 1: in domain, 1 where the certificate's bound holds, if its assumptions do
+    fault: int = 0  # 1 if this sample was not used
+
+
+def _sign(u: float) -> float:
+    return 1.0 if u > 0.0 else (-1.0 if u < 0.0 else 0.0)
+
+
+def prepare(parameters: Parameters) -> None:
+    """Compute the derived constants anew, after a parameter was changed."""
+    parameters.one_over_m = 1.0 / parameters.m
+    parameters.constant_1 = 0.5 * parameters.a_high_rail + 0.5 * parameters.a_low_rail
+    parameters.constant_2 = 0.5 - parameters.settle_samples
+    parameters.h_K_F = parameters.sample_time * parameters.K_F
+    parameters.constant_3 = 0.5 * parameters.settle_samples + 0.5
+    parameters.one_minus_settle_samples = 1.0 - parameters.settle_samples
+
+
+def init(parameters: Parameters, inputs: Inputs) -> State:
+    """The state from the first measurement; from rest at zero if it is not finite."""
+    state = State(
+        z_v=-(parameters.K_v * inputs.x),
+        z_rail=parameters.rail_a,
+        direction_rail=0.0,
+        samples_slid=0.0,
+        x_predicted=inputs.x,
+    )
+    check = (
+        state.z_v + state.z_rail + state.direction_rail + state.samples_slid + state.x_predicted
+    )
+    if not abs(check) <= LARGEST:
+        state = State(
+            z_v=0.0,
+            z_rail=parameters.rail_a,
+            direction_rail=0.0,
+            samples_slid=0.0,
+            x_predicted=0.0,
+        )
+    return state
+
+
+def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs | None = None) -> Outputs:
+    """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample.
+
+    The estimates go into ``outputs``, or into new ones.
+    Where an input is NaN or infinite, or a next state would be, state and ``outputs`` stay as they are but for
+    ``fault``, which is 1.
+    """
+    if outputs is None:
+        outputs = Outputs()
+
+    # velocity estimate, (4.25)
+    v_hat = state.z_v + parameters.K_v * inputs.x  # m/s
+
+    # slip sign, (4.13)
+    sign_rail = _sign(v_hat)  # 1
+
+    # learning, 1 where the level is learnt
+    abs_v_hat = abs(v_hat)
+    learning_1 = _sign(abs_v_hat - parameters.slip_speed)
+    learning_2 = state.direction_rail * sign_rail
+    learning = (0.5 * abs(learning_1) + 0.5 * learning_1) * (1.0 + 0.5 * learning_2 - 0.5 * abs(learning_2))  # 1
+
+    # level read, (4.11)
+    a_read_rail = state.z_rail - parameters.K_F * state.direction_rail * v_hat  # N
+
+    # friction level, (4.11)
+    a_hat_rail = (
+        a_read_rail + (1.0 - learning) * (parameters.constant_1 + 0.5 * abs(a_read_rail - parameters.a_low_rail)
+        - a_read_rail - 0.5 * abs(a_read_rail - parameters.a_high_rail))
+    )  # N
+
+    # contact friction, (4.10)
+    F_hat_rail = sign_rail * a_hat_rail  # N
+
+    # acceleration, (4.2)
+    v_dot_hat = parameters.one_over_m * (inputs.w - F_hat_rail)  # m/s^2
+
+    # calm, 1 where the innovation is small
+    calm_1 = _sign(abs(inputs.x - state.x_predicted) - parameters.largest_innovation)
+    calm = 1.0 - 0.5 * abs(calm_1) - 0.5 * calm_1  # 1
+
+    # in domain, 1 where the certificate's bound holds, if its assumptions do
+    in_domain_1 = learning * calm
+    in_domain_2 = _sign(parameters.constant_2 + state.samples_slid)
+    in_domain = in_domain_1 * (0.5 * abs(in_domain_2) + 0.5 * in_domain_2)  # 1
+
+    # states one sample later (explicit Euler)
+    z_v_next = state.z_v + parameters.sample_time * (v_dot_hat - parameters.K_v * v_hat)
+    z_rail_next = (
+        a_hat_rail + learning * (parameters.K_F * abs_v_hat + parameters.h_K_F * sign_rail * v_dot_hat)
+    )
+    direction_rail_next = sign_rail * learning
+    samples_slid_next = (
+        in_domain_1 * (parameters.constant_3 + 0.5 * state.samples_slid - 0.5
+        * abs(parameters.one_minus_settle_samples + state.samples_slid))
+    )
+    x_predicted_next = inputs.x + parameters.sample_time * v_hat
+
+    # hold the last state and estimates where a next state, or an input that it does not show, is not finite
+    check = (
+        z_v_next + z_rail_next + direction_rail_next + samples_slid_next + x_predicted_next + in_domain
+    )
+    if not abs(check) <= LARGEST:
+        outputs.fault = 1
+        return outputs
+    outputs.fault = 0
+    outputs.v_hat = v_hat
+    outputs.a_hat_rail = a_hat_rail
+    outputs.F_hat_rail = F_hat_rail
+    outputs.F_hat_on_x = F_hat_rail
+    outputs.in_domain = in_domain
+    state.z_v = z_v_next
+    state.z_rail = z_rail_next
+    state.direction_rail = direction_rail_next
+    state.samples_slid = samples_slid_next
+    state.x_predicted = x_predicted_next
+    return outputs

@@ -1,0 +1,121 @@
+/*
+ * one_mass_domain: friction observer CFO, velocity estimated, double precision.
+ * A step: 28 additions, 31 multiplications, 0 divisions, 0 calls, 13 of sign or magnitude.
+ *
+ * Made by stiction 0.1.0 from one_mass_domain.yaml
+ * sha256 fadb0417d9918b8b2ef997ec169dc726527a2300bc73d5c7d7fa6d4c76ec4c4b
+ * with: stiction generate one_mass_domain.yaml
+ */
+#include "one_mass_domain.h"
+
+#include <float.h>
+#include <math.h>
+
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+static inline double one_mass_domain_sign(double u)
+{
+    return (u > 0.0) ? 1.0 : ((u < 0.0) ? -1.0 : 0.0);
+}
+
+void one_mass_domain_prepare(one_mass_domain_parameters *parameters)
+{
+    parameters->one_over_m = 1.0 / parameters->m;
+    parameters->constant_1 = 0.5 * parameters->a_high_rail + 0.5 * parameters->a_low_rail;
+    parameters->constant_2 = 0.5 - parameters->settle_samples;
+    parameters->h_K_F = parameters->sample_time * parameters->K_F;
+    parameters->constant_3 = 0.5 * parameters->settle_samples + 0.5;
+    parameters->one_minus_settle_samples = 1.0 - parameters->settle_samples;
+}
+
+void one_mass_domain_init(one_mass_domain_state *state, const one_mass_domain_parameters *parameters,
+    const one_mass_domain_inputs *inputs)
+{
+    state->z_v = -(parameters->K_v * inputs->x);
+    state->z_rail = parameters->rail_a;
+    state->direction_rail = 0.0;
+    state->samples_slid = 0.0;
+    state->x_predicted = inputs->x;
+
+    /* from rest at zero where that is not finite */
+    const double check = state->z_v + state->z_rail + state->direction_rail + state->samples_slid
+        + state->x_predicted;
+    if (!(fabs(check) <= DBL_MAX)) {
+        state->z_v = 0.0;
+        state->z_rail = parameters->rail_a;
+        state->direction_rail = 0.0;
+        state->samples_slid = 0.0;
+        state->x_predicted = 0.0;
+    }
+}
+
+void one_mass_domain_step(one_mass_domain_state *state, const one_mass_domain_parameters *parameters,
+    const one_mass_domain_inputs *inputs, one_mass_domain_outputs *outputs)
+{
+    /* velocity estimate, (4.25) */
+    const double v_hat = state->z_v + parameters->K_v * inputs->x; /* m/s */
+
+    /* slip sign, (4.13) */
+    const double sign_rail = one_mass_domain_sign(v_hat); /* 1 */
+
+    /* learning, 1 where the level is learnt */
+    const double abs_v_hat = fabs(v_hat);
+    const double learning_1 = one_mass_domain_sign(abs_v_hat - parameters->slip_speed);
+    const double learning_2 = state->direction_rail * sign_rail;
+    const double learning = (0.5 * fabs(learning_1) + 0.5 * learning_1) * (1.0 + 0.5 * learning_2 - 0.5
+        * fabs(learning_2)); /* 1 */
+
+    /* level read, (4.11) */
+    const double a_read_rail = state->z_rail - parameters->K_F * state->direction_rail * v_hat; /* N */
+
+    /* friction level, (4.11) */
+    const double a_hat_rail = a_read_rail + (1.0 - learning) * (parameters->constant_1 + 0.5 * fabs(a_read_rail
+        - parameters->a_low_rail) - a_read_rail - 0.5 * fabs(a_read_rail - parameters->a_high_rail)); /* N */
+
+    /* contact friction, (4.10) */
+    const double F_hat_rail = sign_rail * a_hat_rail; /* N */
+
+    /* acceleration, (4.2) */
+    const double v_dot_hat = parameters->one_over_m * (inputs->w - F_hat_rail); /* m/s^2 */
+
+    /* calm, 1 where the innovation is small */
+    const double calm_1 = one_mass_domain_sign(fabs(inputs->x - state->x_predicted)
+        - parameters->largest_innovation);
+    const double calm = 1.0 - 0.5 * fabs(calm_1) - 0.5 * calm_1; /* 1 */
+
+    /* in domain, 1 where the certificate's bound holds, if its assumptions do */
+    const double in_domain_1 = learning * calm;
+    const double in_domain_2 = one_mass_domain_sign(parameters->constant_2 + state->samples_slid);
+    const double in_domain = in_domain_1 * (0.5 * fabs(in_domain_2) + 0.5 * in_domain_2); /* 1 */
+
+    /* states one sample later (explicit Euler) */
+    const double z_v_next = state->z_v + parameters->sample_time * (v_dot_hat - parameters->K_v * v_hat);
+    const double z_rail_next = a_hat_rail + learning * (parameters->K_F * abs_v_hat + parameters->h_K_F
+        * sign_rail * v_dot_hat);
+    const double direction_rail_next = sign_rail * learning;
+    const double samples_slid_next = in_domain_1 * (parameters->constant_3 + 0.5 * state->samples_slid - 0.5
+        * fabs(parameters->one_minus_settle_samples + state->samples_slid));
+    const double x_predicted_next = inputs->x + parameters->sample_time * v_hat;
+
+    /* hold the last state and estimates where a next state, or an input that it does not show, is not finite */
+    const double check = z_v_next + z_rail_next + direction_rail_next + samples_slid_next + x_predicted_next
+        + in_domain;
+    if (fabs(check) <= DBL_MAX) {
+        outputs->v_hat = v_hat;
+        outputs->a_hat_rail = a_hat_rail;
+        outputs->F_hat_rail = F_hat_rail;
+        outputs->F_hat_on_x = F_hat_rail;
+        outputs->in_domain = in_domain;
+
+        state->z_v = z_v_next;
+        state->z_rail = z_rail_next;
+        state->direction_rail = direction_rail_next;
+        state->samples_slid = samples_slid_next;
+        state->x_predicted = x_predicted_next;
+        outputs->fault = 0;
+    } else {
+        outputs->fault = 1;
+    }
+}

@@ -1,0 +1,105 @@
+/*
+ * one_mass_domain: friction observer CFO, velocity estimated, double precision.
+ * Source: Mentzelopoulou 1994, sections 2.3 and 3.3; the domain is ours (docs/certificate.md).
+ *
+ * Made by stiction 0.1.0 from one_mass_domain.yaml
+ * sha256 fadb0417d9918b8b2ef997ec169dc726527a2300bc73d5c7d7fa6d4c76ec4c4b
+ * with: stiction generate one_mass_domain.yaml
+ *
+ * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a product with its reciprocal, which the
+ * parameters hold; the Python twin does the same. Compile with -std=c99 (or -ffp-contract=off) to get the bits of the
+ * twin. Do not edit: change the spec and generate again.
+ */
+#ifndef STICTION_ONE_MASS_DOMAIN_H
+#define STICTION_ONE_MASS_DOMAIN_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Constants of the model and gains; ONE_MASS_DOMAIN_PARAMETERS holds the spec's values. */
+typedef struct {
+    double m; /* kg: model parameter */
+    double rail_a; /* N: model parameter */
+    double K_F; /* N*s/m: observer gain */
+    double K_v; /* 1/s: observer gain */
+    double slip_speed; /* m/s: least slip speed of the domain */
+    double a_low_rail; /* N: least level */
+    double a_high_rail; /* N: largest level */
+    double settle_samples; /* 1: samples until the estimate is in its domain */
+    double largest_innovation; /* m: of the measured position, in the domain */
+    double sample_time; /* s: sample time */
+    /* derived: one_mass_domain_prepare computes them from those above */
+    double one_over_m; /* 1.0 / m */
+    double constant_1; /* 0.5 * a_high_rail + 0.5 * a_low_rail */
+    double constant_2; /* 0.5 - settle_samples */
+    double h_K_F; /* sample_time * K_F */
+    double constant_3; /* 0.5 * settle_samples + 0.5 */
+    double one_minus_settle_samples; /* 1.0 - settle_samples */
+} one_mass_domain_parameters;
+
+#define ONE_MASS_DOMAIN_PARAMETERS \
+    { \
+        1.0, /* m */ \
+        50.0, /* rail_a */ \
+        10.0, /* K_F */ \
+        100.0, /* K_v */ \
+        0.6, /* slip_speed */ \
+        40.0, /* a_low_rail */ \
+        60.0, /* a_high_rail */ \
+        300.0, /* settle_samples */ \
+        0.0003, /* largest_innovation */ \
+        0.001, /* sample_time */ \
+        1.0, /* one_over_m */ \
+        50.0, /* constant_1 */ \
+        -299.5, /* constant_2 */ \
+        0.01, /* h_K_F */ \
+        150.5, /* constant_3 */ \
+        -299.0 /* one_minus_settle_samples */ \
+    }
+
+/* What the observer remembers from sample to sample. */
+typedef struct {
+    double z_v; /* m/s: observer state */
+    double z_rail; /* N: observer state */
+    double direction_rail; /* 1: sign with which the level was updated, or 0 */
+    double samples_slid; /* 1: samples since the level is updated, counted up to settle_samples */
+    double x_predicted; /* m: position predicted for this sample */
+} one_mass_domain_state;
+
+/* What is measured and commanded at a sample. */
+typedef struct {
+    double x; /* m: measured position */
+    double w; /* N: input */
+} one_mass_domain_inputs;
+
+/* What is estimated. */
+typedef struct {
+    double v_hat; /* m/s: velocity estimate, (4.25) */
+    double a_hat_rail; /* N: friction level, (4.11) */
+    double F_hat_rail; /* N: contact friction, (4.10) */
+    double F_hat_on_x; /* N: friction force, (4.10) */
+    double in_domain; /* 1: in domain, 1 where the certificate's bound holds, if its assumptions do */
+    int fault; /* 1 if this sample was not used, 0 otherwise */
+} one_mass_domain_outputs;
+
+/* Compute the derived constants anew: call it after a parameter was changed; ONE_MASS_DOMAIN_PARAMETERS has them. */
+void one_mass_domain_prepare(one_mass_domain_parameters *parameters);
+
+/* Set the state from the first measurement; from rest at zero if it is not finite. */
+void one_mass_domain_init(one_mass_domain_state *state, const one_mass_domain_parameters *parameters,
+    const one_mass_domain_inputs *inputs);
+
+/*
+ * One sample: estimates from the state and this measurement, then the state of the next sample.
+ * Where an input is NaN or infinite, or a next state would be, state and estimates stay as they are and fault is 1;
+ * set the outputs to zero before the first step.
+ */
+void one_mass_domain_step(one_mass_domain_state *state, const one_mass_domain_parameters *parameters,
+    const one_mass_domain_inputs *inputs, one_mass_domain_outputs *outputs);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
