@@ -62,7 +62,7 @@ def build_program(observer: Observer, choice: CodeChoice | None = None) -> Progr
     names[SAMPLE_TIME] = period.symbol
     following: list[Any] = []
     if observer.integration == "implicit":
-        chains += [held_input(w, f, names) for w, f in zip(system.inputs, commands, strict=True)]
+        chains += [held_input(observer, k, f, names) for k, f in enumerate(commands)]
         step, now = implicit_blocks(observer, names, states, period.symbol, taken)
         blocks += step
         following = casadi.vertsplit(now.symbols)

@@ -75,11 +75,16 @@ def effective_input(
     return EffectiveInput(tuple(blocks), tuple(states), tuple(next_state), tuple(initial))
 
 
-def held_input(w: sympy.Symbol, command: Field, names: dict[sympy.Symbol, Any]) -> EffectiveInput:
-    """An input as it was held since the last sample, which is what moved the machine to where it is measured now."""
+def held_input(observer: Observer, index: int, command: Field, names: dict[sympy.Symbol, Any]) -> EffectiveInput:
+    """An input as it was held since the last sample, which is what moved the machine to where it is measured now.
+
+    It is the effective input; at the first sample, that of a command held since long before.
+    """
+    w, chain = observer.system.inputs[index], observer.system.actuator(index)
+    settled = to_casadi(chain.static(w), {**names, w: command.symbol})
     field = Field(f"{w}_held", command.unit, f"{w} since the sample before", casadi.SX.sym(f"{w}_held"))
     now, names[w] = names[w], field.symbol
-    return EffectiveInput((), (field,), (now,), (command.symbol,))
+    return EffectiveInput((), (field,), (now,), (settled,))
 
 
 def _block(element: str, name: str, symbol: Any, expression: Any, unit: str, source: str) -> Block:
