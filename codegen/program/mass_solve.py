@@ -134,10 +134,9 @@ class MassSolve:
         """Symbols for values under names of their own, in a block of that name."""
         elements = []
         for wish in wishes:
-            while wish in self._taken:
-                wish += "_"
-            self._taken.add(wish)
-            elements.append(wish)
+            free = (wish, f"{wish}_", *(f"{wish}_{k}" for k in range(2, len(self._taken) + 2)))
+            elements.append(next(name for name in free if name not in self._taken))
+            self._taken.add(elements[-1])
         symbols = [casadi.SX.sym(element) for element in elements]
         units = ("",) * len(elements)
         column, expression = casadi.vertcat(*symbols), casadi.vertcat(*values)
