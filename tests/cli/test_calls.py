@@ -171,3 +171,12 @@ def test_interrupt(folder):
     with patch("codegen.cli.pipeline.simulate", side_effect=KeyboardInterrupt):
         result = stiction("simulate", ONE, "-o", "log.csv")
     assert result.code == 130 and "Traceback" not in result.err
+
+
+@pytest.mark.parametrize("step", ["euler", "implicit"])
+def test_derive_names_the_limit_of_explicit_euler_as_what_it_is(folder, step):
+    text = ONE.read_text().replace("sample_time: 0.001", f"sample_time: 0.001\n  integration: {step}", 1)
+    (folder / "one.yaml").write_text(text)
+    said = stiction("derive", "one.yaml").out
+    assert ("explicit Euler is stable below" in said) == (step == "euler")
+    assert ("explicit Euler, not used here," in said) == (step == "implicit")
