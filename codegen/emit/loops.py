@@ -74,11 +74,12 @@ class LocalArray:
 
 @dataclass(frozen=True)
 class DerivedEntry:
-    """A derived constant, or an array of them; ``count`` is 0 for a scalar."""
+    """A derived constant, or an array of them; ``count`` is 0 for a scalar, ``formula`` that of the first."""
 
     name: str
     count: int
     values: tuple[float, ...]
+    formula: str
 
 
 @dataclass(frozen=True)
@@ -94,9 +95,9 @@ class LoopView:
     outputs: tuple[PrintedStretch, ...]
     following: tuple[PrintedStretch, ...]
     initial: tuple[PrintedStretch, ...]
-    rest: tuple[PrintedStretch, ...]
     check: tuple[PrintedSum, ...]
     begun: tuple[PrintedSum, ...]
+    given: tuple[PrintedSum, ...]
 
 
 def loop_view(program: Program, code: Code, language: Language, style: LoopStyle) -> LoopView:
@@ -108,30 +109,38 @@ def loop_view(program: Program, code: Code, language: Language, style: LoopStyle
         arrays=tuple(LocalArray(a, rolled.lengths[a]) for a, kind in rolled.storage.items() if kind == "local"),
         scalars=rolled.scalars,
         initial_scalars=rolled.initial_scalars,
-        derived=_derived(code, rolled),
+        derived=_derived(program, code, rolled, language),
         prepare=printer.stretches(rolled.prepare),
         step=printer.stretches(rolled.step),
         outputs=printer.stretches(rolled.outputs),
         following=printer.stretches(rolled.following),
         initial=printer.stretches(rolled.initial),
-        rest=printer.stretches(rolled.rest),
         check=printer.sums(rolled.check),
         begun=printer.sums(rolled.begun),
+        given=printer.sums(rolled.given),
     )
 
 
-def _derived(code: Code, rolled: Rolled) -> tuple[DerivedEntry, ...]:
+def _derived(program: Program, code: Code, rolled: Rolled, language: Language) -> tuple[DerivedEntry, ...]:
     """Scalars and arrays in the order in which their first element is computed."""
+    constants = {
+        a.value: "{}[{}]".format(*rolled.constants[a.name]) for a in code.derived if a.name in rolled.constants
+    }
+    names = {f.name: program.reference(f.name) for f in program.parameters}
+    plain = Expressions(language, names, {a.value: a.name for a in code.derived} | constants)
     values: dict[str, dict[int, float]] = {}
+    formulas: dict[str, str] = {}
     for a, value in zip(code.derived, code.derived_values, strict=True):
         array, at = rolled.constants.get(a.name, (a.name, 0))
         values.setdefault(array, {})[at] = value
+        formulas.setdefault(array, plain.text(a.value, whole=True))
     scalars = {a.name for a in code.derived} - set(rolled.constants)
     return tuple(
         DerivedEntry(
             name,
             0 if name in scalars else rolled.lengths[name],
             tuple(known.get(k, 0.0) for k in range(1 if name in scalars else rolled.lengths[name])),
+            formulas[name],
         )
         for name, known in values.items()
     )

@@ -12,6 +12,7 @@ from codegen.emit.header import Header, make_header
 from codegen.files import sha256
 from codegen.program import Program
 from codegen.program.lower import lower
+from codegen.program.model import LARGEST
 from codegen.text import render
 
 
@@ -41,6 +42,7 @@ def emit_readme(
         refused=refused,
         files=files,
         proofs=proofs,
+        largest=f"{LARGEST[program.precision]:.0e}",
     )
 
 

@@ -62,9 +62,9 @@ class CodeView:
     """A program in one language.
 
     Attributes:
-        initial, rest: the first state, and that for inputs of zero; ``begun`` is the sum of the first state, and
-            ``start_uses_inputs`` says whether it depends on any.
-        check: the sum of the next states, and of the inputs and outputs that may be infinite or NaN while they are not.
+        initial: the first state; ``start_uses_inputs`` says whether it depends on any.
+        check: the sum of the next states, and of the inputs and outputs that may be infinite or NaN while they are not;
+            ``begun`` that of the inputs and the first state, ``given`` that of the inputs.
     """
 
     derived: tuple[Constant, ...]
@@ -73,9 +73,9 @@ class CodeView:
     outputs: tuple[Line, ...]
     initial: tuple[Line, ...]
     initial_parts: tuple[Line, ...]
-    rest: tuple[Line, ...]
-    begun: str
     check: str
+    begun: str
+    given: str
     start_uses_inputs: bool
     start_uses_parameters: bool
     step_uses_parameters: bool
@@ -130,9 +130,11 @@ def view(program: Program, code: Code, style: Style) -> CodeView:
         outputs=tuple(lines(code.outputs, step, "        outputs->{name} = ")),
         initial=tuple(lines(code.initial, start, "    state->{name} = ")),
         initial_parts=tuple(lines(code.initial_parts, start)),
-        rest=tuple(lines(code.rest, start, "        state->{name} = ")),
-        begun=wrapped(" + ".join(fields[f.name] for f in program.states), 25, language, style.indent),
         check=wrapped(" + ".join([*unseen, *following, *products]), 25, language, style.indent),
+        begun=wrapped(
+            " + ".join(fields[f.name] for f in (*program.inputs, *program.states)), 25, language, style.indent
+        ),
+        given=wrapped(" + ".join(fields[f.name] for f in program.inputs), 29, language, style.indent + 4),
         start_uses_inputs=any(n.kind == "symbol" and not n.constant for n in used),
         start_uses_parameters=any(n.kind == "symbol" and n.constant for n in used),
         step_uses_parameters=needed,
@@ -153,9 +155,9 @@ def _over_arrays(program: Program, code: Code, style: Style) -> CodeView:
         outputs=(),
         initial=(),
         initial_parts=(),
-        rest=(),
-        begun="",
         check="",
+        begun="",
+        given="",
         start_uses_inputs=any(n.kind == "symbol" and not n.constant for n in used),
         start_uses_parameters=any(n.kind == "symbol" and n.constant for n in used),
         step_uses_parameters=_constants_used(code),

@@ -53,7 +53,7 @@ class Code:
         derived: constants that follow from the parameters, in the order in which ``prepare`` computes them;
             ``derived_values`` are theirs, by the same operations.
         step: in order; ``next_state`` and ``outputs`` are over what it assigns.
-        initial: the first state, over parameters, inputs and ``initial_parts``; ``rest`` the same for inputs of zero.
+        initial: the first state, over parameters, inputs and ``initial_parts``.
         rolled: the same over arrays and in loops, where the program has arrays; this is then what is printed.
         names: node → how later expressions call it, where it has a name.
     """
@@ -64,7 +64,6 @@ class Code:
     next_state: tuple[Assignment, ...]
     outputs: tuple[Assignment, ...]
     initial: tuple[Assignment, ...]
-    rest: tuple[Assignment, ...]
     names: dict[Node, str]
     initial_parts: tuple[Assignment, ...]
     initial_names: dict[Node, str]
@@ -106,7 +105,6 @@ class Code:
             *self.derived,
             *self.initial_parts,
             *self.initial,
-            *self.rest,
             *self._assigned,
             *self.next_state,
             *self.outputs,

@@ -66,7 +66,6 @@ class _Lowering:
             next_state=tuple(Assignment(f.name, n, f.unit) for f, n in zip(states, final, strict=True)),
             outputs=tuple(Assignment(name, value[name], unit) for name, unit, _ in self.program.outputs),
             initial=initial,
-            rest=self._rest(),
             names=known,
             initial_parts=parts,
             initial_names=initial_names,
@@ -175,9 +174,3 @@ class _Lowering:
                 parts.append(Assignment(known[node], node))
         states = self.program.states
         return tuple(parts), tuple(Assignment(f.name, n, f.unit) for f, n in zip(states, final, strict=True)), known
-
-    def _rest(self) -> tuple[Assignment, ...]:
-        zero = dict.fromkeys((f.name for f in self.program.inputs), self.graph.number(0.0))
-        nodes = self._nodes(self.program.initial_state, zero)
-        short = normalise(nodes, [], self.graph, factoring=False)
-        return tuple(Assignment(f.name, short[n], f.unit) for f, n in zip(self.program.states, nodes, strict=True))

@@ -14,6 +14,8 @@ from codegen.program.arrays import Element
 
 PRECISIONS = ("double", "single")
 FAULTS = ("hold", "none")
+LARGEST = {"double": 1e150, "single": 1e18}
+"""What a step holds is refused beyond this: a product of two such quantities does not overflow."""
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,24 @@ from codegen.program.graph import Node
 LONGEST = 40
 DEEPEST = 8
 """Formulas of more levels get no name of their own."""
-WORDS = {"state", "parameters", "inputs", "outputs", "check", "first", "lane", "field", "dataclass", "math", "i"}
+WORDS = {
+    "state",
+    "parameters",
+    "inputs",
+    "outputs",
+    "check",
+    "given",
+    "fresh",
+    "faults",
+    "waiting",
+    "first",
+    "lane",
+    "i",
+} | {
+    "field",
+    "dataclass",
+    "math",
+}
 """Names that the generated code uses itself."""
 
 

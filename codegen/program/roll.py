@@ -62,8 +62,8 @@ class _Rolling:
         states = [self._field(a.name, m, "state") for a, m in zip(code.next_state, markers, strict=True)]
         committed = self._stretches(states, join=False)
         check = self._sums([*(self._symbol(name) for name in unseen), *markers, *code.unseen_outputs()])
-        begun = self._sums([self._symbol(f.name) for f in self.program.states])
-        rest = self._stretches([self._field(a.name, a.value, "state") for a in code.rest], join=False)
+        given = self._sums([self._symbol(f.name) for f in self.program.inputs])
+        begun = self._sums([self._symbol(f.name) for f in (*self.program.inputs, *self.program.states)])
         self.defined = {v.node: v for v in constants}
         self._place(parts)
         initial = self._stretches([*parts, *(self._field(a.name, a.value, "state") for a in code.initial)])
@@ -78,9 +78,9 @@ class _Rolling:
             initial_scalars=tuple(self.scalars),
             outputs=written,
             following=committed,
-            rest=rest,
             check=check,
             begun=begun,
+            given=given,
         )
 
     # What there is to compute.

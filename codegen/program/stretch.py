@@ -62,9 +62,8 @@ class Rolled:
         storage: array → parameters, state, inputs or local; ``lengths`` of every array.
         constants: derived constant → array and place, for those that are in one.
         scalars: locals that live as long as the step.
-        prepare, step, outputs, following, initial, rest: what the functions do; ``following`` makes the next state the
-            state.
-        check, begun: sums of what must be finite after a step and at the start.
+        prepare, step, outputs, following, initial: what the functions do; ``following`` makes the next state the state.
+        check, begun, given: sums of what must be finite after a step and at the start, and of the inputs.
     """
 
     storage: Mapping[str, str]
@@ -77,6 +76,6 @@ class Rolled:
     following: tuple[Stretch, ...]
     initial: tuple[Stretch, ...]
     initial_scalars: tuple[str, ...]
-    rest: tuple[Stretch, ...]
     check: tuple[Sum, ...]
     begun: tuple[Sum, ...]
+    given: tuple[Sum, ...]

@@ -74,7 +74,8 @@ class Built:
             self.faults += [k] if outputs.fault else []
             found.append([getattr(outputs, field) for field, _ in outputs._fields_])
             states.append([getattr(state, field) for field, _ in state._fields_])
-        return np.array(found, dtype=float)[:, : len(self.program.outputs)], np.array(states, dtype=float)
+        outputs, state = np.array(found, dtype=float), np.array(states, dtype=float)
+        return outputs[:, : len(self.program.outputs)], state[:, : len(self.program.states)]
 
     @property
     def structs(self) -> list[type[ctypes.Structure]]:

@@ -228,6 +228,17 @@ def test_a_sample_that_is_not_finite_raises_the_flag(made: Made) -> None:
     unit.end()
 
 
+def test_a_bad_first_sample_leaves_the_start_to_the_first_good_one(made: Made) -> None:
+    rows = made.rows(8)
+    rows[:2, 0] = np.nan
+    unit = made.unit()
+    unit.begin(dict(zip(made.inputs, rows[0].tolist(), strict=True)))
+    found = unit.run(rows, made.inputs, made.outputs, made.period)
+    unit.end()
+    assert not found[:3].any() and found[3:].any(axis=1).all()
+    assert found.tobytes() == made.by_twin(rows).tobytes()
+
+
 def test_the_command_writes_it(tmp_path: Path) -> None:
     done = stiction("generate", SPECS / "one_mass.yaml", "--target", "fmu", "-o", tmp_path, "--fmi", "2.0")
     assert done.code == 0, done.err

@@ -171,19 +171,21 @@ def test_another_sample_time_is_refused(tmp_path: Path) -> None:
     assert [p.name for p in tmp_path.iterdir()] == ["log.csv"]
 
 
-def test_a_value_that_is_not_finite_is_held_over_or_refused(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("bad", "faults"), [(500, [500]), (0, [0, 1])])
+def test_a_value_that_is_not_finite_is_held_over_or_refused(tmp_path: Path, bad: int, faults: list[int]) -> None:
+    """Where it is the first, the good sample behind it starts the observer."""
     table = record(1000)
-    table[500, 1] = np.nan
+    table[bad, 1] = np.nan
     log = write_csv(tmp_path / "log.csv", table)
     spec = read_spec(SPEC)
     program = build_program(observer_of(spec))
     if twin_engine(program, emit_sources(program, make_header("a", "b", ""))).holds:
         result = pipeline.replay(SPEC, log, tmp_path / "out.csv")
         names, found = read_csv(tmp_path / "out.csv")
-        assert result.faults == 1 and found[:, names.index("fault")].nonzero()[0].tolist() == [500]
+        assert result.faults == len(faults) and found[:, names.index("fault")].nonzero()[0].tolist() == faults
         assert found[:, 1:].tobytes() == by_twin(table).tobytes()
     else:
-        with pytest.raises(BadInput, match=r"log\.csv:502: x1: .* not finite"):
+        with pytest.raises(BadInput, match=rf"log\.csv:{bad + 2}: x1: .* not finite"):
             pipeline.replay(SPEC, log)
 
 

@@ -10,6 +10,7 @@ from codegen.emit.language import Language
 from codegen.emit.loops import LoopStyle
 from codegen.emit.view import Style, view
 from codegen.program import Code, Program
+from codegen.program.model import LARGEST
 from codegen.text import render
 
 FUNCTIONS = ("sin", "cos", "tan", "exp", "log", "sqrt", "tanh", "pow")
@@ -38,7 +39,8 @@ def c_words(program: Program, code: Code, header: Header) -> dict[str, Any]:
         "literal": language.literal,
         "real": "float" if single else "double",
         "magnitude": language.calls["abs"],
-        "largest": "FLT_MAX" if single else "DBL_MAX",
+        "largest": language.literal(LARGEST[program.precision]),
+        "largest_shown": f"{LARGEST[program.precision]:.0e}",
         "parameters": parameters_of(program),
         "states": states_of(program),
         "inputs": inputs_of(program),

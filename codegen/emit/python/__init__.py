@@ -8,6 +8,7 @@ from codegen.emit.language import Language
 from codegen.emit.loops import LoopStyle
 from codegen.emit.view import Style, view
 from codegen.program import Code, Program
+from codegen.program.model import LARGEST
 from codegen.text import render
 
 FUNCTIONS = ("sin", "cos", "tan", "exp", "log", "sqrt", "pow", "sign")
@@ -44,6 +45,8 @@ def emit_python(program: Program, code: Code, header: Header) -> dict[str, str]:
         view=printed,
         literal=language.literal,
         real=real,
+        largest=language.literal(LARGEST[program.precision]),
+        largest_shown=f"{LARGEST[program.precision]:.0e}",
         parameters=parameters_of(program),
         states=states_of(program),
         inputs=inputs_of(program),
