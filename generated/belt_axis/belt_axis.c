@@ -8,7 +8,6 @@
  */
 #include "belt_axis.h"
 
-#include <float.h>
 #include <math.h>
 
 #if defined(__clang__)
@@ -26,18 +25,27 @@ void belt_axis_prepare(belt_axis_parameters *parameters)
     parameters->h_K_F = parameters->sample_time * parameters->K_F;
 }
 
-void belt_axis_init(belt_axis_state *state, const belt_axis_parameters *parameters,
+/* Set the state from a measurement, at the first sample or anew. */
+static void belt_axis_start(belt_axis_state *state, const belt_axis_parameters *parameters,
     const belt_axis_inputs *inputs)
 {
     state->z_v = -(parameters->K_v * inputs->x);
     state->z_guide = parameters->guide_a;
 
-    /* from rest at zero where that is not finite */
-    const double check = state->z_v + state->z_guide;
-    if (!(fabs(check) <= DBL_MAX)) {
+    /* where that cannot be used, wait for a good sample */
+    const double check = inputs->x + inputs->u + state->z_v + state->z_guide;
+    state->waiting = 0.0;
+    if (!(fabs(check) <= 1e+150)) {
         state->z_v = 0.0;
-        state->z_guide = parameters->guide_a;
+        state->z_guide = 0.0;
+        state->waiting = 1.0;
     }
+}
+
+void belt_axis_init(belt_axis_state *state, const belt_axis_parameters *parameters,
+    const belt_axis_inputs *inputs)
+{
+    belt_axis_start(state, parameters, inputs);
 }
 
 void belt_axis_step(belt_axis_state *state, const belt_axis_parameters *parameters,
@@ -63,9 +71,9 @@ void belt_axis_step(belt_axis_state *state, const belt_axis_parameters *paramete
     const double z_v_next = state->z_v + parameters->sample_time * (v_dot_hat - parameters->K_v * v_hat);
     const double z_guide_next = state->z_guide + parameters->h_K_F * sign_guide * v_dot_hat;
 
-    /* hold the last state and estimates where a next state, or an input that it does not show, is not finite */
+    /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
     const double check = z_v_next + z_guide_next;
-    if (fabs(check) <= DBL_MAX) {
+    if (state->waiting < 0.5 && fabs(check) <= 1e+150) {
         outputs->v_hat = v_hat;
         outputs->a_hat_guide = a_hat_guide;
         outputs->F_hat_guide = F_hat_guide;
@@ -76,5 +84,11 @@ void belt_axis_step(belt_axis_state *state, const belt_axis_parameters *paramete
         outputs->fault = 0;
     } else {
         outputs->fault = 1;
+
+        /* where the sample is good, it is the state that cannot be used or waits: start anew */
+        const double given = inputs->x + inputs->u;
+        if (fabs(given) <= 1e+150) {
+            belt_axis_start(state, parameters, inputs);
+        }
     }
 }

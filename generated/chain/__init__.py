@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"]
 
 SPEC_SHA256 = "1e88c123e16c775e48b84ba1748b2d2edc84de748c98621bba0a905743d5e7e2"
-LARGEST = 1.7976931348623157e308
+LARGEST = 1e+150
 
 
 @dataclass(slots=True)
@@ -61,6 +61,7 @@ class State:
             0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         ]
     )
+    waiting: float = 0.0  # 1 while no good sample has set the state
 
 
 @dataclass(slots=True)
@@ -114,19 +115,16 @@ def prepare(parameters: Parameters) -> None:
 
 
 def init(parameters: Parameters, inputs: Inputs) -> State:
-    """The state from the first measurement; from rest at zero if it is not finite."""
+    """The state from the first measurement; if that cannot be used, one that waits for a good sample."""
     state = State()
     for i in range(0, 16):
         state.z_v[i] = -(parameters.K_v_v[i] * inputs.x[i])
         state.z_ground[i] = parameters.ground_a[i]
-    check = 0.0
+    check = inputs.w
     for i in range(0, 16):
-        check += state.z_v[i] + state.z_ground[i]
+        check += inputs.x[i] + state.z_v[i] + state.z_ground[i]
     if not abs(check) <= LARGEST:
-        for i in range(0, 16):
-            state.z_v[i] = 0.0
-        for i in range(0, 16):
-            state.z_ground[i] = parameters.ground_a[i]
+        state = State(waiting=1.0)
     return state
 
 
@@ -134,8 +132,9 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
     """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample.
 
     The estimates go into ``outputs``, or into new ones.
-    Where an input is NaN or infinite, or a next state would be, state and ``outputs`` stay as they are but for
-    ``fault``, which is 1.
+    Where an input is NaN or infinite, or a next state would be or lie beyond 1e+150, state and ``outputs`` stay
+    as they are but for ``fault``, which is 1. Where the inputs are good, it is the state that cannot be used or waits:
+    it is set from them, as by ``init``, and the next sample is estimated again.
     """
     if outputs is None:
         outputs = Outputs()
@@ -191,12 +190,20 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
         z_v_next[i] = parameters.sample_time * (v_dot_hat - parameters.K_v_v[i] * v_hat[i]) + state.z_v[i]  # m/s
         z_ground_next[i] = parameters.h_K_F_ground[i] * sign_ground[i] * v_dot_hat + state.z_ground[i]  # N
 
-    # hold the last state and estimates where a next state, or an input that it does not show, is not finite
+    # hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN
     check = 0.0
     for i in range(0, 16):
         check += z_v_next[i] + z_ground_next[i]
-    if not abs(check) <= LARGEST:
+    if state.waiting or not abs(check) <= LARGEST:
         outputs.fault = 1
+        # where the sample is good, it is the state that cannot be used or waits: start anew
+        given = inputs.w
+        for i in range(0, 16):
+            given += inputs.x[i]
+        if abs(given) <= LARGEST:
+            fresh = init(parameters, inputs)
+            for name in State.__slots__:
+                setattr(state, name, getattr(fresh, name))
         return outputs
     outputs.fault = 0
     for i in range(0, 16):

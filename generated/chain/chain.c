@@ -8,7 +8,6 @@
  */
 #include "chain.h"
 
-#include <float.h>
 #include <math.h>
 
 #if defined(__clang__)
@@ -28,7 +27,8 @@ void chain_prepare(chain_parameters *parameters)
     }
 }
 
-void chain_init(chain_state *state, const chain_parameters *parameters,
+/* Set the state from a measurement, at the first sample or anew. */
+static void chain_start(chain_state *state, const chain_parameters *parameters,
     const chain_inputs *inputs)
 {
     for (int i = 0; i < 16; i++) {
@@ -36,19 +36,27 @@ void chain_init(chain_state *state, const chain_parameters *parameters,
         state->z_ground[i] = parameters->ground_a[i];
     }
 
-    /* from rest at zero if that is not finite */
-    double check = 0.0;
+    /* where that cannot be used, wait for a good sample */
+    double check = inputs->w;
     for (int i = 0; i < 16; i++) {
-        check += state->z_v[i] + state->z_ground[i];
+        check += inputs->x[i] + state->z_v[i] + state->z_ground[i];
     }
-    if (!(fabs(check) <= DBL_MAX)) {
+    state->waiting = 0.0;
+    if (!(fabs(check) <= 1e+150)) {
         for (int i = 0; i < 16; i++) {
             state->z_v[i] = 0.0;
         }
         for (int i = 0; i < 16; i++) {
-            state->z_ground[i] = parameters->ground_a[i];
+            state->z_ground[i] = 0.0;
         }
+        state->waiting = 1.0;
     }
+}
+
+void chain_init(chain_state *state, const chain_parameters *parameters,
+    const chain_inputs *inputs)
+{
+    chain_start(state, parameters, inputs);
 }
 
 void chain_step(chain_state *state, const chain_parameters *parameters,
@@ -103,12 +111,12 @@ void chain_step(chain_state *state, const chain_parameters *parameters,
         z_ground_next[i] = parameters->h_K_F_ground[i] * sign_ground[i] * v_dot_hat + state->z_ground[i]; /* N */
     }
 
-    /* hold the last state and estimates where a next state, or an input that it does not show, is not finite */
+    /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
     double check = 0.0;
     for (int i = 0; i < 16; i++) {
         check += z_v_next[i] + z_ground_next[i];
     }
-    if (fabs(check) <= DBL_MAX) {
+    if (state->waiting < 0.5 && fabs(check) <= 1e+150) {
         for (int i = 0; i < 16; i++) {
             outputs->v_hat[i] = v_hat[i];
         }
@@ -130,5 +138,14 @@ void chain_step(chain_state *state, const chain_parameters *parameters,
         outputs->fault = 0;
     } else {
         outputs->fault = 1;
+
+        /* where the sample is good, it is the state that cannot be used or waits: start anew */
+        double given = inputs->w;
+        for (int i = 0; i < 16; i++) {
+            given += inputs->x[i];
+        }
+        if (fabs(given) <= 1e+150) {
+            chain_start(state, parameters, inputs);
+        }
     }
 }

@@ -27,8 +27,8 @@ typedef struct {
     double K_v_v[16]; /* 1/s: K_v_v1 to K_v_v16, observer gain */
     double sample_time; /* s: sample time */
     /* derived: chain_prepare computes them from those above */
-    double one_over_D16;
-    double h_K_F_ground[16];
+    double one_over_D16; /* 1.0 / m */
+    double h_K_F_ground[16]; /* sample_time * K_F_ground[0], ... */
 } chain_parameters;
 
 #define CHAIN_PARAMETERS \
@@ -56,6 +56,7 @@ typedef struct {
 typedef struct {
     double z_v[16]; /* m/s: z_v1 to z_v16, observer state */
     double z_ground[16]; /* N: z_ground1 to z_ground16, observer state */
+    double waiting; /* 1 while no good sample has set the state, 0 otherwise */
 } chain_state;
 
 /* What is measured and commanded at a sample. */
@@ -76,14 +77,18 @@ typedef struct {
 /* Compute the derived constants anew: call it after a parameter was changed; CHAIN_PARAMETERS has them. */
 void chain_prepare(chain_parameters *parameters);
 
-/* Set the state from the first measurement; from rest at zero if it is not finite. */
+/*
+ * Set the state from the first measurement. Where that cannot be used the state is zero and waiting is 1: the step then gives
+ * fault 1, and its first good sample sets the state.
+ */
 void chain_init(chain_state *state, const chain_parameters *parameters,
     const chain_inputs *inputs);
 
 /*
  * One sample: estimates from the state and this measurement, then the state of the next sample.
- * Where an input is NaN or infinite, or a next state would be, state and estimates stay as they are and fault is 1;
- * set the outputs to zero before the first step.
+ * Where an input is NaN or infinite, or a next state would be or lie beyond 1e+150, state and estimates stay as they
+ * are and fault is 1. Where the inputs are good, it is the state that cannot be used or waits: init sets it from them, and
+ * the next sample is estimated again. Set the outputs to zero before the first step.
  */
 void chain_step(chain_state *state, const chain_parameters *parameters,
     const chain_inputs *inputs, chain_outputs *outputs);

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"]
 
 SPEC_SHA256 = "6af290046ff97bda38cdd6b999da2562985f0f24de93aee566995a6b17c119de"
-LARGEST = 1.7976931348623157e308
+LARGEST = 1e+150
 
 
 @dataclass(slots=True)
@@ -38,6 +38,7 @@ class State:
 
     z_v: float = 0.0  # m/s: observer state
     z_rail: float = 0.0  # N: observer state
+    waiting: float = 0.0  # 1 while no good sample has set the state
 
 
 @dataclass(slots=True)
@@ -70,17 +71,14 @@ def prepare(parameters: Parameters) -> None:
 
 
 def init(parameters: Parameters, inputs: Inputs) -> State:
-    """The state from the first measurement; from rest at zero if it is not finite."""
+    """The state from the first measurement; if that cannot be used, one that waits for a good sample."""
     state = State(
         z_v=-(parameters.K_v * inputs.x),
         z_rail=parameters.rail_a,
     )
-    check = state.z_v + state.z_rail
+    check = inputs.x + inputs.u + state.z_v + state.z_rail
     if not abs(check) <= LARGEST:
-        state = State(
-            z_v=0.0,
-            z_rail=parameters.rail_a,
-        )
+        state = State(waiting=1.0)
     return state
 
 
@@ -88,8 +86,9 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
     """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample.
 
     The estimates go into ``outputs``, or into new ones.
-    Where an input is NaN or infinite, or a next state would be, state and ``outputs`` stay as they are but for
-    ``fault``, which is 1.
+    Where an input is NaN or infinite, or a next state would be or lie beyond 1e+150, state and ``outputs`` stay
+    as they are but for ``fault``, which is 1. Where the inputs are good, it is the state that cannot be used or waits:
+    it is set from them, as by ``init``, and the next sample is estimated again.
     """
     if outputs is None:
         outputs = Outputs()
@@ -116,10 +115,16 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
     z_v_next = state.z_v + parameters.sample_time * (v_dot_hat - parameters.K_v * v_hat)
     z_rail_next = state.z_rail + parameters.h_K_F * sign_rail * v_dot_hat
 
-    # hold the last state and estimates where a next state, or an input that it does not show, is not finite
+    # hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN
     check = z_v_next + z_rail_next
-    if not abs(check) <= LARGEST:
+    if state.waiting or not abs(check) <= LARGEST:
         outputs.fault = 1
+        # where the sample is good, it is the state that cannot be used or waits: start anew
+        given = inputs.x + inputs.u
+        if abs(given) <= LARGEST:
+            fresh = init(parameters, inputs)
+            for name in State.__slots__:
+                setattr(state, name, getattr(fresh, name))
         return outputs
     outputs.fault = 0
     outputs.v_hat = v_hat

@@ -8,7 +8,6 @@
  */
 #include "one_mass.h"
 
-#include <float.h>
 #include <math.h>
 
 #if defined(__clang__)
@@ -26,18 +25,27 @@ void one_mass_prepare(one_mass_parameters *parameters)
     parameters->h_K_F = parameters->sample_time * parameters->K_F;
 }
 
-void one_mass_init(one_mass_state *state, const one_mass_parameters *parameters,
+/* Set the state from a measurement, at the first sample or anew. */
+static void one_mass_start(one_mass_state *state, const one_mass_parameters *parameters,
     const one_mass_inputs *inputs)
 {
     state->z_v = -(parameters->K_v * inputs->x);
     state->z_rail = parameters->rail_a;
 
-    /* from rest at zero where that is not finite */
-    const double check = state->z_v + state->z_rail;
-    if (!(fabs(check) <= DBL_MAX)) {
+    /* where that cannot be used, wait for a good sample */
+    const double check = inputs->x + inputs->w + state->z_v + state->z_rail;
+    state->waiting = 0.0;
+    if (!(fabs(check) <= 1e+150)) {
         state->z_v = 0.0;
-        state->z_rail = parameters->rail_a;
+        state->z_rail = 0.0;
+        state->waiting = 1.0;
     }
+}
+
+void one_mass_init(one_mass_state *state, const one_mass_parameters *parameters,
+    const one_mass_inputs *inputs)
+{
+    one_mass_start(state, parameters, inputs);
 }
 
 void one_mass_step(one_mass_state *state, const one_mass_parameters *parameters,
@@ -62,9 +70,9 @@ void one_mass_step(one_mass_state *state, const one_mass_parameters *parameters,
     const double z_v_next = state->z_v + parameters->sample_time * (v_dot_hat - parameters->K_v * v_hat);
     const double z_rail_next = state->z_rail + parameters->h_K_F * sign_rail * v_dot_hat;
 
-    /* hold the last state and estimates where a next state, or an input that it does not show, is not finite */
+    /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
     const double check = z_v_next + z_rail_next;
-    if (fabs(check) <= DBL_MAX) {
+    if (state->waiting < 0.5 && fabs(check) <= 1e+150) {
         outputs->v_hat = v_hat;
         outputs->a_hat_rail = a_hat_rail;
         outputs->F_hat_rail = F_hat_rail;
@@ -75,5 +83,11 @@ void one_mass_step(one_mass_state *state, const one_mass_parameters *parameters,
         outputs->fault = 0;
     } else {
         outputs->fault = 1;
+
+        /* where the sample is good, it is the state that cannot be used or waits: start anew */
+        const double given = inputs->x + inputs->w;
+        if (fabs(given) <= 1e+150) {
+            one_mass_start(state, parameters, inputs);
+        }
     }
 }

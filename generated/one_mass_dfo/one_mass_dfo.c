@@ -8,7 +8,6 @@
  */
 #include "one_mass_dfo.h"
 
-#include <float.h>
 #include <math.h>
 
 #if defined(__clang__)
@@ -22,20 +21,29 @@ void one_mass_dfo_prepare(one_mass_dfo_parameters *parameters)
     parameters->h_K_a = parameters->sample_time * parameters->K_a;
 }
 
-void one_mass_dfo_init(one_mass_dfo_state *state, const one_mass_dfo_parameters *parameters,
+/* Set the state from a measurement, at the first sample or anew. */
+static void one_mass_dfo_start(one_mass_dfo_state *state, const one_mass_dfo_parameters *parameters,
     const one_mass_dfo_inputs *inputs)
 {
     state->z_v = -(parameters->K_v * inputs->x);
     state->z_f_rail = -(parameters->K_f1 * inputs->x);
     state->z_a_rail = parameters->rail_a;
 
-    /* from rest at zero where that is not finite */
-    const double check = state->z_v + state->z_f_rail + state->z_a_rail;
-    if (!(fabs(check) <= DBL_MAX)) {
+    /* where that cannot be used, wait for a good sample */
+    const double check = inputs->x + inputs->w + state->z_v + state->z_f_rail + state->z_a_rail;
+    state->waiting = 0.0;
+    if (!(fabs(check) <= 1e+150)) {
         state->z_v = 0.0;
         state->z_f_rail = 0.0;
-        state->z_a_rail = parameters->rail_a;
+        state->z_a_rail = 0.0;
+        state->waiting = 1.0;
     }
+}
+
+void one_mass_dfo_init(one_mass_dfo_state *state, const one_mass_dfo_parameters *parameters,
+    const one_mass_dfo_inputs *inputs)
+{
+    one_mass_dfo_start(state, parameters, inputs);
 }
 
 void one_mass_dfo_step(one_mass_dfo_state *state, const one_mass_dfo_parameters *parameters,
@@ -68,9 +76,9 @@ void one_mass_dfo_step(one_mass_dfo_state *state, const one_mass_dfo_parameters 
     const double z_a_rail_next = state->z_a_rail - parameters->h_K_a * (f_hat_rail * v_dot_hat + v_hat
         * f_rate_rail);
 
-    /* hold the last state and estimates where a next state, or an input that it does not show, is not finite */
+    /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
     const double check = z_v_next + z_f_rail_next + z_a_rail_next;
-    if (fabs(check) <= DBL_MAX) {
+    if (state->waiting < 0.5 && fabs(check) <= 1e+150) {
         outputs->v_hat = v_hat;
         outputs->f_hat_rail = f_hat_rail;
         outputs->a_hat_rail = a_hat_rail;
@@ -83,5 +91,11 @@ void one_mass_dfo_step(one_mass_dfo_state *state, const one_mass_dfo_parameters 
         outputs->fault = 0;
     } else {
         outputs->fault = 1;
+
+        /* where the sample is good, it is the state that cannot be used or waits: start anew */
+        const double given = inputs->x + inputs->w;
+        if (fabs(given) <= 1e+150) {
+            one_mass_dfo_start(state, parameters, inputs);
+        }
     }
 }

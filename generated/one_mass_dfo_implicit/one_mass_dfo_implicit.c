@@ -8,7 +8,6 @@
  */
 #include "one_mass_dfo_implicit.h"
 
-#include <float.h>
 #include <math.h>
 
 #if defined(__clang__)
@@ -39,7 +38,8 @@ void one_mass_dfo_implicit_prepare(one_mass_dfo_implicit_parameters *parameters)
     parameters->constant_8 = 0.5 * parameters->rail_c * parameters->rail_D1_minus_rail_D2;
 }
 
-void one_mass_dfo_implicit_init(one_mass_dfo_implicit_state *state, const one_mass_dfo_implicit_parameters *parameters,
+/* Set the state from a measurement, at the first sample or anew. */
+static void one_mass_dfo_implicit_start(one_mass_dfo_implicit_state *state, const one_mass_dfo_implicit_parameters *parameters,
     const one_mass_dfo_implicit_inputs *inputs)
 {
     state->z_v = -(parameters->K_v * inputs->x);
@@ -47,14 +47,22 @@ void one_mass_dfo_implicit_init(one_mass_dfo_implicit_state *state, const one_ma
     state->z_a_rail = parameters->rail_a;
     state->w_held = inputs->w;
 
-    /* from rest at zero where that is not finite */
-    const double check = state->z_v + state->z_f_rail + state->z_a_rail + state->w_held;
-    if (!(fabs(check) <= DBL_MAX)) {
+    /* where that cannot be used, wait for a good sample */
+    const double check = inputs->x + inputs->w + state->z_v + state->z_f_rail + state->z_a_rail + state->w_held;
+    state->waiting = 0.0;
+    if (!(fabs(check) <= 1e+150)) {
         state->z_v = 0.0;
         state->z_f_rail = 0.0;
-        state->z_a_rail = parameters->rail_a;
+        state->z_a_rail = 0.0;
         state->w_held = 0.0;
+        state->waiting = 1.0;
     }
+}
+
+void one_mass_dfo_implicit_init(one_mass_dfo_implicit_state *state, const one_mass_dfo_implicit_parameters *parameters,
+    const one_mass_dfo_implicit_inputs *inputs)
+{
+    one_mass_dfo_implicit_start(state, parameters, inputs);
 }
 
 void one_mass_dfo_implicit_step(one_mass_dfo_implicit_state *state, const one_mass_dfo_implicit_parameters *parameters,
@@ -116,9 +124,9 @@ void one_mass_dfo_implicit_step(one_mass_dfo_implicit_state *state, const one_ma
     const double z_a_rail_next = z_a_rail_now;
     const double w_held_next = inputs->w;
 
-    /* hold the last state and estimates where a next state, or an input that it does not show, is not finite */
+    /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
     const double check = z_v_next + z_f_rail_next + z_a_rail_next + w_held_next + a_hat_rail + F_hat_rail;
-    if (fabs(check) <= DBL_MAX) {
+    if (state->waiting < 0.5 && fabs(check) <= 1e+150) {
         outputs->v_hat = v_hat;
         outputs->f_hat_rail = f_hat_rail;
         outputs->a_hat_rail = a_hat_rail;
@@ -132,5 +140,11 @@ void one_mass_dfo_implicit_step(one_mass_dfo_implicit_state *state, const one_ma
         outputs->fault = 0;
     } else {
         outputs->fault = 1;
+
+        /* where the sample is good, it is the state that cannot be used or waits: start anew */
+        const double given = inputs->x + inputs->w;
+        if (fabs(given) <= 1e+150) {
+            one_mass_dfo_implicit_start(state, parameters, inputs);
+        }
     }
 }

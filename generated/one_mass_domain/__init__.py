@@ -13,7 +13,7 @@ from dataclasses import dataclass
 __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"]
 
 SPEC_SHA256 = "fadb0417d9918b8b2ef997ec169dc726527a2300bc73d5c7d7fa6d4c76ec4c4b"
-LARGEST = 1.7976931348623157e308
+LARGEST = 1e+150
 
 
 @dataclass(slots=True)
@@ -47,6 +47,7 @@ class State:
     direction_rail: float = 0.0  # 1: sign with which the level was updated, or 0
     samples_slid: float = 0.0  # 1: samples since the level is updated, counted up to settle_samples
     x_predicted: float = 0.0  # m: position predicted for this sample
+    waiting: float = 0.0  # 1 while no good sample has set the state
 
 
 @dataclass(slots=True)
@@ -84,7 +85,7 @@ def prepare(parameters: Parameters) -> None:
 
 
 def init(parameters: Parameters, inputs: Inputs) -> State:
-    """The state from the first measurement; from rest at zero if it is not finite."""
+    """The state from the first measurement; if that cannot be used, one that waits for a good sample."""
     state = State(
         z_v=-(parameters.K_v * inputs.x),
         z_rail=parameters.rail_a,
@@ -93,16 +94,11 @@ def init(parameters: Parameters, inputs: Inputs) -> State:
         x_predicted=inputs.x,
     )
     check = (
-        state.z_v + state.z_rail + state.direction_rail + state.samples_slid + state.x_predicted
+        inputs.x + inputs.w + state.z_v + state.z_rail + state.direction_rail + state.samples_slid
+        + state.x_predicted
     )
     if not abs(check) <= LARGEST:
-        state = State(
-            z_v=0.0,
-            z_rail=parameters.rail_a,
-            direction_rail=0.0,
-            samples_slid=0.0,
-            x_predicted=0.0,
-        )
+        state = State(waiting=1.0)
     return state
 
 
@@ -110,8 +106,9 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
     """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample.
 
     The estimates go into ``outputs``, or into new ones.
-    Where an input is NaN or infinite, or a next state would be, state and ``outputs`` stay as they are but for
-    ``fault``, which is 1.
+    Where an input is NaN or infinite, or a next state would be or lie beyond 1e+150, state and ``outputs`` stay
+    as they are but for ``fault``, which is 1. Where the inputs are good, it is the state that cannot be used or waits:
+    it is set from them, as by ``init``, and the next sample is estimated again.
     """
     if outputs is None:
         outputs = Outputs()
@@ -164,12 +161,18 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
     )
     x_predicted_next = inputs.x + parameters.sample_time * v_hat
 
-    # hold the last state and estimates where a next state, or an input that it does not show, is not finite
+    # hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN
     check = (
         z_v_next + z_rail_next + direction_rail_next + samples_slid_next + x_predicted_next + in_domain
     )
-    if not abs(check) <= LARGEST:
+    if state.waiting or not abs(check) <= LARGEST:
         outputs.fault = 1
+        # where the sample is good, it is the state that cannot be used or waits: start anew
+        given = inputs.x + inputs.w
+        if abs(given) <= LARGEST:
+            fresh = init(parameters, inputs)
+            for name in State.__slots__:
+                setattr(state, name, getattr(fresh, name))
         return outputs
     outputs.fault = 0
     outputs.v_hat = v_hat

@@ -8,7 +8,6 @@
  */
 #include "one_mass_domain.h"
 
-#include <float.h>
 #include <math.h>
 
 #if defined(__clang__)
@@ -30,7 +29,8 @@ void one_mass_domain_prepare(one_mass_domain_parameters *parameters)
     parameters->one_minus_settle_samples = 1.0 - parameters->settle_samples;
 }
 
-void one_mass_domain_init(one_mass_domain_state *state, const one_mass_domain_parameters *parameters,
+/* Set the state from a measurement, at the first sample or anew. */
+static void one_mass_domain_start(one_mass_domain_state *state, const one_mass_domain_parameters *parameters,
     const one_mass_domain_inputs *inputs)
 {
     state->z_v = -(parameters->K_v * inputs->x);
@@ -39,16 +39,24 @@ void one_mass_domain_init(one_mass_domain_state *state, const one_mass_domain_pa
     state->samples_slid = 0.0;
     state->x_predicted = inputs->x;
 
-    /* from rest at zero where that is not finite */
-    const double check = state->z_v + state->z_rail + state->direction_rail + state->samples_slid
-        + state->x_predicted;
-    if (!(fabs(check) <= DBL_MAX)) {
+    /* where that cannot be used, wait for a good sample */
+    const double check = inputs->x + inputs->w + state->z_v + state->z_rail + state->direction_rail
+        + state->samples_slid + state->x_predicted;
+    state->waiting = 0.0;
+    if (!(fabs(check) <= 1e+150)) {
         state->z_v = 0.0;
-        state->z_rail = parameters->rail_a;
+        state->z_rail = 0.0;
         state->direction_rail = 0.0;
         state->samples_slid = 0.0;
         state->x_predicted = 0.0;
+        state->waiting = 1.0;
     }
+}
+
+void one_mass_domain_init(one_mass_domain_state *state, const one_mass_domain_parameters *parameters,
+    const one_mass_domain_inputs *inputs)
+{
+    one_mass_domain_start(state, parameters, inputs);
 }
 
 void one_mass_domain_step(one_mass_domain_state *state, const one_mass_domain_parameters *parameters,
@@ -99,10 +107,10 @@ void one_mass_domain_step(one_mass_domain_state *state, const one_mass_domain_pa
         * fabs(parameters->one_minus_settle_samples + state->samples_slid));
     const double x_predicted_next = inputs->x + parameters->sample_time * v_hat;
 
-    /* hold the last state and estimates where a next state, or an input that it does not show, is not finite */
+    /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
     const double check = z_v_next + z_rail_next + direction_rail_next + samples_slid_next + x_predicted_next
         + in_domain;
-    if (fabs(check) <= DBL_MAX) {
+    if (state->waiting < 0.5 && fabs(check) <= 1e+150) {
         outputs->v_hat = v_hat;
         outputs->a_hat_rail = a_hat_rail;
         outputs->F_hat_rail = F_hat_rail;
@@ -117,5 +125,11 @@ void one_mass_domain_step(one_mass_domain_state *state, const one_mass_domain_pa
         outputs->fault = 0;
     } else {
         outputs->fault = 1;
+
+        /* where the sample is good, it is the state that cannot be used or waits: start anew */
+        const double given = inputs->x + inputs->w;
+        if (fabs(given) <= 1e+150) {
+            one_mass_domain_start(state, parameters, inputs);
+        }
     }
 }

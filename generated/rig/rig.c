@@ -8,7 +8,6 @@
  */
 #include "rig.h"
 
-#include <float.h>
 #include <math.h>
 
 #if defined(__clang__)
@@ -26,18 +25,27 @@ void rig_prepare(rig_parameters *parameters)
     parameters->h_K_F = parameters->sample_time * parameters->K_F;
 }
 
-void rig_init(rig_state *state, const rig_parameters *parameters,
+/* Set the state from a measurement, at the first sample or anew. */
+static void rig_start(rig_state *state, const rig_parameters *parameters,
     const rig_inputs *inputs)
 {
     state->z_omega = -(parameters->K_v * inputs->theta);
     state->z_plates = parameters->plates_a;
 
-    /* from rest at zero where that is not finite */
-    const double check = state->z_omega + state->z_plates;
-    if (!(fabs(check) <= DBL_MAX)) {
+    /* where that cannot be used, wait for a good sample */
+    const double check = inputs->theta + inputs->w + state->z_omega + state->z_plates;
+    state->waiting = 0.0;
+    if (!(fabs(check) <= 1e+150)) {
         state->z_omega = 0.0;
-        state->z_plates = parameters->plates_a;
+        state->z_plates = 0.0;
+        state->waiting = 1.0;
     }
+}
+
+void rig_init(rig_state *state, const rig_parameters *parameters,
+    const rig_inputs *inputs)
+{
+    rig_start(state, parameters, inputs);
 }
 
 void rig_step(rig_state *state, const rig_parameters *parameters,
@@ -63,9 +71,9 @@ void rig_step(rig_state *state, const rig_parameters *parameters,
         * omega_hat);
     const double z_plates_next = state->z_plates + parameters->h_K_F * sign_plates * omega_dot_hat;
 
-    /* hold the last state and estimates where a next state, or an input that it does not show, is not finite */
+    /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
     const double check = z_omega_next + z_plates_next;
-    if (fabs(check) <= DBL_MAX) {
+    if (state->waiting < 0.5 && fabs(check) <= 1e+150) {
         outputs->omega_hat = omega_hat;
         outputs->a_hat_plates = a_hat_plates;
         outputs->F_hat_plates = F_hat_plates;
@@ -76,5 +84,11 @@ void rig_step(rig_state *state, const rig_parameters *parameters,
         outputs->fault = 0;
     } else {
         outputs->fault = 1;
+
+        /* where the sample is good, it is the state that cannot be used or waits: start anew */
+        const double given = inputs->theta + inputs->w;
+        if (fabs(given) <= 1e+150) {
+            rig_start(state, parameters, inputs);
+        }
     }
 }

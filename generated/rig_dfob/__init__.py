@@ -13,7 +13,7 @@ from dataclasses import dataclass
 __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"]
 
 SPEC_SHA256 = "35344a60bec08ac01ae4fac2503c305726c82aef028174816f332dc9de0dc5f3"
-LARGEST = 1.7976931348623157e308
+LARGEST = 1e+150
 
 
 @dataclass(slots=True)
@@ -39,6 +39,7 @@ class State:
     z_omega: float = 0.0  # rad/s: observer state
     z_f_plates: float = 0.0  # 1: observer state
     z_a_plates: float = 0.0  # N*m: observer state
+    waiting: float = 0.0  # 1 while no good sample has set the state
 
 
 @dataclass(slots=True)
@@ -72,19 +73,15 @@ def prepare(parameters: Parameters) -> None:
 
 
 def init(parameters: Parameters, inputs: Inputs) -> State:
-    """The state from the first measurement; from rest at zero if it is not finite."""
+    """The state from the first measurement; if that cannot be used, one that waits for a good sample."""
     state = State(
         z_omega=-(parameters.K_v * inputs.theta),
         z_f_plates=-(parameters.K_f1 * inputs.theta),
         z_a_plates=parameters.plates_a,
     )
-    check = state.z_omega + state.z_f_plates + state.z_a_plates
+    check = inputs.theta + inputs.w + state.z_omega + state.z_f_plates + state.z_a_plates
     if not abs(check) <= LARGEST:
-        state = State(
-            z_omega=0.0,
-            z_f_plates=0.0,
-            z_a_plates=parameters.plates_a,
-        )
+        state = State(waiting=1.0)
     return state
 
 
@@ -92,8 +89,9 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
     """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample.
 
     The estimates go into ``outputs``, or into new ones.
-    Where an input is NaN or infinite, or a next state would be, state and ``outputs`` stay as they are but for
-    ``fault``, which is 1.
+    Where an input is NaN or infinite, or a next state would be or lie beyond 1e+150, state and ``outputs`` stay
+    as they are but for ``fault``, which is 1. Where the inputs are good, it is the state that cannot be used or waits:
+    it is set from them, as by ``init``, and the next sample is estimated again.
     """
     if outputs is None:
         outputs = Outputs()
@@ -126,10 +124,16 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
         state.z_a_plates - parameters.h_K_a * (f_hat_plates * omega_dot_hat + omega_hat * f_rate_plates)
     )
 
-    # hold the last state and estimates where a next state, or an input that it does not show, is not finite
+    # hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN
     check = z_omega_next + z_f_plates_next + z_a_plates_next
-    if not abs(check) <= LARGEST:
+    if state.waiting or not abs(check) <= LARGEST:
         outputs.fault = 1
+        # where the sample is good, it is the state that cannot be used or waits: start anew
+        given = inputs.theta + inputs.w
+        if abs(given) <= LARGEST:
+            fresh = init(parameters, inputs)
+            for name in State.__slots__:
+                setattr(state, name, getattr(fresh, name))
         return outputs
     outputs.fault = 0
     outputs.omega_hat = omega_hat

@@ -8,7 +8,6 @@
  */
 #include "rig_dfob.h"
 
-#include <float.h>
 #include <math.h>
 
 #if defined(__clang__)
@@ -26,20 +25,29 @@ void rig_dfob_prepare(rig_dfob_parameters *parameters)
     parameters->h_K_a = parameters->sample_time * parameters->K_a;
 }
 
-void rig_dfob_init(rig_dfob_state *state, const rig_dfob_parameters *parameters,
+/* Set the state from a measurement, at the first sample or anew. */
+static void rig_dfob_start(rig_dfob_state *state, const rig_dfob_parameters *parameters,
     const rig_dfob_inputs *inputs)
 {
     state->z_omega = -(parameters->K_v * inputs->theta);
     state->z_f_plates = -(parameters->K_f1 * inputs->theta);
     state->z_a_plates = parameters->plates_a;
 
-    /* from rest at zero where that is not finite */
-    const double check = state->z_omega + state->z_f_plates + state->z_a_plates;
-    if (!(fabs(check) <= DBL_MAX)) {
+    /* where that cannot be used, wait for a good sample */
+    const double check = inputs->theta + inputs->w + state->z_omega + state->z_f_plates + state->z_a_plates;
+    state->waiting = 0.0;
+    if (!(fabs(check) <= 1e+150)) {
         state->z_omega = 0.0;
         state->z_f_plates = 0.0;
-        state->z_a_plates = parameters->plates_a;
+        state->z_a_plates = 0.0;
+        state->waiting = 1.0;
     }
+}
+
+void rig_dfob_init(rig_dfob_state *state, const rig_dfob_parameters *parameters,
+    const rig_dfob_inputs *inputs)
+{
+    rig_dfob_start(state, parameters, inputs);
 }
 
 void rig_dfob_step(rig_dfob_state *state, const rig_dfob_parameters *parameters,
@@ -73,9 +81,9 @@ void rig_dfob_step(rig_dfob_state *state, const rig_dfob_parameters *parameters,
     const double z_a_plates_next = state->z_a_plates - parameters->h_K_a * (f_hat_plates * omega_dot_hat
         + omega_hat * f_rate_plates);
 
-    /* hold the last state and estimates where a next state, or an input that it does not show, is not finite */
+    /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
     const double check = z_omega_next + z_f_plates_next + z_a_plates_next;
-    if (fabs(check) <= DBL_MAX) {
+    if (state->waiting < 0.5 && fabs(check) <= 1e+150) {
         outputs->omega_hat = omega_hat;
         outputs->f_hat_plates = f_hat_plates;
         outputs->a_hat_plates = a_hat_plates;
@@ -88,5 +96,11 @@ void rig_dfob_step(rig_dfob_state *state, const rig_dfob_parameters *parameters,
         outputs->fault = 0;
     } else {
         outputs->fault = 1;
+
+        /* where the sample is good, it is the state that cannot be used or waits: start anew */
+        const double given = inputs->theta + inputs->w;
+        if (fabs(given) <= 1e+150) {
+            rig_dfob_start(state, parameters, inputs);
+        }
     }
 }

@@ -51,6 +51,7 @@ typedef struct {
     double z_omega; /* rad/s: observer state */
     double z_f_plates; /* 1: observer state */
     double z_a_plates; /* N*m: observer state */
+    double waiting; /* 1 while no good sample has set the state, 0 otherwise */
 } rig_dfob_state;
 
 /* What is measured and commanded at a sample. */
@@ -72,14 +73,18 @@ typedef struct {
 /* Compute the derived constants anew: call it after a parameter was changed; RIG_DFOB_PARAMETERS has them. */
 void rig_dfob_prepare(rig_dfob_parameters *parameters);
 
-/* Set the state from the first measurement; from rest at zero if it is not finite. */
+/*
+ * Set the state from the first measurement. Where that cannot be used the state is zero and waiting is 1: the step then gives
+ * fault 1, and its first good sample sets the state.
+ */
 void rig_dfob_init(rig_dfob_state *state, const rig_dfob_parameters *parameters,
     const rig_dfob_inputs *inputs);
 
 /*
  * One sample: estimates from the state and this measurement, then the state of the next sample.
- * Where an input is NaN or infinite, or a next state would be, state and estimates stay as they are and fault is 1;
- * set the outputs to zero before the first step.
+ * Where an input is NaN or infinite, or a next state would be or lie beyond 1e+150, state and estimates stay as they
+ * are and fault is 1. Where the inputs are good, it is the state that cannot be used or waits: init sets it from them, and
+ * the next sample is estimated again. Set the outputs to zero before the first step.
  */
 void rig_dfob_step(rig_dfob_state *state, const rig_dfob_parameters *parameters,
     const rig_dfob_inputs *inputs, rig_dfob_outputs *outputs);

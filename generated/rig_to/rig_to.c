@@ -8,7 +8,6 @@
  */
 #include "rig_to.h"
 
-#include <float.h>
 #include <math.h>
 
 #if defined(__clang__)
@@ -22,18 +21,27 @@ void rig_to_prepare(rig_to_parameters *parameters)
     parameters->h_K_2 = parameters->sample_time * parameters->K_2;
 }
 
-void rig_to_init(rig_to_state *state, const rig_to_parameters *parameters,
+/* Set the state from a measurement, at the first sample or anew. */
+static void rig_to_start(rig_to_state *state, const rig_to_parameters *parameters,
     const rig_to_inputs *inputs)
 {
     state->z_omega = -(parameters->K_v * inputs->theta);
     state->z_theta = -(parameters->K_1 * inputs->theta);
 
-    /* from rest at zero where that is not finite */
-    const double check = state->z_omega + state->z_theta;
-    if (!(fabs(check) <= DBL_MAX)) {
+    /* where that cannot be used, wait for a good sample */
+    const double check = inputs->theta + inputs->w + state->z_omega + state->z_theta;
+    state->waiting = 0.0;
+    if (!(fabs(check) <= 1e+150)) {
         state->z_omega = 0.0;
         state->z_theta = 0.0;
+        state->waiting = 1.0;
     }
+}
+
+void rig_to_init(rig_to_state *state, const rig_to_parameters *parameters,
+    const rig_to_inputs *inputs)
+{
+    rig_to_start(state, parameters, inputs);
 }
 
 void rig_to_step(rig_to_state *state, const rig_to_parameters *parameters,
@@ -55,9 +63,9 @@ void rig_to_step(rig_to_state *state, const rig_to_parameters *parameters,
     const double z_theta_next = state->z_theta - parameters->h_K_1 * omega_hat - parameters->h_K_2
         * omega_dot_hat;
 
-    /* hold the last state and estimates where a next state, or an input that it does not show, is not finite */
+    /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
     const double check = z_omega_next + z_theta_next;
-    if (fabs(check) <= DBL_MAX) {
+    if (state->waiting < 0.5 && fabs(check) <= 1e+150) {
         outputs->omega_hat = omega_hat;
         outputs->tracked_theta = tracked_theta;
         outputs->F_hat_on_theta = tracked_theta;
@@ -67,5 +75,11 @@ void rig_to_step(rig_to_state *state, const rig_to_parameters *parameters,
         outputs->fault = 0;
     } else {
         outputs->fault = 1;
+
+        /* where the sample is good, it is the state that cannot be used or waits: start anew */
+        const double given = inputs->theta + inputs->w;
+        if (fabs(given) <= 1e+150) {
+            rig_to_start(state, parameters, inputs);
+        }
     }
 }

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"]
 
 SPEC_SHA256 = "52b7fc24362cad8069841d41e04e6920488a5d21d83ed6b1e517ee0008775850"
-LARGEST = 1.7976931348623157e308
+LARGEST = 1e+150
 
 
 @dataclass(slots=True)
@@ -83,6 +83,7 @@ class State:
     z_forearm_roll: float = 0.0  # N*m: observer state
     z_wrist_pitch: float = 0.0  # N*m: observer state
     z_hand_roll: float = 0.0  # N*m: observer state
+    waiting: float = 0.0  # 1 while no good sample has set the state
 
 
 @dataclass(slots=True)
@@ -166,7 +167,7 @@ def prepare(parameters: Parameters) -> None:
 
 
 def init(parameters: Parameters, inputs: Inputs) -> State:
-    """The state from the first measurement; from rest at zero if it is not finite."""
+    """The state from the first measurement; if that cannot be used, one that waits for a good sample."""
     state = State(
         z_v_shoulder_yaw=-(parameters.K_v_v_shoulder_yaw * inputs.shoulder_yaw),
         z_v_shoulder_pitch=-(parameters.K_v_v_shoulder_pitch * inputs.shoulder_pitch),
@@ -184,28 +185,16 @@ def init(parameters: Parameters, inputs: Inputs) -> State:
         z_hand_roll=-(parameters.K_1_hand_roll * inputs.hand_roll),
     )
     check = (
-        state.z_v_shoulder_yaw + state.z_v_shoulder_pitch + state.z_v_arm_roll + state.z_v_elbow_pitch
-        + state.z_v_forearm_roll + state.z_v_wrist_pitch + state.z_v_hand_roll + state.z_shoulder_yaw
-        + state.z_shoulder_pitch + state.z_arm_roll + state.z_elbow_pitch + state.z_forearm_roll
-        + state.z_wrist_pitch + state.z_hand_roll
+        inputs.shoulder_yaw + inputs.shoulder_pitch + inputs.arm_roll + inputs.elbow_pitch + inputs.forearm_roll
+        + inputs.wrist_pitch + inputs.hand_roll + inputs.w_shoulder_yaw + inputs.w_shoulder_pitch
+        + inputs.w_arm_roll + inputs.w_elbow_pitch + inputs.w_forearm_roll + inputs.w_wrist_pitch
+        + inputs.w_hand_roll + state.z_v_shoulder_yaw + state.z_v_shoulder_pitch + state.z_v_arm_roll
+        + state.z_v_elbow_pitch + state.z_v_forearm_roll + state.z_v_wrist_pitch + state.z_v_hand_roll
+        + state.z_shoulder_yaw + state.z_shoulder_pitch + state.z_arm_roll + state.z_elbow_pitch
+        + state.z_forearm_roll + state.z_wrist_pitch + state.z_hand_roll
     )
     if not abs(check) <= LARGEST:
-        state = State(
-            z_v_shoulder_yaw=0.0,
-            z_v_shoulder_pitch=0.0,
-            z_v_arm_roll=0.0,
-            z_v_elbow_pitch=0.0,
-            z_v_forearm_roll=0.0,
-            z_v_wrist_pitch=0.0,
-            z_v_hand_roll=0.0,
-            z_shoulder_yaw=0.0,
-            z_shoulder_pitch=0.0,
-            z_arm_roll=0.0,
-            z_elbow_pitch=0.0,
-            z_forearm_roll=0.0,
-            z_wrist_pitch=0.0,
-            z_hand_roll=0.0,
-        )
+        state = State(waiting=1.0)
     return state
 
 
@@ -213,8 +202,9 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
     """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample.
 
     The estimates go into ``outputs``, or into new ones.
-    Where an input is NaN or infinite, or a next state would be, state and ``outputs`` stay as they are but for
-    ``fault``, which is 1.
+    Where an input is NaN or infinite, or a next state would be or lie beyond 1e+150, state and ``outputs`` stay
+    as they are but for ``fault``, which is 1. Where the inputs are good, it is the state that cannot be used or waits:
+    it is set from them, as by ``init``, and the next sample is estimated again.
     """
     if outputs is None:
         outputs = Outputs()
@@ -891,15 +881,26 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
         state.z_hand_roll - parameters.h_K_1_hand_roll * v_hand_roll_hat - parameters.h_K_2_hand_roll * a7
     )
 
-    # hold the last state and estimates where a next state, or an input that it does not show, is not finite
+    # hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN
     check = (
         z_v_shoulder_yaw_next + z_v_shoulder_pitch_next + z_v_arm_roll_next + z_v_elbow_pitch_next
         + z_v_forearm_roll_next + z_v_wrist_pitch_next + z_v_hand_roll_next + z_shoulder_yaw_next
         + z_shoulder_pitch_next + z_arm_roll_next + z_elbow_pitch_next + z_forearm_roll_next
         + z_wrist_pitch_next + z_hand_roll_next
     )
-    if not abs(check) <= LARGEST:
+    if state.waiting or not abs(check) <= LARGEST:
         outputs.fault = 1
+        # where the sample is good, it is the state that cannot be used or waits: start anew
+        given = (
+            inputs.shoulder_yaw + inputs.shoulder_pitch + inputs.arm_roll + inputs.elbow_pitch
+            + inputs.forearm_roll + inputs.wrist_pitch + inputs.hand_roll + inputs.w_shoulder_yaw
+            + inputs.w_shoulder_pitch + inputs.w_arm_roll + inputs.w_elbow_pitch + inputs.w_forearm_roll
+            + inputs.w_wrist_pitch + inputs.w_hand_roll
+        )
+        if abs(given) <= LARGEST:
+            fresh = init(parameters, inputs)
+            for name in State.__slots__:
+                setattr(state, name, getattr(fresh, name))
         return outputs
     outputs.fault = 0
     outputs.v_shoulder_yaw_hat = v_shoulder_yaw_hat

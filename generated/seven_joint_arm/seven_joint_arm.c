@@ -8,7 +8,6 @@
  */
 #include "seven_joint_arm.h"
 
-#include <float.h>
 #include <math.h>
 
 #if defined(__clang__)
@@ -33,7 +32,8 @@ void seven_joint_arm_prepare(seven_joint_arm_parameters *parameters)
     parameters->h_K_2_hand_roll = parameters->sample_time * parameters->K_2_hand_roll;
 }
 
-void seven_joint_arm_init(seven_joint_arm_state *state, const seven_joint_arm_parameters *parameters,
+/* Set the state from a measurement, at the first sample or anew. */
+static void seven_joint_arm_start(seven_joint_arm_state *state, const seven_joint_arm_parameters *parameters,
     const seven_joint_arm_inputs *inputs)
 {
     state->z_v_shoulder_yaw = -(parameters->K_v_v_shoulder_yaw * inputs->shoulder_yaw);
@@ -51,12 +51,16 @@ void seven_joint_arm_init(seven_joint_arm_state *state, const seven_joint_arm_pa
     state->z_wrist_pitch = -(parameters->K_1_wrist_pitch * inputs->wrist_pitch);
     state->z_hand_roll = -(parameters->K_1_hand_roll * inputs->hand_roll);
 
-    /* from rest at zero where that is not finite */
-    const double check = state->z_v_shoulder_yaw + state->z_v_shoulder_pitch + state->z_v_arm_roll
-        + state->z_v_elbow_pitch + state->z_v_forearm_roll + state->z_v_wrist_pitch + state->z_v_hand_roll
-        + state->z_shoulder_yaw + state->z_shoulder_pitch + state->z_arm_roll + state->z_elbow_pitch
-        + state->z_forearm_roll + state->z_wrist_pitch + state->z_hand_roll;
-    if (!(fabs(check) <= DBL_MAX)) {
+    /* where that cannot be used, wait for a good sample */
+    const double check = inputs->shoulder_yaw + inputs->shoulder_pitch + inputs->arm_roll + inputs->elbow_pitch
+        + inputs->forearm_roll + inputs->wrist_pitch + inputs->hand_roll + inputs->w_shoulder_yaw
+        + inputs->w_shoulder_pitch + inputs->w_arm_roll + inputs->w_elbow_pitch + inputs->w_forearm_roll
+        + inputs->w_wrist_pitch + inputs->w_hand_roll + state->z_v_shoulder_yaw + state->z_v_shoulder_pitch
+        + state->z_v_arm_roll + state->z_v_elbow_pitch + state->z_v_forearm_roll + state->z_v_wrist_pitch
+        + state->z_v_hand_roll + state->z_shoulder_yaw + state->z_shoulder_pitch + state->z_arm_roll
+        + state->z_elbow_pitch + state->z_forearm_roll + state->z_wrist_pitch + state->z_hand_roll;
+    state->waiting = 0.0;
+    if (!(fabs(check) <= 1e+150)) {
         state->z_v_shoulder_yaw = 0.0;
         state->z_v_shoulder_pitch = 0.0;
         state->z_v_arm_roll = 0.0;
@@ -71,7 +75,14 @@ void seven_joint_arm_init(seven_joint_arm_state *state, const seven_joint_arm_pa
         state->z_forearm_roll = 0.0;
         state->z_wrist_pitch = 0.0;
         state->z_hand_roll = 0.0;
+        state->waiting = 1.0;
     }
+}
+
+void seven_joint_arm_init(seven_joint_arm_state *state, const seven_joint_arm_parameters *parameters,
+    const seven_joint_arm_inputs *inputs)
+{
+    seven_joint_arm_start(state, parameters, inputs);
 }
 
 void seven_joint_arm_step(seven_joint_arm_state *state, const seven_joint_arm_parameters *parameters,
@@ -618,12 +629,12 @@ void seven_joint_arm_step(seven_joint_arm_state *state, const seven_joint_arm_pa
     const double z_hand_roll_next = state->z_hand_roll - parameters->h_K_1_hand_roll * v_hand_roll_hat
         - parameters->h_K_2_hand_roll * a7;
 
-    /* hold the last state and estimates where a next state, or an input that it does not show, is not finite */
+    /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
     const double check = z_v_shoulder_yaw_next + z_v_shoulder_pitch_next + z_v_arm_roll_next
         + z_v_elbow_pitch_next + z_v_forearm_roll_next + z_v_wrist_pitch_next + z_v_hand_roll_next
         + z_shoulder_yaw_next + z_shoulder_pitch_next + z_arm_roll_next + z_elbow_pitch_next
         + z_forearm_roll_next + z_wrist_pitch_next + z_hand_roll_next;
-    if (fabs(check) <= DBL_MAX) {
+    if (state->waiting < 0.5 && fabs(check) <= 1e+150) {
         outputs->v_shoulder_yaw_hat = v_shoulder_yaw_hat;
         outputs->v_shoulder_pitch_hat = v_shoulder_pitch_hat;
         outputs->v_arm_roll_hat = v_arm_roll_hat;
@@ -663,5 +674,14 @@ void seven_joint_arm_step(seven_joint_arm_state *state, const seven_joint_arm_pa
         outputs->fault = 0;
     } else {
         outputs->fault = 1;
+
+        /* where the sample is good, it is the state that cannot be used or waits: start anew */
+        const double given = inputs->shoulder_yaw + inputs->shoulder_pitch + inputs->arm_roll
+            + inputs->elbow_pitch + inputs->forearm_roll + inputs->wrist_pitch + inputs->hand_roll
+            + inputs->w_shoulder_yaw + inputs->w_shoulder_pitch + inputs->w_arm_roll + inputs->w_elbow_pitch
+            + inputs->w_forearm_roll + inputs->w_wrist_pitch + inputs->w_hand_roll;
+        if (fabs(given) <= 1e+150) {
+            seven_joint_arm_start(state, parameters, inputs);
+        }
     }
 }

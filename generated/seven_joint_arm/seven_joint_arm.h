@@ -128,6 +128,7 @@ typedef struct {
     double z_forearm_roll; /* N*m: observer state */
     double z_wrist_pitch; /* N*m: observer state */
     double z_hand_roll; /* N*m: observer state */
+    double waiting; /* 1 while no good sample has set the state, 0 otherwise */
 } seven_joint_arm_state;
 
 /* What is measured and commanded at a sample. */
@@ -177,14 +178,18 @@ typedef struct {
 /* Compute the derived constants anew: call it after a parameter was changed; SEVEN_JOINT_ARM_PARAMETERS has them. */
 void seven_joint_arm_prepare(seven_joint_arm_parameters *parameters);
 
-/* Set the state from the first measurement; from rest at zero if it is not finite. */
+/*
+ * Set the state from the first measurement. Where that cannot be used the state is zero and waiting is 1: the step then gives
+ * fault 1, and its first good sample sets the state.
+ */
 void seven_joint_arm_init(seven_joint_arm_state *state, const seven_joint_arm_parameters *parameters,
     const seven_joint_arm_inputs *inputs);
 
 /*
  * One sample: estimates from the state and this measurement, then the state of the next sample.
- * Where an input is NaN or infinite, or a next state would be, state and estimates stay as they are and fault is 1;
- * set the outputs to zero before the first step.
+ * Where an input is NaN or infinite, or a next state would be or lie beyond 1e+150, state and estimates stay as they
+ * are and fault is 1. Where the inputs are good, it is the state that cannot be used or waits: init sets it from them, and
+ * the next sample is estimated again. Set the outputs to zero before the first step.
  */
 void seven_joint_arm_step(seven_joint_arm_state *state, const seven_joint_arm_parameters *parameters,
     const seven_joint_arm_inputs *inputs, seven_joint_arm_outputs *outputs);

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"]
 
 SPEC_SHA256 = "8b25c9c1855802942b021ffbcf57601b15385794294bca198854e44907fbf30b"
-LARGEST = 1.7976931348623157e308
+LARGEST = 1e+150
 
 
 @dataclass(slots=True)
@@ -57,6 +57,7 @@ class State:
     z_omega2: float = 0.0  # rad/s: observer state
     z_shoulder: float = 0.0  # N*m: observer state
     z_elbow: float = 0.0  # N*m: observer state
+    waiting: float = 0.0  # 1 while no good sample has set the state
 
 
 @dataclass(slots=True)
@@ -121,7 +122,7 @@ def prepare(parameters: Parameters) -> None:
 
 
 def init(parameters: Parameters, inputs: Inputs) -> State:
-    """The state from the first measurement; from rest at zero if it is not finite."""
+    """The state from the first measurement; if that cannot be used, one that waits for a good sample."""
     state = State(
         z_omega1=(
         -(parameters.K_v_omega1_omega1 * inputs.theta1 + parameters.K_v_omega1_omega2 * inputs.theta2)
@@ -132,14 +133,12 @@ def init(parameters: Parameters, inputs: Inputs) -> State:
         z_shoulder=parameters.shoulder_a,
         z_elbow=parameters.elbow_a,
     )
-    check = state.z_omega1 + state.z_omega2 + state.z_shoulder + state.z_elbow
+    check = (
+        inputs.theta1 + inputs.theta2 + inputs.w1 + inputs.w2 + state.z_omega1 + state.z_omega2
+        + state.z_shoulder + state.z_elbow
+    )
     if not abs(check) <= LARGEST:
-        state = State(
-            z_omega1=0.0,
-            z_omega2=0.0,
-            z_shoulder=parameters.shoulder_a,
-            z_elbow=parameters.elbow_a,
-        )
+        state = State(waiting=1.0)
     return state
 
 
@@ -147,8 +146,9 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
     """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample.
 
     The estimates go into ``outputs``, or into new ones.
-    Where an input is NaN or infinite, or a next state would be, state and ``outputs`` stay as they are but for
-    ``fault``, which is 1.
+    Where an input is NaN or infinite, or a next state would be or lie beyond 1e+150, state and ``outputs`` stay
+    as they are but for ``fault``, which is 1. Where the inputs are good, it is the state that cannot be used or waits:
+    it is set from them, as by ``init``, and the next sample is estimated again.
     """
     if outputs is None:
         outputs = Outputs()
@@ -211,10 +211,16 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
         + parameters.h_K_F_elbow_shoulder * sign_shoulder * omega1_dot_hat
     )
 
-    # hold the last state and estimates where a next state, or an input that it does not show, is not finite
+    # hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN
     check = z_omega1_next + z_omega2_next + z_shoulder_next + z_elbow_next
-    if not abs(check) <= LARGEST:
+    if state.waiting or not abs(check) <= LARGEST:
         outputs.fault = 1
+        # where the sample is good, it is the state that cannot be used or waits: start anew
+        given = inputs.theta1 + inputs.theta2 + inputs.w1 + inputs.w2
+        if abs(given) <= LARGEST:
+            fresh = init(parameters, inputs)
+            for name in State.__slots__:
+                setattr(state, name, getattr(fresh, name))
         return outputs
     outputs.fault = 0
     outputs.omega1_hat = omega1_hat

@@ -8,7 +8,6 @@
  */
 #include "two_link_arm.h"
 
-#include <float.h>
 #include <math.h>
 
 #if defined(__clang__)
@@ -35,7 +34,8 @@ void two_link_arm_prepare(two_link_arm_parameters *parameters)
     parameters->h_K_F_elbow_shoulder = parameters->sample_time * parameters->K_F_elbow_shoulder;
 }
 
-void two_link_arm_init(two_link_arm_state *state, const two_link_arm_parameters *parameters,
+/* Set the state from a measurement, at the first sample or anew. */
+static void two_link_arm_start(two_link_arm_state *state, const two_link_arm_parameters *parameters,
     const two_link_arm_inputs *inputs)
 {
     state->z_omega1 = -(parameters->K_v_omega1_omega1 * inputs->theta1 + parameters->K_v_omega1_omega2
@@ -45,14 +45,23 @@ void two_link_arm_init(two_link_arm_state *state, const two_link_arm_parameters 
     state->z_shoulder = parameters->shoulder_a;
     state->z_elbow = parameters->elbow_a;
 
-    /* from rest at zero where that is not finite */
-    const double check = state->z_omega1 + state->z_omega2 + state->z_shoulder + state->z_elbow;
-    if (!(fabs(check) <= DBL_MAX)) {
+    /* where that cannot be used, wait for a good sample */
+    const double check = inputs->theta1 + inputs->theta2 + inputs->w1 + inputs->w2 + state->z_omega1
+        + state->z_omega2 + state->z_shoulder + state->z_elbow;
+    state->waiting = 0.0;
+    if (!(fabs(check) <= 1e+150)) {
         state->z_omega1 = 0.0;
         state->z_omega2 = 0.0;
-        state->z_shoulder = parameters->shoulder_a;
-        state->z_elbow = parameters->elbow_a;
+        state->z_shoulder = 0.0;
+        state->z_elbow = 0.0;
+        state->waiting = 1.0;
     }
+}
+
+void two_link_arm_init(two_link_arm_state *state, const two_link_arm_parameters *parameters,
+    const two_link_arm_inputs *inputs)
+{
+    two_link_arm_start(state, parameters, inputs);
 }
 
 void two_link_arm_step(two_link_arm_state *state, const two_link_arm_parameters *parameters,
@@ -105,9 +114,9 @@ void two_link_arm_step(two_link_arm_state *state, const two_link_arm_parameters 
     const double z_elbow_next = state->z_elbow + parameters->h_K_F_elbow_elbow * sign_elbow * omega2_dot_hat
         + parameters->h_K_F_elbow_shoulder * sign_shoulder * omega1_dot_hat;
 
-    /* hold the last state and estimates where a next state, or an input that it does not show, is not finite */
+    /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
     const double check = z_omega1_next + z_omega2_next + z_shoulder_next + z_elbow_next;
-    if (fabs(check) <= DBL_MAX) {
+    if (state->waiting < 0.5 && fabs(check) <= 1e+150) {
         outputs->omega1_hat = omega1_hat;
         outputs->omega2_hat = omega2_hat;
         outputs->a_hat_shoulder = a_hat_shoulder;
@@ -124,5 +133,11 @@ void two_link_arm_step(two_link_arm_state *state, const two_link_arm_parameters 
         outputs->fault = 0;
     } else {
         outputs->fault = 1;
+
+        /* where the sample is good, it is the state that cannot be used or waits: start anew */
+        const double given = inputs->theta1 + inputs->theta2 + inputs->w1 + inputs->w2;
+        if (fabs(given) <= 1e+150) {
+            two_link_arm_start(state, parameters, inputs);
+        }
     }
 }

@@ -8,7 +8,6 @@
  */
 #include "two_mass.h"
 
-#include <float.h>
 #include <math.h>
 
 #if defined(__clang__)
@@ -30,7 +29,8 @@ void two_mass_prepare(two_mass_parameters *parameters)
     parameters->h_K_F_ground = parameters->sample_time * parameters->K_F_ground;
 }
 
-void two_mass_init(two_mass_state *state, const two_mass_parameters *parameters,
+/* Set the state from a measurement, at the first sample or anew. */
+static void two_mass_start(two_mass_state *state, const two_mass_parameters *parameters,
     const two_mass_inputs *inputs)
 {
     state->z_v1 = -(parameters->K_v_v1 * inputs->x1);
@@ -38,14 +38,23 @@ void two_mass_init(two_mass_state *state, const two_mass_parameters *parameters,
     state->z_between = parameters->between_a;
     state->z_ground = parameters->ground_a;
 
-    /* from rest at zero where that is not finite */
-    const double check = state->z_v1 + state->z_v2 + state->z_between + state->z_ground;
-    if (!(fabs(check) <= DBL_MAX)) {
+    /* where that cannot be used, wait for a good sample */
+    const double check = inputs->x1 + inputs->x2 + inputs->w + state->z_v1 + state->z_v2 + state->z_between
+        + state->z_ground;
+    state->waiting = 0.0;
+    if (!(fabs(check) <= 1e+150)) {
         state->z_v1 = 0.0;
         state->z_v2 = 0.0;
-        state->z_between = parameters->between_a;
-        state->z_ground = parameters->ground_a;
+        state->z_between = 0.0;
+        state->z_ground = 0.0;
+        state->waiting = 1.0;
     }
+}
+
+void two_mass_init(two_mass_state *state, const two_mass_parameters *parameters,
+    const two_mass_inputs *inputs)
+{
+    two_mass_start(state, parameters, inputs);
 }
 
 void two_mass_step(two_mass_state *state, const two_mass_parameters *parameters,
@@ -86,9 +95,9 @@ void two_mass_step(two_mass_state *state, const two_mass_parameters *parameters,
         - v2_dot_hat);
     const double z_ground_next = state->z_ground + parameters->h_K_F_ground * sign_ground * v2_dot_hat;
 
-    /* hold the last state and estimates where a next state, or an input that it does not show, is not finite */
+    /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
     const double check = z_v1_next + z_v2_next + z_between_next + z_ground_next;
-    if (fabs(check) <= DBL_MAX) {
+    if (state->waiting < 0.5 && fabs(check) <= 1e+150) {
         outputs->v1_hat = v1_hat;
         outputs->v2_hat = v2_hat;
         outputs->a_hat_between = a_hat_between;
@@ -105,5 +114,11 @@ void two_mass_step(two_mass_state *state, const two_mass_parameters *parameters,
         outputs->fault = 0;
     } else {
         outputs->fault = 1;
+
+        /* where the sample is good, it is the state that cannot be used or waits: start anew */
+        const double given = inputs->x1 + inputs->x2 + inputs->w;
+        if (fabs(given) <= 1e+150) {
+            two_mass_start(state, parameters, inputs);
+        }
     }
 }

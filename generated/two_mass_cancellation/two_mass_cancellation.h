@@ -70,6 +70,7 @@ typedef struct {
     double z_v2; /* m/s: observer state */
     double z_between; /* N: observer state */
     double z_ground; /* N: observer state */
+    double waiting; /* 1 while no good sample has set the state, 0 otherwise */
 } two_mass_cancellation_state;
 
 /* What is measured and commanded at a sample. */
@@ -96,14 +97,18 @@ typedef struct {
 /* Compute the derived constants anew: call it after a parameter was changed; TWO_MASS_CANCELLATION_PARAMETERS has them. */
 void two_mass_cancellation_prepare(two_mass_cancellation_parameters *parameters);
 
-/* Set the state from the first measurement; from rest at zero if it is not finite. */
+/*
+ * Set the state from the first measurement. Where that cannot be used the state is zero and waiting is 1: the step then gives
+ * fault 1, and its first good sample sets the state.
+ */
 void two_mass_cancellation_init(two_mass_cancellation_state *state, const two_mass_cancellation_parameters *parameters,
     const two_mass_cancellation_inputs *inputs);
 
 /*
  * One sample: estimates from the state and this measurement, then the state of the next sample.
- * Where an input is NaN or infinite, or a next state would be, state and estimates stay as they are and fault is 1;
- * set the outputs to zero before the first step.
+ * Where an input is NaN or infinite, or a next state would be or lie beyond 1e+150, state and estimates stay as they
+ * are and fault is 1. Where the inputs are good, it is the state that cannot be used or waits: init sets it from them, and
+ * the next sample is estimated again. Set the outputs to zero before the first step.
  */
 void two_mass_cancellation_step(two_mass_cancellation_state *state, const two_mass_cancellation_parameters *parameters,
     const two_mass_cancellation_inputs *inputs, two_mass_cancellation_outputs *outputs);

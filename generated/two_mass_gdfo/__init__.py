@@ -13,7 +13,7 @@ from dataclasses import dataclass
 __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"]
 
 SPEC_SHA256 = "7d02c83e0b5f919a9fb44a751f66f366eab47db73186cc4e84137a69465b93fc"
-LARGEST = 1.7976931348623157e308
+LARGEST = 1e+150
 
 
 @dataclass(slots=True)
@@ -62,6 +62,7 @@ class State:
     z_f_ground: float = 0.0  # 1: observer state
     z_a_between: float = 0.0  # N: observer state
     z_a_ground: float = 0.0  # N: observer state
+    waiting: float = 0.0  # 1 while no good sample has set the state
 
 
 @dataclass(slots=True)
@@ -103,7 +104,7 @@ def prepare(parameters: Parameters) -> None:
 
 
 def init(parameters: Parameters, inputs: Inputs) -> State:
-    """The state from the first measurement; from rest at zero if it is not finite."""
+    """The state from the first measurement; if that cannot be used, one that waits for a good sample."""
     state = State(
         z_v1=-(parameters.K_v_v1 * inputs.x1),
         z_v2=-(parameters.K_v_v2 * inputs.x2),
@@ -113,17 +114,11 @@ def init(parameters: Parameters, inputs: Inputs) -> State:
         z_a_ground=parameters.ground_a,
     )
     check = (
-        state.z_v1 + state.z_v2 + state.z_f_between + state.z_f_ground + state.z_a_between + state.z_a_ground
+        inputs.x1 + inputs.x2 + inputs.w + state.z_v1 + state.z_v2 + state.z_f_between + state.z_f_ground
+        + state.z_a_between + state.z_a_ground
     )
     if not abs(check) <= LARGEST:
-        state = State(
-            z_v1=0.0,
-            z_v2=0.0,
-            z_f_between=0.0,
-            z_f_ground=0.0,
-            z_a_between=parameters.between_a,
-            z_a_ground=parameters.ground_a,
-        )
+        state = State(waiting=1.0)
     return state
 
 
@@ -131,8 +126,9 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
     """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample.
 
     The estimates go into ``outputs``, or into new ones.
-    Where an input is NaN or infinite, or a next state would be, state and ``outputs`` stay as they are but for
-    ``fault``, which is 1.
+    Where an input is NaN or infinite, or a next state would be or lie beyond 1e+150, state and ``outputs`` stay
+    as they are but for ``fault``, which is 1. Where the inputs are good, it is the state that cannot be used or waits:
+    it is set from them, as by ``init``, and the next sample is estimated again.
     """
     if outputs is None:
         outputs = Outputs()
@@ -200,12 +196,18 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
         state.z_a_ground - parameters.h_K_a_ground * (f_hat_ground * v2_dot_hat + v2_hat * f_rate_ground)
     )
 
-    # hold the last state and estimates where a next state, or an input that it does not show, is not finite
+    # hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN
     check = (
         z_v1_next + z_v2_next + z_f_between_next + z_f_ground_next + z_a_between_next + z_a_ground_next
     )
-    if not abs(check) <= LARGEST:
+    if state.waiting or not abs(check) <= LARGEST:
         outputs.fault = 1
+        # where the sample is good, it is the state that cannot be used or waits: start anew
+        given = inputs.x1 + inputs.x2 + inputs.w
+        if abs(given) <= LARGEST:
+            fresh = init(parameters, inputs)
+            for name in State.__slots__:
+                setattr(state, name, getattr(fresh, name))
         return outputs
     outputs.fault = 0
     outputs.v1_hat = v1_hat

@@ -8,7 +8,6 @@
  */
 #include "two_mass_gto.h"
 
-#include <float.h>
 #include <math.h>
 
 #if defined(__clang__)
@@ -27,7 +26,8 @@ void two_mass_gto_prepare(two_mass_gto_parameters *parameters)
     parameters->h_K_2_x2 = parameters->sample_time * parameters->K_2_x2;
 }
 
-void two_mass_gto_init(two_mass_gto_state *state, const two_mass_gto_parameters *parameters,
+/* Set the state from a measurement, at the first sample or anew. */
+static void two_mass_gto_start(two_mass_gto_state *state, const two_mass_gto_parameters *parameters,
     const two_mass_gto_inputs *inputs)
 {
     state->z_v1 = -(parameters->K_v_v1 * inputs->x1);
@@ -35,14 +35,23 @@ void two_mass_gto_init(two_mass_gto_state *state, const two_mass_gto_parameters 
     state->z_x1 = -(parameters->K_1_x1 * inputs->x1);
     state->z_x2 = -(parameters->K_1_x2 * inputs->x2);
 
-    /* from rest at zero where that is not finite */
-    const double check = state->z_v1 + state->z_v2 + state->z_x1 + state->z_x2;
-    if (!(fabs(check) <= DBL_MAX)) {
+    /* where that cannot be used, wait for a good sample */
+    const double check = inputs->x1 + inputs->x2 + inputs->w + state->z_v1 + state->z_v2 + state->z_x1
+        + state->z_x2;
+    state->waiting = 0.0;
+    if (!(fabs(check) <= 1e+150)) {
         state->z_v1 = 0.0;
         state->z_v2 = 0.0;
         state->z_x1 = 0.0;
         state->z_x2 = 0.0;
+        state->waiting = 1.0;
     }
+}
+
+void two_mass_gto_init(two_mass_gto_state *state, const two_mass_gto_parameters *parameters,
+    const two_mass_gto_inputs *inputs)
+{
+    two_mass_gto_start(state, parameters, inputs);
 }
 
 void two_mass_gto_step(two_mass_gto_state *state, const two_mass_gto_parameters *parameters,
@@ -68,9 +77,9 @@ void two_mass_gto_step(two_mass_gto_state *state, const two_mass_gto_parameters 
     const double z_x1_next = state->z_x1 - parameters->h_K_1_x1 * v1_hat - parameters->h_K_2_x1 * v1_dot_hat;
     const double z_x2_next = state->z_x2 - parameters->h_K_1_x2 * v2_hat - parameters->h_K_2_x2 * v2_dot_hat;
 
-    /* hold the last state and estimates where a next state, or an input that it does not show, is not finite */
+    /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
     const double check = z_v1_next + z_v2_next + z_x1_next + z_x2_next;
-    if (fabs(check) <= DBL_MAX) {
+    if (state->waiting < 0.5 && fabs(check) <= 1e+150) {
         outputs->v1_hat = v1_hat;
         outputs->v2_hat = v2_hat;
         outputs->tracked_x1 = tracked_x1;
@@ -85,5 +94,11 @@ void two_mass_gto_step(two_mass_gto_state *state, const two_mass_gto_parameters 
         outputs->fault = 0;
     } else {
         outputs->fault = 1;
+
+        /* where the sample is good, it is the state that cannot be used or waits: start anew */
+        const double given = inputs->x1 + inputs->x2 + inputs->w;
+        if (fabs(given) <= 1e+150) {
+            two_mass_gto_start(state, parameters, inputs);
+        }
     }
 }
