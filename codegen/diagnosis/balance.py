@@ -13,9 +13,10 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from codegen.diagnosis.signals import Motion
+from codegen.diagnosis.signals import Motion, central_difference
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.system import TIME, Matrix, System
+from codegen.simulate.sensor_error import SensorError
 
 Array = NDArray[np.float64]
 
@@ -28,6 +29,8 @@ def evaluate_forces(
     values: Mapping[Any, float] | None = None,
 ) -> Array:
     """Generalised-force columns at every sample, before the coarse filter.
+
+    The errors of the system's sensors are taken out of the motion first.
 
     Args:
         columns: n by 1 matrices over x, v, w, accelerations and parameters.
@@ -46,9 +49,19 @@ def evaluate_forces(
     function = casadi.Function("forces", [point], [stacked])
     w = motion.inputs if inputs is None else inputs
     since = (motion.time - motion.time[0])[:, None]
-    at = np.hstack([motion.positions, motion.velocities, motion.accelerations, w, since])
+    at = np.hstack([*_true_motion(system, motion), w, since])
     flat = np.asarray(function.map(len(at))(at.T))
     return np.ascontiguousarray(flat.reshape(len(columns), n, len(at)).transpose(0, 2, 1))
+
+
+def _true_motion(system: System, motion: Motion) -> tuple[Array, Array, Array]:
+    """Positions, velocities and accelerations behind the readings."""
+    if not system.sensor_errors:
+        return motion.positions, motion.velocities, motion.accelerations
+    sensor = SensorError(system)
+    positions = sensor.true(motion.positions)
+    velocities = sensor.true_velocities(positions, motion.velocities)
+    return positions, velocities, central_difference(velocities, motion.sample_time)
 
 
 def level_parameters(system: System) -> list[sympy.Symbol]:

@@ -9,8 +9,11 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.diagnosis.balance import evaluate_forces, slip_velocities
+from codegen.diagnosis.shooting import STEPS_PER_PERIOD, Record, Shooter
 from codegen.diagnosis.signals import Motion
+from codegen.diagnosis.trial import Runner, Trial
 from codegen.mechanics.system import Matrix, System
+from codegen.mechanics.transmission import with_loads
 from codegen.simulate.drive import mean_about_samples
 
 Array = NDArray[np.float64]
@@ -66,8 +69,51 @@ def masks(system: System, motion: Motion, noise_speed: float = 0.0) -> Masks:
 
 def inverse_dynamics_residual(system: System, motion: Motion, filtered: bool = True) -> Array:
     """g − M a − U λ at every sample, (N, n), with the system's own friction levels; low-passed unless told not to."""
-    raw = evaluate_forces(system, [system.equation_error], motion, effective_inputs(system, motion))[0]
+    raw = _balance(system, motion)
     return motion.low_pass(raw) if filtered else raw
+
+
+def _balance(system: System, motion: Motion) -> Array:
+    """g − M a − U λ, (N, n); states that no log holds (bristles, loads behind springs) follow the measured motion."""
+    inputs = effective_inputs(system, motion)
+    bristles = [(k, c) for k, c in enumerate(system.contacts) if c.law.name == "presliding"]
+    if not bristles and not system.transmissions:
+        return np.asarray(evaluate_forces(system, [system.equation_error], motion, inputs)[0])
+    n, whole, hidden = system.degrees_of_freedom, with_loads(system), _hidden_states(system, motion)
+    loads = hidden[:, len(system.contacts) :][:, : 2 * len(system.transmissions)]
+    followed = replace(
+        motion,
+        positions=np.hstack([motion.positions, loads[:, :1]]),
+        velocities=np.hstack([motion.velocities, loads[:, 1:]]),
+        accelerations=np.hstack([motion.accelerations, np.zeros_like(loads[:, :1])]),
+    )
+    columns = [whole.equation_error]
+    for k, c in bristles:
+        sliding = (c.force - c.extra_force).subs(c.slip, system.slip_velocity[k])
+        columns += [Matrix(whole.distribution[:, k] * sliding), Matrix(whole.distribution[:, k])]
+    raw, *rest = evaluate_forces(whole, columns, followed, inputs)
+    for (k, c), sliding, direction in zip(bristles, rest[::2], rest[1::2], strict=True):
+        stiffness = float(c.law_parameters["sigma"].subs(system.values))
+        raw = raw + sliding - direction * stiffness * hidden[:, [k]]
+    return np.asarray(raw[:, :n])
+
+
+def _hidden_states(system: System, motion: Motion) -> Array:
+    """(N, contacts + 2) deflection of each contact's bristle, load position and velocity."""
+    h, count = motion.sample_time, len(motion.time)
+    record = Record(
+        motion.measured,
+        motion.positions,
+        motion.velocities,
+        motion.commands,
+        h,
+        0.0,
+        np.ones(system.degrees_of_freedom),
+        np.arange(count, dtype=np.int32),
+        1,
+    )
+    steps = max(1, int(np.ceil(h * STEPS_PER_PERIOD * motion.cutoff_hz)))
+    return Runner(Trial(system, (), ()), Shooter([system], [()]), 0, record, steps, {}).hidden()
 
 
 def friction_estimate(system: System, motion: Motion) -> Array:

@@ -172,13 +172,13 @@ def _size(search: Search, found: Found, base: Shot) -> float:
     if found.part.kind in STRUCTURE:
         return size_of(found.shot, base)
     effect, motion, system = CATALOGUE[found.part.kind], search.motion, search.system
-    declared = FoundEffect(found.part.kind, found.part.on, found.parameters, {})
     if not effect.with_parameters(found.part.names).admissible(system, found.part.place, found.parameters):
         return size_of(found.shot, base)
-    plain = inverse_dynamics_residual(system, motion)
-    change = (inverse_dynamics_residual(with_effects(system, [declared]), motion) - plain)[motion.usable]
+    declared = FoundEffect(found.part.kind, found.part.on, found.parameters, {})
+    richer = inverse_dynamics_residual(with_effects(system, [declared]), motion)
+    change = richer - inverse_dynamics_residual(system, motion)
     drive = motion.low_pass(drive_force(system, motion))[motion.usable]
-    return float(np.sqrt((change**2).sum() / max(float((drive**2).sum()), 1e-300)))
+    return float(np.sqrt((change[motion.usable] ** 2).sum() / max(float((drive**2).sum()), 1e-300)))
 
 
 def _why_not(search: Search, found: Found, e: Evidence, size: float) -> str:

@@ -17,7 +17,7 @@ from codegen.diagnosis.models import with_values
 from codegen.diagnosis.output_error import Shot, again, fit, raw_slopes, state_slopes
 from codegen.diagnosis.scales import survey
 from codegen.diagnosis.screen import starting_points
-from codegen.diagnosis.shooting import Record, Shooter
+from codegen.diagnosis.shooting import STEPS_PER_PERIOD, Record, Shooter
 from codegen.diagnosis.signals import Motion
 from codegen.diagnosis.trial import Part, Runner, Trial, declared_chain, part_of
 from codegen.effects import CATALOGUE
@@ -26,8 +26,6 @@ from codegen.mechanics.system import System
 
 Array = NDArray[np.float64]
 
-STEPS_PER_PERIOD = 60
-"""Time steps in a period of the coarse cutoff."""
 SCREENED_SAMPLES = 9000
 LEAST_SCREENED = 60
 """Segments: candidates are first tried on every so many of them, then the best on all."""

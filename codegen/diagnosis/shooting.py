@@ -26,6 +26,8 @@ Indices = NDArray[np.int32]
 FLAGS = ("-O2", "-fno-math-errno", "-fno-trapping-math")
 _AT_REST = 1e-30
 WARM_S = 1.0
+STEPS_PER_PERIOD = 60
+"""Time steps in a period of the coarse cutoff."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,26 +114,27 @@ class Shooter:
             p: values of ``free[model]``.
             drive: (N substeps, m) effective inputs.
         """
-        hidden = np.zeros((len(record.start), self.contacts + 2))
-        sigma = np.array([*structure.sigma, 0.0])
-        share = np.array([structure.load_fraction, structure.stiffness, structure.damping, structure.gap])
-        p = np.append(np.ascontiguousarray(p, dtype=float), 0.0)
-        h, t0 = ctypes.c_double(record.sample_time), ctypes.c_double(record.time0)
-        fixed = (ctypes.c_int(model), _pointer(p), _pointer(sigma), ctypes.c_int(structure.split), _pointer(share))
-        segments, starts = ctypes.c_int(len(record.start)), record.start.ctypes.data_as(ctypes.c_void_p)
-        if structure.split >= 0 or max(structure.sigma, default=0.0) > 0:
-            x, v = np.ascontiguousarray(record.positions), np.ascontiguousarray(record.velocities)
-            self._follow(
-                *fixed, ctypes.c_int(substeps), h, t0, _pointer(x), _pointer(v), _pointer(drive), segments, starts,
-                ctypes.c_int(self._warm(record, structure)), _pointer(hidden),
-            )  # fmt: skip
+        plant, (h, t0), cut = _plant(model, p, structure), _times(record), _segments(record)
+        hidden = self.hidden(model, p, structure, record, drive, substeps)
         out = np.empty((len(record.start), record.length, self.coordinates))
         states = np.ascontiguousarray(states)
         self._shoot(
-            *fixed, segments, starts, ctypes.c_int(record.length), ctypes.c_int(substeps), h, t0, _pointer(drive),
+            *plant, *cut, ctypes.c_int(record.length), ctypes.c_int(substeps), h, t0, _pointer(drive),
             _pointer(states), _pointer(hidden), _pointer(out),
         )  # fmt: skip
         return out
+
+    def hidden(self, model: int, p: Array, structure: Structure, record: Record, drive: Array, substeps: int) -> Array:
+        """(S, contacts + 2) z of each contact, load position and velocity at each start, along the measured motion."""
+        hidden = np.zeros((len(record.start), self.contacts + 2))
+        if structure.split >= 0 or max(structure.sigma, default=0.0) > 0:
+            plant, (h, t0), cut = _plant(model, p, structure), _times(record), _segments(record)
+            x, v = np.ascontiguousarray(record.positions), np.ascontiguousarray(record.velocities)
+            self._follow(
+                *plant, ctypes.c_int(substeps), h, t0, _pointer(x), _pointer(v), _pointer(drive), *cut,
+                ctypes.c_int(self._warm(record, structure)), _pointer(hidden),
+            )  # fmt: skip
+        return hidden
 
     def _warm(self, record: Record, structure: Structure) -> int:
         """Samples for which hidden states are followed before each start; −1: all, in one go."""
@@ -179,6 +182,21 @@ def terms_function(name: str, system: System, free: Sequence[sympy.Symbol]) -> A
     outputs = [to_casadi(system.mass_matrix, names), to_casadi(system.force, names), distribution]
     outputs += [casadi.vertcat(*rows) for rows in (forward, backward, smooth)]
     return casadi.Function(name, [x, v, w, t, p], [casadi.densify(o) for o in outputs])
+
+
+def _plant(model: int, p: Array, structure: Structure) -> tuple[Any, ...]:
+    """The first arguments of both loops."""
+    share = np.array([structure.load_fraction, structure.stiffness, structure.damping, structure.gap])
+    p, sigma = np.append(np.ascontiguousarray(p, dtype=float), 0.0), np.array([*structure.sigma, 0.0])
+    return ctypes.c_int(model), _pointer(p), _pointer(sigma), ctypes.c_int(structure.split), _pointer(share)
+
+
+def _times(record: Record) -> tuple[Any, Any]:
+    return ctypes.c_double(record.sample_time), ctypes.c_double(record.time0)
+
+
+def _segments(record: Record) -> tuple[Any, Any]:
+    return ctypes.c_int(len(record.start)), record.start.ctypes.data_as(ctypes.c_void_p)
 
 
 def _pointer(array: Array) -> Any:

@@ -186,6 +186,11 @@ class Runner:
             positions[..., place] += _wave(positions[..., place], v)
         return positions
 
+    def hidden(self) -> Array:
+        """(S, contacts + 2) of the trial without parts: deflection z of each contact, load position and velocity."""
+        drive, structure = self._drive(()), declared_structure(self.trial.system)
+        return self.shooter.hidden(self.model, np.zeros(0), structure, self.record, drive, self.substeps)
+
     def _drive(self, found: Sequence[Mapping[str, float]]) -> Array:
         record, columns = self.record, []
         for i, w in enumerate(self.trial.system.inputs):

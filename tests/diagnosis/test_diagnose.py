@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from codegen import pipeline
-from codegen.diagnosis.diagnose import diagnose_log
+from codegen.diagnosis.diagnose import Models, diagnose_log
+from codegen.diagnosis.results import Diagnosis
 from codegen.errors import BadInput
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import STAGE, TEST, TRAIN, diagnosed, log_of, stage, system_of
@@ -27,7 +28,10 @@ TRUTHS = {
 }
 
 
-@pytest.mark.parametrize("kind", TRUTHS)
+QUICK = ("input_delay",)
+
+
+@pytest.mark.parametrize("kind", [k if k in QUICK else pytest.param(k, marks=pytest.mark.slow) for k in TRUTHS])
 def test_one_undeclared_effect_is_named_with_its_parameters(kind: str, tmp_path: Path) -> None:
     on, parameters = TRUTHS[kind]
     entry = ", ".join(f"{name}: {value}" for name, value in parameters.items())
@@ -60,6 +64,7 @@ def test_only_a_wrong_level_is_no_effect(tmp_path: Path) -> None:
     assert diagnosis.refit.force_rms < diagnosis.declared.force_rms
 
 
+@pytest.mark.slow
 def test_two_effects_are_found_one_after_the_other(tmp_path: Path) -> None:
     effects = "[{kind: spring, on: x, parameters: {k: 20}}, {kind: viscous, on: rail, parameters: {b: 6}}]"
     diagnosis, _ = diagnosed(effects, tmp_path)
@@ -69,6 +74,7 @@ def test_two_effects_are_found_one_after_the_other(tmp_path: Path) -> None:
     assert found["viscous"]["b"] == pytest.approx(6, rel=0.05)
 
 
+@pytest.mark.slow
 def test_gain_and_inertia_are_twins_where_nothing_else_acts(tmp_path: Path) -> None:
     lone = STAGE.replace("force: [w - b*v]", "force: [w]").replace("  b: {{value: 6, unit: N*s/m}}\n", "")
 
@@ -87,6 +93,7 @@ def test_gain_and_inertia_are_twins_where_nothing_else_acts(tmp_path: Path) -> N
     assert gain == pytest.approx(1.25, rel=0.01) if gain else delta == pytest.approx(-0.4, rel=0.03)
 
 
+@pytest.mark.slow
 def test_the_test_log_has_no_say_in_what_is_found(tmp_path: Path) -> None:
     plant = "[{kind: spring, on: x, parameters: {k: 18}}]"
     train = log_of(stage(plant), tmp_path, "train.csv")
@@ -101,6 +108,7 @@ def test_the_test_log_has_no_say_in_what_is_found(tmp_path: Path) -> None:
     assert answers[0] == answers[1]
 
 
+@pytest.mark.slow
 def test_without_a_test_log_the_held_out_end_has_no_say_either(tmp_path: Path) -> None:
     spec = stage()
     log = log_of(stage("[{kind: spring, on: x, parameters: {k: 18}}]", reference=TRAIN), tmp_path, "train.csv")
@@ -112,8 +120,13 @@ def test_without_a_test_log_the_held_out_end_has_no_say_either(tmp_path: Path) -
     assert second.augmented.force_rms > 3 * first.augmented.force_rms
 
 
-def test_json_is_finite_and_complete(tmp_path: Path) -> None:
-    diagnosis, _ = diagnosed("[{kind: spring, on: x, parameters: {k: 18}}]", tmp_path)
+@pytest.fixture(scope="module")
+def sprung(tmp_path_factory: pytest.TempPathFactory) -> tuple[Diagnosis, Models]:
+    return diagnosed("[{kind: spring, on: x, parameters: {k: 18}}]", tmp_path_factory.mktemp("sprung"))
+
+
+def test_json_is_finite_and_complete(sprung: tuple[Diagnosis, Models]) -> None:
+    diagnosis, _ = sprung
     content = diagnosis.as_json()
     assert {"verdict", "effects", "candidates", "error", "data"} <= set(content)
     assert set(content["error"]) == {"declared", "refit", "augmented"}
@@ -122,8 +135,8 @@ def test_json_is_finite_and_complete(tmp_path: Path) -> None:
     assert all(np.isfinite(v) for v in asdict(diagnosis.augmented)["force_rms_rows"])
 
 
-def test_the_augmented_spec_keeps_its_authors_words_and_holds_the_effect(tmp_path: Path) -> None:
-    diagnosis, models = diagnosed("[{kind: spring, on: x, parameters: {k: 18}}]", tmp_path)
+def test_the_augmented_spec_keeps_its_authors_words_and_holds_the_effect(sprung: tuple[Diagnosis, Models]) -> None:
+    diagnosis, models = sprung
     text = models.spec_text
     for comment in ("# a stage", "# along the rail", "# from the data sheet", "# what diagnosis adds"):
         assert comment.lstrip("# ") in text, text
@@ -131,7 +144,12 @@ def test_the_augmented_spec_keeps_its_authors_words_and_holds_the_effect(tmp_pat
     assert [(e.kind, e.on) for e in again.effects] == [("spring", ("x",))]
     assert float(again.effects[0].parameters["k"]) == pytest.approx(diagnosis.effects[0].parameters["k"], rel=1e-5)
     assert float(again.contacts[0].parameters["a"]) == pytest.approx(diagnosis.refitted["rail_a"][2], rel=1e-5)
-    # Diagnosing again with the augmented spec finds nothing more: the loop closes.
+
+
+def test_diagnosing_again_with_the_augmented_spec_finds_nothing_more(
+    sprung: tuple[Diagnosis, Models], tmp_path: Path
+) -> None:
+    again = parse_spec(sprung[1].spec_text, Path("spec.yaml"))
     train = log_of(stage("[{kind: spring, on: x, parameters: {k: 18}}]", 4.5), tmp_path, "again.csv")
     second, _ = diagnose_log(again, system_of(again), train)
     assert second.verdict == "none", second.sentence

@@ -17,7 +17,18 @@ EMPS = SHARED / "data" / "emps"
 needs_practice = pytest.mark.skipif(not STANDARD.is_dir(), reason="../shared/practice is not here")
 needs_emps = pytest.mark.skipif(not EMPS.is_dir(), reason="../shared/data/emps is not here")
 
-FAST = ["case_0003", "case_0004", "case_0006", "case_0008", "case_0009", "case_0030", "case_0034", "case_0052"]
+CASES = [
+    "case_0003",
+    "case_0004",
+    "case_0006",
+    "case_0008",
+    "case_0009",
+    "case_0014",
+    "case_0030",
+    "case_0034",
+    "case_0052",
+]
+QUICK = ("case_0014", "case_0052")
 
 
 def _run(case: Path, out: Path) -> tuple[dict, dict]:
@@ -33,14 +44,21 @@ def _right(found: dict, truth: dict) -> bool:
 
 
 @needs_practice
-@pytest.mark.parametrize("name", FAST)
+@pytest.mark.parametrize("name", [n if n in QUICK else pytest.param(n, marks=pytest.mark.slow) for n in CASES])
 def test_practice_case(name: str, tmp_path: Path) -> None:
     found, truth = _run(STANDARD / name, tmp_path)
     assert _right(found, truth), found["sentence"]
     oracle = truth["oracle"]
-    for ours, theirs in (("declared", "declared"), ("refit", "refit")):
-        # Same definition, other smoothing: 15 % apart at most.
-        assert found["error"][ours]["free_run_position_rmse"] == pytest.approx(oracle[theirs]["sim_rmse"], rel=0.15)
+    run = {model: found["error"][model]["free_run_position_rmse"] for model in ("declared", "augmented")}
+    # The same model and the same definition; the state that it is restarted from is smoothed by another filter.
+    assert run["declared"] == pytest.approx(oracle["declared"]["sim_rmse"], rel=0.15)
+    # The refit of a wrong structure depends on what is fitted to what; the right one has a best that noise admits.
+    assert run["augmented"] <= 1.15 * oracle["true_structure"]["sim_rmse"]
+    for effect in truth["effects"]:
+        ours = found["effects"][0]
+        if ours["kind"] == effect["kind"]:
+            for parameter, value in effect["parameters"].items():
+                assert ours["parameters"][parameter] == pytest.approx(value, rel=0.02), parameter
 
 
 @pytest.mark.slow
@@ -61,6 +79,7 @@ def test_all_standard_cases_of_the_kinds_that_the_catalogue_has(tmp_path: Path) 
     assert len(wrong) <= 0.05 * counted, wrong
 
 
+@pytest.mark.slow
 @needs_emps
 def test_emps_friction_differs_by_direction_as_published(tmp_path: Path) -> None:
     pulses = EMPS / "DATA_EMPS_PULSES.mat"
