@@ -9,6 +9,7 @@ import sympy
 from codegen.pipeline import Model
 from codegen.spec.functions import Magnitude
 from codegen.stability.analysis import Analysis
+from codegen.stability.certify import beyond_checker
 from codegen.stability.conditions import Condition
 from codegen.stability.modes import Modes
 
@@ -32,6 +33,7 @@ def model_view(model: Model) -> dict[str, Any]:
         ],
         "values": values,
         "observer": model.observer,
+        "uncertifiable": beyond_checker(model.observer) if model.observer else "",
         "gains": [(s.name, float(v), model.observer.gain_units[s]) for s, v in model.observer.gains.items()]
         if model.observer
         else [],

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from codegen.checker import verify
 from codegen.errors import BadInput
+from codegen.observers.equations import Observer
 from codegen.spec.model import Spec
 from codegen.stability.analysis import Analysis
 from codegen.stability.content import frame, rounded, rounded_matrix, texts
@@ -122,6 +123,8 @@ def certify(spec: Spec, analysis: Analysis, files: Mapping[str, str], command: s
         raise BadInput(
             spec.place("envelope"), f"no range for {', '.join(names)}", f"{ranges}, since Ψ depends on {depends}"
         )
+    if beyond := beyond_checker(analysis.dynamics.observer):
+        return _undecided(analysis, beyond, narrower=False)
     h = Fraction(str(analysis.dynamics.observer.sample_time))
     base: dict[str, Any] | None = None
     try:
@@ -154,6 +157,14 @@ def certify(spec: Spec, analysis: Analysis, files: Mapping[str, str], command: s
             content, float(Fraction(content["decay_rate"])), spectral_rate(analysis), report.facts, limit
         )
     return _undecided(analysis, f"the matrix that was found does not stand up to exact arithmetic ({refused})")
+
+
+def beyond_checker(observer: Observer) -> str:
+    """Why an observer is too large for the checker, in words that say the limit; empty where it is not."""
+    count = len(observer.errors)
+    return (
+        "" if count <= verify.MAX_SIZE else render("text/beyond_checker.j2", count=count, limit=verify.MAX_SIZE).strip()
+    )
 
 
 def spectral_rate(analysis: Analysis) -> float:

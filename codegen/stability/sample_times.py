@@ -14,7 +14,7 @@ from codegen.observers import build_observer
 from codegen.observers.integration import INTEGRATIONS
 from codegen.spec.model import Spec
 from codegen.stability.analysis import Analysis, analyse
-from codegen.stability.certify import Certificate, certify
+from codegen.stability.certify import Certificate, beyond_checker, certify
 from codegen.stability.family import NotEnclosable, build_family
 from codegen.stability.lyapunov import common_lyapunov
 
@@ -33,7 +33,7 @@ def largest_sample_times(spec: Spec, system: System) -> dict[str, float]:
     assert spec.observer is not None
     varies = not system.mass_matrix.free_symbols <= set(system.values) or spec.observer.kind in ("dfo", "gdfo")
     found: dict[str, float] = {}
-    if varies:
+    if varies or beyond_checker(build_observer(spec, system)):
         return found
     for integration in INTEGRATIONS:
         if spec.observer.velocity == "measured" and integration in ("semi_implicit", "exponential"):
