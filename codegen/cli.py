@@ -132,6 +132,9 @@ def generate(
     overrides = pipeline.Overrides(precision, fault, () if fmu else tuple(target or ()))
     if out is not None and len(specs) > 1:
         raise BadInput("-o", f"one folder for {len(specs)} specs", "one spec with -o, or several without")
+    again = next((spec for k, spec in enumerate(specs) if spec.resolve() in {s.resolve() for s in specs[:k]}), None)
+    if again is not None:
+        raise BadInput(str(again), "the same spec again", "each spec once")
     code = 0
     for spec in specs:
         result: pipeline.Generated | pipeline.GeneratedFmu

@@ -69,7 +69,10 @@ class Overrides:
         for target in self.targets:
             if target not in (*PRINTERS, "all"):
                 raise BadInput(
-                    "--target", f"`{target}`", f"one of {', '.join((*PRINTERS, 'all'))}", nearest_name(target, PRINTERS)
+                    "--target",
+                    f"`{target}`",
+                    f"one of {', '.join((*PRINTERS, 'all'))}, or fmu alone",
+                    nearest_name(target, PRINTERS),
                 )
         return replace(spec, code=CodeChoice(self.precision or spec.code.precision, self.fault or spec.code.fault))
 

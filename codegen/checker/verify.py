@@ -286,7 +286,7 @@ def main(argv: list[str] | None = None) -> int:
         print(f"refused: {e}")
         return 3
     except (OSError, ValueError) as e:
-        print("error:", getattr(e, "filename", given.certificate), getattr(e, "strerror", e), file=sys.stderr)
+        print(f"error: {getattr(e, 'filename', given.certificate)}: {getattr(e, 'strerror', e)}", file=sys.stderr)
         return 2
     print(report.name, *report.facts, *(f"not bound, not here: {name}" for name in report.unbound), sep="\n  ")
     print(f"verified: {report.claim}", *(f"assuming: {sentence}" for sentence in report.assumptions), sep="\n  ")

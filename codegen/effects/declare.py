@@ -73,6 +73,9 @@ def unit_words(effect: Effect, place: int, system: System) -> dict[str, str]:
 
 def _add(system: System, spec: Spec, index: int, declared: DeclaredEffect) -> System:
     key = f"effects[{index}]"
+    if declared in spec.effects[:index]:
+        found = f"the same {declared.kind} on {', '.join(declared.on)} again"
+        raise BadInput(spec.place(key), found, "it once; another beside it has other parameters")
     effect = CATALOGUE.get(declared.kind)
     if effect is None:
         expected = f"one of {', '.join(CATALOGUE)}"

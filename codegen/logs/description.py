@@ -155,7 +155,7 @@ def read_description(path: str | Path) -> LogDescription:
         BadInput: if it cannot be read, is not a YAML mapping, or a known key holds what cannot be used.
     """
     path = Path(path)
-    document, places = load_mapping(read_text(path, "a log description (YAML)"), str(path))
+    document, places = load_mapping(read_text(path, "a log description (YAML)"), str(path), "columns: {x: qm}")
     d = validate(DescriptionDocument, plain(document), places, str(path))
     listed = isinstance(d.columns, list)
     return LogDescription(

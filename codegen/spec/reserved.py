@@ -29,7 +29,7 @@ _HEADERS = re.compile(
     r"def|int|io|lib|noreturn)|string|tgmath|threads|time|uchar|wchar|wctype|alloca|endian|features|malloc|memory|"
     r"pthread|sched|strings|unistd"
 )
-_RESERVED = {"t", "state", "parameters", "inputs", "outputs", "sample_time", "lambda", "I", "E"}
+_RESERVED = {"t", "state", "parameters", "inputs", "outputs", "sample_time", "lambda", "I", "E", "null"}
 """Words of the generated code, and names that complex.h and readers of formulas keep for i and e."""
 
 

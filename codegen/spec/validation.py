@@ -59,6 +59,8 @@ def _explain(error: ValidationError, model: type[BaseModel], places: Mapping[str
             expected = str(fault["ctx"]["error"]).removeprefix("expected ")
         case "literal_error":
             expected = str(fault["ctx"]["expected"])
+            if any(f["type"] == "list_type" and f["loc"][: len(steps)] == fault["loc"][: len(steps)] for f in faults):
+                expected += ", or a list"
         case "model_type" if keys := _known_keys(model, steps):
             expected = f"a mapping with {', '.join(keys)}"
         case other:
@@ -72,7 +74,7 @@ def _explain(error: ValidationError, model: type[BaseModel], places: Mapping[str
 def _is_variant(step: object) -> bool:
     """Pydantic puts the tried alternative of a union into the path; it is not a key of the file."""
     return isinstance(step, str) and (
-        step.startswith(("function-before", "list[", "constrained")) or step in ("nullable", "FreeSection")
+        step.startswith(("function-before", "list[", "literal[", "constrained")) or step in ("nullable", "FreeSection")
     )
 
 

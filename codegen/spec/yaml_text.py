@@ -39,7 +39,7 @@ def read_text(path: Path, what: str) -> str:
     """
     place = Place(str(path))
     if not path.is_file():
-        state = "a folder" if path.is_dir() else "no such file"
+        state = "a folder" if path.is_dir() else "a device or a pipe" if path.exists() else "no such file"
         raise BadInput(place, state, what)
     try:
         data = path.read_bytes()
@@ -53,8 +53,11 @@ def read_text(path: Path, what: str) -> str:
         raise BadInput(place, f"byte {error.start} is not UTF-8", what) from None
 
 
-def load_mapping(text: str, file: str) -> tuple[CommentedMap, dict[str, Place]]:
+def load_mapping(text: str, file: str, example: str = "name: one_mass") -> tuple[CommentedMap, dict[str, Place]]:
     """Parse a YAML mapping.
+
+    Args:
+        example: of what it may hold, for the message where it is none.
 
     Returns:
         The round-trip document and the place of every key, named like ``friction.contacts[0].law``.
@@ -78,7 +81,7 @@ def load_mapping(text: str, file: str) -> tuple[CommentedMap, dict[str, Place]]:
         raise BadInput(Place(file), f"malformed YAML ({' '.join(str(error).split())[:120]})", "YAML 1.2") from None
     if not isinstance(document, CommentedMap):
         found = "nothing" if document is None else "a list" if isinstance(document, CommentedSeq) else "plain text"
-        raise BadInput(Place(file, 1), found, "a mapping such as `name: one_mass`")
+        raise BadInput(Place(file, 1), found, f"a mapping such as `{example}`")
     places: dict[str, Place] = {}
     try:
         _collect(document, "", file, places)
@@ -104,12 +107,17 @@ def _refuse_monsters(text: str, file: str) -> None:
                 raise BadInput(Place(file, number), found, "a spec, whose matrices need three")
 
 
+def _key(name: object) -> str:
+    """A key as YAML writes it; some words of its own are no text."""
+    return {True: "true", False: "false"}[name] if isinstance(name, bool) else "null" if name is None else str(name)
+
+
 def _collect(node: Any, key: str, file: str, places: dict[str, Place]) -> None:
     if len(places) > MOST_NODES:
         raise BadInput(Place(file), "aliases that stand for too many nodes", f"a file of at most {MOST_NODES} values")
     if isinstance(node, CommentedMap):
         for name, value in node.items():
-            inner = f"{key}.{name}" if key else str(name)
+            inner = f"{key}.{_key(name)}" if key else _key(name)
             position = (node.lc.data or {}).get(name)
             places[inner] = Place(file, position[0] + 1 if position else None, inner)
             _collect(value, inner, file, places)
@@ -131,7 +139,7 @@ def dump(document: Any) -> str:
 def plain(node: Any) -> Any:
     """The document as plain dicts, lists and scalars, for pydantic; numbers keep their written digits."""
     if isinstance(node, CommentedMap):
-        return {str(k): plain(v) for k, v in node.items()}
+        return {_key(k): plain(v) for k, v in node.items()}
     if isinstance(node, CommentedSeq):
         return [plain(v) for v in node]
     if isinstance(node, bool) or node is None:

@@ -100,6 +100,26 @@ FAULTS = {
     "limit of zero": (simulated("input_limit: {w: 0}"), ":32: simulation.input_limit.w: input_limit 0; exp"),
     "delay of nothing": (simulated("observer: true\n  cancel_delay: 2"), ":33: simulation.cancel_delay: a delay"),
     "free gain of both signs": (changed(ONE, "K_F: 10,", "K_F: {free: [-1, 1]},"), ":22: observer.gains.K_F.free: "),
+    "a contact to cancel without its list": (
+        changed(ONE, "\nobserver:", "\ncancellation: {contacts: rail}\nobserver:"),
+        ":19: cancellation.contacts: `rail`; expected 'all' or 'cancellable', or a list",
+    ),
+    "a broken delay": (
+        simulated("observer: true\n  cancel: 1\n  cancel_delay: 1.5"),
+        ":34: simulation.cancel_delay: `1.5`; expected a whole number",
+    ),
+    "a parameter called true": (
+        changed(ONE, "  m: {", "  true: {"),
+        ":9: parameters.true: the name `true`, a reserved",
+    ),
+    "a parameter called NULL": (
+        changed(ONE, "  m: {", "  NULL: {value: 1, unit: kg}\n  m: {"),
+        ":9: parameters.null: the name `null`, a reserved word",
+    ),
+    "the same effect again": (
+        changed(ONE, "effects: []", "effects:\n" + "  - {kind: offset, on: x, parameters: {f0: 1}}\n" * 2),
+        ":20: effects[1]: the same offset on x again",
+    ),
     "division by zero": (changed(ONE, "\n  - w\n", "\n  - w/0\n"), "divides by zero"),
 }
 

@@ -122,6 +122,23 @@ def test_no_arguments_is_help(folder):
         assert verb in result.out + result.err
 
 
+def test_the_same_spec_again(folder):
+    result = stiction("generate", ONE, ONE)
+    assert is_one_message(result) and "the same spec again" in result.err
+    assert not contents(folder)
+
+
+def test_messages_say_what_they_mean(folder):
+    assert "a device or a pipe; expected a spec file" in stiction("check", "/dev/null").err
+    assert "or fmu alone" in stiction("generate", ONE, "--target", "rust").err
+    (folder / "text.json").write_text("{")
+    assert stiction("verify", "text.json").err.startswith("error: text.json: ")
+    (folder / "meta.yaml").write_text("")
+    (folder / "log.csv").write_text("t,x,w\n")
+    told = stiction("replay", ONE, "log.csv", "-d", "meta.yaml").err
+    assert "meta.yaml:1: nothing; expected a mapping such as `columns: {x: qm}`" in told
+
+
 def test_several_specs_and_one_folder(folder):
     result = stiction("generate", ONE, SPECS / "two_mass.yaml", "-o", "x")
     assert is_one_message(result) and "-o" in result.err
