@@ -6,15 +6,15 @@ The proposal is made in floating point; what is handed out has passed the indepe
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import sympy
 from numpy.typing import NDArray
 
 from codegen.checker import verify
@@ -22,17 +22,16 @@ from codegen.errors import BadInput
 from codegen.observers.equations import Observer
 from codegen.spec.model import Spec
 from codegen.stability.analysis import Analysis
-from codegen.stability.content import frame, rounded, rounded_matrix, texts
+from codegen.stability.content import frame, proved
 from codegen.stability.enclosure import Cells, enclose_family
 from codegen.stability.exact import unstable_point
 from codegen.stability.family import Family, NotEnclosable, build_family
 from codegen.stability.lyapunov import common_lyapunov
-from codegen.stability.prefix import rational_text
-from codegen.stability.refute import refute
+from codegen.stability.refute import rational_points, refute
+from codegen.stability.turning import none_through_turns, through_turns, turns
 from codegen.text import render
 
-PROOFS = ("certificate.json", "limit.json", "refusal.json")
-DIGITS = (4, 6, 9, 12)
+PROOFS = ("certificate.json", "limit.json", "refusal.json", "turning.json")
 FINER = (0, 2, 4)
 MOST_MATRICES = 150
 
@@ -47,6 +46,8 @@ class Certificate:
         spectral_rate: the largest rate that any P could show at the worst operating point.
         facts: what the checker verified.
         limit: the refutation of every faster rate, which the checker has accepted too; None if none was found.
+        turning: a certificate whose V falls whatever the slips' signs do, or None.
+        no_turning: whether there is proved to be none.
     """
 
     content: Mapping[str, Any]
@@ -54,6 +55,13 @@ class Certificate:
     spectral_rate: float
     facts: tuple[str, ...]
     limit: Mapping[str, Any] | None = None
+    turning: Mapping[str, Any] | None = None
+    no_turning: bool = False
+
+    @property
+    def turning_rate(self) -> float | None:
+        """α of ``turning``, 1/s."""
+        return None if self.turning is None else float(Fraction(self.turning["decay_rate"]))
 
     @property
     def refuted_rate(self) -> float | None:
@@ -66,9 +74,9 @@ class Certificate:
 
     @property
     def proofs(self) -> dict[str, str]:
-        """certificate.json, and limit.json, the refutation of every faster rate, if there is one."""
-        limit = {} if self.limit is None else {"limit.json": json_text(self.limit)}
-        return {"certificate.json": self.text} | limit
+        """certificate.json; limit.json, the refutation of every faster rate, and turning.json, if there are such."""
+        beside = {"limit.json": self.limit, "turning.json": self.turning}
+        return {"certificate.json": self.text} | {name: json_text(c) for name, c in beside.items() if c is not None}
 
 
 @dataclass(frozen=True)
@@ -104,13 +112,16 @@ def json_text(content: Mapping[str, Any]) -> str:
     return json.dumps(content, indent=1, ensure_ascii=False) + "\n"
 
 
-def certify(spec: Spec, analysis: Analysis, files: Mapping[str, str], command: str) -> Certificate | Refusal:
+def certify(
+    spec: Spec, analysis: Analysis, files: Mapping[str, str], command: str, turning: bool = True
+) -> Certificate | Refusal:
     """Certify the sampled observer of a spec over its envelope.
 
     Args:
         analysis: of the spec's observer.
         files: name → SHA-256 of the generated sources that the certificate is bound to.
         command: that writes it.
+        turning: whether to look for one function for all signs of the slips too.
 
     Raises:
         BadInput: if the envelope lacks a range for something that Ψ depends on.
@@ -144,19 +155,21 @@ def certify(spec: Spec, analysis: Analysis, files: Mapping[str, str], command: s
         return _undecided(analysis, str(error))
     if proposal is None:
         return _undecided(analysis, "no quadratic Lyapunov function common to the whole envelope was found")
-    matrix, alpha = proposal
-    refused = ""
-    for digits in DIGITS:
-        content = _content(base, analysis, family, cells, matrix, alpha, digits)
-        try:
-            report = verify.check(json.dumps(content))
-        except verify.Refused as error:
-            refused = str(error)
-            continue
-        return Certificate(
-            content, float(Fraction(content["decay_rate"])), spectral_rate(analysis), report.facts, limit
-        )
-    return _undecided(analysis, f"the matrix that was found does not stand up to exact arithmetic ({refused})")
+    try:
+        content, report = proved(base, analysis, family, cells, *proposal)
+    except verify.Refused as error:
+        return _undecided(analysis, f"the matrix that was found does not stand up to exact arithmetic ({error})")
+    found = Certificate(content, float(Fraction(content["decay_rate"])), spectral_rate(analysis), report.facts, limit)
+    observer = analysis.dynamics.observer
+    if not turning or not turns(observer):
+        return found
+    if any(none_through_turns(observer, exact) for _, exact in islice(rational_points(analysis, family), 1)):
+        return replace(found, no_turning=True)
+    serving = through_turns(observer, cells)
+    if serving is not None:
+        with suppress(verify.Refused):
+            found = replace(found, turning=proved(base, analysis, family, cells, *serving, turning=True)[0])
+    return found
 
 
 def beyond_checker(observer: Observer) -> str:
@@ -188,53 +201,6 @@ def _propose(family: Family, h: float) -> tuple[Cells, tuple[NDArray[np.float64]
         cells = finer_cells
         proposal = common_lyapunov(cells.matrices, h)
     return cells, proposal
-
-
-def _content(
-    base: Mapping[str, Any],
-    analysis: Analysis,
-    family: Family,
-    cells: Cells,
-    matrix: NDArray[np.float64],
-    alpha: float,
-    digits: int,
-) -> dict[str, Any]:
-    observer = analysis.dynamics.observer
-    h = observer.sample_time
-    exact = rounded_matrix(matrix, digits, np.sqrt(np.diag(matrix)))
-    rate = rounded(alpha * (1 - 10.0 ** (1 - digits)), 4)
-    fall = 1 / (1 + float(rate * h)) ** 2 if analysis.dynamics.implicit else 1 - 2 * float(rate * h)
-    reversals = [_reversal(exact, analysis, contact, fall) for contact in range(len(observer.signs))]
-    words = {"observer": observer, "reversals": [r for r in reversals if r], "rate": float(rate), "period": float(h)}
-    words |= {"variables": {v.name: (float(lo), float(hi)) for v, (lo, hi) in family.variables.items()}}
-    return {
-        **base,
-        "claim": " ".join(render("text/claim.j2", **words).split()),
-        "splits": {v.name: [rational_text(b) for b in breaks] for v, breaks in cells.splits.items()},
-        "lyapunov_matrix": texts(exact),
-        "decay_rate": rational_text(rate),
-        "reversals": [r for r in reversals if r],
-        "assumptions": [line.strip() for line in render("text/assumptions.j2", **words).splitlines() if line.strip()],
-    }
-
-
-def _reversal(matrix: list[list[Any]], analysis: Analysis, contact: int, fall: float) -> dict[str, Any] | None:
-    """How much V can grow when a contact's slip turns, and how many samples bring it down again."""
-    observer = analysis.dynamics.observer
-    flips = [k for k, e in enumerate(observer.errors) if e.contact == contact]
-    if not observer.level_errors or not flips:
-        return None
-    p = np.array(matrix, dtype=float)
-    turn = np.diag([-1.0 if k in flips else 1.0 for k in range(len(p))])
-    growth = max(1.0, float(np.linalg.eigvals(np.linalg.solve(p, turn @ p @ turn)).real.max()))
-    bound = rounded(growth * (1 + 1e-6) + 1e-6, 7) if growth > 1 + 1e-12 else sympy.Integer(1)
-    dwell = math.ceil(math.log(float(bound)) / -math.log(fall) * (1 + 1e-9)) + int(bool(bound > 1))
-    return {
-        "contact": observer.system.contacts[contact].name,
-        "flips": flips,
-        "growth": rational_text(bound),
-        "dwell_samples": int(dwell),
-    }
 
 
 def _no_words(analysis: Analysis, error: Exception) -> Refusal:

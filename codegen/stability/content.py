@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
 import sympy
 from numpy.typing import NDArray
 
+from codegen.checker import verify
 from codegen.spec.model import Spec
 from codegen.stability.analysis import Analysis
+from codegen.stability.enclosure import Cells
 from codegen.stability.family import Family
 from codegen.stability.prefix import rational_text, to_prefix
+from codegen.text import render
 from codegen.version import VERSION
 
 FORMAT = "stiction-certificate/1"
+DIGITS = (4, 6, 9, 12)
 
 
 def frame(spec: Spec, analysis: Analysis, family: Family, files: Mapping[str, str], command: str) -> dict[str, Any]:
@@ -52,6 +58,77 @@ def frame(spec: Spec, analysis: Analysis, family: Family, files: Mapping[str, st
 
 def _meaning(error: Any, level_errors: bool) -> str:
     return f"sign of slip times ({error.meaning})" if level_errors and error.contact is not None else str(error.meaning)
+
+
+def proved(
+    base: Mapping[str, Any],
+    analysis: Analysis,
+    family: Family,
+    cells: Cells,
+    matrix: NDArray[np.float64],
+    alpha: float,
+    turning: bool = False,
+) -> tuple[dict[str, Any], verify.Report]:
+    """The certificate with the fewest digits that the checker accepts.
+
+    Raises:
+        codegen.checker.verify.Refused: if it accepts none.
+    """
+    for digits in DIGITS[:-1]:
+        content = _content(base, analysis, family, cells, matrix, alpha, digits, turning)
+        with suppress(verify.Refused):
+            return content, verify.check(json.dumps(content))
+    content = _content(base, analysis, family, cells, matrix, alpha, DIGITS[-1], turning)
+    return content, verify.check(json.dumps(content))
+
+
+def _content(
+    base: Mapping[str, Any],
+    analysis: Analysis,
+    family: Family,
+    cells: Cells,
+    matrix: NDArray[np.float64],
+    alpha: float,
+    digits: int,
+    turning: bool,
+) -> dict[str, Any]:
+    observer = analysis.dynamics.observer
+    h = observer.sample_time
+    exact = rounded_matrix(matrix, digits, np.sqrt(np.diag(matrix)))
+    rate = rounded(alpha * (1 - 10.0 ** (1 - digits)), 4)
+    fall = 1 / (1 + float(rate * h)) ** 2 if analysis.dynamics.implicit else 1 - 2 * float(rate * h)
+    reversals = [_reversal(exact, analysis, contact, fall) for contact in range(len(observer.signs))]
+    words = {"observer": observer, "reversals": [r for r in reversals if r], "rate": float(rate), "period": float(h)}
+    words["turning"] = turning
+    words |= {"variables": {v.name: (float(lo), float(hi)) for v, (lo, hi) in family.variables.items()}}
+    return {
+        **base,
+        "claim": " ".join(render("text/claim.j2", **words).split()),
+        "splits": {v.name: [rational_text(b) for b in breaks] for v, breaks in cells.splits.items()},
+        "lyapunov_matrix": texts(exact),
+        "decay_rate": rational_text(rate),
+        "reversals": [r for r in reversals if r],
+        "assumptions": [line.strip() for line in render("text/assumptions.j2", **words).splitlines() if line.strip()],
+    }
+
+
+def _reversal(matrix: list[list[Any]], analysis: Analysis, contact: int, fall: float) -> dict[str, Any] | None:
+    """How much V can grow when a contact's slip turns, and how many samples bring it down again."""
+    observer = analysis.dynamics.observer
+    flips = [k for k, e in enumerate(observer.errors) if e.contact == contact]
+    if not observer.level_errors or not flips:
+        return None
+    p = np.array(matrix, dtype=float)
+    turn = np.diag([-1.0 if k in flips else 1.0 for k in range(len(p))])
+    growth = max(1.0, float(np.linalg.eigvals(np.linalg.solve(p, turn @ p @ turn)).real.max()))
+    bound = rounded(growth * (1 + 1e-6) + 1e-6, 7) if growth > 1 + 1e-12 else sympy.Integer(1)
+    dwell = math.ceil(math.log(float(bound)) / -math.log(fall) * (1 + 1e-9)) + int(bool(bound > 1))
+    return {
+        "contact": observer.system.contacts[contact].name,
+        "flips": flips,
+        "growth": rational_text(bound),
+        "dwell_samples": int(dwell),
+    }
 
 
 def rounded(value: float, digits: int) -> Any:

@@ -27,19 +27,25 @@ def decay_rate_limit(matrices: Sequence[Array], h: float) -> float:
     return (1 - radius**2) / (2 * h)
 
 
-def common_lyapunov(matrices: Sequence[Array], h: float) -> tuple[Array, float] | None:
+def common_lyapunov(
+    matrices: Sequence[Array], h: float, structure: NDArray[np.bool_] | None = None
+) -> tuple[Array, float] | None:
     """(P, α) with Φ'PΦ ≤ (1 − 2αh)P for every matrix and α close to the largest possible, or None if none is found.
 
     Args:
         matrices: the A, m by m each.
         h: sample time, s; 0 for the implicit step.
+        structure: where P may hold other entries than zero, m by m; None: everywhere.
     """
     limit = decay_rate_limit(matrices, h)
     if limit <= 0:
         return None
     _, (scale, _) = matrix_balance(np.mean(np.abs(matrices), axis=0), permute=False, separate=True)
     scaled = [a * scale[None, :] / scale[:, None] for a in extreme(matrices)]
-    found = _single(scaled[0], h, limit) if len(scaled) == 1 else _several(scaled, h, limit)
+    if len(scaled) == 1 and structure is None:
+        found = _single(scaled[0], h, limit)
+    else:
+        found = _several(scaled, h, limit, structure)
     if found is None:
         return None
     p, alpha = found
@@ -83,12 +89,14 @@ def _single(a: Array, h: float, limit: float) -> tuple[Array, float] | None:
     return None
 
 
-def _several(matrices: Sequence[Array], h: float, limit: float) -> tuple[Array, float] | None:
+def _several(
+    matrices: Sequence[Array], h: float, limit: float, structure: NDArray[np.bool_] | None
+) -> tuple[Array, float] | None:
     """For a family: the linear matrix inequality at growing α by bisection."""
     low, high, best = 0.0, limit, None
     for _ in range(BISECTIONS):
         alpha = (low + high) / 2 if best is not None else low + (high - low) / 4
-        p = _feasible(matrices, h, alpha)
+        p = _feasible(matrices, h, alpha, structure)
         if p is None:
             high = alpha
         else:
@@ -98,13 +106,15 @@ def _several(matrices: Sequence[Array], h: float, limit: float) -> tuple[Array, 
     return best
 
 
-def _feasible(matrices: Sequence[Array], h: float, alpha: float) -> Array | None:
+def _feasible(matrices: Sequence[Array], h: float, alpha: float, structure: NDArray[np.bool_] | None) -> Array | None:
     import cvxpy  # a second to import, and most specs have one matrix and do not need it
 
     m = len(matrices[0])
     p = cvxpy.Variable((m, m), symmetric=True)
     slack = cvxpy.Variable()
     constraints = [p >> np.eye(m), p << 1e6 * np.eye(m), slack <= 1.0]
+    if structure is not None and not structure.all():
+        constraints.append(p[np.nonzero(~structure)] == 0)
     rate = max(1.0, float(np.abs(matrices).max()))
     for a in matrices:
         fall = -(a.T @ p + p @ a + h * (a.T @ p @ a) + 2 * alpha * p) / rate
@@ -117,6 +127,7 @@ def _feasible(matrices: Sequence[Array], h: float, alpha: float) -> Array | None
     if p.value is None or slack.value is None or slack.value <= 0:
         return None
     value = (p.value + p.value.T) / 2
+    value = value if structure is None else np.where(structure, value, 0.0)
     worst = min(
         float(np.linalg.eigvalsh(-(a.T @ value + value @ a + h * a.T @ value @ a + 2 * alpha * value))[0])
         for a in matrices

@@ -42,7 +42,7 @@ def refute(analysis: Analysis, family: Family, frame: Mapping[str, Any]) -> dict
     """
     h, implicit = float(analysis.dynamics.observer.sample_time), analysis.dynamics.implicit
     best: tuple[float, dict[str, Any], NDArray[np.float64]] | None = None
-    for point, exact in _rational_points(analysis, family):
+    for point, exact in rational_points(analysis, family):
         a = np.array(exact.tolist(), dtype=float)
         limit = _implicit_rate(a, h) if implicit else decay_rate_limit([a], h)
         if best is None or limit < best[0]:
@@ -116,7 +116,7 @@ def _inertia(a: NDArray[np.float64], alpha: float, h: float, implicit: bool) -> 
     return (q + q.T) / 2 if np.isfinite(q).all() else None
 
 
-def _rational_points(analysis: Analysis, family: Family) -> Iterator[tuple[dict[str, Any], Any]]:
+def rational_points(analysis: Analysis, family: Family) -> Iterator[tuple[dict[str, Any], Any]]:
     """Operating points, slowest first, as the family's variables in rationals, with A there, where that is rational."""
     names = [s.name for s in analysis.points.variables]
     angles = {x.name for x in analysis.dynamics.observer.system.positions}

@@ -1,0 +1,88 @@
+"""One V for all signs of the slips: what is proved holds in all products of the steps; what is denied no SDP finds."""
+
+from __future__ import annotations
+
+import itertools
+import json
+from typing import Any
+
+import cvxpy
+import numpy as np
+import pytest
+
+from codegen.checker import verify
+from codegen.stability.certify import Certificate
+
+from .certified import lyapunov, outcome, step_matrix
+
+SPECS = {
+    "one_mass": "{{kind: cfo, velocity: {v}, gains: {{K_F: 30, K_v: 90}}, sample_time: 0.001, integration: {step}}}",
+    "two_mass": "{{kind: gcfo, velocity: {v}, gains: {{K_F: [[40, 0], [0, 60]], K_v: [[80, 0], [0, 90]]}}, "
+    "sample_time: 0.002, integration: {step}}}",
+}
+
+
+def found(name: str, step: str, velocity: str = "estimated") -> Certificate:
+    result = outcome(name, SPECS[name].format(step=step, v=velocity))
+    assert isinstance(result, Certificate)
+    return result
+
+
+def turned(certificate: Certificate) -> list[Any]:
+    """The step in levels for every choice of signs; the errors of the contacts stand last."""
+    phi = step_matrix(certificate.content, {})
+    flips = [r["flips"] for r in certificate.content["reversals"]]
+    result = []
+    for chosen in itertools.product((False, True), repeat=len(flips)):
+        turn = np.eye(len(phi))
+        for indices, on in zip(flips, chosen, strict=True):
+            turn[indices, indices] = -1.0 if on else 1.0
+        result.append(turn @ phi @ turn)
+    return result
+
+
+def common_exists(steps: list[Any]) -> bool:
+    """By an SDP over all symmetric P, in coordinates in which the steps are well scaled."""
+    size = np.sqrt(np.abs(steps[0]).sum(axis=0) / np.abs(steps[0]).sum(axis=1))
+    scaled = [s / size[None, :] * size[:, None] for s in steps]
+    p, slack = cvxpy.Variable(steps[0].shape, symmetric=True), cvxpy.Variable()
+    constraints = [p >> np.eye(len(size)) * 1e-4, cvxpy.trace(p) == 1]
+    constraints += [(p - s.T @ p @ s) >> slack * np.eye(len(size)) for s in scaled]
+    cvxpy.Problem(cvxpy.Maximize(slack), constraints).solve(solver=cvxpy.CLARABEL)
+    return bool(slack.value > 1e-7)
+
+
+@pytest.mark.parametrize("name", SPECS)
+def test_v_falls_whatever_the_signs_do(name: str) -> None:
+    certificate = found(name, "semi_implicit")
+    turning = certificate.turning
+    assert turning is not None and not certificate.no_turning and certificate.turning_rate is not None
+    assert 0 < certificate.turning_rate < certificate.decay_rate
+    assert set(certificate.proofs) == {"certificate.json", "limit.json", "turning.json"}
+    report = verify.check(json.dumps(turning))
+    assert sum("V grows at most by 1, and 0 samples later" in fact for fact in report.facts) == len(
+        turning["reversals"]
+    )
+    assert turning["claim"].startswith("Through every reversal of slip, whatever signs")
+    p, steps = lyapunov(turning), turned(certificate)
+    h = 0.001 if name == "one_mass" else 0.002
+    fall, dice, e = 1 - 2 * certificate.turning_rate * h, np.random.default_rng(4), np.ones(len(p))
+    for _ in range(2000):
+        e_next = steps[dice.integers(len(steps))] @ e
+        assert e_next @ p @ e_next <= fall * (e @ p @ e) * (1 + 1e-12)
+        e = e_next / np.linalg.norm(e_next) if dice.random() < 0.9 else dice.normal(size=len(p))
+    assert common_exists(steps)
+
+
+@pytest.mark.parametrize("name", SPECS)
+def test_explicit_euler_has_none(name: str) -> None:
+    certificate = found(name, "euler")
+    assert certificate.no_turning and certificate.turning is None
+    assert not common_exists(turned(certificate))
+    assert common_exists(turned(certificate)[:1])
+
+
+def test_nothing_is_said_where_nothing_turns() -> None:
+    certificate = found("one_mass", "euler", "measured")
+    assert not certificate.no_turning and certificate.turning is None
+    assert certificate.content["reversals"][0]["growth"] == "1"
