@@ -27,6 +27,7 @@ from codegen.stability.error_response import Response
 
 LONGEST = 200_000
 ROUNDING = 1e-9
+Peaks = dict[tuple[int, int, int], float]
 
 
 @dataclass(frozen=True)
@@ -56,14 +57,13 @@ class Motion:
         response: of the error, in force errors.
         sizes: cause → the disturbances' sizes.
         steady: bounds on (e_v, e_F) long after a start, direct noise included.
-        fall: γ; reach: |C_i Φ^k e_j| <= reach[i, j] γ^k, as the certificate's P says.
+        peaks: what ``peaks`` gives.
     """
 
     response: Response
     sizes: dict[str, list[Fraction]]
     steady: tuple[float, float]
-    fall: float
-    reach: Any
+    peaks: Peaks
 
 
 def domain_bound(observer: Observer, domain: Domain, motion: Motion) -> DomainBound | str:
@@ -89,8 +89,8 @@ def domain_bound(observer: Observer, domain: Domain, motion: Motion) -> DomainBo
     low, high = (float(e) for e in domain.level)
     moved = scale * h * acceleration
     # |e_F| from a start of (1, 0) and (0, 1); then D = by_velocity E + known, and E by the two lines of the maximum.
-    by_velocity = _largest(motion, step, 1, 0, 0) / scale
-    known = _largest(motion, step, 1, 1, 0) * (high - low + direct[1]) + motion.steady[1]
+    by_velocity = motion.peaks[1, 0, 0] / scale
+    known = motion.peaks[1, 1, 0] * (high - low + direct[1]) + motion.steady[1]
     known, slack = max(known, high - low), beta * rate + rest
     floor = phi * (moved + scale * direct[0]) + beta * 2 * high + slack
     slope, offset = np.array([beta / (1 - phi), beta]), np.array([slack / (1 - phi), floor])
@@ -99,8 +99,8 @@ def domain_bound(observer: Observer, domain: Domain, motion: Motion) -> DomainBo
     error = float(((slope * known + offset) / (1 - slope * by_velocity)).max()) * (1 + ROUNDING)
     velocity, everywhere = error + scale * direct[0], by_velocity * error + known
     later = [
-        _largest(motion, step, i, 0, domain.samples) * error / scale
-        + _largest(motion, step, i, 1, domain.samples) * (high - low + direct[1])
+        motion.peaks[i, 0, domain.samples] * error / scale
+        + motion.peaks[i, 1, domain.samples] * (high - low + direct[1])
         + motion.steady[i]
         for i in (0, 1)
     ]
@@ -109,12 +109,21 @@ def domain_bound(observer: Observer, domain: Domain, motion: Motion) -> DomainBo
     return DomainBound(inside, everywhere, velocity, least, h * later[0] + displacement + 2 * noise)
 
 
-def _largest(motion: Motion, step: Any, row: int, column: int, start: int) -> float:
-    """sup over k >= start of |Φ^k|[row, column]: as computed, and by P where that is small enough beside it."""
-    vector, found, rest = np.linalg.matrix_power(step, start)[:, column], 0.0, 0.0
-    for k in range(start, start + LONGEST):
-        found, rest = max(found, abs(float(vector[row]))), motion.reach[row, column] * motion.fall ** (k + 1)
-        if rest <= found:
-            break
-        vector = step @ vector
-    return max(found, rest) * (1 + ROUNDING)
+def peaks(response: Response, domain: Domain, fall: float, reach: Any) -> Peaks:
+    """(i, j, start) → sup over k >= start of |Φ^k|[i, j]: as computed, and by P where that is small enough beside it.
+
+    Args:
+        fall: γ; reach: |Φ^k|[i, j] <= reach[i, j] γ^k, as the certificate's P says.
+    """
+    step = np.array(response.step.tolist(), dtype=float)
+
+    def largest(row: int, column: int, start: int) -> float:
+        vector, found, rest = np.linalg.matrix_power(step, start)[:, column], 0.0, 0.0
+        for k in range(start, start + LONGEST):
+            found, rest = max(found, abs(float(vector[row]))), reach[row, column] * fall ** (k + 1)
+            if rest <= found:
+                break
+            vector = step @ vector
+        return max(found, rest) * (1 + ROUNDING)
+
+    return {(i, j, start): largest(i, j, start) for i in (0, 1) for j in (0, 1) for start in {0, domain.samples}}

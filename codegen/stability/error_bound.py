@@ -10,9 +10,9 @@ The long-run sum is in rationals, rounded upwards; the decay of the start is in 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from fractions import Fraction
-from operator import mul
 from typing import Any
 
 import numpy as np
@@ -22,15 +22,19 @@ from codegen.observers.equations import ErrorVariable, Observer
 from codegen.spec.model import Spec
 from codegen.stability.analysis import Analysis
 from codegen.stability.certify import Certificate
-from codegen.stability.domain_bound import DomainBound, Motion, domain_bound
+from codegen.stability.disturbances import ModelError, disturbances
+from codegen.stability.domain_bound import DomainBound, Motion, domain_bound, peaks
 from codegen.stability.error_response import Response, error_response
+from codegen.stability.error_sums import LONGEST, ROUNDING, ColumnSum, Steady, Tail, column_sums, steady_bounds
 
-LONGEST = 20_000
-REST = Fraction(1, 10_000)
-GRID = 1 << 120
 TIMES = 6
-EVERY = 64
-ROUNDING = 1e-9
+PERCENT = Fraction(1, 100)
+OFF = {
+    "mass": ModelError(mass=PERCENT),
+    "input gain": ModelError(gain=PERCENT),
+    "sample time": ModelError(time=PERCENT),
+}
+HALVINGS = 24
 
 
 @dataclass(frozen=True)
@@ -46,6 +50,8 @@ class ErrorBound:
         worst: the exact worst case of the first-order system over the samples summed, below ``steady``.
         slip_speed: the least slip speed at which truth and estimate have one sign, in the slip's unit/s.
         domain: what holds through reversals, where the spec asks for a ``domain``; or why nothing does.
+        percent: what the model is off by (mass, input gain, sample time) → what the first percent adds to ``steady``.
+        stands: the same → the share by which it may be off before the domain is lost; up to 1.
     """
 
     name: str
@@ -57,6 +63,8 @@ class ErrorBound:
     worst: float
     slip_speed: float
     domain: DomainBound | str | None = None
+    percent: Mapping[str, float] = field(default_factory=dict)
+    stands: Mapping[str, float] = field(default_factory=dict)
 
 
 def error_bounds(spec: Spec, analysis: Analysis, certificate: Certificate) -> tuple[ErrorBound, ...] | str:
@@ -75,21 +83,33 @@ def error_bounds(spec: Spec, analysis: Analysis, certificate: Certificate) -> tu
         return (
             "that takes estimated velocity, constant M and U, g affine in x and v, h(s) = s, and euler or semi_implicit"
         )
-    sizes = _disturbances(spec, observer, response)
+    sizes = disturbances(spec, observer, response)
     if isinstance(sizes, str):
         return sizes
-    tail = _Tail(certificate)
-    sums = _sums(response, _columns(response, sizes), sizes["noise"], tail)
+    tail, moved = Tail(certificate), {k: disturbances(spec, observer, response, off) for k, off in OFF.items()}
+    off_by = {cause: size for cause, size in moved.items() if not isinstance(size, str)}
+    counts = {k: [any(s[k][i] > 0 for s in (sizes, *off_by.values())) for i in range(len(v))] for k, v in sizes.items()}
+    sums = column_sums(response, counts, tail)
     if sums is None:
         return f"the error decays too slowly to be summed over {LONGEST} samples"
+    bounds = steady_bounds(response, sums, sizes)
     n, h = system.degrees_of_freedom, float(observer.sample_time)
-    steady = [float(s.steady) for s in sums]
+    steady = [float(b.bound) for b in bounds]
+    more = {cause: steady_bounds(response, sums, size) for cause, size in off_by.items()}
     slips = system.distribution.subs(observer.values)
     speed = max(sum(abs(float(slips[r, c])) * steady[r] for r in range(n)) for c in range(slips.cols))
-    domain = None
-    if observer.domain is not None:
-        motion = Motion(response, sizes, (steady[0], steady[1]), float(tail.gamma), tail.reach)
-        domain = domain_bound(observer, observer.domain, motion)
+    domain, stands = None, {}
+    guarded = observer.domain
+    if guarded is not None:
+        seen = peaks(response, guarded, float(tail.gamma), tail.reach)
+
+        def motion(size: dict[str, list[Fraction]], at: list[Steady]) -> DomainBound | str:
+            found = Motion(response, size, (float(at[0].bound), float(at[1].bound)), seen)
+            return domain_bound(observer, guarded, found)
+
+        domain = motion(sizes, bounds)
+        for cause in off_by:
+            stands[cause] = _stands(spec, observer, response, sums, cause, motion)
     powers = _powers(response, h, certificate.decay_rate)
     result = []
     for i, error in list(enumerate(observer.errors))[n:]:
@@ -99,104 +119,42 @@ def error_bounds(spec: Spec, analysis: Analysis, certificate: Certificate) -> tu
         after = ((0.0, start[i]), *later)
         result.append(
             ErrorBound(
-                error.symbol.name, error.unit, steady[i], sums[i].parts, start[i], after, sums[i].worst, speed, domain
+                name=error.symbol.name,
+                unit=error.unit,
+                steady=steady[i],
+                parts=bounds[i].parts,
+                start=start[i],
+                after=after,
+                worst=bounds[i].worst,
+                slip_speed=speed,
+                domain=domain,
+                percent={cause: float(b[i].bound - bounds[i].bound) for cause, b in more.items()},
+                stands=stands,
             )
         )
     return tuple(result)
 
 
-@dataclass(frozen=True)
-class _Sum:
-    steady: Fraction
-    worst: float
-    parts: dict[str, float]
-
-
-class _Tail:
-    """What the certificate's P says about C Φ^i b for all i from some on."""
-
-    def __init__(self, certificate: Certificate) -> None:
-        rows = [[sympy.Rational(x) for x in row] for row in certificate.content["lyapunov_matrix"]]
-        self.matrix = sympy.Matrix(rows)
-        self.inverse = self.matrix.inv()
-        fall = 1 - 2 * Fraction(certificate.content["decay_rate"]) * Fraction(certificate.content["sample_time"])
-        self.gamma = _root(fall)
-
-        self.seen = [_root(_fraction(self.inverse[i, i])) / (1 - self.gamma) for i in range(len(rows))]
-
-    @property
-    def reach(self) -> Any:
-        """√(C_i P⁻¹ C_i') √(e_j'Pe_j), m by m: |Φ^k|[i, j] is at most γ^k times it."""
-        roots = [np.sqrt(np.array([float(m[i, i]) for i in range(m.rows)])) for m in (self.inverse, self.matrix)]
-        return np.outer(*roots) * (1 + ROUNDING)
-
-    def size(self, column: list[Fraction]) -> Fraction:
-        """√(b'Pb)."""
-        vector = sympy.Matrix([sympy.Rational(x.numerator, x.denominator) for x in column])
-        return _root(_fraction((vector.T * self.matrix * vector)[0]))
-
-
-def _columns(response: Response, sizes: dict[str, list[Fraction]]) -> list[tuple[str, list[Fraction], Fraction]]:
-    """(cause, column of the disturbance, its size)."""
-    m, n = response.step.rows, response.noise.cols
-    unit = sympy.eye(m)
-    blocks = {
-        "noise": response.noise,
-        "displacement": response.displacement,
-        "velocity": unit[:, :n],
-        "acceleration": response.acceleration,
-        "friction": unit[:, n:],
-    }
-    return [
-        (cause, [_fraction(e) for e in block.col(k)], sizes[cause][k])
-        for cause, block in blocks.items()
-        for k in range(block.cols)
-        if sizes[cause][k] > 0 and any(block.col(k))
-    ]
-
-
-def _sums(
-    response: Response, columns: list[tuple[str, list[Fraction], Fraction]], noise: list[Fraction], tail: _Tail
-) -> list[_Sum] | None:
-    """For every component Σ_k |Φ^k B| δ over all disturbances, and the direct part of the noise."""
-    m = response.step.rows
-    direct = [_dot(response.direct.row(i), noise) for i in range(m)]
-    shares: list[dict[str, Fraction]] = [{"noise": d} for d in direct]
-    worst = list(direct)
-    for cause, column, size in columns:
-        found = _column_sum(response, column, tail)
-        if found is None:
-            return None
-        here, rest = found
-        for i in range(m):
-            worst[i] += here[i] * size
-            shares[i][cause] = shares[i].get(cause, Fraction(0)) + (here[i] + rest[i]) * size
-    return [
-        _Sum(sum(share.values(), Fraction(0)), float(w), {k: float(v) for k, v in share.items()})
-        for share, w in zip(shares, worst, strict=True)
-    ]
-
-
-def _column_sum(
-    response: Response, column: list[Fraction], tail: _Tail
-) -> tuple[list[Fraction], list[Fraction]] | None:
-    """Σ |Φ^k b| of every component over so many k, and a bound on what is left and on the rounding to the grid."""
-    m = len(column)
-    entries = [_fraction(e) for e in response.step]
-    common = math.lcm(*(e.denominator for e in entries))
-    step = [[int(entries[m * i + j] * common) for j in range(m)] for i in range(m)]
-    vector, here = [round(x * GRID) for x in column], [0] * m
-    # Each rounding is a disturbance of at most half a grid step an entry, for ever after.
-    rounding = sum((tail.size([Fraction(int(i == k)) for i in range(m)]) for k in range(m)), Fraction(0)) / GRID
-    for count in range(1, LONGEST + 1):
-        here = [total + abs(x) for total, x in zip(here, vector, strict=True)]
-        vector = [(sum(map(mul, row, vector)) + common // 2) // common for row in step]
-        if count % EVERY == 0:
-            left = tail.size([Fraction(x, GRID) for x in vector])
-            rest = [seen * (left + (count + 1) * rounding) for seen in tail.seen]
-            if all(r * GRID <= REST * total or not total for r, total in zip(rest, here, strict=True)):
-                return [Fraction(total, GRID) for total in here], rest
-    return None
+def _stands(
+    spec: Spec,
+    observer: Observer,
+    response: Response,
+    sums: list[ColumnSum],
+    cause: str,
+    motion: Callable[[dict[str, list[Fraction]], list[Steady]], DomainBound | str],
+) -> float:
+    """The share by which a model may be off in ``cause`` before the domain's slip speed is too low, by bisection."""
+    low, high = Fraction(0), Fraction(1)
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        unit = OFF[cause]
+        off = ModelError(*[100 * middle * e for e in (unit.mass, unit.gain, unit.time)])
+        size = disturbances(spec, observer, response, off)
+        assert not isinstance(size, str)
+        found = motion(size, steady_bounds(response, sums, size))
+        good = isinstance(found, DomainBound) and found.inside is not None
+        low, high = (middle, high) if good else (low, middle)
+    return float(low)
 
 
 def _powers(response: Response, h: float, rate: float) -> list[tuple[int, Any]]:
@@ -204,44 +162,6 @@ def _powers(response: Response, h: float, rate: float) -> list[tuple[int, Any]]:
     step = np.array(response.step.tolist(), dtype=float)
     counts = [math.ceil(share / rate / h) for share in range(1, TIMES)]
     return [(k, np.linalg.matrix_power(step, k)) for k in counts]
-
-
-def _disturbances(spec: Spec, observer: Any, response: Response) -> dict[str, list[Fraction]] | str:
-    """δ of every cause: m, m/s and the friction's unit a sample."""
-    system, h = observer.system, _fraction(observer.sample_time)
-
-    def largest(name: str) -> Fraction | None:
-        ends = spec.envelope.get(name)
-        return None if ends is None else max(abs(_fraction(e)) for e in ends)
-
-    acceleration = [largest(f"{v}_dot") or Fraction(0) for v in system.velocities]
-    speed = [largest(v.name) for v in system.velocities]
-    if any(response.by_position) and None in speed:
-        return "g depends on x, and the envelope has no range for every velocity"
-    slips = system.distribution.subs(observer.values)
-    rates, contacts = [], []
-    for c, contact in enumerate(system.contacts):
-        slope = contact.law.slope_bound({k: observer.values[s] for k, s in contact.law_parameters.items()})
-        if not getattr(slope, "is_Rational", False):
-            return f"the law {contact.law.name} at {contact.name} has no bound on its slope"
-        contacts.append(_fraction(slope) * _dot(slips.col(c), acceleration))
-    onto = [_dot(slips.row(i), contacts) for i in range(slips.rows)]
-    for error in observer.errors[len(acceleration) :]:
-        index = [f"F_{x.name}" for x in system.positions].index(error.truth.name) if error.contact is None else -1
-        rates.append(onto[index] if error.contact is None else contacts[error.contact])
-    jerk = [
-        _dot(response.by_position.row(i), [s or Fraction(0) for s in speed])
-        + _dot(response.by_velocity.row(i), acceleration)
-        + _dot(response.by_force.row(i), onto)
-        for i in range(len(acceleration))
-    ]
-    return {
-        "noise": [largest(f"{x}_noise") or Fraction(0) for x in system.positions],
-        "displacement": [h * h * a / 2 for a in acceleration],
-        "velocity": [h * h * j / 2 for j in jerk],
-        "acceleration": acceleration,
-        "friction": [h * r for r in rates],
-    }
 
 
 def _jump(observer: Observer, error: ErrorVariable) -> float:
@@ -253,18 +173,3 @@ def _jump(observer: Observer, error: ErrorVariable) -> float:
     slips = system.distribution.subs(observer.values)
     row = [f"F_{x.name}" for x in system.positions].index(error.truth.name)
     return float(sum(abs(float(slips[row, c])) * level for c, level in enumerate(levels)))
-
-
-def _dot(row: Any, sizes: list[Fraction]) -> Fraction:
-    return sum((abs(_fraction(e)) * s for e, s in zip(row, sizes, strict=True)), Fraction(0))
-
-
-def _fraction(value: Any) -> Fraction:
-    exact = sympy.Rational(value)
-    return Fraction(int(exact.p), int(exact.q))
-
-
-def _root(value: Fraction) -> Fraction:
-    """√ of a number ≥ 0, rounded upwards."""
-    scaled = math.ceil(value * GRID * GRID)
-    return Fraction(math.isqrt(scaled) + 1, GRID)

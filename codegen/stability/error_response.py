@@ -34,6 +34,7 @@ class Response:
         displacement: X, m by n.
         acceleration: what the true acceleration adds at e = 0, m by n (zero for explicit Euler).
         by_position, by_velocity, by_force: slopes of the model's acceleration in x, v and the friction on coordinates.
+        by_input: in the inputs, n by inputs.
     """
 
     step: Matrix
@@ -44,6 +45,7 @@ class Response:
     by_position: Matrix
     by_velocity: Matrix
     by_force: Matrix
+    by_input: Matrix
 
 
 def error_response(observer: Observer) -> Response | None:
@@ -92,6 +94,7 @@ def error_response(observer: Observer) -> Response | None:
         "by_position": (model.jacobian(x) - model.jacobian(z) * from_state.inv() * from_position),
         "by_velocity": (model.jacobian(z) * from_state.inv())[:, :n],
         "by_force": -inverse,
+        "by_input": model.jacobian(sympy.Matrix(system.inputs)) if system.inputs else sympy.zeros(n, 0),
     }
     tidy = {
         name: Matrix(matrix.applyfunc(lambda e: _signs_gone(e, observer.signs))) for name, matrix in matrices.items()

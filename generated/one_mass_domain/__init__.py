@@ -1,7 +1,7 @@
 """one_mass_domain: friction observer CFO, velocity estimated, double precision.
 
 Made by stiction 0.1.0 from one_mass_domain.yaml
-sha256 fadb0417d9918b8b2ef997ec169dc726527a2300bc73d5c7d7fa6d4c76ec4c4b
+sha256 1cfe27954fafab05fcea840a058f4d3634f29a7d0a6e89545243e9c408db76d8
 with: stiction generate one_mass_domain.yaml
 
 The twin of one_mass_domain.c: the same operations in the same order on doubles, so the same bits. Do not edit.
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"]
 
-SPEC_SHA256 = "fadb0417d9918b8b2ef997ec169dc726527a2300bc73d5c7d7fa6d4c76ec4c4b"
+SPEC_SHA256 = "1cfe27954fafab05fcea840a058f4d3634f29a7d0a6e89545243e9c408db76d8"
 LARGEST = 1e+150
 
 
@@ -24,7 +24,7 @@ class Parameters:
     rail_a: float = 50.0  # N: model parameter
     K_F: float = 10.0  # N*s/m: observer gain
     K_v: float = 100.0  # 1/s: observer gain
-    slip_speed: float = 0.6  # m/s: least slip speed of the domain
+    slip_speed: float = 1.0  # m/s: least slip speed of the domain
     a_low_rail: float = 40.0  # N: least level
     a_high_rail: float = 60.0  # N: largest level
     settle_samples: float = 300.0  # 1: samples until the estimate is in its domain

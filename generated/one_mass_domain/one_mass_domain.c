@@ -3,7 +3,7 @@
  * A step: 28 additions, 31 multiplications, 0 divisions, 0 calls, 13 of sign or magnitude.
  *
  * Made by stiction 0.1.0 from one_mass_domain.yaml
- * sha256 fadb0417d9918b8b2ef997ec169dc726527a2300bc73d5c7d7fa6d4c76ec4c4b
+ * sha256 1cfe27954fafab05fcea840a058f4d3634f29a7d0a6e89545243e9c408db76d8
  * with: stiction generate one_mass_domain.yaml
  */
 #include "one_mass_domain.h"

@@ -3,7 +3,7 @@
  * Source: Mentzelopoulou 1994, sections 2.3 and 3.3; the domain is ours (docs/certificate.md).
  *
  * Made by stiction 0.1.0 from one_mass_domain.yaml
- * sha256 fadb0417d9918b8b2ef997ec169dc726527a2300bc73d5c7d7fa6d4c76ec4c4b
+ * sha256 1cfe27954fafab05fcea840a058f4d3634f29a7d0a6e89545243e9c408db76d8
  * with: stiction generate one_mass_domain.yaml
  *
  * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a product with its reciprocal, which the
@@ -44,7 +44,7 @@ typedef struct {
         50.0, /* rail_a */ \
         10.0, /* K_F */ \
         100.0, /* K_v */ \
-        0.6, /* slip_speed */ \
+        1.0, /* slip_speed */ \
         40.0, /* a_low_rail */ \
         60.0, /* a_high_rail */ \
         300.0, /* settle_samples */ \

@@ -34,7 +34,7 @@ force: [w]
 friction:
   distribution: [[1]]
   contacts: [{name: rail, law: coulomb, a: 30, unit: N}]
-envelope: {v_dot: [-80, 80], x_noise: [-4e-6, 4e-6]}
+envelope: {v_dot: [-80, 80], x_noise: [-4e-6, 4e-6], w: [-235, 235]}
 """
 OBSERVERS = {
     "cfo": "{kind: cfo, velocity: estimated, gains: {K_F: 40, K_v: 90}, sample_time: 0.001, integration: %s}",
@@ -61,14 +61,27 @@ class Bench:
         names = [name for name, _, _ in program.outputs]
         self.force, self.speed = names.index("F_hat_on_x"), names.index("v_hat")
 
-    def run(self, a: Any, noise: Any, v0: float = 40.0) -> tuple[Any, Any]:
-        """|F − F̂| and |v − v̂| at every sample but those in which the start dies away, under which a = 0."""
+    def run(
+        self,
+        a: Any,
+        noise: Any,
+        v0: float = 40.0,
+        mass: float = 0.0,
+        input_gain: float = 0.0,
+        sample_time: float = 0.0,
+    ) -> tuple[Any, Any]:
+        """|F − F̂| and |v − v̂| at every sample but those in which the start dies away, under which a = 0.
+
+        By ``mass`` the observer's mass is larger than the machine's, by ``input_gain`` the inputs' effect is, and by
+        ``sample_time`` the samples are longer.
+        """
         a = np.concatenate([np.zeros(SETTLE), a])
         noise = np.concatenate([np.zeros(SETTLE), noise])
-        v = v0 + H * np.concatenate([[0.0], np.cumsum(a)[:-1]])
-        x = np.concatenate([[0.0], np.cumsum(H * v + H * H * a / 2)[:-1]])
+        h = H * (1 + sample_time)
+        v = v0 + h * np.concatenate([[0.0], np.cumsum(a)[:-1]])
+        x = np.concatenate([[0.0], np.cumsum(h * v + h * h * a / 2)[:-1]])
         assert (v > 1).all()
-        rows = np.column_stack([x + noise, MASS * a + LEVEL])
+        rows = np.column_stack([x + noise, (MASS / (1 + mass) * a + LEVEL) / (1 + input_gain)])
         self.engine.start(rows[0])
         found, _ = self.engine.run(rows)
         return np.abs(LEVEL - found[SETTLE:, self.force]), np.abs(v - found[:, self.speed])[SETTLE:]
@@ -148,6 +161,25 @@ def test_after_a_start_that_is_wrong() -> None:
     error = np.abs(45.0 - bench.engine.run(rest)[0][:, bench.force])
     for time, value in bench.bound.after:
         assert error[min(599, round(time / H))] <= value
+
+
+@pytest.mark.parametrize(("kind", "step"), CASES)
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_a_model_that_is_off_by_a_percent(kind: str, step: str, sign: int) -> None:
+    """The observer's mass, input gain and clock are right; the machine's are off by a percent."""
+    bench, share, generator = Bench(kind, step), 0.01 * sign, np.random.default_rng(5)
+    more = bench.bound.percent
+    assert set(more) == {"mass", "input gain", "sample time"}
+    assert more["mass"] == pytest.approx(0.01 * MASS * TOP, rel=0.3)  # what a percent of the mass takes to accelerate
+    held = np.repeat([TOP, -TOP], 230)
+    without = float(bench.run(held, 0 * held)[0][229])
+    for cause, newtons in more.items():
+        off = {cause.replace(" ", "_"): share}
+        for a in (balanced(generator, 20_000), held):
+            force = bench.run(a, NOISE * generator.choice([-1.0, 1.0], len(a)), **off)[0]
+            assert force.max() <= bench.bound.steady + newtons
+        error = float(bench.run(held, 0 * held, **off)[0][229])
+        assert min(abs(x - newtons) for x in (error - without, without - error, error + without)) < 0.1 * newtons
 
 
 def test_largest_sample_times_by_eigenvalues() -> None:
