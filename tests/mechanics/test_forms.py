@@ -55,12 +55,17 @@ DOCUMENTED = re.findall(r"```yaml\n(.*?)```", (SPECS.parent / "docs" / "specific
 
 @pytest.mark.parametrize("form", ["topology", "constraints", "lagrangian"])
 def test_the_forms_of_the_documentation_are_the_shipped_machines(form: str) -> None:
-    (block,) = [text for text in DOCUMENTED if text.startswith(f"{form}:")]
+    (block,) = [text for text in DOCUMENTED if text.startswith(f"{form}:") and ".." not in text]  # a range: the chain's
     name = "two_link_arm" if form == "constraints" else "two_mass"
     shipped, found = read((SPECS / f"{name}.yaml").read_text())[1], read(swapped(name, block))[1]
     assert sympy.expand(found.mass_matrix) == sympy.expand(shipped.mass_matrix)
     assert sympy.expand(found.force) == sympy.expand(shipped.force)
     assert found.distribution == shipped.distribution and found.contacts == shipped.contacts
+
+
+def test_the_ranges_of_the_documentation_are_the_shipped_chain() -> None:
+    (block,) = [text for text in DOCUMENTED if text.startswith("topology:") and ".." in text]
+    assert block in (SPECS / "chain.yaml").read_text("utf-8")
 
 
 @settings(max_examples=40, deadline=None)
