@@ -89,7 +89,9 @@ def certify(
         errors.print(render("text/refused.txt.j2", refusal=outcome, **more), end="")
         raise typer.Exit(REFUSED)
     target = pipeline.write_certificate(outcome, out) if out is not None else None
-    output.print(render("text/certified.txt.j2", certificate=outcome, target=target, **more), end="")
+    output.print(
+        render("text/certified.txt.j2", certificate=outcome, target=target, rounding=found.rounding, **more), end=""
+    )
 
 
 @app.command()

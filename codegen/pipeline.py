@@ -19,6 +19,7 @@ from codegen.generation import Generated, Overrides, generate, generated_files, 
 from codegen.log_replay import Replayed, replay
 from codegen.mechanics import System, build_system
 from codegen.observers import Observer, build_observer, observer_of
+from codegen.rounding_bound import Rounding, rounding_bounds
 from codegen.simulate import METHODS, write_log
 from codegen.simulate import simulate as simulate_plant
 from codegen.simulate.closed_loop import refuse_unrunnable
@@ -85,11 +86,13 @@ class Certified:
     Attributes:
         bounds: on each friction error, or the words why there are none.
         sample_times: integration → the largest sample time that was certified, s.
+        rounding: precision → what rounding adds to the bounds, or the words why that is not known.
     """
 
     outcome: Certificate | Refusal
     bounds: tuple[ErrorBound, ...] | str
     sample_times: Mapping[str, float]
+    rounding: Mapping[str, Rounding] | str = "no error bound"
 
 
 def certify_in_full(path: str | Path, out: str | Path | None = None) -> Certified:
@@ -107,9 +110,13 @@ def certify_in_full(path: str | Path, out: str | Path | None = None) -> Certifie
     outcome = generated_files(spec)[1]
     system = add_declared_effects(build_system(spec), spec)
     bounds: tuple[ErrorBound, ...] | str = "no certificate"
+    rounding: Mapping[str, Rounding] | str = "no error bound"
     if isinstance(outcome, Certificate):
-        bounds = error_bounds(spec, analyse(spec, build_observer(spec, system)), outcome)
-    return Certified(outcome, bounds, largest_sample_times(spec, system))
+        analysis = analyse(spec, build_observer(spec, system))
+        bounds = error_bounds(spec, analysis, outcome)
+        if not isinstance(bounds, str):
+            rounding = rounding_bounds(spec, analysis, outcome, bounds[0])
+    return Certified(outcome, bounds, largest_sample_times(spec, system), rounding)
 
 
 def certify(path: str | Path) -> Certificate | Refusal:

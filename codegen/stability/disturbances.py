@@ -88,6 +88,20 @@ def disturbances(
     }
 
 
+def with_rounding(
+    sizes: dict[str, list[Fraction]], response: Response, positions: Fraction, states: list[Fraction]
+) -> dict[str, list[Fraction]]:
+    """The sizes with what rounding adds: to every position, and to the errors by every state in a step."""
+    if not states:
+        return sizes
+    n, errors = len(sizes["noise"]), [dot(response.by_state.row(i), states) for i in range(len(states))]
+    return sizes | {
+        "noise": [s + positions for s in sizes["noise"]],
+        "velocity": [s + e for s, e in zip(sizes["velocity"], errors[:n], strict=True)],
+        "friction": [s + e for s, e in zip(sizes["friction"], errors[n:], strict=True)],
+    }
+
+
 def dot(row: Any, sizes: list[Fraction]) -> Fraction:
     """Σ |row| sizes."""
     return sum((abs(fraction(e)) * s for e, s in zip(row, sizes, strict=True)), Fraction(0))

@@ -22,7 +22,7 @@ from codegen.observers.equations import ErrorVariable, Observer
 from codegen.spec.model import Spec
 from codegen.stability.analysis import Analysis
 from codegen.stability.certify import Certificate
-from codegen.stability.disturbances import ModelError, disturbances
+from codegen.stability.disturbances import ModelError, disturbances, with_rounding
 from codegen.stability.domain_bound import DomainBound, Motion, domain_bound, peaks
 from codegen.stability.error_response import Response, error_response
 from codegen.stability.error_sums import LONGEST, ROUNDING, ColumnSum, Steady, Tail, column_sums, steady_bounds
@@ -67,8 +67,16 @@ class ErrorBound:
     stands: Mapping[str, float] = field(default_factory=dict)
 
 
-def error_bounds(spec: Spec, analysis: Analysis, certificate: Certificate) -> tuple[ErrorBound, ...] | str:
+def error_bounds(
+    spec: Spec,
+    analysis: Analysis,
+    certificate: Certificate,
+    rounding: tuple[Fraction, list[Fraction]] = (Fraction(0), []),
+) -> tuple[ErrorBound, ...] | str:
     """The bounds of every friction error, or why there are none.
+
+    Args:
+        rounding: of the measured positions, and of each state in a step; none by default.
 
     The envelope must bound the accelerations (``v_dot``), and v too where g depends on x; ``x_noise`` bounds the
     position noise, quantisation included, and is 0 where the envelope is silent.
@@ -86,6 +94,7 @@ def error_bounds(spec: Spec, analysis: Analysis, certificate: Certificate) -> tu
     sizes = disturbances(spec, observer, response)
     if isinstance(sizes, str):
         return sizes
+    sizes = with_rounding(sizes, response, *rounding)
     tail, moved = Tail(certificate), {k: disturbances(spec, observer, response, off) for k, off in OFF.items()}
     off_by = {cause: size for cause, size in moved.items() if not isinstance(size, str)}
     counts = {k: [any(s[k][i] > 0 for s in (sizes, *off_by.values())) for i in range(len(v))] for k, v in sizes.items()}

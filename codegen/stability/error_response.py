@@ -35,6 +35,7 @@ class Response:
         acceleration: what the true acceleration adds at e = 0, m by n (zero for explicit Euler).
         by_position, by_velocity, by_force: slopes of the model's acceleration in x, v and the friction on coordinates.
         by_input: in the inputs, n by inputs.
+        by_state: |slope| of every error in every state, m by m.
     """
 
     step: Matrix
@@ -46,6 +47,7 @@ class Response:
     by_velocity: Matrix
     by_force: Matrix
     by_input: Matrix
+    by_state: Matrix
 
 
 def error_response(observer: Observer) -> Response | None:
@@ -94,6 +96,7 @@ def error_response(observer: Observer) -> Response | None:
         "by_position": (model.jacobian(x) - model.jacobian(z) * from_state.inv() * from_position),
         "by_velocity": (model.jacobian(z) * from_state.inv())[:, :n],
         "by_force": -inverse,
+        "by_state": from_state.subs(dict.fromkeys(observer.signs, 1)).applyfunc(abs),
         "by_input": model.jacobian(sympy.Matrix(system.inputs)) if system.inputs else sympy.zeros(n, 0),
     }
     tidy = {

@@ -1,7 +1,7 @@
 """one_mass_domain: friction observer CFO, velocity estimated, double precision.
 
 Made by stiction 0.1.0 from one_mass_domain.yaml
-sha256 1cfe27954fafab05fcea840a058f4d3634f29a7d0a6e89545243e9c408db76d8
+sha256 d7da5b07d05f9f93f32efc68c4d745cd042d2a584a82a689774d2531ea4cd968
 with: stiction generate one_mass_domain.yaml
 
 The twin of one_mass_domain.c: the same operations in the same order on doubles, so the same bits. Do not edit.
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"]
 
-SPEC_SHA256 = "1cfe27954fafab05fcea840a058f4d3634f29a7d0a6e89545243e9c408db76d8"
+SPEC_SHA256 = "d7da5b07d05f9f93f32efc68c4d745cd042d2a584a82a689774d2531ea4cd968"
 LARGEST = 1e+150
 
 

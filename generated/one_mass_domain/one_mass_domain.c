@@ -3,7 +3,7 @@
  * A step: 28 additions, 31 multiplications, 0 divisions, 0 calls, 13 of sign or magnitude.
  *
  * Made by stiction 0.1.0 from one_mass_domain.yaml
- * sha256 1cfe27954fafab05fcea840a058f4d3634f29a7d0a6e89545243e9c408db76d8
+ * sha256 d7da5b07d05f9f93f32efc68c4d745cd042d2a584a82a689774d2531ea4cd968
  * with: stiction generate one_mass_domain.yaml
  */
 #include "one_mass_domain.h"

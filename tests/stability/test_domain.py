@@ -5,6 +5,7 @@ The plant is exact: within a sample the input is held, so the mass is moved by c
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from codegen.mechanics import build_system
 from codegen.observers import build_observer
 from codegen.program import build_program
 from codegen.replay.engine import engine_for
+from codegen.rounding_bound import rounding_bounds
 from codegen.spec import parse_spec
 from codegen.stability.analysis import analyse
 from codegen.stability.certify import Certificate, Refusal, certify
@@ -52,6 +54,7 @@ class Machine:
         edge: float = 0.5,
         inner: str = "",
         guarded: bool = True,
+        single: bool = False,
         **more: Any,
     ) -> None:
         chosen = {"k_f": k_f, "k_v": k_v, "h": h, "domain": DOMAIN % (edge, inner) if guarded else "", "turn": 1}
@@ -63,8 +66,11 @@ class Machine:
         if isinstance(self.outcome, Certificate):
             bounds = error_bounds(spec, analysis, self.outcome)
             assert not isinstance(bounds, str), bounds
-            self.steady, self.bound = bounds[0].steady, bounds[0].domain
+            self.bounds, self.bound = bounds[0], bounds[0].domain
         program = build_program(observer)
+        self.spec, self.analysis = spec, analysis
+        if single:
+            program = replace(program, precision="single")
         self.engine = engine_for(program, emit_sources(program, make_header("rail.yaml", "0" * 64, "")))
         self.outputs = [name for name, _, _ in program.outputs]
 
@@ -239,6 +245,39 @@ def test_a_contact_that_turns_the_other_way() -> None:
     """U = -2: slip is -2 v, so the same motion slips twice as fast the other way."""
     bound = Machine(turn=-2, edge=3).bound
     assert isinstance(bound, DomainBound) and bound.inside is not None
+
+
+def test_rounding_in_single_precision_is_bounded() -> None:
+    """The C in single beside the C in double: they differ by less than rounding is said to add, and not by far less."""
+    ranges = "a_rail: [20, 40], x: [-2, 2], v: [-4, 4], w: [-80, 80]"
+    double, single = Machine(level=ranges), Machine(level=ranges, single=True)
+    assert isinstance(double.outcome, Certificate)
+    found = rounding_bounds(double.spec, double.analysis, double.outcome, double.bounds)
+    assert not isinstance(found, str), found
+    assert found["double"].adds < 1e-6 < found["single"].adds
+    assert isinstance(double.bound, DomainBound) and double.bound.inside is not None
+    assert found["single"].inside is not None and found["single"].inside > double.bound.inside + found["single"].output
+    x, v, w, level, _ = journeys(150, 1500, 9, double.h, double.edge)
+    far, kept = 0.0, 0
+    for k in range(x.shape[1]):
+        if np.abs(x[:, k]).max() > 2 or np.abs(v[:, k]).max() > 4:
+            continue
+        a, b = double.run(x[:, k], w[:, k]), single.run(x[:, k], w[:, k])
+        inside = (b["in_domain"] > 0.5) & (a["in_domain"] > 0.5)
+        error = np.abs(level[k] * np.sign(v[:, k]) - b["F_hat_rail"])[inside]
+        assert error.max(initial=0) <= found["single"].inside
+        settled = np.convolve(~inside, np.ones(400))[: len(inside)] == 0  # what differed before has died away
+        far = max(far, float(np.abs(a["F_hat_rail"] - b["F_hat_rail"])[settled].max(initial=0)))
+        kept += int(settled.sum())
+    print(far, kept, found)
+    assert kept > 1000 and 0.01 * found["single"].adds < far <= found["single"].adds
+
+
+def test_rounding_needs_ranges() -> None:
+    machine = Machine()
+    assert isinstance(machine.outcome, Certificate)
+    said = rounding_bounds(machine.spec, machine.analysis, machine.outcome, machine.bounds)
+    assert said == "the envelope has no range for x, v, w"
 
 
 @pytest.mark.parametrize(
