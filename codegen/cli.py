@@ -98,10 +98,15 @@ def certify(
 def verify(
     certificate: Annotated[Path, typer.Argument(metavar="CERT")],
     spec: Annotated[Path | None, typer.Option("--spec", help="check that the certificate is of this spec")] = None,
+    smt: Annotated[
+        Path | None, typer.Option("--smt", parser=named_path, metavar="FILE", help="write it for z3 or cvc5 too")
+    ] = None,
 ) -> None:
     """Check a certificate by the independent checker (codegen/checker/verify.py, standard library only)."""
-    arguments = [str(certificate)] + (["--spec", str(spec)] if spec is not None else [])
-    raise typer.Exit(checker.main(arguments))
+    status = checker.main([str(certificate)] + (["--spec", str(spec)] if spec is not None else []))
+    if status == 0 and smt is not None:
+        pipeline.write_smt(certificate, smt)
+    raise typer.Exit(status)
 
 
 @app.command()

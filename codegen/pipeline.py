@@ -23,6 +23,7 @@ from codegen.rounding_bound import Rounding, rounding_bounds
 from codegen.simulate import METHODS, write_log
 from codegen.simulate import simulate as simulate_plant
 from codegen.simulate.closed_loop import refuse_unrunnable
+from codegen.smt_lib import smt_text
 from codegen.spec import Spec, parse_spec, read_spec
 from codegen.spec.free_gains import at_middle, refuse_free_gains
 from codegen.spec.yaml_text import read_text
@@ -140,6 +141,18 @@ def verify(path: str | Path, spec: Path | None = None) -> checker.Report:
         return checker.check(read_certificate(path), path.parent, spec)
     except json.JSONDecodeError as error:
         raise BadInput(Place(str(path), error.lineno), error.msg, "a certificate (JSON)") from None
+
+
+def write_smt(certificate: str | Path, out: str | Path) -> Path:
+    """Write what the checker finds in a certificate as SMT-LIB 2, negated, for another solver to find ``unsat``.
+
+    Raises:
+        BadInput: if a dwell is too long for it, or for a file that is not to be written.
+    """
+    target = Path(out)
+    refuse_target(target, {"the certificate itself": Path(certificate)}, (".smt2",))
+    write_atomically(target, smt_text(json.loads(read_certificate(Path(certificate)))))
+    return target
 
 
 def simulate(
@@ -271,4 +284,5 @@ __all__ = [
     "simulate",
     "verify",
     "write_certificate",
+    "write_smt",
 ]
