@@ -72,7 +72,7 @@ def gallery(
         Path, typer.Option("-o", "--output", parser=named_path, metavar="DIR", help="folder for pictures and table")
     ] = Path("docs/gallery"),
     only: Annotated[
-        list[str] | None, typer.Option("--only", metavar="FIGURE", help="such as 4.3; no table then")
+        list[str] | None, typer.Option("--only", metavar="FIGURE", help="such as 4.3; the others stay as last run")
     ] = None,
 ) -> None:
     """Run the figures of the thesis, and check what its text says of them."""

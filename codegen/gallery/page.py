@@ -2,43 +2,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from codegen.files import write_all
-from codegen.gallery.build import FOLDER, GalleryResult, Verdict, figure_numbers
-from codegen.gallery.measures import Reading
-from codegen.report.wording import number, unit_text, with_unit
+from codegen.gallery.build import FOLDER, GalleryResult
+from codegen.gallery.kept import KEPT, Kept, is_of, kept_of, kept_text, read_kept
+from codegen.gallery.statement import FigureText, StatementEntry, read_figures
 from codegen.text import render
 
 PAGE = "README.md"
-DIGITS = 3
-ROUNDING = 1e-12
-"""What rounding may leave where nothing moves; shown as 0."""
 
 
 def write_gallery(results: Sequence[GalleryResult], folder: Path) -> tuple[Path, ...]:
-    """Write the pictures, and the page where every figure is among them; the paths written.
+    """Write pictures and readings, and the page where every figure has been run; the paths written.
+
+    Figures that are not among the results keep the readings of their last run.
 
     Raises:
-        BadInput: if the folder cannot be written.
+        BadInput: if the folder cannot be written, or its readings not be read.
     """
+    figures = read_figures()
+    kept = read_kept(folder) | {r.text.entry.figure: kept_of(r) for r in results}
     files: dict[str, str | bytes] = {picture_name(r.text.entry.figure): r.picture for r in results}
-    if {r.text.entry.figure for r in results} == set(figure_numbers()):
-        files[PAGE] = gallery_page(results)
+    files[KEPT] = kept_text(kept, list(figures))
+    if all(n in kept and is_of(kept[n], text) for n, text in figures.items()):
+        files[PAGE] = gallery_page(kept)
     write_all(folder, files)
     return tuple(folder / name for name in files)
 
 
-def gallery_page(results: Sequence[GalleryResult]) -> str:
-    """The text of docs/gallery/README.md."""
-    return render("text/gallery.md.j2", **_view(results))
+def gallery_page(kept: Mapping[str, Kept]) -> str:
+    """The text of docs/gallery/README.md, from what is kept of every figure."""
+    return render("text/gallery.md.j2", **_view(kept))
 
 
 def gallery_summary(results: Sequence[GalleryResult]) -> str:
     """The statements and verdicts for a terminal."""
-    return render("text/gallery.txt.j2", **_view(results))
+    return render("text/gallery.txt.j2", **_view({r.text.entry.figure: kept_of(r) for r in results}))
 
 
 def picture_name(figure: str) -> str:
@@ -46,20 +48,12 @@ def picture_name(figure: str) -> str:
     return f"figure_{figure.replace('.', '_')}.png"
 
 
-def _view(results: Sequence[GalleryResult]) -> dict[str, Any]:
-    rows = [_row(result, verdict) for result in results for verdict in result.verdicts]
-    figures = [
-        {
-            "number": r.text.entry.figure,
-            "title": r.text.entry.title,
-            "picture": picture_name(r.text.entry.figure),
-            "specs": [f"{name}.yaml" for name in r.text.entry.specs],
-            "folder": FOLDER,
-            "open": " ".join(r.text.entry.open.split()),
-            "pid": [number(g, DIGITS) for g in r.pid] if r.pid is not None else [],
-            "settings": [s.name for s in r.verdicts[0].settings[1:]] if r.verdicts else [],
-        }
-        for r in results
+def _view(kept: Mapping[str, Kept]) -> dict[str, Any]:
+    texts = {n: text for n, text in read_figures().items() if n in kept}
+    rows = [
+        _row(n, statement.entry, row, len(kept[n]["settings"]) + 1)
+        for n, text in texts.items()
+        for statement, row in zip(text.statements, kept[n]["rows"], strict=True)
     ]
     held = [row["holds"] for row in rows]
     robust = [not row["others"] for row in rows]
@@ -69,27 +63,35 @@ def _view(results: Sequence[GalleryResult]) -> dict[str, Any]:
         "robust": sum(robust),
         "hangs": len(robust) - sum(robust),
     }
-    return {"rows": rows, "figures": figures, "counts": counts}
+    return {"rows": rows, "figures": [_figure(t, kept[n]) for n, t in texts.items()], "counts": counts}
 
 
-def _row(result: GalleryResult, verdict: Verdict) -> dict[str, Any]:
-    entry, drawn = verdict.statement.entry, verdict.readings[0]
+def _figure(text: FigureText, kept: Kept) -> dict[str, Any]:
+    entry = text.entry
     return {
-        "figure": result.text.entry.figure,
+        "number": entry.figure,
+        "title": entry.title,
+        "picture": picture_name(entry.figure),
+        "specs": [f"{name}.yaml" for name in entry.specs],
+        "folder": FOLDER,
+        "open": " ".join(entry.open.split()),
+        "pid": kept["pid"],
+        "settings": kept["settings"],
+    }
+
+
+def _row(figure: str, entry: StatementEntry, row: Kept, settings: int) -> dict[str, Any]:
+    return {
+        "figure": figure,
         "says": entry.says,
         "where": entry.where,
         "number": entry.number,
         "condition": entry.holds.replace("-", "−"),
-        "value": with_unit(drawn.value, entry.unit, DIGITS),
-        "parts": _parts(drawn),
-        "holds": verdict.holds,
-        "others": [{"setting": s.name, "value": with_unit(r.value, entry.unit, DIGITS)} for s, r in verdict.others],
-        "settings": len(verdict.settings),
+        "value": row["value"],
+        "parts": row["parts"],
+        "holds": row["holds"],
+        "others": [{"setting": name, "value": value} for name, value in row["others"]],
+        "settings": settings,
+        "closed_form": entry.closed_form,
         "note": " ".join(entry.note.split()),
     }
-
-
-def _parts(reading: Reading) -> list[str]:
-    unit = unit_text(reading.unit)
-    parts = [(name, 0.0 if abs(value) < ROUNDING else value) for name, value in reading.parts]
-    return [f"{name}: {number(value, DIGITS)}{' ' + unit if unit else ''}" for name, value in parts]

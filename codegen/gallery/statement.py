@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,6 +28,7 @@ class StatementEntry(BaseModel):
         holds: "< 1" or "> 0.5": where the number has to lie.
         unit: of the number.
         note: why it comes out as it does, where that is known.
+        closed_form: whether the number follows from the spec alone, so that no setting can change it.
     """
 
     model_config = ConfigDict(extra="forbid", strict=True)
@@ -37,6 +39,7 @@ class StatementEntry(BaseModel):
     holds: str
     unit: str = ""
     note: str = ""
+    closed_form: bool = False
 
 
 class FigureEntry(BaseModel):
@@ -75,7 +78,7 @@ class Statement:
 
     def holds(self, value: float) -> bool:
         """Whether the number meets the condition; one that is not finite never does."""
-        return value < self.limit if self.below else value > self.limit
+        return math.isfinite(value) and bool(value < self.limit if self.below else value > self.limit)
 
 
 @dataclass(frozen=True)
