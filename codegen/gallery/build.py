@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from dataclasses import dataclass
 from multiprocessing import get_context
 
@@ -79,23 +79,37 @@ def run_gallery(
     found: dict[str, GalleryResult] = {}
     count = workers or os.cpu_count() or 1
     if count == 1 or len(order) == 1:
-        for number in order:
-            found[number] = make_figure(number)
+        for number in sorted(order, key=lambda n: PLOTS[n].pid_of in order):
+            found[number] = make_figure(number, _pid_of(number, found))
             _tell(progress, len(found) / len(order))
     else:
         with ProcessPoolExecutor(count, mp_context=get_context("spawn")) as pool:
-            waiting = {pool.submit(make_figure, number): number for number in order}
-            for done in as_completed(waiting):
-                found[waiting[done]] = done.result()
-                _tell(progress, len(found) / len(order))
+            waiting = {pool.submit(make_figure, n): n for n in order if PLOTS[n].pid_of not in order}
+            while waiting:
+                for done in wait(waiting, return_when=FIRST_COMPLETED).done:
+                    number = waiting.pop(done)
+                    found[number] = done.result()
+                    waiting |= {
+                        pool.submit(make_figure, n, found[number].pid): n for n in order if PLOTS[n].pid_of == number
+                    }
+                    _tell(progress, len(found) / len(order))
     return tuple(found[number] for number in numbers)
 
 
-def make_figure(number: str) -> GalleryResult:
-    """One figure with its picture and verdicts."""
+def _pid_of(number: str, found: Mapping[str, GalleryResult]) -> Gains | None:
+    other = PLOTS[number].pid_of
+    return found[other].pid if other is not None and other in found else None
+
+
+def make_figure(number: str, pid: Gains | None = None) -> GalleryResult:
+    """One figure with its picture and verdicts.
+
+    Args:
+        pid: gains that are tuned already for its machine, servo and sensors.
+    """
     text, plot = read_figures()[number], PLOTS[number]
     specs = figure_specs(text)
-    drawn = plot.run(specs, AS_DRAWN, None)
+    drawn = plot.run(specs, AS_DRAWN, pid)
     size = (drawing.WIDTH_IN, drawing.ROW_IN * plot.rows + drawing.LEGEND_IN)
     picture = png(lambda figure: plot.draw(figure, drawn), size, drawing.DPI, **drawing.STYLE)
     settings = (AS_DRAWN, *plot.settings)
@@ -103,8 +117,9 @@ def make_figure(number: str) -> GalleryResult:
     for setting in settings if text.statements else ():
         runs = drawn if setting is AS_DRAWN else plot.run(specs, setting, drawn.pid)
         for row, statement in zip(readings, text.statements, strict=True):
-            row.append(plot.measures[statement.entry.measure](runs))
-    verdicts = [Verdict(s, settings, tuple(row)) for s, row in zip(text.statements, readings, strict=True)]
+            if setting is AS_DRAWN or not statement.entry.closed_form:
+                row.append(plot.measures[statement.entry.measure](runs))
+    verdicts = [Verdict(s, settings[: len(row)], tuple(row)) for s, row in zip(text.statements, readings, strict=True)]
     return GalleryResult(text, picture, drawn.pid, tuple(verdicts))
 
 

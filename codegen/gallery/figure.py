@@ -48,6 +48,7 @@ class Plot:
         measures: name → number of a statement.
         settings: beside ``AS_DRAWN``, in which the statements are checked again.
         cost: how long it takes, roughly, beside the others.
+        pid_of: the figure whose tuned PID this one has too, since machine, servo and sensors are the same.
     """
 
     run: Callable[[Sequence[Spec], Setting, Gains | None], Runs]
@@ -56,3 +57,4 @@ class Plot:
     measures: Mapping[str, Callable[[Runs], Reading]] = field(default_factory=dict)
     settings: Sequence[Setting] = ()
     cost: float = 1.0
+    pid_of: str | None = None
