@@ -1,9 +1,10 @@
-"""What the thesis leaves open, varied: the noise and its bandwidth, the sample time, what drives the machine."""
+"""What the thesis leaves open, varied: the noise and its bandwidth, the sample time, the drive, gains and laws."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,9 @@ class Setting:
         seed: of the noise.
         levels: factor on the machine's friction, where a figure takes one.
         delay: samples between an estimate and its use, where a figure takes one.
+        slower: factor on the time of the reference and on the duration.
+        factors: name of a machine's parameter, of an observer's gain or of a parameter of the law that the observer
+            assumes → factor on it.
     """
 
     name: str
@@ -40,9 +44,13 @@ class Setting:
     seed: int = 0
     levels: float = 1.0
     delay: int = 0
+    slower: float = 1.0
+    factors: Mapping[str, float] = field(default_factory=dict)
 
     def applied(self, spec: Spec) -> Spec:
-        """The spec with this setting's sample time and drive, its observer sampled as its simulation is.
+        """The spec with this setting's sample time, drive and factors, its observer sampled as its simulation is.
+
+        A spec without an observer keeps its laws: only what an observer assumes of them is left open.
 
         Raises:
             ValueError: for a spec without a simulation section.
@@ -52,12 +60,35 @@ class Setting:
         there = Place(self.name)
         given = {k: parse_expression(v, there).symbolic({"t": symbol("t")}) for k, v in (self.inputs or {}).items()}
         step = self.step or spec.simulation.sample_time
-        simulation = replace(spec.simulation, sample_time=step, inputs={**spec.simulation.inputs, **given})
-        choice = spec.observer
-        exact = exact_number(repr(step), there)
-        return replace(
-            spec, simulation=simulation, observer=replace(choice, sample_time=exact) if choice is not None else None
+        late = {symbol("t"): symbol("t") / exact_number(repr(self.slower), there)}
+        simulation = replace(
+            spec.simulation,
+            sample_time=step,
+            duration=self.slower * spec.simulation.duration,
+            inputs={**spec.simulation.inputs, **given},
+            reference={k: v.subs(late) for k, v in spec.simulation.reference.items()},
         )
+        parameters = tuple(replace(p, value=self._scaled(p.name, p.value)) for p in spec.parameters)
+        spec = replace(spec, simulation=simulation, parameters=parameters)
+        choice = spec.observer
+        if choice is None:
+            return spec
+        gains = {k: self._scaled(k, v) for k, v in choice.gains.items()}
+        contacts = [
+            replace(c, parameters={k: self._scaled(k, v) for k, v in c.parameters.items()}) for c in spec.contacts
+        ]
+        choice = replace(choice, sample_time=exact_number(repr(step), there), gains=gains)
+        return replace(spec, contacts=tuple(contacts), observer=choice)
+
+    def _scaled(self, name: str, value: Any) -> Any:
+        if name not in self.factors:
+            return value
+        if isinstance(value, list | tuple):
+            return [self._scaled(name, part) for part in value]
+        there = Place(self.name)
+        factor = exact_number(repr(self.factors[name]), there)
+        # A gain is kept as the text of a decimal.
+        return repr(float(exact_number(value, there) * factor)) if isinstance(value, str) else value * factor
 
     def sensors(self, spec: Spec, tachometer: bool) -> Sensors:
         """The sensors of an applied spec: the spec's encoder, and the setting's noise on position and velocity."""
