@@ -120,6 +120,12 @@ def improves_with_k_2(runs: Runs) -> Reading:
     return Reading(ratio(errors[1], errors[0]), tuple(zip(("k₂ = −10", "−100"), errors, strict=True)), "m")
 
 
+def both_satisfy(runs: Runs) -> Reading:
+    errors, without = _errors(runs, "cb"), _errors(runs, ["none_c", "none_b"])
+    worst = max(ratio(*pair) for pair in zip(errors, without, strict=True))
+    return Reading(worst, (("CFO", errors[0]), ("TO", errors[1]), ("not cancelled", without[0])), "m")
+
+
 def cfo_shows_more_detail(runs: Runs) -> Reading:
     errors = [_force_error(runs["c"]), _force_error(runs["b"])]
     return Reading(ratio(errors[0], errors[1]), tuple(zip(("CFO", "TO"), errors, strict=True)), "N")
@@ -197,12 +203,14 @@ PLOTS = {
         2,
         {
             "improves_with_k_2": improves_with_k_2,
+            "both_satisfy": both_satisfy,
             "cfo_shows_more_detail": cfo_shows_more_detail,
             "better_than_pid": better_than_pid,
         },
         SETTINGS,
+        pid_of="2.4",
     ),
     "3.2": Plot(uncancelled, draw_friction, 1.3, {"law_is_met": law_is_met}, SETTINGS[-3:]),
     "3.3": Plot(without_tachometer, draw_cancelled, 2, CANCELLING, SETTINGS),
-    "3.4": Plot(without_tachometer, draw_cancelled, 2, CANCELLING, SETTINGS),
+    "3.4": Plot(without_tachometer, draw_cancelled, 2, CANCELLING, SETTINGS, pid_of="3.3"),
 }

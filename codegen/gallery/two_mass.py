@@ -116,6 +116,11 @@ def gto_misses_hysteresis(runs: Runs) -> Reading:
     return Reading(min(missed), tuple(zip(FORCES, missed, strict=True)))
 
 
+def gto_has_hysteresis(runs: Runs) -> Reading:
+    missed = _missed(runs["b"])
+    return Reading(max(missed), tuple(zip(FORCES, missed, strict=True)))
+
+
 def gdfo_has_hysteresis(runs: Runs) -> Reading:
     missed = _missed(runs["a"])
     return Reading(max(missed), tuple(zip(FORCES, missed, strict=True)))
@@ -185,6 +190,7 @@ PLOTS = {
             "model_is_better": model_is_better,
             "overshoots": overshoots,
             "gto_misses_hysteresis": gto_misses_hysteresis,
+            "gto_has_hysteresis": gto_has_hysteresis,
             "gdfo_has_hysteresis": gdfo_has_hysteresis,
             "gto_finds_levels": gto_finds_levels,
         },
