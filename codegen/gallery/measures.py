@@ -26,7 +26,10 @@ def rms(values: Array) -> float:
     """Root mean square; infinite where a value is not finite, NaN of nothing."""
     if not len(values):
         return float("nan")
-    return float(np.sqrt(np.mean(np.square(values)))) if np.isfinite(values).all() else float("inf")
+    if not np.isfinite(values).all():
+        return float("inf")
+    with np.errstate(over="ignore"):
+        return float(np.sqrt(np.mean(np.square(values))))
 
 
 def after(run: LoopRun, start: float) -> Mask:
