@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
 from codegen.errors import BadInput
-from codegen.gallery import figure_numbers, run_gallery, write_gallery
+from codegen.gallery import figure_numbers, run_gallery, runs, write_gallery
 from codegen.gallery.build import figure_specs, make_figure
 from codegen.gallery.figure import AS_DRAWN, Runs
+from codegen.gallery.kept import KEPT, is_of, read_kept
 from codegen.gallery.measures import hang_off
+from codegen.gallery.page import PAGE, gallery_page
 from codegen.gallery.plots import PLOTS
-from codegen.gallery.rig import CHAPTER_3
+from codegen.gallery.rig import CHAPTER_3, NAMES
 from codegen.gallery.runs import ideal_run, reference_of, servo_run
 from codegen.gallery.setting import Setting, simulation_of, with_observer, without_friction
 from codegen.gallery.statement import read_figures
@@ -149,13 +153,135 @@ def test_hang_off_of_a_known_motion():
     assert hang_off(made, target, 2.0, 4, 8) == pytest.approx(0.3)
 
 
+def test_the_page_is_what_the_last_runs_gave_and_the_claims_ask():
+    """No run: a changed claim, condition, setting or template shows here until `stiction gallery` has been run."""
+    folder = ROOT / "docs" / "gallery"
+    kept = read_kept(folder)
+    assert [n for n, text in read_figures().items() if not is_of(kept[n], text)] == []
+    assert (folder / PAGE).read_text(encoding="utf-8") == gallery_page(kept)
+
+
+def test_readings_of_another_condition_or_setting_are_not_of_the_figure():
+    text = read_figures()["8.4"]
+    kept = read_kept(ROOT / "docs" / "gallery")["8.4"]
+    assert is_of(kept, text)
+    assert not is_of({**kept, "settings": kept["settings"][1:]}, text)
+    assert not is_of({**kept, "rows": [{**kept["rows"][0], "condition": "> 2"}, *kept["rows"][1:]]}, text)
+
+
 def test_a_figure_is_the_same_bytes_twice_and_alone_leaves_the_table(tmp_path: Path):
     first, second = make_figure("1.1"), make_figure("1.1")
     assert first.picture == second.picture
     assert first.picture.startswith(b"\x89PNG") and b"Software" not in first.picture
     assert all(v.holds for v in first.verdicts)
-    assert write_gallery([first], tmp_path) == (tmp_path / "figure_1_1.png",)
+    assert write_gallery([first], tmp_path) == (tmp_path / "figure_1_1.png", tmp_path / KEPT)
     assert not (tmp_path / "README.md").exists()
+    assert list(read_kept(tmp_path)) == ["1.1"]
+    shutil.copy(ROOT / "docs" / "gallery" / KEPT, tmp_path / KEPT)
+    assert tmp_path / "README.md" in write_gallery([first], tmp_path)
+    (tmp_path / KEPT).write_text("{", encoding="utf-8")
+    with pytest.raises(BadInput, match=f"{KEPT}.*that `stiction gallery` writes"):
+        write_gallery([first], tmp_path)
+
+
+def with_error(error: float):
+    """A stand-in for ``pid_run``: a run that is off the ideal by so much all the time."""
+    return SimpleNamespace(true_positions=np.full((5, 1), error))
+
+
+@pytest.mark.parametrize("best", [(900.0, 30.0, 2000.0), (30000.0, 90.0, 300000.0)])
+def test_the_tuned_pid_is_where_the_larger_of_both_distances_is_least(best, monkeypatch: pytest.MonkeyPatch):
+    """In closed form, Δ of logarithms: a bowl 1 + Δ₁² + 3 Δ₂² + 2 Δ₃² with friction, a slope without."""
+    spec = specs_of("2.4")[0]
+
+    def run(spec, setting, ideal, gains, machine, seed, substeps):
+        off = np.log(np.array(gains) / best)
+        frictionless = machine.contacts[0].law_level.subs(machine.values) == 0
+        return with_error(1 + 10 * max(0.0, off[1] + 0.7) if frictionless else 1 + off @ np.diag([1, 3, 2]) @ off)
+
+    monkeypatch.setattr(runs, "pid_run", run)
+    found = np.array(runs.tuned_pid(spec, AS_DRAWN, with_error(0.0)))
+    crossing = (10 - np.sqrt(184)) / 6  # of 3 Δ₂² and 10 (Δ₂ + 0.7)
+    assert np.log(found / best) == pytest.approx([0, crossing, 0], abs=0.15)
+
+
+def test_figures_that_share_a_pid_have_one_machine_servo_and_sensors():
+    def tuned_for(number: str):
+        spec = specs_of(number)[1 if number.startswith("8") else 0]
+        assert spec.observer is not None
+        quiet = replace(spec.simulation, observer=False, cancel=None)
+        frictionless = without_friction(replace(spec, observer=None, simulation=quiet))
+        parts = (spec.observer.velocity, spec.observer.sample_time, spec.contacts if number < "8" else None)
+        return (
+            parts,
+            quiet,
+            frictionless.parameters,
+            frictionless.force,
+            frictionless.mass_matrix,
+            frictionless.contacts,
+        )
+
+    pairs = [(number, plot.pid_of) for number, plot in PLOTS.items() if plot.pid_of is not None]
+    assert pairs == [("2.5", "2.4"), ("3.4", "3.3"), ("8.4", "8.3"), ("8.5", "8.3"), ("8.6", "8.3")]
+    for number, other in pairs:
+        assert tuned_for(number) == tuned_for(other)
+
+
+def test_a_pid_without_an_optimum_is_not_called_tuned(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(runs, "pid_run", lambda *_: with_error(1.0))
+    with pytest.raises(ValueError, match="no optimum of the PID's gains"):
+        runs.tuned_pid(specs_of("2.4")[0], AS_DRAWN, with_error(0.0))
+
+
+def rig_of(force, estimate, name: str = "TO") -> Runs:
+    """Runs of the rig with given forces at 100 Hz, the velocity a sine of 4 s, the plates together after 8 s."""
+    time = np.arange(0, 16, 0.01)
+    v = np.sin(np.pi * (time + 0.005) / 2)
+    columns = {"friction": force(time, v)[:, None], "true_velocities": v[:, None]}
+    made = SimpleNamespace(time=time, friction_estimate=estimate(time, v)[:, None], **columns)
+    names = [n + off for n in NAMES for off in ("", "_off")]
+    return Runs(specs_of("8.3"), AS_DRAWN, dict.fromkeys(names, made), None, {"half": 8.0, "end": 16.0})
+
+
+def test_overcompensation_is_weighed_by_the_force_and_leaves_out_the_start():
+    def estimate(t, v):
+        return np.where(np.mod(t, 8) < 4, 0, 1.2 * 10 * np.sign(v))
+
+    found = PLOTS["8.3"].measures["to_overcompensates"](rig_of(lambda t, v: 10 * np.sign(v), estimate))
+    assert found.value == pytest.approx(0.2, abs=1e-3)
+
+
+@pytest.mark.parametrize(("width", "change"), [(1.0, 0.0), (3.0, 2.0)])
+def test_the_area_of_the_loop_does_not_know_of_the_level(width: float, change: float):
+    """F̂ = level sgn v + width cos: a loop of area π width for each cycle, whatever the level."""
+
+    def estimate(t, v):
+        late = t >= 8
+        return np.where(late, 30, 10) * np.sign(v) + np.where(late, width, 1) * np.cos(np.pi * (t + 0.005) / 2)
+
+    found = PLOTS["8.3"].measures["loop_stays"](rig_of(lambda t, v: v, estimate))
+    assert found.value == pytest.approx(change, abs=0.02)
+
+
+def test_a_setting_scales_gains_the_assumed_law_and_the_machine_but_not_the_machine_s_law():
+    setting = Setting("all", slower=2, factors={"K_v": 0.4, "c": 1.5, "J": 2.0})
+    rig, _, _, dfo, _ = (setting.applied(spec) for spec in specs_of("8.3"))
+    assert rig.contacts[0].parameters["c"] == 20 and float(dfo.contacts[0].parameters["c"]) == 1.5
+    assert float(dfo.observer.gains["K_v"]) == 20 and float(dfo.observer.gains["K_a"]) == -5
+    assert rig.parameters[0].value == dfo.parameters[0].value == 2
+    assert rig.simulation.duration == 32
+    assert np.array_equal(reference_of(rig, 3200)[::2], reference_of(specs_of("8.3")[0], 1600))
+    assert len(ideal_run(specs_of("8.3")[1], setting).time) == 3200
+
+
+def test_a_number_that_is_not_finite_meets_no_condition():
+    below, above = (
+        next(s for text in read_figures().values() for s in text.statements if s.entry.holds.startswith(sign))
+        for sign in "<>"
+    )
+    for value in (np.nan, np.inf, -np.inf):
+        assert not below.holds(value) and not above.holds(value)
+    assert below.holds(np.float64(-1e9)) is True and above.holds(np.float64(1e9)) is True
 
 
 def test_an_unknown_figure_is_refused():
