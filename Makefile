@@ -4,7 +4,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 
 # Other compilers, checkers and an emulator for the tests of the generated C; where one is absent, its tests skip and say so.
-TOOLCHAINS := clang clang-tidy cppcheck g++ gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm valgrind
+TOOLCHAINS := clang clang-tidy cppcheck frama-c-base g++ gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm valgrind
 
 .PHONY: demo test lint types toolchains goldens check-all generate certificates audit gallery benchmarks practice clean
 .DEFAULT_GOAL := test
