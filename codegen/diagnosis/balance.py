@@ -1,7 +1,4 @@
-"""The force balance g − M a − U λ of a System on a Motion, linear in what is to be found.
-
-residual = target − Σ columns · weights: the target holds what the model declares, each column what one unknown adds.
-"""
+"""Force expressions of a System evaluated on a Motion."""
 
 from __future__ import annotations
 
@@ -73,11 +70,6 @@ def level_parameters(system: System) -> list[sympy.Symbol]:
             if slope != 0 and not slope.has(s) and not any(slope.has(q) for q in found):
                 found.append(s)
     return found
-
-
-def level_columns(system: System, levels: Sequence[sympy.Symbol]) -> list[Matrix]:
-    """Force that one unit of each level adds to U λ."""
-    return [Matrix(-system.equation_error.diff(s)) for s in levels]
 
 
 def slip_velocities(system: System, motion: Motion) -> Array:

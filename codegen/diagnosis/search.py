@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from codegen.diagnosis.credit import level
 from codegen.diagnosis.models import with_values
 from codegen.diagnosis.output_error import Shot, again, fit, raw_slopes, state_slopes
+from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.scales import survey
 from codegen.diagnosis.screen import starting_points
 from codegen.diagnosis.shooting import STEPS_PER_PERIOD, Record, Shooter
@@ -246,17 +247,11 @@ class Search:
         ]
 
 
-def search_on(
-    system: System,
-    motion: Motion,
-    shorter: Callable[[float], Record],
-    levels: Sequence[sympy.Symbol],
-    tolerance: Mapping[sympy.Symbol, float],
-) -> Search:
+def search_on(problem: Problem, shorter: Callable[[float], Record]) -> Search:
     """A search whose fits move the levels freely and the parameters with a tolerance within it."""
-    error = system.equation_error
-    uncertain = [s for s, share in tolerance.items() if share > 0 and error.has(s) and s not in levels]
+    system, levels, uncertain = problem.system, problem.levels, problem.uncertain
     moved = (*levels, *uncertain)
     declared = np.array([float(system.values[s]) for s in moved])
-    held = [1 / (tolerance[s] * abs(float(system.values[s])) or 1e-12) ** 2 for s in uncertain]
-    return Search(system, motion, shorter(1.0), moved, declared, np.array([0.0] * len(levels) + held), shorter)
+    held = [1 / (problem.tolerance[s] * abs(float(system.values[s])) or 1e-12) ** 2 for s in uncertain]
+    price = np.array([0.0] * len(levels) + held)
+    return Search(system, problem.motion, shorter(1.0), moved, declared, price, shorter)

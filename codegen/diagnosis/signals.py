@@ -54,11 +54,6 @@ class Motion:
     usable: NDArray[np.bool_]
     measured: Array
 
-    @property
-    def stride(self) -> int:
-        """Samples between those that carry independent information after the coarse filter (four a period)."""
-        return max(1, int(1 / (4 * self.cutoff_hz * self.sample_time)))
-
     def low_pass(self, signals: Array) -> Array:
         """The coarse filter along the first axis."""
         return low_pass(signals, self.cutoff_hz, self.sample_time)
@@ -132,18 +127,3 @@ def quiet_cutoff(positions: Array, h: float) -> float:
 def central_difference(signals: Array, h: float) -> Array:
     """(x[k+1] − x[k−1]) / 2h; one-sided at the ends."""
     return np.asarray(np.gradient(signals, h, axis=0))
-
-
-def delayed(commands: Array, delay: float, h: float) -> Array:
-    """At each t_k the mean around t_k of the held command, delayed by ``delay`` seconds."""
-    steps = delay / h
-    whole = int(np.floor(steps))
-    share = steps - whole
-
-    def back(k: int) -> Array:
-        return np.vstack([np.repeat(commands[:1], k, axis=0), commands[: len(commands) - k]]) if k else commands
-
-    # Held values: just before t_k − T acts row k − whole − 1, just after it row k − whole (or one earlier).
-    now = (1 - share) * back(whole) + share * back(whole + 1)
-    before = (1 - share) * back(whole + 1) + share * back(whole + 2)
-    return (now + before) / 2

@@ -96,7 +96,7 @@ def _data(diagnosis: Diagnosis) -> DataView:
         cutoff=number(data["cutoff_hz"]),
         restart=number(data["restart_s"]),
         blocks=_count(data["blocks"]),
-        independent_samples=_count(data["independent_samples"]),
+        segments=_count(data["segments"]),
     )
 
 

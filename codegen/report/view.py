@@ -147,7 +147,7 @@ class DataView:
     cutoff: str
     restart: str
     blocks: str
-    independent_samples: str
+    segments: str
 
 
 @dataclass(frozen=True)

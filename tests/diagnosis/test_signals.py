@@ -1,4 +1,4 @@
-"""Filters and derivatives against closed forms; delayed inputs against the held signal itself."""
+"""Filters and derivatives against closed forms."""
 
 from __future__ import annotations
 
@@ -6,9 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.integrate import quad
 
-from codegen.diagnosis.signals import delayed, low_pass, quiet_cutoff, smooth_motion
+from codegen.diagnosis.signals import low_pass, quiet_cutoff, smooth_motion
 from codegen.errors import BadInput
 from tests.diagnosis.stage import log_of, stage
 
@@ -23,22 +22,6 @@ def test_low_pass_has_no_phase_and_minus_six_decibel_at_its_cutoff() -> None:
     edge = np.sin(2 * np.pi * 20.0 * t)
     # Forth and back through a filter with half power at the cutoff: half the amplitude, no shift.
     np.testing.assert_allclose(low_pass(edge, 20.0, H)[middle], 0.5 * edge[middle], atol=2e-3)
-
-
-@pytest.mark.parametrize("delay", [0.0, H, 2.5 * H, 0.3 * H, 7.75 * H])
-def test_delayed_is_the_mean_of_the_delayed_held_input_around_each_sample(delay: float) -> None:
-    commands = np.random.default_rng(3).normal(size=(40, 1))
-
-    def held(time: float) -> float:
-        return float(commands[max(0, int(np.floor(time / H + 1e-9))), 0])
-
-    found = delayed(commands, delay, H)
-    for k in range(12, 30):
-        breaks = [i * H + delay for i in range(40)]
-        low, high = (k - 1) * H, (k + 1) * H
-        inside = [b for b in breaks if low < b < high]
-        mean = quad(lambda s: held(s - delay), low, high, points=inside, limit=200)[0] / (2 * H)
-        assert found[k, 0] == pytest.approx(mean, abs=1e-9)
 
 
 def test_smooth_motion_recovers_velocity_and_acceleration(tmp_path: Path) -> None:
