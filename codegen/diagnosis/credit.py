@@ -121,12 +121,24 @@ def size_of(shot: Shot, base: Shot) -> float:
     """How much the candidate changes the prediction, over what the whole drive force does to it."""
     runner = base.runner
     now = means(runner, runner.run(base.theta, base.offsets))
+    change = base.starts.project(means(shot.runner, shot.runner.run(shot.theta, base.offsets)) - now, slope=True)
+    return _over_drive(change, now, base)
+
+
+def misfit(base: Shot) -> float:
+    """What is left of the measured motion, over what the whole drive force does to it."""
+    runner = base.runner
+    return _over_drive(base.residual, means(runner, runner.run(base.theta, base.offsets)), base)
+
+
+def _over_drive(change: Array, now: Array, base: Shot) -> float:
+    """RMS over RMS, without the few segments that change most."""
+    runner = base.runner
     less = means(runner, runner.run(base.theta, base.offsets, 1 - GAIN_STEP))
     drive = base.starts.project((now - less) / GAIN_STEP, slope=True)
-    change = base.starts.project(means(shot.runner, shot.runner.run(shot.theta, base.offsets)) - now, slope=True)
     power, driven = (change**2).sum(axis=1), (drive**2).sum(axis=1)
     kept = power <= np.quantile(power, 0.97)
-    return float(np.sqrt(power[kept].sum() / max(driven[kept].sum(), 1e-300)))
+    return float(np.sqrt(power[kept].sum() / max(float(driven[kept].sum()), 1e-300)))
 
 
 def level(shot: Shot) -> float:

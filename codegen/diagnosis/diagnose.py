@@ -9,7 +9,7 @@ from typing import Any
 import sympy
 
 from codegen.diagnosis.augment import augmented_text
-from codegen.diagnosis.credit import ALPHA, LEAST_EXPLAINED, level
+from codegen.diagnosis.credit import ALPHA, BLOCKS, LEAST_EXPLAINED, level
 from codegen.diagnosis.estimate import Estimate, estimate
 from codegen.diagnosis.measure import Window, force_errors, measure
 from codegen.diagnosis.models import with_effects, with_values
@@ -81,7 +81,7 @@ def diagnose_log(
 
     tell("refit", 0.05)
     problem = Problem(system, training, tolerance)
-    search = search_on(system, training, lambda share: record_of(training, log, share), problem.levels, tolerance)
+    search = search_on(problem, lambda share: record_of(training, log, share))
     faults = [f.words for f in findings["train"] if f.severity == "problem"]
     outcome = find_effects(search, lambda k, share: tell(f"effect {k + 1}", 0.1 + 0.25 * (k + share)), bool(faults))
     before = estimate(outcome.base)
@@ -104,9 +104,9 @@ def diagnose_log(
     rival = [_ranked_effect(r, refit) for r in outcome.rivals]
     diagnosis = Diagnosis(
         verdict=verdict,
-        sentence=_sentence(system, verdict, named, rival, figures, faults),
+        sentence=_sentence(system, verdict, named, rival, figures, faults, outcome),
         effects=tuple(named) if verdict == "effect" else (),
-        candidates=tuple(_candidate(r) for r in outcome.first[:TABLE_SIZE]),
+        candidates=tuple(_candidate(r) for r in _listed(outcome)[:TABLE_SIZE]),
         declared=figures[0],
         refit=figures[1],
         augmented=figures[2],
@@ -128,6 +128,7 @@ def _sentence(
     rival: list[FoundEffect],
     figures: list[ErrorFigures],
     faults: list[str],
+    outcome: Outcome,
 ) -> str:
     units = {system.force_unit(i) for i in range(system.degrees_of_freedom)}
     unit = " " + units.pop() if len(units) == 1 else ""
@@ -140,6 +141,7 @@ def _sentence(
         after=figures[2],
         unit=unit,
         faults=faults,
+        noise=level(outcome.base),
     )
     return words.strip()
 
@@ -150,7 +152,7 @@ def _values(found: Estimate) -> dict[str, float]:
 
 def _verdict(outcome: Outcome) -> Verdict:
     if not outcome.parts:
-        return "none"
+        return "unknown" if outcome.unexplained else "none"
     if outcome.explained < LEAST_EXPLAINED:
         return "unknown"
     return "ambiguous" if outcome.rivals else "effect"
@@ -169,6 +171,12 @@ def _named(outcome: Outcome, system: System) -> list[FoundEffect]:
         also = tuple(effect.twins(system, part.place))
         found.append(FoundEffect(part.kind, part.on, parameters, units, also, intervals))
     return found
+
+
+def _listed(outcome: Outcome) -> list[Ranked]:
+    """The first round, with the effects first that stand at the end: another may look better while one is lacking."""
+    order = {(p.kind, p.on): k for k, p in enumerate(outcome.parts)}
+    return sorted(outcome.first, key=lambda r: order.get((r.found.part.kind, r.found.part.on), len(order)))
 
 
 def _ranked_effect(ranked: Ranked, system: System) -> FoundEffect:
@@ -239,8 +247,7 @@ def _data(log: Log, test: Log | None, motion: Motion, window: Window, problem: P
         "sample_time_s": h,
         "cutoff_hz": motion.cutoff_hz,
         "restart_s": 0.5,
-        "blocks": len(problem.base.products),
-        "independent_samples": problem.base.samples // 2,
+        "blocks": BLOCKS,
     }
 
 

@@ -61,6 +61,7 @@ class Outcome:
         first: the first round, best first. rivals: of the first effect, which the data cannot tell from it.
         explained: share of the squared residual, or of its excess over the noise, that the effects remove.
         segments: of the record.
+        unexplained: whether nothing is credited although the residual is far above the noise and no small one.
     """
 
     base: Shot
@@ -69,6 +70,7 @@ class Outcome:
     rivals: tuple[Ranked, ...]
     explained: float
     segments: int
+    unexplained: bool = False
 
     @property
     def parts(self) -> tuple[Part, ...]:
@@ -92,15 +94,25 @@ def find_effects(search: Search, tell: Progress, refit_only: bool = False) -> Ou
         tied = ties(possible)
         current = search.rebased(possible[0].found.shot)
         rivals = tied or rivals
-        if credible(search, confirmed, current, len(parts)):
-            confirmed = current
+        if not credible(search, confirmed, current, len(parts)):
+            continue
+        if confirmed is not base and _explained(search, confirmed, current) < credit.LEAST_EXPLAINED:
+            break
+        confirmed = current
     current = confirmed
     if not current.runner.trial.parts:
         rivals = []
     if len(current.runner.trial.parts) > 1:
         current, rivals = _reconsidered(search, current, first, rivals)
+    lost = current is base and not refit_only and level(base) > credit.NEAR_NOISE
     return Outcome(
-        base, current, tuple(first), tuple(rivals), _explained(search, base, current), len(search.record.start)
+        base,
+        current,
+        tuple(first),
+        tuple(rivals),
+        _explained(search, base, current),
+        len(search.record.start),
+        lost and credit.misfit(base) > credit.LEAST_SIZE,
     )
 
 
@@ -204,25 +216,48 @@ def admissible(search: Search, found: Found) -> bool:
 def _reconsidered(
     search: Search, current: Shot, first: Sequence[Ranked], rivals: Sequence[Ranked]
 ) -> tuple[Shot, list[Ranked]]:
-    """Each effect found before the last, set against the others of the first round with the later ones in place.
+    """Each effect set against others with the rest in place: those of the first round, and what is confused with it.
 
     Returns:
         The better fit, and the rivals of the first effect that still tie with it.
     """
+    for _ in range(MOST_EFFECTS):
+        leader = current.runner.trial.parts[0]
+        better, left = _swapped(search, current, first, rivals)
+        if better is None:
+            return current, left
+        current = better
+        if not _same(leader, current.runner.trial.parts[0]):
+            rivals = []
+    return current, []
+
+
+def _swapped(
+    search: Search, current: Shot, first: Sequence[Ranked], rivals: Sequence[Ranked]
+) -> tuple[Shot | None, list[Ranked]]:
+    """The fit with one effect replaced (it then stands last), or None; and the first one's rivals that tie."""
     left: list[Ranked] = []
-    for k in range(len(current.runner.trial.parts) - 1):
-        held = {(p.kind, p.on) for p in current.runner.trial.parts}
-        others = [r for r in first if (r.found.part.kind, r.found.part.on) not in held][:SWAPPED]
+    parts = current.runner.trial.parts
+    for k in range(len(parts)):
+        others = _others(search, parts, k, first)
         if not others:
             continue
-        without = search.without(current, k)
-        tried = search.attempt(without, [r.found.part for r in others], lambda share: None)
+        tried = search.attempt(search.without(current, k), others, lambda share: None)
         good = [f for f in tried if admissible(search, f)]
         if good and good[0].shot.cost < current.cost - BETTER:
-            current = search.rebased(good[0].shot)
-        elif k == 0:
+            return search.rebased(good[0].shot), left
+        if k == 0:
             left = [r for r in rivals if any(_ties(f, current) for f in good if _same(f.part, r.found.part))]
-    return current, left
+    return None, left
+
+
+def _others(search: Search, parts: Sequence[Part], k: int, first: Sequence[Ranked]) -> list[Part]:
+    """What may take the place of effect ``k``; the last one was chosen with the rest in place."""
+    rest = [p for j, p in enumerate(parts) if j != k]
+    alike = {c.other for c in CATALOGUE[parts[k].kind].confused_with}
+    best = {(r.found.part.kind, r.found.part.on) for r in first[:SWAPPED]} if k < len(parts) - 1 else set()
+    possible = [p for p in search.every_part(rest) if not _same(p, parts[k])]
+    return [p for p in possible if p.kind in alike or (p.kind, p.on) in best]
 
 
 def _ties(found: Found, current: Shot) -> bool:

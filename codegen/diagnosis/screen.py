@@ -60,7 +60,7 @@ def grid(part: Part, s: Scales, coupling: Mapping[str, float] | None = None) -> 
         case "saturation":
             return [{"limit": q * s.input} for q in (0.5, 0.75, 0.9, 1.0, 1.15)]
         case "input_gain":
-            return [{"gain": q} for q in (0.9, 1.1)]
+            return [{"gain": q} for q in (0.7, 0.9, 0.95, 1.05, 1.1, 1.4)]
         case "presliding":
             return [{"sigma": s.level / (q * s.position)} for q in np.geomspace(0.3, 1e-4, 8)]
         case "compliance":
@@ -134,18 +134,19 @@ def starting_points(
 
 
 def _solve(base: Shot, residual: Array, columns: Array, weights: Array) -> tuple[Array, float]:
+    """(step, cost) of one linear step; the prior stays where the spec has it, wherever the base went."""
     flat = base.starts.project(residual)
     if not len(columns):
         return np.zeros(0), segment_cost(flat)
     scaled = (columns * weights).reshape(len(columns), -1)
-    price = np.zeros(len(columns))
-    price[: len(base.price)] = base.price
+    price, away = np.zeros(len(columns)), np.zeros(len(columns))
+    price[: len(base.price)], away[: len(base.price)] = base.price, base.theta - base.centre
     matrix = scaled @ scaled.T + np.diag(price)
     size = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
-    right = scaled @ (flat * weights).ravel()
+    right = scaled @ (flat * weights).ravel() - price * away
     step = np.linalg.lstsq(matrix / np.outer(size, size), right / size, rcond=1e-9)[0] / size
     left = flat - np.tensordot(step, columns, axes=1)
-    return step, segment_cost(left) + 0.5 * float((price * step**2).sum())
+    return step, segment_cost(left) + 0.5 * float((price * (away + step) ** 2).sum())
 
 
 def _weighted(part: Part) -> tuple[str, ...] | None:

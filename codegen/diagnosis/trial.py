@@ -255,7 +255,8 @@ def _joined(fields: Mapping[str, float], more: Mapping[str, float]) -> dict[str,
 
 
 def _wave(x: Array, v: Mapping[str, float]) -> Array:
-    return np.asarray(v["amplitude"] * np.sin(2 * np.pi * x / v["period"] + v["phase"]))
+    with np.errstate(invalid="ignore"):  # a run that diverged is counted as such elsewhere
+        return np.asarray(v["amplitude"] * np.sin(2 * np.pi * x / v["period"] + v["phase"]))
 
 
 def _true_state(states: Array, place: int, v: Mapping[str, float]) -> Array:

@@ -64,6 +64,17 @@ def test_only_a_wrong_level_is_no_effect(tmp_path: Path) -> None:
     assert diagnosis.refit.force_rms < diagnosis.declared.force_rms
 
 
+def test_a_force_that_is_no_effect_of_the_catalogue_is_unknown_and_not_nothing(tmp_path: Path) -> None:
+    log = log_of(stage(), tmp_path, "train.csv")
+    # A shaking foundation: 3 N at 2.9 Hz, which the log of the input does not hold.
+    log.inputs[:, 0] -= 3.0 * np.sin(2 * np.pi * 2.9 * log.time) * (np.sin(2 * np.pi * 0.11 * log.time) > 0)
+    spec = stage()
+    diagnosis, models = diagnose_log(spec, system_of(spec), log)
+    assert diagnosis.verdict == "unknown", diagnosis.sentence
+    assert diagnosis.effects == ()
+    assert parse_spec(models.spec_text, Path("spec.yaml")).effects == ()
+
+
 @pytest.mark.slow
 def test_two_effects_are_found_one_after_the_other(tmp_path: Path) -> None:
     effects = "[{kind: spring, on: x, parameters: {k: 20}}, {kind: viscous, on: rail, parameters: {b: 6}}]"

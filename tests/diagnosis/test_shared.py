@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from itertools import product
+from math import pi, remainder
 from pathlib import Path
 
 import pytest
@@ -12,23 +14,19 @@ from codegen.effects import CATALOGUE
 
 ROOT = Path(__file__).resolve().parents[2]
 SHARED = ROOT.parent / "shared"
-STANDARD = SHARED / "practice" / "standard"
+PRACTICE = SHARED / "practice"
+STANDARD = PRACTICE / "standard"
 EMPS = SHARED / "data" / "emps"
 needs_practice = pytest.mark.skipif(not STANDARD.is_dir(), reason="../shared/practice is not here")
 needs_emps = pytest.mark.skipif(not EMPS.is_dir(), reason="../shared/data/emps is not here")
 
 CASES = [
-    "case_0003",
-    "case_0004",
-    "case_0006",
-    "case_0008",
-    "case_0009",
-    "case_0014",
-    "case_0030",
-    "case_0034",
-    "case_0052",
+    *(f"standard/case_{k:04d}" for k in (3, 4, 6, 8, 9, 14, 30, 34, 52)),
+    "hard/case_0014",  # two effects; with one of them lacking, a third looks better than either
+    "hard/case_0025",  # a gain that many parameters with a tolerance could share
+    "hard/case_0027",  # a disturbance that is no effect of the catalogue
 ]
-QUICK = ("case_0014", "case_0052")
+QUICK = ("standard/case_0014", "standard/case_0052")
 
 
 def _run(case: Path, out: Path) -> tuple[dict, dict]:
@@ -36,17 +34,25 @@ def _run(case: Path, out: Path) -> tuple[dict, dict]:
     return json.loads((result.folder / "diagnosis.json").read_text()), json.loads((case / "truth.json").read_text())
 
 
+def _names(truth: dict) -> list[set[str]]:
+    """The kinds that are right for each true effect."""
+    return [
+        {e["kind"], *(t["kind"] for t in also)} for e, also in zip(truth["effects"], truth["equivalents"], strict=True)
+    ]
+
+
 def _right(found: dict, truth: dict) -> bool:
-    if truth["group"] == "none":
-        return found["verdict"] == "none"
-    names = {truth["effects"][0]["kind"], *(t["kind"] for t in truth["equivalents"][0])}
-    return found["verdict"] == "effect" and found["effects"][0]["kind"] in names
+    if truth["group"] in ("none", "foreign"):
+        return found["verdict"] == {"none": "none", "foreign": "unknown"}[truth["group"]]
+    kinds = [e["kind"] for e in found["effects"]]
+    names = _names(truth)
+    return found["verdict"] == "effect" and len(kinds) == len(names) and all(n & set(kinds) for n in names)
 
 
 @needs_practice
 @pytest.mark.parametrize("name", [n if n in QUICK else pytest.param(n, marks=pytest.mark.slow) for n in CASES])
 def test_practice_case(name: str, tmp_path: Path) -> None:
-    found, truth = _run(STANDARD / name, tmp_path)
+    found, truth = _run(PRACTICE / name, tmp_path)
     assert _right(found, truth), found["sentence"]
     oracle = truth["oracle"]
     run = {model: found["error"][model]["free_run_position_rmse"] for model in ("declared", "augmented")}
@@ -54,11 +60,13 @@ def test_practice_case(name: str, tmp_path: Path) -> None:
     assert run["declared"] == pytest.approx(oracle["declared"]["sim_rmse"], rel=0.15)
     # The refit of a wrong structure depends on what is fitted to what; the right one has a best that noise admits.
     assert run["augmented"] <= 1.15 * oracle["true_structure"]["sim_rmse"]
-    for effect in truth["effects"]:
-        ours = found["effects"][0]
+    for ours, effect in product(found["effects"], truth["effects"]):
         if ours["kind"] == effect["kind"]:
             for parameter, value in effect["parameters"].items():
-                assert ours["parameters"][parameter] == pytest.approx(value, rel=0.02), parameter
+                near = ours["parameters"][parameter]
+                if parameter == "phase":
+                    near = value + remainder(near - value, 2 * pi)
+                assert near == pytest.approx(value, rel=0.02, abs=0.03 if parameter == "phase" else None), parameter
 
 
 @pytest.mark.slow
