@@ -64,6 +64,7 @@ def test_none_where_the_margin_is_not_stable() -> None:
     assert isinstance(found, Refusal) and analysis.stable and not found.proved
 
 
+@pytest.mark.slow
 def test_none_with_an_estimated_velocity() -> None:
     spec = parse_spec(SPEC.read_text("utf-8"), SPEC)
     assert isinstance(certify(spec, analyse(spec, observer_of(spec)), {}, "none"), Refusal)
