@@ -24,6 +24,7 @@ from codegen.spec.places import placed
 from codegen.stability.analysis import analyse
 from codegen.stability.certify import PROOFS, Certificate, Refusal, json_text
 from codegen.stability.certify import certify as certify_analysis
+from codegen.stability.error_bound import refuse_empty_domain
 from codegen.text import render
 
 
@@ -124,13 +125,20 @@ def generated_files(spec: Spec, overrides: Overrides | None = None) -> tuple[dic
 def generated_program(
     spec: Spec, overrides: Overrides | None = None
 ) -> tuple[Program, dict[str, str], Certificate | Refusal]:
-    """The program that the files are printed from, all files of generated/NAME, and the certificate or refusal."""
+    """The program that the files are printed from, all files of generated/NAME, and the certificate or refusal.
+
+    Raises:
+        BadInput: for a bad spec, or one whose domain has no bound.
+    """
     overrides = overrides or Overrides()
     spec = overrides.applied(spec)
     observer = observer_of(spec)
     program, header, files = _sources(spec, observer, overrides)
     hashes = {name: sha256(text) for name, text in files.items()}
-    outcome = certify_analysis(spec, analyse(spec, observer), hashes, header.command)
+    analysis = analyse(spec, observer)
+    outcome = certify_analysis(spec, analysis, hashes, header.command)
+    if isinstance(outcome, Certificate):
+        refuse_empty_domain(spec, analysis, outcome)
     return program, _complete(files, outcome, program, header), outcome
 
 

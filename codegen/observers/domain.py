@@ -15,7 +15,7 @@ def read_domain(spec: Spec, system: System) -> Domain | None:
 
     Raises:
         BadInput: for a domain on several coordinates or contacts, with measured velocity, another h than h(s) = s or
-            implicit steps, or without a range for the level, in which the declared level lies.
+            exponential or implicit steps, or without a range for the level, in which the declared level lies.
     """
     choice = spec.observer
     assert choice is not None
@@ -25,9 +25,9 @@ def read_domain(spec: Spec, system: System) -> Domain | None:
     if system.degrees_of_freedom > 1 or len(system.contacts) > 1:
         found = f"a domain for {system.degrees_of_freedom} coordinates and {len(system.contacts)} contacts"
         raise BadInput(place, found, "one coordinate with one contact; for several there is no such domain")
-    if choice.velocity != "estimated" or choice.integration == "implicit":
+    if choice.velocity != "estimated" or choice.integration not in ("euler", "semi_implicit"):
         found = f"a domain with {choice.velocity} velocity under {choice.integration}"
-        raise BadInput(place, found, "`velocity: estimated`, and euler, semi_implicit or exponential")
+        raise BadInput(place, found, "`velocity: estimated`, and euler or semi_implicit")
     if choice.exponent != 1 or choice.shape is not None:
         raise BadInput(place, "a domain beside `exponent` or `h`", "h(s) = s: neither of them")
     contact = system.contacts[0]

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 import sympy
 
+from codegen.errors import BadInput
 from codegen.observers.equations import ErrorVariable, Observer
 from codegen.spec.model import Spec
 from codegen.stability.analysis import Analysis
@@ -142,6 +143,21 @@ def error_bounds(
             )
         )
     return tuple(result)
+
+
+def refuse_empty_domain(spec: Spec, analysis: Analysis, certificate: Certificate) -> None:
+    """Raise BadInput for a domain in which there is no bound, so that no code says that it holds."""
+    guarded = analysis.dynamics.observer.domain
+    if guarded is None:
+        return
+    bounds = error_bounds(spec, analysis, certificate)
+    domain = bounds if isinstance(bounds, str) else bounds[0].domain
+    if isinstance(domain, str):
+        raise BadInput(spec.place("observer.domain"), f"a domain without a bound ({domain})", "one that has a bound")
+    if domain is not None and domain.inside is None:
+        found = f"slip_speed {float(guarded.slip_speed):.6g}, for which there is no bound"
+        expected = f"at least {domain.least_slip_speed * 1.006:.3g}"
+        raise BadInput(spec.place("observer.domain.slip_speed"), found, expected)
 
 
 def _stands(

@@ -14,17 +14,19 @@ import pytest
 
 from codegen.emit.package import emit_sources, make_header
 from codegen.errors import BadInput
+from codegen.generation import generated_files
 from codegen.mechanics import build_system
 from codegen.observers import build_observer
 from codegen.program import build_program
 from codegen.replay.engine import engine_for
 from codegen.rounding_bound import rounding_bounds
-from codegen.spec import parse_spec
+from codegen.spec import parse_spec, read_spec
 from codegen.stability.analysis import analyse
 from codegen.stability.certify import Certificate, Refusal, certify
 from codegen.stability.domain_bound import DomainBound
 from codegen.stability.error_bound import error_bounds
 
+ROOT = Path(__file__).parents[2]
 MASS, LOW, HIGH, TOP, NOISE, H = 2.0, 20.0, 40.0, 60.0, 2e-5, 0.001
 TEXT = """
 name: rail
@@ -239,6 +241,21 @@ def test_a_domain_that_begins_too_low_has_no_bound() -> None:
         bound = Machine(edge=float(f"{share * enough.least_slip_speed:.6g}")).bound
         assert isinstance(bound, DomainBound) and (bound.inside is not None) == given
         assert bound.least_slip_speed == pytest.approx(enough.least_slip_speed)
+
+
+def test_no_code_is_generated_for_a_domain_without_a_bound(tmp_path: Path) -> None:
+    """And what the refusal proposes is accepted."""
+    text = (ROOT / "specs" / "one_mass_domain.yaml").read_text("utf-8")
+    spec = tmp_path / "one_mass_domain.yaml"
+    spec.write_text(text.replace("slip_speed: 1,", "slip_speed: 0.1,"), "utf-8")
+    with pytest.raises(BadInput, match=r"slip_speed 0\.1, for which there is no bound; expected at least") as told:
+        generated_files(read_spec(spec))
+    enough = str(told.value).rsplit(" ", 1)[1]
+    spec.write_text(text.replace("slip_speed: 1,", f"slip_speed: {enough},"), "utf-8")
+    assert isinstance(generated_files(read_spec(spec))[1], Certificate)
+    spec.write_text(text.replace("  v_dot: [-210, 210]", "  #"), "utf-8")
+    with pytest.raises(BadInput, match=r"a domain without a bound \(the envelope has no range for v_dot"):
+        generated_files(read_spec(spec))
 
 
 def test_a_contact_that_turns_the_other_way() -> None:
