@@ -88,10 +88,12 @@ def diagnose_log(
     refit = with_values(system, _values(before))
     verdict = _verdict(outcome)
     named = _named(outcome, refit)
-    carried = [] if verdict == "unknown" else named
-    after = estimate(outcome.final) if carried else before
+    augmented = with_values(with_effects(system, named), _values(estimate(outcome.final))) if named else refit
+    if verdict == "effect" and not _force_agrees(problem, refit, augmented):
+        verdict = "unknown"
+    if verdict == "unknown":
+        augmented = refit
     tell("held-out error", 0.85)
-    augmented = with_values(with_effects(system, carried), _values(after)) if carried else refit
     judge = Problem(system, other, {})
     figures = [measure(s, other, judge.masks, window) for s in (system, refit, augmented)]
     tell("tracking observer", 0.93)
@@ -156,6 +158,18 @@ def _verdict(outcome: Outcome) -> Verdict:
     if outcome.explained < LEAST_EXPLAINED:
         return "unknown"
     return "ambiguous" if outcome.rivals else "effect"
+
+
+def _force_agrees(problem: Problem, refit: System, augmented: System) -> bool:
+    """The second witness: what free runs credit must lower the force residual of the training log too.
+
+    Backlash has none: in the gap the load is free, and where it is there no log tells.
+    """
+    if any(t.gap != 0 for t in augmented.transmissions):
+        return True
+    window = Window(0, len(problem.motion.time))
+    before, after = (force_errors(s, problem.motion, problem.masks, window)[2] for s in (refit, augmented))
+    return after < before
 
 
 def _named(outcome: Outcome, system: System) -> list[FoundEffect]:
