@@ -8,6 +8,8 @@ from typing import Any
 
 import sympy
 
+from codegen.friction.law import DynamicLaw
+from codegen.mechanics.system import System
 from codegen.observers.equations import Observer
 from codegen.spec.model import Spec
 from codegen.stability.error_response import Response
@@ -15,7 +17,7 @@ from codegen.stability.error_response import Response
 
 @dataclass(frozen=True)
 class ModelError:
-    """By which share a machine differs from its model: 1/100 is a percent, of either sign.
+    """By which share a machine is above its model: 1/100 is a percent, of either sign.
 
     Attributes:
         mass: of M(x), all of it; gain: of the inputs' effect; time: of every sample's length.
@@ -34,11 +36,14 @@ def disturbances(
 ) -> dict[str, list[Fraction]] | str:
     """δ of every cause, m, m/s and the friction's unit a sample; or what the envelope lacks for it.
 
-    With M̂ = (1 + p) M the model's acceleration is by p v' off at the same forces, and with an input that acts by
+    With M = (1 + p) M̂ the model's acceleration is by p v' off at the same forces, and with an input that acts by
     B(1 + p) by p M⁻¹Bw. Samples of h(1 + p) are, by the clock of the code, a machine that moves at v(1 + p) and changes
     that by v'(1 + p)², which is (2p + p²) v' more, under forces of v. Each is a velocity of h times that in a sample.
+    Inputs are held from sample to sample: what they move within one is not in it.
     """
     system, h = observer.system, fraction(observer.sample_time)
+    if said := left_out(system):
+        return said
     slower = 1 + off.time
 
     def largest(name: str) -> Fraction | None:
@@ -86,6 +91,18 @@ def disturbances(
         "acceleration": [a + m for a, m in zip(acceleration, more, strict=True)],
         "friction": [h * r for r in rates],
     }
+
+
+def left_out(system: System) -> str:
+    """What the system holds that no size here bounds, in words; empty where there is nothing."""
+    for transmission in system.transmissions:
+        return f"{system.positions[transmission.coordinate]} moves a load behind a spring"
+    for contact in system.contacts:
+        if isinstance(contact.law, DynamicLaw):
+            return f"the law {contact.law.name} at {contact.name} has a state, which changes friction beside the slip"
+    for x in system.sensor_errors:
+        return f"the sensor of {x} reads wrong, and what that makes of noise is not bounded"
+    return ""
 
 
 def with_rounding(

@@ -74,6 +74,9 @@ def domain_bound(observer: Observer, domain: Domain, motion: Motion) -> DomainBo
     phi, beta = step[0, 0], -turn * step[0, 1]
     if not (0 <= phi < 1 and beta > 0):
         return "through reversals no bound is known: h K_v is above 1"
+    contact = observer.system.contacts[0]
+    if contact.extra_level != 0:  # it turns with the level, and is not within its range
+        return f"through reversals no bound is known beside a declared effect on the level of {contact.name}"
     noise, displacement, curve, acceleration = (
         float(motion.sizes[cause][0]) for cause in ("noise", "displacement", "velocity", "acceleration")
     )

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from codegen.effects.declare import add_declared_effects
 from codegen.emit.package import emit_sources, make_header
 from codegen.errors import BadInput
 from codegen.generation import generated_files
@@ -256,6 +257,21 @@ def test_no_code_is_generated_for_a_domain_without_a_bound(tmp_path: Path) -> No
     spec.write_text(text.replace("  v_dot: [-210, 210]", "  #"), "utf-8")
     with pytest.raises(BadInput, match=r"a domain without a bound \(the envelope has no range for v_dot"):
         generated_files(read_spec(spec))
+
+
+def test_no_bound_through_reversals_beside_a_level_that_is_known() -> None:
+    """What a declared effect adds to the level turns with it, and is not within ``a_rail``."""
+    fields = {"k_f": 40, "k_v": 90, "h": 0.001, "domain": DOMAIN % (0.5, ""), "turn": 1, "noise": NOISE}
+    text = TEXT.format(**fields, step="euler", level="a_rail: [20, 40]")
+    drift = "effects: [{kind: friction_drift, on: rail, parameters: {delta: 15, T: 3}}]\n"
+    spec = parse_spec(text + drift, Path("rail.yaml"))
+    analysis = analyse(spec, build_observer(spec, add_declared_effects(build_system(spec), spec)))
+    found = certify(spec, analysis, {}, "none")
+    assert isinstance(found, Certificate)
+    bounds = error_bounds(spec, analysis, found)
+    assert not isinstance(bounds, str) and bounds[0].domain == (
+        "through reversals no bound is known beside a declared effect on the level of rail"
+    )
 
 
 def test_a_contact_that_turns_the_other_way() -> None:
