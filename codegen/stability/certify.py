@@ -47,7 +47,7 @@ class Certificate:
         spectral_rate: the largest rate that any P could show at the worst operating point.
         facts: what the checker verified.
         limit: the refutation of every faster rate, which the checker has accepted too; None if none was found.
-        turning: a certificate whose V falls whatever the slips' signs do, or None.
+        turning: a certificate whose V serves all signs of the slips, but for the samples in which one turns; or None.
         no_turning: whether there is proved to be none.
     """
 

@@ -1,4 +1,7 @@
-"""One function for both signs of every slip, so that V falls however they turn from sample to sample; or none at all.
+"""One function for both signs of every slip, so that a turn from one sample to the next leaves V as it is; or none.
+
+A step has one sign throughout. That in which a slip turns is another, made with the old sign and read with the new:
+it moves the level by 2 K_F |û| besides, with the velocity error in û, and no V is claimed to fall there.
 
 In levels a turn of contact c changes A into J_c A J_c, J_c = diag(±1) with −1 at the errors of c. If V = e'Pe serves
 all signs, so does the mean of P over all products of the J_c, which commutes with each: P has no entry between the
