@@ -17,6 +17,7 @@ from codegen.effects.register import load_effects
 from codegen.errors import BadInput
 from codegen.files import named_path
 from codegen.readable import analysis_json, analysis_latex, analysis_view, model_view
+from codegen.readable_certificate import certified_json, certified_text
 from codegen.readable_gains import gains_view
 from codegen.stability.certify import Refusal
 from codegen.terminal import errors, output, progress
@@ -81,17 +82,17 @@ def certify(
         Path | None,
         typer.Option("-o", "--output", parser=named_path, metavar="FILE", help="write the certificate here"),
     ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="print JSON")] = False,
 ) -> None:
-    """Certify the sampled observer over the envelope, or say why not, with a counterexample."""
+    """Certify the sampled observer over the envelope, or say why not, with a counterexample and what would be."""
     found = pipeline.certify_in_full(spec, out)
-    outcome, more = found.outcome, {"bounds": found.bounds, "sample_times": found.sample_times}
-    if isinstance(outcome, Refusal):
-        errors.print(render("text/refused.txt.j2", refusal=outcome, **more), end="")
-        raise typer.Exit(REFUSED)
-    target = pipeline.write_certificate(outcome, out) if out is not None else None
-    output.print(
-        render("text/certified.txt.j2", certificate=outcome, target=target, rounding=found.rounding, **more), end=""
-    )
+    outcome, refused = found.outcome, isinstance(found.outcome, Refusal)
+    target = None if out is None or isinstance(outcome, Refusal) else pipeline.write_certificate(outcome, out)
+    if as_json:
+        output.print(json.dumps(certified_json(found), indent=1, ensure_ascii=False, allow_nan=False))
+    else:
+        (errors if refused else output).print(certified_text(found, target), end="")
+    raise typer.Exit(REFUSED if refused else 0)
 
 
 @app.command()
@@ -274,13 +275,11 @@ def version() -> None:
 
 
 def _columns(pairs: list[str]) -> dict[str, str]:
-    columns = {}
-    for pair in pairs:
-        name, separator, column = pair.partition("=")
-        if not separator or not name or not column:
+    split = {pair: pair.partition("=") for pair in pairs}
+    for pair, (name, _, column) in split.items():
+        if not name or not column:
             raise BadInput("--column", f"`{pair}`", "NAME=COLUMN, such as x=qm")
-        columns[name.strip()] = column.strip()
-    return columns
+    return {name.strip(): column.strip() for name, _, column in split.values()}
 
 
 def main() -> None:

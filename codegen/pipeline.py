@@ -30,6 +30,7 @@ from codegen.spec.yaml_text import read_text
 from codegen.stability.analysis import Analysis, analyse
 from codegen.stability.certify import Certificate, Refusal, read_certificate
 from codegen.stability.error_bound import ErrorBound, error_bounds
+from codegen.stability.proposals import propose
 from codegen.stability.sample_times import largest_sample_times
 
 if TYPE_CHECKING:
@@ -117,16 +118,24 @@ def certify_in_full(path: str | Path, out: str | Path | None = None) -> Certifie
         bounds = error_bounds(spec, analysis, outcome)
         if not isinstance(bounds, str):
             rounding = rounding_bounds(spec, analysis, outcome, bounds[0])
+    else:
+        outcome = replace(outcome, proposals=propose(spec, system))
     return Certified(outcome, bounds, largest_sample_times(spec, system), rounding)
 
 
 def certify(path: str | Path) -> Certificate | Refusal:
     """The stability certificate of a spec's sampled observer, bound to its generated sources, or a refusal.
 
+    A refusal proposes a sample time and gains that are certified, as far as such were found.
+
     Raises:
         BadInput: for a bad spec, or an envelope without a range that is needed.
     """
-    return generated_files(read_spec(path))[1]
+    spec = read_spec(path)
+    outcome = generated_files(spec)[1]
+    if isinstance(outcome, Certificate):
+        return outcome
+    return replace(outcome, proposals=propose(spec, add_declared_effects(build_system(spec), spec)))
 
 
 def verify(path: str | Path, spec: Path | None = None) -> checker.Report:

@@ -81,6 +81,38 @@ class Certificate:
 
 
 @dataclass(frozen=True)
+class Proposal:
+    """A sample time and gains that were certified in place of a refused spec's.
+
+    Attributes:
+        line: what to write in the spec's observer section.
+        sample_time: s.
+        gains: as in that section: scalars, lists or rows.
+        decay_rate: α of the certificate, 1/s.
+    """
+
+    line: str
+    sample_time: float
+    gains: Mapping[str, Any]
+    decay_rate: float
+
+
+@dataclass(frozen=True)
+class Proposals:
+    """What to change in a refused spec: each certified by itself, and None where nothing was found.
+
+    Attributes:
+        sample_time: the largest that was certified, with the spec's gains.
+        gains: the nearest that were certified, with the spec's sample time.
+        skipped: why nothing was looked for; empty where it was.
+    """
+
+    sample_time: Proposal | None
+    gains: Proposal | None
+    skipped: str = ""
+
+
+@dataclass(frozen=True)
 class Refusal:
     """Why no certificate is given.
 
@@ -92,6 +124,7 @@ class Refusal:
         largest_sample_time: of explicit Euler at these gains, s; 0 where no sample time helps.
         proved: whether the counterexample is checked in exact numbers.
         proof: the refutation as the checker accepts it, or None.
+        proposals: what would be certified; None where that was not asked for.
     """
 
     reason: str
@@ -101,6 +134,7 @@ class Refusal:
     largest_sample_time: float
     proved: bool
     proof: Mapping[str, Any] | None = None
+    proposals: Proposals | None = None
 
     @property
     def proofs(self) -> dict[str, str]:
