@@ -254,6 +254,8 @@ def verify(top: dict[str, Any], folder: Path | None, spec: Path | None) -> Repor
     facts = ["P is not positive definite" if x else f"P is positive definite: {n} positive pivots"]
     facts += [f"{seen}: {who} falls by at least the factor {law} = {show(fall)} a sample"]
     facts += [reversal(entry, P, scale, fall) for entry in top["reversals"]]
+    own = all([top["error"][i]["name"] for i in e["flips"]] == [f"e_a_{e['contact']}"] for e in top["reversals"])
+    demand(own, "reversals: flips are not the error e_a_CONTACT of their contact")
     bound = [(folder / name, digest) for name, digest in files.items() if folder and (folder / name).exists()]
     for path, expected in bound + [(spec, top["subject"]["spec_sha256"])] * bool(spec):
         found = hashlib.sha256(path.read_bytes()).hexdigest()

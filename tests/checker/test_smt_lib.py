@@ -88,5 +88,5 @@ def test_a_false_claim_is_denied(cert: Any, path: str, new: Any, solver: str) ->
 
 
 def test_a_dwell_too_long_for_exact_powers() -> None:
-    with pytest.raises(BadInput, match="1000000 dwell samples at ground"):
+    with pytest.raises(BadInput, match="1000000 dwell samples at 1"):
         smt_text(changed(cfo(), "reversals.0.dwell_samples", 10**6))

@@ -44,7 +44,7 @@ def certificate(n: int, **fields: Any) -> Cert:
         "subject": {"name": "example", "spec_sha256": "0" * 64, "files": {}},
         "observer": {"kind": "cfo", "velocity": "estimated", "integration": "euler"},
         "claim": "The error decays at the rate α.",
-        "error": [{"name": f"e{i}", "meaning": "truth less estimate", "unit": "m/s"} for i in range(n)],
+        "error": [{"name": f"e_a_{i}", "meaning": "truth less estimate", "unit": "m/s"} for i in range(n)],
         "variables": {},
         "splits": {},
         "parameters": [],
@@ -57,7 +57,7 @@ def certificate(n: int, **fields: Any) -> Cert:
 
 def scalar() -> Cert:
     """Φ = 1/2, so V falls to a quarter; 1 - 2αh = 0.26."""
-    reversal = {"contact": "ground", "flips": [0], "growth": "1", "dwell_samples": 0}
+    reversal = {"contact": "0", "flips": [0], "growth": "1", "dwell_samples": 0}
     return certificate(
         1, sample_time="1/100", decay_rate="37", matrix=[["-50"]], lyapunov_matrix=[["1"]], reversals=[reversal]
     )
@@ -72,7 +72,7 @@ def cfo() -> Cert:
         decay_rate="15/2",
         matrix=[[f"-{kv}", ["neg", ["/", "1", f"{m}"]]], [["*", f"{kF}", f"{kv}"], "0"]],
         lyapunov_matrix=[["1", "487/10000"], ["487/10000", "58/10000"]],
-        reversals=[{"contact": "ground", "flips": [1], "growth": "91/20", "dwell_samples": 101}],
+        reversals=[{"contact": "1", "flips": [1], "growth": "91/20", "dwell_samples": 101}],
     )
 
 
@@ -87,7 +87,7 @@ def turning() -> Cert:
         parameters=[{"name": "c", "expression": ["cos", "q"]}, {"name": "w", "expression": ["/", "1", "m"]}],
         matrix=[[["+", "-100", ["*", "-20", "c"]], ["neg", ["*", "w", "c"]]], ["1000", "0"]],
         lyapunov_matrix=[["1", "382/10000"], ["382/10000", "47/10000"]],
-        reversals=[{"contact": "joint", "flips": [1], "growth": "36/10", "dwell_samples": 175}],
+        reversals=[{"contact": "1", "flips": [1], "growth": "36/10", "dwell_samples": 175}],
     )
 
 
@@ -158,6 +158,8 @@ def margin(cert: Cert) -> float:
         margins.append(fall - largest(phi.T @ P @ phi, P))
     for entry in cert["reversals"]:
         growth = number(entry["growth"])
+        if [cert["error"][i]["name"] for i in entry["flips"]] != [f"e_a_{entry['contact']}"]:
+            return -1.0  # a contact turns its own error
         J = np.diag([-1.0 if i in entry["flips"] else 1.0 for i in range(len(P))])
         margins += [growth - max(largest(J @ P @ J, P), 1)]
         margins += [1 - growth * fall ** entry["dwell_samples"]]
@@ -413,6 +415,11 @@ def dig(path: str, new: Any, build: Callable[[], Cert] = turning) -> Cert:
     return replaced(build(), tuple(keys), new)
 
 
+def free_turn(flips: list[int]) -> Cert:
+    """A reversal that costs V nothing, since nothing turns beside what does not."""
+    return dig("reversals.0", {"contact": "1", "flips": flips, "growth": "1", "dwell_samples": 0})
+
+
 def parameter(expression: Any) -> Cert:
     """The angle's example with another c."""
     return dig("parameters.0.expression", expression)
@@ -472,7 +479,7 @@ REFUSALS: dict[str, tuple[Cert | str, str]] = {
     "a hash in capitals": (dig("subject.spec_sha256", "A" * 64), "spec_sha256.*'HASH'"),
     "no error component": (dig("error", []), "0 error components"),
     "33 components": (big(33), "33 error components, not 1 to 32"),
-    "an error twice": (dig("error.1.name", "e0"), "error: a name stands twice"),
+    "an error twice": (dig("error.1.name", "e_a_0"), "error: a name stands twice"),
     "matrix with a short row": (dig("matrix.1", ["1"]), "matrix is not 2 by 2"),
     "matrix with a row less": (dig("matrix", [["1", "2"]]), "matrix is not 2 by 2"),
     "P with a row more": (dig("lyapunov_matrix", [["1", "0"]] * 3), "lyapunov_matrix is not 2 by 2"),
@@ -502,6 +509,9 @@ REFUSALS: dict[str, tuple[Cert | str, str]] = {
     "variable named by an operator": (dig("variables", {"+": ["0", "1"]}) | {"splits": {}}, "'NAME'"),
     "contact twice": (dig("reversals", turning()["reversals"] * 2), "reversals: a contact stands twice"),
     "flip beyond": (dig("reversals.0.flips", [2]), r"flips \[2\] twice or not below 2"),
+    "no flip": (free_turn([]), "flips are not the error e_a_CONTACT"),
+    "flips of all": (free_turn([0, 1]), "flips are not the error e_a_CONTACT"),
+    "flips of another": (dig("reversals.0.contact", "0"), "flips are not the error e_a_CONTACT"),
     "flip twice": (dig("reversals.0.flips", [1, 1]), "twice"),
     "growth below 1": (dig("reversals.0.growth", "999/1000"), "below 1"),
     "growth negative": (dig("reversals.0.growth", "-5"), "below 1"),
