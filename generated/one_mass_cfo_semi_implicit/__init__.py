@@ -1,0 +1,138 @@
+"""one_mass_cfo_semi_implicit: friction observer CFO, velocity estimated, double precision.
+
+Made by stiction 0.1.0 from one_mass_cfo_semi_implicit.yaml
+sha256 4c4c4b6f05fc54bc70baf20eb55fb2889e7b798571b66338dcbd01b6c1d59476
+with: stiction generate one_mass_cfo_semi_implicit.yaml
+
+The twin of one_mass_cfo_semi_implicit.c: the same operations in the same order on doubles, so the same bits. Do not edit.
+"""
+
+import math
+from dataclasses import dataclass
+
+__all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"]
+
+SPEC_SHA256 = "4c4c4b6f05fc54bc70baf20eb55fb2889e7b798571b66338dcbd01b6c1d59476"
+LARGEST = 1e+150
+
+
+@dataclass(slots=True)
+class Parameters:
+    """Constants of the model and gains, with the spec's values; behind them what ``prepare`` derives from these."""
+
+    m: float = 1.0  # kg: model parameter
+    rail_a: float = 50.0  # N: model parameter
+    K_F: float = 10.0  # N*s/m: observer gain
+    K_v: float = 100.0  # 1/s: observer gain
+    sample_time: float = 0.001  # s: sample time
+    one_over_m: float = 1.0  # 1.0 / m
+    constant_1: float = 90.9090909090909  # K_v / (sample_time * K_v + 1.0)
+    constant_2: float = 0.0009090909090909091  # sample_time / (sample_time * K_v + 1.0)
+    constant_3: float = 0.09090909090909091  # sample_time * K_v / (sample_time * K_v + 1.0)
+    h_K_F: float = 0.01  # sample_time * K_F
+
+
+@dataclass(slots=True)
+class State:
+    """What the observer remembers from sample to sample."""
+
+    z_v: float = 0.0  # m/s: observer state
+    z_rail: float = 0.0  # N: observer state
+    waiting: float = 0.0  # 1 while no good sample has set the state
+
+
+@dataclass(slots=True)
+class Inputs:
+    """What is measured and commanded at a sample."""
+
+    x: float = 0.0  # m: measured position
+    w: float = 0.0  # N: input
+
+
+@dataclass(slots=True)
+class Outputs:
+    """What is estimated."""
+
+    v_hat: float = 0.0  # m/s: velocity estimate, (4.25)
+    a_hat_rail: float = 0.0  # N: friction level, (4.11)
+    F_hat_rail: float = 0.0  # N: contact friction, (4.10)
+    F_hat_on_x: float = 0.0  # N: friction force, (4.10)
+    fault: int = 0  # 1 if this sample was not used
+
+
+def _sign(u: float) -> float:
+    return 1.0 if u > 0.0 else (-1.0 if u < 0.0 else 0.0)
+
+
+def prepare(parameters: Parameters) -> None:
+    """Compute the derived constants anew, after a parameter was changed."""
+    parameters.one_over_m = 1.0 / parameters.m
+    parameters.constant_1 = parameters.K_v / (parameters.sample_time * parameters.K_v + 1.0)
+    parameters.constant_2 = parameters.sample_time / (parameters.sample_time * parameters.K_v + 1.0)
+    parameters.constant_3 = (
+        parameters.sample_time * parameters.K_v / (parameters.sample_time * parameters.K_v + 1.0)
+    )
+    parameters.h_K_F = parameters.sample_time * parameters.K_F
+
+
+def init(parameters: Parameters, inputs: Inputs) -> State:
+    """The state from the first measurement; if that cannot be used, one that waits for a good sample."""
+    state = State(
+        z_v=-(parameters.K_v / (parameters.sample_time * parameters.K_v + 1.0) * inputs.x),
+        z_rail=parameters.rail_a,
+    )
+    check = inputs.x + inputs.w + state.z_v + state.z_rail
+    if not abs(check) <= LARGEST:
+        state = State(waiting=1.0)
+    return state
+
+
+def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs | None = None) -> Outputs:
+    """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample.
+
+    The estimates go into ``outputs``, or into new ones.
+    Where an input is NaN or infinite, or a next state would be or lie beyond 1e+150, state and ``outputs`` stay
+    as they are but for ``fault``, which is 1. Where the inputs are good, it is the state that cannot be used or waits:
+    it is set from them, as by ``init``, and the next sample is estimated again.
+    """
+    if outputs is None:
+        outputs = Outputs()
+
+    # velocity estimate, (4.25)
+    v_hat = state.z_v + parameters.constant_1 * inputs.x  # m/s
+
+    # slip sign, (4.13)
+    sign_rail = _sign(v_hat)  # 1
+
+    # friction level, (4.11)
+    a_hat_rail = state.z_rail - parameters.K_F * abs(v_hat)  # N
+
+    # contact friction, (4.10)
+    F_hat_rail = sign_rail * a_hat_rail  # N
+
+    # acceleration, (4.2)
+    v_dot_hat = parameters.one_over_m * (inputs.w - F_hat_rail)  # m/s^2
+
+    # states one sample later (semi-implicit Euler)
+    z_v_next = state.z_v + parameters.constant_2 * v_dot_hat - parameters.constant_3 * v_hat
+    z_rail_next = state.z_rail + parameters.h_K_F * sign_rail * v_dot_hat
+
+    # hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN
+    check = z_v_next + z_rail_next
+    if state.waiting or not abs(check) <= LARGEST:
+        outputs.fault = 1
+        # where the sample is good, it is the state that cannot be used or waits: start anew
+        given = inputs.x + inputs.w
+        if abs(given) <= LARGEST:
+            fresh = init(parameters, inputs)
+            for name in State.__slots__:
+                setattr(state, name, getattr(fresh, name))
+        return outputs
+    outputs.fault = 0
+    outputs.v_hat = v_hat
+    outputs.a_hat_rail = a_hat_rail
+    outputs.F_hat_rail = F_hat_rail
+    outputs.F_hat_on_x = F_hat_rail
+    state.z_v = z_v_next
+    state.z_rail = z_rail_next
+    return outputs

@@ -1,0 +1,43 @@
+/*
+ * A complete program around one_mass_cfo_semi_implicit: build with
+ *     cc -std=c99 -O2 example_main.c one_mass_cfo_semi_implicit.c -lm -o example
+ * Reads one sample a line and prints the estimates and the fault flag. A sample is
+ * x, w.
+ */
+#include "one_mass_cfo_semi_implicit.h"
+
+#include <stdio.h>
+#include <string.h>
+
+static int read_sample(one_mass_cfo_semi_implicit_inputs *inputs)
+{
+    int count = 0;
+
+    count += scanf("%lf", &inputs->x);
+    count += scanf("%lf", &inputs->w);
+    return count == 2;
+}
+
+int main(void)
+{
+    const one_mass_cfo_semi_implicit_parameters parameters = ONE_MASS_CFO_SEMI_IMPLICIT_PARAMETERS;
+    one_mass_cfo_semi_implicit_state state;
+    one_mass_cfo_semi_implicit_inputs inputs;
+    one_mass_cfo_semi_implicit_outputs outputs;
+    int first = 1;
+
+    memset(&outputs, 0, sizeof outputs);
+    while (read_sample(&inputs)) {
+        if (first) {
+            one_mass_cfo_semi_implicit_init(&state, &parameters, &inputs);
+            first = 0;
+        }
+        one_mass_cfo_semi_implicit_step(&state, &parameters, &inputs, &outputs);
+        printf("%.17g ", outputs.v_hat);
+        printf("%.17g ", outputs.a_hat_rail);
+        printf("%.17g ", outputs.F_hat_rail);
+        printf("%.17g ", outputs.F_hat_on_x);
+        printf("%d\n", outputs.fault);
+    }
+    return 0;
+}

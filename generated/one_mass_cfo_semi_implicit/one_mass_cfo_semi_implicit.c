@@ -1,0 +1,97 @@
+/*
+ * one_mass_cfo_semi_implicit: friction observer CFO, velocity estimated, double precision.
+ * A step: 6 additions, 8 multiplications, 0 divisions, 0 calls, 2 of sign or magnitude.
+ *
+ * Made by stiction 0.1.0 from one_mass_cfo_semi_implicit.yaml
+ * sha256 4c4c4b6f05fc54bc70baf20eb55fb2889e7b798571b66338dcbd01b6c1d59476
+ * with: stiction generate one_mass_cfo_semi_implicit.yaml
+ */
+#include "one_mass_cfo_semi_implicit.h"
+
+#include <math.h>
+
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+static inline double one_mass_cfo_semi_implicit_sign(double u)
+{
+    return (u > 0.0) ? 1.0 : ((u < 0.0) ? -1.0 : 0.0);
+}
+
+void one_mass_cfo_semi_implicit_prepare(one_mass_cfo_semi_implicit_parameters *parameters)
+{
+    parameters->one_over_m = 1.0 / parameters->m;
+    parameters->constant_1 = parameters->K_v / (parameters->sample_time * parameters->K_v + 1.0);
+    parameters->constant_2 = parameters->sample_time / (parameters->sample_time * parameters->K_v + 1.0);
+    parameters->constant_3 = parameters->sample_time * parameters->K_v / (parameters->sample_time
+        * parameters->K_v + 1.0);
+    parameters->h_K_F = parameters->sample_time * parameters->K_F;
+}
+
+/* Set the state from a measurement, at the first sample or anew. */
+static void one_mass_cfo_semi_implicit_start(one_mass_cfo_semi_implicit_state *state, const one_mass_cfo_semi_implicit_parameters *parameters,
+    const one_mass_cfo_semi_implicit_inputs *inputs)
+{
+    state->z_v = -(parameters->K_v / (parameters->sample_time * parameters->K_v + 1.0) * inputs->x);
+    state->z_rail = parameters->rail_a;
+
+    /* where that cannot be used, wait for a good sample */
+    const double check = inputs->x + inputs->w + state->z_v + state->z_rail;
+    state->waiting = 0.0;
+    if (!(fabs(check) <= 1e+150)) {
+        state->z_v = 0.0;
+        state->z_rail = 0.0;
+        state->waiting = 1.0;
+    }
+}
+
+void one_mass_cfo_semi_implicit_init(one_mass_cfo_semi_implicit_state *state, const one_mass_cfo_semi_implicit_parameters *parameters,
+    const one_mass_cfo_semi_implicit_inputs *inputs)
+{
+    one_mass_cfo_semi_implicit_start(state, parameters, inputs);
+}
+
+void one_mass_cfo_semi_implicit_step(one_mass_cfo_semi_implicit_state *state, const one_mass_cfo_semi_implicit_parameters *parameters,
+    const one_mass_cfo_semi_implicit_inputs *inputs, one_mass_cfo_semi_implicit_outputs *outputs)
+{
+    /* velocity estimate, (4.25) */
+    const double v_hat = state->z_v + parameters->constant_1 * inputs->x; /* m/s */
+
+    /* slip sign, (4.13) */
+    const double sign_rail = one_mass_cfo_semi_implicit_sign(v_hat); /* 1 */
+
+    /* friction level, (4.11) */
+    const double a_hat_rail = state->z_rail - parameters->K_F * fabs(v_hat); /* N */
+
+    /* contact friction, (4.10) */
+    const double F_hat_rail = sign_rail * a_hat_rail; /* N */
+
+    /* acceleration, (4.2) */
+    const double v_dot_hat = parameters->one_over_m * (inputs->w - F_hat_rail); /* m/s^2 */
+
+    /* states one sample later (semi-implicit Euler) */
+    const double z_v_next = state->z_v + parameters->constant_2 * v_dot_hat - parameters->constant_3 * v_hat;
+    const double z_rail_next = state->z_rail + parameters->h_K_F * sign_rail * v_dot_hat;
+
+    /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
+    const double check = z_v_next + z_rail_next;
+    if (state->waiting < 0.5 && fabs(check) <= 1e+150) {
+        outputs->v_hat = v_hat;
+        outputs->a_hat_rail = a_hat_rail;
+        outputs->F_hat_rail = F_hat_rail;
+        outputs->F_hat_on_x = F_hat_rail;
+
+        state->z_v = z_v_next;
+        state->z_rail = z_rail_next;
+        outputs->fault = 0;
+    } else {
+        outputs->fault = 1;
+
+        /* where the sample is good, it is the state that cannot be used or waits: start anew */
+        const double given = inputs->x + inputs->w;
+        if (fabs(given) <= 1e+150) {
+            one_mass_cfo_semi_implicit_start(state, parameters, inputs);
+        }
+    }
+}

@@ -1,0 +1,94 @@
+/*
+ * one_mass_cfo_semi_implicit: friction observer CFO, velocity estimated, double precision.
+ * Source: Mentzelopoulou 1994, sections 2.3 and 3.3.
+ *
+ * Made by stiction 0.1.0 from one_mass_cfo_semi_implicit.yaml
+ * sha256 4c4c4b6f05fc54bc70baf20eb55fb2889e7b798571b66338dcbd01b6c1d59476
+ * with: stiction generate one_mass_cfo_semi_implicit.yaml
+ *
+ * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a product with its reciprocal, which the
+ * parameters hold; the Python twin does the same. Compile with -std=c99 (or -ffp-contract=off) to get the bits of the
+ * twin. Do not edit: change the spec and generate again.
+ */
+#ifndef STICTION_ONE_MASS_CFO_SEMI_IMPLICIT_H
+#define STICTION_ONE_MASS_CFO_SEMI_IMPLICIT_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Constants of the model and gains; ONE_MASS_CFO_SEMI_IMPLICIT_PARAMETERS holds the spec's values. */
+typedef struct {
+    double m; /* kg: model parameter */
+    double rail_a; /* N: model parameter */
+    double K_F; /* N*s/m: observer gain */
+    double K_v; /* 1/s: observer gain */
+    double sample_time; /* s: sample time */
+    /* derived: one_mass_cfo_semi_implicit_prepare computes them from those above */
+    double one_over_m; /* 1.0 / m */
+    double constant_1; /* K_v / (sample_time * K_v + 1.0) */
+    double constant_2; /* sample_time / (sample_time * K_v + 1.0) */
+    double constant_3; /* sample_time * K_v / (sample_time * K_v + 1.0) */
+    double h_K_F; /* sample_time * K_F */
+} one_mass_cfo_semi_implicit_parameters;
+
+#define ONE_MASS_CFO_SEMI_IMPLICIT_PARAMETERS \
+    { \
+        1.0, /* m */ \
+        50.0, /* rail_a */ \
+        10.0, /* K_F */ \
+        100.0, /* K_v */ \
+        0.001, /* sample_time */ \
+        1.0, /* one_over_m */ \
+        90.9090909090909, /* constant_1 */ \
+        0.0009090909090909091, /* constant_2 */ \
+        0.09090909090909091, /* constant_3 */ \
+        0.01 /* h_K_F */ \
+    }
+
+/* What the observer remembers from sample to sample. */
+typedef struct {
+    double z_v; /* m/s: observer state */
+    double z_rail; /* N: observer state */
+    double waiting; /* 1 while no good sample has set the state, 0 otherwise */
+} one_mass_cfo_semi_implicit_state;
+
+/* What is measured and commanded at a sample. */
+typedef struct {
+    double x; /* m: measured position */
+    double w; /* N: input */
+} one_mass_cfo_semi_implicit_inputs;
+
+/* What is estimated. */
+typedef struct {
+    double v_hat; /* m/s: velocity estimate, (4.25) */
+    double a_hat_rail; /* N: friction level, (4.11) */
+    double F_hat_rail; /* N: contact friction, (4.10) */
+    double F_hat_on_x; /* N: friction force, (4.10) */
+    int fault; /* 1 if this sample was not used, 0 otherwise */
+} one_mass_cfo_semi_implicit_outputs;
+
+/* Compute the derived constants anew: call it after a parameter was changed; ONE_MASS_CFO_SEMI_IMPLICIT_PARAMETERS has them. */
+void one_mass_cfo_semi_implicit_prepare(one_mass_cfo_semi_implicit_parameters *parameters);
+
+/*
+ * Set the state from the first measurement. Where that cannot be used the state is zero and waiting is 1: the step then gives
+ * fault 1, and its first good sample sets the state.
+ */
+void one_mass_cfo_semi_implicit_init(one_mass_cfo_semi_implicit_state *state, const one_mass_cfo_semi_implicit_parameters *parameters,
+    const one_mass_cfo_semi_implicit_inputs *inputs);
+
+/*
+ * One sample: estimates from the state and this measurement, then the state of the next sample.
+ * Where an input is NaN or infinite, or a next state would be or lie beyond 1e+150, state and estimates stay as they
+ * are and fault is 1. Where the inputs are good, it is the state that cannot be used or waits: init sets it from them, and
+ * the next sample is estimated again. Set the outputs to zero before the first step.
+ */
+void one_mass_cfo_semi_implicit_step(one_mass_cfo_semi_implicit_state *state, const one_mass_cfo_semi_implicit_parameters *parameters,
+    const one_mass_cfo_semi_implicit_inputs *inputs, one_mass_cfo_semi_implicit_outputs *outputs);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
