@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from codegen.diagnosis.results import Diagnosis
 
 Progress = Callable[[str, float], None]
-DIAGNOSIS_FILES = ("diagnosis.json", "spec.yaml", "report.html")
+DIAGNOSIS_FILES = ("diagnosis.json", "spec.yaml", "report.html", "excitation.csv")
 
 
 @dataclass(frozen=True)
@@ -202,7 +202,8 @@ def diagnose(
     Args:
         log, test: measured logs, each one file or the several of one experiment; without ``test`` the last part of
             ``log`` is held out.
-        out: folder for diagnosis.json, spec.yaml, report.html and generated/NAME; by default named after the first log.
+        out: folder for diagnosis.json, spec.yaml, report.html, generated/NAME and, where candidates tie and a motion
+            tells them apart, excitation.csv; by default named after the first log.
         description, columns: how the logs name their columns.
 
     Raises:
@@ -242,6 +243,8 @@ def diagnose(
     if model.spec.robot is not None and not {"..", "/"} & {*Path(model.spec.robot[0]).parts}:
         name = model.spec.robot[0]
         files[name] = read_text(model.spec.path.parent / name, "a robot description (URDF)")
+    if models.excitation is not None:
+        files["excitation.csv"] = models.excitation
     files["diagnosis.json"] = json.dumps(diagnosis.as_json(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
     files["report.html"] = render_report(model.spec, diagnosis, models, {name: name for name in files})
     write_all(folder, files)

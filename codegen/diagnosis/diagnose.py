@@ -19,6 +19,7 @@ from codegen.diagnosis.replay import compare_residuals
 from codegen.diagnosis.results import Candidate, Diagnosis, ErrorFigures, FoundEffect, Verdict
 from codegen.diagnosis.rounds import Outcome, Ranked, find_effects, twins
 from codegen.diagnosis.search import Search, search_on
+from codegen.diagnosis.separation import separate
 from codegen.diagnosis.signals import Motion, smooth_motion
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import unit_words
@@ -43,6 +44,7 @@ class Models:
         train, test: motions; the same object when one log serves for both.
         window: the held-out part of ``test``.
         spec_text: the augmented spec.
+        excitation: text of the file of a motion that tells candidates apart; None where there is none.
     """
 
     declared: System
@@ -52,6 +54,7 @@ class Models:
     test: Problem
     window: Window
     spec_text: str
+    excitation: str | None = None
 
 
 def diagnose_log(
@@ -93,6 +96,10 @@ def diagnose_log(
         verdict = "unknown"
     if verdict == "unknown":
         augmented = refit
+    told, excitation = None, None
+    if verdict == "ambiguous":
+        tell("motion that separates", 0.8)
+        told, excitation = separate(search, outcome, log, spec.envelope)
     tell("held-out error", 0.85)
     judge = Problem(system, other, {})
     figures = [measure(s, other, judge.masks, window) for s in (system, refit, augmented)]
@@ -118,9 +125,10 @@ def diagnose_log(
         agreement=agreement,
         findings={name: tuple(_words(f) for f in some) for name, some in findings.items()},
         certificate=None,
+        separation=told,
     )
     tell("done", 1.0)
-    return diagnosis, Models(system, refit, augmented, problem, judge, window, text)
+    return diagnosis, Models(system, refit, augmented, problem, judge, window, text, excitation)
 
 
 def _sentence(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -122,18 +122,27 @@ class Search:
         trial = shot.runner.trial
         moved, found = trial.split(shot.theta)
         rest = [k for k in range(len(trial.parts)) if k != index]
-        fewer = replace(trial, parts=tuple(trial.parts[k] for k in rest))
-        theta = fewer.theta(moved, [found[k] for k in rest])
+        return self.exchanged(shot, moved, [trial.parts[k] for k in rest], [found[k] for k in rest])
+
+    def exchanged(self, shot: Shot, moved: Array, parts: Sequence[Part], values: Sequence[Mapping[str, float]]) -> Shot:
+        """The fit with these effects in place of its own, from these values."""
+        trial = replace(shot.runner.trial, parts=tuple(parts))
+        theta = trial.theta(moved, values)
         free = np.zeros(len(theta) - len(moved))
-        runner = self._runners([fewer])[0]
         start = replace(
             shot,
-            runner=runner,
+            runner=self._runners([trial])[0],
             theta=theta,
             price=np.append(self.price, free),
             centre=np.append(self.declared, free),
         )
         return self.rebased(start)
+
+    def elsewhere(self, shot: Shot) -> Shot:
+        """The fit again on this search's record, which is of another log than the fit's own."""
+        runner = replace(shot.runner, substeps=self.substeps)
+        offsets = np.zeros((len(self.record.start), shot.offsets.shape[1]))
+        return self.rebased(replace(shot, runner=runner, offsets=offsets))
 
     def every_part(self, taken: Sequence[Part]) -> list[Part]:
         """Effects at their places, less those taken; richer forms of a kind are not tried on their own."""

@@ -11,7 +11,14 @@ from codegen.diagnosis.diagnose import Models
 from codegen.diagnosis.results import Agreement, CertificateChange, Diagnosis
 from codegen.report.pictures import free_run_picture, residual_picture
 from codegen.report.series import MOST_POINTS, held_out_series
-from codegen.report.tables import candidate_rows, effect_views, error_rows, refitted_rows, training_row
+from codegen.report.tables import (
+    candidate_rows,
+    effect_views,
+    error_rows,
+    refitted_rows,
+    separation_view,
+    training_row,
+)
 from codegen.report.view import (
     AgreementView,
     CertificateSide,
@@ -62,6 +69,7 @@ def page_view(spec: Spec, diagnosis: Diagnosis, models: Models, files: Mapping[s
         refitted=refitted_rows(diagnosis, models.declared),
         pictures=_pictures(diagnosis, models),
         candidates=candidate_rows(diagnosis, models.declared),
+        separation=separation_view(diagnosis.separation),
         agreement=_agreement(diagnosis.agreement),
         findings=_findings(diagnosis),
         difference=_difference(spec, models.spec_text),

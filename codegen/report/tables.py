@@ -6,11 +6,20 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Literal
 
-from codegen.diagnosis.results import Candidate, Diagnosis, ErrorFigures, FoundEffect
+from codegen.diagnosis.results import Candidate, Diagnosis, ErrorFigures, FoundEffect, MotionTried, Separation
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import places_of, unit_words
 from codegen.mechanics.system import System
-from codegen.report.view import CandidateRow, EffectView, ErrorRow, ParameterView, RefittedRow
+from codegen.report.view import (
+    CandidateRow,
+    EffectView,
+    ErrorRow,
+    MotionView,
+    PairView,
+    ParameterView,
+    RefittedRow,
+    SeparationView,
+)
 from codegen.report.wording import change, common_unit, number, percent, prefixed, unit_text, with_unit
 
 Quantity = Literal["force", "relative", "position"]
@@ -126,6 +135,27 @@ def candidate_rows(diagnosis: Diagnosis, system: System) -> tuple[CandidateRow, 
         )
         for k, c in enumerate(diagnosis.candidates)
     )
+
+
+def separation_view(separation: Separation | None) -> SeparationView | None:
+    """How tied candidates could be told apart; None where none tie."""
+    if separation is None:
+        return None
+    pairs = tuple(
+        PairView(_words(a.first), _words(a.other), number(a.angle, 2), number(a.distance, 2), a.separated_by)
+        for a in separation.alike
+    )
+    chosen = None if separation.chosen is None else _motion(separation.chosen)
+    tried = tuple(_motion(m) for m in separation.tried)
+    return SeparationView(pairs, chosen, tuple(separation.references.items()), tried, number(separation.needed))
+
+
+def _words(name: tuple[str, str]) -> str:
+    return f"{name[0]} on {name[1]}"
+
+
+def _motion(motion: MotionTried) -> MotionView:
+    return MotionView(motion.name, number(motion.duration), number(motion.energy, 3), number(motion.separation, 3))
 
 
 def _parameters(candidate: Candidate, system: System) -> tuple[str, ...]:

@@ -170,6 +170,38 @@ class FileLink:
 
 
 @dataclass(frozen=True)
+class PairView:
+    """Two candidates that tie, in print."""
+
+    first: str
+    other: str
+    angle: str
+    distance: str
+    catalogue: str
+
+
+@dataclass(frozen=True)
+class MotionView:
+    """An extra motion that was tried in simulation, in print."""
+
+    name: str
+    duration: str
+    energy: str
+    separation: str
+
+
+@dataclass(frozen=True)
+class SeparationView:
+    """What would tell tied candidates apart; ``motion`` is None where nothing of the library does."""
+
+    pairs: tuple[PairView, ...]
+    motion: MotionView | None
+    references: tuple[tuple[str, str], ...]
+    tried: tuple[MotionView, ...]
+    needed: str
+
+
+@dataclass(frozen=True)
 class Page:
     """The whole page, in its order."""
 
@@ -188,6 +220,7 @@ class Page:
     refitted: tuple[RefittedRow, ...]
     pictures: PictureView
     candidates: tuple[CandidateRow, ...]
+    separation: SeparationView | None
     agreement: AgreementView | None
     findings: tuple[FindingGroup, ...]
     difference: tuple[DifferenceLine, ...]

@@ -1,0 +1,232 @@
+"""Candidates that one log cannot tell apart: how alike they are on it, and the cheapest extra motion that tells."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+
+from codegen.diagnosis.credit import held_out_losses, independent_share
+from codegen.diagnosis.models import with_effects, with_values
+from codegen.diagnosis.motions import ExtraMotion, Reach, library, reach_of, reference_text
+from codegen.diagnosis.output_error import Shot
+from codegen.diagnosis.record import record_of
+from codegen.diagnosis.results import FoundEffect, Likeness, MotionTried, Separation
+from codegen.diagnosis.rounds import Outcome
+from codegen.diagnosis.search import Search
+from codegen.diagnosis.signals import smooth_motion
+from codegen.effects import CATALOGUE
+from codegen.effects.declare import unit_words
+from codegen.errors import BadInput
+from codegen.logs import Log
+from codegen.mechanics.system import System
+from codegen.simulate import Feedback, Sensors, run_loop, sampled
+
+Array = NDArray[np.float64]
+
+SEPARATED = 10.0
+"""Standard deviations of the noise between the truth and the other candidate's best fit: 25 nats, where the verdict
+asks for about five."""
+TRAINED = 0.7
+"""Share of the motion that is judged: a diagnosis without a second log holds the rest out."""
+MOST_RIVALS = 2
+LOOP_SHARE, LOOP_SAMPLES = 0.4, 60
+"""The loop that follows a motion in simulation: its frequency over the coarse cutoff; least samples of its period."""
+
+
+@dataclass(frozen=True, eq=False)
+class Played:
+    """A motion as a candidate's machine follows it: references (N, n), commands (N, m) and positions (N, n)."""
+
+    references: Array
+    commands: Array
+    positions: Array
+
+    def energy(self, h: float) -> float:
+        """∫|w|² dt."""
+        return float((self.commands**2).sum() * h)
+
+
+def separate(
+    search: Search, outcome: Outcome, log: Log, envelope: Mapping[str, tuple[Any, Any]]
+) -> tuple[Separation, str | None]:
+    """Tell how alike the tied candidates are, and look for the cheapest motion that tells each from each.
+
+    A motion is simulated with one candidate after the other as the truth, under a position loop, with the log's noise
+    on the positions; every candidate is then refitted to it, as a diagnosis of it would, and must lose to the truth by
+    ``SEPARATED``. Shorter motions are cheaper, and among those of one length the one with the least ∫|w|² dt.
+
+    Args:
+        outcome: with rivals.
+        envelope: of the spec; the motions stay inside it or inside what the log has shown.
+
+    Returns:
+        The figures, and the excitation file's text: None where no motion separates them.
+    """
+    shots = [outcome.final, *(_with_rival(search, outcome, r) for r in range(min(MOST_RIVALS, len(outcome.rivals))))]
+    alike = tuple(_likeness(search, outcome, shots[0], other) for other in shots[1:])
+    reach = reach_of(search.system, search.motion, envelope)
+    machines = [_machine(shot) for shot in shots]
+    tried: list[MotionTried] = []
+    for motion, played in _cheapest_first(search, machines[0], reach, log.sample_time):
+        figures = _try(search, log, shots, machines, reach, motion, played)
+        tried.append(figures)
+        if figures.separation >= SEPARATED:
+            names = [x.name for x in search.system.positions]
+            texts = {name: reference_text(r) for name, r in zip(names, motion.references, strict=True)}
+            return Separation(alike, tuple(tried), figures, texts, SEPARATED), _csv(search, played)
+    return Separation(alike, tuple(tried), None, {}, SEPARATED), None
+
+
+def _cheapest_first(search: Search, machine: System, reach: Reach, h: float) -> Iterator[tuple[ExtraMotion, Played]]:
+    """The library's motions that stay finite: the shorter first, among equals the one with less energy."""
+    for _, same in groupby(library(reach, search.motion), key=lambda motion: motion.duration):
+        followed = [(motion, _play(search, machine, reach, motion, h)) for motion in same]
+        whole = [(motion, played) for motion, played in followed if played is not None]
+        yield from sorted(whole, key=lambda pair: pair[1].energy(h))
+
+
+def _with_rival(search: Search, outcome: Outcome, index: int) -> Shot:
+    """The fit with a rival in the place of the first effect."""
+    rival, final = outcome.rivals[index].found, outcome.final
+    moved, found = final.runner.trial.split(final.theta)
+    others = final.runner.trial.parts[1:]
+    return search.exchanged(final, moved, [rival.part, *others], [rival.parameters, *found[1:]])
+
+
+def _likeness(search: Search, outcome: Outcome, first: Shot, other: Shot) -> Likeness:
+    """The angle between what the two take out of the residual, and how far the better fits on this log."""
+    base = outcome.base if len(first.runner.trial.parts) == 1 else search.without(first, 0)
+    one, two = ((base.residual - shot.residual).ravel() for shot in (first, other))
+    size = float(np.linalg.norm(one) * np.linalg.norm(two))
+    cosine = float(np.clip(one @ two / size, -1.0, 1.0)) if size > 0 else 1.0
+    parts = [shot.runner.trial.parts[0] for shot in (first, other)]
+    return Likeness(
+        (parts[0].kind, parts[0].on),
+        (parts[1].kind, parts[1].on),
+        float(np.degrees(np.arccos(cosine))),
+        _distance(first, other),
+        next((c.separated_by for c in CATALOGUE[parts[0].kind].confused_with if c.other == parts[1].kind), ""),
+    )
+
+
+def _distance(truth: Shot, other: Shot) -> float:
+    """How much better one fits than the other, in standard deviations of the noise.
+
+    Near the noise, where a segment's loss grows by a quarter of its squared residual, it is the norm of the difference
+    of the two predictions over the noise, with only as many residuals counted as are independent; below zero where the
+    other fits better.
+    """
+    gain = float(held_out_losses(other).sum() - held_out_losses(truth).sum())
+    return float(np.copysign(2 * np.sqrt(independent_share(truth) * abs(gain)), gain))
+
+
+def _machine(shot: Shot) -> System:
+    """The system with a fit's effects and levels."""
+    trial = shot.runner.trial
+    moved, found = trial.split(shot.theta)
+    system = with_values(trial.system, {s.name: float(v) for s, v in zip(trial.moved, moved, strict=True)})
+    effects = [
+        FoundEffect(p.kind, p.on, values, unit_words(CATALOGUE[p.kind], p.place, system))
+        for p, values in zip(trial.parts, found, strict=True)
+    ]
+    return with_effects(system, effects)
+
+
+def _try(
+    search: Search,
+    log: Log,
+    shots: Sequence[Shot],
+    machines: Sequence[System],
+    reach: Reach,
+    motion: ExtraMotion,
+    first: Played,
+) -> MotionTried:
+    """The least separation over all pairs of truth and other; ``first`` is the motion as the first candidate has it."""
+    h, least = log.sample_time, float("inf")
+    energy = first.energy(h)
+    for k, machine in enumerate(machines):
+        played = first if k == 0 else _play(search, machine, reach, motion, h)
+        there = None if played is None else _search_there(search, log, played, k)
+        if there is None:
+            return MotionTried(motion.name, motion.duration, energy, 0.0)
+        fits = [there.elsewhere(shot) for shot in shots]
+        least = min(least, *(_distance(fits[k], fit) for j, fit in enumerate(fits) if j != k))
+        if least <= 0:
+            break
+    return MotionTried(motion.name, motion.duration, energy, max(0.0, least))
+
+
+def _play(search: Search, machine: System, reach: Reach, motion: ExtraMotion, h: float) -> Played | None:
+    """A motion under a position loop; None where it does not stay finite."""
+    samples = round(motion.duration / h)
+    target, rate = motion.at(h * np.arange(samples, dtype=np.float64))
+    position_gain, velocity_gain = _gains(search, reach, h)
+    controller = Feedback(
+        len(machine.inputs),
+        machine.degrees_of_freedom,
+        reference=sampled(target, h),
+        velocity_reference=sampled(rate, h),
+        position_gain=position_gain,
+        velocity_gain=velocity_gain,
+    )
+    run = run_loop(machine, h, samples, controller, limit=reach.inputs, start=(target[0], np.zeros_like(target[0])))
+    whole = np.isfinite(run.positions).all() and np.isfinite(run.inputs).all()
+    return Played(target, run.inputs, run.positions) if whole else None
+
+
+def _measured(search: Search, log: Log, positions: Array, seed: int) -> Array:
+    """Positions as this log's sensors would have them: in its steps, with its noise."""
+    n = positions.shape[1]
+    step = np.array(log.encoder_step or log.intake.smallest_step or (0.0,) * n)
+    said = np.array(log.description.position_noise or (0.0,) * n)
+    noise = np.where((step > 0) | (said > 0), said, search.record.noise)
+    sensors = Sensors(np.broadcast_to(noise, n), np.broadcast_to(step, n))
+    return sensors.encoded(positions, sensors.noise(len(positions), n, seed)[0])
+
+
+def _gains(search: Search, reach: Reach, h: float) -> tuple[Array, Array]:
+    """(m, n) gains of a critically damped loop on the coordinates that the inputs reach, by M and ∂g/∂w mid-range."""
+    system = search.system
+    at = dict(system.values) | dict(zip(system.positions, map(float, reach.centre), strict=True))
+    at |= dict.fromkeys((*system.velocities, *system.inputs), 0)
+    mass = np.array(system.mass_matrix.subs(at), dtype=float)
+    reached = np.array(sympy.Matrix(system.force).jacobian(list(system.inputs)).subs(at), dtype=float)
+    frequency = 2 * np.pi * min(LOOP_SHARE * search.motion.cutoff_hz, 1 / (LOOP_SAMPLES * h))
+    inward = np.linalg.pinv(reached) @ mass
+    return frequency**2 * inward, 2 * frequency * inward
+
+
+def _search_there(search: Search, log: Log, played: Played, seed: int) -> Search | None:
+    """The search on the motion's first part, as if it had been logged; None where it holds too little motion."""
+    measured, commands = _measured(search, log, played.positions, seed), played.commands
+    kept = round(TRAINED * len(measured))
+    made = replace(
+        log,
+        time=log.sample_time * np.arange(kept, dtype=np.float64),
+        positions=measured[:kept],
+        velocities=None,
+        inputs=commands[:kept],
+        gaps=(),
+    )
+    try:
+        motion = smooth_motion(made, search.motion.cutoff_hz)
+        record = replace(record_of(motion, made), noise=search.record.noise)
+    except BadInput:
+        return None
+    return replace(search, motion=motion, record=record, shorter=partial(record_of, motion, made))
+
+
+def _csv(search: Search, played: Played) -> str:
+    """t, the references and the commands, one row a sample, SI; like a log, but no log: nothing in it was measured."""
+    system, h = search.system, search.record.sample_time
+    names = ["t", *(f"{x.name}_reference" for x in system.positions), *(w.name for w in system.inputs)]
+    rows = np.hstack([h * np.arange(len(played.commands))[:, None], played.references, played.commands])
+    lines = [",".join(f"{v:.9g}" for v in row) for row in (rows + 0.0).tolist()]
+    return "\n".join([",".join(names), *lines]) + "\n"
