@@ -291,8 +291,7 @@ def main(argv: list[str] | None = None) -> int:
         print(f"error: {getattr(e, 'filename', given.certificate)}: {getattr(e, 'strerror', e)}", file=sys.stderr)
         return 2
     print(report.name, *report.facts, *(f"not bound, not here: {name}" for name in report.unbound), sep="\n  ")
-    words = (f"claim: {report.claim}", *(f"assuming: {sentence}" for sentence in report.assumptions))
-    print("verified: the facts above. In words of its author, not checked:", *words, sep="\n  ")
+    print("verified: these facts. In words, not checked:", f"{report.claim} Assumed:", *report.assumptions, sep="\n  ")
     return 0
 
 

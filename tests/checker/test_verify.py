@@ -854,9 +854,9 @@ def test_command_line_verifies(folder: Path) -> None:
     status, out, err = run(folder / "certificate.json", "--spec", folder / "spec.yaml")
     assert (status, err) == (0, "")
     lines = out.splitlines()
-    assert lines[0] == "example" and lines[-3].startswith("verified: the facts above.") and "not checked" in lines[-3]
-    assert lines[-2].startswith("  claim: The error decays at the rate")
-    assert lines[-1] == "  assuming: The friction level is constant between reversals."
+    assert lines[0] == "example" and lines[-3] == "verified: these facts. In words, not checked:"
+    assert lines[-2].startswith("  The error decays at the rate") and lines[-2].endswith(" Assumed:")
+    assert lines[-1] == "  The friction level is constant between reversals."
     assert "  not bound, not here: observer.h" in lines and "  spec.yaml has the SHA-256 stated" in lines
 
 

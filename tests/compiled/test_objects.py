@@ -54,10 +54,11 @@ def test_three_functions_and_nothing_else(built):
 
 
 def test_only_the_target_of_a_state_is_written(built):
-    code = built.files[f"{built.program.name}.c"]
+    name = built.program.name
+    code = built.files[f"{name}.c"]
     assert "malloc" not in code and "free(" not in code
-    helper = f"static inline double {built.program.name}_sign("
-    assert not [line for line in code.splitlines() if "static" in line and not line.startswith(helper)]
+    functions = tuple(f"static {head}(" for head in (f"inline double {name}_sign", f"void {name}_start"))
+    assert not [line for line in code.splitlines() if "static" in line and not line.startswith(functions)]
 
 
 def test_two_observers_do_not_disturb_each_other(built):
