@@ -81,6 +81,7 @@ void belt_axis_init(belt_axis_state *state, const belt_axis_parameters *paramete
  * Where an input is NaN or infinite, or a next state would be or lie beyond 1e+150, state and estimates stay as they
  * are and fault is 1. Where the inputs are good, it is the state that cannot be used or waits: init sets it from them, and
  * the next sample is estimated again. Set the outputs to zero before the first step.
+ * A held sample in motion leaves the velocity estimate off by K_v times the way gone: see the README.
  */
 void belt_axis_step(belt_axis_state *state, const belt_axis_parameters *parameters,
     const belt_axis_inputs *inputs, belt_axis_outputs *outputs);

@@ -83,6 +83,7 @@ void emps_init(emps_state *state, const emps_parameters *parameters,
  * Where an input is NaN or infinite, or a next state would be or lie beyond 1e+150, state and estimates stay as they
  * are and fault is 1. Where the inputs are good, it is the state that cannot be used or waits: init sets it from them, and
  * the next sample is estimated again. Set the outputs to zero before the first step.
+ * A held sample in motion leaves the velocity estimate off by K_v times the way gone: see the README.
  */
 void emps_step(emps_state *state, const emps_parameters *parameters,
     const emps_inputs *inputs, emps_outputs *outputs);

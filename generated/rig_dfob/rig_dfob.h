@@ -85,6 +85,7 @@ void rig_dfob_init(rig_dfob_state *state, const rig_dfob_parameters *parameters,
  * Where an input is NaN or infinite, or a next state would be or lie beyond 1e+150, state and estimates stay as they
  * are and fault is 1. Where the inputs are good, it is the state that cannot be used or waits: init sets it from them, and
  * the next sample is estimated again. Set the outputs to zero before the first step.
+ * A held sample in motion leaves the velocity estimate off by K_v times the way gone: see the README.
  */
 void rig_dfob_step(rig_dfob_state *state, const rig_dfob_parameters *parameters,
     const rig_dfob_inputs *inputs, rig_dfob_outputs *outputs);

@@ -125,6 +125,7 @@ void two_link_arm_init(two_link_arm_state *state, const two_link_arm_parameters 
  * Where an input is NaN or infinite, or a next state would be or lie beyond 1e+150, state and estimates stay as they
  * are and fault is 1. Where the inputs are good, it is the state that cannot be used or waits: init sets it from them, and
  * the next sample is estimated again. Set the outputs to zero before the first step.
+ * A held sample in motion leaves the velocity estimate off by K_v times the way gone: see the README.
  */
 void two_link_arm_step(two_link_arm_state *state, const two_link_arm_parameters *parameters,
     const two_link_arm_inputs *inputs, two_link_arm_outputs *outputs);

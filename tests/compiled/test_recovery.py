@@ -142,3 +142,17 @@ def test_a_bad_first_sample_leaves_the_start_to_the_first_good_one(tmp_path: Pat
     assert np.all(np.abs(outputs[3:, 0]) < 0.1)
     if precision == "double":
         assert in_lanes(built, np.where(np.isfinite(rows), rows, bad))[1].tolist() == [0, 1, 2]
+
+
+def test_a_lost_sample_in_motion_kicks_and_the_expected_position_does_not(tmp_path: Path) -> None:
+    """At a steady 2 m/s: what the README says of a held sample, K_v h v in the velocity estimate, and of its remedy."""
+    built = Built(tmp_path, spec_text("one_mass", "cfo", "estimated"))
+    gain, h, v, at = 110.0, 0.001, 2.0, 15000
+    rows = np.array([[v * h * k, 50.0] for k in range(at + 3)])
+    v_hat = [name for name, _, _ in built.program.outputs].index("v_hat")
+    steady = built.c_run(rows)[0][:, v_hat]
+    lost, expected = rows.copy(), rows.copy()
+    lost[at, 0] = math.nan
+    expected[at, 0] = rows[at - 1, 0] + h * steady[at - 1]
+    assert built.c_run(lost)[0][at + 1, v_hat] - v == pytest.approx(gain * h * v, rel=1e-4)
+    np.testing.assert_allclose(built.c_run(expected)[0][at:, v_hat], v, rtol=1e-9)
