@@ -234,10 +234,11 @@ def diagnose(
     ] = None,
     description: Description = None,
     column: Columns = None,
+    propose: Annotated[bool, typer.Option("--propose", help="where nothing known fits, a term by PySINDy")] = False,
 ) -> None:
     """Find the effect that the model lacks; write diagnosis.json, spec.yaml (augmented) and report.html."""
     with progress() as tell:
-        result = pipeline.diagnose(spec, log, test, out, description, _columns(column or []), tell)
+        result = pipeline.diagnose(spec, log, test, out, description, _columns(column or []), tell, propose)
     output.print(render("text/diagnosed.txt.j2", result=result, d=result.diagnosis, paths=True), end="")
 
 

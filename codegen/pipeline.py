@@ -196,15 +196,15 @@ def diagnose(
     description: str | Path | None = None,
     columns: Mapping[str, str] | None = None,
     progress: Progress | None = None,
+    propose: bool = False,
 ) -> Diagnosed:
     """Find the effect that a model lacks, write the augmented spec and the report, and generate again.
 
     Args:
         log, test: measured logs, each one file or the several of one experiment; without ``test`` the last part of
             ``log`` is held out.
-        out: folder for diagnosis.json, spec.yaml, report.html, generated/NAME and, where candidates tie and a motion
-            tells them apart, excitation.csv; by default named after the first log.
-        description, columns: how the logs name their columns.
+        out: folder for DIAGNOSIS_FILES and generated/NAME; by default named after the first log.
+        description, columns: how the logs name their columns. propose: terms for an unknown residual, by PySINDy.
 
     Raises:
         BadInput: for a bad spec or log, or a folder where we would replace what is not ours; nothing is written then.
@@ -231,7 +231,7 @@ def diagnose(
         refuse_ungenerable(model.spec, model.observer)
     train = read_logs(logs, model.spec, description=description, columns=columns)
     held_out = read_logs(tests, model.spec, description=description, columns=columns) if tests else None
-    diagnosis, models = diagnose_log(model.spec, model.system, train, held_out, progress)
+    diagnosis, models = diagnose_log(model.spec, model.system, train, held_out, progress, propose)
     files: dict[str, str] = {"spec.yaml": models.spec_text}
     if model.observer is not None:
         augmented = parse_spec(models.spec_text, model.spec.path.parent / "spec.yaml")

@@ -14,6 +14,7 @@ from codegen.diagnosis.estimate import Estimate, estimate
 from codegen.diagnosis.measure import Window, force_errors, measure
 from codegen.diagnosis.models import with_effects, with_values
 from codegen.diagnosis.problem import Problem
+from codegen.diagnosis.proposal import propose_terms, refuse_without_pysindy
 from codegen.diagnosis.record import record_of
 from codegen.diagnosis.replay import compare_residuals
 from codegen.diagnosis.results import Candidate, Diagnosis, ErrorFigures, FoundEffect, Verdict
@@ -58,7 +59,12 @@ class Models:
 
 
 def diagnose_log(
-    spec: Spec, system: System, log: Log, test_log: Log | None = None, progress: Progress | None = None
+    spec: Spec,
+    system: System,
+    log: Log,
+    test_log: Log | None = None,
+    progress: Progress | None = None,
+    propose: bool = False,
 ) -> tuple[Diagnosis, Models]:
     """Diagnose one log.
 
@@ -66,10 +72,13 @@ def diagnose_log(
         system: of the spec, with its declared effects.
         log: to train on; without ``test_log`` its last 30 % is held out.
         progress: told (station, share done).
+        propose: whether to propose terms for an unknown residual.
 
     Raises:
-        BadInput: if a log is too short or moves too little to say anything.
+        BadInput: if a log is too short or moves too little to say anything; for a proposal without PySINDy.
     """
+    if propose:
+        refuse_without_pysindy()
     tell = progress or (lambda station, share: None)
     tell("preflight", 0.0)
     findings = {"train": (*preflight(log, spec), *_steady_laws(system))}
@@ -126,6 +135,7 @@ def diagnose_log(
         findings={name: tuple(_words(f) for f in some) for name, some in findings.items()},
         certificate=None,
         separation=told,
+        proposal=propose_terms(refit, problem, judge, window) if propose and verdict == "unknown" else None,
     )
     tell("done", 1.0)
     return diagnosis, Models(system, refit, augmented, problem, judge, window, text, excitation)

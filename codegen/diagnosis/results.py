@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from codegen.diagnosis.advice import Proposal, Separation
 from codegen.effects.declare import written_place
 
 Interval = tuple[float, float]
@@ -102,78 +103,6 @@ class CertificateChange:
 
 
 @dataclass(frozen=True)
-class Likeness:
-    """Two candidates that tie.
-
-    Attributes:
-        first, other: (kind, on).
-        angle: degrees between what the two take out of the refit's residual on this log; 0 is the same motion.
-        distance: how much better the first fits this log, in standard deviations of the noise.
-        separated_by: what the catalogue says tells the two apart; empty where it does not say.
-    """
-
-    first: tuple[str, str]
-    other: tuple[str, str]
-    angle: float
-    distance: float
-    separated_by: str
-
-
-@dataclass(frozen=True)
-class MotionTried:
-    """An extra motion in simulation.
-
-    Attributes:
-        duration: s. energy: ∫|w|² dt. separation: the least over the pairs, in standard deviations of the noise.
-    """
-
-    name: str
-    duration: float
-    energy: float
-    separation: float
-
-
-@dataclass(frozen=True)
-class Separation:
-    """How candidates that tie could be told apart.
-
-    Attributes:
-        alike: the first of them with each other one.
-        tried: motions, in order. chosen: the cheapest that separates; None where none does.
-        references: of the chosen motion, coordinate → expression of t. needed: the separation asked for.
-    """
-
-    alike: tuple[Likeness, ...]
-    tried: tuple[MotionTried, ...]
-    chosen: MotionTried | None
-    references: Mapping[str, str]
-    needed: float
-
-    def as_json(self) -> dict[str, Any]:
-        """Plain objects."""
-
-        def motion(m: MotionTried) -> dict[str, Any]:
-            energy = _finite(m.energy)
-            return {"name": m.name, "duration_s": m.duration, "energy": energy, "separation": m.separation}
-
-        return {
-            "pairs": [
-                {
-                    "first": {"kind": a.first[0], "on": written_place(a.first[1])},
-                    "other": {"kind": a.other[0], "on": written_place(a.other[1])},
-                    "angle_deg": a.angle,
-                    "distance_on_this_log": a.distance,
-                    "catalogue": a.separated_by,
-                }
-                for a in self.alike
-            ],
-            "separation_needed": self.needed,
-            "motion": None if self.chosen is None else motion(self.chosen) | {"reference": dict(self.references)},
-            "tried": [motion(m) for m in self.tried],
-        }
-
-
-@dataclass(frozen=True)
 class Diagnosis:
     """The whole answer.
 
@@ -184,6 +113,7 @@ class Diagnosis:
             beside what others publish of their fits; no measure of merit.
         findings: preflight of each log, in words.
         separation: of candidates that tie, on the verdict ``ambiguous``.
+        proposal: of terms for the residual, on the verdict ``unknown`` where it was asked for.
     """
 
     verdict: Verdict
@@ -200,6 +130,7 @@ class Diagnosis:
     findings: Mapping[str, tuple[str, ...]]
     certificate: CertificateChange | None
     separation: Separation | None = None
+    proposal: Proposal | None = None
 
     def as_json(self) -> dict[str, Any]:
         """Plain objects for diagnosis.json; infinities become null."""
@@ -266,6 +197,7 @@ class Diagnosis:
             if self.certificate is None
             else {"before": self.certificate.before, "after": self.certificate.after},
             "separation": None if self.separation is None else self.separation.as_json(),
+            "proposal": None if self.proposal is None else self.proposal.as_json(),
         }
 
 

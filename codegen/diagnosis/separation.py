@@ -12,12 +12,13 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
+from codegen.diagnosis.advice import Likeness, MotionTried, Separation
 from codegen.diagnosis.credit import held_out_losses, independent_share
 from codegen.diagnosis.models import with_effects, with_values
 from codegen.diagnosis.motions import ExtraMotion, Reach, library, reach_of, reference_text
 from codegen.diagnosis.output_error import Shot
 from codegen.diagnosis.record import record_of
-from codegen.diagnosis.results import FoundEffect, Likeness, MotionTried, Separation
+from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.rounds import Outcome
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.signals import smooth_motion

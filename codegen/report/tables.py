@@ -6,7 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Literal
 
-from codegen.diagnosis.results import Candidate, Diagnosis, ErrorFigures, FoundEffect, MotionTried, Separation
+from codegen.diagnosis.advice import MotionTried, Proposal, Separation
+from codegen.diagnosis.results import Candidate, Diagnosis, ErrorFigures, FoundEffect
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import places_of, unit_words
 from codegen.mechanics.system import System
@@ -17,6 +18,7 @@ from codegen.report.view import (
     MotionView,
     PairView,
     ParameterView,
+    ProposedRow,
     RefittedRow,
     SeparationView,
 )
@@ -148,6 +150,21 @@ def separation_view(separation: Separation | None) -> SeparationView | None:
     chosen = None if separation.chosen is None else _motion(separation.chosen)
     tried = tuple(_motion(m) for m in separation.tried)
     return SeparationView(pairs, chosen, tuple(separation.references.items()), tried, number(separation.needed))
+
+
+def proposal_rows(proposal: Proposal | None) -> tuple[ProposedRow, ...]:
+    """What is proposed for each coordinate; empty where nothing was asked for."""
+    if proposal is None:
+        return ()
+    return tuple(
+        ProposedRow(
+            c.coordinate,
+            unit_text(c.unit),
+            tuple((number(weight), term) for term, weight in c.terms.items()),
+            percent(c.share),
+        )
+        for c in proposal.coordinates
+    )
 
 
 def _words(name: tuple[str, str]) -> str:

@@ -202,6 +202,16 @@ class SeparationView:
 
 
 @dataclass(frozen=True)
+class ProposedRow:
+    """A sparse sum for one coordinate's residual: (weight, term) in print, and the share of it that is explained."""
+
+    coordinate: str
+    unit: str
+    terms: tuple[tuple[str, str], ...]
+    share: str
+
+
+@dataclass(frozen=True)
 class Page:
     """The whole page, in its order."""
 
@@ -221,6 +231,7 @@ class Page:
     pictures: PictureView
     candidates: tuple[CandidateRow, ...]
     separation: SeparationView | None
+    proposal: tuple[ProposedRow, ...]
     agreement: AgreementView | None
     findings: tuple[FindingGroup, ...]
     difference: tuple[DifferenceLine, ...]
