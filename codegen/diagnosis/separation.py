@@ -19,7 +19,7 @@ from codegen.diagnosis.motions import ExtraMotion, Reach, library, reach_of, ref
 from codegen.diagnosis.output_error import Shot
 from codegen.diagnosis.record import record_of
 from codegen.diagnosis.results import FoundEffect
-from codegen.diagnosis.rounds import Outcome
+from codegen.diagnosis.rounds import Outcome, Ranked, twins
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.signals import smooth_motion
 from codegen.effects import CATALOGUE
@@ -36,7 +36,7 @@ SEPARATED = 10.0
 asks for about five."""
 TRAINED = 0.7
 """Share of the motion that is judged: a diagnosis without a second log holds the rest out."""
-MOST_RIVALS = 2
+MOST_RIVALS, MOST_ALIKE = 2, 1
 LOOP_SHARE, LOOP_SAMPLES = 0.4, 60
 """The loop that follows a motion in simulation: its frequency over the coarse cutoff; least samples of its period."""
 
@@ -70,10 +70,11 @@ def separate(
     Returns:
         The figures, and the excitation file's text: None where no motion separates them.
     """
-    shots = [outcome.final, *(_with_rival(search, outcome, r) for r in range(min(MOST_RIVALS, len(outcome.rivals))))]
-    alike = tuple(_likeness(search, outcome, shots[0], other) for other in shots[1:])
+    tied = [outcome.final, *(_in_place(search, outcome, r) for r in outcome.rivals[:MOST_RIVALS])]
+    shots = [*tied, *(_in_place(search, outcome, r) for r in _look_alikes(outcome))]
+    alike = tuple(_likeness(search, outcome, shots[0], other) for other in tied[1:])
     reach = reach_of(search.system, search.motion, envelope)
-    machines = [_machine(shot) for shot in shots]
+    machines = [_machine(shot) for shot in tied]
     tried: list[MotionTried] = []
     for motion, played in _cheapest_first(search, machines[0], reach, log.sample_time):
         figures = _try(search, log, shots, machines, reach, motion, played)
@@ -93,9 +94,23 @@ def _cheapest_first(search: Search, machine: System, reach: Reach, h: float) -> 
         yield from sorted(whole, key=lambda pair: pair[1].energy(h))
 
 
-def _with_rival(search: Search, outcome: Outcome, index: int) -> Shot:
-    """The fit with a rival in the place of the first effect."""
-    rival, final = outcome.rivals[index].found, outcome.final
+def _look_alikes(outcome: Outcome) -> list[Ranked]:
+    """The best that this log ruled out though it is confused with one that ties: it must lose on the motion too."""
+    tied = [outcome.final.runner.trial.parts[0], *(r.found.part for r in outcome.rivals)]
+    alike = {c.other for part in tied for c in CATALOGUE[part.kind].confused_with}
+    named = {(p.kind, p.on) for p in (*tied, *outcome.final.runner.trial.parts)}
+    named |= {same for r in outcome.first if (r.found.part.kind, r.found.part.on) in named for same in _twins(r)}
+    possible = (r for r in outcome.first if not r.why_not and r.found.part.kind in alike)
+    return [r for r in possible if (r.found.part.kind, r.found.part.on) not in named][:MOST_ALIKE]
+
+
+def _twins(ranked: Ranked) -> list[tuple[str, str]]:
+    return twins(ranked.found.part, ranked.found)
+
+
+def _in_place(search: Search, outcome: Outcome, ranked: Ranked) -> Shot:
+    """The fit with another candidate in the place of the first effect."""
+    rival, final = ranked.found, outcome.final
     moved, found = final.runner.trial.split(final.theta)
     others = final.runner.trial.parts[1:]
     return search.exchanged(final, moved, [rival.part, *others], [rival.parameters, *found[1:]])
@@ -149,7 +164,10 @@ def _try(
     motion: ExtraMotion,
     first: Played,
 ) -> MotionTried:
-    """The least separation over all pairs of truth and other; ``first`` is the motion as the first candidate has it."""
+    """The least separation over all pairs of truth and other; ``first`` is the motion as the first candidate has it.
+
+    ``machines`` are of the first of the ``shots``: only what ties is taken as the truth.
+    """
     h, least = log.sample_time, float("inf")
     energy = first.energy(h)
     for k, machine in enumerate(machines):
