@@ -103,6 +103,9 @@ def _full(name: str, raw: Any, rows: list[str], columns: list[str], place: Any, 
 
 def refuse_unknown_gains(spec: Spec, choice: ObserverChoice, known: tuple[str, ...]) -> None:
     """Raise BadInput for a gain that no equation of this observer has."""
+    if choice.velocity == "measured" and "K_v" in choice.gains:
+        expected = "no K_v with `velocity: measured`, since it is the gain of the velocity observer"
+        raise BadInput(spec.place("observer.gains.K_v"), "a gain `K_v`", expected, "velocity: estimated")
     for name in choice.gains:
         if name not in known:
             place = spec.place(f"observer.gains.{name}")

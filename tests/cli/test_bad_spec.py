@@ -54,6 +54,7 @@ FAULTS = {
     "gain of zero": (changed(ONE, "K_v: 100", "K_v: 0"), "expected a positive gain"),
     "gain that is text": (changed(ONE, "K_v: 100", "K_v: much"), "observer.gains.K_v"),
     "gain missing": (changed(ONE, ", K_v: 100", ""), "gain `K_v` is missing"),
+    "gain of no velocity observer": (changed(ONE, "velocity: estimated", "velocity: measured"), "a gain `K_v`"),
     "gain unknown": (changed(ONE, "K_v: 100", "K_w: 100"), "unknown gain `K_w`"),
     "observer unknown": (changed(ONE, "kind: cfo", "kind: cof"), "did you mean 'cfo'"),
     "observer for one coordinate": (changed(TWO, "kind: gcfo ", "kind: cfo "), "expected gcfo"),
