@@ -73,7 +73,7 @@ void belt_axis_step(belt_axis_state *state, const belt_axis_parameters *paramete
 
     /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
     const double check = z_v_next + z_guide_next;
-    if (state->waiting < 0.5 && fabs(check) <= 1e+150) {
+    if (fabs(check) <= 1e+150 && state->waiting < 0.5) {
         outputs->v_hat = v_hat;
         outputs->a_hat_guide = a_hat_guide;
         outputs->F_hat_guide = F_hat_guide;

@@ -116,7 +116,7 @@ void chain_step(chain_state *state, const chain_parameters *parameters,
     for (int i = 0; i < 16; i++) {
         check += z_v_next[i] + z_ground_next[i];
     }
-    if (state->waiting < 0.5 && fabs(check) <= 1e+150) {
+    if (fabs(check) <= 1e+150 && state->waiting < 0.5) {
         for (int i = 0; i < 16; i++) {
             outputs->v_hat[i] = v_hat[i];
         }

@@ -72,7 +72,7 @@ void one_mass_step(one_mass_state *state, const one_mass_parameters *parameters,
 
     /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
     const double check = z_v_next + z_rail_next;
-    if (state->waiting < 0.5 && fabs(check) <= 1e+150) {
+    if (fabs(check) <= 1e+150 && state->waiting < 0.5) {
         outputs->v_hat = v_hat;
         outputs->a_hat_rail = a_hat_rail;
         outputs->F_hat_rail = F_hat_rail;

@@ -126,7 +126,7 @@ void one_mass_dfo_implicit_step(one_mass_dfo_implicit_state *state, const one_ma
 
     /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
     const double check = z_v_next + z_f_rail_next + z_a_rail_next + w_held_next + a_hat_rail + F_hat_rail;
-    if (state->waiting < 0.5 && fabs(check) <= 1e+150) {
+    if (fabs(check) <= 1e+150 && state->waiting < 0.5) {
         outputs->v_hat = v_hat;
         outputs->f_hat_rail = f_hat_rail;
         outputs->a_hat_rail = a_hat_rail;

@@ -73,7 +73,7 @@ void rig_step(rig_state *state, const rig_parameters *parameters,
 
     /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
     const double check = z_omega_next + z_plates_next;
-    if (state->waiting < 0.5 && fabs(check) <= 1e+150) {
+    if (fabs(check) <= 1e+150 && state->waiting < 0.5) {
         outputs->omega_hat = omega_hat;
         outputs->a_hat_plates = a_hat_plates;
         outputs->F_hat_plates = F_hat_plates;

@@ -80,7 +80,7 @@ void rig_dfoa_step(rig_dfoa_state *state, const rig_dfoa_parameters *parameters,
 
     /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
     const double check = z_omega_next + z_f_plates_next + z_a_plates_next;
-    if (state->waiting < 0.5 && fabs(check) <= 1e+150) {
+    if (fabs(check) <= 1e+150 && state->waiting < 0.5) {
         outputs->omega_hat = omega_hat;
         outputs->f_hat_plates = f_hat_plates;
         outputs->a_hat_plates = a_hat_plates;

@@ -65,7 +65,7 @@ void rig_to_step(rig_to_state *state, const rig_to_parameters *parameters,
 
     /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
     const double check = z_omega_next + z_theta_next;
-    if (state->waiting < 0.5 && fabs(check) <= 1e+150) {
+    if (fabs(check) <= 1e+150 && state->waiting < 0.5) {
         outputs->omega_hat = omega_hat;
         outputs->tracked_theta = tracked_theta;
         outputs->F_hat_on_theta = tracked_theta;

@@ -634,7 +634,7 @@ void seven_joint_arm_step(seven_joint_arm_state *state, const seven_joint_arm_pa
         + z_v_elbow_pitch_next + z_v_forearm_roll_next + z_v_wrist_pitch_next + z_v_hand_roll_next
         + z_shoulder_yaw_next + z_shoulder_pitch_next + z_arm_roll_next + z_elbow_pitch_next
         + z_forearm_roll_next + z_wrist_pitch_next + z_hand_roll_next;
-    if (state->waiting < 0.5 && fabs(check) <= 1e+150) {
+    if (fabs(check) <= 1e+150 && state->waiting < 0.5) {
         outputs->v_shoulder_yaw_hat = v_shoulder_yaw_hat;
         outputs->v_shoulder_pitch_hat = v_shoulder_pitch_hat;
         outputs->v_arm_roll_hat = v_arm_roll_hat;

@@ -116,7 +116,7 @@ void two_link_arm_step(two_link_arm_state *state, const two_link_arm_parameters 
 
     /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
     const double check = z_omega1_next + z_omega2_next + z_shoulder_next + z_elbow_next;
-    if (state->waiting < 0.5 && fabs(check) <= 1e+150) {
+    if (fabs(check) <= 1e+150 && state->waiting < 0.5) {
         outputs->omega1_hat = omega1_hat;
         outputs->omega2_hat = omega2_hat;
         outputs->a_hat_shoulder = a_hat_shoulder;

@@ -97,7 +97,7 @@ void two_mass_step(two_mass_state *state, const two_mass_parameters *parameters,
 
     /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
     const double check = z_v1_next + z_v2_next + z_between_next + z_ground_next;
-    if (state->waiting < 0.5 && fabs(check) <= 1e+150) {
+    if (fabs(check) <= 1e+150 && state->waiting < 0.5) {
         outputs->v1_hat = v1_hat;
         outputs->v2_hat = v2_hat;
         outputs->a_hat_between = a_hat_between;

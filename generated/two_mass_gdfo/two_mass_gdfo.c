@@ -114,7 +114,7 @@ void two_mass_gdfo_step(two_mass_gdfo_state *state, const two_mass_gdfo_paramete
     /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
     const double check = z_v1_next + z_v2_next + z_f_between_next + z_f_ground_next + z_a_between_next
         + z_a_ground_next;
-    if (state->waiting < 0.5 && fabs(check) <= 1e+150) {
+    if (fabs(check) <= 1e+150 && state->waiting < 0.5) {
         outputs->v1_hat = v1_hat;
         outputs->v2_hat = v2_hat;
         outputs->f_hat_between = f_hat_between;
