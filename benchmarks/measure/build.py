@@ -21,6 +21,10 @@ class Missing(Exception):
     """A peer that cannot be built or run here, in words for the page."""
 
 
+class Unbuilt(Missing):
+    """The peer is here, and its compiler refuses it or takes too long: a note on the page, and a failure in a test."""
+
+
 @dataclass(frozen=True)
 class Peer:
     """One way to compute the step.
@@ -63,7 +67,8 @@ def build(peer: Peer, folder: Path) -> Built:
     """Compile a peer in a folder of its own.
 
     Raises:
-        Missing: if there is no compiler, it refuses, or it takes too long.
+        Missing: if there is no compiler.
+        Unbuilt: if it refuses, or takes too long.
     """
     if shutil.which(peer.compiler) is None:
         raise Missing(f"no {peer.compiler} here")
@@ -100,14 +105,14 @@ def run_compiler(command: list[str], folder: Path, limit: float) -> None:
     """Run a command in a folder.
 
     Raises:
-        Missing: if it refuses or takes more than ``limit`` seconds.
+        Unbuilt: if it refuses or takes more than ``limit`` seconds.
     """
     try:
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=limit, check=False)
     except subprocess.TimeoutExpired:
-        raise Missing(f"the compiler was stopped after {limit:.0f} s") from None
+        raise Unbuilt(f"the compiler was stopped after {limit:.0f} s") from None
     if done.returncode:
-        raise Missing(f"it does not compile here: {' '.join(done.stderr.split())[:200]}")
+        raise Unbuilt(f"it does not compile here: {' '.join(done.stderr.split())[:200]}")
 
 
 def _children() -> float:

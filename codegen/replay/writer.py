@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import tempfile
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import TracebackType
@@ -41,7 +42,7 @@ class Nowhere:
         return None
 
 
-class _InPlace:
+class _InPlace(ABC):
     """A file beside its target, which it replaces on a good end and is removed on a bad one.
 
     Raises:
@@ -89,11 +90,13 @@ class _InPlace:
         except OSError as error:
             raise _unwritable(self.path, error) from None
 
+    @abstractmethod
     def _begin(self) -> None:
-        raise NotImplementedError
+        """What stands before the first block."""
 
+    @abstractmethod
     def _append(self, time: Array, estimates: Array, faults: NDArray[np.intc]) -> None:
-        raise NotImplementedError
+        """One block, as ``add`` takes it."""
 
     def _end(self) -> None:
         return None

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -10,7 +12,7 @@ import numpy as np
 import pytest
 from jinja2 import UndefinedError
 
-from benchmarks.measure.build import Missing, build, difference, outputs_of
+from benchmarks.measure.build import Missing, Unbuilt, build, difference, outputs_of
 from benchmarks.measure.compare import TOLERANCE, compare
 from benchmarks.measure.counting import count
 from benchmarks.model import Model, load
@@ -23,16 +25,26 @@ from benchmarks.result import Entry, Row
 from benchmarks.rows import chain, python_twin, seven_joint_arm, two_link_arm, two_mass
 from benchmarks.text import render
 from codegen.resources import resource_folder
+from tests.compiled.toolchain import need
+
+
+@contextmanager
+def installed() -> Iterator[None]:
+    """Skips where a peer of the extra `benchmark` is not installed; one that is here and does not compile fails."""
+    try:
+        yield
+    except Unbuilt:
+        raise
+    except Missing as missing:
+        pytest.skip(str(missing))
 
 
 def run(make, rows: np.ndarray, folder: Path) -> np.ndarray:
-    """A peer's outputs; skips where it cannot be had here."""
+    """A peer's outputs."""
     folder.mkdir(exist_ok=True)
     (folder / "rows").write_bytes(np.ascontiguousarray(rows).tobytes())
-    try:
+    with installed():
         return outputs_of(build(make(), folder / "peer"), folder / "rows")
-    except Missing as missing:
-        pytest.skip(str(missing))
 
 
 @cache
@@ -81,10 +93,8 @@ def test_the_seven_joints_of_pinocchio(tmp_path):
 def test_the_peers_in_python(make):
     rows, names = masses().rows(256), masses().output_names
     ours = python_peers.as_table(python_peers.twin(masses())(rows), names)
-    try:
+    with installed():
         found = python_peers.as_table(make(masses())(rows), names)
-    except Missing as missing:
-        pytest.skip(str(missing))
     assert difference(ours, found) < TOLERANCE
 
 
@@ -93,10 +103,9 @@ def test_the_studies_of_gains(tmp_path):
     scalar, lanes = (in_c(masses(), tmp_path / kind, kind, "double")(gains, rows) for kind in ("scalar", "lanes"))
     assert np.std(scalar) > 1e-3 * np.mean(scalar)
     assert scalar.tobytes() == lanes.tobytes()
-    try:
-        assert np.allclose(in_numba()(gains, rows), scalar, rtol=TOLERANCE, atol=0)
-    except Missing as missing:
-        pytest.skip(str(missing))
+    with installed():
+        compiled = in_numba()
+    assert np.allclose(compiled(gains, rows), scalar, rtol=TOLERANCE, atol=0)
 
 
 def test_a_peer_that_computes_something_else_is_not_measured():
@@ -106,6 +115,13 @@ def test_a_peer_that_computes_something_else_is_not_measured():
     ]
     _, off = compare(others, masses().rows(64), counted=False)
     assert off.times is None and "something else" in off.note
+
+
+def test_a_peer_that_does_not_compile_is_no_absent_one(tmp_path):
+    broken = our_peer(masses())
+    broken = replace(broken, files=broken.files | {"loop.c": "no C"})
+    with pytest.raises(Unbuilt, match="does not compile"):
+        run(lambda: broken, masses().rows(8), tmp_path / "broken")
 
 
 def test_a_missing_peer_says_why():
@@ -119,8 +135,7 @@ def test_a_missing_peer_says_why():
 
 
 def test_instructions_by_function_add_up(tmp_path):
-    if shutil.which("valgrind") is None:
-        pytest.skip("there is no valgrind here; `make toolchains` installs it")
+    need("valgrind")
     (tmp_path / "rows").write_bytes(arm().rows(32).tobytes())
     found = count(build(our_peer(arm()), tmp_path / "peer"), tmp_path / "rows", 32)
     assert set(found.parts) > {"two_link_arm_step"}

@@ -66,7 +66,7 @@ def test_names_that_no_code_can_have(folder, name):
         assert list(contents(folder)) == ["one_mass.yaml"]
 
 
-@pytest.mark.parametrize("name", ["../up", "a/b", "/tmp/x", "int", "class", ""])
+@pytest.mark.parametrize("name", ["../up", "a/b", "/x", "int", "class", ""])
 def test_machines_that_no_folder_can_have(folder, name):
     (folder / "one_mass.yaml").write_text(TEXT.replace("name: one_mass", f"name: '{name}'", 1))
     result = stiction("generate", "one_mass.yaml")

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import shutil
 import subprocess
 
 import pytest
 
 from .shipped import interface, sources
+from .toolchain import need
 
 SPECS = ("two_mass", "chain")
 
@@ -26,8 +26,7 @@ def folder(request, tmp_path):
 
 def test_cmake_builds_the_example(folder):
     where, face = folder
-    if shutil.which("cmake") is None:
-        pytest.skip("cmake is not installed")
+    need("cmake")
     run("cmake", "-S", ".", "-B", "build", cwd=where)
     run("cmake", "--build", "build", cwd=where)
     sample = " ".join(["0.25"] * len(face.elements("inputs")))
@@ -39,8 +38,6 @@ def test_cmake_builds_the_example(folder):
 
 def test_make_builds_from_the_fragment(folder):
     where, face = folder
-    if shutil.which("make") is None:
-        pytest.skip("make is not installed")
     n = face.name
     (where / "Makefile").write_text(
         f"include {n}.mk\nexample: example_main.c $({n}_SOURCES)\n\t$(CC) $({n}_CFLAGS) -o $@ $^ $({n}_LIBS)\n"
@@ -51,8 +48,7 @@ def test_make_builds_from_the_fragment(folder):
 
 def test_two_instances_in_cpp_do_not_share_anything(folder):
     where, face = folder
-    if shutil.which("g++") is None:
-        pytest.skip("g++ is not installed")
+    need("g++")
     n, first = face.name, face.elements("inputs")[0]
     output = face.elements("outputs")[0]
     (where / "main.cpp").write_text(

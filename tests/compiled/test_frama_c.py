@@ -7,13 +7,13 @@ analysis over all of them at once, not by runs.
 from __future__ import annotations
 
 import re
-import shutil
 import subprocess
 from pathlib import Path
 
 import pytest
 
 from .shipped import PRECISIONS, SHIPPED, program, sources
+from .toolchain import need
 
 LARGEST = {"double": 1e12, "single": 1e6}
 POSITIONS = 1e3
@@ -68,8 +68,7 @@ def alarms(folder: Path, spec: str, precision: str, largest: float, change: tupl
 
 @pytest.fixture(autouse=True)
 def _frama_c() -> None:
-    if shutil.which("frama-c") is None:
-        pytest.skip("there is no frama-c here (make toolchains)")
+    need("frama-c")
 
 
 @pytest.mark.slow
