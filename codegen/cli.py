@@ -182,8 +182,7 @@ def gains(
         output.print(json.dumps(report.content, indent=1, ensure_ascii=False, allow_nan=False))
     else:
         output.print(render("text/gains.txt.j2", files=report.files, **gains_view(report.feasibility)), end="")
-    if report.feasibility.infeasible is not None:
-        raise typer.Exit(REFUSED)
+    raise typer.Exit(REFUSED if report.feasibility.infeasible is not None else 0)
 
 
 @app.command()
@@ -202,8 +201,7 @@ def cancel(
         output.print(json.dumps(report.content, indent=1, ensure_ascii=False, allow_nan=False))
     else:
         output.print(render("text/cancel.txt.j2", **report.view), end="")
-    if report.refusal is not None:
-        raise typer.Exit(REFUSED)
+    raise typer.Exit(REFUSED if report.refusal is not None else 0)
 
 
 @app.command()
@@ -240,6 +238,7 @@ def diagnose(
     with progress() as tell:
         result = pipeline.diagnose(spec, log, test, out, description, _columns(column or []), tell, propose)
     output.print(render("text/diagnosed.txt.j2", result=result, d=result.diagnosis, paths=True), end="")
+    raise typer.Exit(REFUSED if result.diagnosis.verdict == "unfit" else 0)
 
 
 @app.command()

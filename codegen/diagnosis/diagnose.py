@@ -9,7 +9,8 @@ from typing import Any
 import sympy
 
 from codegen.diagnosis.augment import augmented_text
-from codegen.diagnosis.credit import ALPHA, BLOCKS, LEAST_EXPLAINED, level
+from codegen.diagnosis.conclusion import as_effect, candidates, force_agrees, named_effects, sentence, verdict_of
+from codegen.diagnosis.credit import ALPHA, BLOCKS, level
 from codegen.diagnosis.estimate import Estimate, estimate
 from codegen.diagnosis.measure import Window, force_errors, measure
 from codegen.diagnosis.models import with_effects, with_values
@@ -17,21 +18,17 @@ from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.proposal import propose_terms, refuse_without_pysindy
 from codegen.diagnosis.record import record_of
 from codegen.diagnosis.replay import compare_residuals
-from codegen.diagnosis.results import Candidate, Diagnosis, ErrorFigures, FoundEffect, Verdict
-from codegen.diagnosis.rounds import Outcome, Ranked, find_effects, twins
+from codegen.diagnosis.results import Diagnosis
+from codegen.diagnosis.rounds import Outcome, find_effects
 from codegen.diagnosis.search import Search, search_on
 from codegen.diagnosis.separation import separate
 from codegen.diagnosis.signals import Motion, smooth_motion
-from codegen.effects import CATALOGUE
-from codegen.effects.declare import unit_words
 from codegen.logs import Finding, Log, preflight
 from codegen.mechanics.system import System
 from codegen.simulate.simulable import is_simulable
 from codegen.spec.model import Spec
-from codegen.text import render
 
 HELD_OUT_SHARE = 0.3
-TABLE_SIZE = 12
 
 Progress = Callable[[str, float], None]
 
@@ -98,10 +95,10 @@ def diagnose_log(
     outcome = find_effects(search, lambda k, share: tell(f"effect {k + 1}", 0.1 + 0.25 * (k + share)), bool(faults))
     before = estimate(outcome.base)
     refit = with_values(system, _values(before))
-    verdict = _verdict(outcome)
-    named = _named(outcome, refit)
+    verdict = verdict_of(outcome, faults)
+    named = named_effects(outcome, refit)
     augmented = with_values(with_effects(system, named), _values(estimate(outcome.final))) if named else refit
-    if verdict == "effect" and not _force_agrees(problem, refit, augmented):
+    if verdict == "effect" and not force_agrees(problem, refit, augmented):
         verdict = "unknown"
     if verdict == "unknown":
         augmented = refit
@@ -118,13 +115,14 @@ def diagnose_log(
     moved = [*problem.levels, *problem.uncertain]
     values = {s.name: (float(system.values[s]), float(refit.values[s]), float(augmented.values[s])) for s in moved}
     adopted = {name: after if verdict == "effect" else before for name, (_, before, after) in values.items()}
+    adopted = {} if verdict == "unfit" else adopted
     text = augmented_text(spec, named if verdict == "effect" else [], adopted, system)
-    rival = [_ranked_effect(r, refit) for r in outcome.rivals]
+    rivals = [as_effect(r, refit) for r in outcome.rivals]
     diagnosis = Diagnosis(
         verdict=verdict,
-        sentence=_sentence(system, verdict, named, rival, figures, faults, outcome),
+        sentence=sentence(system, verdict, named, rivals, figures, faults, outcome),
         effects=tuple(named) if verdict == "effect" else (),
-        candidates=tuple(_candidate(r) for r in _listed(outcome)[:TABLE_SIZE]),
+        candidates=candidates(outcome),
         declared=figures[0],
         refit=figures[1],
         augmented=figures[2],
@@ -141,99 +139,8 @@ def diagnose_log(
     return diagnosis, Models(system, refit, augmented, problem, judge, window, text, excitation)
 
 
-def _sentence(
-    system: System,
-    verdict: Verdict,
-    named: list[FoundEffect],
-    rival: list[FoundEffect],
-    figures: list[ErrorFigures],
-    faults: list[str],
-    outcome: Outcome,
-) -> str:
-    units = {system.force_unit(i) for i in range(system.degrees_of_freedom)}
-    unit = " " + units.pop() if len(units) == 1 else ""
-    words = render(
-        "text/verdict.j2",
-        verdict=verdict,
-        effects=named,
-        rivals=rival,
-        before=figures[1],
-        after=figures[2],
-        unit=unit,
-        faults=faults,
-        noise=level(outcome.base),
-    )
-    return words.strip()
-
-
 def _values(found: Estimate) -> dict[str, float]:
     return {name: value for name, (value, _) in found.moved.items()}
-
-
-def _verdict(outcome: Outcome) -> Verdict:
-    if not outcome.parts:
-        return "unknown" if outcome.unexplained else "none"
-    if outcome.explained < LEAST_EXPLAINED:
-        return "unknown"
-    return "ambiguous" if outcome.rivals else "effect"
-
-
-def _force_agrees(problem: Problem, refit: System, augmented: System) -> bool:
-    """The second witness: what free runs credit must lower the force residual of the training log too.
-
-    Backlash has none: in the gap the load is free, and where it is there no log tells.
-    """
-    if any(t.gap != 0 for t in augmented.transmissions):
-        return True
-    window = Window(0, len(problem.motion.time))
-    before, after = (force_errors(s, problem.motion, problem.masks, window)[2] for s in (refit, augmented))
-    return after < before
-
-
-def _named(outcome: Outcome, system: System) -> list[FoundEffect]:
-    """The effects of the final fit, with intervals."""
-    if not outcome.parts:
-        return []
-    found = []
-    for part, values in zip(outcome.parts, estimate(outcome.final).effects, strict=True):
-        effect = CATALOGUE[part.kind]
-        parameters = {name: value for name, (value, _) in values.items()}
-        intervals = {name: interval for name, (_, interval) in values.items()}
-        units = unit_words(effect, part.place, system)
-        also = tuple(effect.twins(system, part.place))
-        found.append(FoundEffect(part.kind, part.on, parameters, units, also, intervals))
-    return found
-
-
-def _listed(outcome: Outcome) -> list[Ranked]:
-    """The first round, with the effects first that stand at the end: another may look better while one is lacking."""
-    order = {(p.kind, p.on): k for k, p in enumerate(outcome.parts)}
-    return sorted(outcome.first, key=lambda r: order.get((r.found.part.kind, r.found.part.on), len(order)))
-
-
-def _ranked_effect(ranked: Ranked, system: System) -> FoundEffect:
-    part = ranked.found.part
-    effect = CATALOGUE[part.kind]
-    units = unit_words(effect, part.place, system)
-    return FoundEffect(part.kind, part.on, ranked.found.parameters, units, tuple(effect.twins(system, part.place)))
-
-
-def _candidate(r: Ranked) -> Candidate:
-    part, e = r.found.part, r.evidence
-    return Candidate(
-        kind=part.kind,
-        on=part.on,
-        parameters=r.found.parameters,
-        gain=e.share,
-        t=e.t,
-        blocks_won=e.won,
-        blocks=e.blocks,
-        free_run=r.ratio,
-        accepted=not r.why_not,
-        why_not=r.why_not,
-        also=tuple(twins(part, r.found)),
-        size=r.size,
-    )
 
 
 def _tolerances(spec: Spec, log: Log) -> Mapping[sympy.Symbol, float]:

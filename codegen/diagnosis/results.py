@@ -10,7 +10,8 @@ from codegen.diagnosis.advice import Proposal, Separation
 from codegen.effects.declare import written_place
 
 Interval = tuple[float, float]
-Verdict = Literal["effect", "none", "ambiguous", "unknown"]
+Verdict = Literal["effect", "none", "ambiguous", "unknown", "unfit"]
+"""``unfit``: the preflight found log and spec not to fit together, so nothing is said of effects."""
 
 
 @dataclass(frozen=True)

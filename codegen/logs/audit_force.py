@@ -3,7 +3,8 @@
 The force that the motion takes is M(x) a − g(x, v, 0) + U λ with the declared friction; what the input gives is
 g(x, v, w) − g(x, v, 0). A least-squares factor per input between the two is near one when sign and scale are right.
 It stays telling where friction outweighs inertia, which the plain correlation of g − U λ with M a does not; that one
-speaks for coordinates on which no input acts.
+speaks for coordinates on which no input acts. Where a coordinate is as far outside the spec's envelope, it is named and
+not the input.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ import numpy as np
 from codegen.logs.finding import Finding
 from codegen.logs.log import Array, Flags, Log
 from codegen.logs.motion import Motion, low_pass
+from codegen.logs.outside import Outside, furthest_outside
 from codegen.mechanics import System, build_system
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.spec.model import Spec
@@ -24,6 +26,8 @@ from codegen.spec.model import Spec
 FLIPPED = -0.4
 TELLING = 0.6
 SCALE_OFF = 3.0
+FAR_OUTSIDE = 10.0
+"""Times the envelope: by so much a coordinate's scale is off even where forces do not tell."""
 FEWEST = 50
 
 
@@ -56,8 +60,9 @@ def audit_force(log: Log, spec: Spec, motion: Motion) -> Iterator[Finding]:
         words = "Too few samples in motion to compare the input's force with the acceleration."
         yield Finding("info", "sign and scale", words, {"samples": float(len(forces.inertia))})
         return
-    yield from _inputs(forces, spec)
-    yield from _undriven(forces, spec)
+    outside = furthest_outside(log, spec, motion, SCALE_OFF)
+    yield from _inputs(forces, spec, outside)
+    yield from _undriven(forces, spec, outside)
 
 
 def _forces(log: Log, system: System, motion: Motion) -> Forces:
@@ -102,7 +107,7 @@ def _function(system: System, threshold: Array) -> casadi.Function:
     return casadi.Function("forces", arguments, [casadi.densify(o) for o in (inertia, force, margin)])
 
 
-def _inputs(forces: Forces, spec: Spec) -> Iterator[Finding]:
+def _inputs(forces: Forces, spec: Spec, outside: Outside | None) -> Iterator[Finding]:
     if not len(forces.driven):
         return
     needed = forces.inertia - forces.rest
@@ -120,20 +125,26 @@ def _inputs(forces: Forces, spec: Spec) -> Iterator[Finding]:
     factors = np.linalg.lstsq((columns[acting] / scales[:, None]).T, wanted, rcond=1e-8)[0] / scales
     whole = wanted - factors @ columns[acting]
     for factor, j in zip(factors, acting, strict=True):
-        yield _input(spec.inputs[j].name, float(factor), whole + factor * columns[j], columns[j])
+        yield _input(spec.inputs[j].name, float(factor), whole + factor * columns[j], columns[j], outside)
 
 
-def _input(name: str, factor: float, wanted: Array, given: Array) -> Finding:
+def _input(name: str, factor: float, wanted: Array, given: Array, outside: Outside | None) -> Finding:
     norms = float(np.linalg.norm(wanted) * np.linalg.norm(given))
     correlation = float(wanted @ given) / norms if norms > 0 else 0.0
     figures = {"factor": factor, "correlation": correlation}
     topic = f"sign and scale of {name}"
     if correlation < FLIPPED:
         words = (
-            f"The sign of input {name} seems flipped: the force it gives runs against the force that the motion takes "
-            f"(correlation {correlation:.2f})."
+            f"The sign of input {name} seems flipped, or that of the coordinate it drives: the force it gives runs "
+            f"against the force that the motion takes (correlation {correlation:.2f})."
         )
         return Finding("problem", topic, words, figures)
+    if outside is not None and _blamed(outside, correlation, factor):
+        words = (
+            f"The scale of {outside.coordinate} seems off: {outside.words}, and the motion takes {factor:.3g} times "
+            f"the force that the log's {name} gives. Check unit and scale of {outside.coordinate}, or the envelope."
+        )
+        return Finding("problem", f"scale of {outside.coordinate}", words, figures | {"times": outside.times})
     if correlation > TELLING and not 1 / SCALE_OFF < factor < SCALE_OFF:
         small = np.abs(given) <= np.median(np.abs(given[given != 0]))
         at_small = float(wanted[small] @ given[small]) / float(given[small] @ given[small])
@@ -156,7 +167,14 @@ def _input(name: str, factor: float, wanted: Array, given: Array) -> Finding:
     return Finding("info", topic, words, figures)
 
 
-def _undriven(forces: Forces, spec: Spec) -> Iterator[Finding]:
+def _blamed(outside: Outside, correlation: float, factor: float) -> bool:
+    """Whether a coordinate outside the envelope is the likelier cause than the force compared with its motion."""
+    if correlation > TELLING:
+        return factor >= SCALE_OFF
+    return outside.times >= FAR_OUTSIDE
+
+
+def _undriven(forces: Forces, spec: Spec, outside: Outside | None) -> Iterator[Finding]:
     for i, c in enumerate(spec.coordinates):
         if np.any(forces.driven[:, :, i]):
             continue
@@ -171,6 +189,9 @@ def _undriven(forces: Forces, spec: Spec) -> Iterator[Finding]:
         if correlation < FLIPPED:
             words = f"The force modelled on {c.name} runs against its acceleration: a sign seems flipped."
             yield Finding("problem", topic, words, figures)
+        elif outside is not None and outside.times >= FAR_OUTSIDE and not 1 / SCALE_OFF < slope < SCALE_OFF:
+            words = f"The scale of {outside.coordinate} seems off: {outside.words}. Check its unit and scale."
+            yield Finding("problem", f"scale of {outside.coordinate}", words, figures | {"times": outside.times})
         elif correlation > TELLING and not 1 / SCALE_OFF < slope < SCALE_OFF:
             words = f"The modelled force on {c.name} is off by a factor of {slope:.3g} against mass times acceleration."
             yield Finding("problem", topic, words, figures)

@@ -19,6 +19,7 @@ ENCODER_OFF = 0.2
 WRAP = 0.5
 WRAP_OVER_REST = 5.0
 FEW_JUMPS = 0.02
+FAR_INSIDE = 0.01
 
 
 def audit_motion(log: Log, spec: Spec, motion: Motion) -> Iterator[Finding]:
@@ -132,6 +133,12 @@ def _envelope(log: Log, spec: Spec, motion: Motion) -> Iterator[Finding]:
             )
             figures = {"min": float(values.min()), "max": float(values.max()), "low": low, "high": high, "share": share}
             yield Finding("warning", f"envelope of {name}", words, figures)
+        size, bound = float(np.abs(values).max()), max(abs(low), abs(high))
+        if 0 < size < FAR_INSIDE * bound:
+            words = f"{name} stays below {size:.3g} {unit}, a small part of the spec's envelope [{low:g}, {high:g}]: "
+            yield Finding(
+                "warning", f"envelope of {name}", words + "is its scale right?", {"max": size, "bound": bound}
+            )
 
 
 def _outside_gaps(log: Log) -> NDArray[np.int64]:

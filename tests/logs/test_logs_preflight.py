@@ -16,7 +16,7 @@ def findings(path: Path, columns: dict, text: str = TEXT, **options) -> dict[str
     spec = parse_spec(text, Path("slider.yaml"))
     log = read_log(write_csv(path / "a.csv", columns, fmt="%.12g"), spec, **options)
     result = preflight(log, spec)
-    assert all(f.words.endswith((".", ")")) and f.topic for f in result)
+    assert all(f.words.endswith((".", ")", "?")) and f.topic for f in result)
     assert all(np.isfinite(v) for f in result for v in f.figures.values())
     return {f.topic: f for f in result}
 
@@ -140,3 +140,19 @@ def test_gaps_jumps_repairs_and_short_logs(tmp_path):
     short = findings(tmp_path, {k: v[:20] for k, v in rows().items()})
     assert short["motion"].severity == "problem" and short["duration"].severity == "warning"
     findings(tmp_path, {k: v[:2] for k, v in rows().items()})
+
+
+@pytest.mark.parametrize("unit", [57.3, 1000.0])
+def test_a_coordinate_far_outside_the_envelope_is_blamed_and_not_the_input(tmp_path, unit):
+    made = rows(20)
+    text = TEXT + "envelope: {v: [-0.5, 0.5]}\n"
+    assert findings(tmp_path, made, text)["sign and scale of w"].severity == "info"
+    told = findings(tmp_path, {**made, "x": unit * made["x"]}, text)
+    assert "sign and scale of w" not in told
+    blamed = told["scale of x"]
+    assert blamed.severity == "problem" and "Check unit and scale of x" in blamed.words
+    assert blamed.figures["times"] == pytest.approx(unit * 0.1 * np.pi / 0.5, rel=0.05)
+    small = findings(tmp_path, {**made, "x": made["x"] / 1000}, text)["envelope of v"]
+    assert small.severity == "warning" and "is its scale right?" in small.words
+    # The same misfit of forces with speeds inside the envelope is the input's.
+    assert findings(tmp_path, {**made, "w": made["w"] / unit}, text)["sign and scale of w"].severity == "problem"

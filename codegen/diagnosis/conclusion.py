@@ -1,0 +1,145 @@
+"""Outcome of the rounds → verdict, effects by name, candidates with their evidence, and all of it in a sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import isfinite
+
+from codegen.diagnosis.credit import LEAST_EXPLAINED, level
+from codegen.diagnosis.estimate import estimate
+from codegen.diagnosis.measure import Window, force_errors
+from codegen.diagnosis.problem import Problem
+from codegen.diagnosis.results import Candidate, ErrorFigures, FoundEffect, Verdict
+from codegen.diagnosis.rounds import Outcome, Ranked, twins
+from codegen.effects import CATALOGUE
+from codegen.effects.declare import places_of, unit_words
+from codegen.effects.places import pairs
+from codegen.mechanics.system import System
+from codegen.text import render
+
+TABLE_SIZE = 12
+
+
+def sentence(
+    system: System,
+    verdict: Verdict,
+    named: Sequence[FoundEffect],
+    rivals: Sequence[FoundEffect],
+    figures: Sequence[ErrorFigures],
+    faults: Sequence[str],
+    outcome: Outcome,
+) -> str:
+    """The verdict in words; its figure is of the coordinate on which the first effect acts.
+
+    Args:
+        figures: of the declared, refit and augmented model.
+        faults: the problems of the preflight, in words.
+    """
+    i = acts_on(named[0], system) if named else 0
+    by_force = all(isfinite(f.force_rms_rows[i]) for f in figures[1:])
+    before, after = (f.force_rms_rows[i] if by_force else f.free_run_rmse_rows[i] for f in figures[1:])
+    words = render(
+        "text/verdict.j2",
+        verdict=verdict,
+        effects=named,
+        rivals=rivals,
+        by_force=by_force,
+        before=before,
+        after=after,
+        unit=system.force_unit(i) if by_force else system.position_units[i],
+        where=system.positions[i].name if system.degrees_of_freedom > 1 else "",
+        faults=faults,
+        noise=level(outcome.base),
+    )
+    return words.strip()
+
+
+def acts_on(effect: FoundEffect, system: System) -> int:
+    """Index of the coordinate whose force balance shows an effect first."""
+    kind = CATALOGUE[effect.kind].with_parameters(list(effect.parameters))
+    place = places_of(kind, system).index(effect.on)
+    match kind.sits_on:
+        case "contact":
+            touched = [i for i in range(system.degrees_of_freedom) if system.distribution[i, place] != 0]
+        case "input":
+            touched = [i for i, g in enumerate(system.force) if g.has(system.inputs[place])]
+        case "two coordinates":
+            touched = [pairs(system)[place][0]]
+        case _:
+            touched = [place]
+    return touched[0] if touched else 0
+
+
+def verdict_of(outcome: Outcome, faults: Sequence[str]) -> Verdict:
+    """What the rounds say; nothing of effects where log and spec do not fit together."""
+    if faults:
+        return "unfit"
+    if not outcome.parts:
+        return "unknown" if outcome.unexplained else "none"
+    if outcome.explained < LEAST_EXPLAINED:
+        return "unknown"
+    return "ambiguous" if outcome.rivals else "effect"
+
+
+def force_agrees(problem: Problem, refit: System, augmented: System) -> bool:
+    """The second witness: what free runs credit must lower the force residual of the training log too.
+
+    Backlash has none: in the gap the load is free, and where it is there no log tells.
+    """
+    if any(t.gap != 0 for t in augmented.transmissions):
+        return True
+    window = Window(0, len(problem.motion.time))
+    before, after = (force_errors(s, problem.motion, problem.masks, window)[2] for s in (refit, augmented))
+    return after < before
+
+
+def named_effects(outcome: Outcome, system: System) -> list[FoundEffect]:
+    """The effects of the final fit, with intervals."""
+    if not outcome.parts:
+        return []
+    found = []
+    for part, values in zip(outcome.parts, estimate(outcome.final).effects, strict=True):
+        effect = CATALOGUE[part.kind]
+        parameters = {name: value for name, (value, _) in values.items()}
+        intervals = {name: interval for name, (_, interval) in values.items()}
+        units = unit_words(effect, part.place, system)
+        also = tuple(effect.twins(system, part.place))
+        found.append(FoundEffect(part.kind, part.on, parameters, units, also, intervals))
+    return found
+
+
+def candidates(outcome: Outcome) -> tuple[Candidate, ...]:
+    """The table of candidates, best first."""
+    return tuple(_candidate(r) for r in _listed(outcome)[:TABLE_SIZE])
+
+
+def _listed(outcome: Outcome) -> list[Ranked]:
+    """The first round, with the effects first that stand at the end: another may look better while one is lacking."""
+    order = {(p.kind, p.on): k for k, p in enumerate(outcome.parts)}
+    return sorted(outcome.first, key=lambda r: order.get((r.found.part.kind, r.found.part.on), len(order)))
+
+
+def as_effect(ranked: Ranked, system: System) -> FoundEffect:
+    """A candidate as an effect, with the values of the first round."""
+    part = ranked.found.part
+    effect = CATALOGUE[part.kind]
+    units = unit_words(effect, part.place, system)
+    return FoundEffect(part.kind, part.on, ranked.found.parameters, units, tuple(effect.twins(system, part.place)))
+
+
+def _candidate(r: Ranked) -> Candidate:
+    part, e = r.found.part, r.evidence
+    return Candidate(
+        kind=part.kind,
+        on=part.on,
+        parameters=r.found.parameters,
+        gain=e.share,
+        t=e.t,
+        blocks_won=e.won,
+        blocks=e.blocks,
+        free_run=r.ratio,
+        accepted=not r.why_not,
+        why_not=r.why_not,
+        also=tuple(twins(part, r.found)),
+        size=r.size,
+    )
