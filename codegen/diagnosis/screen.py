@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +10,8 @@ from numpy.typing import NDArray
 from codegen.diagnosis.output_error import Shot, means, segment_cost, segment_weights
 from codegen.diagnosis.trial import CHAIN, STRUCTURE, Part, Runner
 from codegen.effects import CATALOGUE
+from codegen.effects.periodic import PHASE_NAME as PHASE
+from codegen.effects.start import Covered
 
 Array = NDArray[np.float64]
 
@@ -20,97 +19,18 @@ SMALL = 1e-3
 """Size of a probe of a weight, in what would be a large effect."""
 
 
-@dataclass(frozen=True)
-class Scales:
-    """Typical sizes at a place, SI: force, position, speed, input, inertia, and the log's times."""
-
-    force: float
-    position: float
-    speed: float
-    input: float
-    inertia: float
-    level: float
-    noise: float
-    sample_time: float
-    duration: float
-    cutoff_hz: float
-    periods: Mapping[str, tuple[float, ...]]
-
-    def size(self, unit: str) -> float:
-        """The size that a parameter with this unit template has where its effect is as large as the force."""
-        words = {"F": self.force, "q": self.position, "w": self.input, "s": self.position / self.speed, "rad": 1.0}
-        text = unit.replace("{", "").replace("}", "").replace("^", "**")
-        value = 1.0
-        for sign, name, power in re.findall(r"([*/]?)([A-Za-z]+|1)(?:\*\*(\d+))?", text):
-            factor = words.get(name, 1.0) ** int(power or 1)
-            value = value / factor if sign == "/" else value * factor
-        return value
-
-
-def grid(part: Part, s: Scales, coupling: Mapping[str, float] | None = None) -> list[dict[str, float]]:
-    """Values of a part's shape parameters to start from."""
-    h, slow = s.sample_time, 1 / (2 * np.pi * s.cutoff_hz)
-    match part.kind:
-        case "input_delay":
-            return [{"T": T} for T in np.geomspace(0.3 * h, 4 * slow, 7)]
-        case "actuator_lag":
-            return [{"tau": T} for T in np.geomspace(0.3 * h, 8 * slow, 7)]
-        case "dead_zone":
-            return [{"width": q * s.input} for q in (0.003, 0.01, 0.03, 0.08, 0.2)]
-        case "saturation":
-            return [{"limit": q * s.input} for q in (0.5, 0.75, 0.9, 1.0, 1.15)]
-        case "input_gain":
-            return [{"gain": q} for q in (0.7, 0.9, 0.95, 1.05, 1.1, 1.4)]
-        case "presliding":
-            return [{"sigma": s.level / (q * s.position)} for q in np.geomspace(0.3, 1e-4, 8)]
-        case "compliance":
-            return _couplings(s)
-        case "backlash":
-            return _backlashes(s, coupling)
-        case "encoder_eccentricity":
-            return [{"period": q} for q in s.periods["sensor"]]
-        case "position_dependent_friction":
-            return [{"period": q} for q in s.periods["friction"]]
-        case "cogging":
-            return [{"period": q} for q in s.periods["force"]]
-        case "stribeck":
-            return [{"v_s": q * s.speed} for q in np.geomspace(0.01, 0.8, 8)]
-        case "friction_drift":
-            return [{"T": q * s.duration} for q in (0.05, 0.15, 0.4, 1.0)]
-    effect = CATALOGUE[part.kind]
-    shapes = [p.name for p in effect.parameters if p.neutral is None and p.name != "phase"]
-    sizes = [[q * s.size(p.unit) for q in (0.1, 0.5)] for p in effect.parameters if p.name in shapes]
-    return [dict(zip(shapes, values, strict=True)) for values in product(*sizes)]
-
-
-def _couplings(s: Scales) -> list[dict[str, float]]:
-    found = []
-    for f, rho in product((0.15, 0.4, 1.0, 2.5, 6.0), (0.3, 0.65)):
-        shared = rho * (1 - rho) * s.inertia
-        k = shared * (2 * np.pi * f * s.cutoff_hz) ** 2
-        found.append({"k": k, "c": 0.3 * np.sqrt(k * shared), "load_fraction": rho})
-    return found
-
-
-def _backlashes(s: Scales, coupling: Mapping[str, float] | None) -> list[dict[str, float]]:
-    """Gaps, with the coupling that was found without a gap or a few stiff ones."""
-    stiff = [c for c in _couplings(s) if c["load_fraction"] > 0.5][2:]
-    gaps = np.geomspace(max(2 * s.noise, 1e-5 * s.position), max(20 * s.noise, 0.05 * s.position), 5)
-    return [{**c, "gap": float(gap)} for c in ([coupling, *stiff] if coupling else stiff) for gap in gaps]
-
-
 def starting_points(
-    runner: Runner, base: Shot, raw: Sequence[Array], s: Scales, most: int, coupling: Mapping[str, float] | None = None
+    runner: Runner, base: Shot, raw: Sequence[Array], covered: Covered, most: int
 ) -> list[tuple[float, Array]]:
     """The best starts, as (cost by one linear step, theta of the trial), best first.
 
     Args:
         runner: of the trial with the part last.
         base: the fit without it. raw: slopes of its parameters, not projected.
-        coupling: what a compliance at the same place was fitted to, to start a backlash from.
+        covered: by the log where the part sits.
     """
     part = runner.trial.parts[-1]
-    shapes = grid(part, s, coupling) or [{}]
+    shapes = CATALOGUE[part.kind].starts(covered)
     now = means(base.runner, base.runner.run(base.theta, base.offsets))
     weights = np.sqrt(segment_weights(base.residual))[:, None]
     moved = np.stack([base.starts.project(r, slope=True) for r in raw]) if raw else np.zeros((0, *now.shape))
@@ -124,7 +44,7 @@ def starting_points(
             theta[: len(base.theta)] += step
             found.append((cost, theta))
             continue
-        columns, recover = _columns(runner, base, part, shape, s, now)
+        columns, recover = _columns(runner, base, part, shape, covered, now)
         step, cost = _solve(base, now, np.concatenate([moved, columns]), weights)
         values = recover(step[len(base.theta) :], shape)
         theta = np.concatenate([base.theta + step[: len(base.theta)], part.inward(values)])
@@ -153,28 +73,28 @@ def _weighted(part: Part) -> tuple[str, ...] | None:
     """The parameters that scale the effect, or None where it is tried at values of all of them."""
     if part.kind in CHAIN or part.kind in STRUCTURE:
         return None
-    if "phase" in part.names:
-        return (part.names[0], "phase")
+    if part.size:
+        return (part.size, PHASE)
     effect = CATALOGUE[part.kind]
-    return tuple(p.name for p in effect.parameters if p.neutral is not None)
+    return tuple(p.name for p in effect.parameters if p not in effect.shapes)
 
 
 def _columns(
-    runner: Runner, base: Shot, part: Part, shape: Mapping[str, float], s: Scales, now: Array
+    runner: Runner, base: Shot, part: Part, shape: Mapping[str, float], covered: Covered, now: Array
 ) -> tuple[Array, Callable[[Array, Mapping[str, float]], dict[str, float]]]:
     effect = CATALOGUE[part.kind]
-    if "phase" in part.names:
-        size = part.names[0]
-        big = s.position if part.kind == "encoder_eccentricity" else s.force
-        probes = [dict(shape) | {size: SMALL * big, "phase": phase} for phase in (0.0, np.pi / 2)]
-        steps = [SMALL * big] * 2
+    if part.size:
+        size = part.size
+        small = next(SMALL * covered.size(p.unit) for p in effect.parameters if p.name == size)
+        probes = [dict(shape) | {size: small, PHASE: phase} for phase in (0.0, np.pi / 2)]
+        steps = [small] * 2
 
         def recover(weights: Array, shape: Mapping[str, float]) -> dict[str, float]:
-            return dict(shape) | {size: float(np.hypot(*weights)), "phase": float(np.arctan2(weights[1], weights[0]))}
+            return dict(shape) | {size: float(np.hypot(*weights)), PHASE: float(np.arctan2(weights[1], weights[0]))}
     else:
-        scaling = [p for p in effect.parameters if p.neutral is not None]
+        scaling = [p for p in effect.parameters if p not in effect.shapes]
         zero = {p.name: float(p.neutral or 0.0) for p in scaling}
-        steps = [SMALL * s.size(p.unit) for p in scaling]
+        steps = [SMALL * covered.size(p.unit) for p in scaling]
         probes = [dict(shape) | zero | {p.name: zero[p.name] + d} for p, d in zip(scaling, steps, strict=True)]
 
         def recover(weights: Array, shape: Mapping[str, float]) -> dict[str, float]:

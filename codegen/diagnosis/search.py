@@ -12,11 +12,11 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
+from codegen.diagnosis.coverage import survey
 from codegen.diagnosis.credit import level
 from codegen.diagnosis.models import with_values
 from codegen.diagnosis.output_error import Shot, again, fit, raw_slopes, state_slopes
 from codegen.diagnosis.problem import Problem
-from codegen.diagnosis.scales import survey
 from codegen.diagnosis.screen import starting_points
 from codegen.diagnosis.shooting import STEPS_PER_PERIOD, Record, Shooter
 from codegen.diagnosis.signals import Motion
@@ -176,10 +176,10 @@ class Search:
 
         def first(k: int) -> tuple[int, Shot] | None:
             runner = replace(runners[k], record=few)
-            scales = sizes.scales(parts[k], levels, self.record.noise)
+            covered = sizes.covered(parts[k], levels, self.record.noise, couplings.get(parts[k].place))
             best = None
             most = 3 if len(parts[k].names) > 2 else 2
-            for _, theta in starting_points(runner, few_base, few_raw, scales, most, couplings.get(parts[k].place)):
+            for _, theta in starting_points(runner, few_base, few_raw, covered, most):
                 shot = self._fit(runner, theta, few_base, FIRST_ROUNDS, few_raw)
                 best = shot if best is None or shot.cost < best.cost else best
             tell((k + 1) / (len(parts) + FITTED))

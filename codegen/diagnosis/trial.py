@@ -14,6 +14,8 @@ from codegen.diagnosis.chain import Chain
 from codegen.diagnosis.shooting import Record, Shooter, Structure
 from codegen.effects import CATALOGUE, Effect
 from codegen.effects.declare import effect_symbols, places_of
+from codegen.effects.periodic import PHASE_NAME as PHASE
+from codegen.effects.periodic import Periodic
 from codegen.mechanics.actuator import Actuator
 from codegen.mechanics.system import System
 
@@ -47,6 +49,7 @@ class Part:
         names: of its parameters, in order.
         symbols: of those, where the effect is a change of the System; else empty.
         positive: the parameters that must be positive.
+        size: of a wave, the parameter that is found together with its phase; else empty.
     """
 
     kind: str
@@ -55,6 +58,7 @@ class Part:
     names: tuple[str, ...]
     symbols: tuple[sympy.Symbol, ...] = ()
     positive: tuple[str, ...] = ()
+    size: str = ""
 
     def inward(self, values: Mapping[str, float]) -> Array:
         """Parameters → the unbounded coordinates of a fit: logarithms of what is positive, logits of shares."""
@@ -62,10 +66,10 @@ class Part:
 
     def outward(self, inner: Array) -> dict[str, float]:
         values = {name: self.outward_one(name, float(q)) for name, q in zip(self.names, inner, strict=True)}
-        if "phase" in values:
-            flipped = values[self.names[0]] < 0
-            values[self.names[0]] = abs(values[self.names[0]])
-            values["phase"] = float((values["phase"] + (2 if flipped else 1) * np.pi) % (2 * np.pi) - np.pi)
+        if self.size:
+            flipped = values[self.size] < 0
+            values[self.size] = abs(values[self.size])
+            values[PHASE] = float((values[PHASE] + (2 if flipped else 1) * np.pi) % (2 * np.pi) - np.pi)
         return values
 
     @property
@@ -92,7 +96,8 @@ def part_of(effect: Effect, place: int, system: System) -> Part:
     positive = tuple(p.name for p in effect.parameters if p.low == 0.0 and p.neutral in (None, 1.0))
     beside = effect.kind in CHAIN or effect.kind in STRUCTURE or effect.kind in SENSOR
     symbols = () if beside else tuple(effect_symbols(effect, on, system)[n] for n in names)
-    return Part(effect.kind, place, on, names, symbols, positive)
+    size = effect.size if isinstance(effect, Periodic) else ""
+    return Part(effect.kind, place, on, names, symbols, positive, size)
 
 
 @dataclass(frozen=True, eq=False)

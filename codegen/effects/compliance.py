@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+from itertools import product
+from math import pi, sqrt
+
+import numpy as np
+
 from codegen.effects.effect import Confusion, Effect, EffectParameter, Symbols
 from codegen.effects.places import coupled_or_varying
-from codegen.effects.start import dampings, gaps, shares, stiffnesses
+from codegen.effects.start import Covered
 from codegen.mechanics.system import System
 from codegen.mechanics.transmission import Transmission
 
-STIFFNESS = EffectParameter("k", "{F}/{q}", "stiffness", low=0.0, start=stiffnesses)
-DAMPING = EffectParameter("c", "{F}*s/{q}", "damping", low=0.0, start=dampings)
-SHARE = EffectParameter(
-    "load_fraction", "1", "share ρ of the inertia behind the spring", low=0.0, high=1.0, start=shares
-)
+STIFFNESS = EffectParameter("k", "{F}/{q}", "stiffness", low=0.0)
+DAMPING = EffectParameter("c", "{F}*s/{q}", "damping", low=0.0)
+SHARE = EffectParameter("load_fraction", "1", "share ρ of the inertia behind the spring", low=0.0, high=1.0)
+FREQUENCIES = (0.15, 0.4, 1.0, 2.5, 6.0)
+"""Resonances to start from, in the cutoff of the log."""
+LOADS = (0.3, 0.65)
+DAMPING_RATIO = 0.15
 NEEDS = "an axis with a constant inertia of its own, not coupled to others, and no compliance or backlash yet"
 
 
@@ -40,6 +47,10 @@ class Compliance(Effect):
     def add(self, system: System, place: int, p: Symbols) -> System:
         return system.with_transmission(Transmission(place, p["k"], p["c"], p["load_fraction"]))
 
+    def starts(self, covered: Covered) -> list[dict[str, float]]:
+        """Lightly damped resonances from a seventh to six times the cutoff, with a third or two of the inertia."""
+        return [_coupling(covered, frequency, load) for frequency, load in product(FREQUENCIES, LOADS)]
+
 
 class Backlash(Effect):
     """As compliance, with a force only beyond half the gap, and never one that pulls."""
@@ -50,7 +61,7 @@ class Backlash(Effect):
     signature = "lost motion: after each reversal the motor turns without its load"
     seen_over = "time"
     parameters = (
-        EffectParameter("gap", "{q}", "full width of the play", low=0.0, start=gaps),
+        EffectParameter("gap", "{q}", "full width of the play", low=0.0),
         STIFFNESS,
         DAMPING,
         SHARE,
@@ -67,3 +78,18 @@ class Backlash(Effect):
 
     def add(self, system: System, place: int, p: Symbols) -> System:
         return system.with_transmission(Transmission(place, p["k"], p["c"], p["load_fraction"], p["gap"]))
+
+    def starts(self, covered: Covered) -> list[dict[str, float]]:
+        """Gaps from the noise to a fortieth of the span, with the compliance found at the place, or stiff ones."""
+        stiff = [_coupling(covered, frequency, LOADS[-1]) for frequency in FREQUENCIES[2:]]
+        noise, half = covered.noise, covered.half_span
+        gaps = np.geomspace(max(2 * noise, 1e-5 * half), max(20 * noise, 0.05 * half), 5)
+        couplings = [covered.coupling, *stiff] if covered.coupling else stiff
+        return [{**coupling, "gap": float(gap)} for coupling in couplings for gap in gaps]
+
+
+def _coupling(covered: Covered, frequency: float, load: float) -> dict[str, float]:
+    """The spring at which motor and load swing against each other at ``frequency``, in the cutoff."""
+    shared = load * (1 - load) * covered.inertia
+    k = shared * (2 * pi * frequency * covered.cutoff_hz) ** 2
+    return {"k": k, "c": 2 * DAMPING_RATIO * sqrt(k * shared), "load_fraction": load}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from codegen.effects.effect import Confusion, Effect, EffectParameter, Symbols
 from codegen.effects.places import drives
-from codegen.effects.start import inputs
+from codegen.effects.start import dead_widths
 from codegen.mechanics.system import System
 
 
@@ -16,7 +16,7 @@ class DeadZone(Effect):
     equation = "w_eff = sgn(w)·max(|w| − width, 0)"
     signature = "a force that is missing: all of it at small commands, a constant share at large ones"
     seen_over = "input"
-    parameters = (EffectParameter("width", "{w}", "half width of the dead zone", low=0.0, start=inputs),)
+    parameters = (EffectParameter("width", "{w}", "half width of the dead zone", low=0.0, start=dead_widths),)
     confused_with = (
         Confusion("input_gain", "two amplitudes of one motion"),
         Confusion("coulomb friction", "a force in one direction that is not reversed while the motion is"),

@@ -1,6 +1,6 @@
 """What an effect is: parameters, a place, and what it does to the System.
 
-Everything else is derived from that one change: the force it adds, its regressors in diagnosis, its part in Ψ, the
+Everything else is derived from that one change: the force it adds, its free runs in diagnosis, its part in Ψ, the
 certificate and the generated code.
 """
 
@@ -21,6 +21,9 @@ Place = Literal["contact", "coordinate", "two coordinates", "axis", "input", "se
 Axis = Literal["velocity", "position", "load", "time", "acceleration", "input", "input rate"]
 Symbols = Mapping[str, sympy.Symbol]
 
+SHARES = (0.1, 0.5)
+"""Where a shape parameter without a start of its own is tried, in what makes its effect as large as the force."""
+
 
 @dataclass(frozen=True)
 class EffectParameter:
@@ -30,7 +33,8 @@ class EffectParameter:
         unit: template over {F} (force), {q} (coordinate), {w} (input).
         low, high: open interval of admissible values; None means unbounded.
         neutral: the value at which the effect vanishes (for those that scale it), or None for shape parameters.
-        start: for a shape parameter, the values from which a fit to a log may start.
+        start: the values from which a fit to a log may start; without it, least squares finds a parameter that
+            scales the effect, and a shape parameter at a tenth and a half of what makes it as large as the force.
     """
 
     name: str
@@ -103,32 +107,16 @@ class Effect(ABC):
         """What the effect adds to g − M a − U λ, n by 1, over x, v, w, accelerations and its parameters."""
         return Matrix(self.add(system, place, p).equation_error - system.equation_error)
 
-    def regressors(self, system: System, place: int, p: Symbols) -> tuple[list[Matrix], tuple[str, ...]]:
-        """Columns whose weighted sum is the effect, and the names of the shape parameters left in them.
+    @property
+    def shapes(self) -> tuple[EffectParameter, ...]:
+        """The parameters that a fit tries at several values before it refines them."""
+        return tuple(q for q in self.parameters if q.start is not None or q.neutral is None)
 
-        The weights are the parameters that have a neutral value, less that value, in order.
-        """
-        scaling = [q for q in self.parameters if q.neutral is not None]
-        change = self.change(system, place, p)
-        columns = [Matrix(change.diff(p[q.name])) for q in scaling]
-        return columns, tuple(q.name for q in self.parameters if q.neutral is None)
-
-    def recover(self, weights: Sequence[float], shape: Mapping[str, float]) -> dict[str, float]:
-        """Parameter values from the weights of the columns and the shape parameters."""
-        scaling = [q for q in self.parameters if q.neutral is not None]
-        found = {q.name: float(q.neutral or 0) + float(c) for q, c in zip(scaling, weights, strict=True)}
-        found.update({name: float(value) for name, value in shape.items()})
-        return {q.name: found[q.name] for q in self.parameters}
-
-    def weights(self, values: Mapping[str, float]) -> list[float]:
-        """The inverse of ``recover``: weights of the columns at given parameter values."""
-        return [values[q.name] - float(q.neutral) for q in self.parameters if q.neutral is not None]
-
-    def starts(self, covered: Covered, shape: Sequence[str]) -> list[dict[str, float]]:
-        """Every combination of starting values of the named shape parameters, from what a log covers."""
-        by_name = {q.name: q.start for q in self.parameters}
-        grids = [start(covered) if (start := by_name[name]) is not None else () for name in shape]
-        return [dict(zip(shape, map(float, values), strict=True)) for values in product(*grids)]
+    def starts(self, covered: Covered) -> list[dict[str, float]]:
+        """Every combination of the values that the shape parameters start from; one empty where there are none."""
+        shapes = self.shapes
+        grids = [q.start(covered) if q.start else [s * covered.size(q.unit) for s in SHARES] for q in shapes]
+        return [{q.name: float(v) for q, v in zip(shapes, values, strict=True)} for values in product(*grids)]
 
     def twins(self, system: System, place: int) -> list[tuple[str, str]]:
         """(kind, on) of effects that give the same motion once friction levels may be refitted."""

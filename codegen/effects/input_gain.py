@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from codegen.effects.effect import Confusion, Effect, EffectParameter, Symbols
 from codegen.effects.places import drives, sole_drive
+from codegen.effects.start import gains
 from codegen.mechanics.system import System
 
 
@@ -15,7 +16,7 @@ class InputGain(Effect):
     equation = "w_eff = gain·w"
     signature = "a force proportional to the input"
     seen_over = "input"
-    parameters = (EffectParameter("gain", "1", "gain", low=0.0, neutral=1.0),)
+    parameters = (EffectParameter("gain", "1", "gain", low=0.0, neutral=1.0, start=gains),)
     confused_with = (
         Confusion("inertia_error", "another force on the axis: a known load or spring"),
         Confusion("load_dependent_friction", "several loads, driving and back-driving"),

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import sympy
 
 from codegen.effects.effect import Confusion, Effect, EffectParameter, Symbols
-from codegen.effects.start import stiffnesses
+from codegen.effects.start import bristles
 from codegen.friction.coulomb import Coulomb
 from codegen.friction.law import DynamicLaw, LawParameter, LawState
 from codegen.mechanics.system import System
@@ -52,7 +52,7 @@ class Presliding(Effect):
     equation = "λ = sigma·z, dz/dt = u − (sigma/a)·z·|u| in place of a·sgn(u)"
     signature = "hysteresis over position at each reversal, in place of a step"
     seen_over = "position"
-    parameters = (EffectParameter("sigma", "{F}/{q}", "presliding stiffness", low=0.0, start=stiffnesses),)
+    parameters = (EffectParameter("sigma", "{F}/{q}", "presliding stiffness", low=0.0, start=bristles),)
     confused_with = (
         Confusion("backlash", "a microscopic slow sine: presliding holds it with a force, backlash lets it go"),
         Confusion("input_delay", "a microscopic slow sine"),

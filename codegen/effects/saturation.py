@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from codegen.effects.effect import Confusion, Effect, EffectParameter, Symbols
 from codegen.effects.places import drives
-from codegen.effects.start import inputs
+from codegen.effects.start import limits
 from codegen.mechanics.system import System
 
 
@@ -16,7 +16,7 @@ class Saturation(Effect):
     equation = "w_eff = clip(w, −limit, limit)"
     signature = "a force that is missing at large commands and at no others"
     seen_over = "input"
-    parameters = (EffectParameter("limit", "{w}", "greatest effective input", low=0.0, start=inputs),)
+    parameters = (EffectParameter("limit", "{w}", "greatest effective input", low=0.0, start=limits),)
     confused_with = (
         Confusion("input_gain", "a small and a large amplitude of one motion"),
         Confusion("quadratic_drag", "a large command at low speed"),

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import re
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,29 +14,63 @@ class Covered:
     """What a log covers at the place of an effect; SI.
 
     Attributes:
-        duration, sample_time: s.
-        top_speed: 95 % quantile of the speed of the coordinate, or of the contact's slip.
-        top_input: 95 % quantile of the input's size.
+        force: standard deviation of the drive force there, or of what moves the inertia, whichever is larger.
         span: distance from the lowest to the highest position.
-        stiffness: force over displacement at which the declared inertia swings as fast as the log can show.
+        top_speed: 95 % quantile of the speed of the coordinate, or of the contact's slip.
+        top_input: 98 % quantile of the input's size.
+        inertia: of the coordinate, at the middle of its positions.
+        level: friction level of the contact as refitted; 1 where there is none.
+        noise: standard deviation of the measured position's noise.
+        sample_time, duration: s. cutoff_hz: below it the log shows accelerations.
         periods: asked for only where it is needed: distances after which the residual repeats itself.
+        coupling: k, c and load_fraction of the compliance that was fitted at this place, where one was.
     """
 
-    duration: float
-    sample_time: float
+    force: float
+    span: float
     top_speed: float
-    top_input: float = 1.0
-    span: float = 1.0
-    stiffness: float = 1.0
+    top_input: float
+    inertia: float
+    level: float
+    noise: float
+    sample_time: float
+    duration: float
+    cutoff_hz: float
     periods: Callable[[], Sequence[float]] = tuple
+    coupling: Mapping[str, float] | None = None
+
+    @property
+    def half_span(self) -> float:
+        return self.span / 2
+
+    @property
+    def slow(self) -> float:
+        """Time constant of the cutoff, s."""
+        return 1 / (2 * np.pi * self.cutoff_hz)
+
+    def size(self, unit: str) -> float:
+        """The size that a parameter with this unit template has where its effect is as large as the force."""
+        words = {
+            "F": self.force,
+            "q": self.half_span,
+            "w": self.top_input,
+            "s": self.half_span / self.top_speed,
+            "rad": 1.0,
+        }
+        text = unit.replace("{", "").replace("}", "").replace("^", "**")
+        value = 1.0
+        for sign, name, power in re.findall(r"([*/]?)([A-Za-z]+|1)(?:\*\*(\d+))?", text):
+            factor = words.get(name, 1.0) ** int(power or 1)
+            value = value / factor if sign == "/" else value * factor
+        return value
 
 
 Start = Callable[[Covered], Sequence[float]]
 
 
 def speeds(covered: Covered) -> Sequence[float]:
-    """From a hundredth of the top speed up to it."""
-    return tuple(np.geomspace(max(0.01 * covered.top_speed, 1e-9), max(covered.top_speed, 2e-9), 12))
+    """From a hundredth of the top speed nearly up to it."""
+    return tuple(np.geomspace(0.01, 0.8, 8) * covered.top_speed)
 
 
 def periods(covered: Covered) -> Sequence[float]:
@@ -44,42 +79,35 @@ def periods(covered: Covered) -> Sequence[float]:
 
 
 def delays(covered: Covered) -> Sequence[float]:
-    """From a quarter of a sample to 50 ms or eight samples."""
-    h = covered.sample_time
-    return tuple(np.geomspace(0.25 * h, max(0.05, 8 * h), 14))
+    """From a third of a sample to four time constants of the cutoff."""
+    return tuple(np.geomspace(0.3 * covered.sample_time, 4 * covered.slow, 7))
 
 
 def lags(covered: Covered) -> Sequence[float]:
-    """From half a sample to a quarter of a second or sixteen samples."""
-    h = covered.sample_time
-    return tuple(np.geomspace(0.5 * h, max(0.25, 16 * h), 14))
+    """From a third of a sample to eight time constants of the cutoff."""
+    return tuple(np.geomspace(0.3 * covered.sample_time, 8 * covered.slow, 7))
 
 
 def slow_times(covered: Covered) -> Sequence[float]:
-    """From a twentieth of the log to twice its length: slower is a straight line, faster is another effect."""
-    return tuple(np.geomspace(0.05 * covered.duration, 2 * covered.duration, 10))
+    """From a twentieth of the log to all of it: slower is a straight line, faster is another effect."""
+    return tuple(q * covered.duration for q in (0.05, 0.15, 0.4, 1.0))
 
 
-def inputs(covered: Covered) -> Sequence[float]:
-    """From a fiftieth of the top input to nearly all of it."""
-    return tuple(np.geomspace(0.02 * covered.top_input, 0.95 * covered.top_input, 14))
+def dead_widths(covered: Covered) -> Sequence[float]:
+    """From 0.3 % to a fifth of the top input."""
+    return tuple(q * covered.top_input for q in (0.003, 0.01, 0.03, 0.08, 0.2))
 
 
-def stiffnesses(covered: Covered) -> Sequence[float]:
-    """Down from the stiffest that the log can show by a factor of ten thousand."""
-    return tuple(np.geomspace(1e-4 * covered.stiffness, covered.stiffness, 14))
+def limits(covered: Covered) -> Sequence[float]:
+    """From half the top input to a little more than it."""
+    return tuple(q * covered.top_input for q in (0.5, 0.75, 0.9, 1.0, 1.15))
 
 
-def gaps(covered: Covered) -> Sequence[float]:
-    """From a hundred-thousandth to a tenth of the way."""
-    return tuple(np.geomspace(1e-5 * covered.span, 0.1 * covered.span, 13))
+def gains(covered: Covered) -> Sequence[float]:
+    """Between 0.7 and 1.4."""
+    return (0.7, 0.9, 0.95, 1.05, 1.1, 1.4)
 
 
-def dampings(covered: Covered) -> Sequence[float]:
-    """A light one: a fiftieth of the stiffness at a tenth of the sample rate."""
-    return (0.02 * covered.stiffness * covered.sample_time / (0.2 * np.pi),)
-
-
-def shares(covered: Covered) -> Sequence[float]:
-    """Small, half and large."""
-    return (0.25, 0.5, 0.75)
+def bristles(covered: Covered) -> Sequence[float]:
+    """Stiff enough to reach the friction level within 30 % down to a ten-thousandth of half the span."""
+    return tuple(covered.level / (q * covered.half_span) for q in np.geomspace(0.3, 1e-4, 8))

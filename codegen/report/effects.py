@@ -35,7 +35,7 @@ def effect_view(effect: Effect) -> dict[str, Any]:
                 "unit": p.unit.format(F="F", q="q", w="w"),
                 "range": _range(p),
                 "meaning": p.meaning,
-                "start": _start(p),
+                "start": _start(effect, p),
             }
             for p in effect.parameters
         ],
@@ -76,8 +76,11 @@ def _range(p: EffectParameter) -> str:
     return ", ".join(limits) or "any"
 
 
-def _start(p: EffectParameter) -> str:
-    if p.start is not None:
-        text = inspect.cleandoc(p.start.__doc__ or "").split("\n\n")[0].rstrip(".")
-        return " ".join(text.split())
-    return "by least squares" if p.neutral is not None or p.name == "phase" else "as it is refined"
+def _start(effect: Effect, p: EffectParameter) -> str:
+    if p not in effect.shapes:
+        return "by least squares"
+    joint = type(effect).starts is not Effect.starts
+    if p.start is None and not joint:
+        return "at a tenth and a half of what makes the effect as large as the force"
+    text = inspect.cleandoc((effect.starts if joint else p.start).__doc__ or "").split("\n\n")[0].rstrip(".")
+    return " ".join(text.split())

@@ -11,6 +11,8 @@ import pytest
 from codegen import pipeline
 from codegen.diagnosis.diagnose import Models, diagnose_log
 from codegen.diagnosis.results import Diagnosis
+from codegen.effects import CATALOGUE
+from codegen.effects.register import load_effects
 from codegen.errors import BadInput
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import STAGE, TEST, TRAIN, diagnosed, log_of, stage, system_of
@@ -73,6 +75,49 @@ def test_a_force_that_is_no_effect_of_the_catalogue_is_unknown_and_not_nothing(t
     assert diagnosis.verdict == "unknown", diagnosis.sentence
     assert diagnosis.effects == ()
     assert parse_spec(models.spec_text, Path("spec.yaml")).effects == ()
+
+
+BUMP = """
+import sympy
+from codegen.effects import Confusion, Effect, EffectParameter
+
+class Bump(Effect):
+    kind = "bump"
+    sits_on = "coordinate"
+    equation = "e = -p exp(-((x - c)/r)^2)"
+    signature = "a push at one place"
+    seen_over = "position"
+    parameters = (
+        EffectParameter("p", "{{F}}", "push", neutral=0.0),
+        EffectParameter("c", "{{q}}", "its place", start=lambda covered: [{place}]),
+        EffectParameter("r", "{{q}}", "its reach", low=0.0, start=lambda covered: [0.02]),
+    )
+    confused_with = (Confusion("cogging", "a second place"),)
+
+    def add(self, system, place, p):
+        x = system.positions[place]
+        return system.with_force(place, -p["p"] * sympy.exp(-((x - p["c"]) / p["r"]) ** 2))
+
+EFFECTS = [Bump()]
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("place", "found"), [(0.1, True), (-0.1, False)])
+def test_a_fit_of_a_user_s_effect_starts_where_the_effect_says(place: float, found: bool, tmp_path: Path) -> None:
+    """A push of 8 N within 3 cm of x = 0.08 is found from a start near by, and not from the other side."""
+    before = dict(CATALOGUE)
+    path = tmp_path / "bump.py"
+    path.write_text(BUMP.format(place=place))
+    try:
+        load_effects(path)
+        diagnosis, _ = diagnosed("[{kind: bump, on: x, parameters: {p: 8, c: 0.08, r: 0.03}}]", tmp_path)
+    finally:
+        CATALOGUE.clear()
+        CATALOGUE.update(before)
+    assert ([e.kind for e in diagnosis.effects] == ["bump"]) == found
+    if found:
+        assert diagnosis.effects[0].parameters == pytest.approx({"p": 8, "c": 0.08, "r": 0.03}, rel=0.01)
 
 
 @pytest.mark.slow

@@ -1,20 +1,21 @@
-"""Typical sizes at the place of a candidate, and the periods that stand out in the residual over position."""
+"""What a log covers at the place of a candidate, and the periods that stand out in the residual over position."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from codegen.diagnosis.measure import drive_force
 from codegen.diagnosis.residual import inverse_dynamics_residual
-from codegen.diagnosis.screen import Scales
 from codegen.diagnosis.signals import Motion
 from codegen.diagnosis.trial import CHAIN, Part
 from codegen.effects import CATALOGUE
 from codegen.effects.places import pairs
+from codegen.effects.start import Covered
 from codegen.mechanics.system import Matrix, System
 
 Array = NDArray[np.float64]
@@ -24,7 +25,6 @@ PADDING = 16
 """Frequencies of the scan are a sixteenth of a turn over the whole span apart."""
 LEAST_TURNS = 1.0
 KEPT_PERIODS = 3
-WAVES = {"cogging": "force", "position_dependent_friction": "friction", "encoder_eccentricity": "sensor"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,8 +42,15 @@ class Survey:
     mass: Array
     distribution: Array
 
-    def scales(self, part: Part, levels: Sequence[float], noise: Array) -> Scales:
-        """The sizes where ``part`` sits; ``levels`` of the contacts."""
+    def covered(
+        self, part: Part, levels: Sequence[float], noise: Array, coupling: Mapping[str, float] | None = None
+    ) -> Covered:
+        """What the log covers where ``part`` sits.
+
+        Args:
+            levels: of the contacts, as refitted. noise: of the positions.
+            coupling: of the compliance that was fitted there.
+        """
         m = self.motion
         contact = part.place if _sits_on(part) == "contact" else None
         i = self._coordinate(part)
@@ -55,19 +62,19 @@ class Survey:
             y = self.residual @ column / (column @ column)
         span = max(float(np.ptp(x)), 1e-12)
         command = m.commands[:, part.place if part.kind in CHAIN else 0]
-        periods = _periods(part.kind, x, v, y, m.usable, span)
-        return Scales(
+        return Covered(
             force=max(float(self.drive[:, i].std()), self.mass[i, i] * float(m.accelerations[:, i].std()), 1e-12),
-            position=span / 2,
-            speed=max(float(np.quantile(np.abs(v), 0.95)), 1e-12),
-            input=max(float(np.quantile(np.abs(command), 0.98)), 1e-12),
+            span=span,
+            top_speed=max(float(np.quantile(np.abs(v), 0.95)), 1e-12),
+            top_input=max(float(np.quantile(np.abs(command), 0.98)), 1e-12),
             inertia=float(self.mass[i, i]),
             level=max(levels[contact], 1e-9) if contact is not None and contact < len(levels) else 1.0,
             noise=float(noise[i]),
             sample_time=m.sample_time,
             duration=float(m.time[-1] - m.time[0]),
             cutoff_hz=m.cutoff_hz,
-            periods=periods,
+            periods=partial(_periods, _sits_on(part), x, v, y, m.usable, span),
+            coupling=coupling,
         )
 
     def _coordinate(self, part: Part) -> int:
@@ -102,14 +109,9 @@ def _sits_on(part: Part) -> str:
     return CATALOGUE[part.kind].sits_on
 
 
-def _periods(
-    kind: str, x: Array, v: Array, y: Array, used: NDArray[np.bool_], span: float
-) -> dict[str, tuple[float, ...]]:
-    """By what the wave multiplies: nothing, the direction of slip, or the square of speed."""
-    if kind not in WAVES:
-        return {}
-    carriers = {"force": np.ones_like(v), "friction": np.sign(v), "sensor": v**2}
-    carrier = carriers[WAVES[kind]]
+def _periods(sits_on: str, x: Array, v: Array, y: Array, used: NDArray[np.bool_], span: float) -> tuple[float, ...]:
+    """By what a wave multiplies there: the direction of slip, the square of speed, or nothing."""
+    carrier = {"contact": np.sign(v), "sensor": v**2}.get(sits_on, np.ones_like(v))
     place = np.clip(((x - x.min()) / span * BINS).astype(int), 0, BINS - 1)
     weights = (carrier * (y - y[used].mean()))[used]
     density = np.bincount(place[used], weights=weights, minlength=BINS)
@@ -121,4 +123,4 @@ def _periods(
         for k in np.argsort(-power)[:200]
         if power[k] > 0 and power[k] >= power[max(0, k - PADDING // 2) : k + PADDING // 2 + 1].max()
     ]
-    return {WAVES[kind]: tuple(float(span / turns[k]) for k in peaks[:KEPT_PERIODS])}
+    return tuple(float(span / turns[k]) for k in peaks[:KEPT_PERIODS])
