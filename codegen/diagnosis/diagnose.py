@@ -12,7 +12,7 @@ from codegen.diagnosis.augment import augmented_text
 from codegen.diagnosis.conclusion import as_effect, candidates, force_agrees, named_effects, sentence, verdict_of
 from codegen.diagnosis.credit import ALPHA, BLOCKS, level
 from codegen.diagnosis.estimate import Estimate, estimate
-from codegen.diagnosis.measure import Window, force_errors, measure
+from codegen.diagnosis.measure import RESTART_S, Window, force_errors, measure
 from codegen.diagnosis.models import with_effects, with_values
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.proposal import propose_terms, refuse_without_pysindy
@@ -185,7 +185,11 @@ def _data(log: Log, test: Log | None, motion: Motion, window: Window, problem: P
         "train_samples": len(problem.motion.time),
         "sample_time_s": h,
         "cutoff_hz": motion.cutoff_hz,
-        "restart_s": 0.5,
+        "restart_s": RESTART_S,
+        "coordinates": [
+            {"name": x.name, "unit": unit, "force_unit": problem.system.force_unit(i)}
+            for i, (x, unit) in enumerate(zip(problem.system.positions, problem.system.position_units, strict=True))
+        ],
         "blocks": BLOCKS,
     }
 

@@ -40,7 +40,10 @@ def measure(system: System, motion: Motion, used: Masks, window: Window) -> Erro
 
 
 def force_errors(system: System, motion: Motion, used: Masks, window: Window) -> tuple[tuple[float, ...], float, float]:
-    """RMS of the low-passed residual by coordinate and over all, and its norm over that of the drive force."""
+    """RMS of the low-passed residual by coordinate and over all, and its norm over that of the drive force.
+
+    The norm is that of ``power``; entries at standstill count as zero in both.
+    """
     residual = inverse_dynamics_residual(system, motion)
     inside = np.zeros(len(motion.time), dtype=bool)
     inside[window.start : window.stop] = True
@@ -49,8 +52,8 @@ def force_errors(system: System, motion: Motion, used: Masks, window: Window) ->
     per_row = tuple(float(np.sqrt(s.mean())) if len(s) else float("nan") for s in squares)
     pooled = np.concatenate(squares)
     drive = motion.low_pass(drive_force(system, motion))
-    power = np.concatenate([drive[rows[:, i], i] ** 2 for i in range(residual.shape[1])])
-    relative = float(np.sqrt(pooled.sum() / power.sum())) if power.sum() > 0 else float("inf")
+    left, driven = (float(power(system, motion, np.where(rows, r, 0.0)).sum()) for r in (residual, drive))
+    relative = float(np.sqrt(left / driven)) if driven > 0 else float("inf")
     return per_row, float(np.sqrt(pooled.mean())) if len(pooled) else float("nan"), relative
 
 
@@ -98,6 +101,24 @@ def drive_force(system: System, motion: Motion) -> Array:
     still = system.force.subs(dict.fromkeys(system.inputs, 0))
     forces = evaluate_forces(system, [Matrix(system.force - still)], motion, effective_inputs(system, motion))
     return np.asarray(forces[0])
+
+
+def power(system: System, motion: Motion, forces: Array) -> Array:
+    """(N,) r' M(x)⁻¹ r of generalised forces r, (N, n): the acceleration that a force makes counts, not its number.
+
+    It is the same whatever side of a gear a coordinate is on, and adds no newtons to newton metres.
+    """
+    columns = [Matrix(system.mass_matrix[:, j]) for j in range(system.degrees_of_freedom)]
+    mass = evaluate_forces(system, columns, motion).transpose(1, 2, 0)
+    accelerations = np.linalg.pinv(mass, hermitian=True) @ forces[:, :, None]
+    return np.asarray((forces * accelerations[:, :, 0]).sum(axis=1))
+
+
+def share_of_drive(system: System, motion: Motion, forces: Array) -> float:
+    """Forces, (N, n), over the drive force in the norm of ``power``, both over the usable samples."""
+    drive = motion.low_pass(drive_force(system, motion))
+    acting, driven = (float(power(system, motion, f)[motion.usable].sum()) for f in (forces, drive))
+    return float(np.sqrt(acting / max(driven, 1e-300)))
 
 
 def _substeps(h: float) -> int:

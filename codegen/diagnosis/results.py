@@ -69,7 +69,7 @@ class ErrorFigures:
     Attributes:
         force_rms: RMS of the low-passed force residual, all coordinates together (their units as they are).
         force_rms_rows: for each coordinate.
-        relative_force: norm of the residual over norm of the drive force, both low-passed.
+        relative_force: residual over drive force, both low-passed, in the norm √mean(r' M⁻¹ r).
         free_run_rmse, free_run_rmse_rows: of the position in free run, restarted every so often; inf where it diverges.
     """
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from codegen.diagnosis import credit
 from codegen.diagnosis.credit import Evidence, evidence, held_out_losses, independent_share, level, noise_loss, size_of
-from codegen.diagnosis.measure import drive_force
+from codegen.diagnosis.measure import share_of_drive
 from codegen.diagnosis.models import with_effects
 from codegen.diagnosis.output_error import Shot
 from codegen.diagnosis.residual import inverse_dynamics_residual
@@ -180,7 +180,7 @@ def credible(search: Search, before: Shot, after: Shot, candidates: int) -> bool
 
 
 def _size(search: Search, found: Found, base: Shot) -> float:
-    """Force of the effect over the drive force, RMS along the measured motion; else change of the prediction."""
+    """Force of the effect over the drive force along the measured motion; else change of the prediction."""
     if found.part.kind in STRUCTURE:
         return size_of(found.shot, base)
     effect, motion, system = CATALOGUE[found.part.kind], search.motion, search.system
@@ -189,8 +189,7 @@ def _size(search: Search, found: Found, base: Shot) -> float:
     declared = FoundEffect(found.part.kind, found.part.on, found.parameters, {})
     richer = inverse_dynamics_residual(with_effects(system, [declared]), motion)
     change = richer - inverse_dynamics_residual(system, motion)
-    drive = motion.low_pass(drive_force(system, motion))[motion.usable]
-    return float(np.sqrt((change[motion.usable] ** 2).sum() / max(float((drive**2).sum()), 1e-300)))
+    return share_of_drive(system, motion, change)
 
 
 def _why_not(search: Search, found: Found, e: Evidence, size: float) -> str:

@@ -22,26 +22,24 @@ from codegen.report.view import (
     RefittedRow,
     SeparationView,
 )
-from codegen.report.wording import change, common_unit, number, percent, prefixed, unit_text, with_unit
+from codegen.report.wording import change, number, percent, prefixed, unit_text, with_unit
 
 Quantity = Literal["force", "relative", "position"]
 Outcome = Literal["chosen", "carried", "later", "passed", "rejected"]
-Read = Callable[[int | None, ErrorFigures], float]
+Read = Callable[[int, ErrorFigures], float]
 
 
 def error_rows(diagnosis: Diagnosis, system: System) -> tuple[ErrorRow, ...]:
-    """Residual force and free-run position error, overall and by coordinate, and the relative force error."""
+    """Residual force and free-run position error by coordinate, and the relative force error.
+
+    Coordinates are not put together: one side of a gear is no measure for the other.
+    """
     forces = [system.force_unit(i) for i in range(system.degrees_of_freedom)]
-    places: list[int | None] = list(range(system.degrees_of_freedom))
-    if len(places) > 1:
-        places.insert(0, None)
 
     def rows(quantity: Quantity, units: Sequence[str], read: Read) -> list[ErrorRow]:
-        found = []
-        for i in places:
-            name, unit = ("", common_unit(units)) if i is None else (system.positions[i].name, units[i])
-            found.append(_error_row(diagnosis, quantity, name, unit, partial(read, i)))
-        return found
+        names = [x.name for x in system.positions]
+        each = enumerate(zip(names, units, strict=True))
+        return [_error_row(diagnosis, quantity, name, unit, partial(read, i)) for i, (name, unit) in each]
 
     relative = _error_row(diagnosis, "relative", "", "", _relative)
     return (*rows("force", forces, _force), relative, *rows("position", system.position_units, _position))
@@ -51,26 +49,26 @@ def training_row(diagnosis: Diagnosis) -> ErrorRow:
     """The relative force error on the training log itself, which published fits report."""
     declared, refit, augmented = (percent(value, 4) for value in diagnosis.training)
     moved = change(diagnosis.training[1], diagnosis.training[2])
-    return ErrorRow("training", "", "", declared, refit, augmented, moved, pooled_units=False)
+    return ErrorRow("training", "", "", declared, refit, augmented, moved)
 
 
-def _force(coordinate: int | None, figures: ErrorFigures) -> float:
-    return figures.force_rms if coordinate is None else figures.force_rms_rows[coordinate]
+def _force(coordinate: int, figures: ErrorFigures) -> float:
+    return figures.force_rms_rows[coordinate]
 
 
 def _relative(figures: ErrorFigures) -> float:
     return figures.relative_force
 
 
-def _position(coordinate: int | None, figures: ErrorFigures) -> float:
-    return figures.free_run_rmse if coordinate is None else figures.free_run_rmse_rows[coordinate]
+def _position(coordinate: int, figures: ErrorFigures) -> float:
+    return figures.free_run_rmse_rows[coordinate]
 
 
 def _error_row(
-    diagnosis: Diagnosis, quantity: Quantity, coordinate: str, unit: str | None, read: Callable[[ErrorFigures], float]
+    diagnosis: Diagnosis, quantity: Quantity, coordinate: str, unit: str, read: Callable[[ErrorFigures], float]
 ) -> ErrorRow:
     declared, refit, augmented = (read(e) for e in (diagnosis.declared, diagnosis.refit, diagnosis.augmented))
-    factor, shown_unit = prefixed([declared, refit, augmented], unit or "")
+    factor, shown_unit = prefixed([declared, refit, augmented], unit)
 
     def shown(value: float) -> str:
         return percent(value, 4) if quantity == "relative" else number(factor * value)
@@ -83,7 +81,6 @@ def _error_row(
         refit=shown(refit),
         augmented=shown(augmented),
         change=change(refit, augmented),
-        pooled_units=unit is None,
     )
 
 

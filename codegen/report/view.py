@@ -14,11 +14,10 @@ class ErrorRow:
 
     Attributes:
         quantity: "force", "relative", "position", or "training" for the relative error on the training log.
-        coordinate: a coordinate's name, or empty for all together.
-        unit: in print; empty for a share, or where coordinates of different units are pooled.
+        coordinate: a coordinate's name, or empty for a share of the whole.
+        unit: in print; empty for a share.
         declared, refit, augmented: in print, in ``unit``.
         change: augmented against refit, in %.
-        pooled_units: whether coordinates of different units are pooled.
     """
 
     quantity: Literal["force", "relative", "position", "training"]
@@ -28,7 +27,6 @@ class ErrorRow:
     refit: str
     augmented: str
     change: str
-    pooled_units: bool = False
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 DIGITS = 4
 PREFIXES = (("", 1.0, 0.1), ("m", 1e3, 1e-4), ("µ", 1e6, 0.0))
@@ -58,11 +58,6 @@ def prefixed(values: Iterable[float], unit: str) -> tuple[float, str]:
         return 1.0, unit
     prefix, factor = next((prefix, factor) for prefix, factor, least in PREFIXES if largest >= least)
     return factor, prefix + unit
-
-
-def common_unit(units: Sequence[str]) -> str | None:
-    """The unit that all share, or None."""
-    return units[0] if len(set(units)) == 1 else None
 
 
 def _raised(exponent: int) -> str:

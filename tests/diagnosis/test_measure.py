@@ -1,0 +1,86 @@
+"""What share of the drive a force is: the same on either side of a gear, one number for newtons and newton metres."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from codegen.diagnosis.measure import Window, force_errors, share_of_drive
+from codegen.diagnosis.residual import Masks
+from codegen.diagnosis.signals import Motion, smooth_motion
+from codegen.logs import Log
+from codegen.mechanics import System, build_system
+from codegen.spec import parse_spec
+
+RATIO, ROTOR, LOAD = 51.0, 1.25e-4, 0.42
+JOINT = """\
+name: joint
+coordinates: {{q: {{velocity: qd, unit: rad}}, p: {{velocity: pd, unit: rad}}}}
+inputs: {{i: {{unit: A}}}}
+parameters:
+  kt: {{value: 0.072, unit: N*m/A}}
+  k: {{value: 4, unit: N*m/rad}}
+  J: {{value: {rotor}, unit: kg*m^2}}
+  L: {{value: {load}, unit: kg*m^2}}
+mass_matrix: [[J, 0], [0, L]]
+force: [kt*i - k*(q - {gear}*p), {gear}*k*(q - {gear}*p)]
+friction: {{distribution: [[1], [0]], contacts: [{{name: motor, law: coulomb, a: 0.05, unit: N*m}}]}}
+"""
+ONE = """\
+name: one
+coordinates: {x: {velocity: v, unit: m}}
+inputs: {w: {unit: N}}
+parameters: {m: {value: 2, unit: kg}}
+mass_matrix: [[m]]
+force: [w]
+friction: {distribution: [[1]], contacts: [{name: rail, law: coulomb, a: 1, unit: N}]}
+"""
+
+
+def joint(gear: float = RATIO, load: float = LOAD) -> System:
+    """A rotor and a load behind a gear; ``gear`` is rotor angle over the load's coordinate."""
+    return build_system(parse_spec(JOINT.format(rotor=ROTOR, load=load, gear=gear), Path("joint.yaml")))
+
+
+def motion(scale: float) -> Motion:
+    """Of rotor and load, the load's coordinate counted in ``scale`` per radian of the load."""
+    t = np.arange(4000) * 0.002
+    load = 0.4 * np.sin(2 * np.pi * 0.5 * t)
+    q = RATIO * load + 0.01 * np.sin(2 * np.pi * 2 * t)
+    current = np.cos(2 * np.pi * 0.7 * t)[:, None]
+    log = Log(Path("a.csv"), "a", t, np.column_stack([q, scale * load]), None, current, 0.002, 20.0, None, None, ())
+    return smooth_motion(log)
+
+
+def test_a_force_behind_a_gear_is_the_same_share_by_the_rotors_turns_as_by_the_loads() -> None:
+    wave = 0.3 * np.sin(np.arange(4000) / 90)
+    load_side, rotor_side = motion(1.0), motion(RATIO)
+    by_load = share_of_drive(joint(), load_side, np.column_stack([0 * wave, wave]))
+    # In turns of the rotor the load's inertia is L/n², and a torque on it τ/n.
+    reflected = share_of_drive(joint(1.0, LOAD / RATIO**2), rotor_side, np.column_stack([0 * wave, wave / RATIO]))
+    assert by_load == pytest.approx(reflected, rel=1e-9)
+    used = load_side.usable
+    drive = 0.072 * load_side.inputs[used, 0]
+    assert by_load == pytest.approx(np.sqrt((wave[used] ** 2).mean() / LOAD / ((drive**2).mean() / ROTOR)), rel=1e-2)
+
+
+def test_so_is_the_relative_force_error() -> None:
+    everything = Masks(np.ones((4000, 2), dtype=bool), np.zeros((4000, 1), dtype=bool))
+    window = Window(300, 3700)
+    one = force_errors(joint(), motion(1.0), everything, window)
+    other = force_errors(joint(1.0, LOAD / RATIO**2), motion(RATIO), everything, window)
+    assert one[2] == pytest.approx(other[2], rel=1e-9)
+    assert one[0] == pytest.approx((other[0][0], RATIO * other[0][1]), rel=1e-9)
+
+
+def test_on_one_coordinate_the_norm_is_the_rms() -> None:
+    system = build_system(parse_spec(ONE, Path("one.yaml")))
+    t = np.arange(3000) * 0.002
+    x, w = np.sin(3 * t)[:, None], 5 * np.cos(2 * t)[:, None]
+    moved = smooth_motion(Log(Path("a.csv"), "a", t, x, None, w, 0.002, 20.0, None, None, ()))
+    force = np.cos(t)[:, None] ** 3
+    drive = moved.low_pass(moved.inputs)[moved.usable]
+    share = np.sqrt((force[moved.usable] ** 2).sum() / (drive**2).sum())
+    assert share_of_drive(system, moved, force) == pytest.approx(share, rel=1e-12)
