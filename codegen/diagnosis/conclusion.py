@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Iterator, Sequence
 from math import isfinite
 
 from codegen.diagnosis.credit import LEAST_EXPLAINED, level
@@ -14,6 +14,7 @@ from codegen.diagnosis.rounds import Outcome, Ranked, twins
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import places_of, unit_words
 from codegen.effects.places import pairs
+from codegen.effects.register import is_own
 from codegen.mechanics.system import System
 from codegen.text import render
 
@@ -108,9 +109,34 @@ def named_effects(outcome: Outcome, system: System) -> list[FoundEffect]:
     return found
 
 
-def candidates(outcome: Outcome) -> tuple[Candidate, ...]:
-    """The table of candidates, best first."""
-    return tuple(_candidate(r) for r in _listed(outcome)[:TABLE_SIZE])
+def candidates(outcome: Outcome, system: System, verdict: Verdict) -> tuple[Candidate, ...]:
+    """The table of candidates, best first; a user's own effects are in it whatever became of them."""
+    ranked = _listed(outcome)
+    kept = [r for k, r in enumerate(ranked) if k < TABLE_SIZE or is_own(r.found.part.kind)]
+    tried = {(r.found.part.kind, r.found.part.on) for r in ranked}
+    return (*(_candidate(r) for r in kept), *_not_tried(system, tried, verdict))
+
+
+def _not_tried(system: System, tried: Collection[tuple[str, str]], verdict: Verdict) -> Iterator[Candidate]:
+    """A user's own effects that no fit came to, with the reason."""
+    for kind, effect in CATALOGUE.items():
+        if not is_own(kind):
+            continue
+        for k, on in enumerate(places_of(effect, system)):
+            if (kind, on) in tried:
+                continue
+            if verdict == "unfit":
+                why = "not tried: the log is unfit for this spec"
+            elif not effect.applies(system, k):
+                why = f"does not apply here{f': {effect.needs}' if effect.needs else ''}"
+            elif effect.refines:
+                why = f"tried only where {effect.refines} is found, which it refines"
+            elif any(p.start is not None for p in effect.parameters):
+                why = "not tried: its starting values gave no run that can be fitted"
+            else:
+                why = "not tried: no run of it could be fitted"
+            none = float("nan")
+            yield Candidate(kind, on, {}, none, none, 0, 0, None, False, why, (), own=True)
 
 
 def _listed(outcome: Outcome) -> list[Ranked]:
@@ -142,4 +168,5 @@ def _candidate(r: Ranked) -> Candidate:
         why_not=r.why_not,
         also=tuple(twins(part, r.found)),
         size=r.size,
+        own=is_own(part.kind),
     )

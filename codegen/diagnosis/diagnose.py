@@ -122,7 +122,7 @@ def diagnose_log(
         verdict=verdict,
         sentence=sentence(system, verdict, named, rivals, figures, faults, outcome),
         effects=tuple(named) if verdict == "effect" else (),
-        candidates=candidates(outcome),
+        candidates=candidates(outcome, system, verdict),
         declared=figures[0],
         refit=figures[1],
         augmented=figures[2],

@@ -44,7 +44,8 @@ class Candidate:
         force: residual force divided by the refit's, the second witness; None where it was not computed.
         size: change of the motion over what the whole drive force does to it.
         accepted: whether it passes every test.
-        why_not: which test it fails, in words.
+        why_not: which test it fails, or why it was not tried, in words.
+        own: whether it is a user's own effect.
     """
 
     kind: str
@@ -60,6 +61,7 @@ class Candidate:
     also: tuple[tuple[str, str], ...]
     force: float | None = None
     size: float = 0.0
+    own: bool = False
 
 
 @dataclass(frozen=True)
@@ -166,6 +168,7 @@ class Diagnosis:
                     "on": written_place(c.on),
                     "parameters": {k: _finite(v) for k, v in c.parameters.items()},
                     "also": _twins(c.also),
+                    "own": c.own,
                     "evidence": {
                         "held_out_gain": _finite(c.gain),
                         "t": _finite(c.t),

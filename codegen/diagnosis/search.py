@@ -23,6 +23,7 @@ from codegen.diagnosis.signals import Motion
 from codegen.diagnosis.trial import Part, Runner, Trial, declared_chain, part_of
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import places_of
+from codegen.effects.register import is_own
 from codegen.mechanics.system import System
 
 Array = NDArray[np.float64]
@@ -200,7 +201,8 @@ class Search:
             sooner = [k for k in range(len(parts)) if k not in later]
             tried = [t for group in (sooner, later) for t in pool.map(first, group) if t]
             tried.sort(key=lambda t: t[1].cost)
-            found = sorted(pool.map(second, tried[:FITTED]), key=lambda f: f.shot.cost)
+            kept = [t for rank, t in enumerate(tried) if rank < FITTED or is_own(parts[t[0]].kind)]
+            found = sorted(pool.map(second, kept), key=lambda f: f.shot.cost)
             best = sorted(pool.map(third, found[:POLISHED]), key=lambda f: f.shot.cost)
         return [*best, *found[POLISHED:]]
 

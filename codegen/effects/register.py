@@ -23,6 +23,11 @@ def register(effect: Effect, where: str = "an effect") -> None:
     CATALOGUE[effect.kind] = effect
 
 
+def is_own(kind: str) -> bool:
+    """Whether a kind is a user's own, and none of the catalogue that is shipped."""
+    return not type(CATALOGUE[kind]).__module__.startswith("codegen.effects.")
+
+
 def load_effects(path: str | Path) -> tuple[str, ...]:
     """Run a Python file and register what its list ``EFFECTS`` holds; their kinds.
 
