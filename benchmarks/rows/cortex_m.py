@@ -141,10 +141,13 @@ def row() -> Row:
             workshop = Workshop(Path(folder))
             found = [case for name, _, _ in SPECS for case in cases(workshop, name)]
             spent = [kinds_of(workshop, name) for name, _, _ in SPECS]
+    unused = {
+        c.machine: str(c.figures.unused_bytes) for c in found if c.code == OURS and c.level == "-O2" and c.figures
+    }
     return Row(
         "cortex_m",
         "Cortex-M4F, single precision: bytes and instructions a step",
         goals=tuple(goals(found)),
         tables=(Table(HEAD, tuple(case.cells for case in found)),),
-        facts={"missing": missing, "spent": spent},
+        facts={"missing": missing, "spent": spent, "unused": unused},
     )

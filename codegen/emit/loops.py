@@ -9,7 +9,8 @@ from codegen.emit.expression import Expressions, wrapped
 from codegen.emit.language import Language
 from codegen.program import Code, Program
 from codegen.program.graph import Node
-from codegen.program.stretch import Line, Rolled, Stretch, Sum
+from codegen.program.model import HELD
+from codegen.program.stretch import Line, Rolled, RolledSetting, Stretch, Sum
 
 INDEX = "i"
 
@@ -73,6 +74,15 @@ class LocalArray:
 
 
 @dataclass(frozen=True)
+class PrintedSetting:
+    """``scalars`` and ``arrays`` are its locals."""
+
+    stretches: tuple[PrintedStretch, ...]
+    scalars: tuple[str, ...]
+    arrays: tuple[LocalArray, ...]
+
+
+@dataclass(frozen=True)
 class DerivedEntry:
     """A derived constant, or an array of them; ``count`` is 0 for a scalar, ``formula`` that of the first."""
 
@@ -88,13 +98,14 @@ class LoopView:
 
     arrays: tuple[LocalArray, ...]
     scalars: tuple[str, ...]
-    initial_scalars: tuple[str, ...]
     derived: tuple[DerivedEntry, ...]
     prepare: tuple[PrintedStretch, ...]
     step: tuple[PrintedStretch, ...]
     outputs: tuple[PrintedStretch, ...]
     following: tuple[PrintedStretch, ...]
-    initial: tuple[PrintedStretch, ...]
+    initial: PrintedSetting
+    carried: PrintedSetting
+    resumed: PrintedSetting
     check: tuple[PrintedSum, ...]
     begun: tuple[PrintedSum, ...]
     given: tuple[PrintedSum, ...]
@@ -106,15 +117,16 @@ def loop_view(program: Program, code: Code, language: Language, style: LoopStyle
     assert rolled is not None
     printer = _Printer(program, code, rolled, language, style)
     return LoopView(
-        arrays=tuple(LocalArray(a, rolled.lengths[a]) for a, kind in rolled.storage.items() if kind == "local"),
+        arrays=printer.arrays(rolled.arrays),
         scalars=rolled.scalars,
-        initial_scalars=rolled.initial_scalars,
         derived=_derived(program, code, rolled, language),
         prepare=printer.stretches(rolled.prepare),
         step=printer.stretches(rolled.step),
         outputs=printer.stretches(rolled.outputs),
         following=printer.stretches(rolled.following),
-        initial=printer.stretches(rolled.initial),
+        initial=printer.setting(rolled.initial),
+        carried=printer.setting(rolled.carried),
+        resumed=printer.setting(rolled.resumed),
         check=printer.sums(rolled.check),
         begun=printer.sums(rolled.begun),
         given=printer.sums(rolled.given),
@@ -152,8 +164,15 @@ class _Printer:
         groups = {"parameters": program.parameters, "state": program.states, "inputs": program.inputs}
         struct = {f.name: kind for kind, fields in groups.items() for f in fields}
         struct |= {a.name: "parameters" for a in code.derived}
-        self.words = {name: style.structs[kind].format(name=name) for name, kind in struct.items()}
+        struct |= {HELD + a.name: "outputs" for a in code.outputs}
+        self.words = {name: style.structs[kind].format(name=name.removeprefix(HELD)) for name, kind in struct.items()}
         self.expressions = Expressions(language, self.words, {}, self.place)
+
+    def setting(self, setting: RolledSetting) -> PrintedSetting:
+        return PrintedSetting(self.stretches(setting.stretches), setting.scalars, self.arrays(setting.arrays))
+
+    def arrays(self, names: Sequence[str]) -> tuple[LocalArray, ...]:
+        return tuple(LocalArray(name, self.rolled.lengths[name]) for name in names)
 
     def stretches(self, stretches: Sequence[Stretch]) -> tuple[PrintedStretch, ...]:
         return tuple(
@@ -188,7 +207,7 @@ class _Printer:
             return (self.style.inner if node.signs else self.style.local).format(name=node.name)
         kind = self.rolled.storage[node.name]
         written = self.style.local if kind == "local" else self.style.structs[kind]
-        return written.format(name=f"{node.name}[{self.index(node)}]")
+        return written.format(name=f"{node.name.removeprefix(HELD)}[{self.index(node)}]")
 
     @staticmethod
     def index(node: Node) -> str:

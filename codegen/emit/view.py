@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 from codegen.emit.expression import Expressions, wrapped
 from codegen.emit.language import Language
-from codegen.emit.loops import LoopStyle, LoopView, loop_view
+from codegen.emit.loops import LoopStyle, LoopView, PrintedSetting, loop_view
 from codegen.program import Code, Program
-from codegen.program.code import Assignment, Operations
+from codegen.program.code import Assignment, Operations, Setting
 from codegen.program.graph import Node, reachable
+from codegen.program.model import HELD
 
 
 @dataclass(frozen=True)
@@ -24,6 +25,7 @@ class Style:
     parameter: str
     state: str
     entry: str
+    output: str
     declared: str
     indent: int = 8
     loops: LoopStyle | None = None
@@ -58,11 +60,21 @@ class Constant:
 
 
 @dataclass(frozen=True)
+class SettingView:
+    """What sets the states: ``parts`` and ``states`` as lines, or ``loops``; ``uses`` are the structs that it reads."""
+
+    parts: tuple[Line, ...]
+    states: tuple[Line, ...]
+    uses: frozenset[str]
+    loops: PrintedSetting | None = None
+
+
+@dataclass(frozen=True)
 class CodeView:
     """A program in one language.
 
     Attributes:
-        initial: the first state; ``start_uses_inputs`` says whether it depends on any.
+        initial, carried, resumed: as in Code.
         check: the sum of the next states, and of the inputs and outputs that may be infinite or NaN while they are not;
             ``begun`` that of the inputs and the first state, ``given`` that of the inputs.
     """
@@ -71,13 +83,12 @@ class CodeView:
     step: tuple[Lines, ...]
     next_state: tuple[Line, ...]
     outputs: tuple[Line, ...]
-    initial: tuple[Line, ...]
-    initial_parts: tuple[Line, ...]
+    initial: SettingView
+    carried: SettingView
+    resumed: SettingView
     check: str
     begun: str
     given: str
-    start_uses_inputs: bool
-    start_uses_parameters: bool
     step_uses_parameters: bool
     functions: frozenset[str]
     divides: bool
@@ -95,7 +106,7 @@ def view(program: Program, code: Code, style: Style) -> CodeView:
     fields |= {f.name: style.entry.format(name=f.name) for f in program.inputs}
     constants = {n: style.parameter.format(name=name) for n, name in code.constants.items()}
     step = Expressions(language, parameters | fields, constants | code.names)
-    start = Expressions(language, parameters | fields, code.initial_names)
+    held = {HELD + a.name: style.output.format(name=a.name) for a in code.outputs}
     plain = Expressions(language, {f.name: f.name for f in program.parameters}, code.constants)
     prepare = Expressions(language, parameters, constants)
 
@@ -118,7 +129,12 @@ def view(program: Program, code: Code, style: Style) -> CodeView:
         )
         for a, value in zip(code.derived, code.derived_values, strict=True)
     )
-    used = reachable(a.value for a in (*code.initial_parts, *code.initial))
+
+    def setting(values: Setting) -> SettingView:
+        printer = Expressions(language, parameters | fields | held, constants | values.names)
+        states = tuple(lines(values.states, printer, "    state->{name} = "))
+        return SettingView(tuple(lines(values.parts, printer)), states, _structs_used(program, values))
+
     unseen = [fields[name] for name in code.unseen(f.name for f in program.inputs)]
     following = [f"{f.name}_next" for f in program.states]
     products = [step.text(node) for node in code.unseen_outputs()]
@@ -128,15 +144,14 @@ def view(program: Program, code: Code, style: Style) -> CodeView:
         step=tuple(Lines(g.title, g.source, tuple(lines(g.assignments, step))) for g in code.step),
         next_state=tuple(lines(code.next_state, step, style.declared.replace("{name}", "{name}_next"))),
         outputs=tuple(lines(code.outputs, step, "        outputs->{name} = ")),
-        initial=tuple(lines(code.initial, start, "    state->{name} = ")),
-        initial_parts=tuple(lines(code.initial_parts, start)),
+        initial=setting(code.initial),
+        carried=setting(code.carried),
+        resumed=setting(code.resumed),
         check=wrapped(" + ".join([*unseen, *following, *products]), 25, language, style.indent),
         begun=wrapped(
             " + ".join(fields[f.name] for f in (*program.inputs, *program.states)), 25, language, style.indent
         ),
-        given=wrapped(" + ".join(fields[f.name] for f in program.inputs), 29, language, style.indent + 4),
-        start_uses_inputs=any(n.kind == "symbol" and not n.constant for n in used),
-        start_uses_parameters=any(n.kind == "symbol" and n.constant for n in used),
+        given=wrapped(" + ".join(fields[f.name] for f in program.inputs), 25, language, style.indent),
         step_uses_parameters=needed,
         functions=code.functions,
         divides=code.divides,
@@ -147,25 +162,36 @@ def view(program: Program, code: Code, style: Style) -> CodeView:
 def _over_arrays(program: Program, code: Code, style: Style) -> CodeView:
     """The view of rolled code: its lines are in ``loops``."""
     assert style.loops is not None
-    used = reachable(a.value for a in (*code.initial_parts, *code.initial))
+    loops = loop_view(program, code, style.language, style.loops)
+
+    def setting(values: Setting, printed: PrintedSetting) -> SettingView:
+        return SettingView((), (), _structs_used(program, values), printed)
+
     return CodeView(
         derived=(),
         step=(),
         next_state=(),
         outputs=(),
-        initial=(),
-        initial_parts=(),
+        initial=setting(code.initial, loops.initial),
+        carried=setting(code.carried, loops.carried),
+        resumed=setting(code.resumed, loops.resumed),
         check="",
         begun="",
         given="",
-        start_uses_inputs=any(n.kind == "symbol" and not n.constant for n in used),
-        start_uses_parameters=any(n.kind == "symbol" and n.constant for n in used),
         step_uses_parameters=_constants_used(code),
         functions=code.functions,
         divides=code.divides,
         operations=code.operations(),
-        loops=loop_view(program, code, style.language, style.loops),
+        loops=loops,
     )
+
+
+def _structs_used(program: Program, values: Setting) -> frozenset[str]:
+    states, inputs = ({f.name for f in fields} for fields in (program.states, program.inputs))
+    symbols = [n for n in reachable(values.nodes) if n.kind == "symbol"]
+    used = {"parameters": any(n.constant for n in symbols), "outputs": any(n.name.startswith(HELD) for n in symbols)}
+    used |= {"state": any(n.name in states for n in symbols), "inputs": any(n.name in inputs for n in symbols)}
+    return frozenset(struct for struct, read in used.items() if read)
 
 
 def _constants_used(code: Code) -> bool:

@@ -19,6 +19,7 @@ from codegen.program.arrays import Element, elements, gathered
 from codegen.program.domain import Guard
 from codegen.program.effective_input import effective_input, held_input
 from codegen.program.implicit_step import implicit_blocks
+from codegen.program.lost_sample import carried_states, most_lost, resumed_states
 from codegen.program.mass_solve import MassSolve
 from codegen.program.model import Block, Field, Program
 from codegen.program.naming import WORDS, Names
@@ -87,25 +88,36 @@ def build_program(observer: Observer, choice: CodeChoice | None = None) -> Progr
     rates = to_casadi(observer.rates, names)
     next_state = list(following) or [field.symbol + period.symbol * rates[i] for i, field in enumerate(states)]
     initial = casadi.vertsplit(_written_out(to_casadi(observer.initial, names), corrected))
+    most, resumption = most_lost(observer), resumed_states(observer, names, period.symbol)
+    change = carried_states(observer, names, period.symbol) if most > 1 and observer.velocity == "estimated" else {}
+    carried = [f.symbol + change.get(z, 0) for z, f in zip(observer.states, states, strict=True)]
+    resumed = [_written_out(resumption[z], corrected) for z in observer.states]
     if guard is not None:
         blocks += guard.verdict(period)
         level = next(e for e in observer.equations if e.name == "friction_level")
         assert level.state is not None
         at = list(observer.states).index(level.state[0])
         next_state[at] = guard.next_level(level, rates[at], period)
+        resumed[at] = guard.resumed_level(level)
         parameters += guard.parameters
         states += guard.states
         next_state += guard.next_state
         initial += casadi.vertsplit(_written_out(casadi.vertcat(*guard.initial), corrected))
+        carried += guard.carried(period)
+        resumed += casadi.vertsplit(_written_out(casadi.vertcat(*guard.resumed(period)), corrected))
     for chain in chains:
         states += chain.states
         next_state += chain.next_state
         initial += chain.initial
+        carried += [f.symbol for f in chain.states]
+        resumed += chain.initial
     blocks = _needed(blocks, next_state)
     if clock.name in _used(blocks, next_state):
         states.append(clock)
         next_state.append(clock.symbol + period.symbol)
         initial.append(casadi.SX(0))
+        carried.append(next_state[-1])
+        resumed.append(next_state[-1])
     used = _used(blocks, next_state, initial)
     choice = choice or CodeChoice()
     kept = [p for p in parameters if p.name in used]
@@ -122,6 +134,9 @@ def build_program(observer: Observer, choice: CodeChoice | None = None) -> Progr
         blocks=tuple(blocks),
         next_state=tuple(next_state),
         initial_state=tuple(initial),
+        carried_state=tuple(carried),
+        resumed_state=tuple(resumed),
+        most_lost=most,
         precision=choice.precision,
         fault=choice.fault,
         integration=INTEGRATIONS[observer.integration],

@@ -46,6 +46,20 @@ class Operations:
 
 
 @dataclass(frozen=True)
+class Setting:
+    """States that are set beside the step: ``parts`` first, then ``states``; ``names`` of the parts' nodes."""
+
+    states: tuple[Assignment, ...]
+    parts: tuple[Assignment, ...]
+    names: dict[Node, str]
+
+    @property
+    def nodes(self) -> list[Node]:
+        """Every value."""
+        return [a.value for a in (*self.parts, *self.states)]
+
+
+@dataclass(frozen=True)
 class Code:
     """A lowered program.
 
@@ -53,7 +67,9 @@ class Code:
         derived: constants that follow from the parameters, in the order in which ``prepare`` computes them;
             ``derived_values`` are theirs, by the same operations.
         step: in order; ``next_state`` and ``outputs`` are over what it assigns.
-        initial: the first state, over parameters, inputs and ``initial_parts``.
+        initial: the first state, over parameters and inputs.
+        carried, resumed: the states that change with a sample that is lost, and with the good one after many; empty
+            where no sample is held.
         rolled: the same over arrays and in loops, where the program has arrays; this is then what is printed.
         names: node → how later expressions call it, where it has a name.
     """
@@ -63,10 +79,10 @@ class Code:
     step: tuple[Group, ...]
     next_state: tuple[Assignment, ...]
     outputs: tuple[Assignment, ...]
-    initial: tuple[Assignment, ...]
     names: dict[Node, str]
-    initial_parts: tuple[Assignment, ...]
-    initial_names: dict[Node, str]
+    initial: Setting
+    carried: Setting
+    resumed: Setting
     rolled: Rolled | None = None
 
     def unseen(self, inputs: Iterable[str]) -> tuple[str, ...]:
@@ -101,21 +117,18 @@ class Code:
     @property
     def functions(self) -> frozenset[str]:
         """Every function that is called anywhere."""
-        parts = [
-            *self.derived,
-            *self.initial_parts,
-            *self.initial,
-            *self._assigned,
-            *self.next_state,
-            *self.outputs,
-        ]
-        return frozenset(node.name for node in reachable(a.value for a in parts) if node.kind == "call")
+        values = [a.value for a in (*self.derived, *self._assigned, *self.next_state, *self.outputs)]
+        return frozenset(node.name for node in reachable([*values, *self._set]) if node.kind == "call")
 
     @property
     def divides(self) -> bool:
         """Whether anything is divided by what is not constant."""
-        nodes = reachable(a.value for a in (*self._assigned, *self.next_state, *self.outputs, *self.initial))
-        return any(node.kind == "quotient" and not node.constant for node in nodes)
+        values = [a.value for a in (*self._assigned, *self.next_state, *self.outputs)]
+        return any(node.kind == "quotient" and not node.constant for node in reachable([*values, *self._set]))
+
+    @property
+    def _set(self) -> list[Node]:
+        return [*self.initial.nodes, *self.carried.nodes, *self.resumed.nodes]
 
     @property
     def _assigned(self) -> list[Assignment]:

@@ -19,6 +19,7 @@ import sympy
 
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.observers.equations import Domain, Equation, Observer
+from codegen.program.lost_sample import held
 from codegen.program.model import Block, Field
 from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import symbol
@@ -97,6 +98,23 @@ class Guard:
         """z_F one sample later."""
         learnt = to_casadi(self.gain * Magnitude(self.slip), self.names) + period.symbol * rate
         return self.names[equation.symbols[0]] + self.names[symbol("learning")] * learnt
+
+    def carried(self, period: Field) -> list[Any]:
+        """The states after a lost sample, of which no bound tells: the samples are counted anew."""
+        kept = [self.names[symbol(f.name)] for f in self.states]
+        return [kept[0], casadi.SX(0), *(x + self._way(period) for x in kept[2:])]
+
+    def resumed(self, period: Field) -> list[Any]:
+        """The states as a good sample after lost ones sets them."""
+        return [*self.initial[:2], *(x + self._way(period) for x in self.initial[2:])]
+
+    def resumed_level(self, equation: Equation) -> Any:
+        """z_F then: it is read without direction."""
+        return held(equation.symbols)[equation.symbols[0]]
+
+    def _way(self, period: Field) -> Any:
+        """That of a sample at the velocity estimate that is held."""
+        return period.symbol * next(iter(held(self.observer.equations[0].symbols).values()))
 
     def _field(self, name: str, unit: str, meaning: str, value: Any = None) -> Field:
         self.names[symbol(name)] = casadi.SX.sym(name)

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
 import casadi
 
-from codegen.program.code import Assignment, Code, Group
+from codegen.program.code import Assignment, Code, Group, Setting
 from codegen.program.evaluate import Evaluator
 from codegen.program.graph import Graph, Node, reachable
-from codegen.program.model import Program
+from codegen.program.model import HELD, Program
 from codegen.program.naming import WORDS, Names, constant_name, partial_name
 from codegen.program.normal import normalise
 from codegen.program.roll import roll
@@ -40,6 +40,7 @@ class _Lowering:
         period = self.graph.symbol("sample_time", True)
         nodes = {f.name: self.graph.symbol(f.name, True) for f in program.parameters}
         nodes |= {f.name: self.graph.symbol(f.name, False) for f in (*program.states, *program.inputs)}
+        nodes |= {HELD + name: self.graph.symbol(HELD + name, False) for name, _, _ in program.outputs}
         self.symbols = {**nodes, "sample_time": period}
         elements = {e for b in program.blocks for e in b.elements}
         following = {f"{f.name}_next" for f in program.states}
@@ -56,7 +57,7 @@ class _Lowering:
         derived = self._derived([*final, *(value[name] for name, _, _ in self.program.outputs)], value)
         groups, known = self._groups(value, final)
         states = self.program.states
-        parts, initial, initial_names = self._initial()
+        held = self.program.fault == "hold"
         parameters = {f.name: f.value for f in self.program.parameters if f.value is not None}
         evaluator = Evaluator(parameters, self.program.precision == "single")
         return Code(
@@ -65,10 +66,10 @@ class _Lowering:
             step=groups,
             next_state=tuple(Assignment(f.name, n, f.unit) for f, n in zip(states, final, strict=True)),
             outputs=tuple(Assignment(name, value[name], unit) for name, unit, _ in self.program.outputs),
-            initial=initial,
             names=known,
-            initial_parts=parts,
-            initial_names=initial_names,
+            initial=self._setting(self.program.initial_state, "initial"),
+            carried=self._setting(self.program.carried_state if held else (), "carried"),
+            resumed=self._setting(self.program.resumed_state if held else (), "resumed"),
         )
 
     def _translated(self) -> tuple[dict[str, Node], list[Node]]:
@@ -158,10 +159,11 @@ class _Lowering:
         return tuple(groups), known
 
     def _partial(self, wish: str | None, stem: str) -> str:
-        return self.names.take(wish) if wish and len(wish) <= 40 else self.names.numbered(stem)
+        return self.names.take(wish) if wish and wish.isidentifier() and len(wish) <= 40 else self.names.numbered(stem)
 
-    def _initial(self) -> tuple[tuple[Assignment, ...], tuple[Assignment, ...], dict[Node, str]]:
-        nodes = self._nodes(self.program.initial_state, {})
+    def _setting(self, expressions: Sequence[Any], stem: str) -> Setting:
+        """What sets the states, but for those that stay as they are."""
+        nodes = self._nodes(expressions, {})
         short = normalise(nodes, [], self.graph, factoring=False)
         final = [short[node] for node in nodes]
         used = reachable(final)
@@ -170,7 +172,8 @@ class _Lowering:
         parts = []
         for node in used:
             if uses[node] > 1 and not node.leaf and node.kind != "negative" and not node.constant:
-                known[node] = self._partial(partial_name(node, known), "initial")
+                known[node] = self._partial(partial_name(node, known), stem)
                 parts.append(Assignment(known[node], node))
-        states = self.program.states
-        return tuple(parts), tuple(Assignment(f.name, n, f.unit) for f, n in zip(states, final, strict=True)), known
+        set_to = zip(self.program.states, final, strict=True) if final else ()
+        states = tuple(Assignment(f.name, n, f.unit) for f, n in set_to if n is not self.symbols[f.name])
+        return Setting(states, tuple(parts), known)

@@ -16,6 +16,8 @@ PRECISIONS = ("double", "single")
 FAULTS = ("hold", "none")
 LARGEST = {"double": 1e150, "single": 1e18}
 """What a step holds is refused beyond this: a product of two such quantities does not overflow."""
+HELD = "outputs."
+"""Before the name of an output as the last good sample left it, as a symbol."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +74,9 @@ class Program:
         blocks: computed in order in a step.
         next_state: SX of each state one sample later, over fields and blocks.
         initial_state: SX of each state at the first sample, over parameters and inputs.
+        carried_state: SX of each state after a sample that is lost, over parameters, states and held outputs;
+            of ``most_lost`` in a row the next good sample has to set them.
+        resumed_state: SX of each state as a good sample sets it so that the held estimates go on, over inputs too.
         precision: of the arithmetic, ``double`` or ``single``.
         fault: what a step does with samples that are not finite: ``hold`` the last estimate, or ``none``.
         integration: how the states are stepped, in words.
@@ -87,6 +92,9 @@ class Program:
     blocks: tuple[Block, ...]
     next_state: tuple[Any, ...]
     initial_state: tuple[Any, ...]
+    carried_state: tuple[Any, ...]
+    resumed_state: tuple[Any, ...]
+    most_lost: int = 1
     precision: str = "double"
     fault: str = "hold"
     integration: str = "explicit Euler"

@@ -19,6 +19,8 @@ WORDS = {
     "given",
     "fresh",
     "faults",
+    "missed",
+    "good",
     "waiting",
     "first",
     "lane",

@@ -6,12 +6,12 @@ import re
 from collections.abc import Iterable, Sequence
 
 from codegen.program.arrays import Element, elements
-from codegen.program.code import Code
+from codegen.program.code import Code, Setting
 from codegen.program.graph import Graph, Node
-from codegen.program.model import Program
+from codegen.program.model import HELD, Program
 from codegen.program.naming import Names
 from codegen.program.schedule import Run, Value, schedule
-from codegen.program.stretch import Line, Part, Rolled, Stretch, Sum
+from codegen.program.stretch import Line, Part, Rolled, RolledSetting, Stretch, Sum
 
 FEWEST = 8
 """Partial results that are alike get an array from this many on."""
@@ -29,7 +29,9 @@ def roll(program: Program, code: Code, names: Names) -> Rolled:
 class _Rolling:
     def __init__(self, program: Program, names: Names) -> None:
         self.program, self.names = program, names
-        self.places = program.arrays
+        kept = [name for name, _, _ in program.outputs if name in program.arrays]
+        outputs = {HELD + name: program.arrays[name] for name in kept}
+        self.places = {**program.arrays, **{name: Element(HELD + p.array, p.at) for name, p in outputs.items()}}
         self.graph = Graph()
         self.defined: dict[Node, Value] = {}
         self.run_of: dict[Value, Run] = {}
@@ -40,6 +42,8 @@ class _Rolling:
         for kind, fields in groups.items():
             for place in (self.places[f.name] for f in fields if f.name in self.places):
                 self._take(place, kind)
+        for name in outputs:
+            self._take(self.places[name], "outputs")
 
     def rolled(self, code: Code) -> Rolled:
         constants = self._constants(code)
@@ -55,27 +59,26 @@ class _Rolling:
             v.stored = v.place is not None
         following, markers = self._following(code)
         body = self._stretches([*step, *following])
-        scalars, self.scalars = tuple(self.scalars), []
+        scalars = tuple(self.scalars)
         unseen = code.unseen(f.name for f in self.program.inputs)
-        parts = [Value(a.value, a.name, "", "", "", None) for a in code.initial_parts]
         written = self._stretches(outputs, join=False)
         states = [self._field(a.name, m, "state") for a, m in zip(code.next_state, markers, strict=True)]
         committed = self._stretches(states, join=False)
         check = self._sums([*(self._symbol(name) for name in unseen), *markers, *code.unseen_outputs()])
         given = self._sums([self._symbol(f.name) for f in self.program.inputs])
         begun = self._sums([self._symbol(f.name) for f in (*self.program.inputs, *self.program.states)])
-        self.defined = {v.node: v for v in constants}
-        self._place(parts)
-        initial = self._stretches([*parts, *(self._field(a.name, a.value, "state") for a in code.initial)])
+        arrays = self._local_arrays()
         return Rolled(
             storage=self.storage,
             lengths=self.lengths,
             constants={v.name: (v.place.array, v.place.at) for v in constants if v.place is not None},
             scalars=scalars,
+            arrays=arrays,
             prepare=prepare,
             step=body,
-            initial=initial,
-            initial_scalars=tuple(self.scalars),
+            initial=self._setting(constants, code.initial),
+            carried=self._setting(constants, code.carried),
+            resumed=self._setting(constants, code.resumed),
             outputs=written,
             following=committed,
             check=check,
@@ -84,6 +87,17 @@ class _Rolling:
         )
 
     # What there is to compute.
+
+    def _setting(self, constants: list[Value], setting: Setting) -> RolledSetting:
+        before, self.scalars = self._local_arrays(), []
+        parts = [Value(a.value, a.name, "", "", "", None) for a in setting.parts]
+        self.defined = {v.node: v for v in constants}
+        self._place(parts)
+        stretches = self._stretches([*parts, *(self._field(a.name, a.value, "state") for a in setting.states)])
+        return RolledSetting(stretches, tuple(self.scalars), self._local_arrays()[len(before) :])
+
+    def _local_arrays(self) -> tuple[str, ...]:
+        return tuple(array for array, kind in self.storage.items() if kind == "local")
 
     def _constants(self, code: Code) -> list[Value]:
         """Derived constants: those whose names are numbered formulas by their names, the others by their formulas."""

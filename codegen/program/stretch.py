@@ -55,14 +55,25 @@ class Sum:
 
 
 @dataclass(frozen=True)
+class RolledSetting:
+    """A Setting over arrays; ``scalars`` and ``arrays``, with their lengths in ``Rolled``, are its locals."""
+
+    stretches: tuple[Stretch, ...] = ()
+    scalars: tuple[str, ...] = ()
+    arrays: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
 class Rolled:
     """A program over arrays: the same operations in the same order as the single assignments of its Code.
 
     Attributes:
-        storage: array → parameters, state, inputs or local; ``lengths`` of every array.
+        storage: array → parameters, state, inputs, outputs or local; ``lengths`` of every array.
+        arrays: those that are local to the step.
         constants: derived constant → array and place, for those that are in one.
         scalars: locals that live as long as the step.
-        prepare, step, outputs, following, initial: what the functions do; ``following`` makes the next state the state.
+        prepare, step, outputs, following: what the functions do; ``following`` makes the next state the state.
+        initial, carried, resumed: as in Code.
         check, begun, given: sums of what must be finite after a step and at the start, and of the inputs.
     """
 
@@ -70,12 +81,14 @@ class Rolled:
     lengths: Mapping[str, int]
     constants: Mapping[str, tuple[str, int]]
     scalars: tuple[str, ...]
+    arrays: tuple[str, ...]
     prepare: tuple[Stretch, ...]
     step: tuple[Stretch, ...]
     outputs: tuple[Stretch, ...]
     following: tuple[Stretch, ...]
-    initial: tuple[Stretch, ...]
-    initial_scalars: tuple[str, ...]
+    initial: RolledSetting
+    carried: RolledSetting
+    resumed: RolledSetting
     check: tuple[Sum, ...]
     begun: tuple[Sum, ...]
     given: tuple[Sum, ...]

@@ -38,7 +38,6 @@ def test_a_bad_sample_is_held_and_told(tmp_path, case, precision):
     assert np.all(np.isfinite(states)) and np.all(np.isfinite(outputs))
     assert built.faults == at
     for k in at:
-        assert states[k].tobytes() == states[k - 1].tobytes()
         assert outputs[k].tobytes() == outputs[k - 1].tobytes()
 
 
@@ -56,17 +55,17 @@ def test_a_state_that_would_overflow_is_held(tmp_path):
     built = Built(tmp_path, spec_text("one_mass", "to"))
     rows = np.tile([1e308, 0.0], (60, 1))
     rows[30:50] = 0.0, 1.0
-    states = built.c_run(rows)[1]
+    outputs, states = built.c_run(rows)
     assert same_bits(states, built.python_run(rows)[1]) and np.all(np.isfinite(states[30:]))
     assert built.faults == [*range(31), *range(50, 60)]
-    assert np.all(states[50:] == states[49])
+    assert np.all(outputs[50:] == outputs[49])
 
 
 def test_new_outputs_are_zero_after_a_fault(tmp_path):
     twin = Built(tmp_path, spec_text("one_mass")).twin
     parameters, state = twin.Parameters(), twin.State()
     outputs = twin.step(state, parameters, twin.Inputs(math.nan, 0.0))
-    assert outputs == twin.Outputs(fault=1) and state == twin.State()
+    assert outputs == twin.Outputs(fault=1) and state == twin.State(waiting=1 / 16)
 
 
 @pytest.mark.parametrize("precision", ["double", "single"])

@@ -123,7 +123,8 @@ def test_good_samples_end_a_fault(tmp_path: Path, case: str) -> None:
     assert faults and faults[0] >= 40 and faults[-1] < 60
     assert np.all(np.isfinite(states)) and np.all(np.abs(outputs[60:]) < 1e6)
     if len(bad) == 1 and abs(rows[40]).max() > 1e150:
-        assert faults == [40] and states[40].tobytes() == states[39].tobytes()
+        assert faults == ([40] if built.program.most_lost > 1 else [40, 41])
+        assert outputs[40].tobytes() == outputs[39].tobytes()
 
 
 @pytest.mark.parametrize("precision", ["double", "single"])
@@ -142,17 +143,3 @@ def test_a_bad_first_sample_leaves_the_start_to_the_first_good_one(tmp_path: Pat
     assert np.all(np.abs(outputs[3:, 0]) < 0.1)
     if precision == "double":
         assert in_lanes(built, np.where(np.isfinite(rows), rows, bad))[1].tolist() == [0, 1, 2]
-
-
-def test_a_lost_sample_in_motion_kicks_and_the_expected_position_does_not(tmp_path: Path) -> None:
-    """At a steady 2 m/s: what the README says of a held sample, K_v h v in the velocity estimate, and of its remedy."""
-    built = Built(tmp_path, spec_text("one_mass", "cfo", "estimated"))
-    gain, h, v, at = 110.0, 0.001, 2.0, 15000
-    rows = np.array([[v * h * k, 50.0] for k in range(at + 3)])
-    v_hat = [name for name, _, _ in built.program.outputs].index("v_hat")
-    steady = built.c_run(rows)[0][:, v_hat]
-    lost, expected = rows.copy(), rows.copy()
-    lost[at, 0] = math.nan
-    expected[at, 0] = rows[at - 1, 0] + h * steady[at - 1]
-    assert built.c_run(lost)[0][at + 1, v_hat] - v == pytest.approx(gain * h * v, rel=1e-4)
-    np.testing.assert_allclose(built.c_run(expected)[0][at:, v_hat], v, rtol=1e-9)

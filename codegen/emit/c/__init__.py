@@ -59,6 +59,7 @@ def emit_c(program: Program, code: Code, header: Header) -> dict[str, str]:
         "parameters->{name}",
         "state->{name}",
         "inputs->{name}",
+        "outputs->{name}",
         f"    const {real} {{name}} = ",
         loops=loops,
     )

@@ -33,6 +33,7 @@ def emit_python(program: Program, code: Code, header: Header) -> dict[str, str]:
         "parameters.{name}",
         "state.{name}",
         "{name}" if language.single else "inputs.{name}",
+        "outputs.{name}",
         "    {name} = ",
         loops=LoopStyle(structs, "{name}", "{name}", "{name}", declares=False, indent=4),
     )

@@ -21,6 +21,7 @@ def emit_simd(program: Program, code: Code, header: Header) -> dict[str, str]:
         "parameters->{name}[lane]",
         "state->{name}[lane]",
         "inputs->{name}[lane]",
+        "outputs->{name}[lane]",
         f"        const {real} {{name}} = ",
         indent=12,
         loops=LoopStyle(

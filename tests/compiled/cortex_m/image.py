@@ -32,6 +32,7 @@ class Figures:
 
     Attributes:
         step_bytes: of the step and what it calls in its own file, with the constants in the code.
+        unused_bytes: of these, what only a sample that is not used comes to.
         library_bytes: of what the linker adds from the C library for it.
         instructions: executed from the step's first to its return, libm included, the most over the rows.
         mean_instructions: over the rows.
@@ -39,6 +40,7 @@ class Figures:
     """
 
     step_bytes: int
+    unused_bytes: int
     library_bytes: int
     instructions: int
     mean_instructions: float
@@ -118,7 +120,8 @@ def figures(
     others = {name: size for name, size in sizes.items() if name not in harness and name not in own}
     setup = {f"{face.name}_init", f"{face.name}_prepare", caller}
     step_bytes = sum(size for name, size in own.items() if name in sizes and name not in setup)
-    return Figures(step_bytes, sum(others.values()), max(counts), float(np.mean(counts)), bool(others))
+    unused = sizes.get(f"{face.name}_set_anew", 0)
+    return Figures(step_bytes, unused, sum(others.values()), max(counts), float(np.mean(counts)), bool(others))
 
 
 def count_calls(image: Path, function: str, caller: str) -> Iterator[int]:
