@@ -14,6 +14,12 @@
 #pragma STDC FP_CONTRACT OFF
 #endif
 
+#if defined(__GNUC__)
+#define BELT_AXIS_COLD __attribute__((noinline, cold))
+#else
+#define BELT_AXIS_COLD
+#endif
+
 static inline double belt_axis_sign(double u)
 {
     return (u > 0.0) ? 1.0 : ((u < 0.0) ? -1.0 : 0.0);
@@ -46,6 +52,44 @@ void belt_axis_init(belt_axis_state *state, const belt_axis_parameters *paramete
     const belt_axis_inputs *inputs)
 {
     belt_axis_start(state, parameters, inputs);
+}
+
+/* A sample is lost: the machine is taken to go on with the velocity that is held, and the states with it. */
+static void belt_axis_miss(belt_axis_state *state, const belt_axis_parameters *parameters,
+    const belt_axis_outputs *outputs)
+{
+    state->z_v = state->z_v - parameters->sample_time * parameters->K_v * outputs->v_hat;
+
+    /* after 8 in a row, wait for a good sample that sets the states anew */
+    if (state->waiting < 0.5) {
+        state->waiting = ((outputs->fault != 0) ? state->waiting : 0.0) + 0.0625;
+    }
+}
+
+/* Set the state from a good sample after many that were lost, so that the estimates go on from those that are held. */
+static void belt_axis_resume(belt_axis_state *state, const belt_axis_parameters *parameters,
+    const belt_axis_inputs *inputs, const belt_axis_outputs *outputs)
+{
+    state->z_v = outputs->v_hat - parameters->K_v * (inputs->x + parameters->sample_time * outputs->v_hat);
+    state->z_guide = outputs->a_hat_guide + parameters->K_F * fabs(outputs->v_hat);
+    state->waiting = 0.0;
+}
+
+/* What becomes of the state where a sample is not used. */
+static BELT_AXIS_COLD void belt_axis_set_anew(belt_axis_state *state,
+    const belt_axis_parameters *parameters, const belt_axis_inputs *inputs, belt_axis_outputs *outputs)
+{
+    const double given = inputs->x + inputs->u;
+    if (!(fabs(given) <= 1e+150)) {
+        if (state->waiting < 0.75) {
+            belt_axis_miss(state, parameters, outputs);
+        }
+    } else if ((state->waiting < 0.5) || (state->waiting > 0.75)) {
+        belt_axis_start(state, parameters, inputs); /* the state cannot be used, or waits for its first sample */
+    } else {
+        belt_axis_resume(state, parameters, inputs, outputs);
+    }
+    outputs->fault = 1;
 }
 
 void belt_axis_step(belt_axis_state *state, const belt_axis_parameters *parameters,
@@ -83,12 +127,6 @@ void belt_axis_step(belt_axis_state *state, const belt_axis_parameters *paramete
         state->z_guide = z_guide_next;
         outputs->fault = 0;
     } else {
-        outputs->fault = 1;
-
-        /* where the sample is good, it is the state that cannot be used or waits: start anew */
-        const double given = inputs->x + inputs->u;
-        if (fabs(given) <= 1e+150) {
-            belt_axis_start(state, parameters, inputs);
-        }
+        belt_axis_set_anew(state, parameters, inputs, outputs);
     }
 }

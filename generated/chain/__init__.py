@@ -61,7 +61,7 @@ class State:
             0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         ]
     )
-    waiting: float = 0.0  # 1 while no good sample has set the state
+    waiting: float = 0.0  # 1 until a good sample has set the state; below 1/2 in use
 
 
 @dataclass(slots=True)
@@ -128,13 +128,46 @@ def init(parameters: Parameters, inputs: Inputs) -> State:
     return state
 
 
+def _miss(state: State, parameters: Parameters, outputs: Outputs) -> None:
+    """A sample is lost: the machine is taken to go on with the velocity that is held, and the states with it."""
+    for i in range(0, 16):
+        state.z_v[i] = state.z_v[i] - parameters.sample_time * parameters.K_v_v[i] * outputs.v_hat[i]
+    if state.waiting < 0.5:
+        state.waiting = (state.waiting if outputs.fault else 0.0) + 0.0625
+
+
+def _resume(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs) -> None:
+    """Set the state from a good sample after many that were lost, so that the estimates go on from the held ones."""
+    for i in range(0, 16):
+        state.z_v[i] = (
+            outputs.v_hat[i] - parameters.K_v_v[i] * (inputs.x[i] + parameters.sample_time * outputs.v_hat[i])
+        )
+        state.z_ground[i] = outputs.a_hat_ground[i] + parameters.K_F_ground[i] * abs(outputs.v_hat[i])
+    state.waiting = 0.0
+
+
+def _set_anew(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs, good: bool) -> None:
+    """What becomes of the state where a sample is not used."""
+    if not good:
+        if state.waiting < 0.75:
+            _miss(state, parameters, outputs)
+    elif state.waiting < 0.5 or state.waiting > 0.75:
+        fresh = init(parameters, inputs)  # the state cannot be used, or waits for its first sample
+        for name in State.__slots__:
+            setattr(state, name, getattr(fresh, name))
+    else:
+        _resume(state, parameters, inputs, outputs)
+    outputs.fault = 1
+
+
 def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs | None = None) -> Outputs:
     """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample.
 
     The estimates go into ``outputs``, or into new ones.
-    Where an input is NaN or infinite, or a next state would be or lie beyond 1e+150, state and ``outputs`` stay
-    as they are but for ``fault``, which is 1. Where the inputs are good, it is the state that cannot be used or waits:
-    it is set from them, as by ``init``, and the next sample is estimated again.
+    Where an input is NaN or infinite, or a next state would be or lie beyond 1e+150, ``outputs`` stay as they
+    are but for ``fault``, which is 1; the state goes along as if the machine went on with the velocity that is held. Where
+    the inputs are good, it is the state that cannot be used or waits: it is set from them, and the next sample is
+    estimated again. The held estimates are read from ``outputs``: hand in the same at each step.
     """
     if outputs is None:
         outputs = Outputs()
@@ -194,16 +227,11 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
     check = 0.0
     for i in range(0, 16):
         check += z_v_next[i] + z_ground_next[i]
-    if state.waiting or not abs(check) <= LARGEST:
-        outputs.fault = 1
-        # where the sample is good, it is the state that cannot be used or waits: start anew
+    if state.waiting >= 0.5 or not abs(check) <= LARGEST:
         given = inputs.w
         for i in range(0, 16):
             given += inputs.x[i]
-        if abs(given) <= LARGEST:
-            fresh = init(parameters, inputs)
-            for name in State.__slots__:
-                setattr(state, name, getattr(fresh, name))
+        _set_anew(state, parameters, inputs, outputs, abs(given) <= LARGEST)
         return outputs
     outputs.fault = 0
     for i in range(0, 16):

@@ -14,6 +14,12 @@
 #pragma STDC FP_CONTRACT OFF
 #endif
 
+#if defined(__GNUC__)
+#define CHAIN_COLD __attribute__((noinline, cold))
+#else
+#define CHAIN_COLD
+#endif
+
 static inline double chain_sign(double u)
 {
     return (u > 0.0) ? 1.0 : ((u < 0.0) ? -1.0 : 0.0);
@@ -57,6 +63,52 @@ void chain_init(chain_state *state, const chain_parameters *parameters,
     const chain_inputs *inputs)
 {
     chain_start(state, parameters, inputs);
+}
+
+/* A sample is lost: the machine is taken to go on with the velocity that is held, and the states with it. */
+static void chain_miss(chain_state *state, const chain_parameters *parameters,
+    const chain_outputs *outputs)
+{
+    for (int i = 0; i < 16; i++) {
+        state->z_v[i] = state->z_v[i] - parameters->sample_time * parameters->K_v_v[i] * outputs->v_hat[i];
+    }
+
+    /* after 8 in a row, wait for a good sample that sets the states anew */
+    if (state->waiting < 0.5) {
+        state->waiting = ((outputs->fault != 0) ? state->waiting : 0.0) + 0.0625;
+    }
+}
+
+/* Set the state from a good sample after many that were lost, so that the estimates go on from those that are held. */
+static void chain_resume(chain_state *state, const chain_parameters *parameters,
+    const chain_inputs *inputs, const chain_outputs *outputs)
+{
+    for (int i = 0; i < 16; i++) {
+        state->z_v[i] = outputs->v_hat[i] - parameters->K_v_v[i] * (inputs->x[i] + parameters->sample_time
+            * outputs->v_hat[i]);
+        state->z_ground[i] = outputs->a_hat_ground[i] + parameters->K_F_ground[i] * fabs(outputs->v_hat[i]);
+    }
+    state->waiting = 0.0;
+}
+
+/* What becomes of the state where a sample is not used. */
+static CHAIN_COLD void chain_set_anew(chain_state *state,
+    const chain_parameters *parameters, const chain_inputs *inputs, chain_outputs *outputs)
+{
+    double given = inputs->w;
+    for (int i = 0; i < 16; i++) {
+        given += inputs->x[i];
+    }
+    if (!(fabs(given) <= 1e+150)) {
+        if (state->waiting < 0.75) {
+            chain_miss(state, parameters, outputs);
+        }
+    } else if ((state->waiting < 0.5) || (state->waiting > 0.75)) {
+        chain_start(state, parameters, inputs); /* the state cannot be used, or waits for its first sample */
+    } else {
+        chain_resume(state, parameters, inputs, outputs);
+    }
+    outputs->fault = 1;
 }
 
 void chain_step(chain_state *state, const chain_parameters *parameters,
@@ -137,15 +189,6 @@ void chain_step(chain_state *state, const chain_parameters *parameters,
         }
         outputs->fault = 0;
     } else {
-        outputs->fault = 1;
-
-        /* where the sample is good, it is the state that cannot be used or waits: start anew */
-        double given = inputs->w;
-        for (int i = 0; i < 16; i++) {
-            given += inputs->x[i];
-        }
-        if (fabs(given) <= 1e+150) {
-            chain_start(state, parameters, inputs);
-        }
+        chain_set_anew(state, parameters, inputs, outputs);
     }
 }

@@ -14,6 +14,12 @@
 #pragma STDC FP_CONTRACT OFF
 #endif
 
+#if defined(__GNUC__)
+#define EMPS_COLD __attribute__((noinline, cold))
+#else
+#define EMPS_COLD
+#endif
+
 static inline double emps_sign(double u)
 {
     return (u > 0.0) ? 1.0 : ((u < 0.0) ? -1.0 : 0.0);
@@ -46,6 +52,44 @@ void emps_init(emps_state *state, const emps_parameters *parameters,
     const emps_inputs *inputs)
 {
     emps_start(state, parameters, inputs);
+}
+
+/* A sample is lost: the machine is taken to go on with the velocity that is held, and the states with it. */
+static void emps_miss(emps_state *state, const emps_parameters *parameters,
+    const emps_outputs *outputs)
+{
+    state->z_v = state->z_v - parameters->sample_time * parameters->K_v * outputs->v_hat;
+
+    /* after 8 in a row, wait for a good sample that sets the states anew */
+    if (state->waiting < 0.5) {
+        state->waiting = ((outputs->fault != 0) ? state->waiting : 0.0) + 0.0625;
+    }
+}
+
+/* Set the state from a good sample after many that were lost, so that the estimates go on from those that are held. */
+static void emps_resume(emps_state *state, const emps_parameters *parameters,
+    const emps_inputs *inputs, const emps_outputs *outputs)
+{
+    state->z_v = outputs->v_hat - parameters->K_v * (inputs->x + parameters->sample_time * outputs->v_hat);
+    state->z_rail = outputs->a_hat_rail + parameters->K_F * fabs(outputs->v_hat);
+    state->waiting = 0.0;
+}
+
+/* What becomes of the state where a sample is not used. */
+static EMPS_COLD void emps_set_anew(emps_state *state,
+    const emps_parameters *parameters, const emps_inputs *inputs, emps_outputs *outputs)
+{
+    const double given = inputs->x + inputs->u;
+    if (!(fabs(given) <= 1e+150)) {
+        if (state->waiting < 0.75) {
+            emps_miss(state, parameters, outputs);
+        }
+    } else if ((state->waiting < 0.5) || (state->waiting > 0.75)) {
+        emps_start(state, parameters, inputs); /* the state cannot be used, or waits for its first sample */
+    } else {
+        emps_resume(state, parameters, inputs, outputs);
+    }
+    outputs->fault = 1;
 }
 
 void emps_step(emps_state *state, const emps_parameters *parameters,
@@ -83,12 +127,6 @@ void emps_step(emps_state *state, const emps_parameters *parameters,
         state->z_rail = z_rail_next;
         outputs->fault = 0;
     } else {
-        outputs->fault = 1;
-
-        /* where the sample is good, it is the state that cannot be used or waits: start anew */
-        const double given = inputs->x + inputs->u;
-        if (fabs(given) <= 1e+150) {
-            emps_start(state, parameters, inputs);
-        }
+        emps_set_anew(state, parameters, inputs, outputs);
     }
 }

@@ -42,7 +42,7 @@ class State:
     z_v: float = 0.0  # m/s: observer state
     z_f_rail: float = 0.0  # 1: observer state
     z_a_rail: float = 0.0  # N: observer state
-    waiting: float = 0.0  # 1 while no good sample has set the state
+    waiting: float = 0.0  # 1 until a good sample has set the state; below 1/2 in use
 
 
 @dataclass(slots=True)
@@ -85,13 +85,45 @@ def init(parameters: Parameters, inputs: Inputs) -> State:
     return state
 
 
+def _miss(state: State, parameters: Parameters, outputs: Outputs) -> None:
+    """A sample is lost: the machine is taken to go on with the velocity that is held, and the states with it."""
+    state.z_v = state.z_v - parameters.sample_time * parameters.K_v * outputs.v_hat
+    state.z_f_rail = state.z_f_rail - parameters.sample_time * parameters.K_f1 * outputs.v_hat
+    if state.waiting < 0.5:
+        state.waiting = (state.waiting if outputs.fault else 0.0) + 0.0625
+
+
+def _resume(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs) -> None:
+    """Set the state from a good sample after many that were lost, so that the estimates go on from the held ones."""
+    resumed_1 = inputs.x + parameters.sample_time * outputs.v_hat
+    state.z_v = outputs.v_hat - parameters.K_v * resumed_1
+    state.z_f_rail = outputs.f_hat_rail - parameters.K_f1 * resumed_1 - parameters.K_f2 * outputs.v_hat
+    state.z_a_rail = outputs.a_hat_rail - parameters.K_a * outputs.v_hat * outputs.f_hat_rail
+    state.waiting = 0.0
+
+
+def _set_anew(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs, good: bool) -> None:
+    """What becomes of the state where a sample is not used."""
+    if not good:
+        if state.waiting < 0.75:
+            _miss(state, parameters, outputs)
+    elif state.waiting < 0.5 or state.waiting > 0.75:
+        fresh = init(parameters, inputs)  # the state cannot be used, or waits for its first sample
+        for name in State.__slots__:
+            setattr(state, name, getattr(fresh, name))
+    else:
+        _resume(state, parameters, inputs, outputs)
+    outputs.fault = 1
+
+
 def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs | None = None) -> Outputs:
     """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample.
 
     The estimates go into ``outputs``, or into new ones.
-    Where an input is NaN or infinite, or a next state would be or lie beyond 1e+150, state and ``outputs`` stay
-    as they are but for ``fault``, which is 1. Where the inputs are good, it is the state that cannot be used or waits:
-    it is set from them, as by ``init``, and the next sample is estimated again.
+    Where an input is NaN or infinite, or a next state would be or lie beyond 1e+150, ``outputs`` stay as they
+    are but for ``fault``, which is 1; the state goes along as if the machine went on with the velocity that is held. Where
+    the inputs are good, it is the state that cannot be used or waits: it is set from them, and the next sample is
+    estimated again. The held estimates are read from ``outputs``: hand in the same at each step.
     """
     if outputs is None:
         outputs = Outputs()
@@ -127,14 +159,9 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
 
     # hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN
     check = z_v_next + z_f_rail_next + z_a_rail_next
-    if state.waiting or not abs(check) <= LARGEST:
-        outputs.fault = 1
-        # where the sample is good, it is the state that cannot be used or waits: start anew
+    if state.waiting >= 0.5 or not abs(check) <= LARGEST:
         given = inputs.x + inputs.w
-        if abs(given) <= LARGEST:
-            fresh = init(parameters, inputs)
-            for name in State.__slots__:
-                setattr(state, name, getattr(fresh, name))
+        _set_anew(state, parameters, inputs, outputs, abs(given) <= LARGEST)
         return outputs
     outputs.fault = 0
     outputs.v_hat = v_hat

@@ -14,6 +14,12 @@
 #pragma STDC FP_CONTRACT OFF
 #endif
 
+#if defined(__GNUC__)
+#define ONE_MASS_DFO_IMPLICIT_COLD __attribute__((noinline, cold))
+#else
+#define ONE_MASS_DFO_IMPLICIT_COLD
+#endif
+
 static inline double one_mass_dfo_implicit_sign(double u)
 {
     return (u > 0.0) ? 1.0 : ((u < 0.0) ? -1.0 : 0.0);
@@ -63,6 +69,47 @@ void one_mass_dfo_implicit_init(one_mass_dfo_implicit_state *state, const one_ma
     const one_mass_dfo_implicit_inputs *inputs)
 {
     one_mass_dfo_implicit_start(state, parameters, inputs);
+}
+
+/* A sample is lost: the machine is taken to go on with the velocity that is held, and the states with it. */
+static void one_mass_dfo_implicit_miss(one_mass_dfo_implicit_state *state, const one_mass_dfo_implicit_parameters *parameters,
+    const one_mass_dfo_implicit_outputs *outputs)
+{
+    state->z_v = state->z_v - parameters->h_K_v * outputs->v_hat;
+    state->z_f_rail = state->z_f_rail - parameters->sample_time * parameters->K_f1 * outputs->v_hat;
+
+    /* after 8 in a row, wait for a good sample that sets the states anew */
+    if (state->waiting < 0.5) {
+        state->waiting = ((outputs->fault != 0) ? state->waiting : 0.0) + 0.0625;
+    }
+}
+
+/* Set the state from a good sample after many that were lost, so that the estimates go on from those that are held. */
+static void one_mass_dfo_implicit_resume(one_mass_dfo_implicit_state *state, const one_mass_dfo_implicit_parameters *parameters,
+    const one_mass_dfo_implicit_inputs *inputs, const one_mass_dfo_implicit_outputs *outputs)
+{
+    state->z_v = outputs->v_hat - parameters->K_v * inputs->x;
+    state->z_f_rail = outputs->f_hat_rail - parameters->K_f1 * inputs->x - parameters->K_f2 * outputs->v_hat;
+    state->z_a_rail = outputs->a_hat_rail - parameters->K_a * outputs->v_hat * outputs->f_hat_rail;
+    state->w_held = inputs->w;
+    state->waiting = 0.0;
+}
+
+/* What becomes of the state where a sample is not used. */
+static ONE_MASS_DFO_IMPLICIT_COLD void one_mass_dfo_implicit_set_anew(one_mass_dfo_implicit_state *state,
+    const one_mass_dfo_implicit_parameters *parameters, const one_mass_dfo_implicit_inputs *inputs, one_mass_dfo_implicit_outputs *outputs)
+{
+    const double given = inputs->x + inputs->w;
+    if (!(fabs(given) <= 1e+150)) {
+        if (state->waiting < 0.75) {
+            one_mass_dfo_implicit_miss(state, parameters, outputs);
+        }
+    } else if ((state->waiting < 0.5) || (state->waiting > 0.75)) {
+        one_mass_dfo_implicit_start(state, parameters, inputs); /* the state cannot be used, or waits for its first sample */
+    } else {
+        one_mass_dfo_implicit_resume(state, parameters, inputs, outputs);
+    }
+    outputs->fault = 1;
 }
 
 void one_mass_dfo_implicit_step(one_mass_dfo_implicit_state *state, const one_mass_dfo_implicit_parameters *parameters,
@@ -139,12 +186,6 @@ void one_mass_dfo_implicit_step(one_mass_dfo_implicit_state *state, const one_ma
         state->w_held = w_held_next;
         outputs->fault = 0;
     } else {
-        outputs->fault = 1;
-
-        /* where the sample is good, it is the state that cannot be used or waits: start anew */
-        const double given = inputs->x + inputs->w;
-        if (fabs(given) <= 1e+150) {
-            one_mass_dfo_implicit_start(state, parameters, inputs);
-        }
+        one_mass_dfo_implicit_set_anew(state, parameters, inputs, outputs);
     }
 }

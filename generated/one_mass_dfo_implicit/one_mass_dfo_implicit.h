@@ -78,7 +78,7 @@ typedef struct {
     double z_f_rail; /* 1: observer state */
     double z_a_rail; /* N: observer state */
     double w_held; /* N: w since the sample before */
-    double waiting; /* 1 while no good sample has set the state, 0 otherwise */
+    double waiting; /* 1 until a good sample has set the state; below 1/2 in use, with a count of lost samples */
 } one_mass_dfo_implicit_state;
 
 /* What is measured and commanded at a sample. */
@@ -109,10 +109,10 @@ void one_mass_dfo_implicit_init(one_mass_dfo_implicit_state *state, const one_ma
 
 /*
  * One sample: estimates from the state and this measurement, then the state of the next sample.
- * Where an input is NaN or infinite, or a next state would be or lie beyond 1e+150, state and estimates stay as they
- * are and fault is 1. Where the inputs are good, it is the state that cannot be used or waits: init sets it from them, and
- * the next sample is estimated again. Set the outputs to zero before the first step.
- * A held sample in motion leaves the velocity estimate off by K_v times the way gone: see the README.
+ * Where an input is NaN or infinite, or a next state would be or lie beyond 1e+150, the estimates in outputs
+ * stay as they are and fault is 1; the state goes along as if the machine went on with the velocity that is held. Where the
+ * inputs are good, it is the state that cannot be used or waits: it is set from them, and the next sample is estimated again.
+ * Set the outputs to zero before the first step, and hand in the same at each: the held estimates are read from them.
  */
 void one_mass_dfo_implicit_step(one_mass_dfo_implicit_state *state, const one_mass_dfo_implicit_parameters *parameters,
     const one_mass_dfo_implicit_inputs *inputs, one_mass_dfo_implicit_outputs *outputs);

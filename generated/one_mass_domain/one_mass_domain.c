@@ -14,6 +14,12 @@
 #pragma STDC FP_CONTRACT OFF
 #endif
 
+#if defined(__GNUC__)
+#define ONE_MASS_DOMAIN_COLD __attribute__((noinline, cold))
+#else
+#define ONE_MASS_DOMAIN_COLD
+#endif
+
 static inline double one_mass_domain_sign(double u)
 {
     return (u > 0.0) ? 1.0 : ((u < 0.0) ? -1.0 : 0.0);
@@ -57,6 +63,49 @@ void one_mass_domain_init(one_mass_domain_state *state, const one_mass_domain_pa
     const one_mass_domain_inputs *inputs)
 {
     one_mass_domain_start(state, parameters, inputs);
+}
+
+/* A sample is lost: the machine is taken to go on with the velocity that is held, and the states with it. */
+static void one_mass_domain_miss(one_mass_domain_state *state, const one_mass_domain_parameters *parameters,
+    const one_mass_domain_outputs *outputs)
+{
+    state->z_v = state->z_v - parameters->sample_time * parameters->K_v * outputs->v_hat;
+    state->samples_slid = 0.0;
+    state->x_predicted = state->x_predicted + parameters->sample_time * outputs->v_hat;
+
+    /* after 8 in a row, wait for a good sample that sets the states anew */
+    if (state->waiting < 0.5) {
+        state->waiting = ((outputs->fault != 0) ? state->waiting : 0.0) + 0.0625;
+    }
+}
+
+/* Set the state from a good sample after many that were lost, so that the estimates go on from those that are held. */
+static void one_mass_domain_resume(one_mass_domain_state *state, const one_mass_domain_parameters *parameters,
+    const one_mass_domain_inputs *inputs, const one_mass_domain_outputs *outputs)
+{
+    state->z_v = outputs->v_hat - parameters->K_v * (inputs->x + parameters->sample_time * outputs->v_hat);
+    state->z_rail = outputs->a_hat_rail;
+    state->direction_rail = 0.0;
+    state->samples_slid = 0.0;
+    state->x_predicted = inputs->x + parameters->sample_time * outputs->v_hat;
+    state->waiting = 0.0;
+}
+
+/* What becomes of the state where a sample is not used. */
+static ONE_MASS_DOMAIN_COLD void one_mass_domain_set_anew(one_mass_domain_state *state,
+    const one_mass_domain_parameters *parameters, const one_mass_domain_inputs *inputs, one_mass_domain_outputs *outputs)
+{
+    const double given = inputs->x + inputs->w;
+    if (!(fabs(given) <= 1e+150)) {
+        if (state->waiting < 0.75) {
+            one_mass_domain_miss(state, parameters, outputs);
+        }
+    } else if ((state->waiting < 0.5) || (state->waiting > 0.75)) {
+        one_mass_domain_start(state, parameters, inputs); /* the state cannot be used, or waits for its first sample */
+    } else {
+        one_mass_domain_resume(state, parameters, inputs, outputs);
+    }
+    outputs->fault = 1;
 }
 
 void one_mass_domain_step(one_mass_domain_state *state, const one_mass_domain_parameters *parameters,
@@ -124,12 +173,6 @@ void one_mass_domain_step(one_mass_domain_state *state, const one_mass_domain_pa
         state->x_predicted = x_predicted_next;
         outputs->fault = 0;
     } else {
-        outputs->fault = 1;
-
-        /* where the sample is good, it is the state that cannot be used or waits: start anew */
-        const double given = inputs->x + inputs->w;
-        if (fabs(given) <= 1e+150) {
-            one_mass_domain_start(state, parameters, inputs);
-        }
+        one_mass_domain_set_anew(state, parameters, inputs, outputs);
     }
 }

@@ -14,6 +14,12 @@
 #pragma STDC FP_CONTRACT OFF
 #endif
 
+#if defined(__GNUC__)
+#define RIG_DFOB_COLD __attribute__((noinline, cold))
+#else
+#define RIG_DFOB_COLD
+#endif
+
 static inline double rig_dfob_sign(double u)
 {
     return (u > 0.0) ? 1.0 : ((u < 0.0) ? -1.0 : 0.0);
@@ -48,6 +54,48 @@ void rig_dfob_init(rig_dfob_state *state, const rig_dfob_parameters *parameters,
     const rig_dfob_inputs *inputs)
 {
     rig_dfob_start(state, parameters, inputs);
+}
+
+/* A sample is lost: the machine is taken to go on with the velocity that is held, and the states with it. */
+static void rig_dfob_miss(rig_dfob_state *state, const rig_dfob_parameters *parameters,
+    const rig_dfob_outputs *outputs)
+{
+    state->z_omega = state->z_omega - parameters->sample_time * parameters->K_v * outputs->omega_hat;
+    state->z_f_plates = state->z_f_plates - parameters->sample_time * parameters->K_f1 * outputs->omega_hat;
+
+    /* after 2 in a row, wait for a good sample that sets the states anew */
+    if (state->waiting < 0.5) {
+        state->waiting = ((outputs->fault != 0) ? state->waiting : 0.0) + 0.25;
+    }
+}
+
+/* Set the state from a good sample after many that were lost, so that the estimates go on from those that are held. */
+static void rig_dfob_resume(rig_dfob_state *state, const rig_dfob_parameters *parameters,
+    const rig_dfob_inputs *inputs, const rig_dfob_outputs *outputs)
+{
+    const double resumed_1 = inputs->theta + parameters->sample_time * outputs->omega_hat;
+    state->z_omega = outputs->omega_hat - parameters->K_v * resumed_1;
+    state->z_f_plates = outputs->f_hat_plates - parameters->K_f1 * resumed_1 - parameters->K_f2
+        * outputs->omega_hat;
+    state->z_a_plates = outputs->a_hat_plates - parameters->K_a * outputs->omega_hat * outputs->f_hat_plates;
+    state->waiting = 0.0;
+}
+
+/* What becomes of the state where a sample is not used. */
+static RIG_DFOB_COLD void rig_dfob_set_anew(rig_dfob_state *state,
+    const rig_dfob_parameters *parameters, const rig_dfob_inputs *inputs, rig_dfob_outputs *outputs)
+{
+    const double given = inputs->theta + inputs->w;
+    if (!(fabs(given) <= 1e+150)) {
+        if (state->waiting < 0.75) {
+            rig_dfob_miss(state, parameters, outputs);
+        }
+    } else if ((state->waiting < 0.5) || (state->waiting > 0.75)) {
+        rig_dfob_start(state, parameters, inputs); /* the state cannot be used, or waits for its first sample */
+    } else {
+        rig_dfob_resume(state, parameters, inputs, outputs);
+    }
+    outputs->fault = 1;
 }
 
 void rig_dfob_step(rig_dfob_state *state, const rig_dfob_parameters *parameters,
@@ -95,12 +143,6 @@ void rig_dfob_step(rig_dfob_state *state, const rig_dfob_parameters *parameters,
         state->z_a_plates = z_a_plates_next;
         outputs->fault = 0;
     } else {
-        outputs->fault = 1;
-
-        /* where the sample is good, it is the state that cannot be used or waits: start anew */
-        const double given = inputs->theta + inputs->w;
-        if (fabs(given) <= 1e+150) {
-            rig_dfob_start(state, parameters, inputs);
-        }
+        rig_dfob_set_anew(state, parameters, inputs, outputs);
     }
 }

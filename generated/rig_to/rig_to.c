@@ -14,6 +14,12 @@
 #pragma STDC FP_CONTRACT OFF
 #endif
 
+#if defined(__GNUC__)
+#define RIG_TO_COLD __attribute__((noinline, cold))
+#else
+#define RIG_TO_COLD
+#endif
+
 void rig_to_prepare(rig_to_parameters *parameters)
 {
     parameters->one_over_J = 1.0 / parameters->J;
@@ -42,6 +48,46 @@ void rig_to_init(rig_to_state *state, const rig_to_parameters *parameters,
     const rig_to_inputs *inputs)
 {
     rig_to_start(state, parameters, inputs);
+}
+
+/* A sample is lost: the machine is taken to go on with the velocity that is held, and the states with it. */
+static void rig_to_miss(rig_to_state *state, const rig_to_parameters *parameters,
+    const rig_to_outputs *outputs)
+{
+    state->z_omega = state->z_omega - parameters->sample_time * parameters->K_v * outputs->omega_hat;
+    state->z_theta = state->z_theta - parameters->h_K_1 * outputs->omega_hat;
+
+    /* after 2 in a row, wait for a good sample that sets the states anew */
+    if (state->waiting < 0.5) {
+        state->waiting = ((outputs->fault != 0) ? state->waiting : 0.0) + 0.25;
+    }
+}
+
+/* Set the state from a good sample after many that were lost, so that the estimates go on from those that are held. */
+static void rig_to_resume(rig_to_state *state, const rig_to_parameters *parameters,
+    const rig_to_inputs *inputs, const rig_to_outputs *outputs)
+{
+    const double resumed_1 = inputs->theta + parameters->sample_time * outputs->omega_hat;
+    state->z_omega = outputs->omega_hat - parameters->K_v * resumed_1;
+    state->z_theta = outputs->tracked_theta - parameters->K_1 * resumed_1 - parameters->K_2 * outputs->omega_hat;
+    state->waiting = 0.0;
+}
+
+/* What becomes of the state where a sample is not used. */
+static RIG_TO_COLD void rig_to_set_anew(rig_to_state *state,
+    const rig_to_parameters *parameters, const rig_to_inputs *inputs, rig_to_outputs *outputs)
+{
+    const double given = inputs->theta + inputs->w;
+    if (!(fabs(given) <= 1e+150)) {
+        if (state->waiting < 0.75) {
+            rig_to_miss(state, parameters, outputs);
+        }
+    } else if ((state->waiting < 0.5) || (state->waiting > 0.75)) {
+        rig_to_start(state, parameters, inputs); /* the state cannot be used, or waits for its first sample */
+    } else {
+        rig_to_resume(state, parameters, inputs, outputs);
+    }
+    outputs->fault = 1;
 }
 
 void rig_to_step(rig_to_state *state, const rig_to_parameters *parameters,
@@ -74,12 +120,6 @@ void rig_to_step(rig_to_state *state, const rig_to_parameters *parameters,
         state->z_theta = z_theta_next;
         outputs->fault = 0;
     } else {
-        outputs->fault = 1;
-
-        /* where the sample is good, it is the state that cannot be used or waits: start anew */
-        const double given = inputs->theta + inputs->w;
-        if (fabs(given) <= 1e+150) {
-            rig_to_start(state, parameters, inputs);
-        }
+        rig_to_set_anew(state, parameters, inputs, outputs);
     }
 }

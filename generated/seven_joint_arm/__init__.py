@@ -83,7 +83,7 @@ class State:
     z_forearm_roll: float = 0.0  # N*m: observer state
     z_wrist_pitch: float = 0.0  # N*m: observer state
     z_hand_roll: float = 0.0  # N*m: observer state
-    waiting: float = 0.0  # 1 while no good sample has set the state
+    waiting: float = 0.0  # 1 until a good sample has set the state; below 1/2 in use
 
 
 @dataclass(slots=True)
@@ -198,13 +198,116 @@ def init(parameters: Parameters, inputs: Inputs) -> State:
     return state
 
 
+def _miss(state: State, parameters: Parameters, outputs: Outputs) -> None:
+    """A sample is lost: the machine is taken to go on with the velocity that is held, and the states with it."""
+    state.z_v_shoulder_yaw = (
+        state.z_v_shoulder_yaw - parameters.sample_time * parameters.K_v_v_shoulder_yaw
+        * outputs.v_shoulder_yaw_hat
+    )
+    state.z_v_shoulder_pitch = (
+        state.z_v_shoulder_pitch - parameters.sample_time * parameters.K_v_v_shoulder_pitch
+        * outputs.v_shoulder_pitch_hat
+    )
+    state.z_v_arm_roll = (
+        state.z_v_arm_roll - parameters.sample_time * parameters.K_v_v_arm_roll * outputs.v_arm_roll_hat
+    )
+    state.z_v_elbow_pitch = (
+        state.z_v_elbow_pitch - parameters.sample_time * parameters.K_v_v_elbow_pitch
+        * outputs.v_elbow_pitch_hat
+    )
+    state.z_v_forearm_roll = (
+        state.z_v_forearm_roll - parameters.sample_time * parameters.K_v_v_forearm_roll
+        * outputs.v_forearm_roll_hat
+    )
+    state.z_v_wrist_pitch = (
+        state.z_v_wrist_pitch - parameters.sample_time * parameters.K_v_v_wrist_pitch
+        * outputs.v_wrist_pitch_hat
+    )
+    state.z_v_hand_roll = (
+        state.z_v_hand_roll - parameters.sample_time * parameters.K_v_v_hand_roll * outputs.v_hand_roll_hat
+    )
+    state.z_shoulder_yaw = state.z_shoulder_yaw - parameters.h_K_1_shoulder_yaw * outputs.v_shoulder_yaw_hat
+    state.z_shoulder_pitch = (
+        state.z_shoulder_pitch - parameters.h_K_1_shoulder_pitch * outputs.v_shoulder_pitch_hat
+    )
+    state.z_arm_roll = state.z_arm_roll - parameters.h_K_1_arm_roll * outputs.v_arm_roll_hat
+    state.z_elbow_pitch = state.z_elbow_pitch - parameters.h_K_1_elbow_pitch * outputs.v_elbow_pitch_hat
+    state.z_forearm_roll = state.z_forearm_roll - parameters.h_K_1_forearm_roll * outputs.v_forearm_roll_hat
+    state.z_wrist_pitch = state.z_wrist_pitch - parameters.h_K_1_wrist_pitch * outputs.v_wrist_pitch_hat
+    state.z_hand_roll = state.z_hand_roll - parameters.h_K_1_hand_roll * outputs.v_hand_roll_hat
+    if state.waiting < 0.5:
+        state.waiting = (state.waiting if outputs.fault else 0.0) + 0.0625
+
+
+def _resume(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs) -> None:
+    """Set the state from a good sample after many that were lost, so that the estimates go on from the held ones."""
+    resumed_1 = inputs.shoulder_yaw + parameters.sample_time * outputs.v_shoulder_yaw_hat
+    resumed_2 = inputs.shoulder_pitch + parameters.sample_time * outputs.v_shoulder_pitch_hat
+    resumed_3 = inputs.arm_roll + parameters.sample_time * outputs.v_arm_roll_hat
+    resumed_4 = inputs.elbow_pitch + parameters.sample_time * outputs.v_elbow_pitch_hat
+    resumed_5 = inputs.forearm_roll + parameters.sample_time * outputs.v_forearm_roll_hat
+    resumed_6 = inputs.wrist_pitch + parameters.sample_time * outputs.v_wrist_pitch_hat
+    resumed_7 = inputs.hand_roll + parameters.sample_time * outputs.v_hand_roll_hat
+    state.z_v_shoulder_yaw = outputs.v_shoulder_yaw_hat - parameters.K_v_v_shoulder_yaw * resumed_1
+    state.z_v_shoulder_pitch = outputs.v_shoulder_pitch_hat - parameters.K_v_v_shoulder_pitch * resumed_2
+    state.z_v_arm_roll = outputs.v_arm_roll_hat - parameters.K_v_v_arm_roll * resumed_3
+    state.z_v_elbow_pitch = outputs.v_elbow_pitch_hat - parameters.K_v_v_elbow_pitch * resumed_4
+    state.z_v_forearm_roll = outputs.v_forearm_roll_hat - parameters.K_v_v_forearm_roll * resumed_5
+    state.z_v_wrist_pitch = outputs.v_wrist_pitch_hat - parameters.K_v_v_wrist_pitch * resumed_6
+    state.z_v_hand_roll = outputs.v_hand_roll_hat - parameters.K_v_v_hand_roll * resumed_7
+    state.z_shoulder_yaw = (
+        outputs.tracked_shoulder_yaw - parameters.K_1_shoulder_yaw * resumed_1 - parameters.K_2_shoulder_yaw
+        * outputs.v_shoulder_yaw_hat
+    )
+    state.z_shoulder_pitch = (
+        outputs.tracked_shoulder_pitch - parameters.K_1_shoulder_pitch * resumed_2
+        - parameters.K_2_shoulder_pitch * outputs.v_shoulder_pitch_hat
+    )
+    state.z_arm_roll = (
+        outputs.tracked_arm_roll - parameters.K_1_arm_roll * resumed_3 - parameters.K_2_arm_roll
+        * outputs.v_arm_roll_hat
+    )
+    state.z_elbow_pitch = (
+        outputs.tracked_elbow_pitch - parameters.K_1_elbow_pitch * resumed_4 - parameters.K_2_elbow_pitch
+        * outputs.v_elbow_pitch_hat
+    )
+    state.z_forearm_roll = (
+        outputs.tracked_forearm_roll - parameters.K_1_forearm_roll * resumed_5 - parameters.K_2_forearm_roll
+        * outputs.v_forearm_roll_hat
+    )
+    state.z_wrist_pitch = (
+        outputs.tracked_wrist_pitch - parameters.K_1_wrist_pitch * resumed_6 - parameters.K_2_wrist_pitch
+        * outputs.v_wrist_pitch_hat
+    )
+    state.z_hand_roll = (
+        outputs.tracked_hand_roll - parameters.K_1_hand_roll * resumed_7 - parameters.K_2_hand_roll
+        * outputs.v_hand_roll_hat
+    )
+    state.waiting = 0.0
+
+
+def _set_anew(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs, good: bool) -> None:
+    """What becomes of the state where a sample is not used."""
+    if not good:
+        if state.waiting < 0.75:
+            _miss(state, parameters, outputs)
+    elif state.waiting < 0.5 or state.waiting > 0.75:
+        fresh = init(parameters, inputs)  # the state cannot be used, or waits for its first sample
+        for name in State.__slots__:
+            setattr(state, name, getattr(fresh, name))
+    else:
+        _resume(state, parameters, inputs, outputs)
+    outputs.fault = 1
+
+
 def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs | None = None) -> Outputs:
     """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample.
 
     The estimates go into ``outputs``, or into new ones.
-    Where an input is NaN or infinite, or a next state would be or lie beyond 1e+150, state and ``outputs`` stay
-    as they are but for ``fault``, which is 1. Where the inputs are good, it is the state that cannot be used or waits:
-    it is set from them, as by ``init``, and the next sample is estimated again.
+    Where an input is NaN or infinite, or a next state would be or lie beyond 1e+150, ``outputs`` stay as they
+    are but for ``fault``, which is 1; the state goes along as if the machine went on with the velocity that is held. Where
+    the inputs are good, it is the state that cannot be used or waits: it is set from them, and the next sample is
+    estimated again. The held estimates are read from ``outputs``: hand in the same at each step.
     """
     if outputs is None:
         outputs = Outputs()
@@ -888,19 +991,14 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
         + z_shoulder_pitch_next + z_arm_roll_next + z_elbow_pitch_next + z_forearm_roll_next
         + z_wrist_pitch_next + z_hand_roll_next
     )
-    if state.waiting or not abs(check) <= LARGEST:
-        outputs.fault = 1
-        # where the sample is good, it is the state that cannot be used or waits: start anew
+    if state.waiting >= 0.5 or not abs(check) <= LARGEST:
         given = (
-            inputs.shoulder_yaw + inputs.shoulder_pitch + inputs.arm_roll + inputs.elbow_pitch
-            + inputs.forearm_roll + inputs.wrist_pitch + inputs.hand_roll + inputs.w_shoulder_yaw
-            + inputs.w_shoulder_pitch + inputs.w_arm_roll + inputs.w_elbow_pitch + inputs.w_forearm_roll
-            + inputs.w_wrist_pitch + inputs.w_hand_roll
-        )
-        if abs(given) <= LARGEST:
-            fresh = init(parameters, inputs)
-            for name in State.__slots__:
-                setattr(state, name, getattr(fresh, name))
+        inputs.shoulder_yaw + inputs.shoulder_pitch + inputs.arm_roll + inputs.elbow_pitch + inputs.forearm_roll
+        + inputs.wrist_pitch + inputs.hand_roll + inputs.w_shoulder_yaw + inputs.w_shoulder_pitch
+        + inputs.w_arm_roll + inputs.w_elbow_pitch + inputs.w_forearm_roll + inputs.w_wrist_pitch
+        + inputs.w_hand_roll
+    )
+        _set_anew(state, parameters, inputs, outputs, abs(given) <= LARGEST)
         return outputs
     outputs.fault = 0
     outputs.v_shoulder_yaw_hat = v_shoulder_yaw_hat

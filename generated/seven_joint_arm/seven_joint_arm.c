@@ -14,6 +14,12 @@
 #pragma STDC FP_CONTRACT OFF
 #endif
 
+#if defined(__GNUC__)
+#define SEVEN_JOINT_ARM_COLD __attribute__((noinline, cold))
+#else
+#define SEVEN_JOINT_ARM_COLD
+#endif
+
 void seven_joint_arm_prepare(seven_joint_arm_parameters *parameters)
 {
     parameters->h_K_1_shoulder_yaw = parameters->sample_time * parameters->K_1_shoulder_yaw;
@@ -83,6 +89,94 @@ void seven_joint_arm_init(seven_joint_arm_state *state, const seven_joint_arm_pa
     const seven_joint_arm_inputs *inputs)
 {
     seven_joint_arm_start(state, parameters, inputs);
+}
+
+/* A sample is lost: the machine is taken to go on with the velocity that is held, and the states with it. */
+static void seven_joint_arm_miss(seven_joint_arm_state *state, const seven_joint_arm_parameters *parameters,
+    const seven_joint_arm_outputs *outputs)
+{
+    state->z_v_shoulder_yaw = state->z_v_shoulder_yaw - parameters->sample_time * parameters->K_v_v_shoulder_yaw
+        * outputs->v_shoulder_yaw_hat;
+    state->z_v_shoulder_pitch = state->z_v_shoulder_pitch - parameters->sample_time
+        * parameters->K_v_v_shoulder_pitch * outputs->v_shoulder_pitch_hat;
+    state->z_v_arm_roll = state->z_v_arm_roll - parameters->sample_time * parameters->K_v_v_arm_roll
+        * outputs->v_arm_roll_hat;
+    state->z_v_elbow_pitch = state->z_v_elbow_pitch - parameters->sample_time * parameters->K_v_v_elbow_pitch
+        * outputs->v_elbow_pitch_hat;
+    state->z_v_forearm_roll = state->z_v_forearm_roll - parameters->sample_time * parameters->K_v_v_forearm_roll
+        * outputs->v_forearm_roll_hat;
+    state->z_v_wrist_pitch = state->z_v_wrist_pitch - parameters->sample_time * parameters->K_v_v_wrist_pitch
+        * outputs->v_wrist_pitch_hat;
+    state->z_v_hand_roll = state->z_v_hand_roll - parameters->sample_time * parameters->K_v_v_hand_roll
+        * outputs->v_hand_roll_hat;
+    state->z_shoulder_yaw = state->z_shoulder_yaw - parameters->h_K_1_shoulder_yaw * outputs->v_shoulder_yaw_hat;
+    state->z_shoulder_pitch = state->z_shoulder_pitch - parameters->h_K_1_shoulder_pitch
+        * outputs->v_shoulder_pitch_hat;
+    state->z_arm_roll = state->z_arm_roll - parameters->h_K_1_arm_roll * outputs->v_arm_roll_hat;
+    state->z_elbow_pitch = state->z_elbow_pitch - parameters->h_K_1_elbow_pitch * outputs->v_elbow_pitch_hat;
+    state->z_forearm_roll = state->z_forearm_roll - parameters->h_K_1_forearm_roll * outputs->v_forearm_roll_hat;
+    state->z_wrist_pitch = state->z_wrist_pitch - parameters->h_K_1_wrist_pitch * outputs->v_wrist_pitch_hat;
+    state->z_hand_roll = state->z_hand_roll - parameters->h_K_1_hand_roll * outputs->v_hand_roll_hat;
+
+    /* after 8 in a row, wait for a good sample that sets the states anew */
+    if (state->waiting < 0.5) {
+        state->waiting = ((outputs->fault != 0) ? state->waiting : 0.0) + 0.0625;
+    }
+}
+
+/* Set the state from a good sample after many that were lost, so that the estimates go on from those that are held. */
+static void seven_joint_arm_resume(seven_joint_arm_state *state, const seven_joint_arm_parameters *parameters,
+    const seven_joint_arm_inputs *inputs, const seven_joint_arm_outputs *outputs)
+{
+    const double resumed_1 = inputs->shoulder_yaw + parameters->sample_time * outputs->v_shoulder_yaw_hat;
+    const double resumed_2 = inputs->shoulder_pitch + parameters->sample_time * outputs->v_shoulder_pitch_hat;
+    const double resumed_3 = inputs->arm_roll + parameters->sample_time * outputs->v_arm_roll_hat;
+    const double resumed_4 = inputs->elbow_pitch + parameters->sample_time * outputs->v_elbow_pitch_hat;
+    const double resumed_5 = inputs->forearm_roll + parameters->sample_time * outputs->v_forearm_roll_hat;
+    const double resumed_6 = inputs->wrist_pitch + parameters->sample_time * outputs->v_wrist_pitch_hat;
+    const double resumed_7 = inputs->hand_roll + parameters->sample_time * outputs->v_hand_roll_hat;
+    state->z_v_shoulder_yaw = outputs->v_shoulder_yaw_hat - parameters->K_v_v_shoulder_yaw * resumed_1;
+    state->z_v_shoulder_pitch = outputs->v_shoulder_pitch_hat - parameters->K_v_v_shoulder_pitch * resumed_2;
+    state->z_v_arm_roll = outputs->v_arm_roll_hat - parameters->K_v_v_arm_roll * resumed_3;
+    state->z_v_elbow_pitch = outputs->v_elbow_pitch_hat - parameters->K_v_v_elbow_pitch * resumed_4;
+    state->z_v_forearm_roll = outputs->v_forearm_roll_hat - parameters->K_v_v_forearm_roll * resumed_5;
+    state->z_v_wrist_pitch = outputs->v_wrist_pitch_hat - parameters->K_v_v_wrist_pitch * resumed_6;
+    state->z_v_hand_roll = outputs->v_hand_roll_hat - parameters->K_v_v_hand_roll * resumed_7;
+    state->z_shoulder_yaw = outputs->tracked_shoulder_yaw - parameters->K_1_shoulder_yaw * resumed_1
+        - parameters->K_2_shoulder_yaw * outputs->v_shoulder_yaw_hat;
+    state->z_shoulder_pitch = outputs->tracked_shoulder_pitch - parameters->K_1_shoulder_pitch * resumed_2
+        - parameters->K_2_shoulder_pitch * outputs->v_shoulder_pitch_hat;
+    state->z_arm_roll = outputs->tracked_arm_roll - parameters->K_1_arm_roll * resumed_3
+        - parameters->K_2_arm_roll * outputs->v_arm_roll_hat;
+    state->z_elbow_pitch = outputs->tracked_elbow_pitch - parameters->K_1_elbow_pitch * resumed_4
+        - parameters->K_2_elbow_pitch * outputs->v_elbow_pitch_hat;
+    state->z_forearm_roll = outputs->tracked_forearm_roll - parameters->K_1_forearm_roll * resumed_5
+        - parameters->K_2_forearm_roll * outputs->v_forearm_roll_hat;
+    state->z_wrist_pitch = outputs->tracked_wrist_pitch - parameters->K_1_wrist_pitch * resumed_6
+        - parameters->K_2_wrist_pitch * outputs->v_wrist_pitch_hat;
+    state->z_hand_roll = outputs->tracked_hand_roll - parameters->K_1_hand_roll * resumed_7
+        - parameters->K_2_hand_roll * outputs->v_hand_roll_hat;
+    state->waiting = 0.0;
+}
+
+/* What becomes of the state where a sample is not used. */
+static SEVEN_JOINT_ARM_COLD void seven_joint_arm_set_anew(seven_joint_arm_state *state,
+    const seven_joint_arm_parameters *parameters, const seven_joint_arm_inputs *inputs, seven_joint_arm_outputs *outputs)
+{
+    const double given = inputs->shoulder_yaw + inputs->shoulder_pitch + inputs->arm_roll + inputs->elbow_pitch
+        + inputs->forearm_roll + inputs->wrist_pitch + inputs->hand_roll + inputs->w_shoulder_yaw
+        + inputs->w_shoulder_pitch + inputs->w_arm_roll + inputs->w_elbow_pitch + inputs->w_forearm_roll
+        + inputs->w_wrist_pitch + inputs->w_hand_roll;
+    if (!(fabs(given) <= 1e+150)) {
+        if (state->waiting < 0.75) {
+            seven_joint_arm_miss(state, parameters, outputs);
+        }
+    } else if ((state->waiting < 0.5) || (state->waiting > 0.75)) {
+        seven_joint_arm_start(state, parameters, inputs); /* the state cannot be used, or waits for its first sample */
+    } else {
+        seven_joint_arm_resume(state, parameters, inputs, outputs);
+    }
+    outputs->fault = 1;
 }
 
 void seven_joint_arm_step(seven_joint_arm_state *state, const seven_joint_arm_parameters *parameters,
@@ -673,15 +767,6 @@ void seven_joint_arm_step(seven_joint_arm_state *state, const seven_joint_arm_pa
         state->z_hand_roll = z_hand_roll_next;
         outputs->fault = 0;
     } else {
-        outputs->fault = 1;
-
-        /* where the sample is good, it is the state that cannot be used or waits: start anew */
-        const double given = inputs->shoulder_yaw + inputs->shoulder_pitch + inputs->arm_roll
-            + inputs->elbow_pitch + inputs->forearm_roll + inputs->wrist_pitch + inputs->hand_roll
-            + inputs->w_shoulder_yaw + inputs->w_shoulder_pitch + inputs->w_arm_roll + inputs->w_elbow_pitch
-            + inputs->w_forearm_roll + inputs->w_wrist_pitch + inputs->w_hand_roll;
-        if (fabs(given) <= 1e+150) {
-            seven_joint_arm_start(state, parameters, inputs);
-        }
+        seven_joint_arm_set_anew(state, parameters, inputs, outputs);
     }
 }

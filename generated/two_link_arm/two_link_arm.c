@@ -14,6 +14,12 @@
 #pragma STDC FP_CONTRACT OFF
 #endif
 
+#if defined(__GNUC__)
+#define TWO_LINK_ARM_COLD __attribute__((noinline, cold))
+#else
+#define TWO_LINK_ARM_COLD
+#endif
+
 static inline double two_link_arm_sign(double u)
 {
     return (u > 0.0) ? 1.0 : ((u < 0.0) ? -1.0 : 0.0);
@@ -62,6 +68,55 @@ void two_link_arm_init(two_link_arm_state *state, const two_link_arm_parameters 
     const two_link_arm_inputs *inputs)
 {
     two_link_arm_start(state, parameters, inputs);
+}
+
+/* A sample is lost: the machine is taken to go on with the velocity that is held, and the states with it. */
+static void two_link_arm_miss(two_link_arm_state *state, const two_link_arm_parameters *parameters,
+    const two_link_arm_outputs *outputs)
+{
+    state->z_omega1 = state->z_omega1 - parameters->sample_time * parameters->K_v_omega1_omega1
+        * outputs->omega1_hat - parameters->sample_time * parameters->K_v_omega1_omega2 * outputs->omega2_hat;
+    state->z_omega2 = state->z_omega2 - parameters->sample_time * parameters->K_v_omega2_omega1
+        * outputs->omega1_hat - parameters->sample_time * parameters->K_v_omega2_omega2 * outputs->omega2_hat;
+
+    /* after 8 in a row, wait for a good sample that sets the states anew */
+    if (state->waiting < 0.5) {
+        state->waiting = ((outputs->fault != 0) ? state->waiting : 0.0) + 0.0625;
+    }
+}
+
+/* Set the state from a good sample after many that were lost, so that the estimates go on from those that are held. */
+static void two_link_arm_resume(two_link_arm_state *state, const two_link_arm_parameters *parameters,
+    const two_link_arm_inputs *inputs, const two_link_arm_outputs *outputs)
+{
+    const double resumed_1 = inputs->theta1 + parameters->sample_time * outputs->omega1_hat;
+    const double resumed_2 = inputs->theta2 + parameters->sample_time * outputs->omega2_hat;
+    const double resumed_3 = fabs(outputs->omega1_hat);
+    state->z_omega1 = outputs->omega1_hat - parameters->K_v_omega1_omega1 * resumed_1
+        - parameters->K_v_omega1_omega2 * resumed_2;
+    state->z_omega2 = outputs->omega2_hat - parameters->K_v_omega2_omega1 * resumed_1
+        - parameters->K_v_omega2_omega2 * resumed_2;
+    state->z_shoulder = outputs->a_hat_shoulder + parameters->K_F_shoulder_shoulder * resumed_3;
+    state->z_elbow = outputs->a_hat_elbow + parameters->K_F_elbow_elbow * fabs(outputs->omega2_hat)
+        + parameters->K_F_elbow_shoulder * resumed_3;
+    state->waiting = 0.0;
+}
+
+/* What becomes of the state where a sample is not used. */
+static TWO_LINK_ARM_COLD void two_link_arm_set_anew(two_link_arm_state *state,
+    const two_link_arm_parameters *parameters, const two_link_arm_inputs *inputs, two_link_arm_outputs *outputs)
+{
+    const double given = inputs->theta1 + inputs->theta2 + inputs->w1 + inputs->w2;
+    if (!(fabs(given) <= 1e+150)) {
+        if (state->waiting < 0.75) {
+            two_link_arm_miss(state, parameters, outputs);
+        }
+    } else if ((state->waiting < 0.5) || (state->waiting > 0.75)) {
+        two_link_arm_start(state, parameters, inputs); /* the state cannot be used, or waits for its first sample */
+    } else {
+        two_link_arm_resume(state, parameters, inputs, outputs);
+    }
+    outputs->fault = 1;
 }
 
 void two_link_arm_step(two_link_arm_state *state, const two_link_arm_parameters *parameters,
@@ -132,12 +187,6 @@ void two_link_arm_step(two_link_arm_state *state, const two_link_arm_parameters 
         state->z_elbow = z_elbow_next;
         outputs->fault = 0;
     } else {
-        outputs->fault = 1;
-
-        /* where the sample is good, it is the state that cannot be used or waits: start anew */
-        const double given = inputs->theta1 + inputs->theta2 + inputs->w1 + inputs->w2;
-        if (fabs(given) <= 1e+150) {
-            two_link_arm_start(state, parameters, inputs);
-        }
+        two_link_arm_set_anew(state, parameters, inputs, outputs);
     }
 }

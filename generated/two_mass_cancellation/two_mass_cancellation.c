@@ -14,6 +14,12 @@
 #pragma STDC FP_CONTRACT OFF
 #endif
 
+#if defined(__GNUC__)
+#define TWO_MASS_CANCELLATION_COLD __attribute__((noinline, cold))
+#else
+#define TWO_MASS_CANCELLATION_COLD
+#endif
+
 static inline double two_mass_cancellation_sign(double u)
 {
     return (u > 0.0) ? 1.0 : ((u < 0.0) ? -1.0 : 0.0);
@@ -55,6 +61,50 @@ void two_mass_cancellation_init(two_mass_cancellation_state *state, const two_ma
     const two_mass_cancellation_inputs *inputs)
 {
     two_mass_cancellation_start(state, parameters, inputs);
+}
+
+/* A sample is lost: the machine is taken to go on with the velocity that is held, and the states with it. */
+static void two_mass_cancellation_miss(two_mass_cancellation_state *state, const two_mass_cancellation_parameters *parameters,
+    const two_mass_cancellation_outputs *outputs)
+{
+    state->z_v1 = state->z_v1 - parameters->sample_time * parameters->K_v_v1 * outputs->v1_hat;
+    state->z_v2 = state->z_v2 - parameters->sample_time * parameters->K_v_v2 * outputs->v2_hat;
+
+    /* after 8 in a row, wait for a good sample that sets the states anew */
+    if (state->waiting < 0.5) {
+        state->waiting = ((outputs->fault != 0) ? state->waiting : 0.0) + 0.0625;
+    }
+}
+
+/* Set the state from a good sample after many that were lost, so that the estimates go on from those that are held. */
+static void two_mass_cancellation_resume(two_mass_cancellation_state *state, const two_mass_cancellation_parameters *parameters,
+    const two_mass_cancellation_inputs *inputs, const two_mass_cancellation_outputs *outputs)
+{
+    state->z_v1 = outputs->v1_hat - parameters->K_v_v1 * (inputs->x1 + parameters->sample_time
+        * outputs->v1_hat);
+    state->z_v2 = outputs->v2_hat - parameters->K_v_v2 * (inputs->x2 + parameters->sample_time
+        * outputs->v2_hat);
+    state->z_between = outputs->a_hat_between + parameters->K_F_between * fabs(outputs->v1_hat
+        - outputs->v2_hat);
+    state->z_ground = outputs->a_hat_ground + parameters->K_F_ground * fabs(outputs->v2_hat);
+    state->waiting = 0.0;
+}
+
+/* What becomes of the state where a sample is not used. */
+static TWO_MASS_CANCELLATION_COLD void two_mass_cancellation_set_anew(two_mass_cancellation_state *state,
+    const two_mass_cancellation_parameters *parameters, const two_mass_cancellation_inputs *inputs, two_mass_cancellation_outputs *outputs)
+{
+    const double given = inputs->x1 + inputs->x2 + inputs->w;
+    if (!(fabs(given) <= 1e+150)) {
+        if (state->waiting < 0.75) {
+            two_mass_cancellation_miss(state, parameters, outputs);
+        }
+    } else if ((state->waiting < 0.5) || (state->waiting > 0.75)) {
+        two_mass_cancellation_start(state, parameters, inputs); /* the state cannot be used, or waits for its first sample */
+    } else {
+        two_mass_cancellation_resume(state, parameters, inputs, outputs);
+    }
+    outputs->fault = 1;
 }
 
 void two_mass_cancellation_step(two_mass_cancellation_state *state, const two_mass_cancellation_parameters *parameters,
@@ -117,12 +167,6 @@ void two_mass_cancellation_step(two_mass_cancellation_state *state, const two_ma
         state->z_ground = z_ground_next;
         outputs->fault = 0;
     } else {
-        outputs->fault = 1;
-
-        /* where the sample is good, it is the state that cannot be used or waits: start anew */
-        const double given = inputs->x1 + inputs->x2 + inputs->w;
-        if (fabs(given) <= 1e+150) {
-            two_mass_cancellation_start(state, parameters, inputs);
-        }
+        two_mass_cancellation_set_anew(state, parameters, inputs, outputs);
     }
 }

@@ -62,7 +62,7 @@ class State:
     z_f_ground: float = 0.0  # 1: observer state
     z_a_between: float = 0.0  # N: observer state
     z_a_ground: float = 0.0  # N: observer state
-    waiting: float = 0.0  # 1 while no good sample has set the state
+    waiting: float = 0.0  # 1 until a good sample has set the state; below 1/2 in use
 
 
 @dataclass(slots=True)
@@ -122,13 +122,58 @@ def init(parameters: Parameters, inputs: Inputs) -> State:
     return state
 
 
+def _miss(state: State, parameters: Parameters, outputs: Outputs) -> None:
+    """A sample is lost: the machine is taken to go on with the velocity that is held, and the states with it."""
+    state.z_v1 = state.z_v1 - parameters.sample_time * parameters.K_v_v1 * outputs.v1_hat
+    state.z_v2 = state.z_v2 - parameters.sample_time * parameters.K_v_v2 * outputs.v2_hat
+    state.z_f_between = state.z_f_between - parameters.sample_time * parameters.K_f1_between * outputs.v1_hat
+    state.z_f_ground = state.z_f_ground - parameters.sample_time * parameters.K_f1_ground * outputs.v2_hat
+    if state.waiting < 0.5:
+        state.waiting = (state.waiting if outputs.fault else 0.0) + 0.0625
+
+
+def _resume(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs) -> None:
+    """Set the state from a good sample after many that were lost, so that the estimates go on from the held ones."""
+    resumed_1 = inputs.x1 + parameters.sample_time * outputs.v1_hat
+    resumed_2 = inputs.x2 + parameters.sample_time * outputs.v2_hat
+    state.z_v1 = outputs.v1_hat - parameters.K_v_v1 * resumed_1
+    state.z_v2 = outputs.v2_hat - parameters.K_v_v2 * resumed_2
+    state.z_f_between = (
+        outputs.f_hat_between - parameters.K_f1_between * resumed_1 - parameters.K_f2_between * outputs.v1_hat
+    )
+    state.z_f_ground = (
+        outputs.f_hat_ground - parameters.K_f1_ground * resumed_2 - parameters.K_f2_ground * outputs.v2_hat
+    )
+    state.z_a_between = (
+        outputs.a_hat_between - parameters.K_a_between * outputs.f_hat_between * (outputs.v1_hat
+        - outputs.v2_hat)
+    )
+    state.z_a_ground = outputs.a_hat_ground - parameters.K_a_ground * outputs.v2_hat * outputs.f_hat_ground
+    state.waiting = 0.0
+
+
+def _set_anew(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs, good: bool) -> None:
+    """What becomes of the state where a sample is not used."""
+    if not good:
+        if state.waiting < 0.75:
+            _miss(state, parameters, outputs)
+    elif state.waiting < 0.5 or state.waiting > 0.75:
+        fresh = init(parameters, inputs)  # the state cannot be used, or waits for its first sample
+        for name in State.__slots__:
+            setattr(state, name, getattr(fresh, name))
+    else:
+        _resume(state, parameters, inputs, outputs)
+    outputs.fault = 1
+
+
 def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs | None = None) -> Outputs:
     """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample.
 
     The estimates go into ``outputs``, or into new ones.
-    Where an input is NaN or infinite, or a next state would be or lie beyond 1e+150, state and ``outputs`` stay
-    as they are but for ``fault``, which is 1. Where the inputs are good, it is the state that cannot be used or waits:
-    it is set from them, as by ``init``, and the next sample is estimated again.
+    Where an input is NaN or infinite, or a next state would be or lie beyond 1e+150, ``outputs`` stay as they
+    are but for ``fault``, which is 1; the state goes along as if the machine went on with the velocity that is held. Where
+    the inputs are good, it is the state that cannot be used or waits: it is set from them, and the next sample is
+    estimated again. The held estimates are read from ``outputs``: hand in the same at each step.
     """
     if outputs is None:
         outputs = Outputs()
@@ -200,14 +245,9 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
     check = (
         z_v1_next + z_v2_next + z_f_between_next + z_f_ground_next + z_a_between_next + z_a_ground_next
     )
-    if state.waiting or not abs(check) <= LARGEST:
-        outputs.fault = 1
-        # where the sample is good, it is the state that cannot be used or waits: start anew
+    if state.waiting >= 0.5 or not abs(check) <= LARGEST:
         given = inputs.x1 + inputs.x2 + inputs.w
-        if abs(given) <= LARGEST:
-            fresh = init(parameters, inputs)
-            for name in State.__slots__:
-                setattr(state, name, getattr(fresh, name))
+        _set_anew(state, parameters, inputs, outputs, abs(given) <= LARGEST)
         return outputs
     outputs.fault = 0
     outputs.v1_hat = v1_hat

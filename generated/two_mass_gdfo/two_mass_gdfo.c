@@ -14,6 +14,12 @@
 #pragma STDC FP_CONTRACT OFF
 #endif
 
+#if defined(__GNUC__)
+#define TWO_MASS_GDFO_COLD __attribute__((noinline, cold))
+#else
+#define TWO_MASS_GDFO_COLD
+#endif
+
 void two_mass_gdfo_prepare(two_mass_gdfo_parameters *parameters)
 {
     parameters->eta2_plus_eta3 = parameters->eta2 + parameters->eta3;
@@ -56,6 +62,57 @@ void two_mass_gdfo_init(two_mass_gdfo_state *state, const two_mass_gdfo_paramete
     const two_mass_gdfo_inputs *inputs)
 {
     two_mass_gdfo_start(state, parameters, inputs);
+}
+
+/* A sample is lost: the machine is taken to go on with the velocity that is held, and the states with it. */
+static void two_mass_gdfo_miss(two_mass_gdfo_state *state, const two_mass_gdfo_parameters *parameters,
+    const two_mass_gdfo_outputs *outputs)
+{
+    state->z_v1 = state->z_v1 - parameters->sample_time * parameters->K_v_v1 * outputs->v1_hat;
+    state->z_v2 = state->z_v2 - parameters->sample_time * parameters->K_v_v2 * outputs->v2_hat;
+    state->z_f_between = state->z_f_between - parameters->sample_time * parameters->K_f1_between
+        * outputs->v1_hat;
+    state->z_f_ground = state->z_f_ground - parameters->sample_time * parameters->K_f1_ground * outputs->v2_hat;
+
+    /* after 8 in a row, wait for a good sample that sets the states anew */
+    if (state->waiting < 0.5) {
+        state->waiting = ((outputs->fault != 0) ? state->waiting : 0.0) + 0.0625;
+    }
+}
+
+/* Set the state from a good sample after many that were lost, so that the estimates go on from those that are held. */
+static void two_mass_gdfo_resume(two_mass_gdfo_state *state, const two_mass_gdfo_parameters *parameters,
+    const two_mass_gdfo_inputs *inputs, const two_mass_gdfo_outputs *outputs)
+{
+    const double resumed_1 = inputs->x1 + parameters->sample_time * outputs->v1_hat;
+    const double resumed_2 = inputs->x2 + parameters->sample_time * outputs->v2_hat;
+    state->z_v1 = outputs->v1_hat - parameters->K_v_v1 * resumed_1;
+    state->z_v2 = outputs->v2_hat - parameters->K_v_v2 * resumed_2;
+    state->z_f_between = outputs->f_hat_between - parameters->K_f1_between * resumed_1
+        - parameters->K_f2_between * outputs->v1_hat;
+    state->z_f_ground = outputs->f_hat_ground - parameters->K_f1_ground * resumed_2 - parameters->K_f2_ground
+        * outputs->v2_hat;
+    state->z_a_between = outputs->a_hat_between - parameters->K_a_between * outputs->f_hat_between
+        * (outputs->v1_hat - outputs->v2_hat);
+    state->z_a_ground = outputs->a_hat_ground - parameters->K_a_ground * outputs->v2_hat * outputs->f_hat_ground;
+    state->waiting = 0.0;
+}
+
+/* What becomes of the state where a sample is not used. */
+static TWO_MASS_GDFO_COLD void two_mass_gdfo_set_anew(two_mass_gdfo_state *state,
+    const two_mass_gdfo_parameters *parameters, const two_mass_gdfo_inputs *inputs, two_mass_gdfo_outputs *outputs)
+{
+    const double given = inputs->x1 + inputs->x2 + inputs->w;
+    if (!(fabs(given) <= 1e+150)) {
+        if (state->waiting < 0.75) {
+            two_mass_gdfo_miss(state, parameters, outputs);
+        }
+    } else if ((state->waiting < 0.5) || (state->waiting > 0.75)) {
+        two_mass_gdfo_start(state, parameters, inputs); /* the state cannot be used, or waits for its first sample */
+    } else {
+        two_mass_gdfo_resume(state, parameters, inputs, outputs);
+    }
+    outputs->fault = 1;
 }
 
 void two_mass_gdfo_step(two_mass_gdfo_state *state, const two_mass_gdfo_parameters *parameters,
@@ -134,12 +191,6 @@ void two_mass_gdfo_step(two_mass_gdfo_state *state, const two_mass_gdfo_paramete
         state->z_a_ground = z_a_ground_next;
         outputs->fault = 0;
     } else {
-        outputs->fault = 1;
-
-        /* where the sample is good, it is the state that cannot be used or waits: start anew */
-        const double given = inputs->x1 + inputs->x2 + inputs->w;
-        if (fabs(given) <= 1e+150) {
-            two_mass_gdfo_start(state, parameters, inputs);
-        }
+        two_mass_gdfo_set_anew(state, parameters, inputs, outputs);
     }
 }
