@@ -241,7 +241,7 @@ def _with_solution(files: Mapping[str, str], name: str, proof: str) -> dict[str,
     """The files as another run of the solver would give them: from ``proof`` only what a solver chooses."""
     ours, theirs = json.loads(files[name]), json.loads(proof)
     rate, other = (f"alpha = {float(Fraction(c['decay_rate'])):.6g} 1/s" for c in (ours, theirs))
-    solved = {key: theirs[key] for key in ("splits", "lyapunov_matrix", "decay_rate", "reversals", "along")}
+    solved = {key: theirs[key] for key in ("splits", "lyapunov_matrix", "slow", "decay_rate", "reversals", "along")}
     content = ours | solved | {"claim": ours["claim"].replace(rate, other)}
     result = {**files, name: json_text(content)}
     result["README.md"] = files["README.md"].replace(rate, other)

@@ -22,8 +22,11 @@ def smt_text(content: Mapping[str, Any]) -> str:
     """The file for a certificate or refutation that the checker has accepted.
 
     Raises:
-        BadInput: for a dwell that is too long to be raised to in exact numbers.
+        BadInput: for a dwell that is too long to be raised to in exact numbers, or a P that follows a slow variable.
     """
+    if content["slow"]:
+        found = f"a P that follows {content['slow'][0]['variable']}"
+        raise BadInput("certificate", found, "one P; only the checker verifies the other kind")
     for entry in content["reversals"]:
         if entry["dwell_samples"] > LONGEST_DWELL:
             found = f"{entry['dwell_samples']} dwell samples at {entry['contact']}"

@@ -14,27 +14,22 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from codegen.checker import verify
 from codegen.errors import BadInput
 from codegen.observers.equations import Observer
 from codegen.spec.model import Spec
 from codegen.stability.analysis import Analysis
-from codegen.stability.content import frame, proved
-from codegen.stability.enclosure import Cells, enclose_family
+from codegen.stability.content import Found, frame, proved
+from codegen.stability.enclosure import Cells
 from codegen.stability.exact import unstable_point
 from codegen.stability.family import Family, NotEnclosable, build_family
-from codegen.stability.lyapunov import common_lyapunov
 from codegen.stability.refute import rational_points, refute
+from codegen.stability.search import proposals_for
 from codegen.stability.structure import by_structure
 from codegen.stability.turning import none_through_turns, through_turns, turns
 from codegen.text import render
 
 PROOFS = ("certificate.json", "limit.json", "refusal.json", "turning.json")
-FINER = (0, 2, 4)
-MOST_MATRICES = 150
 
 
 @dataclass(frozen=True)
@@ -171,7 +166,6 @@ def certify(
         )
     if beyond := beyond_checker(analysis.dynamics.observer):
         return _undecided(analysis, beyond, narrower=False)
-    h = Fraction(str(analysis.dynamics.observer.sample_time))
     base: dict[str, Any] | None = None
     try:
         family = build_family(analysis.dynamics, points.ranges)
@@ -184,27 +178,38 @@ def certify(
     if not analysis.stable or base is None:
         return _unstable(analysis, limit)
     try:
-        cells, proposal = _propose(family, 0.0 if analysis.dynamics.implicit else float(h))
+        cells, proposals = proposals_for(analysis, family, spectral_rate(analysis))
     except NotEnclosable as error:
         return _no_words(analysis, error)
     except verify.Refused as error:
         return _undecided(analysis, str(error))
-    if proposal is None:
-        return _undecided(analysis, "no quadratic Lyapunov function common to the whole envelope was found")
-    try:
-        content, report = proved(base, analysis, family, cells, *proposal)
-    except verify.Refused as error:
-        return _undecided(analysis, f"the matrix that was found does not stand up to exact arithmetic ({error})")
-    found = Certificate(content, float(Fraction(content["decay_rate"])), spectral_rate(analysis), report.facts, limit)
+    why = "no quadratic Lyapunov function common to the whole envelope was found"
+    for proposal in proposals:
+        try:
+            content, report = proved(base, analysis, family, proposal)
+        except verify.Refused as error:
+            why = f"the matrix that was found does not stand up to exact arithmetic ({error})"
+            continue
+        found = Certificate(content, float(Fraction(content["decay_rate"])), spectral_rate(analysis), report.facts)
+        found = replace(found, limit=limit)
+        return _with_turning(found, base, analysis, family, cells) if turning else found
+    return _undecided(analysis, why)
+
+
+def _with_turning(
+    found: Certificate, base: Mapping[str, Any], analysis: Analysis, family: Family, cells: Cells
+) -> Certificate:
+    """The certificate with what is known of one V for all signs of the slips."""
     observer = analysis.dynamics.observer
-    if not turning or not turns(observer):
+    if not turns(observer):
         return found
     if any(none_through_turns(observer, exact) for _, exact in islice(rational_points(analysis, family), 1)):
         return replace(found, no_turning=True)
     serving = through_turns(observer, cells)
     if serving is not None:
+        proposal = Found(serving[1], cells.splits, [serving[0]])
         with suppress(verify.Refused):
-            found = replace(found, turning=proved(base, analysis, family, cells, *serving, turning=True)[0])
+            return replace(found, turning=proved(base, analysis, family, proposal, turning=True)[0])
     return found
 
 
@@ -227,21 +232,6 @@ def spectral_rate(analysis: Analysis) -> float:
     if analysis.dynamics.implicit:
         return analysis.implicit_rate
     return (1 - radius**2) / (2 * h)
-
-
-def _propose(family: Family, h: float) -> tuple[Cells, tuple[NDArray[np.float64], float] | None]:
-    """A common Lyapunov matrix, with the envelope cut finer as long as none is found."""
-    cells = enclose_family(family)
-    proposal = common_lyapunov(cells.matrices, h)
-    for finer in FINER[1:]:
-        if proposal is not None or not family.variables:
-            break
-        finer_cells = enclose_family(family, finer)
-        if len(finer_cells.matrices) > MOST_MATRICES:
-            break
-        cells = finer_cells
-        proposal = common_lyapunov(cells.matrices, h)
-    return cells, proposal
 
 
 def _no_words(analysis: Analysis, error: Exception) -> Refusal:

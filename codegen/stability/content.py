@@ -6,6 +6,7 @@ import json
 import math
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,9 +16,9 @@ from numpy.typing import NDArray
 from codegen.checker import verify
 from codegen.spec.model import Spec
 from codegen.stability.analysis import Analysis
-from codegen.stability.enclosure import Cells
 from codegen.stability.family import Family
 from codegen.stability.prefix import rational_text, to_prefix
+from codegen.stability.slow import SlowP, shares
 from codegen.text import render
 from codegen.version import VERSION
 
@@ -49,6 +50,7 @@ def frame(spec: Spec, analysis: Analysis, family: Family, files: Mapping[str, st
         "parameters": [{"name": s.name, "expression": to_prefix(e)} for s, e in family.parameters.items()],
         "matrix": [[to_prefix(e) for e in family.matrix.row(i)] for i in range(family.matrix.rows)],
         "lyapunov_matrix": [],
+        "slow": [],
         "decay_rate": "0",
         "reversals": [],
         "along": [],
@@ -60,14 +62,25 @@ def _meaning(error: Any, level_errors: bool) -> str:
     return f"sign of slip times ({error.meaning})" if level_errors and error.contact is not None else str(error.meaning)
 
 
+@dataclass(frozen=True)
+class Found:
+    """A proposal of the solver: one P for all cells, or one that follows a slow position.
+
+    Attributes:
+        alpha: 1/s.
+        splits: variable → breakpoints, exact.
+        matrices: P, or P at the nodes of ``slow``, m by m each.
+        slow: where these are, and θ and its velocity; None for one P.
+    """
+
+    alpha: float
+    splits: Mapping[sympy.Symbol, list[Any]]
+    matrices: list[NDArray[np.float64]]
+    slow: SlowP | None = None
+
+
 def proved(
-    base: Mapping[str, Any],
-    analysis: Analysis,
-    family: Family,
-    cells: Cells,
-    matrix: NDArray[np.float64],
-    alpha: float,
-    turning: bool = False,
+    base: Mapping[str, Any], analysis: Analysis, family: Family, found: Found, turning: bool = False
 ) -> tuple[dict[str, Any], verify.Report]:
     """The certificate with the fewest digits that the checker accepts.
 
@@ -75,52 +88,57 @@ def proved(
         codegen.checker.verify.Refused: if it accepts none.
     """
     for digits in DIGITS[:-1]:
-        content = _content(base, analysis, family, cells, matrix, alpha, digits, turning)
+        content = _content(base, analysis, family, found, digits, turning)
         with suppress(verify.Refused):
             return content, verify.check(json.dumps(content))
-    content = _content(base, analysis, family, cells, matrix, alpha, DIGITS[-1], turning)
+    content = _content(base, analysis, family, found, DIGITS[-1], turning)
     return content, verify.check(json.dumps(content))
 
 
 def _content(
-    base: Mapping[str, Any],
-    analysis: Analysis,
-    family: Family,
-    cells: Cells,
-    matrix: NDArray[np.float64],
-    alpha: float,
-    digits: int,
-    turning: bool,
+    base: Mapping[str, Any], analysis: Analysis, family: Family, found: Found, digits: int, turning: bool
 ) -> dict[str, Any]:
-    observer = analysis.dynamics.observer
+    observer, slow = analysis.dynamics.observer, found.slow
     h = observer.sample_time
-    exact = rounded_matrix(matrix, digits, np.sqrt(np.diag(matrix)))
-    rate = rounded(alpha * (1 - 10.0 ** (1 - digits)), 4)
+    size = np.max([np.sqrt(np.diag(matrix)) for matrix in found.matrices], axis=0)
+    exact = [rounded_matrix(matrix, digits, size) for matrix in found.matrices]
+    rate = rounded(found.alpha * (1 - 10.0 ** (1 - digits)), 4)
     fall = 1 / (1 + float(rate * h)) ** 2 if analysis.dynamics.implicit else 1 - 2 * float(rate * h)
     reversals = [_reversal(exact, analysis, contact, fall) for contact in range(len(observer.signs))]
     words = {"observer": observer, "reversals": [r for r in reversals if r], "rate": float(rate), "period": float(h)}
-    words["turning"] = turning
+    words |= {"turning": turning, "slow": slow}
     words |= {"variables": {v.name: (float(lo), float(hi)) for v, (lo, hi) in family.variables.items()}}
     return {
         **base,
         "claim": " ".join(render("text/claim.j2", **words).split()),
-        "splits": {v.name: [rational_text(b) for b in breaks] for v, breaks in cells.splits.items()},
-        "lyapunov_matrix": texts(exact),
+        "splits": {v.name: [rational_text(b) for b in breaks] for v, breaks in found.splits.items()},
+        "lyapunov_matrix": texts(exact[0]) if slow is None else [],
+        "slow": [] if slow is None else [_followed(slow, exact)],
         "decay_rate": rational_text(rate),
         "reversals": [r for r in reversals if r],
         "assumptions": [line.strip() for line in render("text/assumptions.j2", **words).splitlines() if line.strip()],
     }
 
 
-def _reversal(matrix: list[list[Any]], analysis: Analysis, contact: int, fall: float) -> dict[str, Any] | None:
-    """How much V can grow when a contact's slip turns, and how many samples bring it down again."""
+def _followed(slow: SlowP, exact: list[list[list[Any]]]) -> dict[str, Any]:
+    """P at every breakpoint, from the exact P at the nodes."""
+    nodes = [sympy.Matrix(rows) for rows in exact]
+    matrices = []
+    for at in slow.breaks:
+        parts = [sympy.Rational(s.numerator, s.denominator) * nodes[k] for k, s in shares(slow.nodes, at).items()]
+        matrices.append(texts(sum(parts[1:], parts[0]).tolist()))
+    return {"variable": slow.variable.name, "velocity": slow.velocity.name, "matrices": matrices}
+
+
+def _reversal(matrices: list[list[list[Any]]], analysis: Analysis, contact: int, fall: float) -> dict[str, Any] | None:
+    """How much V can grow when a contact's slip turns, at any of the P, and how many samples bring it down again."""
     observer = analysis.dynamics.observer
     flips = [k for k, e in enumerate(observer.errors) if e.contact == contact]
     if not observer.level_errors or not flips:
         return None
-    p = np.array(matrix, dtype=float)
-    turn = np.diag([-1.0 if k in flips else 1.0 for k in range(len(p))])
-    growth = max(1.0, float(np.linalg.eigvals(np.linalg.solve(p, turn @ p @ turn)).real.max()))
+    turn = np.diag([-1.0 if k in flips else 1.0 for k in range(len(observer.errors))])
+    each = [np.array(matrix, dtype=float) for matrix in matrices]
+    growth = max(1.0, *[float(np.linalg.eigvals(np.linalg.solve(p, turn @ p @ turn)).real.max()) for p in each])
     bound = rounded(growth * (1 + 1e-6) + 1e-6, 7) if growth > 1 + 1e-12 else sympy.Integer(1)
     dwell = math.ceil(math.log(float(bound)) / -math.log(fall) * (1 + 1e-9)) + int(bool(bound > 1))
     return {

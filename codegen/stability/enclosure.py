@@ -40,6 +40,43 @@ class Cells:
     matrices: list[NDArray[np.float64]]
 
 
+class Enclosure:
+    """The parameters of a family over boxes of its variables, and A at the corners of what they can be there.
+
+    Raises:
+        NotEnclosable: with more than eight parameters.
+    """
+
+    def __init__(self, family: Family) -> None:
+        if len(family.parameters) > MOST_PARAMETERS:
+            count = len(family.parameters)
+            raise NotEnclosable(f"{count} interval parameters; this version takes {MOST_PARAMETERS}")
+        known = [v.name for v in family.variables]
+        self.nodes = [verify.parse(to_prefix(e), known, s.name) for s, e in family.parameters.items()]
+        theta = casadi.SX.sym("theta", max(1, len(self.nodes)))
+        names = {s: theta[k] for k, s in enumerate(family.parameters)}
+        self._function = casadi.Function("matrix", [theta], [casadi.densify(to_casadi(family.matrix, names))])
+
+    def ranges(self, cell: Mapping[sympy.Symbol, Interval]) -> tuple[Interval, ...]:
+        """What the parameters can be in a cell of the variables, by the checker's arithmetic."""
+        box = {v.name: interval for v, interval in cell.items()}
+        return tuple(_enclose(node, box) for node in self.nodes)
+
+    def vertices(self, boxes: set[tuple[Interval, ...]]) -> list[NDArray[np.float64]]:
+        """A at the corners of boxes of the parameters, each once."""
+        if not self.nodes:
+            return [np.asarray(self._function(0.0).full())]
+        corners = sorted(
+            {corner for box in _outer(boxes) for corner in product(*[sorted({float(lo), float(hi)}) for lo, hi in box])}
+        )
+        return [np.asarray(self._function(np.array(corner)).full()) for corner in corners]
+
+
+def exact_ranges(family: Family) -> dict[sympy.Symbol, Interval]:
+    """The ranges of the variables."""
+    return {v: (Fraction(rational_text(lo)), Fraction(rational_text(hi))) for v, (lo, hi) in family.variables.items()}
+
+
 def enclose_family(family: Family, finer: int = 0) -> Cells:
     """Split the envelope until the enclosures are within 3 % of the sampled ranges, or fourteen times.
 
@@ -50,16 +87,13 @@ def enclose_family(family: Family, finer: int = 0) -> Cells:
         NotEnclosable: with more than eight parameters.
         codegen.checker.verify.Refused: where the arithmetic cannot enclose an expression.
     """
+    enclosure = Enclosure(family)
     parameters = list(family.parameters)
-    if len(parameters) > MOST_PARAMETERS:
-        raise NotEnclosable(f"{len(parameters)} interval parameters; this version takes {MOST_PARAMETERS}")
-    known = [v.name for v in family.variables]
-    nodes = [verify.parse(to_prefix(family.parameters[s]), known, s.name) for s in parameters]
-    breaks = {v: [Fraction(rational_text(lo)), Fraction(rational_text(hi))] for v, (lo, hi) in family.variables.items()}
+    breaks = {v: list(ends) for v, ends in exact_ranges(family).items()}
     used = [[v for v in family.variables if family.parameters[s].has(v)] for s in parameters]
     sampled = _sampled_ranges(family, parameters)
     for _ in range(ROUNDS):
-        loose = _loose_intervals(nodes, used, breaks, sampled)
+        loose = _loose_intervals(enclosure.nodes, used, breaks, sampled)
         grown = {v: sorted({*b, *(m for (w, m) in loose if w == v)}) for v, b in breaks.items()}
         if not loose or np.prod([len(b) - 1 for b in grown.values()]) > MOST_CELLS:
             break
@@ -71,16 +105,12 @@ def enclose_family(family: Family, finer: int = 0) -> Cells:
         if np.prod([len(b) - 1 for b in halved.values()]) > MOST_CELLS:
             break
         breaks = halved
-    boxes: set[tuple[Interval, ...]] = set()
-    for cell in _cells(breaks):
-        box = {v.name: interval for v, interval in cell.items()}
-        boxes.add(tuple(_enclose(node, box) for node in nodes))
     splits = {
         v: [sympy.Rational(b.numerator, b.denominator) for b in points]
         for v, points in breaks.items()
         if len(points) > 2
     }
-    return Cells(splits, _vertex_matrices(family, parameters, boxes))
+    return Cells(splits, enclosure.vertices({enclosure.ranges(cell) for cell in _cells(breaks)}))
 
 
 def _enclose(node: Any, box: Mapping[str, Interval]) -> Interval:
@@ -142,21 +172,6 @@ def _samples(low: float, high: float) -> NDArray[np.float64]:
     near = np.geomspace(1e-4, 1.0, 60)
     around = np.concatenate([low * near, high * near]) if low < 0 < high else low + (high - low) * near
     return np.unique(np.concatenate([np.linspace(low, high, 65), around]))
-
-
-def _vertex_matrices(
-    family: Family, parameters: list[sympy.Symbol], boxes: set[tuple[Interval, ...]]
-) -> list[NDArray[np.float64]]:
-    theta = casadi.SX.sym("theta", max(1, len(parameters)))
-    names = {s: theta[k] for k, s in enumerate(parameters)}
-    m = family.matrix.rows
-    function = casadi.Function("matrix", [theta], [casadi.densify(to_casadi(family.matrix, names))])
-    if not parameters:
-        return [np.asarray(function(0.0).full()).reshape(m, m)]
-    corners = sorted(
-        {corner for box in _outer(boxes) for corner in product(*[sorted({float(lo), float(hi)}) for lo, hi in box])}
-    )
-    return [np.asarray(function(np.array(corner)).full()).reshape(m, m) for corner in corners]
 
 
 def _outer(boxes: set[tuple[Interval, ...]]) -> list[tuple[Interval, ...]]:

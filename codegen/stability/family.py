@@ -104,21 +104,44 @@ def build_family(dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[An
         return total
 
     rewritten = matrix.applyfunc(rewrite)
-    signs = {s: s for s in observer.signs if rewritten.has(s)}
+    signs = _sign_products(rewritten, observer.signs)
     for w, e in varying.items():
         if rewritten.has(w):
             parameters[w] = e
-    rename = {s: symbol(f"sign_{s.name}") for s in signs}
-    parameters |= {rename[s]: s for s in signs}
-    rewritten = Matrix(rewritten.subs(rename))
+    rename = {product: symbol("_".join(["sign", *(s.name for s in parts)])) for product, parts in signs.items()}
+    parameters |= {name: product for product, name in rename.items()}
+    rewritten = Matrix(rewritten.applyfunc(lambda e: _with_products(e, rename) if e.has(*observer.signs) else e))
     bounds_of_pi = {PI: (PI_LOW, PI_LOW + sympy.Rational(1, 10**20))}
     used = {v for e in parameters.values() for v in e.free_symbols}
-    bounds = {s: (sympy.Integer(-1), sympy.Integer(1)) for s in (*extra.values(), *signs)} | bounds_of_pi
+    bounds = {s: (sympy.Integer(-1), sympy.Integer(1)) for s in (*extra.values(), *observer.signs)} | bounds_of_pi
     bounds |= {v: ranges[v] for v in used if v in ranges and v not in bounds}
     ordered = dict(sorted(bounds.items(), key=lambda item: str(item[0].name)))
     return Family(
         {v: b for v, b in ordered.items() if v in used}, parameters, rewritten, {s: e for e, s in extra.items()}
     )
+
+
+def _sign_products(matrix: Matrix, signs: tuple[sympy.Symbol, ...]) -> dict[Any, tuple[sympy.Symbol, ...]]:
+    """What is to be one parameter each → the signs in it: their products as they stand in A, or single signs.
+
+    Products, where these are fewer: two signs that only ever stand together are one sign.
+    """
+    terms = [t for e in matrix for t in sympy.Add.make_args(expand_products(e))]
+    together = {tuple(s for s in signs if s in sympy.Mul.make_args(t)) for t in terms} - {()}
+    single = {(s,) for s in signs if matrix.has(s)}
+    chosen = together if len(together) < len(single) else single
+    return {sympy.Mul(*parts): parts for parts in sorted(chosen, key=lambda parts: [s.name for s in parts])}
+
+
+def _with_products(entry: Any, rename: Mapping[Any, sympy.Symbol]) -> Any:
+    """The entry with each product of signs, or each sign, by its name."""
+    total = sympy.Integer(0)
+    for term in sympy.Add.make_args(expand_products(entry)):
+        for product, name in rename.items():
+            if set(sympy.Mul.make_args(product)) <= set(sympy.Mul.make_args(term)):
+                term = term / product * name
+        total += term
+    return total
 
 
 def _inverse_mass(

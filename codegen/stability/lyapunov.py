@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from scipy.linalg import matrix_balance, solve_continuous_lyapunov, solve_discrete_lyapunov
 from scipy.spatial import ConvexHull
 
+from codegen.stability.lmi import fall, feasible
+
 Array = NDArray[np.float64]
 BISECTIONS = 9
 LARGEST_HULL = 4
@@ -40,7 +42,7 @@ def common_lyapunov(
     limit = decay_rate_limit(matrices, h)
     if limit <= 0:
         return None
-    _, (scale, _) = matrix_balance(np.mean(np.abs(matrices), axis=0), permute=False, separate=True)
+    scale = balance(matrices)
     scaled = [a * scale[None, :] / scale[:, None] for a in extreme(matrices)]
     if len(scaled) == 1 and structure is None:
         found = _single(scaled[0], h, limit)
@@ -51,6 +53,12 @@ def common_lyapunov(
     p, alpha = found
     p = p / scale[None, :] / scale[:, None]
     return (p + p.T) / 2, alpha
+
+
+def balance(matrices: Sequence[Array]) -> Array:
+    """Scales of the error's components, in which the entries of the A are alike: A_ij scale_j / scale_i."""
+    _, (scale, _) = matrix_balance(np.mean(np.abs(matrices), axis=0), permute=False, separate=True)
+    return np.asarray(scale)
 
 
 def extreme(matrices: Sequence[Array]) -> list[Array]:
@@ -107,27 +115,11 @@ def _several(
 
 
 def _feasible(matrices: Sequence[Array], h: float, alpha: float, structure: NDArray[np.bool_] | None) -> Array | None:
-    import cvxpy  # a second to import, and most specs have one matrix and do not need it
-
-    m = len(matrices[0])
-    p = cvxpy.Variable((m, m), symmetric=True)
-    slack = cvxpy.Variable()
-    constraints = [p >> np.eye(m), p << 1e6 * np.eye(m), slack <= 1.0]
-    if structure is not None and not structure.all():
-        constraints.append(p[np.nonzero(~structure)] == 0)
     rate = max(1.0, float(np.abs(matrices).max()))
-    for a in matrices:
-        fall = -(a.T @ p + p @ a + h * (a.T @ p @ a) + 2 * alpha * p) / rate
-        constraints.append((fall + fall.T) / 2 >> slack * np.eye(m) * 1e-3)
-    problem = cvxpy.Problem(cvxpy.Maximize(slack), constraints)
-    try:
-        problem.solve(solver=cvxpy.CLARABEL)
-    except cvxpy.SolverError:
+    found = feasible([{0: fall(a, h, alpha) / rate} for a in matrices], 1, len(matrices[0]), structure)
+    if found is None:
         return None
-    if p.value is None or slack.value is None or slack.value <= 0:
-        return None
-    value = (p.value + p.value.T) / 2
-    value = value if structure is None else np.where(structure, value, 0.0)
+    value = found[0]
     worst = min(
         float(np.linalg.eigvalsh(-(a.T @ value + value @ a + h * a.T @ value @ a + 2 * alpha * value))[0])
         for a in matrices

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from .test_verify import Cert, accepted, largest, mutants, number, value
+from .test_verify import Cert, accepted, largest, mutants, nodes, number, successive, value
 
 GENERATED = Path(__file__).parents[2] / "generated"
 PROOFS = sorted(p for p in GENERATED.glob("*/*.json") if p.name in ("certificate.json", "limit.json", "refusal.json"))
@@ -34,12 +34,17 @@ def true(cert: Cert) -> bool:
     steps = [np.linalg.inv(np.eye(len(a)) - h * a) if implicit else np.eye(len(a)) + h * a for a in matrices(cert)]
     if cert["along"]:
         return all(np.abs(np.linalg.eigvals(phi)).max() ** 2 >= fall * (1 - ROUNDING) for phi in steps)
-    p = np.array([[number(x) for x in row] for row in cert["lyapunov_matrix"]])
-    scale = np.sqrt(np.abs(np.diag(p)))
-    if not np.array_equal(p, p.T) or np.linalg.eigvalsh(p / np.outer(scale, scale)).min() <= 0:
-        return False
-    falls = all(largest(phi.T @ p @ phi, p) <= fall + ROUNDING for phi in steps)
-    return falls and all(made_good(entry, p, fall) for entry in cert["reversals"])
+    for p in nodes(cert):
+        scale = np.sqrt(np.abs(np.diag(p)))
+        if not np.array_equal(p, p.T) or np.linalg.eigvalsh(p / np.outer(scale, scale)).min() <= 0:
+            return False
+        if not all(made_good(entry, p, fall) for entry in cert["reversals"]):
+            return False
+    return all(
+        largest(phi.T @ later @ phi, p) <= fall + ROUNDING
+        for at, phi in zip(operating_points(cert), steps, strict=True)
+        for p, later in successive(cert, at)
+    )
 
 
 def made_good(entry: dict[str, Any], p: Any, fall: float) -> bool:
@@ -49,15 +54,19 @@ def made_good(entry: dict[str, Any], p: Any, fall: float) -> bool:
     return enough and growth * fall ** entry["dwell_samples"] <= 1 + ROUNDING
 
 
-def matrices(cert: Cert) -> list[Any]:
-    """A at corners, the centre and random points of the envelope."""
+def operating_points(cert: Cert) -> list[dict[str, float]]:
+    """Corners, the centre and random points of the envelope."""
     dice = random.Random(0)
     ends = [[number(x) for x in pair] for pair in cert["variables"].values()]
     points = [*itertools.islice(itertools.product(*ends), 64), [sum(pair) / 2 for pair in ends]]
     points += [[dice.uniform(*pair) for pair in ends] for _ in range(40 if ends else 0)]
+    return [dict(zip(cert["variables"], point, strict=True)) for point in points]
+
+
+def matrices(cert: Cert) -> list[Any]:
+    """A at each of the operating points."""
     found = []
-    for point in points:
-        at = dict(zip(cert["variables"], point, strict=True))
+    for at in operating_points(cert):
         theta = {entry["name"]: value(entry["expression"], at) for entry in cert["parameters"]}
         found.append(np.array([[value(x, theta) for x in row] for row in cert["matrix"]]))
     return found

@@ -8,6 +8,7 @@ import re
 import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -185,8 +186,7 @@ def test_verify_against_another_spec(generated):
 
 
 def test_checker_alone(generated, tmp_path):
-    (tmp_path / "alone").mkdir()
-    script = shutil.copy(checker.__file__, tmp_path / "alone" / "verify.py")
+    script = shutil.copytree(Path(checker.__file__).parent, tmp_path / "alone") / "verify.py"
     command = [sys.executable, "-I", "-S", str(script), str(generated / "certificate.json")]
     done = subprocess.run(command, cwd="/", capture_output=True, text=True, check=False)
     assert done.returncode == 0 and done.stderr == "" and "verified: " in done.stdout

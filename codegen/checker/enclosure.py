@@ -1,0 +1,140 @@
+"""Intervals with rational ends: what an expression of a certificate can be over ranges of its names, rounded outwards.
+
+Standard library only; part of the checker (verify.py).
+"""
+
+import math
+import re
+from collections.abc import Callable, Collection, Iterable, Mapping
+from fractions import Fraction
+from functools import reduce
+from itertools import accumulate
+from reprlib import repr as brief
+from typing import Any
+
+MAX_STRING, MAX_POWER = 4000, 64
+TOO_LONG, DIGITS, FINEST = 1 << 2**14, 96, 512  # rounded numbers have DIGITS binary digits, none below 2^-FINEST
+RATIONAL = "-?[0-9]+(/0*[1-9][0-9]*)?"
+MANY = 5_000_000
+OPERANDS = {"+": MANY, "*": MANY, "neg": 1, "/": 2, "^": 2, "sin": 1, "cos": 1, "exp": 1, "abs": 1, "sqrt": 1}
+Interval = tuple[Fraction, Fraction]
+Compiled = tuple[frozenset[str], Callable[[Mapping[str, Interval]], Interval]]  # an expression's names and its range
+
+
+class Refused(Exception):
+    """The certificate does not hold, or is not written as its format demands; the message says what and where."""
+
+
+def demand(condition: bool, fault: str) -> None:
+    if not condition:
+        raise Refused(fault)
+
+
+def rational(raw: Any, where: str) -> Fraction:
+    good = isinstance(raw, str) and len(raw) <= MAX_STRING and re.fullmatch(RATIONAL, raw) is not None
+    demand(good, f"{where}: {brief(raw)} is no 'RATIONAL' of at most {MAX_STRING} characters")
+    return Fraction(raw)
+
+
+def show(x: Fraction) -> str:
+    size = x.numerator.bit_length() - x.denominator.bit_length()
+    return f"{float(x):.9g}" if abs(size) < 1000 else f"{'-' * (x < 0)}2^{size} or so"
+
+
+def widen(low: Fraction, high: Fraction) -> Interval:
+    """The interval rounded outwards, so that its ends are short numbers."""
+    ends = []
+    for x in (low, -high):
+        unit = Fraction(2) ** min(DIGITS - x.numerator.bit_length() + x.denominator.bit_length(), FINEST)
+        ends.append(x if max(abs(x.numerator), x.denominator) < 2**DIGITS else math.floor(x * unit) / unit)
+    return ends[0], -ends[1]
+
+
+def hull(numbers: Iterable[Fraction]) -> Interval:
+    ends = sorted(numbers)
+    demand(all(max(abs(x.numerator), x.denominator) < TOO_LONG for x in ends), "a number grew too long to go on")
+    return ends[0], ends[-1]
+
+
+def distinct(x: Interval) -> tuple[Fraction, ...]:
+    """The ends; one, where they are the same object: exact numbers need no second product."""
+    return x[:1] if x[0] is x[1] else x
+
+
+# pi by Machin: the terms (16/5^n - 4/239^n)/n, n = 1, 3, 5, ..., fall and alternate, so successive sums enclose it.
+SUMS = list(accumulate((-1) ** (n // 2) * (Fraction(16, 5**n) - Fraction(4, 239**n)) / n for n in range(1, 80, 2)))
+PI = widen(*sorted(SUMS[-2:]))
+
+
+def series(z: Fraction, divisors: list[int]) -> Interval:
+    """1 + z/d1 + z/d1 z/d2 + ... give or take the size of the last term; on whole numbers, Fraction would be slow."""
+    top, bottom, last = 1, 1, 1
+    for divisor in reversed(divisors):
+        bottom *= divisor * z.denominator
+        top, last = bottom + z.numerator * top, abs(z.numerator) * last
+    return widen(Fraction(top - last, bottom), Fraction(top + last, bottom))
+
+
+def sine(low: Fraction, high: Fraction) -> Interval:
+    """By Taylor: the terms fall from the |x|-th on, and Lagrange's remainder is at most the next one."""
+    one = Fraction(1)
+    low, high = widen(low, high) if max(-low, high) < 100 else (-4 * one, 4 * one)  # the latter gives [-1, 1]
+    ends = [x * y for x in (low, high) for y in series(-x * x, [k * k + k for k in range(2, 44 + 4 * int(abs(x)), 2)])]
+    for extreme in (one, -one):  # at (2k + extreme/2) pi: may a whole k, for all we know of pi, bring that in between?
+        first, last = ([(end / pi - extreme / 2) / 2 for pi in PI] for end in (low, high))
+        ends += [extreme] if math.ceil(min(first)) <= math.floor(max(last)) else []
+    return hull(min(max(end, -one), one) for end in ends)
+
+
+def exponential(low: Fraction, high: Fraction) -> Interval:
+    """By Taylor, so far that each term is below half the one before: the last exceeds all that are left out."""
+    demand(high <= 100, f"exp of a number up to {show(high)}, beyond 100")
+    points = widen(max(low, Fraction(-100)), max(high, Fraction(-100)))
+    ends = [end for x in points for end in series(x, list(range(1, 40 + 5 * math.ceil(abs(x)))))]
+    return hull(ends + [Fraction(0)] * (low < -100))
+
+
+def apply(op: str, args: list[Interval], where: str) -> Interval:
+    """The range of an operator over the ranges of its operands."""
+    (low, high), zero = args[0], Fraction(0)
+    if op == "+":
+        return hull(sum(ends, zero) for ends in zip(*args, strict=True))
+    if op == "*":
+        return reduce(lambda x, y: hull(a * b for a in distinct(x) for b in distinct(y)), args)
+    if op == "/":
+        demand(args[1][0] > 0 or args[1][1] < 0, f"{where}: divisor from {show(args[1][0])} to {show(args[1][1])}")
+        return hull(a / b for a in args[0] for b in args[1])
+    if op == "abs" or (op == "^" and args[1][0] % 2 == 0):
+        low, high = max(low, -high, zero), max(-low, high)
+    if op == "sqrt":
+        demand(low >= 0, f"{where}: sqrt of a number down to {show(low)}")
+        low, high = (x * 4**FINEST for x in widen(low, high))
+        below, above = math.isqrt(math.floor(low)), math.isqrt(math.ceil(high))
+        return widen(Fraction(below, 2**FINEST), Fraction(above + (above**2 < high), 2**FINEST))
+    if op in ("exp", "sin"):
+        return exponential(low, high) if op == "exp" else sine(low, high)
+    if op == "cos":  # 1 - 2 sin(x/2)^2, which is exactly 1 at 0
+        low, high = apply("^", [sine(low / 2, high / 2), (zero + 2, zero + 2)], where)
+        return 1 - 2 * high, 1 - 2 * low
+    if op == "neg":
+        return -high, -low
+    return hull(end ** int(args[1][0]) for end in (low, high)) if op == "^" else (low, high)
+
+
+def parse(raw: Any, known: Collection[str], where: str, affine: bool = False) -> Compiled:
+    """An expression over the known names; `affine`: its form must show it affine in every single name."""
+    if isinstance(raw, str) and raw in known:
+        return frozenset({raw}), lambda at: at[raw]
+    if not isinstance(raw, list):
+        value = rational(raw, f"{where} (known names: {brief(sorted(known))})")
+        return frozenset(), lambda at: (value, value)
+    op, rest, admitted = (raw or [None])[0], raw[1:], ("+", "*", "neg", "/") if affine else (*OPERANDS,)
+    good = op in admitted and min(2, OPERANDS[op]) <= len(rest) <= OPERANDS[op]
+    demand(good, f"{where}: {brief(raw)} is no expression here")
+    names, values = zip(*(parse(item, known, where, affine) for item in rest), strict=True)
+    if op == "^" or (affine and op == "/"):
+        number = rational(rest[1], where)
+        demand(op == "/" or number in range(MAX_POWER + 1), f"{where}: exponent {show(number)}, not 0 to {MAX_POWER}")
+    union = frozenset[str]().union(*names)
+    demand(not affine or op != "*" or sum(map(len, names)) == len(union), f"{where}: a name stands in two factors")
+    return union, lambda at: apply(op, [value(at) for value in values], where)
