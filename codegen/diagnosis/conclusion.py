@@ -15,10 +15,13 @@ from codegen.effects import CATALOGUE
 from codegen.effects.declare import places_of, unit_words
 from codegen.effects.places import pairs
 from codegen.effects.register import is_own
+from codegen.logs import Finding
 from codegen.mechanics.system import System
 from codegen.text import render
 
 TABLE_SIZE = 12
+DOUBTFUL = ("jitter", "sample rate", "missing values", "repeated rows")
+"""Topics of the preflight that can make a residual by themselves."""
 
 
 def sentence(
@@ -27,14 +30,14 @@ def sentence(
     named: Sequence[FoundEffect],
     rivals: Sequence[FoundEffect],
     figures: Sequence[ErrorFigures],
-    faults: Sequence[str],
+    findings: Sequence[Finding],
     outcome: Outcome,
 ) -> str:
     """The verdict in words; its figure is of the coordinate on which the first effect acts.
 
     Args:
         figures: of the declared, refit and augmented model.
-        faults: the problems of the preflight, in words.
+        findings: of the preflight of the training log.
     """
     i = acts_on(named[0], system) if named else 0
     by_force = all(isfinite(f.force_rms_rows[i]) for f in figures[1:])
@@ -49,7 +52,8 @@ def sentence(
         after=after,
         unit=system.force_unit(i) if by_force else system.position_units[i],
         where=system.positions[i].name if system.degrees_of_freedom > 1 else "",
-        faults=faults,
+        faults=[f.words for f in findings if f.severity == "problem"],
+        doubts=[f.words for f in findings if f.severity == "warning" and f.topic in DOUBTFUL],
         noise=level(outcome.base),
     )
     return words.strip()
@@ -71,7 +75,7 @@ def acts_on(effect: FoundEffect, system: System) -> int:
     return touched[0] if touched else 0
 
 
-def verdict_of(outcome: Outcome, faults: Sequence[str]) -> Verdict:
+def verdict_of(outcome: Outcome, faults: bool) -> Verdict:
     """What the rounds say; nothing of effects where log and spec do not fit together."""
     if faults:
         return "unfit"

@@ -23,7 +23,7 @@ from codegen.diagnosis.rounds import Outcome, find_effects
 from codegen.diagnosis.search import Search, search_on
 from codegen.diagnosis.separation import separate
 from codegen.diagnosis.signals import Motion, smooth_motion
-from codegen.logs import Finding, Log, preflight
+from codegen.logs import Finding, Log, excerpt, preflight
 from codegen.mechanics.system import System
 from codegen.simulate.simulable import is_simulable
 from codegen.spec.model import Spec
@@ -78,9 +78,11 @@ def diagnose_log(
         refuse_without_pysindy()
     tell = progress or (lambda station, share: None)
     tell("preflight", 0.0)
-    findings = {"train": (*preflight(log, spec), *_steady_laws(system))}
+    log, cut = excerpt(log)
+    findings = {"train": (*cut, *preflight(log, spec), *_steady_laws(system))}
     if test_log is not None:
-        findings["test"] = preflight(test_log, spec)
+        test_log, cut = excerpt(test_log)
+        findings["test"] = (*cut, *preflight(test_log, spec))
     motion = smooth_motion(log)
     split = len(motion.time) if test_log is not None else round(len(motion.time) * (1 - HELD_OUT_SHARE))
     training = _restrict(motion, 0, split)
@@ -91,8 +93,8 @@ def diagnose_log(
     tell("refit", 0.05)
     problem = Problem(system, training, tolerance)
     search = search_on(problem, lambda share: record_of(training, log, share))
-    faults = [f.words for f in findings["train"] if f.severity == "problem"]
-    outcome = find_effects(search, lambda k, share: tell(f"effect {k + 1}", 0.1 + 0.25 * (k + share)), bool(faults))
+    faults = any(f.severity == "problem" for f in findings["train"])
+    outcome = find_effects(search, lambda k, share: tell(f"effect {k + 1}", 0.1 + 0.25 * (k + share)), faults)
     before = estimate(outcome.base)
     refit = with_values(system, _values(before))
     verdict = verdict_of(outcome, faults)
@@ -120,7 +122,7 @@ def diagnose_log(
     rivals = [as_effect(r, refit) for r in outcome.rivals]
     diagnosis = Diagnosis(
         verdict=verdict,
-        sentence=sentence(system, verdict, named, rivals, figures, faults, outcome),
+        sentence=sentence(system, verdict, named, rivals, figures, findings["train"], outcome),
         effects=tuple(named) if verdict == "effect" else (),
         candidates=candidates(outcome, system, verdict),
         declared=figures[0],

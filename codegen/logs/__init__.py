@@ -1,6 +1,7 @@
 """Measured logs: read into SI on a uniform grid, and audited before anything is concluded from them."""
 
 from codegen.logs.description import LogDescription, read_description
+from codegen.logs.excerpt import excerpt
 from codegen.logs.finding import Finding
 from codegen.logs.log import Intake, Log
 from codegen.logs.preflight import preflight
@@ -12,6 +13,7 @@ __all__ = [
     "Intake",
     "Log",
     "LogDescription",
+    "excerpt",
     "preflight",
     "read_description",
     "read_log",

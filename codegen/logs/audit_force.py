@@ -15,10 +15,10 @@ from dataclasses import dataclass
 import casadi
 import numpy as np
 
+from codegen.logs.audit_scale import Outside, audit_scale, furthest_outside
 from codegen.logs.finding import Finding
 from codegen.logs.log import Array, Flags, Log
 from codegen.logs.motion import Motion, low_pass
-from codegen.logs.outside import Outside, furthest_outside
 from codegen.mechanics import System, build_system
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.spec.model import Spec
@@ -38,12 +38,16 @@ class Forces:
     Attributes:
         inertia: (K, n) M(x) a.
         rest: (K, n) g(x, v, 0) − U λ with the declared friction.
+        friction: (K, n) U λ, which is in ``rest`` too.
         driven: (m, K, n) what each input alone adds to g.
+        motion: (K, 2n) positions and velocities.
     """
 
     inertia: Array
     rest: Array
+    friction: Array
     driven: Array
+    motion: Array
 
 
 def audit_force(log: Log, spec: Spec, motion: Motion) -> Iterator[Finding]:
@@ -61,8 +65,12 @@ def audit_force(log: Log, spec: Spec, motion: Motion) -> Iterator[Finding]:
         yield Finding("info", "sign and scale", words, {"samples": float(len(forces.inertia))})
         return
     outside = furthest_outside(log, spec, motion, SCALE_OFF)
-    yield from _inputs(forces, spec, outside)
-    yield from _undriven(forces, spec, outside)
+    given = forces.driven.sum(axis=0)
+    off = audit_scale(given, forces.inertia, forces.rest, forces.friction, forces.motion, spec)
+    yield from off
+    if not off:  # beside a motion in another unit an input cannot be judged
+        yield from _inputs(forces, spec, outside)
+        yield from _undriven(forces, spec, outside)
 
 
 def _forces(log: Log, system: System, motion: Motion) -> Forces:
@@ -76,35 +84,37 @@ def _forces(log: Log, system: System, motion: Motion) -> Forces:
         results = evaluate(*(np.ascontiguousarray(a.T) for a in arguments))
         return [np.array(r.full(), dtype=np.float64).T for r in results]
 
-    inertia, rest, slip_margin = along(np.zeros_like(mean_input))
+    inertia, rest, friction, slip_margin = along(np.zeros_like(mean_input))
     driven = []
     for j in range(m):
         alone = np.zeros_like(mean_input)
         alone[:, j] = mean_input[:, j]
         driven.append(along(alone)[1] - rest)
-    stacked = np.hstack([inertia, rest, *driven])
+    stacked = np.hstack([inertia, rest, friction, motion.positions, motion.velocities, *driven])
     finite: Flags = np.all(np.isfinite(stacked), axis=1)
     smooth, _ = low_pass(log, np.where(finite[:, None], stacked, 0.0), motion.cutoff_hz)
     slipping: Flags = np.all(slip_margin > 0, axis=1)
-    parts = smooth[motion.usable & finite & slipping].reshape(-1, 2 + m, n)
-    return Forces(parts[:, 0], parts[:, 1], np.moveaxis(parts[:, 2:], 1, 0))
+    parts = smooth[motion.usable & finite & slipping].reshape(-1, 5 + m, n)
+    moved = parts[:, 3:5].reshape(-1, 2 * n)
+    return Forces(parts[:, 0], parts[:, 1], parts[:, 2], np.moveaxis(parts[:, 5:], 1, 0), moved)
 
 
 def _function(system: System, threshold: Array) -> casadi.Function:
-    """(x, v, a, w) → M a; g − U λ; and |u| less the slip that speeds of ``threshold``, (n), amount to. All columns."""
+    """(x, v, a, w) → M a; g − U λ; U λ; |u| less the slip that speeds of ``threshold``, (n), amount to. All columns."""
     groups = (system.positions, system.velocities, system.accelerations, system.inputs)
     arguments = [casadi.SX.sym("q", len(group)) for group in groups]
     names = {s: argument[k] for group, argument in zip(groups, arguments, strict=True) for k, s in enumerate(group)}
     names |= {s: casadi.SX(float(value)) for s, value in system.values.items()}
     slip = to_casadi(system.slip_velocity, names)
     names |= {c.slip: slip[k] for k, c in enumerate(system.contacts)}
-    force = to_casadi(system.force, names)
+    friction = casadi.SX.zeros(len(system.positions))
     if system.contacts:
-        friction = casadi.vertcat(*(to_casadi(c.force, names) for c in system.contacts))
-        force = force - casadi.mtimes(to_casadi(system.distribution, names), friction)
+        forces = casadi.vertcat(*(to_casadi(c.force, names) for c in system.contacts))
+        friction = casadi.mtimes(to_casadi(system.distribution, names), forces)
+    force = to_casadi(system.force, names) - friction
     inertia = casadi.mtimes(to_casadi(system.mass_matrix, names), arguments[2])
     margin = casadi.fabs(slip) - casadi.mtimes(casadi.fabs(casadi.jacobian(slip, arguments[1])), casadi.DM(threshold))
-    return casadi.Function("forces", arguments, [casadi.densify(o) for o in (inertia, force, margin)])
+    return casadi.Function("forces", arguments, [casadi.densify(o) for o in (inertia, force, friction, margin)])
 
 
 def _inputs(forces: Forces, spec: Spec, outside: Outside | None) -> Iterator[Finding]:

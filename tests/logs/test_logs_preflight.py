@@ -142,17 +142,39 @@ def test_gaps_jumps_repairs_and_short_logs(tmp_path):
     findings(tmp_path, {k: v[:2] for k, v in rows().items()})
 
 
-@pytest.mark.parametrize("unit", [57.3, 1000.0])
-def test_a_coordinate_far_outside_the_envelope_is_blamed_and_not_the_input(tmp_path, unit):
+@pytest.mark.parametrize("unit", [0.001, 57.3, 1000.0])
+def test_a_coordinate_in_another_unit_is_blamed_and_not_the_input(tmp_path, unit):
+    """Inertia grows with the scale of x, Coulomb friction does not; both grow with that of w."""
     made = rows(20)
-    text = TEXT + "envelope: {v: [-0.5, 0.5]}\n"
-    assert findings(tmp_path, made, text)["sign and scale of w"].severity == "info"
-    told = findings(tmp_path, {**made, "x": unit * made["x"]}, text)
+    t, v = made["t"], made["v"] + 0.003 * 31 * np.cos(31 * made["t"])
+    made["w"] += LEVEL * (np.sign(v) - np.sign(made["v"])) - MASS * 0.003 * 31**2 * np.sin(31 * t)
+    made["x"] += 0.003 * np.sin(31 * t)
+    assert findings(tmp_path, made)["sign and scale of w"].severity == "info"
+    told = findings(tmp_path, {**made, "x": unit * made["x"]})
+    assert told["scale of x"].severity == "problem" and "sign and scale of w" not in told
+    assert told["scale of x"].figures["inertia"] == pytest.approx(1 / unit, rel=0.05)
+    push = findings(tmp_path, {**made, "w": made["w"] / unit})
+    assert push["sign and scale of w"].severity == "problem" and "scale of x" not in push
+
+
+def test_motion_that_no_input_could_make_is_in_another_unit(tmp_path):
+    made = rows(20)
+    told = findings(tmp_path, {**made, "x": 1000 * made["x"]})["scale of x"]
+    top = MASS * 1000 * 0.1 * np.pi**2 / np.sqrt(2)
+    assert told.severity == "problem" and told.figures["times"] == pytest.approx(
+        top / LEVEL, rel=0.15
+    )  # near reversals nothing is compared
+
+
+def test_where_friction_does_not_tell_the_envelope_does(tmp_path):
+    made = rows(20)
+    made["w"] = made["w"] - LEVEL * np.sign(made["v"])
+    text = (
+        TEXT[: TEXT.index("friction:")] + "friction: {distribution: [[]], contacts: []}\nenvelope: {v: [-0.5, 0.5]}\n"
+    )
+    told = findings(tmp_path, {**made, "x": 1000 * made["x"]}, text)
     assert "sign and scale of w" not in told
-    blamed = told["scale of x"]
-    assert blamed.severity == "problem" and "Check unit and scale of x" in blamed.words
-    assert blamed.figures["times"] == pytest.approx(unit * 0.1 * np.pi / 0.5, rel=0.05)
+    assert told["scale of x"].figures["times"] == pytest.approx(1000 * 0.1 * np.pi / 0.5, rel=0.05)
     small = findings(tmp_path, {**made, "x": made["x"] / 1000}, text)["envelope of v"]
     assert small.severity == "warning" and "is its scale right?" in small.words
-    # The same misfit of forces with speeds inside the envelope is the input's.
-    assert findings(tmp_path, {**made, "w": made["w"] / unit}, text)["sign and scale of w"].severity == "problem"
+    assert findings(tmp_path, {**made, "w": made["w"] / 1000}, text)["sign and scale of w"].severity == "problem"

@@ -1,0 +1,85 @@
+"""A log that is too long to be diagnosed whole → the part of it that is looked at, and the words that say which."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from codegen.logs.finding import Finding
+from codegen.logs.log import Log
+
+MOST_SAMPLES = 200_000
+"""A diagnosis fits every candidate to all of them: some minutes."""
+PLENTY_HZ = 2000.0
+"""Friction shows below a hundred hertz: a log sampled faster loses samples before it loses time."""
+STARTS = 4
+"""Starts that are tried in a stretch of ``MOST_SAMPLES``."""
+
+
+def excerpt(log: Log, most: int = MOST_SAMPLES) -> tuple[Log, tuple[Finding, ...]]:
+    """At most so many samples of a log: first every k-th, then one stretch, where the machine travels furthest.
+
+    An input held from row to row is replaced by its mean over the new step: the impulse of a force stays what it was.
+
+    Returns:
+        The log itself and no finding where it is short enough.
+    """
+    if log.size <= most:
+        return log, ()
+    every = max(1, min(-(-log.size // most), int(1 / (PLENTY_HZ * log.sample_time) + 1e-9)))
+    part = _thinned(log, every) if every > 1 else log
+    start = _liveliest(part, most) if part.size > most else 0
+    part = _stretch(part, start, min(start + most, part.size))
+    span = f"from {part.time[0]:.6g} to {part.time[-1]:.6g} s{f', one in {every}' if every > 1 else ''}"
+    words = (
+        f"Of {log.size} samples over {log.duration:.6g} s the diagnosis looks at {part.size}, {span}: more would "
+        "take too long. Cut the file to have another part looked at."
+    )
+    figures = {
+        "samples": float(log.size),
+        "used": float(part.size),
+        "every": float(every),
+        "start": float(part.time[0]),
+    }
+    return part, (Finding("warning", "long log", words, figures),)
+
+
+def _thinned(log: Log, every: int) -> Log:
+    count = log.size // every
+    inputs = log.inputs[: count * every].reshape(count, every, -1).mean(axis=1)
+    gaps = tuple((a // every, min(-(-b // every), count)) for a, b in log.gaps if a // every < count)
+    kept = slice(0, count * every, every)
+    return replace(
+        log,
+        time=log.time[kept],
+        positions=log.positions[kept],
+        velocities=None if log.velocities is None else log.velocities[kept],
+        inputs=inputs,
+        sample_time=log.sample_time * every,
+        gaps=gaps,
+    )
+
+
+def _liveliest(log: Log, most: int) -> int:
+    """Where the stretch starts on which the coordinates travel furthest, each by its share of its whole way."""
+    way = np.zeros((log.size, log.positions.shape[1]))
+    way[1:] = np.abs(np.diff(log.positions, axis=0))
+    for a, b in log.gaps:
+        way[a : b + 1] = 0.0
+    total = way.sum(axis=0)
+    travelled = np.concatenate([[0.0], np.cumsum((way / np.where(total > 0, total, 1.0)).sum(axis=1))])
+    starts = np.arange(0, log.size - most + 1, max(1, most // STARTS))
+    return int(starts[np.argmax(np.round(travelled[starts + most] - travelled[starts], 12))])
+
+
+def _stretch(log: Log, start: int, stop: int) -> Log:
+    gaps = tuple((max(a, start) - start, min(b, stop) - start) for a, b in log.gaps if b > start and a < stop)
+    return replace(
+        log,
+        time=log.time[start:stop],
+        positions=log.positions[start:stop],
+        velocities=None if log.velocities is None else log.velocities[start:stop],
+        inputs=log.inputs[start:stop],
+        gaps=gaps,
+    )

@@ -1,0 +1,97 @@
+"""What a user gets for a log that is broken in a usual way: a message, or the verdict ``unfit``; never a finding."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from codegen.logs import preflight, read_log
+from codegen.simulate import simulate, write_log
+from codegen.spec import read_spec
+from tests.diagnosis.stage import stage, system_of
+
+from .command import contents, is_one_message, stiction
+
+Columns = dict[str, np.ndarray]
+
+
+@pytest.fixture(scope="module")
+def good(tmp_path_factory: pytest.TempPathFactory) -> Columns:
+    """What a stage logs that does what its spec says, but for the level of its friction."""
+    path = tmp_path_factory.mktemp("good") / "log.csv"
+    plant = stage(level=4.5)
+    write_log(path, plant, simulate(plant, system_of(plant)))
+    table = np.genfromtxt(path, delimiter=",", names=True)
+    return {name: table[name] for name in ("t", "x", "w")}
+
+
+def write(folder: Path, columns: Columns) -> None:
+    head = ",".join(columns)
+    np.savetxt(folder / "log.csv", np.column_stack(list(columns.values())), "%.10g", ",", header=head, comments="")
+    (folder / "stage.yaml").write_text(stage().text)
+
+
+def with_nan(good: Columns, rows: list[int]) -> Columns:
+    x = good["x"].copy()
+    x[rows] = np.nan
+    return good | {"x": x}
+
+
+REFUSED = {
+    "too short": (lambda g: {k: v[:900] for k, v in g.items()}, "900 samples over 1.8 s"),
+    "nothing moves": (lambda g: g | {"x": 0 * g["x"] + 0.3}, "0 stretches of"),
+    "all zeros": (lambda g: g | {"x": 0 * g["x"], "w": 0 * g["w"]}, "0 stretches of"),
+    "a column missing": (lambda g: {"t": g["t"], "w": g["w"]}, "no column `x`"),
+    "a burst of NaN": (lambda g: with_nan(g, list(range(500, 540))), "40 of them in a row"),
+    "a NaN": (lambda g: with_nan(g, [500]), "`missing: fill`"),
+    "stamps too coarse": (lambda g: g | {"t": np.floor(g["t"] * 100) / 100}, "repeat a time stamp with other data"),
+    "rows again": (lambda g: {k: np.r_[v[:3000], v[2990:]] for k, v in g.items()}, "time runs backwards"),
+}
+UNFIT = {
+    "x in mm": (lambda g: g | {"x": 1000 * g["x"]}, "scale of x"),
+    "x in km": (lambda g: g | {"x": g["x"] / 1000}, "scale of x"),
+    "w in mN": (lambda g: g | {"w": 1000 * g["w"]}, "scale of input w"),
+    "w in kN": (lambda g: g | {"w": g["w"] / 1000}, "scale of input w"),
+    "t in ms": (lambda g: g | {"t": 1000 * g["t"]}, "milliseconds"),
+    "sign of x": (lambda g: g | {"x": -g["x"]}, "sign of input w seems flipped, or that of the coordinate"),
+    "sign of w": (lambda g: g | {"w": -g["w"]}, "sign of input w seems flipped"),
+    "constant input": (lambda g: g | {"w": 0 * g["w"] + 2}, "constant at 2 N"),
+    "no input": (lambda g: g | {"w": 0 * g["w"]}, "zero throughout"),
+}
+
+
+@pytest.mark.parametrize("mode", REFUSED)
+def test_refused_with_a_message(mode, good, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    change, words = REFUSED[mode]
+    write(tmp_path, change(good))
+    before = contents(tmp_path)
+    result = stiction("diagnose", "stage.yaml", "log.csv", "-o", "out")
+    assert is_one_message(result) and words in result.err
+    assert contents(tmp_path) == before
+
+
+@pytest.mark.parametrize("mode", UNFIT)
+def test_preflight_finds_the_problem(mode, good, tmp_path):
+    change, words = UNFIT[mode]
+    spec = stage()
+    write(tmp_path, good)
+    assert not [f for f in preflight(read_log(tmp_path / "log.csv", spec), spec) if f.severity == "problem"]
+    write(tmp_path, change(good))
+    problems = [f.words for f in preflight(read_log(tmp_path / "log.csv", spec), spec) if f.severity == "problem"]
+    assert any(words in told for told in problems), problems
+
+
+def test_a_problem_is_the_verdict_unfit_and_exit_code_3(good, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write(tmp_path, UNFIT["x in mm"][0](good))
+    result = stiction("diagnose", "stage.yaml", "log.csv", "-o", "out")
+    assert result.code == 3 and "verdict: unfit" in result.out and "scale of x" in result.out
+    told = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
+    assert told["verdict"] == "unfit" and told["effects"] == told["candidates"] == []
+    assert "log unfit" in (tmp_path / "out" / "report.html").read_text()
+    assert (tmp_path / "out" / "spec.yaml").read_text() == (tmp_path / "stage.yaml").read_text()
+    assert read_spec(tmp_path / "out" / "spec.yaml").effects == ()
