@@ -214,8 +214,9 @@ def simulate(
 ) -> None:
     """Write a log from the plant of the spec, with its declared effects."""
     with progress() as tell:
-        target = pipeline.simulate(spec, out, lambda share: tell("simulate", share), method)
-    output.print(str(target))
+        result = pipeline.simulate(spec, out, lambda share: tell("simulate", share), method)
+    errors.print(render("text/simulated_notes.txt.j2", s=result), end="")
+    output.print(str(result.path))
 
 
 @app.command()

@@ -20,7 +20,7 @@ from codegen.log_replay import Replayed, replay
 from codegen.mechanics import System, build_system
 from codegen.observers import Observer, build_observer, observer_of
 from codegen.rounding_bound import Rounding, rounding_bounds
-from codegen.simulate import METHODS, write_log
+from codegen.simulate import METHODS, Simulated, write_simulated
 from codegen.simulate import simulate as simulate_plant
 from codegen.simulate.closed_loop import refuse_unrunnable
 from codegen.smt_lib import smt_text
@@ -169,7 +169,7 @@ def simulate(
     out: str | Path,
     progress: Callable[[float], None] | None = None,
     method: str = "steps",
-) -> Path:
+) -> Simulated:
     """Write a log of the plant of a spec, with its declared effects, driven as its ``simulation:`` section says.
 
     Args:
@@ -184,8 +184,7 @@ def simulate(
     target = Path(out)
     refuse_target(target, {"the spec itself": Path(path)}, (".csv", ".txt"))
     model = _model(read_spec(path))
-    write_log(target, model.spec, simulate_plant(model.spec, model.system, progress, method=chosen))
-    return target
+    return write_simulated(target, model.spec, simulate_plant(model.spec, model.system, progress, method=chosen))
 
 
 def diagnose(
@@ -283,6 +282,7 @@ __all__ = [
     "Model",
     "Overrides",
     "Replayed",
+    "Simulated",
     "cancel",
     "certify",
     "certify_in_full",

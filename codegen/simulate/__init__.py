@@ -8,6 +8,7 @@ from codegen.simulate.observed_loop import METHODS, run_loop
 from codegen.simulate.observer_in_loop import Cancellation, ObserverInLoop, generated_observer
 from codegen.simulate.plant import Plant, simulate_open_loop
 from codegen.simulate.sensors import Sensors
+from codegen.simulate.simulated import Simulated, write_simulated
 
 __all__ = [
     "METHODS",
@@ -19,6 +20,7 @@ __all__ = [
     "Plant",
     "Sample",
     "Sensors",
+    "Simulated",
     "free_run",
     "free_run_rmse",
     "generated_observer",
@@ -27,4 +29,5 @@ __all__ = [
     "simulate",
     "simulate_open_loop",
     "write_log",
+    "write_simulated",
 ]

@@ -31,7 +31,7 @@ def spec(folder: Path, law: str) -> Path:
 
 @pytest.mark.parametrize(("plant", "law"), [("dahl", "dahl"), ("lorentzian", "hess_soom_lag"), ("lorentzian", "ruina")])
 def test_diagnosis_goes_through_and_tells(tmp_path: Path, plant: str, law: str):
-    log = pipeline.simulate(spec(tmp_path, plant), tmp_path / "log.csv")
+    log = pipeline.simulate(spec(tmp_path, plant), tmp_path / "log.csv").path
     diagnosis = pipeline.diagnose(spec(tmp_path, law), log, out=tmp_path / "out").diagnosis
     assert np.isfinite(diagnosis.refit.free_run_rmse)
     told = [words for words in diagnosis.findings["train"] if f"the law {law} at rail is not simulated" in words]

@@ -1,0 +1,38 @@
+"""What ``stiction simulate`` hands out: the log it wrote, and what to know of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from codegen.simulate.excursions import Excursion, excursions
+from codegen.simulate.loop_run import LoopRun, write_log
+from codegen.spec.model import Spec
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """A log that was written.
+
+    Attributes:
+        excursions: where the motion leaves the spec's envelope, the worst first.
+        gain, share: ``gain`` of ``cancellation:`` and ``cancel`` of ``simulation:``, whose product of the friction
+            estimate the input cancels; None where it cancels none.
+    """
+
+    path: Path
+    excursions: tuple[Excursion, ...]
+    gain: float | None = None
+    share: float | None = None
+
+
+def write_simulated(path: Path, spec: Spec, run: LoopRun) -> Simulated:
+    """Write a run's log.
+
+    Raises:
+        BadInput: if the folder cannot be written to.
+    """
+    write_log(path, spec, run)
+    share = spec.simulation.cancel if spec.simulation is not None else None
+    gain = float(spec.cancellation.gain) if spec.cancellation is not None else 1.0
+    return Simulated(path, excursions(spec, run), None if share is None else gain, share)
