@@ -1,7 +1,7 @@
 """one_mass: friction observer CFO, velocity estimated, double precision.
 
 Made by stiction 0.1.0 from one_mass.yaml
-sha256 491917b865f9830da759dde8b0b4ac038686a7b67abddc37339d9895781a3edf
+sha256 f35d28fd5d082a4348c6e3c2db950b3ab2e9329228ae1cac120397be24e3f251
 with: stiction generate one_mass.yaml
 
 The twin of one_mass.c: the same operations in the same order on doubles, so the same bits. Do not edit.
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"]
 
-SPEC_SHA256 = "491917b865f9830da759dde8b0b4ac038686a7b67abddc37339d9895781a3edf"
+SPEC_SHA256 = "f35d28fd5d082a4348c6e3c2db950b3ab2e9329228ae1cac120397be24e3f251"
 LARGEST = 1e+150
 
 

@@ -3,7 +3,7 @@
  * A step: 6 additions, 8 multiplications, 0 divisions, 0 calls, 2 of sign or magnitude.
  *
  * Made by stiction 0.1.0 from one_mass.yaml
- * sha256 491917b865f9830da759dde8b0b4ac038686a7b67abddc37339d9895781a3edf
+ * sha256 f35d28fd5d082a4348c6e3c2db950b3ab2e9329228ae1cac120397be24e3f251
  * with: stiction generate one_mass.yaml
  */
 #include "one_mass.h"

@@ -1,7 +1,7 @@
 """one_mass_cfo_semi_implicit: friction observer CFO, velocity estimated, double precision.
 
 Made by stiction 0.1.0 from one_mass_cfo_semi_implicit.yaml
-sha256 4c4c4b6f05fc54bc70baf20eb55fb2889e7b798571b66338dcbd01b6c1d59476
+sha256 6d5ab62be4f227a5d456c292223465d1c416f719ac9186a7d84b2fec09de9571
 with: stiction generate one_mass_cfo_semi_implicit.yaml
 
 The twin of one_mass_cfo_semi_implicit.c: the same operations in the same order on doubles, so the same bits. Do not edit.
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"]
 
-SPEC_SHA256 = "4c4c4b6f05fc54bc70baf20eb55fb2889e7b798571b66338dcbd01b6c1d59476"
+SPEC_SHA256 = "6d5ab62be4f227a5d456c292223465d1c416f719ac9186a7d84b2fec09de9571"
 LARGEST = 1e+150
 
 

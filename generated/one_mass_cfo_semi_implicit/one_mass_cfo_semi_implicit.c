@@ -3,7 +3,7 @@
  * A step: 6 additions, 8 multiplications, 0 divisions, 0 calls, 2 of sign or magnitude.
  *
  * Made by stiction 0.1.0 from one_mass_cfo_semi_implicit.yaml
- * sha256 4c4c4b6f05fc54bc70baf20eb55fb2889e7b798571b66338dcbd01b6c1d59476
+ * sha256 6d5ab62be4f227a5d456c292223465d1c416f719ac9186a7d84b2fec09de9571
  * with: stiction generate one_mass_cfo_semi_implicit.yaml
  */
 #include "one_mass_cfo_semi_implicit.h"

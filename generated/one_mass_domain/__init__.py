@@ -1,7 +1,7 @@
 """one_mass_domain: friction observer CFO, velocity estimated, double precision.
 
 Made by stiction 0.1.0 from one_mass_domain.yaml
-sha256 d7da5b07d05f9f93f32efc68c4d745cd042d2a584a82a689774d2531ea4cd968
+sha256 8d460ce60843deab9a083d6f6e692c331d1ab3b95be9c9c28efa58c7ade55a45
 with: stiction generate one_mass_domain.yaml
 
 The twin of one_mass_domain.c: the same operations in the same order on doubles, so the same bits. Do not edit.
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"]
 
-SPEC_SHA256 = "d7da5b07d05f9f93f32efc68c4d745cd042d2a584a82a689774d2531ea4cd968"
+SPEC_SHA256 = "8d460ce60843deab9a083d6f6e692c331d1ab3b95be9c9c28efa58c7ade55a45"
 LARGEST = 1e+150
 
 

@@ -3,7 +3,7 @@
  * Source: Mentzelopoulou 1994, sections 2.3 and 3.3; the domain is ours (docs/certificate.md).
  *
  * Made by stiction 0.1.0 from one_mass_domain.yaml
- * sha256 d7da5b07d05f9f93f32efc68c4d745cd042d2a584a82a689774d2531ea4cd968
+ * sha256 8d460ce60843deab9a083d6f6e692c331d1ab3b95be9c9c28efa58c7ade55a45
  * with: stiction generate one_mass_domain.yaml
  *
  * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a product with its reciprocal, which the

@@ -1,7 +1,7 @@
 """two_link_arm: friction observer GCFO, velocity estimated, double precision.
 
 Made by stiction 0.1.0 from two_link_arm.yaml
-sha256 8b25c9c1855802942b021ffbcf57601b15385794294bca198854e44907fbf30b
+sha256 b6da30848bfb88be36fdd088967c28eb76bff5115c2e0e2e130e666fe4a04476
 with: stiction generate two_link_arm.yaml
 
 The twin of two_link_arm.c: the same operations in the same order on doubles, so the same bits. Do not edit.
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"]
 
-SPEC_SHA256 = "8b25c9c1855802942b021ffbcf57601b15385794294bca198854e44907fbf30b"
+SPEC_SHA256 = "b6da30848bfb88be36fdd088967c28eb76bff5115c2e0e2e130e666fe4a04476"
 LARGEST = 1e+150
 
 

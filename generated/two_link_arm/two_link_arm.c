@@ -3,7 +3,7 @@
  * A step: 30 additions, 42 multiplications, 1 division, 4 calls, 4 of sign or magnitude.
  *
  * Made by stiction 0.1.0 from two_link_arm.yaml
- * sha256 8b25c9c1855802942b021ffbcf57601b15385794294bca198854e44907fbf30b
+ * sha256 b6da30848bfb88be36fdd088967c28eb76bff5115c2e0e2e130e666fe4a04476
  * with: stiction generate two_link_arm.yaml
  */
 #include "two_link_arm.h"

@@ -3,7 +3,7 @@
  * Source: Mentzelopoulou 1994, section 4.7.
  *
  * Made by stiction 0.1.0 from two_mass.yaml
- * sha256 031b525ba7f60f08510d0d22f59722e3d45b69de54504caba3c6aa1a521f125d
+ * sha256 5d108a0c2b344775326f5cfaa6fd42c8eb9332c34c728456b6a6b3d0f61c8c7a
  * with: stiction generate two_mass.yaml
  *
  * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a product with its reciprocal, which the
