@@ -22,9 +22,10 @@ from codegen.spec import Spec, read_spec
 from codegen.spec.model import CodeChoice
 from codegen.spec.places import placed
 from codegen.stability.analysis import analyse
-from codegen.stability.certify import PROOFS, Certificate, Refusal, json_text
+from codegen.stability.certify import PROOFS, Certificate, Refusal, json_text, withdrawn
 from codegen.stability.certify import certify as certify_analysis
 from codegen.stability.error_bound import refuse_empty_domain
+from codegen.stability.prefix import rational_text
 from codegen.text import render
 
 
@@ -136,10 +137,21 @@ def generated_program(
     program, header, files = _sources(spec, observer, overrides)
     hashes = {name: sha256(text) for name, text in files.items()}
     analysis = analyse(spec, observer)
-    outcome = certify_analysis(spec, analysis, hashes, header.command)
+    outcome = certify_analysis(spec, analysis, hashes, header.command, places=_places(program))
+    try:
+        for proof in outcome.proofs.values():
+            checker.check(proof, sources={name: text.encode() for name, text in files.items()})
+    except checker.Refused as error:
+        outcome = withdrawn(analysis, str(error))
     if isinstance(outcome, Certificate):
         refuse_empty_domain(spec, analysis, outcome)
     return program, _complete(files, outcome, program, header), outcome
+
+
+def _places(program: Program) -> dict[str, str]:
+    """Input or output → its place in the twin."""
+    inputs = {f.name: f"inputs.{program.reference(f.name)}" for f in program.inputs}
+    return inputs | {name: f"outputs.{program.reference(name)}" for name, _, _ in program.outputs}
 
 
 def refuse_ungenerable(spec: Spec, observer: Observer) -> None:
@@ -152,7 +164,8 @@ def _sources(spec: Spec, observer: Observer, overrides: Overrides) -> tuple[Prog
     with placed(spec):
         program = build_program(with_cancellation(spec, observer), spec.code)
         refuse_names_alike(program)
-        header = make_header(spec.path.name, spec.sha256, spec.source, spec.robot, overrides.options)
+        envelope = {name: (rational_text(low), rational_text(high)) for name, (low, high) in spec.envelope.items()}
+        header = make_header(spec.path.name, spec.sha256, spec.source, spec.robot, overrides.options, envelope)
         return program, header, emit_sources(program, header, overrides.printers)
 
 

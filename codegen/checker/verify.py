@@ -6,10 +6,10 @@ arithmetic, and what is not rational (sin, exp, sqrt) is enclosed. Exit status: 
 
 import argparse
 import hashlib
-import importlib.util
 import json
 import math
 import re
+import runpy
 import sys
 from collections import namedtuple
 from fractions import Fraction
@@ -17,29 +17,27 @@ from itertools import pairwise, product
 from operator import mul
 from pathlib import Path
 from reprlib import repr as brief
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 
-def beside(name: str) -> Any:
-    """The module of that name in this file's folder, wherever that lies and whatever Python may import."""
-    found = importlib.util.spec_from_file_location(name, Path(__file__).with_name(f"{name}.py"))
-    assert found is not None and found.loader is not None
-    module = importlib.util.module_from_spec(found)
-    found.loader.exec_module(module)
-    return module
+def beside(name: str) -> SimpleNamespace:
+    """What the file of that name in this one's folder defines, wherever that lies and whatever Python may import."""
+    return SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name(f"{name}.py"))))
 
 
 if TYPE_CHECKING:
-    from codegen.checker import enclosure
+    from codegen.checker import binding, enclosure
 else:
-    enclosure = beside("enclosure")
+    binding, enclosure = beside("binding"), beside("enclosure")
 Refused, demand, show = enclosure.Refused, enclosure.demand, enclosure.show
 parse, widen, MAX_STRING = enclosure.parse, enclosure.widen, enclosure.MAX_STRING
 MAX_TEXT, MAX_SIZE, MAX_VERTICES, MAX_TOTAL = 5_000_000, 32, 4096, 200_000
 FORMS = json.loads(r"""{"FORMAT": "stiction-certificate/1", "TEXT": ".*", "LINE": ".*\\S.*", "HASH": "[0-9a-f]{64}",
     "NAME": "[A-Za-z][A-Za-z0-9_]*", "FILE": "[A-Za-z0-9_][A-Za-z0-9_.+-]{0,127}", "WHOLE": "0|[1-9][0-9]{0,8}",
     "STEP": "euler|semi_implicit|exponential|implicit"}""")
-Report = namedtuple("Report", "name claim facts unbound assumptions")  # unbound: files named that were not there
+Report = namedtuple("Report", "name claim facts unbound open assumptions")  # unbound: files named, but not there
+TWIN = "__init__.py"
 # A certificate: {"field": ...} is an object with just these fields, {"FORM": ...} one with any keys of that form.
 SCHEMA = json.loads("""{"format": "FORMAT", "tool": {"name": "TEXT", "version": "TEXT", "command": "TEXT"},
     "subject": {"name": "LINE", "spec_sha256": "HASH", "files": {"FILE": "HASH"}},
@@ -47,6 +45,7 @@ SCHEMA = json.loads("""{"format": "FORMAT", "tool": {"name": "TEXT", "version": 
     "sample_time": "RATIONAL", "decay_rate": "RATIONAL", "error": [{"name": "LINE", "meaning": "TEXT", "unit": "TEXT"}],
     "variables": {"NAME": ["RATIONAL"]}, "splits": {"NAME": ["RATIONAL"]}, "along": ["RATIONAL"],
     "parameters": [{"name": "NAME", "expression": "ANY"}], "matrix": [["ANY"]], "lyapunov_matrix": [["RATIONAL"]],
+    "code": {"errors": ["LINE"], "variables": {"NAME": "ANY"}, "motion": {"LINE": "LINE"}},
     "slow": [{"variable": "NAME", "velocity": "NAME", "matrices": [[["RATIONAL"]]]}],
     "reversals": [{"contact": "LINE", "flips": ["WHOLE"], "growth": "RATIONAL", "dwell_samples": "WHOLE"}]}""")
 Matrix = list[list[Fraction]]
@@ -171,8 +170,9 @@ def reversal(entry: dict[str, Any], nodes: list[Matrix], fall: Fraction) -> str:
     return f"{fact} is not above its value before"
 
 
-def verify(top: dict[str, Any], folder: Path | None, spec: Path | None) -> Report:
-    n, h, alpha, files = len(top["error"]), top["sample_time"], top["decay_rate"], top["subject"]["files"]
+def verify(top: dict[str, Any]) -> list[str]:
+    """What is proved of the matrices, whatever they belong to."""
+    n, h, alpha = len(top["error"]), top["sample_time"], top["decay_rate"]
     demand(1 <= n <= MAX_SIZE, f"{n} error components, not 1 to {MAX_SIZE}")
     for part, key in (("error", "name"), ("parameters", "name"), ("reversals", "contact")):
         demand(len({entry[key] for entry in top[part]}) == len(top[part]), f"{part}: a {key} stands twice")
@@ -214,24 +214,60 @@ def verify(top: dict[str, Any], folder: Path | None, spec: Path | None) -> Repor
     facts += [reversal(entry, nodes, fall) for entry in top["reversals"]]
     own = all([top["error"][i]["name"] for i in e["flips"]] == [f"e_a_{e['contact']}"] for e in top["reversals"])
     demand(own, "reversals: flips are not the error e_a_CONTACT of their contact")
-    bound = [(folder / name, digest) for name, digest in files.items() if folder and (folder / name).exists()]
-    for path, expected in bound + [(spec, top["subject"]["spec_sha256"])] * bool(spec):
-        found = hashlib.sha256(path.read_bytes()).hexdigest()
-        demand(found == expected, f"{path.name} has the SHA-256 {found}, not {expected}")
-        facts.append(f"{path.name} has the SHA-256 stated")
-    unbound = tuple(name for name in files if not folder or not (folder / name).exists())
-    return Report(top["subject"]["name"], top["claim"], tuple(facts), unbound, tuple(top["assumptions"]))
+    return facts
 
 
-def check(text: str, folder: Path | None = None, spec: Path | None = None) -> Report:
-    """Verify a certificate. Raises Refused; json.JSONDecodeError; OSError if a file to be compared cannot be read."""
+def bound(top: dict[str, Any], sources: dict[str, bytes], spec: Path | None) -> tuple[list[str], list[str]]:
+    """Facts about the files, and what nothing vouches for: that they are the files meant, and the matrix their own."""
+    stated = {name: (sources[name], digest) for name, digest in top["subject"]["files"].items() if name in sources}
+    facts, left = [], []
+    for name, (content, expected) in (stated | ({} if spec is None else spec_pair(top, spec))).items():
+        found = hashlib.sha256(content).hexdigest()
+        demand(found == expected, f"{name} has the SHA-256 {found}, not {expected}")
+        facts.append(f"{name} has the SHA-256 stated")
+    try:
+        twin = binding.Twin(stated[TWIN][0].decode() if TWIN in stated else "")
+        left += binding.envelope(top, twin)
+        facts.append(binding.replayed(top, twin))
+    except binding.Unlike as why:
+        raise Refused(str(why)) from None
+    except binding.Unknown as why:
+        left.append(f"that `matrix` is the code's own: {why}")
+    except (ArithmeticError, AttributeError, LookupError, SyntaxError, TypeError, ValueError) as why:
+        raise Refused(f"code, or the twin, cannot be read: {brief(str(why))}") from None
+    left += [] if spec is not None else ["the specification's SHA-256: it was not given (--spec)"]
+    left += [] if top["subject"]["files"] else ["any file: none is named"]
+    turned = {f"e_a_{entry['contact']}" for entry in top["reversals"]}
+    silent = [e["name"] for e in top["error"] if e["name"].startswith("e_a_") and e["name"] not in turned]
+    left += [f"a reversal: nothing is said of one of {', '.join(silent)}"] if silent and not top["along"] else []
+    return facts, left + ([] if top["assumptions"] else ["what the claim rests on: no assumption is stated"])
+
+
+def spec_pair(top: dict[str, Any], spec: Path) -> dict[str, tuple[bytes, str]]:
+    return {spec.name: (spec.read_bytes(), top["subject"]["spec_sha256"])}
+
+
+def check(
+    text: str, folder: Path | None = None, spec: Path | None = None, sources: dict[str, bytes] | None = None
+) -> Report:
+    """Verify a certificate, with the files of its folder or with ``sources`` in their place.
+
+    Raises Refused; json.JSONDecodeError; OSError if a file to be compared cannot be read.
+    """
     demand(len(text) <= MAX_TEXT, f"{len(text)} characters, more than {MAX_TEXT}")
     bare = str.encode
     try:
         raw = json.loads(text, object_pairs_hook=tuple, parse_int=bare, parse_float=bare, parse_constant=bare)
-        return verify(conform(raw, SCHEMA, "certificate"), folder, spec)
+        top = conform(raw, SCHEMA, "certificate")
+        files = top["subject"]["files"]
+        if sources is None:
+            sources = {name: (folder / name).read_bytes() for name in files if folder and (folder / name).exists()}
+        (more, left), facts = bound(top, sources, spec), verify(top)
     except RecursionError:
         raise Refused("nested too deeply") from None
+    unbound = tuple(name for name in files if name not in sources)
+    claim, assumptions = top["claim"], tuple(top["assumptions"])
+    return Report(top["subject"]["name"], claim, (*facts, *more), unbound, tuple(left), assumptions)
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -248,8 +284,10 @@ def main(argv: list[str] | None = None) -> int:
     except (OSError, ValueError) as e:
         print(f"error: {getattr(e, 'filename', given.certificate)}: {getattr(e, 'strerror', e)}", file=sys.stderr)
         return 2
-    print(report.name, *report.facts, *(f"not bound, not here: {name}" for name in report.unbound), sep="\n  ")
-    print("verified: these facts. In words, not checked:", f"{report.claim} Assumed:", *report.assumptions, sep="\n  ")
+    left = [f"{name}, which is not here" for name in report.unbound] + [*report.open]
+    print(report.name, "verified:", *(f"  {fact}" for fact in report.facts), "not compared:", sep="\n")
+    print(*(f"  {gap}" for gap in left), "claim as written by the tool, not checked:", f"  {report.claim}", sep="\n")
+    print("assumptions as written by the tool, not checked:", *(f"  {line}" for line in report.assumptions), sep="\n")
     return 0
 
 

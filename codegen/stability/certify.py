@@ -143,7 +143,12 @@ def json_text(content: Mapping[str, Any]) -> str:
 
 
 def certify(
-    spec: Spec, analysis: Analysis, files: Mapping[str, str], command: str, turning: bool = True
+    spec: Spec,
+    analysis: Analysis,
+    files: Mapping[str, str],
+    command: str,
+    turning: bool = True,
+    places: Mapping[str, str] | None = None,
 ) -> Certificate | Refusal:
     """Certify the sampled observer of a spec over its envelope.
 
@@ -152,6 +157,7 @@ def certify(
         files: name → SHA-256 of the generated sources that the certificate is bound to.
         command: that writes it.
         turning: whether to look for one function for all signs of the slips too.
+        places: where the twin shows its inputs and outputs; None where the certificate need not say.
 
     Raises:
         BadInput: if the envelope lacks a range for something that Ψ depends on.
@@ -169,7 +175,7 @@ def certify(
     base: dict[str, Any] | None = None
     try:
         family = build_family(analysis.dynamics, points.ranges)
-        base = frame(spec, analysis, family, files, command)
+        base = frame(spec, analysis, family, files, command, places)
     except (NotEnclosable, TypeError) as error:
         if analysis.stable:
             structured = by_structure(spec, analysis, files, command)
@@ -261,6 +267,11 @@ def _undecided(analysis: Analysis, why: str, narrower: bool = True) -> Refusal:
     """``narrower``: whether a narrower envelope might change it."""
     reason = render("text/refused_undecided.j2", why=why, analysis=analysis, narrower=narrower).strip()
     return Refusal(reason, None, analysis.spectral_radius, (), analysis.largest_sample_time, False)
+
+
+def withdrawn(analysis: Analysis, why: str) -> Refusal:
+    """In place of a certificate that turned out not to be about the code."""
+    return _undecided(analysis, why, narrower=False)
 
 
 def read_certificate(path: Path) -> str:

@@ -18,6 +18,7 @@ from codegen.spec.model import Spec
 from codegen.stability.analysis import Analysis
 from codegen.stability.family import Family
 from codegen.stability.prefix import rational_text, to_prefix
+from codegen.stability.reading import code_reading
 from codegen.stability.slow import SlowP, shares
 from codegen.text import render
 from codegen.version import VERSION
@@ -26,12 +27,20 @@ FORMAT = "stiction-certificate/1"
 DIGITS = (4, 6, 9, 12)
 
 
-def frame(spec: Spec, analysis: Analysis, family: Family, files: Mapping[str, str], command: str) -> dict[str, Any]:
+def frame(
+    spec: Spec,
+    analysis: Analysis,
+    family: Family,
+    files: Mapping[str, str],
+    command: str,
+    places: Mapping[str, str] | None = None,
+) -> dict[str, Any]:
     """What is known before anything is proved: subject, observer, error, and the family of matrices over its envelope.
 
     Args:
         files: name → SHA-256 of the generated sources.
         command: that writes it.
+        places: where the twin among these shows its inputs and outputs; None where nothing is to be replayed.
     """
     observer = analysis.dynamics.observer
     return {
@@ -51,6 +60,7 @@ def frame(spec: Spec, analysis: Analysis, family: Family, files: Mapping[str, st
         "matrix": [[to_prefix(e) for e in family.matrix.row(i)] for i in range(family.matrix.rows)],
         "lyapunov_matrix": [],
         "slow": [],
+        "code": code_reading(observer, family, places or {}),
         "decay_rate": "0",
         "reversals": [],
         "along": [],

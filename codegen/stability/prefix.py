@@ -8,7 +8,7 @@ import sympy
 
 from codegen.spec.functions import Magnitude
 
-_CALLS = {sympy.sin: "sin", sympy.cos: "cos", sympy.exp: "exp", Magnitude: "abs"}
+_CALLS = {sympy.sin: "sin", sympy.cos: "cos", sympy.exp: "exp", sympy.Abs: "abs", Magnitude: "abs"}
 
 
 def rational_text(value: Any) -> str:

@@ -53,6 +53,7 @@ def by_structure(spec: Spec, analysis: Analysis, files: Mapping[str, str], comma
     content = {
         **frame(spec, analysis, family, files, command),
         "claim": " ".join(render("text/structure_claim.j2", **words).split()),
+        "code": {"errors": [], "variables": {}, "motion": {}},
         "error": [{"name": "f", "meaning": "a component of G^(-1/2) e, e the force errors, G = -K_2", "unit": "1"}],
         "lyapunov_matrix": [["1"]],
         "decay_rate": rational_text(sympy.Rational(rate)),

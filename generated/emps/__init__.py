@@ -14,6 +14,11 @@ __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"
 
 SPEC_SHA256 = "6af290046ff97bda38cdd6b999da2562985f0f24de93aee566995a6b17c119de"
 LARGEST = 1e+150
+ENVELOPE = {  # low and high: where the certificate beside this file speaks
+    "v": ("-1/2", "1/2"),
+    "v_dot": ("-5", "5"),
+    "x_noise": ("-1/1000000", "1/1000000"),
+}
 
 
 @dataclass(slots=True)

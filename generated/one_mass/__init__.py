@@ -14,6 +14,11 @@ __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"
 
 SPEC_SHA256 = "f35d28fd5d082a4348c6e3c2db950b3ab2e9329228ae1cac120397be24e3f251"
 LARGEST = 1e+150
+ENVELOPE = {  # low and high: where the certificate beside this file speaks
+    "v": ("-5", "5"),
+    "v_dot": ("-210", "210"),
+    "x_noise": ("-1/200000", "1/200000"),
+}
 
 
 @dataclass(slots=True)

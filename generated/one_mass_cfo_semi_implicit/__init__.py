@@ -14,6 +14,11 @@ __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"
 
 SPEC_SHA256 = "6d5ab62be4f227a5d456c292223465d1c416f719ac9186a7d84b2fec09de9571"
 LARGEST = 1e+150
+ENVELOPE = {  # low and high: where the certificate beside this file speaks
+    "v": ("-5", "5"),
+    "v_dot": ("-210", "210"),
+    "x_noise": ("-1/200000", "1/200000"),
+}
 
 
 @dataclass(slots=True)

@@ -14,6 +14,12 @@ __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"
 
 SPEC_SHA256 = "17681b16fcc2f3a9b534fe636ee6636e1a2e959da23f3b9cd0482eb72dad1be6"
 LARGEST = 1e+150
+ENVELOPE = {  # low and high: where the certificate beside this file speaks
+    "v": ("1/2", "10"),
+    "f_rail": ("10001/10000", "101/100"),
+    "v_dot": ("-100", "100"),
+    "f_rail_dot": ("-1/10", "1/10"),
+}
 
 
 @dataclass(slots=True)

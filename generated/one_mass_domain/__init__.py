@@ -14,6 +14,14 @@ __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"
 
 SPEC_SHA256 = "8d460ce60843deab9a083d6f6e692c331d1ab3b95be9c9c28efa58c7ade55a45"
 LARGEST = 1e+150
+ENVELOPE = {  # low and high: where the certificate beside this file speaks
+    "x": ("-10", "10"),
+    "v": ("-5", "5"),
+    "w": ("-150", "150"),
+    "v_dot": ("-210", "210"),
+    "x_noise": ("-1/200000", "1/200000"),
+    "a_rail": ("40", "60"),
+}
 
 
 @dataclass(slots=True)

@@ -14,6 +14,11 @@ __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"
 
 SPEC_SHA256 = "f86bd8b1a92165fc8be5068dad91ef4dc02dd84ee43c29f9621a6f3ae7dc1e8a"
 LARGEST = 1e+150
+ENVELOPE = {  # low and high: where the certificate beside this file speaks
+    "omega": ("-20", "20"),
+    "omega_dot": ("-400", "400"),
+    "theta_noise": ("-3927/2500000", "3927/2500000"),
+}
 
 
 @dataclass(slots=True)

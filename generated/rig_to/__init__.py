@@ -14,6 +14,11 @@ __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"
 
 SPEC_SHA256 = "3f8a34b28bf62f6eba9ec73e43a7a6df1bc1671345b852be96b034354d84bb91"
 LARGEST = 1e+150
+ENVELOPE = {  # low and high: where the certificate beside this file speaks
+    "omega": ("-20", "20"),
+    "omega_dot": ("-400", "400"),
+    "theta_noise": ("-3927/2500000", "3927/2500000"),
+}
 
 
 @dataclass(slots=True)

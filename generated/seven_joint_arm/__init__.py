@@ -14,6 +14,22 @@ __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"
 
 SPEC_SHA256 = "52b7fc24362cad8069841d41e04e6920488a5d21d83ed6b1e517ee0008775850"
 LARGEST = 1e+150
+ENVELOPE = {  # low and high: where the certificate beside this file speaks
+    "shoulder_yaw": ("-29/10", "29/10"),
+    "shoulder_pitch": ("-2", "2"),
+    "arm_roll": ("-29/10", "29/10"),
+    "elbow_pitch": ("-2", "2"),
+    "forearm_roll": ("-29/10", "29/10"),
+    "wrist_pitch": ("-2", "2"),
+    "hand_roll": ("-3", "3"),
+    "v_shoulder_yaw": ("-9/5", "9/5"),
+    "v_shoulder_pitch": ("-9/5", "9/5"),
+    "v_arm_roll": ("-11/5", "11/5"),
+    "v_elbow_pitch": ("-11/5", "11/5"),
+    "v_forearm_roll": ("-13/5", "13/5"),
+    "v_wrist_pitch": ("-3", "3"),
+    "v_hand_roll": ("-3", "3"),
+}
 
 
 @dataclass(slots=True)

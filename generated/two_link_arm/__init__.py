@@ -14,6 +14,12 @@ __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"
 
 SPEC_SHA256 = "b6da30848bfb88be36fdd088967c28eb76bff5115c2e0e2e130e666fe4a04476"
 LARGEST = 1e+150
+ENVELOPE = {  # low and high: where the certificate beside this file speaks
+    "theta1": ("-3927/1250", "3927/1250"),
+    "theta2": ("-3927/1250", "3927/1250"),
+    "omega1": ("-3/10", "3/10"),
+    "omega2": ("-3/10", "3/10"),
+}
 
 
 @dataclass(slots=True)

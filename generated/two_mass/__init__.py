@@ -14,6 +14,14 @@ __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"
 
 SPEC_SHA256 = "5d108a0c2b344775326f5cfaa6fd42c8eb9332c34c728456b6a6b3d0f61c8c7a"
 LARGEST = 1e+150
+ENVELOPE = {  # low and high: where the certificate beside this file speaks
+    "v1": ("-5", "5"),
+    "v2": ("-5", "5"),
+    "v1_dot": ("-6", "6"),
+    "v2_dot": ("-6", "6"),
+    "x1_noise": ("-1/200000", "1/200000"),
+    "x2_noise": ("-1/200000", "1/200000"),
+}
 
 
 @dataclass(slots=True)

@@ -1,0 +1,254 @@
+"""A certificate speaks of the code beside it, or is refused; what nothing vouches for is said."""
+
+from __future__ import annotations
+
+import copy
+import hashlib
+import json
+import random
+import re
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from codegen.checker import twin as reader
+from codegen.checker import verify
+from codegen.checker.verify import Refused
+from codegen.replay.twin import load_twin
+
+GENERATED = Path(__file__).parents[2] / "generated"
+PROOFS = sorted(p for p in GENERATED.glob("*/*.json") if p.name in ("certificate.json", "limit.json", "turning.json"))
+DFO = ("one_mass_dfo_implicit",)
+REPLAYED = "replayed in rationals at 3 points drawn at random, the twin moves its error by `matrix`"
+
+
+def sources(name: str) -> dict[str, bytes]:
+    return {p.name: p.read_bytes() for p in (GENERATED / name).iterdir() if p.is_file()}
+
+
+def certificate(name: str, proof: str = "certificate.json") -> Any:
+    return json.loads((GENERATED / name / proof).read_text("utf-8"))
+
+
+def check(content: Any, files: dict[str, bytes]) -> verify.Report:
+    return verify.check(json.dumps(content), sources=files)
+
+
+@pytest.mark.parametrize("path", PROOFS, ids=lambda p: f"{p.parent.name}-{p.stem}")
+def test_what_is_shipped_is_that_of_its_twin(path: Path) -> None:
+    report = verify.check(path.read_text("utf-8"), path.parent)
+    if path.parent.name in DFO:
+        assert "does not say where the twin shows" in " ".join(report.open)
+    else:
+        assert REPLAYED in report.facts
+        assert report.open == ("the specification's SHA-256: it was not given (--spec)",)
+
+
+@pytest.mark.parametrize("name", ["one_mass", "one_mass_domain", "two_mass_gto", "two_link_arm", "chain"])
+def test_a_matrix_a_hair_off_is_refused(name: str) -> None:
+    """So little that P still serves: only the twin can tell."""
+    content, files = certificate(name), sources(name)
+    dice = random.Random(name)
+    for _ in range(3):
+        wrong, (i, j) = copy.deepcopy(content), (dice.randrange(2), dice.randrange(2))
+        wrong["matrix"][i][j] = ["+", wrong["matrix"][i][j], "1/1000000000000"]
+        if name != "two_link_arm":  # there it takes two seconds
+            verify.check(json.dumps(wrong))
+        with pytest.raises(Refused, match="`matrix` is not how the twin moves its error"):
+            check(wrong, files)
+
+
+def forged(content: Any, files: dict[str, bytes], text: str) -> tuple[Any, dict[str, bytes]]:
+    """Another twin, with its hash in the certificate."""
+    content = copy.deepcopy(content)
+    content["subject"]["files"]["__init__.py"] = hashlib.sha256(text.encode()).hexdigest()
+    return content, files | {"__init__.py": text.encode()}
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new"),
+    [
+        ("one_mass", "K_F: float = 10.0", "K_F: float = 10.5"),
+        ("one_mass", "sample_time: float = 0.001", "sample_time: float = 0.002"),
+        ("two_link_arm", "+ parameters.m2_l1_b2 * cos_theta2", "- parameters.m2_l1_b2 * cos_theta2"),
+        ("two_link_arm", "* sin_theta2 * omega1_hat * omega1_hat", "* sin_theta2 * omega1_hat * omega2_hat"),
+        ("two_link_arm", "sin_theta2 = _sin(inputs.theta2)", "sin_theta2 = _sin(inputs.theta1)"),
+        ("two_mass_gto", "parameters.h_K_2_x2 *", "parameters.h_K_2_x1 *"),
+    ],
+)
+def test_another_twin_is_refused(name: str, old: str, new: str) -> None:
+    files = sources(name)
+    text = files["__init__.py"].decode()
+    assert old in text
+    content, files = forged(certificate(name), files, text.replace(old, new))
+    with pytest.raises(Refused, match=r"`matrix` is not how the twin moves|the twin has another sample time"):
+        check(content, files)
+
+
+def narrower() -> Any:
+    """The arm's proof over a part of the elbow's range: true, but less than the code's envelope."""
+    content = certificate("two_link_arm")
+    at, slow = content["splits"]["theta2"], content["slow"][0]
+    low, high = 4, len(at) - 4
+    content["splits"]["theta2"], content["variables"]["theta2"] = at[low:high], [at[low], at[high - 1]]
+    slow["matrices"] = slow["matrices"][low:high]
+    return content
+
+
+def test_a_narrower_envelope_than_the_code_s_is_refused() -> None:
+    content = narrower()
+    assert "V falls" in " ".join(verify.check(json.dumps(content)).facts)
+    with pytest.raises(Refused, match=r"theta2: the envelope of the code is \[-3927/1250, 3927/1250\], not"):
+        check(content, sources("two_link_arm"))
+    slower = certificate("two_link_arm")
+    slower["variables"]["omega2"] = ["-1/5", "1/5"]
+    with pytest.raises(Refused, match="omega2: the envelope"):
+        check(slower, sources("two_link_arm"))
+    one_sign = certificate("two_link_arm")
+    one_sign["variables"]["s_elbow"] = ["1", "1"]
+    with pytest.raises(Refused, match=r"s_elbow: the envelope of the code is \[-1, 1\]"):
+        check(one_sign, sources("two_link_arm"))
+
+
+def test_a_refuted_point_out_of_the_envelope_is_refused() -> None:
+    content = certificate("two_link_arm", "limit.json")
+    check(content, sources("two_link_arm"))
+    content["variables"]["omega1"] = ["31/100", "31/100"]
+    with pytest.raises(Refused, match=r"omega1: the envelope|no V with P|V may not fall"):
+        check(content, sources("two_link_arm"))
+
+
+def test_a_slow_variable_moves_as_the_code_says() -> None:
+    content = certificate("two_link_arm")
+    content["slow"][0]["velocity"] = "omega1"
+    with pytest.raises(Refused, match="slow: omega1 is not what moves theta2"):
+        check(content, sources("two_link_arm"))
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"reversals": []}, "a reversal: nothing is said of one of e_a_rail"),
+        ({"assumptions": []}, "what the claim rests on: no assumption is stated"),
+        ({"subject": {"name": "one_mass", "spec_sha256": "0" * 64, "files": {}}}, "any file: none is named"),
+        (
+            {"code": {"errors": [], "variables": {}, "motion": {}}},
+            "the certificate does not say where the twin shows the",
+        ),
+    ],
+)
+def test_what_is_left_out_is_said(change: Any, words: str) -> None:
+    report = check(certificate("one_mass") | change, sources("one_mass"))
+    assert any(words in gap for gap in report.open)
+    assert (REPLAYED in report.facts) == ("code" not in change and "subject" not in change)
+
+
+BAD_CODE = [
+    {"errors": ["outputs.v_hat", "outputs.nothing"], "variables": {}, "motion": {}},
+    {"errors": ["outputs.v_hat", "__import__"], "variables": {}, "motion": {}},
+    {"errors": ["outputs.v_hat", "outputs.F_hat_rail[3]"], "variables": {}, "motion": {}},
+    {"errors": ["outputs.F_hat_rail", "outputs.v_hat"], "variables": {}, "motion": {}},
+    {"errors": ["outputs.v_hat", "inputs.x"], "variables": {}, "motion": {}},
+    {"errors": ["outputs.v_hat", "outputs.F_hat_rail"], "variables": {}, "motion": {"inputs.y": "outputs.v_hat"}},
+    {"errors": ["outputs.v_hat", "outputs.F_hat_rail"], "variables": {"q": ["what"]}, "motion": {}},
+]
+
+
+@pytest.mark.parametrize("code", BAD_CODE)
+def test_bad_code_is_refused_or_told(code: Any) -> None:
+    try:
+        report = check(certificate("one_mass") | {"code": code}, sources("one_mass"))
+    except Refused as fault:
+        assert str(fault)
+    else:
+        assert REPLAYED not in report.facts or code["variables"] == {"q": ["what"]}  # of which no use is made
+
+
+@pytest.mark.parametrize(
+    "text", ["", "x = (", "class State: pass", "def step(): pass", "class Parameters:\n    a: int = f()"]
+)
+def test_a_twin_that_cannot_be_read_is_refused_or_told(text: str) -> None:
+    try:
+        report = check(*forged(certificate("one_mass"), sources("one_mass"), text))
+    except Refused as fault:
+        assert "cannot be read" in str(fault)
+    else:
+        assert REPLAYED not in report.facts
+
+
+@pytest.mark.parametrize("name", ["one_mass_domain", "two_mass_gto", "chain", "one_mass_cfo_semi_implicit", "rig_to"])
+def test_the_reader_computes_what_python_computes(name: str) -> None:
+    """The twin executed on doubles, and its derivative by differences of rationals: not by this reader."""
+    text = (GENERATED / name / "__init__.py").read_text("utf-8")
+    module, twin, dice = load_twin(text, name), reader.Twin(text), random.Random(name)
+    made = {record: twin.record(record) for record in ("Parameters", "State", "Inputs", "Outputs")}
+    twin.run("prepare", parameters=made["Parameters"])
+    theirs = {record: getattr(module, record)() for record in made}
+    for record in ("State", "Inputs"):
+        for field, default in made[record].items():
+            drawn = [round(dice.uniform(-2, 2), 3) for _ in (default if isinstance(default, list) else [0])]
+            if field == "waiting":
+                continue
+            pairs = [(Fraction(str(x)), Fraction(0)) for x in drawn]
+            made[record][field] = pairs if isinstance(default, list) else pairs[0]
+            setattr(theirs[record], field, drawn if isinstance(default, list) else drawn[0])
+    names = {"state": "State", "parameters": "Parameters", "inputs": "Inputs", "outputs": "Outputs"}
+    twin.run("step", **{k: made[v] for k, v in names.items()})
+    module.step(*(theirs[v] for v in names.values()))
+    for record in ("State", "Outputs"):
+        for field, found in made[record].items():
+            other = getattr(theirs[record], field)
+            flat = zip(found, other, strict=True) if isinstance(found, list) else [(found, other)]
+            for (x, _), y in flat:
+                assert float(x) == pytest.approx(y, rel=1e-9, abs=1e-12), (record, field)
+
+
+def test_derivatives_are_those_of_differences() -> None:
+    formula = "abs(state.x) * state.x / (1.0 + state.x * state.x) - 3.0 * -state.x"
+    text = f"def step(state, outputs):\n    outputs.y = {formula}\n"
+
+    def at(x: Fraction) -> Any:
+        outputs: dict[str, Any] = {}
+        reader.Twin(text).run("step", state={"x": (x, Fraction(1))}, outputs=outputs)
+        return outputs["y"]
+
+    for x in (Fraction(7, 3), Fraction(-2, 5)):
+        step = Fraction(1, 10**8)
+        assert float(at(x)[1]) == pytest.approx(float((at(x + step)[0] - at(x - step)[0]) / (2 * step)), rel=1e-12)
+
+
+def test_functions_belong_to_their_argument() -> None:
+    for x in (Fraction(0), Fraction(3, 7), Fraction(-5)):
+        (sine, slope), (cosine, fall) = reader.function("sin", x), reader.function("cos", x)
+        assert sine**2 + cosine**2 == 1 and (slope, fall) == (cosine, -sine)
+        assert reader.function("sin", -x)[0] == -sine and reader.function("cos", -x)[0] == cosine
+    assert reader.function("exp", Fraction(1)) == reader.function("exp", Fraction(2, 2))
+    assert reader.function("exp", Fraction(1)) != reader.function("exp", Fraction(2))
+    with pytest.raises(reader.Unknown):
+        reader.function("atan", Fraction(1))
+
+
+@pytest.mark.slow
+def test_a_thousand_wrong_twins_are_refused_or_do_no_harm() -> None:
+    """One operator or constant of ``step`` or ``prepare`` changed, the hash forged: accepted is what moves alike."""
+    counts = {}
+    for name in ("one_mass", "two_mass", "rig_to", "two_mass_gto"):
+        files, content, dice = sources(name), certificate(name), random.Random(name)
+        text = files["__init__.py"].decode()
+        begin, end = text.index("    # velocity estimate"), text.index("# hold the last state")
+        spots = [m for m in re.finditer(r" [-+*] |\b\d+\.\d+\b|\bparameters\.\w+", text) if begin < m.start() < end]
+        kept = 0
+        for _ in range(250):
+            spot = dice.choice(spots)
+            options = [x for x in (" - ", " + ", " * ") if x != spot.group()]
+            other = dice.choice(options) if spot.group() in (" - ", " + ", " * ") else f"(2.0 * {spot.group()})"
+            try:
+                check(*forged(content, files, text[: spot.start()] + other + text[spot.end() :]))
+            except Refused:
+                continue
+            kept += 1
+        counts[name] = kept
+    print("accepted of 250 each:", counts)
+    assert sum(counts.values()) < 500
