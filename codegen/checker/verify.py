@@ -284,7 +284,7 @@ def main(argv: list[str] | None = None) -> int:
     except (OSError, ValueError) as e:
         print(f"error: {getattr(e, 'filename', given.certificate)}: {getattr(e, 'strerror', e)}", file=sys.stderr)
         return 2
-    left = [f"{name}, which is not here" for name in report.unbound] + [*report.open]
+    left = [f"{name}, which is not here" for name in report.unbound] + [*report.open] or ["nothing"]
     print(report.name, "verified:", *(f"  {fact}" for fact in report.facts), "not compared:", sep="\n")
     print(*(f"  {gap}" for gap in left), "claim as written by the tool, not checked:", f"  {report.claim}", sep="\n")
     print("assumptions as written by the tool, not checked:", *(f"  {line}" for line in report.assumptions), sep="\n")
