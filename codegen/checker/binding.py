@@ -110,7 +110,7 @@ def envelope(top: Mapping[str, Any], twin: Twin) -> list[str]:
     Raises:
         Unlike: where that is not so.
     """
-    given, left, shown = twin.constants.get("ENVELOPE", {}), [], top["code"]["variables"]
+    given, left, shown = twin.envelope, [], top["code"]["variables"]
     for slow in top["slow"]:
         if twin.records and top["code"]["motion"].get(shown.get(slow["variable"])) != shown.get(slow["velocity"]):
             raise Unlike(f"slow: {slow['velocity']} is not what moves {slow['variable']} in `code`")

@@ -50,21 +50,22 @@ class Twin:
     """The generated Python, read.
 
     Attributes:
+        envelope: its ENVELOPE, variable → (low, high).
         signs: of everything whose sign the last step asked for, in order: two samples with the same are of one branch.
     """
 
     def __init__(self, source: str) -> None:
         self.functions: dict[str, ast.FunctionDef] = {}
         self.records: dict[str, ast.ClassDef] = {}
-        self.constants: dict[str, Any] = {}
+        self.envelope: dict[str, tuple[str, str]] = {}
         self.signs: list[Fraction] = []
         for node in ast.parse(source).body:
             if isinstance(node, ast.FunctionDef):
                 self.functions[node.name] = node
             elif isinstance(node, ast.ClassDef):
                 self.records[node.name] = node
-            elif isinstance(node, ast.Assign) and isinstance(node.value, ast.Dict | ast.Constant | ast.List):
-                self.constants[getattr(node.targets[0], "id", "")] = ast.literal_eval(node.value)
+            elif isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") == "ENVELOPE":
+                self.envelope = ast.literal_eval(node.value)
 
     def record(self, name: str) -> dict[str, Any]:
         """A struct with its defaults."""
@@ -165,6 +166,8 @@ class Twin:
         args = [self.value(item, env) for item in node.args]
         if name == "range":
             return range(*(int(x[0]) for x in args))
+        if name == "float32":  # single precision rounds; the formulas are the same
+            return args[0]
         if name == "_quotient":
             return self.operation(ast.Div(), *args)
         (x, dx), name = args[0], name.lstrip("_")
