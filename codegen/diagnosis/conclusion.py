@@ -6,11 +6,13 @@ from collections.abc import Collection, Iterator, Sequence
 from math import isfinite
 
 from codegen.diagnosis.credit import LEAST_EXPLAINED, level
-from codegen.diagnosis.estimate import estimate
+from codegen.diagnosis.estimate import Estimate
 from codegen.diagnosis.measure import Window, force_errors
 from codegen.diagnosis.problem import Problem
+from codegen.diagnosis.ranking import Ranked, twins
 from codegen.diagnosis.results import Candidate, ErrorFigures, FoundEffect, Verdict
-from codegen.diagnosis.rounds import Outcome, Ranked, twins
+from codegen.diagnosis.rounds import Outcome
+from codegen.diagnosis.trial import Part
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import places_of, unit_words
 from codegen.effects.places import pairs
@@ -98,12 +100,10 @@ def force_agrees(problem: Problem, refit: System, augmented: System) -> bool:
     return after < before
 
 
-def named_effects(outcome: Outcome, system: System) -> list[FoundEffect]:
-    """The effects of the final fit, with intervals."""
-    if not outcome.parts:
-        return []
+def named_effects(parts: Sequence[Part], estimated: Estimate, system: System) -> list[FoundEffect]:
+    """Effects with their parameters and intervals."""
     found = []
-    for part, values in zip(outcome.parts, estimate(outcome.final).effects, strict=True):
+    for part, values in zip(parts, estimated.effects, strict=True):
         effect = CATALOGUE[part.kind]
         parameters = {name: value for name, (value, _) in values.items()}
         intervals = {name: interval for name, (_, interval) in values.items()}

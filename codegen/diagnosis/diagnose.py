@@ -98,8 +98,9 @@ def diagnose_log(
     before = estimate(outcome.base)
     refit = with_values(system, _values(before))
     verdict = verdict_of(outcome, faults)
-    named = named_effects(outcome, refit)
-    augmented = with_values(with_effects(system, named), _values(estimate(outcome.final))) if named else refit
+    after = estimate(*search.polished(outcome.final)) if outcome.parts else before
+    named = named_effects(outcome.parts, after, refit)
+    augmented = with_values(with_effects(system, named), _values(after)) if named else refit
     if verdict == "effect" and not force_agrees(problem, refit, augmented):
         verdict = "unknown"
     if verdict == "unknown":

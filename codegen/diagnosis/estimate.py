@@ -30,10 +30,16 @@ class Estimate:
     effects: tuple[dict[str, tuple[float, Interval]], ...]
 
 
-def estimate(shot: Shot) -> Estimate:
-    """The sandwich covariance over segments: the gradient of each counts as it is, whatever the colour of its noise."""
+def estimate(shot: Shot, other: Shot | None = None) -> Estimate:
+    """The sandwich covariance over segments: the gradient of each counts as it is, whatever the colour of its noise.
+
+    Args:
+        other: the same fit on segments of another length; how far the two lie apart is taken as one more deviation.
+    """
     trial = shot.runner.trial
     deviation = standard_errors(shot)
+    if other is not None:
+        deviation = np.hypot(deviation, other.theta - shot.theta)
     segments, count = len(shot.residual), len(shot.theta)
     factor = float(student.ppf(0.5 + CONFIDENCE / 2, max(segments - count, 3)))
     low, high = shot.theta - factor * deviation, shot.theta + factor * deviation

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -108,17 +109,46 @@ def power(system: System, motion: Motion, forces: Array) -> Array:
 
     It is the same whatever side of a gear a coordinate is on, and adds no newtons to newton metres.
     """
+    return _power(inverse_mass(system, motion), forces)
+
+
+def inverse_mass(system: System, motion: Motion) -> Array:
+    """(N, n, n) M(x)⁻¹ along a motion."""
     columns = [Matrix(system.mass_matrix[:, j]) for j in range(system.degrees_of_freedom)]
     mass = evaluate_forces(system, columns, motion).transpose(1, 2, 0)
-    accelerations = np.linalg.pinv(mass, hermitian=True) @ forces[:, :, None]
-    return np.asarray((forces * accelerations[:, :, 0]).sum(axis=1))
+    return np.asarray(np.linalg.pinv(mass, hermitian=True))
 
 
-def share_of_drive(system: System, motion: Motion, forces: Array) -> float:
-    """Forces, (N, n), over the drive force in the norm of ``power``, both over the usable samples."""
-    drive = motion.low_pass(drive_force(system, motion))
-    acting, driven = (float(power(system, motion, f)[motion.usable].sum()) for f in (forces, drive))
-    return float(np.sqrt(acting / max(driven, 1e-300)))
+def _power(inverse: Array, forces: Array) -> Array:
+    return np.asarray((forces * (inverse @ forces[:, :, None])[:, :, 0]).sum(axis=1))
+
+
+@dataclass(frozen=True, eq=False)
+class Drive:
+    """What the drive does along a motion, as the measure of other forces."""
+
+    system: System
+    motion: Motion
+
+    def share(self, forces: Array) -> float:
+        """Forces, (N, n), over the drive force in the norm of ``power``, both over the usable samples."""
+        return float(np.sqrt(self._acting(forces) / max(self._driven, 1e-300)))
+
+    @cached_property
+    def residual(self) -> Array:
+        """(N, n) of the system along the motion."""
+        return inverse_dynamics_residual(self.system, self.motion)
+
+    @cached_property
+    def _inverse(self) -> Array:
+        return inverse_mass(self.system, self.motion)[self.motion.usable]
+
+    @cached_property
+    def _driven(self) -> float:
+        return self._acting(self.motion.low_pass(drive_force(self.system, self.motion)))
+
+    def _acting(self, forces: Array) -> float:
+        return float(_power(self._inverse, forces[self.motion.usable]).sum())
 
 
 def _substeps(h: float) -> int:

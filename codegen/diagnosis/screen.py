@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import minimize
 
 from codegen.diagnosis.output_error import Shot, means, segment_cost, segment_weights
 from codegen.diagnosis.trial import CHAIN, STRUCTURE, Part, Runner
@@ -15,6 +16,8 @@ from codegen.effects.start import Covered
 
 Array = NDArray[np.float64]
 
+TRIES, SIMPLEX = 200, 0.5
+"""Of a simplex search: free runs at most, and its first size in logarithms."""
 SMALL = 1e-3
 """Size of a probe of a weight, in what would be a large effect."""
 
@@ -36,13 +39,8 @@ def starting_points(
     moved = np.stack([base.starts.project(r, slope=True) for r in raw]) if raw else np.zeros((0, *now.shape))
     found = []
     for shape in shapes:
-        effects = _weighted(part)
-        if effects is None:
-            theta = np.concatenate([base.theta, part.inward(shape)])
-            probe = means(runner, runner.run(theta, base.offsets))
-            step, cost = _solve(base, probe, moved, weights)
-            theta[: len(base.theta)] += step
-            found.append((cost, theta))
+        if _weighted(part) is None:
+            found.append(_beside(runner, base, moved, part.inward(shape)))
             continue
         columns, recover = _columns(runner, base, part, shape, covered, now)
         step, cost = _solve(base, now, np.concatenate([moved, columns]), weights)
@@ -51,6 +49,38 @@ def starting_points(
         found.append((cost, theta))
     found.sort(key=lambda pair: pair[0])
     return found[:most]
+
+
+def settled(runner: Runner, base: Shot, raw: Sequence[Array], theta: Array) -> tuple[float, Array]:
+    """(cost, theta) after a simplex search over the parameters of the last part: for a loss too rough for slopes.
+
+    Args:
+        theta: where to start; the rest follows by one linear step each.
+    """
+    size = len(runner.trial.parts[-1].names)
+    moved = np.stack([base.starts.project(r, slope=True) for r in raw]) if raw else np.zeros((0, *base.residual.shape))
+    first = theta[-size:]
+    simplex = np.vstack([first, first + SIMPLEX * np.eye(size)])
+    best = minimize(
+        lambda inner: _beside(runner, base, moved, inner)[0],
+        first,
+        method="Nelder-Mead",
+        options={"maxfev": TRIES, "initial_simplex": simplex},
+    )
+    return _beside(runner, base, moved, best.x)
+
+
+def _beside(runner: Runner, base: Shot, moved: Array, inner: Array) -> tuple[float, Array]:
+    """(cost, theta) of the last part at these values, all else by one linear step from the base.
+
+    Args:
+        moved: projected slopes of the base's parameters.
+    """
+    theta = np.concatenate([base.theta, inner])
+    weights = np.sqrt(segment_weights(base.residual))[:, None]
+    step, cost = _solve(base, means(runner, runner.run(theta, base.offsets)), moved, weights)
+    theta[: len(base.theta)] += step
+    return cost, theta
 
 
 def _solve(base: Shot, residual: Array, columns: Array, weights: Array) -> tuple[Array, float]:

@@ -17,9 +17,10 @@ from codegen.diagnosis.credit import held_out_losses, independent_share
 from codegen.diagnosis.models import with_effects, with_values
 from codegen.diagnosis.motions import ExtraMotion, Reach, library, reach_of, reference_text
 from codegen.diagnosis.output_error import Shot
+from codegen.diagnosis.ranking import Ranked, twins
 from codegen.diagnosis.record import record_of
 from codegen.diagnosis.results import FoundEffect
-from codegen.diagnosis.rounds import Outcome, Ranked, twins
+from codegen.diagnosis.rounds import Outcome
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.signals import smooth_motion
 from codegen.effects import CATALOGUE

@@ -35,6 +35,8 @@ STRUCTURE = {
     "backlash": ("gap", "k", "c", "load_fraction"),
 }
 """Effects that add states: they have their place in the C of the free runs."""
+ROUGH = ("backlash",)
+"""Effects whose loss is rough: a load hits the end of its play a sample sooner or later."""
 SENSOR = {"encoder_eccentricity": ("amplitude", "period", "phase")}
 BETWEEN = ("load_fraction",)
 """Parameters between 0 and 1."""

@@ -19,7 +19,8 @@ SHARE = EffectParameter("load_fraction", "1", "share ρ of the inertia behind th
 FREQUENCIES = (0.15, 0.4, 1.0, 2.5, 6.0)
 """Resonances to start from, in the cutoff of the log."""
 LOADS = (0.3, 0.65)
-DAMPING_RATIO = 0.15
+DAMPING_RATIOS = (0.15, 0.6)
+GAPS = 5
 NEEDS = "an axis with a constant inertia of its own, not coupled to others, and no compliance or backlash yet"
 
 
@@ -49,7 +50,7 @@ class Compliance(Effect):
 
     def starts(self, covered: Covered) -> list[dict[str, float]]:
         """Lightly damped resonances from a seventh to six times the cutoff, with a third or two of the inertia."""
-        return [_coupling(covered, frequency, load) for frequency, load in product(FREQUENCIES, LOADS)]
+        return [_coupling(covered, *where) for where in product(FREQUENCIES, LOADS, DAMPING_RATIOS[:1])]
 
 
 class Backlash(Effect):
@@ -80,16 +81,16 @@ class Backlash(Effect):
         return system.with_transmission(Transmission(place, p["k"], p["c"], p["load_fraction"], p["gap"]))
 
     def starts(self, covered: Covered) -> list[dict[str, float]]:
-        """Gaps from the noise to a fortieth of the span, with the compliance found at the place, or stiff ones."""
-        stiff = [_coupling(covered, frequency, LOADS[-1]) for frequency in FREQUENCIES[2:]]
+        """Gaps from the noise to a fortieth of the span, with the compliance found at the place, or stiffer ones."""
+        stiff = [_coupling(covered, *where) for where in product(FREQUENCIES[2:], LOADS, DAMPING_RATIOS)]
         noise, half = covered.noise, covered.half_span
-        gaps = np.geomspace(max(2 * noise, 1e-5 * half), max(20 * noise, 0.05 * half), 5)
+        gaps = np.geomspace(max(2 * noise, 1e-5 * half), max(20 * noise, 0.05 * half), GAPS)
         couplings = [covered.coupling, *stiff] if covered.coupling else stiff
         return [{**coupling, "gap": float(gap)} for coupling in couplings for gap in gaps]
 
 
-def _coupling(covered: Covered, frequency: float, load: float) -> dict[str, float]:
+def _coupling(covered: Covered, frequency: float, load: float, damping_ratio: float) -> dict[str, float]:
     """The spring at which motor and load swing against each other at ``frequency``, in the cutoff."""
     shared = load * (1 - load) * covered.inertia
     k = shared * (2 * pi * frequency * covered.cutoff_hz) ** 2
-    return {"k": k, "c": 2 * DAMPING_RATIO * sqrt(k * shared), "load_fraction": load}
+    return {"k": k, "c": 2 * damping_ratio * sqrt(k * shared), "load_fraction": load}

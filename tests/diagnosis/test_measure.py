@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen.diagnosis.measure import Window, force_errors, share_of_drive
+from codegen.diagnosis.measure import Drive, Window, force_errors
 from codegen.diagnosis.residual import Masks
 from codegen.diagnosis.signals import Motion, smooth_motion
 from codegen.logs import Log
@@ -57,9 +57,9 @@ def motion(scale: float) -> Motion:
 def test_a_force_behind_a_gear_is_the_same_share_by_the_rotors_turns_as_by_the_loads() -> None:
     wave = 0.3 * np.sin(np.arange(4000) / 90)
     load_side, rotor_side = motion(1.0), motion(RATIO)
-    by_load = share_of_drive(joint(), load_side, np.column_stack([0 * wave, wave]))
+    by_load = Drive(joint(), load_side).share(np.column_stack([0 * wave, wave]))
     # In turns of the rotor the load's inertia is L/n², and a torque on it τ/n.
-    reflected = share_of_drive(joint(1.0, LOAD / RATIO**2), rotor_side, np.column_stack([0 * wave, wave / RATIO]))
+    reflected = Drive(joint(1.0, LOAD / RATIO**2), rotor_side).share(np.column_stack([0 * wave, wave / RATIO]))
     assert by_load == pytest.approx(reflected, rel=1e-9)
     used = load_side.usable
     drive = 0.072 * load_side.inputs[used, 0]
@@ -83,4 +83,4 @@ def test_on_one_coordinate_the_norm_is_the_rms() -> None:
     force = np.cos(t)[:, None] ** 3
     drive = moved.low_pass(moved.inputs)[moved.usable]
     share = np.sqrt((force[moved.usable] ** 2).sum() / (drive**2).sum())
-    assert share_of_drive(system, moved, force) == pytest.approx(share, rel=1e-12)
+    assert Drive(system, moved).share(force) == pytest.approx(share, rel=1e-12)

@@ -14,8 +14,9 @@ from codegen.diagnosis.credit import Evidence
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.motions import Reach, library, reach_of
 from codegen.diagnosis.problem import Problem
+from codegen.diagnosis.ranking import Ranked
 from codegen.diagnosis.record import record_of
-from codegen.diagnosis.rounds import Outcome, Ranked
+from codegen.diagnosis.rounds import Outcome
 from codegen.diagnosis.search import search_on
 from codegen.diagnosis.separation import separate
 from codegen.diagnosis.signals import smooth_motion

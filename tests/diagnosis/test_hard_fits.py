@@ -1,0 +1,75 @@
+"""Fits that a plain Gauss–Newton from the first start does not find, and intervals that know more than one fit."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from codegen.diagnosis.estimate import estimate, standard_errors
+from codegen.diagnosis.problem import Problem
+from codegen.diagnosis.record import record_of
+from codegen.diagnosis.rounds import find_effects
+from codegen.diagnosis.search import search_on
+from codegen.diagnosis.signals import smooth_motion
+from codegen.diagnosis.trial import part_of
+from codegen.effects import CATALOGUE
+from tests.diagnosis.stage import TRAIN, diagnosed, log_of, stage, system_of
+
+PLAY = {"gap": 4e-4, "k": 3e4, "c": 90.0, "load_fraction": 0.6}
+
+
+@pytest.mark.slow
+def test_play_in_the_drive_is_found_though_the_loss_is_rough(tmp_path: Path) -> None:
+    entry = ", ".join(f"{name}: {value}" for name, value in PLAY.items())
+    diagnosis, _ = diagnosed(f"[{{kind: backlash, on: x, parameters: {{{entry}}}}}]", tmp_path)
+    assert [e.kind for e in diagnosis.effects] == ["backlash"], diagnosis.sentence
+    found = diagnosis.effects[0].parameters
+    assert found["gap"] == pytest.approx(PLAY["gap"], rel=0.1)
+    assert found["load_fraction"] == pytest.approx(PLAY["load_fraction"], rel=0.05)
+
+
+@pytest.mark.slow
+def test_a_compliance_is_not_called_play(tmp_path: Path) -> None:
+    spring = "[{kind: compliance, on: x, parameters: {k: 8000, c: 20, load_fraction: 0.6}}]"
+    diagnosis, _ = diagnosed(spring, tmp_path, noise=2e-6)
+    assert [e.kind for e in diagnosis.effects] == ["compliance"], diagnosis.sentence
+
+
+@pytest.mark.slow
+def test_two_effects_are_found_where_each_bends_the_fit_of_the_other(tmp_path: Path) -> None:
+    spring = "{kind: spring, on: x, parameters: {k: 25}}"
+    waves = "{kind: position_dependent_friction, on: rail, parameters: {amplitude: 2.5, period: 0.21, phase: -2}}"
+    diagnosis, _ = diagnosed(f"[{spring}, {waves}]", tmp_path)
+    found = {e.kind: e.parameters for e in diagnosis.effects}
+    assert set(found) == {"spring", "position_dependent_friction"}, diagnosis.sentence
+    assert found["spring"]["k"] == pytest.approx(25, rel=0.02)
+    assert found["position_dependent_friction"]["period"] == pytest.approx(0.21, rel=0.01)
+
+
+def test_an_interval_knows_of_the_fit_on_shorter_segments(tmp_path: Path) -> None:
+    """What the two fits differ by is one more deviation; the truth lies inside."""
+    truth = 5.0
+    plant = stage(f"[{{kind: viscous, on: rail, parameters: {{b: {truth}}}}}]", 4.5, TRAIN, noise=2e-5)
+    spec = stage()
+    system, log = system_of(spec), log_of(plant, tmp_path, "log.csv")
+    motion = smooth_motion(log)
+    search = search_on(Problem(system, motion, {}), lambda share: record_of(motion, log, share))
+    base = search.refit()
+    part = part_of(CATALOGUE["viscous"], 0, system)
+    first = search.exchanged(base, base.theta, [part], [{"b": 0.8 * truth}])
+    one, other = search.polished(first)
+    assert other.runner.record.length == pytest.approx(0.6 * one.runner.record.length, rel=0.05)
+    alone, both = (estimate(*fits).effects[0]["b"][1] for fits in ((one,), (one, other)))
+    apart, deviation = float(other.theta[-1] - one.theta[-1]), float(standard_errors(one)[-1])
+    assert both[1] - both[0] == pytest.approx((alone[1] - alone[0]) * np.hypot(1, apart / deviation), rel=1e-9)
+    assert both[0] < truth < both[1]
+
+
+def test_nothing_is_searched_where_only_a_refit_is_asked_for(tmp_path: Path) -> None:
+    log = log_of(stage("[]", 4.5), tmp_path, "log.csv")
+    motion, system = smooth_motion(log), system_of(stage())
+    search = search_on(Problem(system, motion, {}), lambda share: record_of(motion, log, share))
+    outcome = find_effects(search, lambda turn, share: pytest.fail("a candidate was tried"), refit_only=True)
+    assert outcome.parts == () and outcome.base.theta[0] == pytest.approx(4.5, rel=0.01)
