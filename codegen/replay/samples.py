@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from codegen.logs.log import Log
 from codegen.logs.readers import log_description
 from codegen.logs.source import LARGEST, Columns
 from codegen.logs.stream import NotStreamed, Stream, open_stream
-from codegen.logs.uniform import JITTER
+from codegen.logs.uniform import GAP_STEPS, JITTER
 from codegen.program import Program
 from codegen.spec import Spec
 
@@ -75,8 +76,8 @@ class Samples:
 
         Raises:
             BadInput: for a log that cannot be used.
-            Irregular: for a step that is not the sample time within 1 %, or a value that is not finite and that the
-                observer cannot hold over: only ``whole`` can tell what to do.
+            Irregular: for a step that is neither the sample time within 1 % nor a gap, or a value that is not finite
+                and that the observer cannot hold over: only ``whole`` can tell what to do.
             NotStreamed: for a format that is read whole.
         """
         stream = open_stream(self._path)
@@ -124,19 +125,25 @@ class Samples:
             else:
                 time = np.arange(count, count + len(values)) / float(described.sample_rate_hz or 1.0)
                 rows = values
-            self._require_regular(columns, time, before)
+            gaps = self._gaps(columns, time, before)
             self._require_finite(columns, rows, described, timed)
-            yield Block(time, rows, count == 0)
+            ends = [0, *(k for k in gaps if k), len(time)]
+            for start, stop in pairwise(ends):
+                yield Block(time[start:stop], rows[start:stop], count + start == 0 or start in gaps)
             count, before = count + len(time), float(time[-1])
 
-    def _require_regular(self, columns: Columns, time: Array, before: float) -> None:
-        steps = np.diff(time) if np.isnan(before) else np.diff(time, prepend=before)
+    def _gaps(self, columns: Columns, time: Array, before: float) -> list[int]:
+        """Rows that come after a gap; other steps are the sample time, and most are."""
+        first = int(np.isnan(before))
+        steps = np.diff(time) if first else np.diff(time, prepend=before)
         wrong = ~(np.abs(steps / self.period - 1) <= JITTER)
-        if wrong.any() or not np.isfinite(time[0]):
-            k = int(np.argmax(wrong)) if wrong.any() else 0
-            row = k + (1 if np.isnan(before) and wrong.any() else 0)
-            words = f"a step of {steps[k]:.6g} s" if wrong.any() else "a time that is not finite"
-            raise Irregular(columns.place(row, 0), words)
+        gaps = wrong & (steps > GAP_STEPS * self.period) & (2 * np.count_nonzero(wrong) < len(wrong))
+        other = wrong & ~gaps
+        if other.any() or not np.isfinite(time[0]):
+            k = int(np.argmax(other)) if other.any() else 0
+            words = f"a step of {steps[k]:.6g} s" if other.any() else "a time that is not finite"
+            raise Irregular(columns.place(k + first * int(other.any()), 0), words)
+        return [int(k) + first for k in np.flatnonzero(gaps)]
 
     def _require_finite(self, columns: Columns, rows: Array, described: LogDescription, timed: bool) -> None:
         if self._holds and not described.fill_missing:

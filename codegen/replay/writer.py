@@ -103,12 +103,11 @@ class _InPlace(ABC):
 
 
 class CsvWriter(_InPlace):
-    """CSV: a comment with the units, a header, and every double in the fewest digits that give it back."""
+    """CSV as of a simulated log: a header, then numbers, every double in the fewest digits that give it back."""
 
     def _begin(self) -> None:
-        named = [("t", "s"), *self.columns] + ([("fault", "1")] if self.flagged else [])
-        units = ", ".join(f"{name} [{unit}]" for name, unit in named)
-        self.stream.write(f"# {units}\n{','.join(name for name, _ in named)}\n".encode())
+        names = ["t", *(name for name, _ in self.columns), *(["fault"] if self.flagged else [])]
+        self.stream.write(f"{','.join(names)}\n".encode())
 
     def _append(self, time: Array, estimates: Array, faults: NDArray[np.intc]) -> None:
         table = np.column_stack([time, estimates]).tolist()
