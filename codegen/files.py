@@ -36,9 +36,11 @@ def refuse_target(path: Path, sources: Mapping[str, Path] | None = None, endings
     if endings and path.suffix.lower() not in endings:
         raise BadInput(str(path), f"the ending `{path.suffix}`", f"a file ending in {' or '.join(endings)}")
     standing = next(folder for folder in path.absolute().parents if folder.exists())
-    if not standing.is_dir() or not os.access(standing, os.W_OK | os.X_OK):
-        why = "Permission denied" if standing.is_dir() else "Not a directory"
-        raise BadInput(str(path), f"cannot be written ({why})", "a folder that can be written")
+    if not standing.is_dir():
+        named = path.parents[path.absolute().parents.index(standing)]
+        raise BadInput(str(named), "cannot be written (a file is there)", "a folder, or a name that is free")
+    if not os.access(standing, os.W_OK | os.X_OK):
+        raise BadInput(str(path), "cannot be written (Permission denied)", "a folder that can be written")
 
 
 def refuse_foreign(folder: Path, name: str, marks: Sequence[str]) -> None:

@@ -13,7 +13,7 @@ from codegen.checker import verify as checker
 from codegen.emit import ALWAYS, PRINTERS
 from codegen.emit.package import Header, emit_manifest, emit_readme, emit_sources, make_header
 from codegen.errors import BadInput, nearest_name
-from codegen.files import sha256, write_all, write_atomically
+from codegen.files import refuse_target, sha256, write_all, write_atomically
 from codegen.observers import Observer, observer_of
 from codegen.observers.shape import refuse_infinite_slope
 from codegen.program import Program, build_program
@@ -104,8 +104,10 @@ def generate(
         BadInput: for a bad spec, or a folder that cannot be written or where files lie that we did not write.
     """
     spec = read_spec(path)
-    files, outcome = generated_files(spec, overrides)
     target = Path(folder) if folder is not None else Path("generated") / spec.name
+    if not check_only:
+        refuse_target(target / "manifest.json")
+    files, outcome = generated_files(spec, overrides)
     if check_only:
         return Generated(target, files, outcome, _stale(target, files))
     if isinstance(outcome, Certificate) or uncertified:

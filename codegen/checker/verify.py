@@ -282,7 +282,10 @@ def main(argv: list[str] | None = None) -> int:
         print(f"refused: {e}")
         return 3
     except (OSError, ValueError) as e:
-        print(f"error: {getattr(e, 'filename', given.certificate)}: {getattr(e, 'strerror', e)}", file=sys.stderr)
+        print(
+            f"error: {getattr(e, 'filename', given.certificate)}: {getattr(e, 'strerror', f'not a certificate: {e}')}",
+            file=sys.stderr,
+        )
         return 2
     left = [f"{name}, which is not here" for name in report.unbound] + [*report.open] or ["nothing"]
     print(report.name, "verified:", *(f"  {fact}" for fact in report.facts), "not compared:", sep="\n")

@@ -178,7 +178,7 @@ class _Reading:
                 raise BadInput(
                     self.place(key),
                     f"unknown name `{name}`",
-                    "a coordinate, velocity, NAME_dot of a velocity or input, or a_ or f_ with a contact's name",
+                    "a coordinate, velocity or input, with _dot or _noise behind it, or a_ or f_ with a contact's name",
                     nearest_name(name, names),
                 )
             bounds = self._number(low, f"{key}[0]"), self._number(high, f"{key}[1]")

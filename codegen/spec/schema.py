@@ -28,6 +28,11 @@ def _number_like(value: object) -> object:
     return str(value)
 
 
+def _unit_like(value: object) -> object:
+    """A number has the unit 1, which YAML reads as a number."""
+    return "1" if value == 1 and not isinstance(value, bool) else value
+
+
 def _range_like(value: object) -> object:
     if not isinstance(value, list) or len(value) != 2:
         raise ValueError("expected a range [low, high]")
@@ -44,6 +49,7 @@ def _as_direction(value: object) -> object:
 
 Text = Annotated[str, BeforeValidator(_expression_like)]
 Number = Annotated[str, BeforeValidator(_number_like)]
+Unit = Annotated[str, BeforeValidator(_unit_like)]
 Range = Annotated[list[Number], BeforeValidator(_range_like)]
 
 
@@ -65,16 +71,16 @@ Gain = GainEntry | list[GainEntry] | list[list[GainEntry]]
 
 class CoordinateSection(Section):
     velocity: str
-    unit: str
+    unit: Unit
 
 
 class InputSection(Section):
-    unit: str
+    unit: Unit
 
 
 class ParameterSection(Section):
     value: Number
-    unit: str = "1"
+    unit: Unit = "1"
     tolerance: Text | None = None
 
 
@@ -85,7 +91,7 @@ class ContactSection(BaseModel):
 
     name: str
     law: str = "coulomb"
-    unit: str
+    unit: Unit
     bodies: Annotated[list[str], BeforeValidator(_as_list)] | None = None
     along: Annotated[dict[str, Text], BeforeValidator(_as_direction)] | None = None
 

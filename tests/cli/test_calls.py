@@ -74,7 +74,11 @@ def mine(folder):
         (("diagnose", "one.yaml", "log.csv", "-o", "."), "spec.yaml: a file that stiction did not write"),
         (("generate", "one.yaml", "-o", ""), "-o: an empty name"),
         (("simulate", "one.yaml", "-o", ""), "-o: an empty name"),
-        (("gains", "one.yaml", "-o", "log.csv/deeper"), "cannot be written (Not a directory)"),
+        (
+            ("gains", "one.yaml", "-o", "log.csv/deeper"),
+            "log.csv: cannot be written (a file is there); expected a folder",
+        ),
+        (("generate", "one.yaml", "-o", "log.csv"), "log.csv: cannot be written (a file is there); expected a folder"),
     ],
     ids=lambda a: " ".join(a) if isinstance(a, tuple) else "",
 )
@@ -132,7 +136,7 @@ def test_messages_say_what_they_mean(folder):
     assert "a device or a pipe; expected a spec file" in stiction("check", "/dev/null").err
     assert "or fmu alone" in stiction("generate", ONE, "--target", "rust").err
     (folder / "text.json").write_text("{")
-    assert stiction("verify", "text.json").err.startswith("error: text.json: ")
+    assert stiction("verify", "text.json").err.startswith("error: text.json: not a certificate: ")
     (folder / "meta.yaml").write_text("")
     (folder / "log.csv").write_text("t,x,w\n")
     told = stiction("replay", ONE, "log.csv", "-d", "meta.yaml").err

@@ -36,6 +36,20 @@ def test_cmake_builds_the_example(folder):
     assert len(done.stdout.split()) == len(face.elements("outputs"))
 
 
+def test_a_project_of_ones_own_links_the_target(folder):
+    where, face = folder
+    need("cmake")
+    own = where / "own"
+    own.mkdir()
+    (own / "main.c").write_text(f'#include "{face.name}.h"\nint main(void) {{ return 0; }}\n')
+    (own / "CMakeLists.txt").write_text(
+        "cmake_minimum_required(VERSION 3.13)\nproject(own C)\nadd_subdirectory(.. observer)\n"
+        f"add_executable(own main.c)\ntarget_link_libraries(own PRIVATE {face.name}_observer)\n"
+    )
+    run("cmake", "-S", ".", "-B", "build", cwd=own)
+    run("cmake", "--build", "build", "--target", "own", cwd=own)
+
+
 def test_make_builds_from_the_fragment(folder):
     where, face = folder
     n = face.name

@@ -101,3 +101,11 @@ def test_a_round_trip_keeps_every_comment_and_every_value(path: Path) -> None:
     for part in ("parameters", "mass_matrix", "force", "distribution", "contacts", "observer", "envelope"):
         assert getattr(before, part) == getattr(after, part)
     assert dump(load_mapping(written, path.name)[0]) == written
+
+
+def test_the_unit_one_may_be_a_number() -> None:
+    """YAML reads `unit: 1` as a number; the tool's own tables print it so."""
+    text = GOOD.replace("w - k*x", "ratio*w - k*x", 1).replace("  J: {", "  ratio: {value: 2UNIT}\n  J: {", 1)
+    said, left = (parse_spec(text.replace("UNIT", unit), Path("a.yaml")) for unit in (", unit: 1", ""))
+    assert said.parameters == left.parameters
+    assert "expected text" in str(told(text.replace("UNIT", ", unit: 2")))
