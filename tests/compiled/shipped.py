@@ -13,6 +13,7 @@ from codegen.cancellation import with_cancellation
 from codegen.emit.package import emit_sources, make_header
 from codegen.program import Program, build_program
 from codegen.spec.model import CodeChoice
+from codegen.stability.prefix import rational_text
 
 from .interface import Interface, read_interface
 from .signals import Channel, Excitation
@@ -45,7 +46,8 @@ def program(spec: str, precision: str = "double", fault: str = "hold") -> Progra
 def sources(spec: str, precision: str = "double", fault: str = "hold") -> Mapping[str, str]:
     """File name → text, as ``stiction generate`` writes it."""
     machine = model(spec).spec
-    header = make_header(machine.path.name, machine.sha256, machine.source, machine.robot)
+    ranges = {name: (rational_text(low), rational_text(high)) for name, (low, high) in machine.envelope.items()}
+    header = make_header(machine.path.name, machine.sha256, machine.source, machine.robot, envelope=ranges)
     return emit_sources(program(spec, precision, fault), header)
 
 
