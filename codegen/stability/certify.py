@@ -100,11 +100,13 @@ class Proposals:
         sample_time: the largest that was certified, with the spec's gains.
         gains: the nearest that were certified, with the spec's sample time.
         skipped: why nothing was looked for; empty where it was.
+        measured: the spec's own gains with measured velocity and no K_v, where M(x) is known by structure alone.
     """
 
     sample_time: Proposal | None
     gains: Proposal | None
     skipped: str = ""
+    measured: Proposal | None = None
 
 
 @dataclass(frozen=True)

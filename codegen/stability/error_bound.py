@@ -53,6 +53,7 @@ class ErrorBound:
         domain: what holds through reversals, where the spec asks for a ``domain``; or why nothing does.
         percent: what the model is off by (mass, input gain, sample time) → what the first percent adds to ``steady``.
         stands: the same → the share by which it may be off before the domain is lost; up to 1.
+        largest: what friction is at most, by the envelope's range of its level or the declared level; None if not said.
     """
 
     name: str
@@ -66,6 +67,7 @@ class ErrorBound:
     domain: DomainBound | str | None = None
     percent: Mapping[str, float] = field(default_factory=dict)
     stands: Mapping[str, float] = field(default_factory=dict)
+    largest: float | None = None
 
 
 def error_bounds(
@@ -84,14 +86,12 @@ def error_bounds(
     """
     observer = analysis.dynamics.observer
     system = observer.system
+    response = error_response(observer)
+    if isinstance(response, str):
+        return response
     missing = [f"{v}_dot" for v in system.velocities if f"{v}_dot" not in spec.envelope]
     if missing:
         return f"the envelope has no range for {', '.join(missing)}"
-    response = error_response(observer)
-    if response is None:
-        return (
-            "that takes estimated velocity, constant M and U, g affine in x and v, h(s) = s, and euler or semi_implicit"
-        )
     sizes = disturbances(spec, observer, response)
     if isinstance(sizes, str):
         return sizes
@@ -140,6 +140,7 @@ def error_bounds(
                 domain=domain,
                 percent={cause: float(b[i].bound - bounds[i].bound) for cause, b in more.items()},
                 stands=stands,
+                largest=_largest(spec, observer, error),
             )
         )
     return tuple(result)
@@ -191,10 +192,27 @@ def _powers(response: Response, h: float, rate: float) -> list[tuple[int, Any]]:
 
 def _jump(observer: Observer, error: ErrorVariable) -> float:
     """How far the friction itself jumps at a reversal: twice the declared level at rest, or that on a coordinate."""
-    system = observer.system
-    levels = [2 * float(abs((c.level_at_rest or sympy.Integer(0)).subs(observer.values))) for c in system.contacts]
+    levels = [c.level_at_rest or sympy.Integer(0) for c in observer.system.contacts]
+    return 2 * _of_levels(observer, error, [float(abs(level.subs(observer.values))) for level in levels])
+
+
+def _largest(spec: Spec, observer: Observer, error: ErrorVariable) -> float | None:
+    """The largest |friction| that the error is about; None where the envelope and the law are silent on a level."""
+    levels = []
+    for contact in observer.system.contacts:
+        ends = spec.envelope.get(f"a_{contact.name}")
+        if ends is None and contact.level_at_rest is None:
+            return None
+        at_rest = (contact.level_at_rest or sympy.Integer(0)).subs(observer.values)
+        levels.append(max(abs(float(e)) for e in ends or (at_rest,)))
+    return _of_levels(observer, error, levels)
+
+
+def _of_levels(observer: Observer, error: ErrorVariable, levels: list[float]) -> float:
+    """A level at each contact → that of the error's contact, or their most on its coordinate."""
     if error.contact is not None:
         return levels[error.contact]
+    system = observer.system
     slips = system.distribution.subs(observer.values)
     row = [f"F_{x.name}" for x in system.positions].index(error.truth.name)
     return float(sum(abs(float(slips[row, c])) * level for c, level in enumerate(levels)))

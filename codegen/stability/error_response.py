@@ -11,6 +11,7 @@ and v, h(s) = s. For others there is no such response, and no bound.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,6 +23,11 @@ from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import symbol
 
 STEP = symbol("h")
+SLOPES = {
+    "by_position": "the slope of g in x",
+    "by_velocity": "the slope of g in v",
+    "by_input": "the slope of g in the inputs",
+}
 
 
 @dataclass(frozen=True)
@@ -50,15 +56,20 @@ class Response:
     by_state: Matrix
 
 
-def error_response(observer: Observer) -> Response | None:
-    """The response in force errors; None where the observer is not affine, steps implicitly or measures velocity."""
-    system = observer.system
-    if observer.velocity == "measured" or observer.integration == "implicit" or observer.kind in ("dfo", "gdfo"):
-        return None
-    numbers = {**observer.values, STEP: observer.sample_time}
+def error_response(observer: Observer) -> Response | str:
+    """The response in force errors; in words what stands against one: all that is not affine, or not explicit."""
+    system, numbers = observer.system, {**observer.values, STEP: observer.sample_time}
+    if observer.velocity == "measured":
+        return "the observer measures velocity, and a bound is known for estimated velocity alone"
+    if observer.integration == "implicit":
+        return "the step is implicit, and a bound is known for euler and semi_implicit"
+    if observer.kind in ("dfo", "gdfo"):
+        return "the friction state of a DFO is no linear error"
     mass = system.mass_matrix.subs(numbers)
-    if mass.free_symbols or system.distribution.subs(numbers).free_symbols:
-        return None
+    if varying := _names(mass):
+        return f"M depends on {varying}, and a bound is known for a constant M"
+    if varying := _names(system.distribution.subs(numbers)):
+        return f"the friction distribution U depends on {varying}, and a bound is known for a constant U"
     inverse = mass.inv()
     signs = dict(zip(_slips(observer), observer.signs, strict=True))
     a = sympy.Matrix([sympy.Dummy(f"a{k}", real=True) for k in range(mass.rows)])
@@ -102,7 +113,21 @@ def error_response(observer: Observer) -> Response | None:
     tidy = {
         name: Matrix(matrix.applyfunc(lambda e: _signs_gone(e, observer.signs))) for name, matrix in matrices.items()
     }
-    return Response(**tidy) if all(e.is_Rational for matrix in tidy.values() for e in matrix) else None
+    left = {name: e for name, matrix in tidy.items() for e in matrix if not e.is_Rational}
+    if not left:
+        return Response(**tidy)
+    if observer.integration == "exponential":
+        return "the step is exponential, and a bound is known for euler and semi_implicit"
+    varies = [words for name, words in SLOPES.items() if name in left and left[name].free_symbols]
+    if varies or any(e.free_symbols for e in left.values()):
+        what = varies[0] if varies else "the slope of h"
+        return f"{what} is no constant, and a bound is known for g affine in x and v, and h(s) = s"
+    return "a number of the step is not rational"
+
+
+def _names(expressions: Iterable[Any]) -> str:
+    """The symbols in expressions, sorted; empty without any. A computed one has names in its text alone."""
+    return ", ".join(sorted({s.name for e in expressions for s in e.free_symbols}))
 
 
 def _slips(observer: Observer) -> tuple[Any, ...]:

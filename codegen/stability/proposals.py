@@ -63,7 +63,7 @@ def propose(spec: Spec, system: System) -> Proposals:
     if beyond := beyond_checker(analysis.dynamics.observer):
         return _skipped(beyond)
     if count > LARGEST:
-        return _too_large("error components", count, LARGEST)
+        return replace(_too_large("error components", count, LARGEST), measured=_measured(spec, system))
     try:
         held = build_family(analysis.dynamics, analysis.points.ranges)
     except (NotEnclosable, TypeError) as error:
@@ -106,6 +106,15 @@ def _first(key: str, specs: Sequence[Spec], system: System) -> Proposal | None:
                 where = spec.place("observer.gains")
                 return Proposal(line, h, {name: _numbers(raw, where) for name, raw in gains.items()}, found.decay_rate)
     return None
+
+
+def _measured(spec: Spec, system: System) -> Proposal | None:
+    """The spec's gains with measured velocity: a tracker's then have a certificate by structure, for any M(x)."""
+    choice = spec.observer
+    if choice is None or choice.velocity != "estimated":
+        return None
+    gains = {name: raw for name, raw in choice.gains.items() if name != "K_v"}
+    return _first("velocity", [replace(spec, observer=replace(choice, velocity="measured", gains=gains))], system)
 
 
 def _numbers(raw: Any, where: Place) -> Any:

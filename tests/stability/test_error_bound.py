@@ -23,6 +23,7 @@ from codegen.stability.analysis import analyse
 from codegen.stability.certify import Certificate, certify
 from codegen.stability.error_bound import ErrorBound, error_bounds
 from codegen.stability.sample_times import largest_sample_times
+from codegen.text import render
 
 MASS, LEVEL, TOP, NOISE, H = 2.5, 30.0, 80.0, 4e-6, 0.001
 TEXT = """
@@ -165,6 +166,59 @@ def test_no_bound_where_a_declared_effect_would_break_it(kind: str, observer: st
     assert isinstance(found, Certificate)
     bounds = error_bounds(spec, analysis, found)
     assert isinstance(bounds, str) and said in bounds
+
+
+PLACED = TEXT.replace("unit: kg}}", "unit: kg}, reach: {value: 1, unit: m}, drag: {value: 2, unit: kg/m}}")
+TURNED = PLACED.replace("mass_matrix: [[m]]", "mass_matrix: [[m*(2 + sin(x/reach))]]").replace(
+    "envelope: {", "envelope: {x: [-1, 1], v: [-1, 1], "
+)
+REASONS = {
+    "implicit": (TEXT, "implicit", "estimated", "the step is implicit"),
+    "exponential": (TEXT, "exponential", "estimated", "the step is exponential"),
+    "measured": (TEXT, "euler", "measured", "the observer measures velocity"),
+    "varying mass": (TURNED, "euler", "estimated", "M depends on x, and a bound is known for a constant M"),
+    "no accelerations": (TEXT.replace("v_dot: [-80, 80], ", ""), "euler", "estimated", "has no range for v_dot"),
+    "drag": (
+        PLACED.replace("force: [w]", "force: [w - drag*v*v]").replace("envelope: {", "envelope: {v: [0.1, 1], "),
+        "euler",
+        "estimated",
+        "the slope of g in v is no constant, and a bound is known for g affine in x and v",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", REASONS)
+def test_the_reason_for_no_bound_is_this_spec_s(case: str) -> None:
+    text, step, velocity, said = REASONS[case]
+    observer = OBSERVERS["cfo"] % step
+    if velocity == "measured":
+        observer = observer.replace("velocity: estimated", "velocity: measured").replace(", K_v: 90", "")
+    spec = parse_spec(text + f"observer: {observer}\n", Path("rail.yaml"))
+    analysis = analyse(spec, build_observer(spec, build_system(spec)))
+    found = certify(spec, analysis, {}, "none", turning=False)
+    assert isinstance(found, Certificate), found.reason
+    bounds = error_bounds(spec, analysis, found)
+    assert isinstance(bounds, str) and said in bounds
+
+
+def test_a_bound_that_is_of_little_use_is_told_from_one_that_is() -> None:
+    """Friction of 30 N is within 30 N of zero; ten times the acceleration makes the bound ten times as large."""
+    bounds = {}
+    for top in (80, 8000):
+        text = TEXT.replace("[-80, 80]", f"[-{top}, {top}]") + f"observer: {OBSERVERS['cfo'] % 'euler'}\n"
+        spec = parse_spec(text, Path("rail.yaml"))
+        analysis = analyse(spec, build_observer(spec, build_system(spec)))
+        found = certify(spec, analysis, {}, "none", turning=False)
+        assert isinstance(found, Certificate)
+        given = error_bounds(spec, analysis, found)
+        assert not isinstance(given, str)
+        bounds[top] = given
+        more = {"bounds": given, "sample_times": {}, "rounding": "none", "target": None}
+        said = render("text/certified.txt.j2", certificate=found, **more)
+        assert "inputs are held from sample to sample" in said
+        assert ("of little use: |e_a_rail| <= 30 N" in said) == (given[0].steady >= 30)
+    assert bounds[80][0].largest == bounds[8000][0].largest == 30
+    assert bounds[80][0].steady < 30 < bounds[8000][0].steady
 
 
 def test_after_a_start_that_is_wrong() -> None:

@@ -10,11 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from codegen.mechanics import build_system
 from codegen.observers import observer_of
 from codegen.spec import parse_spec
 from codegen.stability.analysis import Analysis, analyse
 from codegen.stability.certify import Certificate, Refusal, certify
 from codegen.stability.operating_points import evaluate
+from codegen.stability.proposals import propose
 
 SPEC = Path(__file__).parents[2] / "specs" / "seven_joint_arm.yaml"
 G = np.array([40, 40, 16, 16, 6, 3, 0.8])
@@ -65,6 +67,11 @@ def test_none_where_the_margin_is_not_stable() -> None:
 
 
 @pytest.mark.slow
-def test_none_with_an_estimated_velocity() -> None:
+def test_with_an_estimated_velocity_it_is_proposed_to_measure_it() -> None:
     spec = parse_spec(SPEC.read_text("utf-8"), SPEC)
     assert isinstance(certify(spec, analyse(spec, observer_of(spec)), {}, "none"), Refusal)
+    proposed = propose(spec, build_system(spec)).measured
+    _, found = arm()
+    assert proposed is not None and isinstance(found, Certificate)
+    assert proposed.line == "velocity: measured, without K_v" and list(proposed.gains) == ["K_2"]
+    assert proposed.decay_rate == pytest.approx(found.decay_rate)
