@@ -74,7 +74,8 @@ $(VENV)/benchmark.stamp: $(VENV)/test.stamp
 benchmarks: $(VENV)/benchmark.stamp
 	$(BIN)/python -m benchmarks $(ROW)
 
-# Write docs/practice.md anew: the diagnosis scored on ../shared/practice; says so where that is not here.
+# Write docs/practice.md anew: the diagnosis on ../shared/practice, its time and score, its false alarms where nothing is missing, and PySINDy
+# beside it; says so where that is not here. Some hours; kept results are not made again. A few cases: `python -m benchmarks.practice --only CASE`.
 practice: $(VENV)/test.stamp
 	$(BIN)/python -m benchmarks.practice
 

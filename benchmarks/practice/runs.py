@@ -1,0 +1,113 @@
+"""A diagnosis as a user starts it, timed, and kept so that a run that was stopped goes on."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.practice.cases import ROOT
+from codegen.files import write_atomically
+
+EXIT_UNFIT = 3
+TYPICAL = (20_000, 30_000)
+"""Samples of a training log whose time is compared with what is asked for a log of 25,000."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """One diagnosis.
+
+    Attributes:
+        wall_s, cpu_s: from the start of the process to its end; all its threads and the compiler's.
+        samples: of the training log, 0 where it failed. failure: last words of a run without result.
+        code: of what ran, so that results of several versions are told apart.
+    """
+
+    case: str
+    wall_s: float
+    cpu_s: float
+    samples: int
+    failure: str
+    code: str
+
+
+@dataclass(frozen=True)
+class Times:
+    """Times of some logs, each as (median, 90th percentile, longest) in s; samples as (fewest, most)."""
+
+    logs: int
+    samples: tuple[int, int]
+    wall: tuple[float, float, float]
+    cpu: tuple[float, float, float]
+
+
+def diagnosed(case: str, logs: Path, spec: Path, out: Path, again: bool = False) -> Run:
+    """`stiction diagnose` with train.csv and test.csv of a folder; what is there already is read, unless ``again``."""
+    kept = out / "run.json"
+    if kept.exists() and not again:
+        return Run(**json.loads(kept.read_text()))
+    out.mkdir(parents=True, exist_ok=True)
+    command = [sys.executable, "-m", "codegen.cli", "diagnose", str(spec), str(logs / "train.csv")]
+    command += ["--test", str(logs / "test.csv"), "-o", str(out)]
+    before, start = os.times(), time.perf_counter()
+    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT)
+    wall, after = time.perf_counter() - start, os.times()
+    cpu = after.children_user + after.children_system - before.children_user - before.children_system
+    if done.returncode in (0, EXIT_UNFIT):
+        samples, failure = int(result_in(out)["data"]["train_samples"]), ""
+    else:
+        for stale in ("diagnosis.json", "spec.yaml"):
+            (out / stale).unlink(missing_ok=True)
+        words = done.stderr.split()
+        samples, failure = 0, f"exit code {done.returncode}: {' '.join(words[-40:])}"
+    run = Run(case, wall, cpu, samples, failure, code_version())
+    write_atomically(kept, json.dumps(asdict(run), indent=1))
+    return run
+
+
+def result_in(out: Path) -> dict[str, Any]:
+    """diagnosis.json of a folder; of a run without result what stands for it."""
+    file = out / "diagnosis.json"
+    if not file.exists():
+        return {"verdict": "refused", "effects": [], "candidates": []}
+    read: dict[str, Any] = json.loads(file.read_text())
+    return read
+
+
+def times(runs: Sequence[Run]) -> Times | None:
+    """Of the runs that have a result; None where there is none."""
+    done = [run for run in runs if run.samples]
+    if not done:
+        return None
+    sizes = [run.samples for run in done]
+    wall, cpu = ([getattr(run, name) for run in done] for name in ("wall_s", "cpu_s"))
+    return Times(len(done), (min(sizes), max(sizes)), _spread(wall), _spread(cpu))
+
+
+def typical(runs: Sequence[Run]) -> list[Run]:
+    """Those of logs with about 25,000 samples."""
+    return [run for run in runs if TYPICAL[0] <= run.samples <= TYPICAL[1]]
+
+
+def _spread(values: Sequence[float]) -> tuple[float, float, float]:
+    return float(np.median(values)), float(np.quantile(values, 0.9)), max(values)
+
+
+@cache
+def code_version() -> str:
+    """Of everything that decides a diagnosis: the package and its templates."""
+    total = hashlib.sha256()
+    for file in sorted([*(ROOT / "codegen").rglob("*.py"), *(ROOT / "templates" / "diagnosis").rglob("*.j2")]):
+        total.update(file.relative_to(ROOT).as_posix().encode() + b"\0" + file.read_bytes())
+    return total.hexdigest()[:12]

@@ -1,0 +1,121 @@
+"""What the shared scorer says of the diagnoses of a tier, and what the page prints of it."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections import Counter
+from collections.abc import Sequence
+from math import inf, pi
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.practice.cases import PRACTICE, Case
+from benchmarks.practice.runs import Run, result_in
+
+MARKS = ("top1", "missed", "extra_effect", "both", "false_alarm", "foreign_called_known", "overclaim")
+
+
+def score(tier: str, out: Path, cases: Sequence[Case]) -> list[dict[str, Any]]:
+    """The rows of the shared scorer for these cases; its own print goes to score.txt."""
+    target = out / "score.json"
+    command = [sys.executable, str(PRACTICE / "score.py"), str(PRACTICE / tier), str(out), "--json", str(target)]
+    said = subprocess.run(command, capture_output=True, text=True, check=True)
+    (out / "score.txt").write_text(said.stdout)
+    chosen = {case.name for case in cases}
+    return [row for row in json.loads(target.read_text()) if row["case"] in chosen]
+
+
+def right(row: dict[str, Any]) -> bool:
+    """Whether a case is as it should be.
+
+    On a log without an effect that is the verdict ``none`` alone: the scorer takes ``unknown``, ``ambiguous`` and
+    ``unfit`` for no false alarm, but none of them says what is so.
+    """
+    match row["group"]:
+        case "single":
+            return bool(row["top1"])
+        case "double":
+            return bool(row["both"])
+        case "foreign":
+            return not row["foreign_called_known"]
+        case "none":
+            return bool(row["verdict"] == "none")
+    return not row["overclaim"]
+
+
+def ratios(out: Path, cases: Sequence[Case], figure: tuple[str, str]) -> list[float]:
+    """Error after over the error of the true structure refitted, of cases with one or two effects."""
+    ours, theirs = figure
+    found = []
+    for case in cases:
+        if case.group in ("single", "double"):
+            after = result_in(out / case.name).get("error", {}).get("augmented", {}).get(ours)
+            oracle = case.truth["oracle"]["true_structure"][theirs]
+            found.append(inf if after is None else after / oracle)
+    return found
+
+
+def coverage(out: Path, cases: Sequence[Case]) -> tuple[int, int]:
+    """(truths inside their 95 % interval, truths) over parameters of effects that were rightly named."""
+    inside = total = 0
+    for case in cases:
+        found = result_in(out / case.name)["effects"]
+        for effect in case.truth["effects"]:
+            same = [f for f in found if f["kind"] == effect["kind"] and f["on"] == effect["on"]]
+            if same and "form" not in effect:
+                for name, value in effect["parameters"].items():
+                    low, high = same[0]["intervals"][name]
+                    total, inside = total + 1, inside + within(value, low, high, name == "phase")
+    return inside, total
+
+
+def within(value: float, low: float | None, high: float | None, turns: bool = False) -> bool:
+    """Whether a value lies in an interval, of which an end may be open; a phase may be off by whole turns."""
+    if low is None or high is None:
+        return (low is None or low <= value) and (high is None or value <= high)
+    if turns:
+        value += 2 * pi * round(((low + high) / 2 - value) / (2 * pi))
+    return low <= value <= high
+
+
+def summary(tier: str, out: Path, cases: Sequence[Case], runs: Sequence[Run]) -> dict[str, Any]:
+    """What the page prints of one tier."""
+    rows = score(tier, out, cases)
+    marks: dict[tuple[str, str], list[bool]] = {}
+    for row in rows:
+        for key in MARKS:
+            if key in row:
+                marks.setdefault((row["group"].split("_")[0], key), []).append(bool(row[key]))
+    kinds: dict[str, list[bool]] = {}
+    for row in rows:
+        for kind in row["truth"] or [row["group"]]:
+            kinds.setdefault(kind, []).append(right(row))
+    wrong = [
+        f"{r['case']}: {' + '.join(r['truth']) or r['group']} → {r['verdict']}"
+        f" {', '.join(r['found'] or r['candidates'][:2])}"
+        for r in rows
+        if not right(r)
+    ]
+    inside, total = coverage(out, cases)
+    return {
+        "tier": tier,
+        "cases": len(rows),
+        "marks": [(g, k, sum(v), len(v)) for (g, k), v in sorted(marks.items())],
+        "verdicts": Counter(r["verdict"] for r in rows).most_common(),
+        "kinds": sorted((k, sum(v), len(v)) for k, v in kinds.items()),
+        "wrong": wrong,
+        "force": spread(ratios(out, cases, ("residual_force_rms", "id_rmse"))),
+        "run": spread(ratios(out, cases, ("free_run_position_rmse", "sim_rmse"))),
+        "inside": inside,
+        "total": total,
+        "failures": [f"{run.case}: {run.failure}" for run in runs if run.failure],
+    }
+
+
+def spread(values: Sequence[float]) -> tuple[float, float] | None:
+    """Median and 90th percentile; None of nothing."""
+    return (float(np.median(values)), float(np.quantile(values, 0.9))) if values else None
