@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 from math import isfinite
 
-from codegen.diagnosis.credit import LEAST_EXPLAINED, level
+from codegen.diagnosis.credit import FAR, LEAST_EXPLAINED, NEAR_NOISE, level, share_far
 from codegen.diagnosis.estimate import Estimate
 from codegen.diagnosis.measure import Window, force_errors
 from codegen.diagnosis.problem import Problem
@@ -57,6 +57,9 @@ def sentence(
         faults=[f.words for f in findings if f.severity == "problem"],
         doubts=[f.words for f in findings if f.severity == "warning" and f.topic in DOUBTFUL],
         noise=level(outcome.base),
+        far=share_far(outcome.base),
+        far_noise=FAR,
+        near_noise=NEAR_NOISE,
     )
     return words.strip()
 

@@ -21,6 +21,9 @@ LEAST_SIZE = 5e-3
 """Its force is at least this share of the drive force (RMS); where it is no force, its change of the prediction is."""
 NEAR_NOISE = 3.0
 """Only a model whose error is within this of the noise is judged by the likelihood that the noise gives it."""
+FAR, FEW = 10.0, 0.05
+"""A refit that leaves more than so many times the noise in more than this share of the segments lacks something there,
+however well it fits the others. Of the practice logs without an effect none has more."""
 LEAST_EXPLAINED = 0.4
 """All effects together remove this share of the squared residual, or of what it has above the noise; else: unknown."""
 AT_NOISE = 0.05
@@ -139,6 +142,11 @@ def _over_drive(change: Array, now: Array, base: Shot) -> float:
     power, driven = (change**2).sum(axis=1), (drive**2).sum(axis=1)
     kept = power <= np.quantile(power, 0.97)
     return float(np.sqrt(power[kept].sum() / max(float(driven[kept].sum()), 1e-300)))
+
+
+def share_far(shot: Shot) -> float:
+    """Share of the segments whose RMS residual is above ``FAR`` times the noise."""
+    return float((shot.by_segment > FAR**2 * shot.residual.shape[1]).mean())
 
 
 def level(shot: Shot) -> float:

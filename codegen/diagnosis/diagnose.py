@@ -10,7 +10,7 @@ import sympy
 
 from codegen.diagnosis.augment import augmented_text
 from codegen.diagnosis.conclusion import as_effect, candidates, force_agrees, named_effects, sentence, verdict_of
-from codegen.diagnosis.credit import ALPHA, BLOCKS, level
+from codegen.diagnosis.credit import ALPHA, BLOCKS, level, share_far
 from codegen.diagnosis.estimate import Estimate, estimate
 from codegen.diagnosis.measure import RESTART_S, Window, force_errors, measure
 from codegen.diagnosis.models import with_effects, with_values
@@ -205,6 +205,7 @@ def _search_data(search: Search, outcome: Outcome) -> dict[str, Any]:
         "alpha": ALPHA,
         "explained": round(outcome.explained, 4),
         "level_refit": round(level(outcome.base), 3),
+        "share_far": round(share_far(outcome.base), 4),
         "level_final": round(level(outcome.final), 3),
     }
 

@@ -17,8 +17,8 @@ from codegen.effects import CATALOGUE
 
 MOST_EFFECTS = 3
 SWAPPED = 6
-PAIRED, FAR = 5, 10.0
-"""Best of the first round that are tried in pairs, and the error in noise from which on they are."""
+PAIRED = 5
+"""Best of the first round that are tried in pairs, where the best alone leaves far more than the noise."""
 BETTER = 10.0
 """Nats by which another effect must fit better to take the place of one found earlier."""
 
@@ -34,7 +34,8 @@ class Outcome:
         first: the first round, best first. rivals: of the first effect, which the data cannot tell from it.
         explained: share of the squared residual, or of its excess over the noise, that the effects remove.
         segments: of the record.
-        unexplained: whether nothing is credited although the residual is far above the noise and no small one.
+        unexplained: whether nothing is credited although the residual is far above the noise, at least in some
+            segments, and no small one.
     """
 
     base: Shot
@@ -72,7 +73,7 @@ def find_effects(search: Search, tell: Progress, refit_only: bool = False) -> Ou
         if confirmed is not base and _explained(search, confirmed, current) < credit.LEAST_EXPLAINED:
             break
         confirmed = current
-        if not turn and level(current) > FAR:
+        if not turn and level(current) > credit.FAR:
             pair = _pair(search, possible[:PAIRED])
             if pair is not None and pair.cost < current.cost and credible(search, current, pair, len(parts)):
                 current = confirmed = pair
@@ -82,7 +83,8 @@ def find_effects(search: Search, tell: Progress, refit_only: bool = False) -> Ou
         rivals = []
     if len(current.runner.trial.parts) > 1:
         current, rivals = _reconsidered(search, current, first, rivals)
-    lost = current is base and not refit_only and level(base) > credit.NEAR_NOISE
+    lost = current is base and not refit_only
+    lost = lost and (level(base) > credit.NEAR_NOISE or credit.share_far(base) > credit.FEW)
     return Outcome(
         base,
         current,

@@ -77,6 +77,18 @@ def test_a_force_that_is_no_effect_of_the_catalogue_is_unknown_and_not_nothing(t
     assert parse_spec(models.spec_text, Path("spec.yaml")).effects == ()
 
 
+def test_a_force_at_one_place_only_is_unknown_though_most_of_the_log_fits(tmp_path: Path) -> None:
+    """Half of the segments never meet it, so that the median error is the noise."""
+    log = log_of(stage(), tmp_path, "train.csv")
+    log.inputs[:, 0] -= 6.0 * np.exp(-(((log.positions[:, 0] - 0.1) / 0.01) ** 2))
+    spec = stage()
+    diagnosis, _ = diagnose_log(spec, system_of(spec), log)
+    assert diagnosis.data["level_refit"] < 2.0
+    assert diagnosis.verdict == "unknown", diagnosis.sentence
+    assert 0.05 < diagnosis.data["share_far"] < 0.5
+    assert f"{100 * diagnosis.data['share_far']:.0f} % of the stretches" in diagnosis.sentence
+
+
 BUMP = """
 import sympy
 from codegen.effects import Confusion, Effect, EffectParameter
