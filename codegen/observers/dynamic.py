@@ -70,8 +70,8 @@ def dynamic_friction_observer(spec: Spec, system: System) -> Observer:
     positions = [x.name for x in system.positions]
     square = len(names) == len(positions)
     level_gain = read_gain(spec, choice, "K_a", names, names)
-    first = read_gain(spec, choice, "K_f1", names, positions, default=0 if square else None)
-    second = read_gain(spec, choice, "K_f2", names, positions, default=0 if square else None)
+    first = read_gain(spec, choice, "K_f1", names, positions, optional=square)
+    second = read_gain(spec, choice, "K_f2", names, positions, optional=square)
     values = level_gain.values | first.values | second.values
     equations: list[Equation] = []
 

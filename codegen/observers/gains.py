@@ -44,20 +44,22 @@ def read_gain(
     rows: list[str],
     columns: list[str],
     sign: int = 0,
-    default: int | None = None,
+    optional: bool = False,
 ) -> GainMatrix:
     """One gain matrix.
 
     Args:
         rows, columns: names of the contacts or coordinates, for the symbols' names.
         sign: +1 or −1 where every entry of a diagonal gain must have that sign for a stable error, else 0.
-        default: used where the spec leaves the gain out; None makes it required.
+        optional: whether the spec may leave the gain out: it is then a zero that costs nothing, and no parameter.
 
     Raises:
         BadInput: for a missing gain, a wrong shape or a wrong sign.
     """
     key = f"observer.gains.{name}"
-    raw = choice.gains.get(name, default)
+    raw = choice.gains.get(name)
+    if raw is None and optional:
+        return GainMatrix(Matrix(sympy.zeros(len(rows), len(columns))), {})
     if raw is None:
         given = ", ".join(choice.gains) or "none"
         raise BadInput(

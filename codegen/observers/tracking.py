@@ -29,7 +29,7 @@ def tracking_observer(spec: Spec, system: System) -> Observer:
     units = parts.contact_units(system) if by_contact else parts.force_units(system)
     estimated = choice.velocity == "estimated"
     square = len(names) == len(positions)
-    first = read_gain(spec, choice, "K_1", names, positions, default=0 if square else None)
+    first = read_gain(spec, choice, "K_1", names, positions, optional=square)
     second = read_gain(spec, choice, "K_2", names, positions, sign=0 if estimated or by_contact else -1)
     values = first.values | second.values
     equations: list[Equation] = []

@@ -43,13 +43,6 @@ class Parameters:
     viscous_forearm_roll_b: float = 0.3  # N*m*s/rad: model parameter
     viscous_wrist_pitch_b: float = 0.2  # N*m*s/rad: model parameter
     viscous_hand_roll_b: float = 0.1  # N*m*s/rad: model parameter
-    K_1_shoulder_yaw: float = 0.0  # N*m/rad: observer gain
-    K_1_shoulder_pitch: float = 0.0  # N*m/rad: observer gain
-    K_1_arm_roll: float = 0.0  # N*m/rad: observer gain
-    K_1_elbow_pitch: float = 0.0  # N*m/rad: observer gain
-    K_1_forearm_roll: float = 0.0  # N*m/rad: observer gain
-    K_1_wrist_pitch: float = 0.0  # N*m/rad: observer gain
-    K_1_hand_roll: float = 0.0  # N*m/rad: observer gain
     K_2_shoulder_yaw: float = -40.0  # N*m*s/rad: observer gain
     K_2_shoulder_pitch: float = -40.0  # N*m*s/rad: observer gain
     K_2_arm_roll: float = -16.0  # N*m*s/rad: observer gain
@@ -65,19 +58,12 @@ class Parameters:
     K_v_v_wrist_pitch: float = 200.0  # 1/s: observer gain
     K_v_v_hand_roll: float = 200.0  # 1/s: observer gain
     sample_time: float = 0.0005  # s: sample time
-    h_K_1_shoulder_yaw: float = 0.0  # sample_time * K_1_shoulder_yaw
     h_K_2_shoulder_yaw: float = -0.02  # sample_time * K_2_shoulder_yaw
-    h_K_1_shoulder_pitch: float = 0.0  # sample_time * K_1_shoulder_pitch
     h_K_2_shoulder_pitch: float = -0.02  # sample_time * K_2_shoulder_pitch
-    h_K_1_arm_roll: float = 0.0  # sample_time * K_1_arm_roll
     h_K_2_arm_roll: float = -0.008  # sample_time * K_2_arm_roll
-    h_K_1_elbow_pitch: float = 0.0  # sample_time * K_1_elbow_pitch
     h_K_2_elbow_pitch: float = -0.008  # sample_time * K_2_elbow_pitch
-    h_K_1_forearm_roll: float = 0.0  # sample_time * K_1_forearm_roll
     h_K_2_forearm_roll: float = -0.003  # sample_time * K_2_forearm_roll
-    h_K_1_wrist_pitch: float = 0.0  # sample_time * K_1_wrist_pitch
     h_K_2_wrist_pitch: float = -0.0015  # sample_time * K_2_wrist_pitch
-    h_K_1_hand_roll: float = 0.0  # sample_time * K_1_hand_roll
     h_K_2_hand_roll: float = -0.0004  # sample_time * K_2_hand_roll
 
 
@@ -166,19 +152,12 @@ def _quotient(a: float, b: float) -> float:
 
 def prepare(parameters: Parameters) -> None:
     """Compute the derived constants anew, after a parameter was changed."""
-    parameters.h_K_1_shoulder_yaw = parameters.sample_time * parameters.K_1_shoulder_yaw
     parameters.h_K_2_shoulder_yaw = parameters.sample_time * parameters.K_2_shoulder_yaw
-    parameters.h_K_1_shoulder_pitch = parameters.sample_time * parameters.K_1_shoulder_pitch
     parameters.h_K_2_shoulder_pitch = parameters.sample_time * parameters.K_2_shoulder_pitch
-    parameters.h_K_1_arm_roll = parameters.sample_time * parameters.K_1_arm_roll
     parameters.h_K_2_arm_roll = parameters.sample_time * parameters.K_2_arm_roll
-    parameters.h_K_1_elbow_pitch = parameters.sample_time * parameters.K_1_elbow_pitch
     parameters.h_K_2_elbow_pitch = parameters.sample_time * parameters.K_2_elbow_pitch
-    parameters.h_K_1_forearm_roll = parameters.sample_time * parameters.K_1_forearm_roll
     parameters.h_K_2_forearm_roll = parameters.sample_time * parameters.K_2_forearm_roll
-    parameters.h_K_1_wrist_pitch = parameters.sample_time * parameters.K_1_wrist_pitch
     parameters.h_K_2_wrist_pitch = parameters.sample_time * parameters.K_2_wrist_pitch
-    parameters.h_K_1_hand_roll = parameters.sample_time * parameters.K_1_hand_roll
     parameters.h_K_2_hand_roll = parameters.sample_time * parameters.K_2_hand_roll
 
 
@@ -192,13 +171,13 @@ def init(parameters: Parameters, inputs: Inputs) -> State:
         z_v_forearm_roll=-(parameters.K_v_v_forearm_roll * inputs.forearm_roll),
         z_v_wrist_pitch=-(parameters.K_v_v_wrist_pitch * inputs.wrist_pitch),
         z_v_hand_roll=-(parameters.K_v_v_hand_roll * inputs.hand_roll),
-        z_shoulder_yaw=-(parameters.K_1_shoulder_yaw * inputs.shoulder_yaw),
-        z_shoulder_pitch=-(parameters.K_1_shoulder_pitch * inputs.shoulder_pitch),
-        z_arm_roll=-(parameters.K_1_arm_roll * inputs.arm_roll),
-        z_elbow_pitch=-(parameters.K_1_elbow_pitch * inputs.elbow_pitch),
-        z_forearm_roll=-(parameters.K_1_forearm_roll * inputs.forearm_roll),
-        z_wrist_pitch=-(parameters.K_1_wrist_pitch * inputs.wrist_pitch),
-        z_hand_roll=-(parameters.K_1_hand_roll * inputs.hand_roll),
+        z_shoulder_yaw=0.0,
+        z_shoulder_pitch=0.0,
+        z_arm_roll=0.0,
+        z_elbow_pitch=0.0,
+        z_forearm_roll=0.0,
+        z_wrist_pitch=0.0,
+        z_hand_roll=0.0,
     )
     check = (
         inputs.shoulder_yaw + inputs.shoulder_pitch + inputs.arm_roll + inputs.elbow_pitch + inputs.forearm_roll
@@ -242,63 +221,53 @@ def _miss(state: State, parameters: Parameters, outputs: Outputs) -> None:
     state.z_v_hand_roll = (
         state.z_v_hand_roll - parameters.sample_time * parameters.K_v_v_hand_roll * outputs.v_hand_roll_hat
     )
-    state.z_shoulder_yaw = state.z_shoulder_yaw - parameters.h_K_1_shoulder_yaw * outputs.v_shoulder_yaw_hat
-    state.z_shoulder_pitch = (
-        state.z_shoulder_pitch - parameters.h_K_1_shoulder_pitch * outputs.v_shoulder_pitch_hat
-    )
-    state.z_arm_roll = state.z_arm_roll - parameters.h_K_1_arm_roll * outputs.v_arm_roll_hat
-    state.z_elbow_pitch = state.z_elbow_pitch - parameters.h_K_1_elbow_pitch * outputs.v_elbow_pitch_hat
-    state.z_forearm_roll = state.z_forearm_roll - parameters.h_K_1_forearm_roll * outputs.v_forearm_roll_hat
-    state.z_wrist_pitch = state.z_wrist_pitch - parameters.h_K_1_wrist_pitch * outputs.v_wrist_pitch_hat
-    state.z_hand_roll = state.z_hand_roll - parameters.h_K_1_hand_roll * outputs.v_hand_roll_hat
     if state.waiting < 0.5:
         state.waiting = (state.waiting if outputs.fault else 0.0) + 0.0625
 
 
 def _resume(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs) -> None:
     """Set the state from a good sample after many that were lost, so that the estimates go on from the held ones."""
-    resumed_1 = inputs.shoulder_yaw + parameters.sample_time * outputs.v_shoulder_yaw_hat
-    resumed_2 = inputs.shoulder_pitch + parameters.sample_time * outputs.v_shoulder_pitch_hat
-    resumed_3 = inputs.arm_roll + parameters.sample_time * outputs.v_arm_roll_hat
-    resumed_4 = inputs.elbow_pitch + parameters.sample_time * outputs.v_elbow_pitch_hat
-    resumed_5 = inputs.forearm_roll + parameters.sample_time * outputs.v_forearm_roll_hat
-    resumed_6 = inputs.wrist_pitch + parameters.sample_time * outputs.v_wrist_pitch_hat
-    resumed_7 = inputs.hand_roll + parameters.sample_time * outputs.v_hand_roll_hat
-    state.z_v_shoulder_yaw = outputs.v_shoulder_yaw_hat - parameters.K_v_v_shoulder_yaw * resumed_1
-    state.z_v_shoulder_pitch = outputs.v_shoulder_pitch_hat - parameters.K_v_v_shoulder_pitch * resumed_2
-    state.z_v_arm_roll = outputs.v_arm_roll_hat - parameters.K_v_v_arm_roll * resumed_3
-    state.z_v_elbow_pitch = outputs.v_elbow_pitch_hat - parameters.K_v_v_elbow_pitch * resumed_4
-    state.z_v_forearm_roll = outputs.v_forearm_roll_hat - parameters.K_v_v_forearm_roll * resumed_5
-    state.z_v_wrist_pitch = outputs.v_wrist_pitch_hat - parameters.K_v_v_wrist_pitch * resumed_6
-    state.z_v_hand_roll = outputs.v_hand_roll_hat - parameters.K_v_v_hand_roll * resumed_7
+    state.z_v_shoulder_yaw = (
+        outputs.v_shoulder_yaw_hat - parameters.K_v_v_shoulder_yaw * (inputs.shoulder_yaw
+        + parameters.sample_time * outputs.v_shoulder_yaw_hat)
+    )
+    state.z_v_shoulder_pitch = (
+        outputs.v_shoulder_pitch_hat - parameters.K_v_v_shoulder_pitch * (inputs.shoulder_pitch
+        + parameters.sample_time * outputs.v_shoulder_pitch_hat)
+    )
+    state.z_v_arm_roll = (
+        outputs.v_arm_roll_hat - parameters.K_v_v_arm_roll * (inputs.arm_roll + parameters.sample_time
+        * outputs.v_arm_roll_hat)
+    )
+    state.z_v_elbow_pitch = (
+        outputs.v_elbow_pitch_hat - parameters.K_v_v_elbow_pitch * (inputs.elbow_pitch + parameters.sample_time
+        * outputs.v_elbow_pitch_hat)
+    )
+    state.z_v_forearm_roll = (
+        outputs.v_forearm_roll_hat - parameters.K_v_v_forearm_roll * (inputs.forearm_roll
+        + parameters.sample_time * outputs.v_forearm_roll_hat)
+    )
+    state.z_v_wrist_pitch = (
+        outputs.v_wrist_pitch_hat - parameters.K_v_v_wrist_pitch * (inputs.wrist_pitch + parameters.sample_time
+        * outputs.v_wrist_pitch_hat)
+    )
+    state.z_v_hand_roll = (
+        outputs.v_hand_roll_hat - parameters.K_v_v_hand_roll * (inputs.hand_roll + parameters.sample_time
+        * outputs.v_hand_roll_hat)
+    )
     state.z_shoulder_yaw = (
-        outputs.tracked_shoulder_yaw - parameters.K_1_shoulder_yaw * resumed_1 - parameters.K_2_shoulder_yaw
-        * outputs.v_shoulder_yaw_hat
+        outputs.tracked_shoulder_yaw - parameters.K_2_shoulder_yaw * outputs.v_shoulder_yaw_hat
     )
     state.z_shoulder_pitch = (
-        outputs.tracked_shoulder_pitch - parameters.K_1_shoulder_pitch * resumed_2
-        - parameters.K_2_shoulder_pitch * outputs.v_shoulder_pitch_hat
+        outputs.tracked_shoulder_pitch - parameters.K_2_shoulder_pitch * outputs.v_shoulder_pitch_hat
     )
-    state.z_arm_roll = (
-        outputs.tracked_arm_roll - parameters.K_1_arm_roll * resumed_3 - parameters.K_2_arm_roll
-        * outputs.v_arm_roll_hat
-    )
-    state.z_elbow_pitch = (
-        outputs.tracked_elbow_pitch - parameters.K_1_elbow_pitch * resumed_4 - parameters.K_2_elbow_pitch
-        * outputs.v_elbow_pitch_hat
-    )
+    state.z_arm_roll = outputs.tracked_arm_roll - parameters.K_2_arm_roll * outputs.v_arm_roll_hat
+    state.z_elbow_pitch = outputs.tracked_elbow_pitch - parameters.K_2_elbow_pitch * outputs.v_elbow_pitch_hat
     state.z_forearm_roll = (
-        outputs.tracked_forearm_roll - parameters.K_1_forearm_roll * resumed_5 - parameters.K_2_forearm_roll
-        * outputs.v_forearm_roll_hat
+        outputs.tracked_forearm_roll - parameters.K_2_forearm_roll * outputs.v_forearm_roll_hat
     )
-    state.z_wrist_pitch = (
-        outputs.tracked_wrist_pitch - parameters.K_1_wrist_pitch * resumed_6 - parameters.K_2_wrist_pitch
-        * outputs.v_wrist_pitch_hat
-    )
-    state.z_hand_roll = (
-        outputs.tracked_hand_roll - parameters.K_1_hand_roll * resumed_7 - parameters.K_2_hand_roll
-        * outputs.v_hand_roll_hat
-    )
+    state.z_wrist_pitch = outputs.tracked_wrist_pitch - parameters.K_2_wrist_pitch * outputs.v_wrist_pitch_hat
+    state.z_hand_roll = outputs.tracked_hand_roll - parameters.K_2_hand_roll * outputs.v_hand_roll_hat
     state.waiting = 0.0
 
 
@@ -340,33 +309,13 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
     v_hand_roll_hat = state.z_v_hand_roll + parameters.K_v_v_hand_roll * inputs.hand_roll  # rad/s
 
     # tracked friction, (4.16)
-    tracked_shoulder_yaw = (
-        state.z_shoulder_yaw + parameters.K_1_shoulder_yaw * inputs.shoulder_yaw + parameters.K_2_shoulder_yaw
-        * v_shoulder_yaw_hat
-    )  # N*m
-    tracked_shoulder_pitch = (
-        state.z_shoulder_pitch + parameters.K_1_shoulder_pitch * inputs.shoulder_pitch
-        + parameters.K_2_shoulder_pitch * v_shoulder_pitch_hat
-    )  # N*m
-    tracked_arm_roll = (
-        state.z_arm_roll + parameters.K_1_arm_roll * inputs.arm_roll + parameters.K_2_arm_roll * v_arm_roll_hat
-    )  # N*m
-    tracked_elbow_pitch = (
-        state.z_elbow_pitch + parameters.K_1_elbow_pitch * inputs.elbow_pitch + parameters.K_2_elbow_pitch
-        * v_elbow_pitch_hat
-    )  # N*m
-    tracked_forearm_roll = (
-        state.z_forearm_roll + parameters.K_1_forearm_roll * inputs.forearm_roll + parameters.K_2_forearm_roll
-        * v_forearm_roll_hat
-    )  # N*m
-    tracked_wrist_pitch = (
-        state.z_wrist_pitch + parameters.K_1_wrist_pitch * inputs.wrist_pitch + parameters.K_2_wrist_pitch
-        * v_wrist_pitch_hat
-    )  # N*m
-    tracked_hand_roll = (
-        state.z_hand_roll + parameters.K_1_hand_roll * inputs.hand_roll + parameters.K_2_hand_roll
-        * v_hand_roll_hat
-    )  # N*m
+    tracked_shoulder_yaw = state.z_shoulder_yaw + parameters.K_2_shoulder_yaw * v_shoulder_yaw_hat  # N*m
+    tracked_shoulder_pitch = state.z_shoulder_pitch + parameters.K_2_shoulder_pitch * v_shoulder_pitch_hat  # N*m
+    tracked_arm_roll = state.z_arm_roll + parameters.K_2_arm_roll * v_arm_roll_hat  # N*m
+    tracked_elbow_pitch = state.z_elbow_pitch + parameters.K_2_elbow_pitch * v_elbow_pitch_hat  # N*m
+    tracked_forearm_roll = state.z_forearm_roll + parameters.K_2_forearm_roll * v_forearm_roll_hat  # N*m
+    tracked_wrist_pitch = state.z_wrist_pitch + parameters.K_2_wrist_pitch * v_wrist_pitch_hat  # N*m
+    tracked_hand_roll = state.z_hand_roll + parameters.K_2_hand_roll * v_hand_roll_hat  # N*m
 
     # known friction, declared effects
     known_shoulder_yaw = parameters.viscous_shoulder_yaw_b * v_shoulder_yaw_hat  # N*m
@@ -973,32 +922,13 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
     z_v_hand_roll_next = (
         state.z_v_hand_roll + parameters.sample_time * (a7 - parameters.K_v_v_hand_roll * v_hand_roll_hat)
     )
-    z_shoulder_yaw_next = (
-        state.z_shoulder_yaw - parameters.h_K_1_shoulder_yaw * v_shoulder_yaw_hat
-        - parameters.h_K_2_shoulder_yaw * v_shoulder_yaw_dot_hat
-    )
-    z_shoulder_pitch_next = (
-        state.z_shoulder_pitch - parameters.h_K_1_shoulder_pitch * v_shoulder_pitch_hat
-        - parameters.h_K_2_shoulder_pitch * a2
-    )
-    z_arm_roll_next = (
-        state.z_arm_roll - parameters.h_K_1_arm_roll * v_arm_roll_hat - parameters.h_K_2_arm_roll * a3
-    )
-    z_elbow_pitch_next = (
-        state.z_elbow_pitch - parameters.h_K_1_elbow_pitch * v_elbow_pitch_hat - parameters.h_K_2_elbow_pitch
-        * a4
-    )
-    z_forearm_roll_next = (
-        state.z_forearm_roll - parameters.h_K_1_forearm_roll * v_forearm_roll_hat
-        - parameters.h_K_2_forearm_roll * a5
-    )
-    z_wrist_pitch_next = (
-        state.z_wrist_pitch - parameters.h_K_1_wrist_pitch * v_wrist_pitch_hat - parameters.h_K_2_wrist_pitch
-        * a6
-    )
-    z_hand_roll_next = (
-        state.z_hand_roll - parameters.h_K_1_hand_roll * v_hand_roll_hat - parameters.h_K_2_hand_roll * a7
-    )
+    z_shoulder_yaw_next = state.z_shoulder_yaw - parameters.h_K_2_shoulder_yaw * v_shoulder_yaw_dot_hat
+    z_shoulder_pitch_next = state.z_shoulder_pitch - parameters.h_K_2_shoulder_pitch * a2
+    z_arm_roll_next = state.z_arm_roll - parameters.h_K_2_arm_roll * a3
+    z_elbow_pitch_next = state.z_elbow_pitch - parameters.h_K_2_elbow_pitch * a4
+    z_forearm_roll_next = state.z_forearm_roll - parameters.h_K_2_forearm_roll * a5
+    z_wrist_pitch_next = state.z_wrist_pitch - parameters.h_K_2_wrist_pitch * a6
+    z_hand_roll_next = state.z_hand_roll - parameters.h_K_2_hand_roll * a7
 
     # hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN
     check = (

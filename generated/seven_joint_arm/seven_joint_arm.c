@@ -1,6 +1,6 @@
 /*
  * seven_joint_arm: friction observer GTO, velocity estimated, double precision.
- * A step: 606 additions, 673 multiplications, 7 divisions, 12 calls, 0 of sign or magnitude.
+ * A step: 592 additions, 659 multiplications, 7 divisions, 12 calls, 0 of sign or magnitude.
  *
  * Made by stiction 0.1.0 from seven_joint_arm.yaml
  * sha256 52b7fc24362cad8069841d41e04e6920488a5d21d83ed6b1e517ee0008775850
@@ -22,19 +22,12 @@
 
 void seven_joint_arm_prepare(seven_joint_arm_parameters *parameters)
 {
-    parameters->h_K_1_shoulder_yaw = parameters->sample_time * parameters->K_1_shoulder_yaw;
     parameters->h_K_2_shoulder_yaw = parameters->sample_time * parameters->K_2_shoulder_yaw;
-    parameters->h_K_1_shoulder_pitch = parameters->sample_time * parameters->K_1_shoulder_pitch;
     parameters->h_K_2_shoulder_pitch = parameters->sample_time * parameters->K_2_shoulder_pitch;
-    parameters->h_K_1_arm_roll = parameters->sample_time * parameters->K_1_arm_roll;
     parameters->h_K_2_arm_roll = parameters->sample_time * parameters->K_2_arm_roll;
-    parameters->h_K_1_elbow_pitch = parameters->sample_time * parameters->K_1_elbow_pitch;
     parameters->h_K_2_elbow_pitch = parameters->sample_time * parameters->K_2_elbow_pitch;
-    parameters->h_K_1_forearm_roll = parameters->sample_time * parameters->K_1_forearm_roll;
     parameters->h_K_2_forearm_roll = parameters->sample_time * parameters->K_2_forearm_roll;
-    parameters->h_K_1_wrist_pitch = parameters->sample_time * parameters->K_1_wrist_pitch;
     parameters->h_K_2_wrist_pitch = parameters->sample_time * parameters->K_2_wrist_pitch;
-    parameters->h_K_1_hand_roll = parameters->sample_time * parameters->K_1_hand_roll;
     parameters->h_K_2_hand_roll = parameters->sample_time * parameters->K_2_hand_roll;
 }
 
@@ -49,13 +42,13 @@ static void seven_joint_arm_start(seven_joint_arm_state *state, const seven_join
     state->z_v_forearm_roll = -(parameters->K_v_v_forearm_roll * inputs->forearm_roll);
     state->z_v_wrist_pitch = -(parameters->K_v_v_wrist_pitch * inputs->wrist_pitch);
     state->z_v_hand_roll = -(parameters->K_v_v_hand_roll * inputs->hand_roll);
-    state->z_shoulder_yaw = -(parameters->K_1_shoulder_yaw * inputs->shoulder_yaw);
-    state->z_shoulder_pitch = -(parameters->K_1_shoulder_pitch * inputs->shoulder_pitch);
-    state->z_arm_roll = -(parameters->K_1_arm_roll * inputs->arm_roll);
-    state->z_elbow_pitch = -(parameters->K_1_elbow_pitch * inputs->elbow_pitch);
-    state->z_forearm_roll = -(parameters->K_1_forearm_roll * inputs->forearm_roll);
-    state->z_wrist_pitch = -(parameters->K_1_wrist_pitch * inputs->wrist_pitch);
-    state->z_hand_roll = -(parameters->K_1_hand_roll * inputs->hand_roll);
+    state->z_shoulder_yaw = 0.0;
+    state->z_shoulder_pitch = 0.0;
+    state->z_arm_roll = 0.0;
+    state->z_elbow_pitch = 0.0;
+    state->z_forearm_roll = 0.0;
+    state->z_wrist_pitch = 0.0;
+    state->z_hand_roll = 0.0;
 
     /* where that cannot be used, wait for a good sample */
     const double check = inputs->shoulder_yaw + inputs->shoulder_pitch + inputs->arm_roll + inputs->elbow_pitch
@@ -109,14 +102,6 @@ static void seven_joint_arm_miss(seven_joint_arm_state *state, const seven_joint
         * outputs->v_wrist_pitch_hat;
     state->z_v_hand_roll = state->z_v_hand_roll - parameters->sample_time * parameters->K_v_v_hand_roll
         * outputs->v_hand_roll_hat;
-    state->z_shoulder_yaw = state->z_shoulder_yaw - parameters->h_K_1_shoulder_yaw * outputs->v_shoulder_yaw_hat;
-    state->z_shoulder_pitch = state->z_shoulder_pitch - parameters->h_K_1_shoulder_pitch
-        * outputs->v_shoulder_pitch_hat;
-    state->z_arm_roll = state->z_arm_roll - parameters->h_K_1_arm_roll * outputs->v_arm_roll_hat;
-    state->z_elbow_pitch = state->z_elbow_pitch - parameters->h_K_1_elbow_pitch * outputs->v_elbow_pitch_hat;
-    state->z_forearm_roll = state->z_forearm_roll - parameters->h_K_1_forearm_roll * outputs->v_forearm_roll_hat;
-    state->z_wrist_pitch = state->z_wrist_pitch - parameters->h_K_1_wrist_pitch * outputs->v_wrist_pitch_hat;
-    state->z_hand_roll = state->z_hand_roll - parameters->h_K_1_hand_roll * outputs->v_hand_roll_hat;
 
     /* after 8 in a row, wait for a good sample that sets the states anew */
     if (state->waiting < 0.5) {
@@ -128,34 +113,32 @@ static void seven_joint_arm_miss(seven_joint_arm_state *state, const seven_joint
 static void seven_joint_arm_resume(seven_joint_arm_state *state, const seven_joint_arm_parameters *parameters,
     const seven_joint_arm_inputs *inputs, const seven_joint_arm_outputs *outputs)
 {
-    const double resumed_1 = inputs->shoulder_yaw + parameters->sample_time * outputs->v_shoulder_yaw_hat;
-    const double resumed_2 = inputs->shoulder_pitch + parameters->sample_time * outputs->v_shoulder_pitch_hat;
-    const double resumed_3 = inputs->arm_roll + parameters->sample_time * outputs->v_arm_roll_hat;
-    const double resumed_4 = inputs->elbow_pitch + parameters->sample_time * outputs->v_elbow_pitch_hat;
-    const double resumed_5 = inputs->forearm_roll + parameters->sample_time * outputs->v_forearm_roll_hat;
-    const double resumed_6 = inputs->wrist_pitch + parameters->sample_time * outputs->v_wrist_pitch_hat;
-    const double resumed_7 = inputs->hand_roll + parameters->sample_time * outputs->v_hand_roll_hat;
-    state->z_v_shoulder_yaw = outputs->v_shoulder_yaw_hat - parameters->K_v_v_shoulder_yaw * resumed_1;
-    state->z_v_shoulder_pitch = outputs->v_shoulder_pitch_hat - parameters->K_v_v_shoulder_pitch * resumed_2;
-    state->z_v_arm_roll = outputs->v_arm_roll_hat - parameters->K_v_v_arm_roll * resumed_3;
-    state->z_v_elbow_pitch = outputs->v_elbow_pitch_hat - parameters->K_v_v_elbow_pitch * resumed_4;
-    state->z_v_forearm_roll = outputs->v_forearm_roll_hat - parameters->K_v_v_forearm_roll * resumed_5;
-    state->z_v_wrist_pitch = outputs->v_wrist_pitch_hat - parameters->K_v_v_wrist_pitch * resumed_6;
-    state->z_v_hand_roll = outputs->v_hand_roll_hat - parameters->K_v_v_hand_roll * resumed_7;
-    state->z_shoulder_yaw = outputs->tracked_shoulder_yaw - parameters->K_1_shoulder_yaw * resumed_1
-        - parameters->K_2_shoulder_yaw * outputs->v_shoulder_yaw_hat;
-    state->z_shoulder_pitch = outputs->tracked_shoulder_pitch - parameters->K_1_shoulder_pitch * resumed_2
-        - parameters->K_2_shoulder_pitch * outputs->v_shoulder_pitch_hat;
-    state->z_arm_roll = outputs->tracked_arm_roll - parameters->K_1_arm_roll * resumed_3
-        - parameters->K_2_arm_roll * outputs->v_arm_roll_hat;
-    state->z_elbow_pitch = outputs->tracked_elbow_pitch - parameters->K_1_elbow_pitch * resumed_4
-        - parameters->K_2_elbow_pitch * outputs->v_elbow_pitch_hat;
-    state->z_forearm_roll = outputs->tracked_forearm_roll - parameters->K_1_forearm_roll * resumed_5
-        - parameters->K_2_forearm_roll * outputs->v_forearm_roll_hat;
-    state->z_wrist_pitch = outputs->tracked_wrist_pitch - parameters->K_1_wrist_pitch * resumed_6
-        - parameters->K_2_wrist_pitch * outputs->v_wrist_pitch_hat;
-    state->z_hand_roll = outputs->tracked_hand_roll - parameters->K_1_hand_roll * resumed_7
-        - parameters->K_2_hand_roll * outputs->v_hand_roll_hat;
+    state->z_v_shoulder_yaw = outputs->v_shoulder_yaw_hat - parameters->K_v_v_shoulder_yaw
+        * (inputs->shoulder_yaw + parameters->sample_time * outputs->v_shoulder_yaw_hat);
+    state->z_v_shoulder_pitch = outputs->v_shoulder_pitch_hat - parameters->K_v_v_shoulder_pitch
+        * (inputs->shoulder_pitch + parameters->sample_time * outputs->v_shoulder_pitch_hat);
+    state->z_v_arm_roll = outputs->v_arm_roll_hat - parameters->K_v_v_arm_roll * (inputs->arm_roll
+        + parameters->sample_time * outputs->v_arm_roll_hat);
+    state->z_v_elbow_pitch = outputs->v_elbow_pitch_hat - parameters->K_v_v_elbow_pitch * (inputs->elbow_pitch
+        + parameters->sample_time * outputs->v_elbow_pitch_hat);
+    state->z_v_forearm_roll = outputs->v_forearm_roll_hat - parameters->K_v_v_forearm_roll
+        * (inputs->forearm_roll + parameters->sample_time * outputs->v_forearm_roll_hat);
+    state->z_v_wrist_pitch = outputs->v_wrist_pitch_hat - parameters->K_v_v_wrist_pitch * (inputs->wrist_pitch
+        + parameters->sample_time * outputs->v_wrist_pitch_hat);
+    state->z_v_hand_roll = outputs->v_hand_roll_hat - parameters->K_v_v_hand_roll * (inputs->hand_roll
+        + parameters->sample_time * outputs->v_hand_roll_hat);
+    state->z_shoulder_yaw = outputs->tracked_shoulder_yaw - parameters->K_2_shoulder_yaw
+        * outputs->v_shoulder_yaw_hat;
+    state->z_shoulder_pitch = outputs->tracked_shoulder_pitch - parameters->K_2_shoulder_pitch
+        * outputs->v_shoulder_pitch_hat;
+    state->z_arm_roll = outputs->tracked_arm_roll - parameters->K_2_arm_roll * outputs->v_arm_roll_hat;
+    state->z_elbow_pitch = outputs->tracked_elbow_pitch - parameters->K_2_elbow_pitch
+        * outputs->v_elbow_pitch_hat;
+    state->z_forearm_roll = outputs->tracked_forearm_roll - parameters->K_2_forearm_roll
+        * outputs->v_forearm_roll_hat;
+    state->z_wrist_pitch = outputs->tracked_wrist_pitch - parameters->K_2_wrist_pitch
+        * outputs->v_wrist_pitch_hat;
+    state->z_hand_roll = outputs->tracked_hand_roll - parameters->K_2_hand_roll * outputs->v_hand_roll_hat;
     state->waiting = 0.0;
 }
 
@@ -197,20 +180,16 @@ void seven_joint_arm_step(seven_joint_arm_state *state, const seven_joint_arm_pa
     const double v_hand_roll_hat = state->z_v_hand_roll + parameters->K_v_v_hand_roll * inputs->hand_roll; /* rad/s */
 
     /* tracked friction, (4.16) */
-    const double tracked_shoulder_yaw = state->z_shoulder_yaw + parameters->K_1_shoulder_yaw
-        * inputs->shoulder_yaw + parameters->K_2_shoulder_yaw * v_shoulder_yaw_hat; /* N*m */
-    const double tracked_shoulder_pitch = state->z_shoulder_pitch + parameters->K_1_shoulder_pitch
-        * inputs->shoulder_pitch + parameters->K_2_shoulder_pitch * v_shoulder_pitch_hat; /* N*m */
-    const double tracked_arm_roll = state->z_arm_roll + parameters->K_1_arm_roll * inputs->arm_roll
-        + parameters->K_2_arm_roll * v_arm_roll_hat; /* N*m */
-    const double tracked_elbow_pitch = state->z_elbow_pitch + parameters->K_1_elbow_pitch
-        * inputs->elbow_pitch + parameters->K_2_elbow_pitch * v_elbow_pitch_hat; /* N*m */
-    const double tracked_forearm_roll = state->z_forearm_roll + parameters->K_1_forearm_roll
-        * inputs->forearm_roll + parameters->K_2_forearm_roll * v_forearm_roll_hat; /* N*m */
-    const double tracked_wrist_pitch = state->z_wrist_pitch + parameters->K_1_wrist_pitch
-        * inputs->wrist_pitch + parameters->K_2_wrist_pitch * v_wrist_pitch_hat; /* N*m */
-    const double tracked_hand_roll = state->z_hand_roll + parameters->K_1_hand_roll * inputs->hand_roll
-        + parameters->K_2_hand_roll * v_hand_roll_hat; /* N*m */
+    const double tracked_shoulder_yaw = state->z_shoulder_yaw + parameters->K_2_shoulder_yaw
+        * v_shoulder_yaw_hat; /* N*m */
+    const double tracked_shoulder_pitch = state->z_shoulder_pitch + parameters->K_2_shoulder_pitch
+        * v_shoulder_pitch_hat; /* N*m */
+    const double tracked_arm_roll = state->z_arm_roll + parameters->K_2_arm_roll * v_arm_roll_hat; /* N*m */
+    const double tracked_elbow_pitch = state->z_elbow_pitch + parameters->K_2_elbow_pitch * v_elbow_pitch_hat; /* N*m */
+    const double tracked_forearm_roll = state->z_forearm_roll + parameters->K_2_forearm_roll
+        * v_forearm_roll_hat; /* N*m */
+    const double tracked_wrist_pitch = state->z_wrist_pitch + parameters->K_2_wrist_pitch * v_wrist_pitch_hat; /* N*m */
+    const double tracked_hand_roll = state->z_hand_roll + parameters->K_2_hand_roll * v_hand_roll_hat; /* N*m */
 
     /* known friction, declared effects */
     const double known_shoulder_yaw = parameters->viscous_shoulder_yaw_b * v_shoulder_yaw_hat; /* N*m */
@@ -708,20 +687,14 @@ void seven_joint_arm_step(seven_joint_arm_state *state, const seven_joint_arm_pa
         - parameters->K_v_v_wrist_pitch * v_wrist_pitch_hat);
     const double z_v_hand_roll_next = state->z_v_hand_roll + parameters->sample_time * (a7
         - parameters->K_v_v_hand_roll * v_hand_roll_hat);
-    const double z_shoulder_yaw_next = state->z_shoulder_yaw - parameters->h_K_1_shoulder_yaw
-        * v_shoulder_yaw_hat - parameters->h_K_2_shoulder_yaw * v_shoulder_yaw_dot_hat;
-    const double z_shoulder_pitch_next = state->z_shoulder_pitch - parameters->h_K_1_shoulder_pitch
-        * v_shoulder_pitch_hat - parameters->h_K_2_shoulder_pitch * a2;
-    const double z_arm_roll_next = state->z_arm_roll - parameters->h_K_1_arm_roll * v_arm_roll_hat
-        - parameters->h_K_2_arm_roll * a3;
-    const double z_elbow_pitch_next = state->z_elbow_pitch - parameters->h_K_1_elbow_pitch * v_elbow_pitch_hat
-        - parameters->h_K_2_elbow_pitch * a4;
-    const double z_forearm_roll_next = state->z_forearm_roll - parameters->h_K_1_forearm_roll
-        * v_forearm_roll_hat - parameters->h_K_2_forearm_roll * a5;
-    const double z_wrist_pitch_next = state->z_wrist_pitch - parameters->h_K_1_wrist_pitch * v_wrist_pitch_hat
-        - parameters->h_K_2_wrist_pitch * a6;
-    const double z_hand_roll_next = state->z_hand_roll - parameters->h_K_1_hand_roll * v_hand_roll_hat
-        - parameters->h_K_2_hand_roll * a7;
+    const double z_shoulder_yaw_next = state->z_shoulder_yaw - parameters->h_K_2_shoulder_yaw
+        * v_shoulder_yaw_dot_hat;
+    const double z_shoulder_pitch_next = state->z_shoulder_pitch - parameters->h_K_2_shoulder_pitch * a2;
+    const double z_arm_roll_next = state->z_arm_roll - parameters->h_K_2_arm_roll * a3;
+    const double z_elbow_pitch_next = state->z_elbow_pitch - parameters->h_K_2_elbow_pitch * a4;
+    const double z_forearm_roll_next = state->z_forearm_roll - parameters->h_K_2_forearm_roll * a5;
+    const double z_wrist_pitch_next = state->z_wrist_pitch - parameters->h_K_2_wrist_pitch * a6;
+    const double z_hand_roll_next = state->z_hand_roll - parameters->h_K_2_hand_roll * a7;
 
     /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
     const double check = z_v_shoulder_yaw_next + z_v_shoulder_pitch_next + z_v_arm_roll_next

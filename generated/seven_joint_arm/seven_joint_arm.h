@@ -26,13 +26,6 @@ typedef struct {
     double viscous_forearm_roll_b; /* N*m*s/rad: model parameter */
     double viscous_wrist_pitch_b; /* N*m*s/rad: model parameter */
     double viscous_hand_roll_b; /* N*m*s/rad: model parameter */
-    double K_1_shoulder_yaw; /* N*m/rad: observer gain */
-    double K_1_shoulder_pitch; /* N*m/rad: observer gain */
-    double K_1_arm_roll; /* N*m/rad: observer gain */
-    double K_1_elbow_pitch; /* N*m/rad: observer gain */
-    double K_1_forearm_roll; /* N*m/rad: observer gain */
-    double K_1_wrist_pitch; /* N*m/rad: observer gain */
-    double K_1_hand_roll; /* N*m/rad: observer gain */
     double K_2_shoulder_yaw; /* N*m*s/rad: observer gain */
     double K_2_shoulder_pitch; /* N*m*s/rad: observer gain */
     double K_2_arm_roll; /* N*m*s/rad: observer gain */
@@ -49,19 +42,12 @@ typedef struct {
     double K_v_v_hand_roll; /* 1/s: observer gain */
     double sample_time; /* s: sample time */
     /* derived: seven_joint_arm_prepare computes them from those above */
-    double h_K_1_shoulder_yaw; /* sample_time * K_1_shoulder_yaw */
     double h_K_2_shoulder_yaw; /* sample_time * K_2_shoulder_yaw */
-    double h_K_1_shoulder_pitch; /* sample_time * K_1_shoulder_pitch */
     double h_K_2_shoulder_pitch; /* sample_time * K_2_shoulder_pitch */
-    double h_K_1_arm_roll; /* sample_time * K_1_arm_roll */
     double h_K_2_arm_roll; /* sample_time * K_2_arm_roll */
-    double h_K_1_elbow_pitch; /* sample_time * K_1_elbow_pitch */
     double h_K_2_elbow_pitch; /* sample_time * K_2_elbow_pitch */
-    double h_K_1_forearm_roll; /* sample_time * K_1_forearm_roll */
     double h_K_2_forearm_roll; /* sample_time * K_2_forearm_roll */
-    double h_K_1_wrist_pitch; /* sample_time * K_1_wrist_pitch */
     double h_K_2_wrist_pitch; /* sample_time * K_2_wrist_pitch */
-    double h_K_1_hand_roll; /* sample_time * K_1_hand_roll */
     double h_K_2_hand_roll; /* sample_time * K_2_hand_roll */
 } seven_joint_arm_parameters;
 
@@ -74,13 +60,6 @@ typedef struct {
         0.3, /* viscous_forearm_roll_b */ \
         0.2, /* viscous_wrist_pitch_b */ \
         0.1, /* viscous_hand_roll_b */ \
-        0.0, /* K_1_shoulder_yaw */ \
-        0.0, /* K_1_shoulder_pitch */ \
-        0.0, /* K_1_arm_roll */ \
-        0.0, /* K_1_elbow_pitch */ \
-        0.0, /* K_1_forearm_roll */ \
-        0.0, /* K_1_wrist_pitch */ \
-        0.0, /* K_1_hand_roll */ \
         -40.0, /* K_2_shoulder_yaw */ \
         -40.0, /* K_2_shoulder_pitch */ \
         -16.0, /* K_2_arm_roll */ \
@@ -96,19 +75,12 @@ typedef struct {
         200.0, /* K_v_v_wrist_pitch */ \
         200.0, /* K_v_v_hand_roll */ \
         0.0005, /* sample_time */ \
-        0.0, /* h_K_1_shoulder_yaw */ \
         -0.02, /* h_K_2_shoulder_yaw */ \
-        0.0, /* h_K_1_shoulder_pitch */ \
         -0.02, /* h_K_2_shoulder_pitch */ \
-        0.0, /* h_K_1_arm_roll */ \
         -0.008, /* h_K_2_arm_roll */ \
-        0.0, /* h_K_1_elbow_pitch */ \
         -0.008, /* h_K_2_elbow_pitch */ \
-        0.0, /* h_K_1_forearm_roll */ \
         -0.003, /* h_K_2_forearm_roll */ \
-        0.0, /* h_K_1_wrist_pitch */ \
         -0.0015, /* h_K_2_wrist_pitch */ \
-        0.0, /* h_K_1_hand_roll */ \
         -0.0004 /* h_K_2_hand_roll */ \
     }
 

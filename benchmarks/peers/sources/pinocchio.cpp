@@ -1,6 +1,6 @@
 /* The tracking observer's step on Pinocchio, as its documentation would have it: crba, nonLinearEffects, Eigen's LDLT.
  * robot.h builds the model joint by joint, since the wheel has no headers of the robot file's parser, and holds the
- * gains: (K_1, K_2, K_v, damping), a row a joint. */
+ * gains: (K_1, K_2, K_v, damping), a row a joint; K_1 is zero, and left out of the step as in ours. */
 #include <Eigen/Cholesky>
 #include <pinocchio/algorithm/crba.hpp>
 #include <pinocchio/algorithm/rnea.hpp>
@@ -43,9 +43,9 @@ extern "C" __attribute__((noinline)) void pinocchio_step(Observer *o, const doub
 {
     Eigen::Map<const Column> x(inputs), w(inputs + N);
     Eigen::Map<Column> v_hat(outputs), tracked(outputs + N), friction(outputs + 2 * N);
-    const auto K_1 = o->gains.col(0).array(), K_2 = o->gains.col(1).array(), K_v = o->gains.col(2).array();
+    const auto K_2 = o->gains.col(1).array(), K_v = o->gains.col(2).array();
     v_hat.array() = o->z_v.array() + K_v * x.array();
-    tracked.array() = o->z.array() + K_1 * x.array() + K_2 * v_hat.array();
+    tracked.array() = o->z.array() + K_2 * v_hat.array();
     friction.array() = tracked.array() + o->gains.col(3).array() * v_hat.array();
     o->position = x;
     o->velocity = v_hat;
@@ -55,7 +55,7 @@ extern "C" __attribute__((noinline)) void pinocchio_step(Observer *o, const doub
     o->factor.compute(o->mass);
     const Column a = o->factor.solve(w - friction - bias);
     o->z_v.array() += STEP_TIME * (a.array() - K_v * v_hat.array());
-    o->z.array() -= STEP_TIME * (K_1 * v_hat.array() + K_2 * a.array());
+    o->z.array() -= STEP_TIME * (K_2 * a.array());
 }
 
 extern "C" void peer_start(const double *row)
