@@ -75,7 +75,7 @@ benchmarks: $(VENV)/benchmark.stamp
 	$(BIN)/python -m benchmarks $(ROW)
 
 # Write docs/practice.md anew: the diagnosis on ../shared/practice, its time and score, its false alarms where nothing is missing, and PySINDy
-# beside it; says so where that is not here. Some hours; kept results are not made again. A few cases: `python -m benchmarks.practice --only CASE`.
+# beside it; says so where that is not here. One to two hours of two cores; kept results are not made again. A few cases: `python -m benchmarks.practice --only CASE`.
 practice: $(VENV)/test.stamp
 	$(BIN)/python -m benchmarks.practice
 

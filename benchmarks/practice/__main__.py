@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.practice.cases import PRACTICE, ROOT, TIERS, Case, cases
-from benchmarks.practice.declared import candidates, row, tally, verdict_on
+from benchmarks.practice.declared import NOT_IN_FREE_RUNS, VERDICTS, candidates, row, tally, verdict_on
 from benchmarks.practice.peer import proposed, table, totals
 from benchmarks.practice.runs import TYPICAL, Run, diagnosed, result_in, times, typical
 from benchmarks.practice.score import right, score, summary
@@ -78,12 +78,19 @@ def declared(asked: Asked) -> dict[str, Any] | None:
     ]
     if not rows:
         return None
+    held = [r for r in rows if NOT_IN_FREE_RUNS not in r["kinds"]]
+    groups = (
+        ("true effects declared", rows),
+        (f"of these, without `{NOT_IN_FREE_RUNS}`", held),
+        ("without an effect", bare),
+        ("all", rows + bare),
+    )
     return {
-        "with_truth": tally(rows),
-        "together": tally(rows + bare),
-        "bare": len(bare),
+        "verdicts": VERDICTS,
+        "groups": [(words, tally(some)) for words, some in groups if some],
         "others": [r for r in rows + bare if r["verdict"] != "none"],
         "alpha": ALPHA,
+        "not_held": NOT_IN_FREE_RUNS,
     }
 
 

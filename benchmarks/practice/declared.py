@@ -16,6 +16,8 @@ from codegen.files import write_atomically
 
 VERDICTS = ("effect", "ambiguous", "unknown", "none", "unfit", "refused")
 CONFIDENCE = 0.95
+NOT_IN_FREE_RUNS = "encoder_eccentricity"
+"""Declared, it is in the force residual and not in the free runs that judge candidates; see docs/diagnosis.md."""
 
 
 def candidates(cases: Sequence[Case]) -> list[Case]:
@@ -59,13 +61,15 @@ def clopper_pearson(hits: int, trials: int) -> tuple[float, float]:
 
 
 def tally(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Verdicts and the rate of false alarms with its interval."""
+    """Verdicts; the rate of false alarms and of all that is not ``none``, as (share, interval)."""
     counts = Counter(r["verdict"] for r in rows)
-    alarms = counts["effect"]
     return {
         "logs": len(rows),
         "verdicts": [(verdict, counts[verdict]) for verdict in VERDICTS],
-        "alarms": alarms,
-        "rate": alarms / len(rows),
-        "interval": clopper_pearson(alarms, len(rows)),
+        "alarms": _rate(counts["effect"], len(rows)),
+        "not_none": _rate(len(rows) - counts["none"], len(rows)),
     }
+
+
+def _rate(hits: int, trials: int) -> tuple[float, float, float]:
+    return hits / trials, *clopper_pearson(hits, trials)

@@ -58,7 +58,9 @@ def test_false_alarms_are_effects_and_nothing_else(tmp_path: Path) -> None:
     rows = [row(known, result) for result in results]
     assert [r["named"] for r in rows] == [["spring"], ["a", "b"], [], []]
     found = tally(rows)
-    assert (found["alarms"], found["logs"], found["rate"]) == (1, 4, 0.25)
+    assert found["logs"] == 4
+    assert found["alarms"] == (0.25, *clopper_pearson(1, 4))
+    assert found["not_none"] == (0.75, *clopper_pearson(3, 4))
     assert dict(found["verdicts"]) == {"effect": 1, "ambiguous": 0, "unknown": 1, "none": 1, "unfit": 1, "refused": 0}
 
 
