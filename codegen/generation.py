@@ -140,9 +140,10 @@ def generated_program(
     hashes = {name: sha256(text) for name, text in files.items()}
     analysis = analyse(spec, observer)
     outcome = certify_analysis(spec, analysis, hashes, header.command, places=_places(program))
+    sources = {name: text.encode() for name, text in files.items()}
     try:
         for proof in outcome.proofs.values():
-            checker.check(proof, sources={name: text.encode() for name, text in files.items()})
+            checker.bound(checker.parsed(proof), sources, None)
     except checker.Refused as error:
         outcome = withdrawn(analysis, str(error))
     if isinstance(outcome, Certificate):

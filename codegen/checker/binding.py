@@ -61,6 +61,13 @@ def read(text: str, records: Mapping[str, Any]) -> Dual:
     return found
 
 
+def derivative(raw: Any, records: Mapping[str, Any]) -> Fraction:
+    """Of an estimate, or of ["*", a sign, an estimate]: signs do not change in what is compared."""
+    if isinstance(raw, list) and raw[0] == "*":
+        return value(raw[1], lambda text: read(text, records)[0]) * read(raw[2], records)[1]
+    return read(raw, records)[1]
+
+
 def scatter(record: dict[str, Any], names: list[str], dice: random.Random, moved: bool) -> None:
     """Random numbers for these fields, and a random direction if the states are to be moved along it."""
 
@@ -98,7 +105,7 @@ def moves_as_certified(top: Mapping[str, Any], before: Mapping[str, Any], after:
     at = {v: value(e, lambda text: read(text, before)[0]) for v, e in code["variables"].items()}
     theta = {p["name"]: value(p["expression"], at.__getitem__) for p in top["parameters"]}
     A = [[value(entry, theta.__getitem__) for entry in row] for row in top["matrix"]]
-    old, new = ([read(text, records)[1] for text in code["errors"]] for records in (before, after))
+    old, new = ([derivative(raw, records) for raw in code["errors"]] for records in (before, after))
     implicit = top["observer"]["integration"] == "implicit"
     change = [h * sum(a * e for a, e in zip(row, new if implicit else old, strict=True)) for row in A]
     return any(old) and all(y == x + d for x, y, d in zip(old, new, change, strict=True))
@@ -150,7 +157,7 @@ def replayed(top: Mapping[str, Any], twin: Twin) -> str:
     fast, alike = parameters.get("slip_speed", (reader.ZERO,))[0], 0  # a guarded level is learnt above it alone
     for _ in range(TRIES):
         seen = three_samples(top, twin, parameters, dice)
-        slow = any(abs(read(code["errors"][0], now)[0]) <= fast for now, _ in seen)
+        slow = fast and any(abs(read(code["errors"][0], now)[0]) <= fast for now, _ in seen)
         if slow or seen[1][1] != seen[2][1]:
             continue  # a sign turned; and the first sample is where a guard learns it
         if not moves_as_certified(top, seen[1][0], seen[2][0]):

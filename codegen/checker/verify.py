@@ -45,7 +45,7 @@ SCHEMA = json.loads("""{"format": "FORMAT", "tool": {"name": "TEXT", "version": 
     "sample_time": "RATIONAL", "decay_rate": "RATIONAL", "error": [{"name": "LINE", "meaning": "TEXT", "unit": "TEXT"}],
     "variables": {"NAME": ["RATIONAL"]}, "splits": {"NAME": ["RATIONAL"]}, "along": ["RATIONAL"],
     "parameters": [{"name": "NAME", "expression": "ANY"}], "matrix": [["ANY"]], "lyapunov_matrix": [["RATIONAL"]],
-    "code": {"errors": ["LINE"], "variables": {"NAME": "ANY"}, "motion": {"LINE": "LINE"}},
+    "code": {"errors": ["ANY"], "variables": {"NAME": "ANY"}, "motion": {"LINE": "LINE"}},
     "slow": [{"variable": "NAME", "velocity": "NAME", "matrices": [[["RATIONAL"]]]}],
     "reversals": [{"contact": "LINE", "flips": ["WHOLE"], "growth": "RATIONAL", "dwell_samples": "WHOLE"}]}""")
 Matrix = list[list[Fraction]]
@@ -221,7 +221,8 @@ def bound(top: dict[str, Any], sources: dict[str, bytes], spec: Path | None) -> 
     """Facts about the files, and what nothing vouches for: that they are the files meant, and the matrix their own."""
     stated = {name: (sources[name], digest) for name, digest in top["subject"]["files"].items() if name in sources}
     facts, left = [], []
-    for name, (content, expected) in (stated | ({} if spec is None else spec_pair(top, spec))).items():
+    given = {} if spec is None else {spec.name: (spec.read_bytes(), top["subject"]["spec_sha256"])}
+    for name, (content, expected) in (stated | given).items():
         found = hashlib.sha256(content).hexdigest()
         demand(found == expected, f"{name} has the SHA-256 {found}, not {expected}")
         facts.append(f"{name} has the SHA-256 stated")
@@ -243,8 +244,13 @@ def bound(top: dict[str, Any], sources: dict[str, bytes], spec: Path | None) -> 
     return facts, left + ([] if top["assumptions"] else ["what the claim rests on: no assumption is stated"])
 
 
-def spec_pair(top: dict[str, Any], spec: Path) -> dict[str, tuple[bytes, str]]:
-    return {spec.name: (spec.read_bytes(), top["subject"]["spec_sha256"])}
+def parsed(text: str) -> dict[str, Any]:
+    """The certificate, if it is written as its format demands."""
+    demand(len(text) <= MAX_TEXT, f"{len(text)} characters, more than {MAX_TEXT}")
+    bare = str.encode
+    raw = json.loads(text, object_pairs_hook=tuple, parse_int=bare, parse_float=bare, parse_constant=bare)
+    top: dict[str, Any] = conform(raw, SCHEMA, "certificate")
+    return top
 
 
 def check(
@@ -254,20 +260,15 @@ def check(
 
     Raises Refused; json.JSONDecodeError; OSError if a file to be compared cannot be read.
     """
-    demand(len(text) <= MAX_TEXT, f"{len(text)} characters, more than {MAX_TEXT}")
-    bare = str.encode
     try:
-        raw = json.loads(text, object_pairs_hook=tuple, parse_int=bare, parse_float=bare, parse_constant=bare)
-        top = conform(raw, SCHEMA, "certificate")
-        files = top["subject"]["files"]
+        files = (top := parsed(text))["subject"]["files"]
         if sources is None:
             sources = {name: (folder / name).read_bytes() for name in files if folder and (folder / name).exists()}
         (more, left), facts = bound(top, sources, spec), verify(top)
     except RecursionError:
         raise Refused("nested too deeply") from None
     unbound = tuple(name for name in files if name not in sources)
-    claim, assumptions = top["claim"], tuple(top["assumptions"])
-    return Report(top["subject"]["name"], claim, (*facts, *more), unbound, tuple(left), assumptions)
+    return Report(top["subject"]["name"], top["claim"], (*facts, *more), unbound, tuple(left), top["assumptions"])
 
 
 def main(argv: list[str] | None = None) -> int:

@@ -24,7 +24,7 @@ def code_reading(observer: Observer, family: Family, places: Mapping[str, str]) 
         expression = _meaning(observer, variable)
         if expression is not None and expression.free_symbols <= set(shown):
             variables[variable.name] = to_prefix(expression.subs(shown))
-    errors = [places.get(name, "") for name in _estimates(observer)]
+    errors = [_shown(estimate, shown, places) for estimate in _estimates(observer)]
     pairs = zip(observer.system.positions, observer.system.velocities, strict=True)
     return {
         "errors": errors if all(errors) else [],
@@ -41,22 +41,32 @@ def _truth(observer: Observer, places: Mapping[str, str]) -> dict[sympy.Symbol, 
     return {s: sympy.Symbol(places[name]) for s, name in names.items() if name in places}
 
 
+def _shown(estimate: Any, shown: Mapping[sympy.Symbol, sympy.Symbol], places: Mapping[str, str]) -> Any:
+    """An estimate, or a slip's sign times one, in places of the code; empty where it is not shown."""
+    sign, symbol = estimate
+    if symbol.name not in places or (sign is not None and not sign.free_symbols <= set(shown)):
+        return ""
+    return places[symbol.name] if sign is None else ["*", to_prefix(sign.subs(shown)), places[symbol.name]]
+
+
 def _meaning(observer: Observer, variable: sympy.Symbol) -> Any:
     """A variable of the family over positions and velocities; None where it is none of them."""
     system = observer.system
-    slips = [u.subs(observer.values) for u in system.slip_velocity]
     if variable in observer.signs:
-        slip = slips[observer.signs.index(variable)]
-        return slip / sympy.Abs(slip)
-    named = {c.slip: slip for c, slip in zip(system.contacts, slips, strict=True)}
-    return named.get(variable, variable if variable in (*system.positions, *system.velocities) else None)
+        return _sign(observer, observer.signs.index(variable))
+    slips = {c.slip: u for c, u in zip(system.contacts, system.slip_velocity, strict=True)}
+    if variable in slips:
+        return slips[variable].subs(observer.values)
+    return variable if variable in (*system.positions, *system.velocities) else None
 
 
-def _estimates(observer: Observer) -> list[str]:
-    """The output less than truth by each error: of a level with the slip's sign, the contact's force."""
-    names = [s.name for equation in observer.equations if equation.state is not None for s in equation.symbols]
-    contacts = observer.system.contacts
-    return [
-        f"F_hat_{contacts[error.contact].name}" if observer.level_errors and error.contact is not None else name
-        for error, name in zip(observer.errors, names, strict=True)
-    ]
+def _sign(observer: Observer, contact: int) -> Any:
+    slip = observer.system.slip_velocity[contact].subs(observer.values)
+    return slip / sympy.Abs(slip)
+
+
+def _estimates(observer: Observer) -> list[tuple[Any, sympy.Symbol]]:
+    """By each error (sign of slip or None, estimate): of a level that is certified as a force, with that sign."""
+    symbols = [s for equation in observer.equations if equation.state is not None for s in equation.symbols]
+    turned = [e.contact if observer.level_errors else None for e in observer.errors]
+    return [(None if c is None else _sign(observer, c), s) for c, s in zip(turned, symbols, strict=True)]

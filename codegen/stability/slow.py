@@ -27,6 +27,7 @@ INTERVALS = 16
 BISECTIONS = 8
 LESS = (0.99, 0.98, 0.97, 0.95, 0.9, 0.8, 0.65, 0.5)
 MOST_INTERVALS = 128
+MOST_VERTICES = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +61,8 @@ def slow_variable(analysis: Analysis, family: Family) -> tuple[sympy.Symbol, sym
 def following(family: Family, variable: sympy.Symbol, velocity: sympy.Symbol, h: float) -> SlowP | None:
     """P over θ with nearly the largest rate for which the intervals of θ do not become too many; None if none is found.
 
+    Not looked for where A has more than 64 vertices at one θ: the inequalities would be too many.
+
     Args:
         variable, velocity: θ and its rate.
         h: sample time of the explicit step, s.
@@ -70,6 +73,8 @@ def following(family: Family, variable: sympy.Symbol, velocity: sympy.Symbol, h:
     if not 0 < h * reach < float(high - low) / MOST_INTERVALS:
         return None
     search = _Search(family, variable, nodes, h, reach)
+    if max(map(len, search.samples)) > MOST_VERTICES:
+        return None
     limit = decay_rate_limit([a for row in search.samples for a in row], h)
     if limit <= 0:
         return None

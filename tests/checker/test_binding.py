@@ -12,11 +12,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from observers.machines import TEXTS
 
 from codegen.checker import twin as reader
 from codegen.checker import verify
 from codegen.checker.verify import Refused
+from codegen.generation import generated_files
 from codegen.replay.twin import load_twin
+from codegen.spec import parse_spec
+from codegen.stability.certify import Certificate
 
 GENERATED = Path(__file__).parents[2] / "generated"
 PROOFS = sorted(p for p in GENERATED.glob("*/*.json") if p.name in ("certificate.json", "limit.json", "turning.json"))
@@ -228,6 +232,30 @@ def test_functions_belong_to_their_argument() -> None:
     assert reader.function("exp", Fraction(1)) != reader.function("exp", Fraction(2))
     with pytest.raises(reader.Unknown):
         reader.function("atan", Fraction(1))
+
+
+VISCOUS = "{kind: viscous, on: rail, parameters: {b: 2.5}}"
+STRIBECK = "{kind: stribeck, on: rail, parameters: {delta: 4, v_s: 0.3}}"
+WOBBLING = "{kind: encoder_eccentricity, on: x, parameters: {amplitude: 0.001, period: 0.3, phase: 0}}"
+ONE, ARM = "{x: [-1, 1], v: [0.1, 1]}", "{th2: [-0.5, 0.5], om1: [-0.2, -0.1], om2: [-0.2, -0.1]}"
+CASES = {
+    "an effect at the contact": ("one_mass", ONE, "cfo", "estimated", "K_F: 10, K_v: 100", "euler", VISCOUS),
+    "a law that falls": ("one_mass", ONE, "cfo", "estimated", "K_F: 10, K_v: 100", "semi_implicit", STRIBECK),
+    "a sensor that is off": ("one_mass", ONE, "to", "estimated", "K_2: -20, K_v: 100", "euler", WOBBLING),
+    "exponential": ("one_mass", ONE, "cfo", "estimated", "K_F: 10, K_v: 100", "exponential", ""),
+    "measured velocity": ("one_mass", ONE, "cfo", "measured", "K_F: 10", "euler", VISCOUS),
+    "an arm": ("arm", ARM, "gcfo", "measured", "K_F: [0.5, 0.05]", "euler", ""),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_other_machines_and_observers(case: str) -> None:
+    name, envelope, kind, velocity, gains, step, effect = CASES[case]
+    choice = f"kind: {kind}, velocity: {velocity}, gains: {{{gains}}}, sample_time: 0.0005, integration: {step}"
+    text = f"{TEXTS[name]}observer: {{{choice}}}\nenvelope: {envelope}\neffects: [{effect}]\n"
+    files, found = generated_files(parse_spec(text, Path(f"{name}.yaml")))
+    assert isinstance(found, Certificate), found.reason
+    assert REPLAYED in verify.check(found.text, sources={k: v.encode() for k, v in files.items()}).facts
 
 
 @pytest.mark.slow
