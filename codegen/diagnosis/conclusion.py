@@ -107,7 +107,7 @@ def named_effects(parts: Sequence[Part], estimated: Estimate, system: System) ->
     """Effects with their parameters and intervals."""
     found = []
     for part, values in zip(parts, estimated.effects, strict=True):
-        effect = CATALOGUE[part.kind]
+        effect = CATALOGUE[part.kind].with_parameters(part.names)
         parameters = {name: value for name, (value, _) in values.items()}
         intervals = {name: interval for name, (_, interval) in values.items()}
         units = unit_words(effect, part.place, system)
@@ -149,13 +149,14 @@ def _not_tried(system: System, tried: Collection[tuple[str, str]], verdict: Verd
 def _listed(outcome: Outcome) -> list[Ranked]:
     """The first round, with the effects first that stand at the end: another may look better while one is lacking."""
     order = {(p.kind, p.on): k for k, p in enumerate(outcome.parts)}
+    order |= {(CATALOGUE[p.kind].refines, p.on): k for k, p in enumerate(outcome.parts)}
     return sorted(outcome.first, key=lambda r: order.get((r.found.part.kind, r.found.part.on), len(order)))
 
 
 def as_effect(ranked: Ranked, system: System) -> FoundEffect:
     """A candidate as an effect, with the values of the first round."""
     part = ranked.found.part
-    effect = CATALOGUE[part.kind]
+    effect = CATALOGUE[part.kind].with_parameters(part.names)
     units = unit_words(effect, part.place, system)
     return FoundEffect(part.kind, part.on, ranked.found.parameters, units, tuple(effect.twins(system, part.place)))
 

@@ -12,6 +12,7 @@ from codegen.diagnosis.augment import augmented_text
 from codegen.diagnosis.conclusion import as_effect, candidates, force_agrees, named_effects, sentence, verdict_of
 from codegen.diagnosis.credit import ALPHA, BLOCKS, level, share_far
 from codegen.diagnosis.estimate import Estimate, estimate
+from codegen.diagnosis.harmonics import with_harmonics
 from codegen.diagnosis.measure import RESTART_S, Window, force_errors, measure
 from codegen.diagnosis.models import with_effects, with_values
 from codegen.diagnosis.problem import Problem
@@ -95,6 +96,8 @@ def diagnose_log(
     search = search_on(problem, lambda share: record_of(training, log, share))
     faults = any(f.severity == "problem" for f in findings["train"])
     outcome = find_effects(search, lambda k, share: tell(f"effect {k + 1}", 0.1 + 0.25 * (k + share)), faults)
+    if not faults:
+        outcome = with_harmonics(search, outcome, problem)
     before = estimate(outcome.base)
     refit = with_values(system, _values(before))
     verdict = verdict_of(outcome, faults)

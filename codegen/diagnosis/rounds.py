@@ -70,7 +70,7 @@ def find_effects(search: Search, tell: Progress, refit_only: bool = False) -> Ou
         rivals = tied or rivals
         if not credible(search, confirmed, current, len(parts)):
             continue
-        if confirmed is not base and _explained(search, confirmed, current) < credit.LEAST_EXPLAINED:
+        if confirmed is not base and explained_share(search, confirmed, current) < credit.LEAST_EXPLAINED:
             break
         confirmed = current
         if not turn and level(current) > credit.FAR:
@@ -90,7 +90,7 @@ def find_effects(search: Search, tell: Progress, refit_only: bool = False) -> Ou
         current,
         tuple(first),
         tuple(rivals),
-        _explained(search, base, current),
+        explained_share(search, base, current),
         len(search.record.start),
         lost and credit.misfit(base) > credit.LEAST_SIZE,
     )
@@ -179,7 +179,7 @@ def _same(one: Part, other: Part) -> bool:
     return (one.kind, one.on) == (other.kind, other.on)
 
 
-def _explained(search: Search, base: Shot, final: Shot) -> float:
+def explained_share(search: Search, base: Shot, final: Shot) -> float:
     """The larger of: share of the squared residual removed, share of the loss above noise removed."""
     if final is base:
         return 0.0

@@ -88,7 +88,7 @@ def effect_views(diagnosis: Diagnosis) -> tuple[EffectView, ...]:
     """The effects found, with what the catalogue says about them."""
     views = []
     for found in diagnosis.effects:
-        effect = CATALOGUE[found.kind]
+        effect = CATALOGUE[found.kind].with_parameters(list(found.parameters))
         meaning = {p.name: p.meaning for p in effect.parameters}
         parameters = [
             ParameterView(k, with_unit(v, found.units[k]), meaning[k], _interval(found, k))

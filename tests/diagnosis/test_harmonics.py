@@ -1,0 +1,101 @@
+"""Cogging of several waves: the orders are found by regression, and free runs credit the effect that has them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from codegen import pipeline
+from codegen.diagnosis.harmonics import regress, with_harmonics
+from codegen.diagnosis.problem import Problem
+from codegen.diagnosis.record import record_of
+from codegen.diagnosis.residual import inverse_dynamics_residual
+from codegen.diagnosis.rounds import Outcome
+from codegen.diagnosis.search import search_on
+from codegen.diagnosis.signals import smooth_motion
+from codegen.diagnosis.trial import part_of
+from codegen.effects import CATALOGUE
+from codegen.resources import resource_folder
+from codegen.spec import read_spec
+from tests.diagnosis.stage import diagnosed, log_of, stage, system_of
+
+PERIOD = 0.07
+WAVES = {"sin_1": 1.2, "cos_1": -0.5, "sin_3": 0.1, "cos_3": 0.9}
+ENTRY = ", ".join(f"{name}: {value}" for name, value in {"period": PERIOD, **WAVES}.items())
+COGGING = f"[{{kind: cogging_harmonics, on: x, parameters: {{{ENTRY}}}}}]"
+
+
+def problem_of(folder: Path, effects: str) -> Problem:
+    log = log_of(stage(effects, level=4.5), folder, "train.csv")
+    return Problem(system_of(stage()), smooth_motion(log), {})
+
+
+def test_regression_finds_the_orders_and_their_weights_beside_a_level_that_is_off(tmp_path: Path) -> None:
+    problem = problem_of(tmp_path, COGGING)
+    force = -inverse_dynamics_residual(problem.system, problem.motion)[:, 0]
+    waves = regress(problem.system, problem, force, 0, PERIOD)
+    assert waves is not None and waves.orders == (1, 3) and waves.share > 0.95
+    assert waves.parameters == pytest.approx({"period": PERIOD} | WAVES, abs=0.06)  # a start
+    # Of a period twice as long they are the second and the sixth wave.
+    longer = regress(problem.system, problem, force, 0, 2 * PERIOD)
+    assert longer is not None and {2, 6} <= set(longer.orders)
+
+
+def test_what_is_not_periodic_is_no_sum_of_waves(tmp_path: Path) -> None:
+    problem = problem_of(tmp_path, "[]")
+    noise = problem.motion.low_pass(np.random.default_rng(0).normal(size=len(problem.motion.time)))
+    assert regress(problem.system, problem, noise, 0, PERIOD) is None
+
+
+def test_free_runs_put_the_waves_in_the_place_of_a_lone_sine(tmp_path: Path) -> None:
+    log = log_of(stage(COGGING, level=4.5), tmp_path, "train.csv")
+    problem = Problem(system_of(stage()), smooth_motion(log), {})
+    search = search_on(problem, lambda share: record_of(problem.motion, log, share))
+    base = search.refit()
+    sine = part_of(CATALOGUE["cogging"], 0, search.system)
+    lone = search.exchanged(
+        base, np.array([4.5]), [sine], [{"amplitude": 1.3, "period": 1.002 * PERIOD, "phase": -0.4}]
+    )
+    found = with_harmonics(search, Outcome(base, lone, (), (), 0.6, len(search.record.start)), problem)
+    (part,) = found.parts
+    assert (part.kind, part.on) == ("cogging_harmonics", "x")
+    values = found.final.runner.trial.split(found.final.theta)[1][0]
+    assert values == pytest.approx({"period": PERIOD} | WAVES, rel=0.01)
+    assert found.explained > 0.99 and not found.rivals and found.first[-1].found.part is part
+    # With the waves in place there is nothing to put in their place.
+    assert with_harmonics(search, found, problem).final is found.final
+
+
+@pytest.mark.slow
+def test_two_waves_are_one_effect(tmp_path: Path) -> None:
+    diagnosis, models = diagnosed(COGGING, tmp_path)
+    assert diagnosis.verdict == "effect", diagnosis.sentence
+    assert [(e.kind, e.on) for e in diagnosis.effects] == [("cogging_harmonics", "x")]
+    assert diagnosis.effects[0].parameters == pytest.approx({"period": PERIOD} | WAVES, rel=0.03)
+    assert set(diagnosis.effects[0].units) == {"period", *WAVES}
+    assert diagnosis.augmented.free_run_rmse < 0.05 * diagnosis.refit.free_run_rmse
+    assert "sin_3: " in models.spec_text
+    assert ("cogging_harmonics", True) in [(c.kind, c.accepted) for c in diagnosis.candidates]
+
+
+@pytest.mark.slow
+def test_three_waves_of_the_belt_axis(tmp_path: Path) -> None:
+    truth = {"period": 0.048, "sin_1": 1.5, "cos_1": -1.0, "sin_2": 0.9, "cos_2": 0.4, "sin_5": -0.8, "cos_5": 0.5}
+    entry = "{kind: cogging_harmonics, on: x, parameters: {" + ", ".join(f"{k}: {v}" for k, v in truth.items()) + "}}"
+    specs = resource_folder("specs")
+    for name, log in (("belt_axis", "train.csv"), ("belt_axis_test", "test.csv")):
+        text = (specs / "plants" / f"{name}.yaml").read_text(encoding="utf-8")
+        lone = "{kind: cogging, on: x, parameters: {amplitude: 3.4, period: 0.048, phase: 0.7}}"
+        assert lone in text
+        (tmp_path / f"{name}.yaml").write_text(text.replace(lone, entry), encoding="utf-8")
+        pipeline.simulate(tmp_path / f"{name}.yaml", tmp_path / log)
+    result = pipeline.diagnose(
+        specs / "belt_axis.yaml", tmp_path / "train.csv", tmp_path / "test.csv", tmp_path / "out"
+    ).diagnosis
+    (found,) = result.effects
+    assert found.kind == "cogging_harmonics" and found.parameters == pytest.approx(truth, rel=0.01)
+    assert result.augmented.free_run_rmse < 0.1 * result.refit.free_run_rmse
+    assert result.augmented.relative_force < 0.1 * result.refit.relative_force
+    assert read_spec(tmp_path / "out" / "spec.yaml").effects[0].kind == "cogging_harmonics"
