@@ -96,12 +96,11 @@ def diagnose_log(
     search = search_on(problem, lambda share: record_of(training, log, share))
     faults = any(f.severity == "problem" for f in findings["train"])
     outcome = find_effects(search, lambda k, share: tell(f"effect {k + 1}", 0.1 + 0.25 * (k + share)), faults)
-    if not faults:
-        outcome = with_harmonics(search, outcome, problem)
+    outcome, standing = with_harmonics(search, outcome, problem) if not faults else (outcome, search)
     before = estimate(outcome.base)
     refit = with_values(system, _values(before))
     verdict = verdict_of(outcome, faults)
-    after = estimate(*search.polished(outcome.final)) if outcome.parts else before
+    after = estimate(*standing.polished(outcome.final)) if outcome.parts else before
     named = named_effects(outcome.parts, after, refit)
     augmented = with_values(with_effects(system, named), _values(after)) if named else refit
     if verdict == "effect" and not force_agrees(problem, refit, augmented):

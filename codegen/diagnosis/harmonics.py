@@ -14,17 +14,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.diagnosis import credit
+from codegen.diagnosis.attempt import NEAR, SHORTEST, Found
 from codegen.diagnosis.conclusion import force_agrees
 from codegen.diagnosis.credit import evidence, held_out_losses, level, noise_loss
-from codegen.diagnosis.measure import Window, force_errors, share_of_drive
+from codegen.diagnosis.measure import Window, force_errors
 from codegen.diagnosis.models import with_effects, with_values
 from codegen.diagnosis.output_error import Shot
 from codegen.diagnosis.problem import Problem
+from codegen.diagnosis.ranking import Ranked, credible, weight_of
 from codegen.diagnosis.residual import inverse_dynamics_residual
 from codegen.diagnosis.results import FoundEffect
-from codegen.diagnosis.rounds import Outcome, Ranked, credible, explained_share
-from codegen.diagnosis.search import NEAR, SHORTEST, Found, Search
-from codegen.diagnosis.trial import Part, part_of
+from codegen.diagnosis.rounds import Outcome, explained_share
+from codegen.diagnosis.search import Search
+from codegen.diagnosis.trial import part_of
 from codegen.effects.cogging_harmonics import CoggingHarmonics
 from codegen.mechanics.system import System
 
@@ -70,12 +72,16 @@ class Waves:
         return {"period": self.period} | waves
 
 
-def with_harmonics(search: Search, outcome: Outcome, problem: Problem) -> Outcome:
+def with_harmonics(search: Search, outcome: Outcome, problem: Problem) -> tuple[Outcome, Search]:
     """The outcome with a cogging of several waves in place of what it has, where free runs credit that.
 
     Tried on every coordinate on which a sine stands or passed its tests alone, and on angles that turn often enough.
     Where the refit is far from the data, on short segments: a rotor in steep cogging leaves its motion soon.
+
+    Returns:
+        The outcome, and the search on whose segments its last fit is.
     """
+    standing = search
     near, base, final = search, outcome.base, outcome.final
     if final is not base and not force_agrees(problem, _system(search, base), _system(search, final)):
         final = base  # what predicts by coasting need not be beaten
@@ -95,9 +101,9 @@ def with_harmonics(search: Search, outcome: Outcome, problem: Problem) -> Outcom
             if best is None or _worth_it(near, best, richer):
                 best = richer
         if best is not None and credible(near, base, best, MOST_ORDER) and _worth_it(near, final, best):
-            outcome = _adopted(near, outcome, base, best)
+            outcome, standing = _adopted(near, outcome, base, best), near
             final, parts = best, best.runner.trial.parts
-    return outcome
+    return outcome, standing
 
 
 def _best(periods: Iterator[float], system: System, problem: Problem, coordinate: int) -> Waves | None:
@@ -256,7 +262,7 @@ def _adopted(search: Search, outcome: Outcome, before: Shot, richer: Shot) -> Ou
     now, losses = held_out_losses(base), held_out_losses(after)
     one = evidence(now, losses, base.residual.shape[1], noise_loss(base) / len(now))
     found = Found(richer.runner.trial, richer)
-    ranked = Ranked(found, one, losses, level(after) / level(base), _size(search, found.part, found.parameters), "")
+    ranked = Ranked(found, one, losses, level(after) / level(base), weight_of(search, found, base), "")
     return replace(
         outcome,
         final=richer,
@@ -265,9 +271,3 @@ def _adopted(search: Search, outcome: Outcome, before: Shot, richer: Shot) -> Ou
         explained=explained_share(search, before, richer),
         unexplained=False,
     )
-
-
-def _size(search: Search, part: Part, parameters: dict[str, float]) -> float:
-    richer = with_effects(search.system, [FoundEffect(part.kind, part.on, parameters, {})])
-    change = inverse_dynamics_residual(richer, search.motion) - inverse_dynamics_residual(search.system, search.motion)
-    return share_of_drive(search.system, search.motion, change)

@@ -58,7 +58,7 @@ def run_round(search: Search, current: Shot, parts: Sequence[Part], tell: Callab
         losses = held_out_losses(found.shot)
         one = evidence(before, losses, kept, floor)
         ratio = level(found.shot) / level(base)
-        size = _size(search, found, base)
+        size = weight_of(search, found, base)
         why_not = _why_not(search, found, one, size)
         unsure = not why_not and not _sure(search, found.shot, one, len(parts))
         if unsure:
@@ -104,7 +104,7 @@ def credible(search: Search, before: Shot, after: Shot, candidates: int) -> bool
     return one.share >= credit.LEAST_SHARE and _sure(search, richer, one, candidates)
 
 
-def _size(search: Search, found: Found, base: Shot) -> float:
+def weight_of(search: Search, found: Found, base: Shot) -> float:
     """Force of the effect over the drive force along the measured motion; else change of the prediction."""
     if found.part.kind in STRUCTURE:
         return size_of(found.shot, base)

@@ -58,14 +58,14 @@ def test_free_runs_put_the_waves_in_the_place_of_a_lone_sine(tmp_path: Path) -> 
     lone = search.exchanged(
         base, np.array([4.5]), [sine], [{"amplitude": 1.3, "period": 1.002 * PERIOD, "phase": -0.4}]
     )
-    found = with_harmonics(search, Outcome(base, lone, (), (), 0.6, len(search.record.start)), problem)
+    found, _ = with_harmonics(search, Outcome(base, lone, (), (), 0.6, len(search.record.start)), problem)
     (part,) = found.parts
     assert (part.kind, part.on) == ("cogging_harmonics", "x")
     values = found.final.runner.trial.split(found.final.theta)[1][0]
     assert values == pytest.approx({"period": PERIOD} | WAVES, rel=0.01)
     assert found.explained > 0.99 and not found.rivals and found.first[-1].found.part is part
     # With the waves in place there is nothing to put in their place.
-    assert with_harmonics(search, found, problem).final is found.final
+    assert with_harmonics(search, found, problem)[0].final is found.final
 
 
 @pytest.mark.slow
