@@ -61,7 +61,7 @@ def diagnosis(asked: Asked) -> dict[str, Any]:
             ("all", times(runs)),
         ],
         "cores": len(os.sched_getaffinity(0)),
-        "versions": len({run.code for run in runs}),
+        "codes": {run.code for run in runs},
     }
 
 
@@ -89,6 +89,7 @@ def declared(asked: Asked) -> dict[str, Any] | None:
         "verdicts": VERDICTS,
         "groups": [(words, tally(some)) for words, some in groups if some],
         "others": [r for r in rows + bare if r["verdict"] != "none"],
+        "codes": {r["code"] for r in rows},
         "alpha": ALPHA,
         "not_held": NOT_IN_FREE_RUNS,
     }
@@ -116,6 +117,7 @@ def peer(asked: Asked) -> dict[str, Any] | None:
         "rows": table(alone),
         "totals": [(group, totals(alone, group), totals(largest, group)) for group in ("single", "none")],
         "unnamed": sum(bool(a.alone.term and not a.alone.kinds) for a in answers),
+        "codes": {a.code for a in answers},
         "least_share": LEAST_SHARE,
         "least_size": LEAST_SIZE,
     }
@@ -139,7 +141,8 @@ def main() -> None:
     for part, run in (("diagnosis", diagnosis), ("declared", declared), ("peer", peer)):
         if part in (args.part or PARTS):
             found[part] = run(asked)
-    page = render("text/practice.md.j2", **found)
+    codes = set[str]().union(*(part["codes"] for part in found.values() if part))
+    page = render("text/practice.md.j2", versions=len(codes), **found)
     print(page)
     if not (args.tier or args.part or args.only):
         write_atomically(PAGE, page)

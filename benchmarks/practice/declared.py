@@ -37,10 +37,10 @@ def verdict_on(case: Case, out: Path, again: bool) -> dict[str, Any]:
     write_atomically(spec, with_truth((case.folder / "spec.yaml").read_text(), case.truth["effects"]))
     folder = out / case.tier / case.name
     run = diagnosed(case.name, case.folder, spec, folder, again)
-    return row(case, result_in(folder), run.failure)
+    return row(case, result_in(folder)) | {"failure": run.failure, "code": run.code}
 
 
-def row(case: Case, result: dict[str, Any], failure: str = "") -> dict[str, Any]:
+def row(case: Case, result: dict[str, Any]) -> dict[str, Any]:
     """Verdict and names of one log."""
     likely = result["candidates"][:2] if result["verdict"] in ("ambiguous", "unknown") else []
     named = [effect["kind"] for effect in result["effects"] or likely]
@@ -50,7 +50,7 @@ def row(case: Case, result: dict[str, Any], failure: str = "") -> dict[str, Any]
         "kinds": kinds,
         "verdict": result["verdict"],
         "named": named,
-        "failure": failure,
+        "failure": "",
     }
 
 

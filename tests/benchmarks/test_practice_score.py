@@ -14,7 +14,7 @@ from scipy.stats import binom
 from benchmarks.practice.cases import Case
 from benchmarks.practice.declared import candidates, clopper_pearson, row, tally, with_truth
 from benchmarks.practice.peer import Reading, Term, is_right, kinds_of, readings, table, totals
-from benchmarks.practice.runs import Run, times, typical
+from benchmarks.practice.runs import Run, diagnosed, result_in, times, typical
 from benchmarks.practice.score import right, within
 from codegen.diagnosis.advice import ProposedTerms
 from codegen.diagnosis.measure import Window
@@ -102,6 +102,17 @@ def test_times_are_of_logs_as_they_are() -> None:
     assert (found.logs, found.samples, found.wall[0], found.wall[2], found.cpu[2]) == (3, (6000, 48000), 9, 30, 60)
     assert found.wall[1] == pytest.approx(9 + 0.8 * 21)
     assert times([failed]) is None
+
+
+def test_a_run_without_result_says_why_and_is_kept(tmp_path: Path) -> None:
+    (tmp_path / "stage.yaml").write_text(stage().text)
+    asked = ("case_0001", tmp_path, tmp_path / "stage.yaml", tmp_path / "out")
+    run = diagnosed(*asked)
+    assert run.failure.startswith("exit code 2: ") and "train.csv" in run.failure
+    assert (run.samples, run.wall_s > run.cpu_s / 2 > 0, result_in(tmp_path / "out")["verdict"]) == (0, True, "refused")
+    (tmp_path / "stage.yaml").unlink()
+    assert diagnosed(*asked) == run
+    assert diagnosed(*asked, again=True).failure != run.failure
 
 
 def problems(folder: Path, effects: str) -> list[Problem]:
