@@ -19,7 +19,7 @@ from .test_verify import Cert, accepted, largest, mutants, nodes, number, succes
 
 GENERATED = Path(__file__).parents[2] / "generated"
 PROOFS = sorted(p for p in GENERATED.glob("*/*.json") if p.name in ("certificate.json", "limit.json", "refusal.json"))
-LARGE = {"chain": 20, "two_link_arm": 150, "two_mass_gdfo": 150, "one_mass_dfo_implicit": 250}
+LARGE = {"chain": 20, "two_link_arm": 40, "two_mass_gdfo": 150, "one_mass_dfo_implicit": 250}
 TOTAL = 10_000
 ROUNDING = 1e-7
 
