@@ -22,6 +22,8 @@ from codegen.replay.twin import load_twin
 from codegen.spec import parse_spec
 from codegen.stability.certify import Certificate
 
+from .test_verify import value
+
 GENERATED = Path(__file__).parents[2] / "generated"
 PROOFS = sorted(p for p in GENERATED.glob("*/*.json") if p.name in ("certificate.json", "limit.json", "turning.json"))
 DFO = ("one_mass_dfo_implicit",)
@@ -258,6 +260,40 @@ def test_other_machines_and_observers(case: str) -> None:
     assert REPLAYED in verify.check(found.text, sources={k: v.encode() for k, v in files.items()}).facts
 
 
+def moved_alike(content: Any, text: str, dice: random.Random) -> float:
+    """The share of pairs of runs on doubles, by Python itself, whose difference moves by I + hA."""
+    module = load_twin(text, "mutant")
+    parameters = module.Parameters()
+    module.prepare(parameters)
+    h = float(Fraction(content["sample_time"]))
+    step = [[(i == j) + h * value(e, {}) for j, e in enumerate(row)] for i, row in enumerate(content["matrix"])]
+    names = [name for name in module.State.__slots__ if name.startswith("z_")]
+    places = [raw if isinstance(raw, str) else raw[2] for raw in content["code"]["errors"]]
+    good, tries = 0, 40
+    for _ in range(tries):
+        start = {name: dice.uniform(-9, 9) for name in names}
+        other = {name: x + dice.uniform(-1e-3, 1e-3) for name, x in start.items()}
+        inputs = module.Inputs(*(dice.uniform(-0.01, 0.01) for _ in module.Inputs.__slots__))
+        seen = []
+        for z in (start, other):
+            state = module.State(**z)
+            outs = [module.step(state, parameters, inputs, module.Outputs()) for _ in range(3)]
+            seen.append([[getattr(out, place.removeprefix("outputs.")) for place in places] for out in outs])
+        signs = [1.0 if isinstance(raw, str) else sign_of(raw[1], outs[1]) for raw in content["code"]["errors"]]
+        first, second = seen
+        before, after = ([s * (b - a) for s, a, b in zip(signs, first[k], second[k], strict=True)] for k in (1, 2))
+        expected = [sum(a * e for a, e in zip(row, before, strict=True)) for row in step]
+        size = max(map(abs, [*before, *after, 1e-12]))
+        good += max(abs(x - y) for x, y in zip(after, expected, strict=True)) < 1e-8 * max(size, 1.0)
+    return good / tries
+
+
+def sign_of(raw: Any, outputs: Any) -> float:
+    """A slip's sign, from its expression over outputs."""
+    names = re.findall(r"outputs\.(\w+)", json.dumps(raw))
+    return 1.0 if value(raw, {f"outputs.{name}": getattr(outputs, name) for name in names}) > 0 else -1.0
+
+
 @pytest.mark.slow
 def test_a_thousand_wrong_twins_are_refused_or_do_no_harm() -> None:
     """One operator or constant of ``step`` or ``prepare`` changed, the hash forged: accepted is what moves alike."""
@@ -272,10 +308,15 @@ def test_a_thousand_wrong_twins_are_refused_or_do_no_harm() -> None:
             spot = dice.choice(spots)
             options = [x for x in (" - ", " + ", " * ") if x != spot.group()]
             other = dice.choice(options) if spot.group() in (" - ", " + ", " * ") else f"(2.0 * {spot.group()})"
+            wrong = text[: spot.start()] + other + text[spot.end() :]
             try:
-                check(*forged(content, files, text[: spot.start()] + other + text[spot.end() :]))
+                report = check(*forged(content, files, wrong))
             except Refused:
                 continue
+            if REPLAYED not in report.facts:  # its signs turn in every sample, which is told
+                assert any("in no two samples in a row all signs stayed" in gap for gap in report.open)
+                continue
+            assert moved_alike(content, wrong, dice) > 0.5, wrong[spot.start() - 60 :][:120]
             kept += 1
         counts[name] = kept
     print("accepted of 250 each:", counts)
