@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 from math import isfinite
 
-from codegen.diagnosis.credit import FAR, LEAST_EXPLAINED, NEAR_NOISE, level, share_far
+from codegen.diagnosis.credit import FAR, LEAST_EXPLAINED, LEAST_SHARE, NEAR_NOISE, level, share_far
 from codegen.diagnosis.estimate import Estimate
 from codegen.diagnosis.measure import Window, force_errors
 from codegen.diagnosis.problem import Problem
@@ -92,7 +92,7 @@ def verdict_of(outcome: Outcome, faults: bool) -> Verdict:
 
 
 def force_agrees(problem: Problem, refit: System, augmented: System) -> bool:
-    """The second witness: what free runs credit must lower the force residual of the training log too.
+    """The second witness: what free runs credit must remove as much of the squared force residual as is asked of them.
 
     Backlash has none: in the gap the load is free, and where it is there no log tells.
     """
@@ -100,7 +100,7 @@ def force_agrees(problem: Problem, refit: System, augmented: System) -> bool:
         return True
     window = Window(0, len(problem.motion.time))
     before, after = (force_errors(s, problem.motion, problem.masks, window)[2] for s in (refit, augmented))
-    return after < before
+    return after**2 <= (1 - LEAST_SHARE) * before**2
 
 
 def named_effects(parts: Sequence[Part], estimated: Estimate, system: System) -> list[FoundEffect]:

@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen.diagnosis import credit
 from codegen.diagnosis.attempt import NEAR, SHORTEST, Found
 from codegen.diagnosis.conclusion import force_agrees
 from codegen.diagnosis.credit import evidence, held_out_losses, level, noise_loss
@@ -24,7 +23,7 @@ from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.ranking import Ranked, credible, weight_of
 from codegen.diagnosis.residual import inverse_dynamics_residual
 from codegen.diagnosis.results import FoundEffect
-from codegen.diagnosis.rounds import Outcome, explained_share
+from codegen.diagnosis.rounds import Outcome, explained_share, pruned, worth_it
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.trial import part_of
 from codegen.effects.cogging_harmonics import CoggingHarmonics
@@ -97,10 +96,10 @@ def with_harmonics(search: Search, outcome: Outcome, problem: Problem) -> tuple[
             waves = _best(_periods(search, outcome, problem, i), system, problem, i)
             if waves is None:
                 continue
-            richer = _pruned(near, _fitted(near, final, moved, kept, waves))
-            if best is None or _worth_it(near, best, richer):
+            richer = pruned(near, _fitted(near, final, moved, kept, waves), MOST_ORDER, spared=1)
+            if best is None or worth_it(near, best, richer, MOST_ORDER):
                 best = richer
-        if best is not None and credible(near, base, best, MOST_ORDER) and _worth_it(near, final, best):
+        if best is not None and credible(near, base, best, MOST_ORDER) and worth_it(near, final, best, MOST_ORDER):
             outcome, standing = _adopted(near, outcome, base, best), near
             final, parts = best, best.runner.trial.parts
     return outcome, standing
@@ -238,21 +237,6 @@ def _fitted(search: Search, shot: Shot, moved: Array, kept: Sequence[int], waves
     part = part_of(CoggingHarmonics(waves.orders), waves.coordinate, search.system)
     parts = [*(trial.parts[k] for k in kept), part]
     return search.exchanged(shot, moved, parts, [*(found[k] for k in kept), waves.parameters])
-
-
-def _pruned(search: Search, shot: Shot) -> Shot:
-    """The fit without those effects that stood for waves which it has now itself."""
-    for k in range(len(shot.runner.trial.parts) - 2, -1, -1):
-        without = search.without(shot, k)
-        if not _worth_it(search, without, shot):
-            shot = without
-    return shot
-
-
-def _worth_it(search: Search, shot: Shot, richer: Shot) -> bool:
-    """Whether free runs credit the one fit over the other, by much."""
-    much = explained_share(search, shot, richer) >= credit.LEAST_EXPLAINED
-    return much and credible(search, shot, richer, MOST_ORDER)
 
 
 def _adopted(search: Search, outcome: Outcome, before: Shot, richer: Shot) -> Outcome:

@@ -75,7 +75,7 @@ def find_effects(search: Search, tell: Progress, refit_only: bool = False) -> Ou
         confirmed = current
         if not turn and level(current) > credit.FAR:
             pair = _pair(search, possible[:PAIRED])
-            if pair is not None and pair.cost < current.cost and credible(search, current, pair, len(parts)):
+            if pair is not None and pair.cost < current.cost and worth_it(search, current, pair, len(parts)):
                 current = confirmed = pair
                 rivals = []
     current = confirmed
@@ -83,6 +83,7 @@ def find_effects(search: Search, tell: Progress, refit_only: bool = False) -> Ou
         rivals = []
     if len(current.runner.trial.parts) > 1:
         current, rivals = _reconsidered(search, current, first, rivals)
+        current = pruned(search, current, 1)
     lost = current is base and not refit_only
     lost = lost and (level(base) > credit.NEAR_NOISE or credit.share_far(base) > credit.FEW)
     return Outcome(
@@ -106,8 +107,8 @@ def _pair(search: Search, ranked: Sequence[Ranked]) -> Shot | None:
     for k, one in enumerate(ranked[:-1]):
         others = [r.found.part for r in ranked[k + 1 :] if not _alike(one.found.part, r.found.part)]
         if others:
-            tried = attempt(search, search.rebased(one.found.shot), others, lambda share: None)
-            found += [f.shot for f in tried if admissible(search, f)][:1]
+            both = run_round(search, search.rebased(one.found.shot), others, lambda share: None)
+            found += [search.rebased(r.found.shot) for r in both if not r.why_not][:1]
     return min(found, key=lambda shot: shot.cost, default=None)
 
 
@@ -115,6 +116,25 @@ def _alike(one: Part, other: Part) -> bool:
     """Whether two effects leave their signature at the same place over the same axis."""
     effects = CATALOGUE[one.kind], CATALOGUE[other.kind]
     return one.on == other.on and effects[0].seen_over == effects[1].seen_over
+
+
+def worth_it(search: Search, shot: Shot, richer: Shot, candidates: int) -> bool:
+    """Whether free runs credit a fit with more effects over one with fewer, by much of what that leaves."""
+    much = explained_share(search, shot, richer) >= credit.LEAST_EXPLAINED
+    return much and credible(search, shot, richer, candidates)
+
+
+def pruned(search: Search, shot: Shot, candidates: int, spared: int = 0) -> Shot:
+    """The fit without those effects that are not worth their place beside the others.
+
+    Args:
+        spared: so many of the last stay.
+    """
+    for k in range(len(shot.runner.trial.parts) - 1 - spared, -1, -1):
+        if len(shot.runner.trial.parts) > 1:
+            without = search.without(shot, k)
+            shot = shot if worth_it(search, without, shot, candidates) else without
+    return shot
 
 
 def at_noise(shot: Shot) -> bool:
