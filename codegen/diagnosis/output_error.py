@@ -83,9 +83,9 @@ def means(runner: Runner, predicted: Array) -> Array:
     record = runner.record
     with np.errstate(over="ignore", invalid="ignore"):
         error = (record.targets - predicted) / record.noise
-    group = max(1, record.length // KEPT)
-    kept = record.length // group
-    error = error[:, : kept * group].reshape(len(error), kept, group, -1).mean(axis=2) * np.sqrt(group)
+        group = max(1, record.length // KEPT)
+        kept = record.length // group
+        error = error[:, : kept * group].reshape(len(error), kept, group, -1).mean(axis=2) * np.sqrt(group)
     flat = error.reshape(len(error), -1)
     return np.asarray(np.clip(np.nan_to_num(flat, nan=HUGE, posinf=HUGE, neginf=-HUGE), -HUGE, HUGE))
 
