@@ -8,11 +8,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
 
+import fmpy
 import numpy as np
 import pytest
 from cli.command import SPECS, is_one_message, stiction
+from fmpy import validation
 
-from codegen.compiler import compile_shared, find_compiler
+from codegen.compiler import compile_shared
 from codegen.emit.fmu import VERSIONS, Fmu, emit_fmu
 from codegen.emit.package import emit_sources, make_header
 from codegen.errors import BadInput
@@ -22,11 +24,7 @@ from codegen.replay import compiled_engine, load_twin
 from codegen.replay.twin import fill, inputs_of, values_of
 from codegen.spec import read_spec
 from codegen.spec.model import CodeChoice
-
-fmpy = pytest.importorskip("fmpy", reason="FMPy, of the test extra, is not installed")
-validation = pytest.importorskip("fmpy.validation")
-driven = pytest.importorskip("fmu.unit")
-pytestmark = pytest.mark.skipif(find_compiler() is None, reason="no C compiler on the path")
+from fmu import unit as driven
 
 ROWS = 400
 

@@ -6,6 +6,7 @@ import importlib.metadata
 from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 import pytest
 import sympy
 
@@ -32,7 +33,6 @@ def panda() -> str:
     "text", [SEVEN_TEXT, TREE, STILL, TWO_LINKS, panda], ids=["seven", "tree", "turns", "two", "panda"]
 )
 def test_mass_matrix_and_bias_force_are_those_of_pinocchio(text, tmp_path: Path) -> None:
-    pin = pytest.importorskip("pinocchio", reason="pin is not installed (extra `test`)")
     text = text() if callable(text) else text
     system = robot_system(tmp_path, text)
     model = pin.buildModelFromXML(text)

@@ -11,7 +11,6 @@ import pytest
 from cli.command import SPECS, is_one_message, stiction
 
 from codegen import pipeline
-from codegen.compiler import find_compiler
 from codegen.emit.package import emit_sources, make_header
 from codegen.errors import BadInput
 from codegen.logs import stream
@@ -25,7 +24,6 @@ from codegen.spec.model import CodeChoice
 SPEC = SPECS / "two_mass.yaml"
 PERIOD = 0.001
 NAMES = ("t", "x1", "x2", "w")
-needs_compiler = pytest.mark.skipif(find_compiler() is None, reason="no C compiler on the path")
 
 
 def record(count: int, seed: int = 1) -> np.ndarray:
@@ -70,7 +68,6 @@ def by_twin(table: np.ndarray) -> np.ndarray:
     return np.array(result)
 
 
-@needs_compiler
 @pytest.mark.parametrize("precision", ["double", "single"])
 @pytest.mark.parametrize("spec", ["one_mass", "two_mass", "two_link_arm", "belt_axis", "chain"])
 def test_the_compiled_engine_gives_the_bits_of_the_twin(spec: str, precision: str) -> None:
@@ -262,7 +259,6 @@ def test_bad_npy_logs_are_one_message(tmp_path: Path) -> None:
         assert is_one_message(stiction("replay", SPEC, tmp_path / f"{name}.npy"))
 
 
-@needs_compiler
 def test_memory_does_not_grow_with_the_log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(stream, "CHARACTERS", 1 << 16)
     monkeypatch.setattr(samples, "ROWS", 1000)

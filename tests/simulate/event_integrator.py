@@ -22,6 +22,22 @@ class Mass:
     level: Callable[[float, float], float]
 
 
+@dataclass(frozen=True)
+class Rest:
+    """The event of coming to rest, as ``solve_ivp`` asks for it.
+
+    Attributes:
+        direction: of the change of v. since: when the stretch began; at rest then is no event.
+    """
+
+    direction: float
+    since: float
+    terminal: bool = True
+
+    def __call__(self, t: float, y: Array) -> float:
+        return float(y[1]) if t > self.since + 1e-12 else -self.direction
+
+
 def integrate(mass: Mass, time: Array, inputs: Array, x0: float, v0: float, delay: float = 0.0) -> tuple[Array, Array]:
     """x and v at ``time`` under commands held from t_k to t_(k+1), acting ``delay`` later (the first one before)."""
     marks = np.unique(np.concatenate([time, time + delay]))
@@ -49,10 +65,7 @@ def _stretch(mass: Mass, w: float, begin: float, end: float, state: Array) -> Ar
         def rate(_: float, y: Array, s: float = direction) -> list[float]:
             return [y[1], (mass.force(w, y[0], y[1]) - s * mass.level(abs(y[1]), s)) / mass.m]
 
-        def rest(t: float, y: Array, s: float = direction, since: float = now) -> float:
-            return float(y[1]) if t > since + 1e-12 else s
-
-        rest.terminal, rest.direction = True, -direction  # type: ignore[attr-defined]
+        rest = Rest(-direction, now)
         found = solve_ivp(rate, (now, end), state, "DOP853", events=rest, rtol=1e-10, atol=1e-12)
         state, now = found.y[:, -1], found.t[-1]
         if found.status == 1:
