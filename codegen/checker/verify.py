@@ -181,8 +181,8 @@ def verify(top: dict[str, Any]) -> list[str]:
         demand([len(row) for row in rows] == [n] * n, f"{part} is not {n} by {n}")
     implicit, along = top["observer"]["integration"] == "implicit", top["along"]
     law = "1/(1 + alpha*h)^2" if implicit else "1 - 2*alpha*h"
-    fall = 1 / (1 + abs(alpha * h)) ** 2 if implicit else 1 - 2 * alpha * h
-    demand(min(h, alpha, fall) > 0, f"h {show(h)}, alpha {show(alpha)}, the fall of V {show(fall)}: not all positive")
+    fall = (alpha > 0) / (1 + abs(alpha * h)) ** 2 if implicit else 1 - 2 * alpha * h
+    demand(min(h, fall) > 0, f"h {show(h)}, alpha {show(alpha)}, the fall of V {show(fall)}: not all positive")
     demand(top["splits"].keys() <= top["variables"].keys(), "splits: a name is no variable")
     demand(all(e["name"] not in top["variables"] for e in top["parameters"]), "parameters: a name is a variable's")
     plain = len(top["slow"]) < 2 and not (top["slow"] and (implicit or along or top["lyapunov_matrix"]))
@@ -195,10 +195,8 @@ def verify(top: dict[str, Any]) -> list[str]:
         axes[name] = list(pairwise(at))
     for P in nodes:
         demand(all(P[i][j] == P[j][i] for i in range(n) for j in range(i)), "lyapunov_matrix is not symmetric")
-        demand(
-            bool(along) or positive_pivots(*integers(P), "P is not positive definite") == n,
-            "P is not positive definite: a pivot is 0",
-        )
+        fault = "P is not positive definite"
+        demand(bool(along) or positive_pivots(*integers(P), fault) == n, f"{fault}: a pivot is 0")
     if along:  # P would be the sum of Phi'^k gap Phi^k/fall^(k+1) > 0 if the error fell so fast
         demand(len(along) == n and any(along) and not top["reversals"], "along is no direction, or there are reversals")
         value = sum(a * b * nodes[0][i][j] for i, a in enumerate(along) for j, b in enumerate(along))
@@ -207,7 +205,8 @@ def verify(top: dict[str, Any]) -> list[str]:
     form = (-h, 1, 0, -s * s) if implicit and along else (-h, 0, 1, -2 * s) if implicit else (h, -1, 0, fall)
     seen, who = contraction(top, axes, nodes, *map(Fraction, form)), "no V with P > 0" if along else "V"
     facts = ["P is not positive definite" if along else f"P is positive definite: {n} positive pivots"]
-    facts += [f"{seen}: {who} falls by at least the factor {law} = {show(fall)} a sample"]
+    word = "falls by at least" if fall < 1 else "grows by at most"
+    facts += [f"{seen}: {who} {word} the factor {law} = {show(fall)} a sample"]
     for entry in top["slow"]:
         facts[0] += f" at each of {len(nodes)} values of {entry['variable']}, and linear in between"
         facts += [f"{entry['variable']} moves by at most h max|{entry['velocity']}| a sample, as is assumed"]

@@ -153,7 +153,7 @@ def margin(cert: Cert) -> float:
     """How far the claim is from false: negative if any sample of the envelope contradicts it."""
     h, alpha = number(cert["sample_time"]), number(cert["decay_rate"])
     fall = 1 - 2 * alpha * h
-    margins = [h, alpha, fall]
+    margins = [h, fall]
     ranges = [np.linspace(*map(number, ends), 7) for ends in cert["variables"].values()]
     points = [dict(zip(cert["variables"], point, strict=True)) for point in itertools.product(*ranges)]
     for P in nodes(cert):
@@ -333,6 +333,17 @@ def test_every_corner_counts(bad: tuple[int, ...]) -> None:
         check(text(cert))
     for i, s in enumerate(bad):
         assert accepted(cert | {"variables": cert["variables"] | {f"x{i}": [str(-s)] * 2}})
+
+
+def test_a_rate_below_zero_bounds_growth() -> None:
+    growing = scalar() | {"matrix": [["50"]], "decay_rate": "-125/2", "reversals": []}  # 1 - 2αh = 9/4 = Φ², Φ = 3/2
+    assert any("V grows by at most the factor" in fact for fact in check(text(growing)).facts)
+    assert not accepted(growing | {"decay_rate": "-62499999/1000000"})
+    held = scalar() | {"matrix": [["0"]], "decay_rate": "0", "reversals": []}
+    assert accepted(held) and not accepted(held | {"decay_rate": "1/1000000"})
+    along = {"along": ["1"], "lyapunov_matrix": [["-1"]]}
+    assert accepted(growing | along | {"decay_rate": "-62"})  # no V grows by at most 1 - 2αh = 2.24
+    assert not accepted(growing | along | {"decay_rate": "-63"})
 
 
 def test_semidefinite_is_enough_and_a_zero_pivot_needs_a_zero_column() -> None:
@@ -560,7 +571,8 @@ REFUSALS: dict[str, tuple[Cert | str, str]] = {
     "P zero": (dig("lyapunov_matrix", [["0", "0"], ["0", "0"]]), "P is not positive definite"),
     "no time": (dig("sample_time", "0"), "not all positive"),
     "time and rate negative": (dig("sample_time", "-1/1000") | {"decay_rate": "-37/10"}, "not all positive"),
-    "no rate": (dig("decay_rate", "0"), "not all positive"),
+    "no rate, implicit": (dig("observer.integration", "implicit") | {"decay_rate": "0"}, "not all positive"),
+    "a rate below zero, implicit": (dig("observer.integration", "implicit") | {"decay_rate": "-1"}, "not all positive"),
     "rate too high": (dig("decay_rate", "500"), "not all positive"),
     "range upside down": (dig("variables.q", ["1", "-1"]) | {"splits": {}}, "q: no"),
     "range of one": (dig("variables.q", ["1"]) | {"splits": {}}, "q: no"),
