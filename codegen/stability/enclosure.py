@@ -44,13 +44,12 @@ class Enclosure:
     """The parameters of a family over boxes of its variables, and A at the corners of what they can be there.
 
     Raises:
-        NotEnclosable: with more than eight parameters.
+        NotEnclosable: with more than ``most`` parameters.
     """
 
-    def __init__(self, family: Family) -> None:
-        if len(family.parameters) > MOST_PARAMETERS:
-            count = len(family.parameters)
-            raise NotEnclosable(f"{count} interval parameters; this version takes {MOST_PARAMETERS}")
+    def __init__(self, family: Family, most: int = MOST_PARAMETERS) -> None:
+        if len(family.parameters) > most:
+            raise NotEnclosable(f"{len(family.parameters)} interval parameters; this version takes {most}")
         known = [v.name for v in family.variables]
         self.nodes = [verify.parse(to_prefix(e), known, s.name) for s, e in family.parameters.items()]
         theta = casadi.SX.sym("theta", max(1, len(self.nodes)))

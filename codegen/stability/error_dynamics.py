@@ -102,12 +102,16 @@ def inverse_mass_symbols(system: System) -> tuple[Matrix, dict[sympy.Symbol, tup
     return Matrix(inverse), names
 
 
-def derive_error_dynamics(observer: Observer) -> ErrorDynamics:
-    """Derive Ψ and the sampled matrix of an observer from its equations: Ψ from the differential ones."""
-    stepped = _derive(observer)
+def derive_error_dynamics(observer: Observer, longest: int = SHORT) -> ErrorDynamics:
+    """Derive Ψ and the sampled matrix of an observer from its equations: Ψ from the differential ones.
+
+    Args:
+        longest: operations of a law's value or slope that is written out; a longer one stands as a symbol.
+    """
+    stepped = _derive(observer, longest)
     if observer.euler is None or stepped.implicit:
         return stepped
-    differential = _derive(observer.euler)
+    differential = _derive(observer.euler, longest)
     return replace(
         stepped,
         jacobian=differential.jacobian,
@@ -116,7 +120,7 @@ def derive_error_dynamics(observer: Observer) -> ErrorDynamics:
     )
 
 
-def _derive(observer: Observer) -> ErrorDynamics:
+def _derive(observer: Observer, longest: int) -> ErrorDynamics:
     system = observer.system
     inverse_mass, inverse_names = inverse_mass_symbols(system)
     e = [error.symbol for error in observer.errors]
@@ -134,7 +138,7 @@ def _derive(observer: Observer) -> ErrorDynamics:
     for equation in observer.equations:
         if equation.law:
             for element, value, function in zip(equation.symbols, equation.expression, equation.law, strict=True):
-                short = 0 if observer.integration == "implicit" else SHORT
+                short = 0 if observer.integration == "implicit" else longest
                 values[element] = _first_order(value, function, values, zero, signs_of_slip, slopes, short)
             continue
         expression = equation.expression.xreplace(values)
