@@ -44,6 +44,7 @@ class Certificate:
         limit: the refutation of every faster rate, which the checker has accepted too; None if none was found.
         turning: a certificate whose V serves all signs of the slips, but for the samples in which one turns; or None.
         no_turning: whether there is proved to be none.
+        by_structure: whether it is about one mode of a machine whose extremes were sought and not enclosed.
     """
 
     content: Mapping[str, Any]
@@ -53,6 +54,7 @@ class Certificate:
     limit: Mapping[str, Any] | None = None
     turning: Mapping[str, Any] | None = None
     no_turning: bool = False
+    by_structure: bool = False
 
     @property
     def turning_rate(self) -> float | None:
@@ -223,7 +225,8 @@ def _with_turning(
 
 def _vouched(analysis: Analysis, content: Mapping[str, Any]) -> Certificate:
     facts = verify.check(json.dumps(content)).facts
-    return Certificate(content, float(Fraction(content["decay_rate"])), spectral_rate(analysis), facts)
+    rate = float(Fraction(content["decay_rate"]))
+    return Certificate(content, rate, spectral_rate(analysis), facts, by_structure=True)
 
 
 def beyond_checker(observer: Observer) -> str:

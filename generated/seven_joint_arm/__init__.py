@@ -1,7 +1,7 @@
 """seven_joint_arm: friction observer GTO, velocity estimated, double precision.
 
 Made by stiction 0.1.0 from seven_joint_arm.yaml
-sha256 52b7fc24362cad8069841d41e04e6920488a5d21d83ed6b1e517ee0008775850
+sha256 9fdf4378f6fb9e1b1c4b537e8ffc93bd7914598df7afed94c8c086353543ed8a
 with: stiction generate seven_joint_arm.yaml
 
 The twin of seven_joint_arm.c: the same operations in the same order on doubles, so the same bits. Do not edit.
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"]
 
-SPEC_SHA256 = "52b7fc24362cad8069841d41e04e6920488a5d21d83ed6b1e517ee0008775850"
+SPEC_SHA256 = "9fdf4378f6fb9e1b1c4b537e8ffc93bd7914598df7afed94c8c086353543ed8a"
 LARGEST = 1e+150
 ENVELOPE = {  # low and high: where the certificate beside this file speaks
     "shoulder_yaw": ("-29/10", "29/10"),
@@ -43,28 +43,28 @@ class Parameters:
     viscous_forearm_roll_b: float = 0.3  # N*m*s/rad: model parameter
     viscous_wrist_pitch_b: float = 0.2  # N*m*s/rad: model parameter
     viscous_hand_roll_b: float = 0.1  # N*m*s/rad: model parameter
-    K_2_shoulder_yaw: float = -40.0  # N*m*s/rad: observer gain
+    K_2_shoulder_yaw: float = -25.0  # N*m*s/rad: observer gain
     K_2_shoulder_pitch: float = -40.0  # N*m*s/rad: observer gain
-    K_2_arm_roll: float = -16.0  # N*m*s/rad: observer gain
-    K_2_elbow_pitch: float = -16.0  # N*m*s/rad: observer gain
-    K_2_forearm_roll: float = -6.0  # N*m*s/rad: observer gain
-    K_2_wrist_pitch: float = -3.0  # N*m*s/rad: observer gain
-    K_2_hand_roll: float = -0.8  # N*m*s/rad: observer gain
-    K_v_v_shoulder_yaw: float = 200.0  # 1/s: observer gain
-    K_v_v_shoulder_pitch: float = 200.0  # 1/s: observer gain
-    K_v_v_arm_roll: float = 200.0  # 1/s: observer gain
-    K_v_v_elbow_pitch: float = 200.0  # 1/s: observer gain
-    K_v_v_forearm_roll: float = 200.0  # 1/s: observer gain
-    K_v_v_wrist_pitch: float = 200.0  # 1/s: observer gain
-    K_v_v_hand_roll: float = 200.0  # 1/s: observer gain
+    K_2_arm_roll: float = -8.0  # N*m*s/rad: observer gain
+    K_2_elbow_pitch: float = -30.0  # N*m*s/rad: observer gain
+    K_2_forearm_roll: float = -1.5  # N*m*s/rad: observer gain
+    K_2_wrist_pitch: float = -12.0  # N*m*s/rad: observer gain
+    K_2_hand_roll: float = -0.35  # N*m*s/rad: observer gain
+    K_v_v_shoulder_yaw: float = 300.0  # 1/s: observer gain
+    K_v_v_shoulder_pitch: float = 300.0  # 1/s: observer gain
+    K_v_v_arm_roll: float = 300.0  # 1/s: observer gain
+    K_v_v_elbow_pitch: float = 300.0  # 1/s: observer gain
+    K_v_v_forearm_roll: float = 300.0  # 1/s: observer gain
+    K_v_v_wrist_pitch: float = 300.0  # 1/s: observer gain
+    K_v_v_hand_roll: float = 300.0  # 1/s: observer gain
     sample_time: float = 0.0005  # s: sample time
-    h_K_2_shoulder_yaw: float = -0.02  # sample_time * K_2_shoulder_yaw
+    h_K_2_shoulder_yaw: float = -0.0125  # sample_time * K_2_shoulder_yaw
     h_K_2_shoulder_pitch: float = -0.02  # sample_time * K_2_shoulder_pitch
-    h_K_2_arm_roll: float = -0.008  # sample_time * K_2_arm_roll
-    h_K_2_elbow_pitch: float = -0.008  # sample_time * K_2_elbow_pitch
-    h_K_2_forearm_roll: float = -0.003  # sample_time * K_2_forearm_roll
-    h_K_2_wrist_pitch: float = -0.0015  # sample_time * K_2_wrist_pitch
-    h_K_2_hand_roll: float = -0.0004  # sample_time * K_2_hand_roll
+    h_K_2_arm_roll: float = -0.004  # sample_time * K_2_arm_roll
+    h_K_2_elbow_pitch: float = -0.015  # sample_time * K_2_elbow_pitch
+    h_K_2_forearm_roll: float = -0.00075  # sample_time * K_2_forearm_roll
+    h_K_2_wrist_pitch: float = -0.006  # sample_time * K_2_wrist_pitch
+    h_K_2_hand_roll: float = -0.000175  # sample_time * K_2_hand_roll
 
 
 @dataclass(slots=True)

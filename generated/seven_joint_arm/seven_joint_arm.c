@@ -3,7 +3,7 @@
  * A step: 592 additions, 659 multiplications, 7 divisions, 12 calls, 0 of sign or magnitude.
  *
  * Made by stiction 0.1.0 from seven_joint_arm.yaml
- * sha256 52b7fc24362cad8069841d41e04e6920488a5d21d83ed6b1e517ee0008775850
+ * sha256 9fdf4378f6fb9e1b1c4b537e8ffc93bd7914598df7afed94c8c086353543ed8a
  * with: stiction generate seven_joint_arm.yaml
  */
 #include "seven_joint_arm.h"

@@ -3,7 +3,7 @@
  * Source: a robot description of our own, seven_joint_arm.urdf; observer of Mentzelopoulou 1994, section 4.6.
  *
  * Made by stiction 0.1.0 from seven_joint_arm.yaml
- * sha256 52b7fc24362cad8069841d41e04e6920488a5d21d83ed6b1e517ee0008775850
+ * sha256 9fdf4378f6fb9e1b1c4b537e8ffc93bd7914598df7afed94c8c086353543ed8a
  * with: stiction generate seven_joint_arm.yaml
  *
  * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a product with its reciprocal, which the
@@ -60,28 +60,28 @@ typedef struct {
         0.3, /* viscous_forearm_roll_b */ \
         0.2, /* viscous_wrist_pitch_b */ \
         0.1, /* viscous_hand_roll_b */ \
-        -40.0, /* K_2_shoulder_yaw */ \
+        -25.0, /* K_2_shoulder_yaw */ \
         -40.0, /* K_2_shoulder_pitch */ \
-        -16.0, /* K_2_arm_roll */ \
-        -16.0, /* K_2_elbow_pitch */ \
-        -6.0, /* K_2_forearm_roll */ \
-        -3.0, /* K_2_wrist_pitch */ \
-        -0.8, /* K_2_hand_roll */ \
-        200.0, /* K_v_v_shoulder_yaw */ \
-        200.0, /* K_v_v_shoulder_pitch */ \
-        200.0, /* K_v_v_arm_roll */ \
-        200.0, /* K_v_v_elbow_pitch */ \
-        200.0, /* K_v_v_forearm_roll */ \
-        200.0, /* K_v_v_wrist_pitch */ \
-        200.0, /* K_v_v_hand_roll */ \
+        -8.0, /* K_2_arm_roll */ \
+        -30.0, /* K_2_elbow_pitch */ \
+        -1.5, /* K_2_forearm_roll */ \
+        -12.0, /* K_2_wrist_pitch */ \
+        -0.35, /* K_2_hand_roll */ \
+        300.0, /* K_v_v_shoulder_yaw */ \
+        300.0, /* K_v_v_shoulder_pitch */ \
+        300.0, /* K_v_v_arm_roll */ \
+        300.0, /* K_v_v_elbow_pitch */ \
+        300.0, /* K_v_v_forearm_roll */ \
+        300.0, /* K_v_v_wrist_pitch */ \
+        300.0, /* K_v_v_hand_roll */ \
         0.0005, /* sample_time */ \
-        -0.02, /* h_K_2_shoulder_yaw */ \
+        -0.0125, /* h_K_2_shoulder_yaw */ \
         -0.02, /* h_K_2_shoulder_pitch */ \
-        -0.008, /* h_K_2_arm_roll */ \
-        -0.008, /* h_K_2_elbow_pitch */ \
-        -0.003, /* h_K_2_forearm_roll */ \
-        -0.0015, /* h_K_2_wrist_pitch */ \
-        -0.0004 /* h_K_2_hand_roll */ \
+        -0.004, /* h_K_2_arm_roll */ \
+        -0.015, /* h_K_2_elbow_pitch */ \
+        -0.00075, /* h_K_2_forearm_roll */ \
+        -0.006, /* h_K_2_wrist_pitch */ \
+        -0.000175 /* h_K_2_hand_roll */ \
     }
 
 /* What the observer remembers from sample to sample. */
