@@ -26,6 +26,7 @@ from codegen.stability.certify import PROOFS, Certificate, Refusal, json_text, w
 from codegen.stability.certify import certify as certify_analysis
 from codegen.stability.error_bound import refuse_empty_domain
 from codegen.stability.prefix import rational_text
+from codegen.stability.region_proofs import REGION_PROOFS
 from codegen.text import render
 
 
@@ -257,8 +258,11 @@ def _with_solution(files: Mapping[str, str], name: str, proof: str) -> dict[str,
     """The files as another run of the solver would give them: from ``proof`` only what a solver chooses."""
     ours, theirs = json.loads(files[name]), json.loads(proof)
     rate, other = (f"alpha = {float(Fraction(c['decay_rate'])):.6g} 1/s" for c in (ours, theirs))
-    solved = {key: theirs[key] for key in ("splits", "lyapunov_matrix", "slow", "decay_rate", "reversals", "along")}
-    content = ours | solved | {"claim": ours["claim"].replace(rate, other)}
+    chosen = ["splits", "lyapunov_matrix", "slow", "decay_rate", "reversals", "along"]
+    if name in REGION_PROOFS:  # how far a region goes is found by the solver too
+        chosen += ["variables", "parameters", "matrix", "claim", "assumptions"]
+    solved = {key: theirs[key] for key in chosen}
+    content = ours | {"claim": ours["claim"].replace(rate, other)} | solved
     result = {**files, name: json_text(content)}
     result["README.md"] = files["README.md"].replace(rate, other)
     for changed in (name, "README.md"):

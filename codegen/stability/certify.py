@@ -24,12 +24,13 @@ from codegen.stability.enclosure import Cells
 from codegen.stability.exact import unstable_point
 from codegen.stability.family import Family, NotEnclosable, build_family
 from codegen.stability.refute import rational_points, refute
+from codegen.stability.region_proofs import REGION_PROOFS, Regions, find_regions
 from codegen.stability.search import proposals_for
 from codegen.stability.structure import by_structure
 from codegen.stability.turning import none_through_turns, through_turns, turns
 from codegen.text import render
 
-PROOFS = ("certificate.json", "limit.json", "refusal.json", "turning.json")
+PROOFS = ("certificate.json", "limit.json", "refusal.json", "turning.json", *REGION_PROOFS)
 
 
 @dataclass(frozen=True)
@@ -124,6 +125,7 @@ class Refusal:
         proved: whether the counterexample is checked in exact numbers.
         proof: the refutation as the checker accepts it, or None.
         proposals: what would be certified; None where that was not asked for.
+        regions: what is certified of parts of the envelope, and through them; None where there are no such.
     """
 
     reason: str
@@ -134,11 +136,14 @@ class Refusal:
     proved: bool
     proof: Mapping[str, Any] | None = None
     proposals: Proposals | None = None
+    regions: Regions | None = None
 
     @property
     def proofs(self) -> dict[str, str]:
-        """refusal.json, if there is a proof."""
-        return {} if self.proof is None else {"refusal.json": json_text(self.proof)}
+        """refusal.json, if there is a proof, and those of regions."""
+        refusal = {} if self.proof is None else {"refusal.json": self.proof}
+        regions = {} if self.regions is None else self.regions.proofs
+        return {name: json_text(content) for name, content in {**refusal, **regions}.items()}
 
 
 def json_text(content: Mapping[str, Any]) -> str:
@@ -151,7 +156,7 @@ def certify(
     analysis: Analysis,
     files: Mapping[str, str],
     command: str,
-    turning: bool = True,
+    further: bool = True,
     places: Mapping[str, str] | None = None,
 ) -> Certificate | Refusal:
     """Certify the sampled observer of a spec over its envelope.
@@ -160,7 +165,7 @@ def certify(
         analysis: of the spec's observer.
         files: name → SHA-256 of the generated sources that the certificate is bound to.
         command: that writes it.
-        turning: whether to look for one function for all signs of the slips too.
+        further: whether to look for one function for all signs of the slips too, and after a refusal for regions.
         places: where the twin shows its inputs and outputs; None where the certificate need not say.
 
     Raises:
@@ -186,7 +191,7 @@ def certify(
             return _no_words(analysis, error) if structured is None else _vouched(analysis, structured)
     limit = refute(analysis, family, base) if base is not None else None
     if not analysis.stable or base is None:
-        return _unstable(analysis, limit)
+        return _unstable(analysis, limit, find_regions(spec, analysis, files, command) if further else None)
     try:
         cells, proposals = proposals_for(analysis, family, spectral_rate(analysis))
     except NotEnclosable as error:
@@ -202,7 +207,7 @@ def certify(
             continue
         found = Certificate(content, float(Fraction(content["decay_rate"])), spectral_rate(analysis), report.facts)
         found = replace(found, limit=limit)
-        return _with_turning(found, base, analysis, family, cells) if turning else found
+        return _with_turning(found, base, analysis, family, cells) if further else found
     return _undecided(analysis, why)
 
 
@@ -250,7 +255,7 @@ def _no_words(analysis: Analysis, error: Exception) -> Refusal:
     return _undecided(analysis, why, narrower=False)
 
 
-def _unstable(analysis: Analysis, proof: Mapping[str, Any] | None) -> Refusal:
+def _unstable(analysis: Analysis, proof: Mapping[str, Any] | None, regions: Regions | None) -> Refusal:
     point = unstable_point(analysis)
     failing = tuple(
         f"{c.expression} > 0" if c.readable else f"{c.name} > 0"
@@ -258,13 +263,14 @@ def _unstable(analysis: Analysis, proof: Mapping[str, Any] | None) -> Refusal:
         if not c.holds
     )
     return Refusal(
-        reason=render("text/refused_unstable.j2", analysis=analysis, failing=failing).strip(),
+        reason=render("text/refused_unstable.j2", analysis=analysis, failing=failing, regions=regions).strip(),
         counterexample=point,
         spectral_radius=analysis.spectral_radius,
         failing=failing,
         largest_sample_time=analysis.largest_sample_time,
         proved=point is not None,
         proof=proof,
+        regions=regions,
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
@@ -105,6 +105,34 @@ def proved(
     return content, verify.check(json.dumps(content))
 
 
+def proved_alike(
+    parts: Sequence[tuple[Mapping[str, Any], Family, Found]],
+    analysis: Analysis,
+    finish: Callable[[int, dict[str, Any]], dict[str, Any]],
+) -> list[dict[str, Any]]:
+    """Certificates that the checker accepts all with the same digits: what is proposed with one P has one P.
+
+    Args:
+        parts: what ``proved`` takes, each.
+        finish: (which part, its certificate) → the certificate with what else is to stand in it.
+
+    Raises:
+        codegen.checker.verify.Refused: if it accepts them with no number of digits.
+    """
+    for digits in DIGITS:
+        made = [_content(base, analysis, family, found, digits, False) for base, family, found in parts]
+        contents = [finish(k, content) for k, content in enumerate(made)]
+        try:
+            for content in contents:
+                verify.check(json.dumps(content))
+        except verify.Refused:
+            if digits == DIGITS[-1]:
+                raise
+            continue
+        break
+    return contents
+
+
 def _content(
     base: Mapping[str, Any], analysis: Analysis, family: Family, found: Found, digits: int, turning: bool
 ) -> dict[str, Any]:
@@ -112,7 +140,7 @@ def _content(
     h = observer.sample_time
     size = np.max([np.sqrt(np.diag(matrix)) for matrix in found.matrices], axis=0)
     exact = [rounded_matrix(matrix, digits, size) for matrix in found.matrices]
-    rate = rounded(found.alpha * (1 - 10.0 ** (1 - digits)), 4)
+    rate = rounded(found.alpha - abs(found.alpha) * 10.0 ** (1 - digits), 4)
     fall = 1 / (1 + float(rate * h)) ** 2 if analysis.dynamics.implicit else 1 - 2 * float(rate * h)
     reversals = [_reversal(exact, analysis, contact, fall) for contact in range(len(observer.signs))]
     words = {"observer": observer, "reversals": [r for r in reversals if r], "rate": float(rate), "period": float(h)}
@@ -146,17 +174,22 @@ def _reversal(matrices: list[list[list[Any]]], analysis: Analysis, contact: int,
     flips = [k for k, e in enumerate(observer.errors) if e.contact == contact]
     if not observer.level_errors or not flips:
         return None
-    turn = np.diag([-1.0 if k in flips else 1.0 for k in range(len(observer.errors))])
+    return turn_cost(matrices, observer.system.contacts[contact].name, flips, fall)
+
+
+def turn_cost(matrices: list[list[list[Any]]], contact: str, flips: list[int], fall: float) -> dict[str, Any]:
+    """The entry of ``reversals``: what V grows by where these components change sign, and what makes it good again.
+
+    Args:
+        matrices: every P, exact.
+        fall: of V in a sample.
+    """
     each = [np.array(matrix, dtype=float) for matrix in matrices]
+    turn = np.diag([-1.0 if k in flips else 1.0 for k in range(len(each[0]))])
     growth = max(1.0, *[float(np.linalg.eigvals(np.linalg.solve(p, turn @ p @ turn)).real.max()) for p in each])
     bound = rounded(growth * (1 + 1e-6) + 1e-6, 7) if growth > 1 + 1e-12 else sympy.Integer(1)
     dwell = math.ceil(math.log(float(bound)) / -math.log(fall) * (1 + 1e-9)) + int(bool(bound > 1))
-    return {
-        "contact": observer.system.contacts[contact].name,
-        "flips": flips,
-        "growth": rational_text(bound),
-        "dwell_samples": int(dwell),
-    }
+    return {"contact": contact, "flips": flips, "growth": rational_text(bound), "dwell_samples": int(dwell)}
 
 
 def rounded(value: float, digits: int) -> Any:

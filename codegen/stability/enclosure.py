@@ -68,7 +68,9 @@ class Enclosure:
         corners = sorted(
             {corner for box in _outer(boxes) for corner in product(*[sorted({float(lo), float(hi)}) for lo, hi in box])}
         )
-        return [np.asarray(self._function(np.array(corner)).full()) for corner in corners]
+        rows, columns = self._function.size_out(0)
+        flat = np.asarray(self._function.map(len(corners))(np.array(corners).T))
+        return [*np.ascontiguousarray(flat.reshape(rows, len(corners), columns).transpose(1, 0, 2))]
 
 
 def exact_ranges(family: Family) -> dict[sympy.Symbol, Interval]:

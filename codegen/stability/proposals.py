@@ -97,7 +97,7 @@ def _first(key: str, specs: Sequence[Spec], system: System) -> Proposal | None:
     for spec in specs:
         with suppress(BadInput):
             analysis = analyse(spec, build_observer(spec, system))
-            found = certify(spec, analysis, {}, "certify", turning=False)
+            found = certify(spec, analysis, {}, "certify", further=False)
             if isinstance(found, Certificate):
                 refuse_empty_domain(spec, analysis, found)
                 assert spec.observer is not None

@@ -8,7 +8,7 @@ falls by no factor c for any P > 0; at α → 0 it proves that the error does no
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -50,8 +50,19 @@ def refute(analysis: Analysis, family: Family, frame: Mapping[str, Any]) -> dict
     if best is None:
         return None
     limit, point, a = best
-    for slack in SLACK:
-        alpha = max(LEAST, limit * (1 + slack))
+    return refuted_at(analysis, frame, point, a, [max(LEAST, limit * (1 + slack)) for slack in SLACK])
+
+
+def refuted_at(
+    analysis: Analysis,
+    frame: Mapping[str, Any],
+    point: Mapping[str, Any],
+    a: NDArray[np.float64],
+    rates: Sequence[float],
+) -> dict[str, Any] | None:
+    """The refutation, at one exact point with A there, of the first of these rates in 1/s for which one is proved."""
+    h, implicit = float(analysis.dynamics.observer.sample_time), analysis.dynamics.implicit
+    for alpha in rates:
         if not implicit and 2 * alpha * h >= 1:
             return None
         for content in _proposals(frame, point, a, alpha, h, analysis):

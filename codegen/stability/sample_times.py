@@ -92,5 +92,5 @@ def _certified(spec: Spec, system: System, h: float) -> bool:
     exact = sympy.Rational(Fraction(f"{h:.12g}"))
     shifted = replace(spec, observer=replace(spec.observer, sample_time=exact))
     return isinstance(
-        certify(shifted, analyse(shifted, build_observer(shifted, system)), {}, "certify", turning=False), Certificate
+        certify(shifted, analyse(shifted, build_observer(shifted, system)), {}, "certify", further=False), Certificate
     )

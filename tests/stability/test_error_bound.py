@@ -195,7 +195,7 @@ def test_the_reason_for_no_bound_is_this_spec_s(case: str) -> None:
         observer = observer.replace("velocity: estimated", "velocity: measured").replace(", K_v: 90", "")
     spec = parse_spec(text + f"observer: {observer}\n", Path("rail.yaml"))
     analysis = analyse(spec, build_observer(spec, build_system(spec)))
-    found = certify(spec, analysis, {}, "none", turning=False)
+    found = certify(spec, analysis, {}, "none", further=False)
     assert isinstance(found, Certificate), found.reason
     bounds = error_bounds(spec, analysis, found)
     assert isinstance(bounds, str) and said in bounds
@@ -208,7 +208,7 @@ def test_a_bound_that_is_of_little_use_is_told_from_one_that_is() -> None:
         text = TEXT.replace("[-80, 80]", f"[-{top}, {top}]") + f"observer: {OBSERVERS['cfo'] % 'euler'}\n"
         spec = parse_spec(text, Path("rail.yaml"))
         analysis = analyse(spec, build_observer(spec, build_system(spec)))
-        found = certify(spec, analysis, {}, "none", turning=False)
+        found = certify(spec, analysis, {}, "none", further=False)
         assert isinstance(found, Certificate)
         given = error_bounds(spec, analysis, found)
         assert not isinstance(given, str)
