@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import combinations
 
 from codegen.diagnosis import credit
 from codegen.diagnosis.attempt import Found, attempt, every_part
@@ -84,6 +85,8 @@ def find_effects(search: Search, tell: Progress, refit_only: bool = False) -> Ou
     if len(current.runner.trial.parts) > 1:
         current, rivals = _reconsidered(search, current, first, rivals)
         current = pruned(search, current, 1)
+        single = _single(search, current)
+        current, rivals = (current, rivals) if single is None else (single, [])
     lost = current is base and not refit_only
     lost = lost and (level(base) > credit.NEAR_NOISE or credit.share_far(base) > credit.FEW)
     return Outcome(
@@ -116,6 +119,24 @@ def _alike(one: Part, other: Part) -> bool:
     """Whether two effects leave their signature at the same place over the same axis."""
     effects = CATALOGUE[one.kind], CATALOGUE[other.kind]
     return one.on == other.on and effects[0].seen_over == effects[1].seen_over
+
+
+def _single(search: Search, current: Shot) -> Shot | None:
+    """The fit with one effect in place of two at one place over one axis, where it does as well; None elsewhere.
+
+    A spring found late leaves a piece of a long wave and a hardening spring that together bend to its straight line.
+    """
+    parts = current.runner.trial.parts
+    for j, k in combinations(range(len(parts)), 2):
+        if not _alike(parts[j], parts[k]):
+            continue
+        rest = search.without(search.without(current, k), j)
+        others = [p for p in every_part(search, rest.runner.trial.parts) if _alike(p, parts[j])]
+        good = [f for f in attempt(search, rest, others, lambda share: None) if admissible(search, f)]
+        if good and not worth_it(search, good[0].shot, current, len(others)):
+            simpler = search.rebased(good[0].shot)
+            return _single(search, simpler) or simpler
+    return None
 
 
 def worth_it(search: Search, shot: Shot, richer: Shot, candidates: int) -> bool:
