@@ -11,6 +11,8 @@ import re
 import runpy
 from collections.abc import Callable, Mapping
 from fractions import Fraction
+from functools import reduce
+from operator import sub
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
@@ -121,6 +123,12 @@ def envelope(top: Mapping[str, Any], twin: Twin) -> list[str]:
     for slow in top["slow"]:
         if twin.records and top["code"]["motion"].get(shown.get(slow["variable"])) != shown.get(slow["velocity"]):
             raise Unlike(f"slow: {slow['velocity']} is not what moves {slow['variable']} in `code`")
+        velocity, strays = slow["velocity"], slow["stray"]
+        width, rates = -reduce(sub, top["variables"].get(velocity, [0, 0])), given.get(f"{velocity}_dot")
+        if rates is None and strays < width:
+            left.append(f"how far {velocity} strays within a sample with the spec's accelerations")
+        elif strays < min(width, top["sample_time"] * max(abs(Fraction(x)) for x in rates or ["0"]) / 2):
+            raise Unlike(f"slow: with the code's {velocity}_dot, {velocity} may stray further")
     for name, (low, high) in ((name, stated) for name, stated in top["variables"].items() if len(stated) == 2):
         raw = shown.get(name)
         if name in given:

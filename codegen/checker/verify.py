@@ -21,17 +21,20 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 
-def beside(name: str) -> SimpleNamespace:
+def beside(name: str, **given: SimpleNamespace) -> SimpleNamespace:
     """What the file of that name in this one's folder defines, wherever that lies and whatever Python may import."""
-    return SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name(f"{name}.py"))))
+    return SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name(f"{name}.py")), given))
 
 
 if TYPE_CHECKING:
-    from codegen.checker import binding, enclosure
+    from codegen.checker import binding, enclosure, forms, slow
 else:
     binding, enclosure = beside("binding"), beside("enclosure")
+    forms = beside("forms", enclosure=enclosure)
+    slow = beside("slow", enclosure=enclosure, forms=forms)
 Refused, demand, show = enclosure.Refused, enclosure.demand, enclosure.show
 parse, widen, MAX_STRING = enclosure.parse, enclosure.widen, enclosure.MAX_STRING
+integers, positive_pivots, Following = forms.integers, forms.positive_pivots, slow.Following
 MAX_TEXT, MAX_SIZE, MAX_VERTICES, MAX_TOTAL = 5_000_000, 32, 4096, 200_000
 FORMS = json.loads(r"""{"FORMAT": "stiction-certificate/1", "TEXT": ".*", "LINE": ".*\\S.*", "HASH": "[0-9a-f]{64}",
     "NAME": "[A-Za-z][A-Za-z0-9_]*", "FILE": "[A-Za-z0-9_][A-Za-z0-9_.+-]{0,127}", "WHOLE": "0|[1-9][0-9]{0,8}",
@@ -46,7 +49,8 @@ SCHEMA = json.loads("""{"format": "FORMAT", "tool": {"name": "TEXT", "version": 
     "variables": {"NAME": ["RATIONAL"]}, "splits": {"NAME": ["RATIONAL"]}, "along": ["RATIONAL"],
     "parameters": [{"name": "NAME", "expression": "ANY"}], "matrix": [["ANY"]], "lyapunov_matrix": [["RATIONAL"]],
     "code": {"errors": ["ANY"], "variables": {"NAME": "ANY"}, "motion": {"LINE": "LINE"}},
-    "slow": [{"variable": "NAME", "velocity": "NAME", "matrices": [[["RATIONAL"]]]}],
+    "slow": [{"variable": "NAME", "velocity": "NAME", "stray": "RATIONAL", "signs": ["NAME"],
+        "matrices": [[[["RATIONAL"]]]]}],
     "reversals": [{"contact": "LINE", "flips": ["WHOLE"], "growth": "RATIONAL", "dwell_samples": "WHOLE"}]}""")
 Matrix = list[list[Fraction]]
 
@@ -72,55 +76,11 @@ def conform(raw: Any, schema: Any, where: str) -> Any:
     return int(text) if schema == "WHOLE" else text
 
 
-def integers(rows: list[list[Fraction]]) -> tuple[list[list[int]], int]:
-    """(D * rows, D) with the least D > 0 for which all entries are whole."""
-    common = math.lcm(*(x.denominator for row in rows for x in row))
-    demand(common < enclosure.TOO_LONG, "a common denominator grew too long to go on")
-    return [[x.numerator * (common // x.denominator) for x in row] for row in rows], common
-
-
-def positive_pivots(matrix: list[list[int]], scale: int, fault: str) -> int:
-    """How many pivots of the symmetric matrix / scale are positive; refused if it is not positive semidefinite."""
-    # LDL' on whole numbers (Bareiss): rest is the Schur complement times the last positive pivot, the division exact.
-    rest, last, count = matrix[:], 1, 0
-    for k, column in enumerate(rest):
-        if (pivot := column[k]) < 0 or (pivot == 0 and any(column[k:])):
-            raise Refused(f"{fault}: pivot {k + 1} is {show(Fraction(pivot, last * scale))}")
-        if pivot > 0:
-            for i in range(k + 1, len(rest)):
-                rest[i] = [(pivot * x - column[i] * y) // last for x, y in zip(rest[i], column, strict=True)]
-            last, count = pivot, count + 1
-    return count
-
-
-def successions(
-    top: dict[str, Any], axes: dict[str, Any], nodes: list[Matrix]
-) -> dict[Any, list[tuple[Matrix, Matrix]]]:
-    """Pairs in whose hull (P, P one sample later) lies: for each interval of the slow variable, or for all cells."""
-    if not top["slow"]:
-        return {(): [(nodes[0], nodes[0])]}
-    name, velocity = (top["slow"][0][key] for key in ("variable", "velocity"))
-    demand({name, velocity} <= axes.keys(), f"slow: {name} or {velocity} is no variable")
-    reach, cells = top["sample_time"] * max(map(abs, top["variables"][velocity])), axes[name]
-    demand(len(nodes) == len(cells) + 1, f"{len(nodes)} matrices for {len(cells)} intervals of {name}")
-    demand(reach <= min(b - a for a, b in cells), f"{name} may pass an interval of its own in one sample")
-    slopes = [mixed(1 / (b - a), q, -1 / (b - a), p) for (a, b), (p, q) in zip(cells, pairwise(nodes), strict=True)]
-    found = {}
-    for k, cell in enumerate(cells):  # P + d S, |d| <= reach, S between the slopes here and there if it leaves the cell
-        near = [s for i, s in enumerate(slopes) if abs(i - k) <= 1 and s not in slopes[max(k - 1, 0) : i]]
-        found[cell] = [(P, mixed(1, P, d, S)) for P in nodes[k : k + 2] for S in near for d in (-reach, reach)]
-    return found
-
-
-def mixed(a: Any, X: Matrix, b: Any, Y: Matrix) -> Matrix:
-    return [[a * x + b * y for x, y in zip(*rows, strict=True)] for rows in zip(X, Y, strict=True)]
-
-
-def contraction(top: dict[str, Any], axes: dict[str, Any], nodes: list[Matrix], h: Fraction, *factors: Fraction) -> str:
-    """At how many vertices a F'QF + b (F'Q + QF) + c P is positive semidefinite: all, or refused. F = I + hA."""
+def contraction(top: dict[str, Any], axes: dict[str, Any], h: Fraction, *factors: Fraction) -> str:
+    """At how many vertices a F'PF + b (F'P + PF) + c P is positive semidefinite: all, or refused. F = I + hA."""
     thetas = {entry["name"]: parse(entry["expression"], axes, entry["name"])[1] for entry in top["parameters"]}
     ((a, b, c),), d = integers([[*factors]])
-    pairs, size = successions(top, axes, nodes), range(len(top["error"]))
+    (P, scale), size = integers(top["lyapunov_matrix"]), range(len(top["error"]))
     demand((cells := math.prod(map(len, axes.values()))) <= MAX_TOTAL, f"{cells} cells, more than {MAX_TOTAL}")
     A = [[parse(top["matrix"][i][j], thetas, f"matrix[{i}][{j}]", True) for j in size] for i in size]
     used = sorted({name for row in A for names, _ in row for name in names})
@@ -131,7 +91,6 @@ def contraction(top: dict[str, Any], axes: dict[str, Any], nodes: list[Matrix], 
     fault = f"{max(counts)} vertices in a cell, {sum(counts)} in all, more than {MAX_VERTICES} or {MAX_TOTAL}"
     demand(max(counts) <= MAX_VERTICES and sum(counts) <= MAX_TOTAL, fault)
     for cell, box in zip(grid, boxes, strict=True):
-        both = [integers(P + Q) for P, Q in pairs[cell[top["slow"][0]["variable"]] if top["slow"] else ()]]
         corners = [[(end, end) for end in sorted(set(box[name]))] for name in used]
         known: dict[Any, Fraction] = {}  # entries of F, by the ends of the parameters that stand in them
         for ends in product(*(range(len(points)) for points in corners)):
@@ -140,27 +99,27 @@ def contraction(top: dict[str, Any], axes: dict[str, Any], nodes: list[Matrix], 
             for i, j, *rest in (key for column in keys for key in column if key not in known):
                 known[i, j, *rest] = (i == j) + h * A[i][j][1](point)[0]
             F, e = integers([[known[key] for key in column] for column in keys])  # e F, by columns
-            for PQ, scale in both:
-                QF = [[sum(map(mul, row, column)) for row in PQ[len(F) :]] for column in F]  # e Q F, by columns
-                gap = [[c * e * e * p + b * e * (QF[i][j] + QF[j][i]) for j, p in enumerate(PQ[i])] for i in size]
-                gap = [[x + a * sum(map(mul, F[i], QF[j])) for j, x in enumerate(gap[i])] for i in size] if a else gap
-                try:
-                    count = positive_pivots(gap, d * e * e * scale, "")
-                except Refused as why:
-                    at = [f", {name} in [{show(low)}, {show(high)}]" for name, (low, high) in (cell | point).items()]
-                    raise Refused(f"V may not fall{''.join(at)}{why}") from None
-                demand(not top["along"] or (count == len(F) and sum(counts) == 1), "not strict, or not one exact point")
+            PF = [[sum(map(mul, row, column)) for row in P] for column in F]  # e P F, by columns
+            gap = [[c * e * e * p + b * e * (PF[i][j] + PF[j][i]) for j, p in enumerate(P[i])] for i in size]
+            gap = [[x + a * sum(map(mul, F[i], PF[j])) for j, x in enumerate(gap[i])] for i in size] if a else gap
+            try:
+                count = positive_pivots(gap, d * e * e * scale, "")
+            except Refused as why:
+                at = [f", {name} in [{show(low)}, {show(high)}]" for name, (low, high) in (cell | point).items()]
+                raise Refused(f"V may not fall{''.join(at)}{why}") from None
+            demand(not top["along"] or (count == len(F) and sum(counts) == 1), "not strict, or not one exact point")
     return f"{sum(counts)} vertices in {cells} cells"
 
 
-def reversal(entry: dict[str, Any], nodes: list[Matrix], fall: Fraction) -> str:
-    """The fact that what V gains when a contact reverses is made good in time."""
+def reversal(entry: dict[str, Any], nodes: list[tuple[Matrix, ...]], fall: Fraction) -> str:
+    """The fact that what V gains when a contact reverses is made good in time; nodes: the P at one place together."""
     where, flips, growth, left = (entry[key] for key in ("contact", "flips", "growth", "dwell_samples"))
-    where, size, (a, b) = f"reversal of {where}", range(len(nodes[0])), growth.as_integer_ratio()
+    where, size, (a, b) = f"reversal of {where}", range(len(nodes[0][0])), growth.as_integer_ratio()
     demand(growth >= 1, f"{where}: growth {show(growth)} is below 1")
     demand(sorted({*flips} & {*size}) == sorted(flips), f"{where}: flips {brief(flips)} twice or not below {len(size)}")
-    for P, scale in map(integers, nodes):
-        gap = [[(a - b if (i in flips) == (j in flips) else a + b) * P[i][j] for j in size] for i in size]
+    for P, Q in (pair for together in nodes for pair in product(together, repeat=2)):
+        turned = [[-q if (i in flips) != (j in flips) else q for j, q in enumerate(row)] for i, row in enumerate(Q)]
+        gap, scale = integers(forms.added(forms.scaled(a, P), forms.scaled(-b, turned)))
         positive_pivots(gap, b * scale, f"{where}: V may grow by more than {show(growth)}")
     after, factor, fact = growth, fall, f"{where}: V grows at most by {show(growth)}, and {left} samples later"
     while left:  # after: an upper bound of growth * fall^left, by squaring, rounded up
@@ -176,7 +135,8 @@ def verify(top: dict[str, Any]) -> list[str]:
     demand(1 <= n <= MAX_SIZE, f"{n} error components, not 1 to {MAX_SIZE}")
     for part, key in (("error", "name"), ("parameters", "name"), ("reversals", "contact")):
         demand(len({entry[key] for entry in top[part]}) == len(top[part]), f"{part}: a {key} stands twice")
-    nodes = [top["lyapunov_matrix"]] if not top["slow"] else top["slow"][0]["matrices"]
+    followed = [[top["lyapunov_matrix"]]] if not top["slow"] else top["slow"][0]["matrices"]
+    nodes = [P for row in followed for P in row]
     for part, rows in (("matrix", top["matrix"]), *(("lyapunov_matrix", P) for P in nodes)):
         demand([len(row) for row in rows] == [n] * n, f"{part} is not {n} by {n}")
     implicit, along = top["observer"]["integration"] == "implicit", top["along"]
@@ -203,14 +163,20 @@ def verify(top: dict[str, Any]) -> list[str]:
         demand(value <= 0, "P is positive along it")
     s = 1 + alpha * h  # implicit: E = I - hA, and s (E'P + PE) - s^2 P <= E'PE gives the fall; P/fall < E'PE refutes it
     form = (-h, 1, 0, -s * s) if implicit and along else (-h, 0, 1, -2 * s) if implicit else (h, -1, 0, fall)
-    seen, who = contraction(top, axes, nodes, *map(Fraction, form)), "no V with P > 0" if along else "V"
+    seen = slow.fall(top, axes, fall) if top["slow"] else contraction(top, axes, *map(Fraction, form))
+    who = "no V with P > 0" if along else "V"
     facts = ["P is not positive definite" if along else f"P is positive definite: {n} positive pivots"]
     word = "falls by at least" if fall < 1 else "grows by at most"
     facts += [f"{seen}: {who} {word} the factor {law} = {show(fall)} a sample"]
     for entry in top["slow"]:
-        facts[0] += f" at each of {len(nodes)} values of {entry['variable']}, and linear in between"
-        facts += [f"{entry['variable']} moves by at most h max|{entry['velocity']}| a sample, as is assumed"]
-    facts += [reversal(entry, nodes, fall) for entry in top["reversals"]]
+        name, velocity, signs = entry["variable"], entry["velocity"], ", ".join(entry["signs"])
+        facts[0] += (
+            f" at each of {len(followed[0])} values of {name}"
+            + f"{', for either sign' * bool(signs)}, and linear in between"
+        )
+        facts += [f"{name} moves by h {velocity} a sample, give or take h {show(entry['stray'])}, as is assumed"]
+        facts += [f"{signs} are -1 or 1, and stay so between reversals, as is assumed"] if signs else []
+    facts += [reversal(entry, [*zip(*followed, strict=True)], fall) for entry in top["reversals"]]
     own = all([top["error"][i]["name"] for i in e["flips"]] == [f"e_a_{e['contact']}"] for e in top["reversals"])
     demand(own, "reversals: flips are not the error e_a_CONTACT of their contact")
     return facts

@@ -193,7 +193,7 @@ def certify(
     if not analysis.stable or base is None:
         return _unstable(analysis, limit, find_regions(spec, analysis, files, command) if further else None)
     try:
-        cells, proposals = proposals_for(analysis, family, spectral_rate(analysis))
+        cells, proposals = proposals_for(analysis, family, spectral_rate(analysis), spec.envelope)
     except NotEnclosable as error:
         return _no_words(analysis, error)
     except verify.Refused as error:

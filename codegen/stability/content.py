@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -16,10 +17,11 @@ from numpy.typing import NDArray
 from codegen.checker import verify
 from codegen.spec.model import Spec
 from codegen.stability.analysis import Analysis
+from codegen.stability.decimals import rounded, rounded_matrix, texts
 from codegen.stability.family import Family
 from codegen.stability.prefix import rational_text, to_prefix
 from codegen.stability.reading import code_reading
-from codegen.stability.slow import SlowP, shares
+from codegen.stability.slow_cuts import SlowP, fields
 from codegen.text import render
 from codegen.version import VERSION
 
@@ -79,8 +81,8 @@ class Found:
     Attributes:
         alpha: 1/s.
         splits: variable → breakpoints, exact.
-        matrices: P, or P at the nodes of ``slow``, m by m each.
-        slow: where these are, and θ and its velocity; None for one P.
+        matrices: P, m by m; none where there is ``slow``.
+        slow: P over θ, exact; None for one P.
     """
 
     alpha: float
@@ -97,7 +99,7 @@ def proved(
     Raises:
         codegen.checker.verify.Refused: if it accepts none.
     """
-    for digits in DIGITS[:-1]:
+    for digits in DIGITS[:-1] if found.slow is None else ():
         content = _content(base, analysis, family, found, digits, turning)
         with suppress(verify.Refused):
             return content, verify.check(json.dumps(content))
@@ -138,38 +140,46 @@ def _content(
 ) -> dict[str, Any]:
     observer, slow = analysis.dynamics.observer, found.slow
     h = observer.sample_time
-    size = np.max([np.sqrt(np.diag(matrix)) for matrix in found.matrices], axis=0)
-    exact = [rounded_matrix(matrix, digits, size) for matrix in found.matrices]
-    rate = rounded(found.alpha - abs(found.alpha) * 10.0 ** (1 - digits), 4)
+    if slow is None:
+        exact = [rounded_matrix(matrix, digits, np.sqrt(np.diag(matrix))) for matrix in found.matrices]
+        rate, together = rounded(found.alpha - abs(found.alpha) * 10.0 ** (1 - digits), 4), [exact]
+    else:
+        rate, together = sympy.Rational(slow.alpha), [*map(list, zip(*slow.matrices, strict=True))]
     fall = 1 / (1 + float(rate * h)) ** 2 if analysis.dynamics.implicit else 1 - 2 * float(rate * h)
-    reversals = [_reversal(exact, analysis, contact, fall) for contact in range(len(observer.signs))]
+    reversals = [_reversal(together, analysis, contact, fall) for contact in range(len(observer.signs))]
     words = {"observer": observer, "reversals": [r for r in reversals if r], "rate": float(rate), "period": float(h)}
-    words |= {"turning": turning, "slow": slow}
+    words |= {"turning": turning, "slow": slow, "astray": None if slow is None else slow.known_stray}
     words |= {"variables": {v.name: (float(lo), float(hi)) for v, (lo, hi) in family.variables.items()}}
     return {
         **base,
         "claim": " ".join(render("text/claim.j2", **words).split()),
         "splits": {v.name: [rational_text(b) for b in breaks] for v, breaks in found.splits.items()},
-        "lyapunov_matrix": texts(exact[0]) if slow is None else [],
-        "slow": [] if slow is None else [_followed(slow, exact)],
+        **({"lyapunov_matrix": texts(exact[0])} if slow is None else _followed(slow)),
         "decay_rate": rational_text(rate),
         "reversals": [r for r in reversals if r],
         "assumptions": [line.strip() for line in render("text/assumptions.j2", **words).splitlines() if line.strip()],
     }
 
 
-def _followed(slow: SlowP, exact: list[list[list[Any]]]) -> dict[str, Any]:
-    """P at every breakpoint, from the exact P at the nodes."""
-    nodes = [sympy.Matrix(rows) for rows in exact]
-    matrices = []
-    for at in slow.breaks:
-        parts = [sympy.Rational(s.numerator, s.denominator) * nodes[k] for k, s in shares(slow.nodes, at).items()]
-        matrices.append(texts(sum(parts[1:], parts[0]).tolist()))
-    return {"variable": slow.variable.name, "velocity": slow.velocity.name, "matrices": matrices}
+def _followed(slow: SlowP) -> dict[str, Any]:
+    """The fields of a P that follows."""
+    stated, name = fields(slow), slow.variable.name
+    (entry,) = stated["slow"]
+    matrices = [[texts(p) for p in each] for each in entry["matrices"]]
+    return stated | {
+        "splits": {name: [rational_text(b) for b in slow.breaks]},
+        "slow": [entry | {"stray": rational_text(slow.stray), "matrices": matrices}],
+    }
 
 
-def _reversal(matrices: list[list[list[Any]]], analysis: Analysis, contact: int, fall: float) -> dict[str, Any] | None:
-    """How much V can grow when a contact's slip turns, at any of the P, and how many samples bring it down again."""
+def _reversal(
+    matrices: Sequence[Sequence[list[list[Any]]]], analysis: Analysis, contact: int, fall: float
+) -> dict[str, Any] | None:
+    """How much V can grow when a contact's slip turns, and how many samples bring it down again.
+
+    Args:
+        matrices: the P at each place, any of which may follow any other of that place.
+    """
     observer = analysis.dynamics.observer
     flips = [k for k, e in enumerate(observer.errors) if e.contact == contact]
     if not observer.level_errors or not flips:
@@ -177,37 +187,19 @@ def _reversal(matrices: list[list[list[Any]]], analysis: Analysis, contact: int,
     return turn_cost(matrices, observer.system.contacts[contact].name, flips, fall)
 
 
-def turn_cost(matrices: list[list[list[Any]]], contact: str, flips: list[int], fall: float) -> dict[str, Any]:
+def turn_cost(
+    matrices: Sequence[Sequence[list[list[Any]]]], contact: str, flips: list[int], fall: float
+) -> dict[str, Any]:
     """The entry of ``reversals``: what V grows by where these components change sign, and what makes it good again.
 
     Args:
-        matrices: every P, exact.
+        matrices: the P at each place, exact, any of which may follow any other of that place.
         fall: of V in a sample.
     """
-    each = [np.array(matrix, dtype=float) for matrix in matrices]
-    turn = np.diag([-1.0 if k in flips else 1.0 for k in range(len(each[0]))])
-    growth = max(1.0, *[float(np.linalg.eigvals(np.linalg.solve(p, turn @ p @ turn)).real.max()) for p in each])
+    floats = [[np.array(matrix, dtype=float) for matrix in here] for here in matrices]
+    turn = np.diag([-1.0 if k in flips else 1.0 for k in range(len(floats[0][0]))])
+    pairs = [pair for here in floats for pair in product(here, repeat=2)]
+    growth = max(1.0, *[float(np.linalg.eigvals(np.linalg.solve(p, turn @ q @ turn)).real.max()) for p, q in pairs])
     bound = rounded(growth * (1 + 1e-6) + 1e-6, 7) if growth > 1 + 1e-12 else sympy.Integer(1)
     dwell = math.ceil(math.log(float(bound)) / -math.log(fall) * (1 + 1e-9)) + int(bool(bound > 1))
     return {"contact": contact, "flips": flips, "growth": rational_text(bound), "dwell_samples": int(dwell)}
-
-
-def rounded(value: float, digits: int) -> Any:
-    """A short exact decimal near a float."""
-    return sympy.Rational(f"{value:.{digits}g}")
-
-
-def rounded_matrix(matrix: NDArray[np.float64], digits: int, size: NDArray[np.float64]) -> list[list[Any]]:
-    """A symmetric matrix with entry i, j to so many digits of size[i] size[j]: keeps a positive definite one so."""
-    result: list[list[Any]] = [[sympy.Integer(0)] * len(matrix) for _ in matrix]
-    for i in range(len(matrix)):
-        for j in range(i + 1):
-            quantum = 10.0 ** (math.floor(math.log10(size[i] * size[j])) + 1 - digits)
-            entry = sympy.Rational(str(round(float(matrix[i, j]) / quantum))) * sympy.Rational(f"{quantum:.0e}")
-            result[i][j] = result[j][i] = entry
-    return result
-
-
-def texts(rows: list[list[Any]]) -> list[list[str]]:
-    """Exact numbers as the format writes them."""
-    return [[rational_text(e) for e in row] for row in rows]

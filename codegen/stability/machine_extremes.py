@@ -14,7 +14,7 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.stability.analysis import Analysis
-from codegen.stability.content import rounded
+from codegen.stability.decimals import rounded
 from codegen.stability.operating_points import evaluate_columns, matrix_function
 
 Array = NDArray[np.float64]

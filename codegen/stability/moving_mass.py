@@ -36,7 +36,7 @@ from numpy.typing import NDArray
 from codegen.mechanics.system import Matrix
 from codegen.spec.model import symbol
 from codegen.stability.analysis import Analysis
-from codegen.stability.content import rounded
+from codegen.stability.decimals import rounded
 from codegen.stability.family import Family
 from codegen.stability.lyapunov import common_lyapunov
 from codegen.stability.machine_extremes import Extremes, extremes

@@ -19,7 +19,7 @@ from scipy.linalg import matrix_balance, solve_discrete_lyapunov
 
 from codegen.checker import verify
 from codegen.stability.analysis import Analysis
-from codegen.stability.content import rounded, rounded_matrix, texts
+from codegen.stability.decimals import rounded, rounded_matrix, texts
 from codegen.stability.family import PI, Family
 from codegen.stability.lyapunov import decay_rate_limit
 from codegen.stability.prefix import rational_text

@@ -165,7 +165,7 @@ class _Maker:
         names = [error["name"] for error in content["error"]]
         exact = [[sympy.Rational(x) for x in row] for row in content["lyapunov_matrix"]]
         contacts = [axis.name for axis in self.along.axes]
-        return [turn_cost([exact], name, [names.index(f"e_a_{name}")], fall) for name in contacts]
+        return [turn_cost([[exact]], name, [names.index(f"e_a_{name}")], fall) for name in contacts]
 
     def _words(self, kind: str, content: Mapping[str, Any], rate: float, h: float) -> dict[str, Any]:
         words = {"kind": kind, "rate": rate, "period": h, "axes": self.along.axes, "reversals": content["reversals"]}

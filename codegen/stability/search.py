@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
-import sympy
+from collections.abc import Iterator, Mapping
+from fractions import Fraction
+from typing import Any
 
 from codegen.stability.analysis import Analysis
 from codegen.stability.content import Found
 from codegen.stability.enclosure import Cells, enclose_family
 from codegen.stability.family import Family
 from codegen.stability.lyapunov import common_lyapunov
+from codegen.stability.prefix import rational_text
 from codegen.stability.slow import following, slow_variable
 
 FINER = (0, 2, 4)
@@ -18,11 +19,14 @@ MOST_MATRICES = 150
 ENOUGH = 0.9
 
 
-def proposals_for(analysis: Analysis, family: Family, spectral_rate: float) -> tuple[Cells, Iterator[Found]]:
+def proposals_for(
+    analysis: Analysis, family: Family, spectral_rate: float, envelope: Mapping[str, Any]
+) -> tuple[Cells, Iterator[Found]]:
     """The cells of the envelope, and what the solver found, the fastest first.
 
     Args:
         spectral_rate: of the slowest operating point, 1/s; a common P that comes near it is enough.
+        envelope: name → exact (low, high).
 
     Raises:
         NotEnclosable, codegen.checker.verify.Refused: where the family cannot be enclosed.
@@ -33,10 +37,11 @@ def proposals_for(analysis: Analysis, family: Family, spectral_rate: float) -> t
     def fastest_first() -> Iterator[Found]:
         slow = slow_variable(analysis, family)
         if slow is not None and (common is None or common.alpha < ENOUGH * spectral_rate):
-            found = following(family, *slow, h)
+            bounds = envelope.get(f"{slow[1].name}_dot")
+            fastest = None if bounds is None else max(abs(Fraction(rational_text(x))) for x in bounds)
+            found = following(family, *slow, h, analysis.dynamics.observer.signs, fastest)
             if found is not None and (common is None or common.alpha < found.alpha):
-                cuts = [sympy.Rational(b.numerator, b.denominator) for b in found.breaks]
-                yield Found(found.alpha, {found.variable: cuts}, found.matrices, found)
+                yield Found(float(found.alpha), {}, [], found)
         if common is not None:
             yield common
 

@@ -20,7 +20,8 @@ from codegen.checker import verify
 from codegen.mechanics.system import Matrix
 from codegen.spec.model import Spec, symbol
 from codegen.stability.analysis import Analysis
-from codegen.stability.content import frame, rounded, rounded_matrix, texts
+from codegen.stability.content import frame
+from codegen.stability.decimals import rounded, rounded_matrix, texts
 from codegen.stability.family import Family
 from codegen.stability.moving_mass import COORDINATES, moving_mass
 from codegen.stability.prefix import rational_text

@@ -98,10 +98,10 @@ def following() -> Cert:
 
     Where q leaves 0 upwards V grows by 1.01 besides, so V falls to 0.2525, which is 1 - 2αh for α = 37.375.
     """
-    slow = {"variable": "q", "velocity": "v", "matrices": [[["1"]], [["2"]], [["5/2"]]]}
+    slow = {"variable": "q", "velocity": "v", "stray": "2", "signs": [], "matrices": [[[["1"]], [["2"]], [["5/2"]]]]}
     return scalar() | {
         "decay_rate": "37374/1000",
-        "variables": {"q": ["0", "2"], "v": ["-1", "1/2"]},
+        "variables": {"q": ["0", "2"], "v": ["-1/2", "1"]},
         "splits": {"q": ["0", "1", "2"]},
         "lyapunov_matrix": [],
         "slow": [slow],
@@ -173,37 +173,49 @@ def margin(cert: Cert) -> float:
             return -1.0
         phi = np.eye(len(A)) + h * A
         margins += [fall - largest(phi.T @ later @ phi, P) for P, later in successive(cert, at)]
-    for entry, P in itertools.product(cert["reversals"], nodes(cert)):
+    for entry, (P, Q) in itertools.product(cert["reversals"], together(cert)):
         growth = number(entry["growth"])
         if [cert["error"][i]["name"] for i in entry["flips"]] != [f"e_a_{entry['contact']}"]:
             return -1.0  # a contact turns its own error
         J = np.diag([-1.0 if i in entry["flips"] else 1.0 for i in range(len(P))])
-        margins += [growth - max(largest(J @ P @ J, P), 1)]
+        margins += [growth - max(largest(J @ Q @ J, P), 1)]
         margins += [1 - growth * fall ** entry["dwell_samples"]]
     return min(margins)
 
 
 def nodes(cert: Cert) -> list[np.ndarray]:
-    """P, or P at each breakpoint of the slow variable."""
-    raw = [entry for slow in cert["slow"] for entry in slow["matrices"]] or [cert["lyapunov_matrix"]]
-    return [np.array([[number(x) for x in row] for row in rows]) for rows in raw]
+    """P, or P at each breakpoint of the slow variable, for either sign."""
+    return [p for row in followed(cert) for p in row]
+
+
+def followed(cert: Cert) -> list[list[np.ndarray]]:
+    """P at each breakpoint of the slow variable, for the products of the signs 1 and -1; or the one P."""
+    rows = [row for slow in cert["slow"] for row in slow["matrices"]] or [[cert["lyapunov_matrix"]]]
+    return [[np.array([[number(x) for x in line] for line in p]) for p in row] for row in rows]
+
+
+def together(cert: Cert) -> list[tuple[np.ndarray, np.ndarray]]:
+    """P before a contact turns, and after."""
+    return [pair for here in zip(*followed(cert), strict=True) for pair in itertools.product(here, repeat=2)]
 
 
 def successive(cert: Cert, at: dict[str, float]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """P at a point, and P where the slow variable may be one sample later."""
-    each = nodes(cert)
     if not cert["slow"]:
-        yield each[0], each[0]
+        yield (nodes(cert)[0],) * 2
         return
-    name, velocity = cert["slow"][0]["variable"], cert["slow"][0]["velocity"]
+    slow = cert["slow"][0]
+    name, stray, h = slow["variable"], number(slow["stray"]), number(cert["sample_time"])
     breaks = [number(x) for x in cert["splits"].get(name, cert["variables"][name])]
-    reach = number(cert["sample_time"]) * max(abs(number(x)) for x in cert["variables"][velocity])
+    low, high = (number(x) for x in cert["variables"][slow["velocity"]])
+    each = followed(cert)[int(math.prod(at[sign] for sign in slow["signs"]) < 0)]
 
     def there(x: float) -> np.ndarray:
         flat = np.array([p.ravel() for p in each])
         return np.array([np.interp(x, breaks, column) for column in flat.T]).reshape(each[0].shape)
 
-    for later in (at[name] - reach, at[name], at[name] + reach):
+    for off in (-stray, 0, stray):
+        later = at[name] + h * min(max(at[slow["velocity"]] + off, low), high)
         if breaks[0] <= later <= breaks[-1]:
             yield there(at[name]), there(later)
 
@@ -270,18 +282,18 @@ def test_a_slow_variable_is_followed_just_as_fast_as_the_judge_says() -> None:
     assert check(text(following())).facts[0].endswith("positive pivots at each of 3 values of q, and linear in between")
     assert margin(following() | {"decay_rate": "37376/1000"}) < 0
     faster = dig("variables.v", ["-1", "101/100"], following)
-    turned = dig("slow.0.matrices.1", [["1/2"]], following)  # downwards, and steeply up again
+    turned = dig("slow.0.matrices.0.1", [["1/2"]], following)  # downwards, and steeply up again
     for false in (following() | {"decay_rate": "37376/1000"}, faster, turned):
         assert margin(false) < 0
-        with pytest.raises(Refused, match=r"V may not fall, q in \[[01], [12]\], .*: pivot 1 is -"):
+        with pytest.raises(Refused, match=r"V may not fall, q in \[[01], [12]\]: pivot 1 is -"):
             check(text(false))
     gentle = dig("variables.v", ["-1/2", "1/2"], following) | {"decay_rate": "37437/1000"}  # half as fast: half as much
     assert margin(gentle) >= 0 and accepted(gentle)
     steeper_later = dig(
-        "slow.0.matrices.2", [["4"]], following
+        "slow.0.matrices.0.2", [["4"]], following
     )  # the interval after it counts where q leaves the first
     assert not accepted(steeper_later | {"decay_rate": "373751/10000"}) and accepted(
-        dig("slow.0.matrices.2", [["3"]], following)
+        dig("slow.0.matrices.0.2", [["3"]], following)
     )
 
 
@@ -290,7 +302,7 @@ def test_every_interval_of_a_slow_variable_has_its_own_matrices() -> None:
     cert = following() | {"decay_rate": "10"}
     assert accepted(cert)
     for k, bad in ((0, "-1"), (1, "20"), (2, "9")):
-        assert not accepted(dig(f"slow.0.matrices.{k}", [[bad]], following) | {"decay_rate": "37"}), k
+        assert not accepted(dig(f"slow.0.matrices.0.{k}", [[bad]], following) | {"decay_rate": "37"}), k
 
 
 def test_the_interior_of_the_envelope_counts_and_not_its_corners() -> None:
@@ -591,13 +603,31 @@ REFUSALS: dict[str, tuple[Cert | str, str]] = {
     "variable named by an operator": (dig("variables", {"+": ["0", "1"]}) | {"splits": {}}, "'NAME'"),
     "no slow variable": (dig("slow.0.variable", "x", following), "slow: x or v is no variable"),
     "no velocity of it": (dig("slow.0.velocity", "w", following), "slow: q or w is no variable"),
-    "a matrix less": (dig("slow.0.matrices", [[["1"]]] * 2, following), "2 matrices for 2 intervals of q"),
-    "a cell less": (dig("splits.q", ["0", "2"], following), "3 matrices for 1 intervals of q"),
-    "a matrix of the wrong size": (dig("slow.0.matrices.1", [["1", "0"]], following), "lyapunov_matrix is not 1 by 1"),
-    "one indefinite matrix": (dig("slow.0.matrices.2", [["-1"]], following), "P is not positive definite: pivot 1"),
+    "a matrix less": (dig("slow.0.matrices.0", [[["1"]]] * 2, following), r"\[2\] matrices for 2 intervals of q"),
+    "a cell less": (dig("splits.q", ["0", "2"], following), r"\[3\] matrices for 1 intervals of q"),
+    "a matrix of the wrong size": (
+        dig("slow.0.matrices.0.1", [["1", "0"]], following),
+        "lyapunov_matrix is not 1 by 1",
+    ),
+    "one indefinite matrix": (dig("slow.0.matrices.0.2", [["-1"]], following), "P is not positive definite: pivot 1"),
     "intervals passed in a sample": (
         dig("splits.q", ["0", "1/101", "2"], following),
         "q may pass an interval of its own in one sample",
+    ),
+    "a sign's matrices too many": (dig("slow.0.matrices", following()["slow"][0]["matrices"] * 2, following), "3, 3"),
+    "a sign that is none": (dig("slow.0.signs", ["v"], following), "slow: q or v is no variable of its own"),
+    "a negative stray": (dig("slow.0.stray", "-1", following), "stray is negative"),
+    "what bends without end": (
+        following() | {"parameters": [{"name": "c", "expression": ["abs", "q"]}]},
+        "abs of what is slow",
+    ),
+    "a root down to 0": (
+        following() | {"parameters": [{"name": "c", "expression": ["sqrt", "q"]}]},
+        "a derivative: divisor from 0",
+    ),
+    "a parameter of the slow one and another": (
+        following() | {"parameters": [{"name": "c", "expression": ["*", "q", "v"]}]},
+        "a parameter of q and of others",
     ),
     "slow twice": (dig("slow", following()["slow"] * 2, following), "slow: two of them"),
     "a slow P beside another": (dig("lyapunov_matrix", [["1"]], following), "or another P"),
@@ -898,7 +928,7 @@ def test_the_dwell_is_long_enough_just_when_the_power_says_so(
     entry = {"contact": "x", "flips": [], "growth": growth, "dwell_samples": dwell}
     true = growth * fall**dwell <= 1
     try:
-        verify.reversal(entry, [[[Fraction(1)]]], fall)
+        verify.reversal(entry, [([[Fraction(1)]],)], fall)
     except Refused as fault:
         assert not true or shift == 0 or digits == 40, fault  # so close to equality rounding may refuse
     else:

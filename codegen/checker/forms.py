@@ -1,0 +1,91 @@
+"""Quadratic forms with rational coefficients, on whole numbers: whether one is positive, and how far it may be off.
+
+Standard library only; part of the checker (verify.py), which hands ``enclosure`` in. Steps are matrices by columns;
+the upper half of a symmetric matrix is its rows from the diagonal on.
+"""
+
+import math
+from fractions import Fraction
+from operator import mul
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from codegen.checker import enclosure
+
+Matrix = list[list[Any]]
+Rows = list[list[int]]
+
+
+def integers(rows: Matrix) -> tuple[Rows, int]:
+    """(D * rows, D) with the least D > 0 for which all entries are whole."""
+    common = math.lcm(*(x.denominator for row in rows for x in row))
+    enclosure.demand(common < enclosure.TOO_LONG, "a common denominator grew too long to go on")
+    return [[x.numerator * (common // x.denominator) for x in row] for row in rows], common
+
+
+def positive_pivots(matrix: Rows, scale: int, fault: str) -> int:
+    """How many pivots of the symmetric matrix / scale are positive; refused if it is not positive semidefinite."""
+    return upper_pivots([row[k:] for k, row in enumerate(matrix)], scale, fault)
+
+
+def upper_pivots(rest: Rows, scale: int, fault: str) -> int:
+    """The same of a matrix that is given by its upper half."""
+    # LDL' on whole numbers (Bareiss): rest is the Schur complement times the last positive pivot, the division exact.
+    last, count, size = 1, 0, len(rest)
+    while rest:
+        (pivot, *row), *rest = rest
+        if pivot < 0 or (pivot == 0 and any(row)):
+            at, size_of_it = size - len(rest), enclosure.show(Fraction(pivot, last * scale))
+            raise enclosure.Refused(f"{fault}: pivot {at} is {size_of_it}")
+        if pivot > 0:
+            for i, x in enumerate(row):
+                rest[i] = [(pivot * z - x * y) // last for z, y in zip(rest[i], row[i:], strict=True)]
+            last, count = pivot, count + 1
+    return count
+
+
+def added(*matrices: Matrix) -> Matrix:
+    return [[sum(entries) for entries in zip(*rows, strict=True)] for rows in zip(*matrices, strict=True)]
+
+
+def minus(X: Matrix, Y: Matrix) -> Matrix:
+    return [[x - y for x, y in zip(*rows, strict=True)] for rows in zip(X, Y, strict=True)]
+
+
+def scaled(a: Any, X: Matrix) -> Matrix:
+    return [[a * x for x in row] for row in X]
+
+
+def sizes(*matrices: Matrix) -> Matrix:
+    """The largest |entry| at each place."""
+    return [[max(map(abs, entries)) for entries in zip(*rows, strict=True)] for rows in zip(*matrices, strict=True)]
+
+
+def times(P: Rows, X: Rows) -> Rows:
+    """PX, with P symmetric."""
+    return [[sum(map(mul, row, column)) for row in P] for column in X]
+
+
+def inner(X: Rows, Y: Rows) -> Rows:
+    """X'Y."""
+    return [[sum(map(mul, x, y)) for y in Y] for x in X]
+
+
+def squares(P: Rows, X: Rows, Y: Rows) -> tuple[Rows, Rows, Rows]:
+    """The upper halves of X'PX, X'PY + Y'PX and Y'PY."""
+    PX, PY = times(P, X), times(P, Y)
+    both = [
+        [sum(map(mul, x, v)) + sum(map(mul, y, u)) for u, v in zip(PX[i:], PY[i:], strict=True)]
+        for i, (x, y) in enumerate(zip(X, Y, strict=True))
+    ]
+    first, last = ([[sum(map(mul, z, w)) for w in PZ[i:]] for i, z in enumerate(Z)] for Z, PZ in ((X, PX), (Y, PY)))
+    return first, both, last
+
+
+def diagonal(R: Rows, P: Rows) -> list[int]:
+    """D with x'Dx >= |x|'(R + R')|x|, R >= 0: 2|x_i x_j| <= w_j/w_i x_i^2 + w_i/w_j x_j^2 with w near P_ii^-1/2."""
+    R = added(R, [[*column] for column in zip(*R, strict=True)])
+    halves = [row[i].bit_length() // 2 for i, row in enumerate(P)]  # w_i = 2^-halves[i]
+    top = max(halves)
+    sums = [sum(r << top - k for r, k in zip(row, halves, strict=True)) for row in R]
+    return [(x >> top - k) + 1 for x, k in zip(sums, halves, strict=True)]
