@@ -1,4 +1,5 @@
-"""Numbered names written once: ``x1..16`` in an entry or an item of a list stands for sixteen of them, x1 to x16.
+"""Numbered names written once: ``x1..16`` in an entry or an item of a list stands for sixteen of them, x1 to x16,
+and ``x1..16_noise`` for x1_noise to x16_noise.
 
 A mapping's entry is repeated if its key has a range, an item of a list if anything in it has. The ranges in what is
 repeated run together: ``k*(x1..15 - x2..16)`` in a list is fifteen springs.
@@ -16,7 +17,7 @@ from codegen.errors import BadInput, Place
 
 MARK = ".."
 LONGEST = 10_000
-_RANGE = re.compile(r"\b([A-Za-z]\w*?)(\d+)\.\.(\d+)\b")
+_RANGE = re.compile(r"\b([A-Za-z]\w*?)(\d+)\.\.(\d+)((?:_[A-Za-z]\w*)?)\b")
 
 
 def expanded(node: Any, file: str, line: int | None = None) -> Any:
@@ -116,5 +117,5 @@ def _shifted(node: Any, k: int) -> Any:
     if isinstance(node, CommentedSeq):
         return _same_style(node, CommentedSeq([_shifted(value, k) for value in node]))
     if isinstance(node, str):
-        return _RANGE.sub(lambda m: f"{m[1]}{int(m[2]) + k}", node)
+        return _RANGE.sub(lambda m: f"{m[1]}{int(m[2]) + k}{m[4]}", node)
     return node

@@ -20,6 +20,7 @@ def test_a_range_is_its_names_in_order():
     k, c, x, v = spec.symbol("k"), spec.symbol("c"), spec.symbol, spec.symbol
     expected = k * (x("x9") - 2 * x("x10") + x("x11")) + c * (v("v9") - 2 * v("v10") + v("v11"))
     assert (spec.force[9] - expected).expand() == 0
+    assert [name for name in spec.envelope if name.endswith("_dot")] == [f"v{k}_dot" for k in range(1, 17)]
     assert spec.place("coordinates.x7").line == CHAIN.splitlines().index("  x1..16: {velocity: v1..16, unit: m}") + 1
 
 
