@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from codegen import pipeline
-from codegen.checker import verify as checker
+from codegen.checker import newtons as checker
 from codegen.cli_pages import pages
 from codegen.demo import run_demo
 from codegen.effects.register import load_effects
@@ -103,7 +103,7 @@ def verify(
         Path | None, typer.Option("--smt", parser=named_path, metavar="FILE", help="write it for z3 or cvc5 too")
     ] = None,
 ) -> None:
-    """Check a certificate by the independent checker (codegen/checker/verify.py, standard library only)."""
+    """Check a certificate or a bound by the independent checker (codegen/checker/, standard library only)."""
     status = checker.main([str(certificate)] + (["--spec", str(spec)] if spec is not None else []))
     if status == 0 and smt is not None:
         pipeline.write_smt(certificate, smt)

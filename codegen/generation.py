@@ -9,6 +9,7 @@ from fractions import Fraction
 from pathlib import Path
 
 from codegen.cancellation import with_cancellation
+from codegen.checker import newtons
 from codegen.checker import verify as checker
 from codegen.emit import ALWAYS, PRINTERS
 from codegen.emit.package import Header, emit_manifest, emit_readme, emit_sources, make_header
@@ -22,12 +23,16 @@ from codegen.spec import Spec, read_spec
 from codegen.spec.model import CodeChoice
 from codegen.spec.places import placed
 from codegen.stability.analysis import analyse
+from codegen.stability.bound_proof import with_bounds
 from codegen.stability.certify import PROOFS, Certificate, Refusal, json_text, withdrawn
 from codegen.stability.certify import certify as certify_analysis
-from codegen.stability.error_bound import refuse_empty_domain
 from codegen.stability.prefix import rational_text
 from codegen.stability.region_proofs import REGION_PROOFS
 from codegen.text import render
+
+CHOSEN = ("splits", "lyapunov_matrix", "slow", "decay_rate", "reversals", "along")  # by the solver, in a certificate
+FOLLOWING = ("certificate", "slip_speed", "bounds")  # what of a bound the certificate's last digits change
+REGION = ("variables", "parameters", "matrix", "claim", "assumptions")  # of a region's proof: how far it goes
 
 
 @dataclass(frozen=True)
@@ -148,7 +153,7 @@ def generated_program(
     except checker.Refused as error:
         outcome = withdrawn(analysis, str(error))
     if isinstance(outcome, Certificate):
-        refuse_empty_domain(spec, analysis, outcome)
+        outcome = with_bounds(spec, analysis, outcome, sources)
     return program, _complete(files, outcome, program, header), outcome
 
 
@@ -246,8 +251,8 @@ def _stale(folder: Path, files: Mapping[str, str]) -> tuple[str, ...]:
         text = on_disk.get(name)
         if name in different and text:
             try:
-                checker.check(text, folder)
-            except (checker.Refused, json.JSONDecodeError):
+                newtons.check(text, folder)
+            except (newtons.Refused, json.JSONDecodeError):
                 return different
             expected = _with_solution(expected, name, text)
     surplus = tuple(name for name in different if name not in files)
@@ -257,12 +262,9 @@ def _stale(folder: Path, files: Mapping[str, str]) -> tuple[str, ...]:
 def _with_solution(files: Mapping[str, str], name: str, proof: str) -> dict[str, str]:
     """The files as another run of the solver would give them: from ``proof`` only what a solver chooses."""
     ours, theirs = json.loads(files[name]), json.loads(proof)
-    rate, other = (f"alpha = {float(Fraction(c['decay_rate'])):.6g} 1/s" for c in (ours, theirs))
-    chosen = ["splits", "lyapunov_matrix", "slow", "decay_rate", "reversals", "along"]
-    if name in REGION_PROOFS:  # how far a region goes is found by the solver too
-        chosen += ["variables", "parameters", "matrix", "claim", "assumptions"]
-    solved = {key: theirs[key] for key in chosen}
-    content = ours | {"claim": ours["claim"].replace(rate, other)} | solved
+    rate, other = (f"alpha = {float(Fraction(c.get('decay_rate', 0))):.6g} 1/s" for c in (ours, theirs))
+    chosen = (*CHOSEN, *FOLLOWING, *(REGION if name in REGION_PROOFS else ()))
+    content = ours | {"claim": ours["claim"].replace(rate, other)} | {key: theirs[key] for key in chosen if key in ours}
     result = {**files, name: json_text(content)}
     result["README.md"] = files["README.md"].replace(rate, other)
     for changed in (name, "README.md"):

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from codegen.cancel_report import CancelReport, cancel
+from codegen.checker import newtons
 from codegen.checker import verify as checker
 from codegen.effects.declare import add_declared_effects
 from codegen.errors import BadInput, Place, nearest_name
@@ -29,7 +30,7 @@ from codegen.spec.free_gains import at_middle, refuse_free_gains
 from codegen.spec.yaml_text import read_text
 from codegen.stability.analysis import Analysis, analyse
 from codegen.stability.certify import Certificate, Refusal, read_certificate
-from codegen.stability.error_bound import ErrorBound, error_bounds
+from codegen.stability.error_bound import ErrorBound
 from codegen.stability.proposals import propose
 from codegen.stability.sample_times import largest_sample_times
 
@@ -111,15 +112,12 @@ def certify_in_full(path: str | Path, out: str | Path | None = None) -> Certifie
     spec = read_spec(path)
     outcome = generated_files(spec)[1]
     system = add_declared_effects(build_system(spec), spec)
-    bounds: tuple[ErrorBound, ...] | str = "no certificate"
+    bounds = outcome.bounds if isinstance(outcome, Certificate) else "no certificate"
     rounding: Mapping[str, Rounding] | str = "no error bound"
-    if isinstance(outcome, Certificate):
-        analysis = analyse(spec, build_observer(spec, system))
-        bounds = error_bounds(spec, analysis, outcome)
-        if not isinstance(bounds, str):
-            rounding = rounding_bounds(spec, analysis, outcome, bounds[0])
-    else:
+    if isinstance(outcome, Refusal):
         outcome = replace(outcome, proposals=propose(spec, system))
+    elif not isinstance(bounds, str):
+        rounding = rounding_bounds(spec, analyse(spec, build_observer(spec, system)), outcome, bounds[0])
     return Certified(outcome, bounds, largest_sample_times(spec, system), rounding)
 
 
@@ -139,7 +137,7 @@ def certify(path: str | Path) -> Certificate | Refusal:
 
 
 def verify(path: str | Path, spec: Path | None = None) -> checker.Report:
-    """Check a certificate by the independent checker, with the files that lie beside it.
+    """Check a certificate or a bound by the independent checker, with the files that lie beside it.
 
     Raises:
         BadInput: if the file cannot be read.
@@ -147,7 +145,9 @@ def verify(path: str | Path, spec: Path | None = None) -> checker.Report:
     """
     path = Path(path)
     try:
-        return checker.check(read_certificate(path), path.parent, spec)
+        return newtons.check(read_certificate(path), path.parent, spec)
+    except newtons.Refused as error:
+        raise checker.Refused(str(error)) from None
     except json.JSONDecodeError as error:
         raise BadInput(Place(str(path), error.lineno), error.msg, "a certificate (JSON)") from None
 
@@ -156,7 +156,7 @@ def write_smt(certificate: str | Path, out: str | Path) -> Path:
     """Write what the checker finds in a certificate as SMT-LIB 2, negated, for another solver to find ``unsat``.
 
     Raises:
-        BadInput: if a dwell is too long for it, or for a file that is not to be written.
+        BadInput: for a bound, if a dwell is too long for it, or for a file that is not to be written.
     """
     target = Path(out)
     refuse_target(target, {"the certificate itself": Path(certificate)}, (".smt2",))

@@ -22,8 +22,11 @@ def smt_text(content: Mapping[str, Any]) -> str:
     """The file for a certificate or refutation that the checker has accepted.
 
     Raises:
-        BadInput: for a dwell that is too long to be raised to in exact numbers, or a P that follows a slow variable.
+        BadInput: for a dwell that is too long to be raised to in exact numbers, a P that follows a slow variable, or a
+            bound in place of a certificate.
     """
+    if "matrix" not in content:
+        raise BadInput("certificate", "a bound in newtons", "a certificate; only the checker verifies a bound")
     if content["slow"]:
         found = f"a P that follows {content['slow'][0]['variable']}"
         raise BadInput("certificate", found, "one P; only the checker verifies the other kind")

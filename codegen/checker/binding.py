@@ -9,7 +9,7 @@ import copy
 import random
 import re
 import runpy
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
 from functools import reduce
 from operator import sub
@@ -63,11 +63,12 @@ def read(text: str, records: Mapping[str, Any]) -> Dual:
     return found
 
 
-def derivative(raw: Any, records: Mapping[str, Any]) -> Fraction:
-    """Of an estimate, or of ["*", a sign, an estimate]: signs do not change in what is compared."""
+def estimate(raw: Any, records: Mapping[str, Any]) -> Dual:
+    """An estimate, or ["*", a sign, an estimate]: signs do not change in what is compared."""
     if isinstance(raw, list) and raw[0] == "*":
-        return value(raw[1], lambda text: read(text, records)[0]) * read(raw[2], records)[1]
-    return read(raw, records)[1]
+        sign, (now, slope) = value(raw[1], lambda text: read(text, records)[0]), read(raw[2], records)
+        return sign * now, sign * slope
+    return read(raw, records)
 
 
 def scatter(record: dict[str, Any], names: list[str], dice: random.Random, moved: bool) -> None:
@@ -81,18 +82,24 @@ def scatter(record: dict[str, Any], names: list[str], dice: random.Random, moved
         record[name] = [drawn() for _ in record[name]] if isinstance(record[name], list) else drawn()
 
 
-def three_samples(top: Mapping[str, Any], twin: Twin, parameters: dict[str, Any], dice: random.Random) -> list[Any]:
-    """Inputs, outputs and signs of three samples from a random state, the positions moving as their velocities say."""
+def three_samples(
+    top: Mapping[str, Any], twin: Twin, parameters: dict[str, Any], dice: random.Random, nudge: bool
+) -> list[Any]:
+    """Inputs, outputs and signs of three samples from a random state, the positions moving as their velocities say.
+
+    The direction of the derivatives is one of the states, or with ``nudge`` of the positions of the second sample.
+    """
     state, inputs, seen = twin.record("State"), twin.record("Inputs"), []
-    scatter(state, [name for name in state if name.startswith("z_")], dice, moved=True)
+    scatter(state, [name for name in state if name.startswith("z_")], dice, moved=not nudge)
     scatter(inputs, [*inputs], dice, moved=False)
-    for _ in range(3):
+    for k in range(3):
         outputs = twin.record("Outputs")
         twin.run("step", state=state, parameters=parameters, inputs=inputs, outputs=outputs)
         now = {"inputs": inputs, "outputs": outputs}
         seen.append(({"inputs": copy.deepcopy(inputs), "outputs": outputs}, twin.signs))
         for position, velocity in top["code"]["motion"].items():
-            new = read(position, now)[0] + top["sample_time"] * read(velocity, now)[0], reader.ZERO
+            slope = Fraction(dice.randrange(-99, 99)) if nudge and k == 0 else reader.ZERO
+            new = read(position, now)[0] + top["sample_time"] * read(velocity, now)[0], slope
             _, name, at = place(position)
             if at is None:
                 inputs[name] = new
@@ -107,7 +114,7 @@ def moves_as_certified(top: Mapping[str, Any], before: Mapping[str, Any], after:
     at = {v: value(e, lambda text: read(text, before)[0]) for v, e in code["variables"].items()}
     theta = {p["name"]: value(p["expression"], at.__getitem__) for p in top["parameters"]}
     A = [[value(entry, theta.__getitem__) for entry in row] for row in top["matrix"]]
-    old, new = ([derivative(raw, records) for raw in code["errors"]] for records in (before, after))
+    old, new = ([estimate(raw, records)[1] for raw in code["errors"]] for records in (before, after))
     implicit = top["observer"]["integration"] == "implicit"
     change = [h * sum(a * e for a, e in zip(row, new if implicit else old, strict=True)) for row in A]
     return any(old) and all(y == x + d for x, y, d in zip(old, new, change, strict=True))
@@ -144,12 +151,12 @@ def envelope(top: Mapping[str, Any], twin: Twin) -> list[str]:
     return left
 
 
-def replayed(top: Mapping[str, Any], twin: Twin) -> str:
-    """The fact that the twin moves its error by the certificate's matrix, at points drawn at random.
+def alike(top: Mapping[str, Any], twin: Twin, nudge: bool = False) -> Iterator[tuple[Any, Any]]:
+    """Two samples in a row of the same signs, at points drawn at random; the derivatives as in ``three_samples``.
 
     Raises:
-        Unlike: where it does not.
-        Unknown: where the twin or the certificate does not show it.
+        Unlike: where the twin has another sample time.
+        Unknown: where the twin or the certificate does not show the error.
     """
     code = top["code"]
     if not twin.records:
@@ -162,15 +169,26 @@ def replayed(top: Mapping[str, Any], twin: Twin) -> str:
     twin.run("prepare", parameters=parameters)
     if read("parameters.sample_time", {"parameters": parameters})[0] != top["sample_time"]:
         raise Unlike("the twin has another sample time")
-    fast, alike = parameters.get("slip_speed", (reader.ZERO,))[0], 0  # a guarded level is learnt above it alone
+    fast, found = parameters.get("slip_speed", (reader.ZERO,))[0], 0  # a guarded level is learnt above it alone
     for _ in range(TRIES):
-        seen = three_samples(top, twin, parameters, dice)
+        seen = three_samples(top, twin, parameters, dice, nudge)
         slow = fast and any(abs(read(code["errors"][0], now)[0]) <= fast for now, _ in seen)
         if slow or seen[1][1] != seen[2][1]:
             continue  # a sign turned; and the first sample is where a guard learns it
-        if not moves_as_certified(top, seen[1][0], seen[2][0]):
-            raise Unlike("`matrix` is not how the twin moves its error")
-        alike += 1
-        if alike == ALIKE:
-            return f"replayed in rationals at {ALIKE} points drawn at random, the twin moves its error by `matrix`"
+        yield seen[1][0], seen[2][0]
+        found += 1
+        if found == ALIKE:
+            return
     raise Unknown("in no two samples in a row all signs stayed")
+
+
+def replayed(top: Mapping[str, Any], twin: Twin) -> str:
+    """The fact that the twin moves its error by the certificate's matrix, at points drawn at random.
+
+    Raises:
+        Unlike: where it does not.
+        Unknown: where the twin or the certificate does not show it.
+    """
+    if not all(moves_as_certified(top, before, after) for before, after in alike(top, twin)):
+        raise Unlike("`matrix` is not how the twin moves its error")
+    return f"replayed in rationals at {ALIKE} points drawn at random, the twin moves its error by `matrix`"

@@ -11,7 +11,7 @@ import math
 import re
 import runpy
 import sys
-from collections import namedtuple
+from collections import abc, namedtuple
 from fractions import Fraction
 from itertools import pairwise, product
 from operator import mul
@@ -36,9 +36,9 @@ Refused, demand, show = enclosure.Refused, enclosure.demand, enclosure.show
 parse, widen, MAX_STRING = enclosure.parse, enclosure.widen, enclosure.MAX_STRING
 integers, positive_pivots, Following = forms.integers, forms.positive_pivots, slow.Following
 MAX_TEXT, MAX_SIZE, MAX_VERTICES, MAX_TOTAL = 5_000_000, 32, 4096, 200_000
-FORMS = json.loads(r"""{"FORMAT": "stiction-certificate/1", "TEXT": ".*", "LINE": ".*\\S.*", "HASH": "[0-9a-f]{64}",
+FORMS = json.loads(r"""{"FORMAT": "stiction-certificate/1", "BOUND": "stiction-bound/1", "TEXT": ".*",
     "NAME": "[A-Za-z][A-Za-z0-9_]*", "FILE": "[A-Za-z0-9_][A-Za-z0-9_.+-]{0,127}", "WHOLE": "0|[1-9][0-9]{0,8}",
-    "STEP": "euler|semi_implicit|exponential|implicit"}""")
+    "LINE": ".*\\S.*", "HASH": "[0-9a-f]{64}", "STEP": "euler|semi_implicit|exponential|implicit"}""")
 Report = namedtuple("Report", "name claim facts unbound open assumptions")  # unbound: files named, but not there
 TWIN = "__init__.py"
 # A certificate: {"field": ...} is an object with just these fields, {"FORM": ...} one with any keys of that form.
@@ -209,12 +209,12 @@ def bound(top: dict[str, Any], sources: dict[str, bytes], spec: Path | None) -> 
     return facts, left + ([] if top["assumptions"] else ["what the claim rests on: no assumption is stated"])
 
 
-def parsed(text: str) -> dict[str, Any]:
+def parsed(text: str, schema: dict[str, Any] = SCHEMA, what: str = "certificate") -> dict[str, Any]:
     """The certificate, if it is written as its format demands."""
     demand(len(text) <= MAX_TEXT, f"{len(text)} characters, more than {MAX_TEXT}")
     bare = str.encode
     raw = json.loads(text, object_pairs_hook=tuple, parse_int=bare, parse_float=bare, parse_constant=bare)
-    top: dict[str, Any] = conform(raw, SCHEMA, "certificate")
+    top: dict[str, Any] = conform(raw, schema, what)
     return top
 
 
@@ -236,14 +236,14 @@ def check(
     return Report(top["subject"]["name"], top["claim"], (*facts, *more), unbound, tuple(left), top["assumptions"])
 
 
-def main(argv: list[str] | None = None) -> int:
+def main(argv: list[str] | None = None, judge: abc.Callable[..., Report] = check) -> int:
     parser = argparse.ArgumentParser(description="Check a stability certificate.")
     parser.add_argument("certificate", type=Path)
     parser.add_argument("--spec", type=Path, help="the specification, to be compared with the hash in the certificate")
     given = parser.parse_args(argv)
     getattr(sys.stdout, "reconfigure", dict)(errors="backslashreplace")  # a screen may lack alpha
     try:
-        report = check(given.certificate.read_text("utf-8"), given.certificate.parent, given.spec)
+        report = judge(given.certificate.read_text("utf-8"), given.certificate.parent, given.spec)
     except Refused as e:
         print(f"refused: {e}")
         return 3

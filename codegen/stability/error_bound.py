@@ -4,7 +4,7 @@ Every disturbance is bounded (|n| by the envelope's x_noise, |d_x| ≤ h² A/2, 
 is at most the sum of the absolute impulse responses, which independent disturbances attain:
 bound(k) = Σ_j (|D_j| + Σ_{i<k} |C Φ^i B_j|) δ_j + |C Φ^k| e₀. The sum is taken over so many samples that what is left,
 bounded by the certificate's P, is below 1e-4 of it: |C Φ^i b| ≤ γ^i √(C P⁻¹ C') √(b'Pb) with γ² the certified fall.
-The long-run sum is in rationals, rounded upwards; the decay of the start is in doubles, 1e-9 added.
+All of it is in doubles, 1e-9 added; the checker does it again in rationals, rounded upwards (bound_proof.py).
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from codegen.errors import BadInput
 from codegen.observers.equations import ErrorVariable, Observer
 from codegen.spec.model import Spec
 from codegen.stability.analysis import Analysis
-from codegen.stability.certify import Certificate
 from codegen.stability.disturbances import ModelError, disturbances, with_rounding
 from codegen.stability.domain_bound import DomainBound, Motion, domain_bound, peaks
 from codegen.stability.error_response import Response, error_response
 from codegen.stability.error_sums import LONGEST, ROUNDING, ColumnSum, Steady, Tail, column_sums, steady_bounds
+from codegen.stability.outcome import Certificate
 
 TIMES = 6
 PERCENT = Fraction(1, 100)
@@ -46,10 +46,11 @@ class ErrorBound:
         name, unit: of the error component, as e_a_rail in N.
         steady: long after a reversal.
         parts: cause → its share of ``steady``: noise, displacement, velocity, friction, acceleration.
-        start: |error| that is assumed at time 0, when the slip has its new sign in truth and estimate.
+        start: |error| that is assumed at time 0, when the slip has its new sign in truth and estimate; every other
+            error is taken to be within its own ``steady``.
         after: (time in s, bound) from ``start`` on, falling to ``steady``.
         worst: the exact worst case of the first-order system over the samples summed, below ``steady``.
-        slip_speed: the least slip speed at which truth and estimate have one sign, in the slip's unit/s.
+        slip_speed: the least slip speed at which truth and estimate have one sign, and a guard learns; slip's unit/s.
         domain: what holds through reversals, where the spec asks for a ``domain``; or why nothing does.
         percent: what the model is off by (mass, input gain, sample time) → what the first percent adds to ``steady``.
         stands: the same → the share by which it may be off before the domain is lost; up to 1.
@@ -75,18 +76,20 @@ def error_bounds(
     analysis: Analysis,
     certificate: Certificate,
     rounding: tuple[Fraction, list[Fraction]] = (Fraction(0), []),
+    response: Response | str | None = None,
 ) -> tuple[ErrorBound, ...] | str:
     """The bounds of every friction error, or why there are none.
 
     Args:
         rounding: of the measured positions, and of each state in a step; none by default.
+        response: of the error, if it is known already.
 
     The envelope must bound the accelerations (``v_dot``), and v too where g depends on x; ``x_noise`` bounds the
     position noise, quantisation included, and is 0 where the envelope is silent.
     """
     observer = analysis.dynamics.observer
     system = observer.system
-    response = error_response(observer)
+    response = response or error_response(observer)
     if isinstance(response, str):
         return response
     missing = [f"{v}_dot" for v in system.velocities if f"{v}_dot" not in spec.envelope]
@@ -104,27 +107,29 @@ def error_bounds(
         return f"the error decays too slowly to be summed over {LONGEST} samples"
     bounds = steady_bounds(response, sums, sizes)
     n, h = system.degrees_of_freedom, float(observer.sample_time)
-    steady = [float(b.bound) for b in bounds]
+    steady = [b.bound for b in bounds]
     more = {cause: steady_bounds(response, sums, size) for cause, size in off_by.items()}
     slips = system.distribution.subs(observer.values)
-    speed = max(sum(abs(float(slips[r, c])) * steady[r] for r in range(n)) for c in range(slips.cols))
-    domain, stands = None, {}
     guarded = observer.domain
+    speed = max(sum(abs(float(slips[r, c])) * steady[r] for r in range(n)) for c in range(slips.cols))
+    speed += 0.0 if guarded is None else float(guarded.slip_speed)  # below it a guard learns nothing
+    domain, stands = None, {}
     if guarded is not None:
-        seen = peaks(response, guarded, float(tail.gamma), tail.reach)
+        seen = peaks(response, guarded, tail.gamma, tail.reach)
 
         def motion(size: dict[str, list[Fraction]], at: list[Steady]) -> DomainBound | str:
-            found = Motion(response, size, (float(at[0].bound), float(at[1].bound)), seen)
+            found = Motion(response, size, (at[0].bound, at[1].bound), seen)
             return domain_bound(observer, guarded, found)
 
         domain = motion(sizes, bounds)
         for cause in off_by:
             stands[cause] = _stands(spec, observer, response, sums, cause, motion)
     powers = _powers(response, h, certificate.decay_rate)
+    jumps = {j: _jump(observer, error) for j, error in list(enumerate(observer.errors))[n:]}
+    together = [j for j in jumps if observer.errors[j].contact is None]  # a contact may act on several coordinates
     result = []
     for i, error in list(enumerate(observer.errors))[n:]:
-        start = [*steady[:n], *[steady[k] if k == i else 0.0 for k in range(n, len(steady))]]
-        start[i] += _jump(observer, error)
+        start = [s + (jumps[j] if j in (i, *together) else 0.0) for j, s in enumerate(steady)]
         later = [(k * h, float(np.abs(power[i]) @ start) * (1 + ROUNDING) + steady[i]) for k, power in powers]
         after = ((0.0, start[i]), *later)
         result.append(
@@ -138,7 +143,7 @@ def error_bounds(
                 worst=bounds[i].worst,
                 slip_speed=speed,
                 domain=domain,
-                percent={cause: float(b[i].bound - bounds[i].bound) for cause, b in more.items()},
+                percent={cause: b[i].bound - bounds[i].bound for cause, b in more.items()},
                 stands=stands,
                 largest=_largest(spec, observer, error),
             )
@@ -146,12 +151,11 @@ def error_bounds(
     return tuple(result)
 
 
-def refuse_empty_domain(spec: Spec, analysis: Analysis, certificate: Certificate) -> None:
+def refuse_empty_domain(spec: Spec, observer: Observer, bounds: tuple[ErrorBound, ...] | str) -> None:
     """Raise BadInput for a domain in which there is no bound, so that no code says that it holds."""
-    guarded = analysis.dynamics.observer.domain
+    guarded = observer.domain
     if guarded is None:
         return
-    bounds = error_bounds(spec, analysis, certificate)
     domain = bounds if isinstance(bounds, str) else bounds[0].domain
     if isinstance(domain, str):
         raise BadInput(spec.place("observer.domain"), f"a domain without a bound ({domain})", "one that has a bound")

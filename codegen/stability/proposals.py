@@ -25,7 +25,7 @@ from codegen.spec.model import Spec
 from codegen.stability.analysis import Analysis, analyse
 from codegen.stability.certify import Certificate, Proposal, Proposals, beyond_checker, certify
 from codegen.stability.enclosure import enclose_family
-from codegen.stability.error_bound import refuse_empty_domain
+from codegen.stability.error_bound import error_bounds, refuse_empty_domain
 from codegen.stability.family import NotEnclosable, build_family
 from codegen.stability.feasibility_axes import AROUND, GainAxis, gain_axes, sample_time_axis
 from codegen.stability.feasibility_family import Family, Settings
@@ -99,7 +99,8 @@ def _first(key: str, specs: Sequence[Spec], system: System) -> Proposal | None:
             analysis = analyse(spec, build_observer(spec, system))
             found = certify(spec, analysis, {}, "certify", further=False)
             if isinstance(found, Certificate):
-                refuse_empty_domain(spec, analysis, found)
+                if (observer := analysis.dynamics.observer).domain is not None:
+                    refuse_empty_domain(spec, observer, error_bounds(spec, analysis, found))
                 assert spec.observer is not None
                 h, gains = float(spec.observer.sample_time), spec.observer.gains
                 line = render("text/proposed_line.j2", key=key, h=h, gains=gains).strip()

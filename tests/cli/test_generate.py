@@ -17,7 +17,7 @@ from codegen.checker import verify as checker
 from .command import SPECS, contents, process, stiction
 
 NAMES = {"one_mass.h", "one_mass.c", "one_mass.mk", "CMakeLists.txt", "example_main.c", "__init__.py"}
-NAMES |= {"certificate.json", "limit.json", "manifest.json", "README.md"}
+NAMES |= {"certificate.json", "bound.json", "limit.json", "manifest.json", "README.md"}
 UNSTABLE = (SPECS / "one_mass.yaml").read_text().replace("K_F: 10, K_v: 100", "K_F: 10, K_v: 3000")
 
 
@@ -166,7 +166,7 @@ def test_uncertified(folder):
     (folder / "one_mass.yaml").write_text(UNSTABLE)
     assert stiction("generate", "one_mass.yaml", "--uncertified").code == 0
     target = folder / "generated" / "one_mass"
-    assert set(contents(target)) == NAMES - {"certificate.json", "limit.json"} | {"refusal.json"}
+    assert set(contents(target)) == NAMES - {"certificate.json", "bound.json", "limit.json"} | {"refusal.json"}
     readme = (target / "README.md").read_text()
     assert "**No certificate**" in readme and "certificate.json" not in readme
     assert stiction("generate", "one_mass.yaml", "--check", "--uncertified").code == 0
