@@ -3,7 +3,7 @@
  * Source: the project's own example.
  *
  * Made by stiction 0.1.0 from belt_axis.yaml
- * sha256 86f79aec1e97a2e042a4a218049bfc2c81c9121b32e6b6825b9fe7177cca10ed
+ * sha256 011c159c52aff177b4ffacdfdb486cf7c777fa8381d977de25a0d69ba40ac64f
  * with: stiction generate belt_axis.yaml
  *
  * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a product with its reciprocal, which the

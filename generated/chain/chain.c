@@ -3,7 +3,7 @@
  * A step: 173 additions, 188 multiplications, 0 divisions, 0 calls, 32 of sign or magnitude.
  *
  * Made by stiction 0.1.0 from chain.yaml
- * sha256 1e88c123e16c775e48b84ba1748b2d2edc84de748c98621bba0a905743d5e7e2
+ * sha256 b931a2bc6bd00bf64052ceced86f25ef4dcd72dd152d298eae1b835ca222581a
  * with: stiction generate chain.yaml
  */
 #include "chain.h"

@@ -3,7 +3,7 @@
  * Source: a train of masses; the thesis, A.1.1, with sixteen bodies in place of two.
  *
  * Made by stiction 0.1.0 from chain.yaml
- * sha256 1e88c123e16c775e48b84ba1748b2d2edc84de748c98621bba0a905743d5e7e2
+ * sha256 b931a2bc6bd00bf64052ceced86f25ef4dcd72dd152d298eae1b835ca222581a
  * with: stiction generate chain.yaml
  *
  * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a product with its reciprocal, which the

@@ -3,7 +3,7 @@
  * Source: Mentzelopoulou 1994, section 5.4.
  *
  * Made by stiction 0.1.0 from two_mass_cancellation.yaml
- * sha256 1bfbb99c3f41573d525e080a8b6f440668a511bfc10aa3d4504f9012fba923f1
+ * sha256 d9648dc58fe09fcfa3130a71e250fe831620793cf74bbdadccc98c6dd00fddfd
  * with: stiction generate two_mass_cancellation.yaml
  *
  * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a product with its reciprocal, which the

@@ -3,7 +3,7 @@
  * A step: 19 additions, 20 multiplications, 0 divisions, 0 calls, 0 of sign or magnitude.
  *
  * Made by stiction 0.1.0 from two_mass_gto.yaml
- * sha256 87d51f805980c45db360a00ee5cf74dd6cf9e35fa419deb0343d1de8258f0cfe
+ * sha256 932bc20815ec1ae32f63ada9d5584caefed2b8701438129d726e5f8582fcbdaf
  * with: stiction generate two_mass_gto.yaml
  */
 #include "two_mass_gto.h"

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+import re
 from fractions import Fraction
 from pathlib import Path
 
 import pytest
 import yaml
 
-from codegen.checker import verify
+from codegen.checker import newtons
 
 ROOT = Path(__file__).parents[2]
 SPECS = sorted([*(ROOT / "specs").glob("*.yaml"), *(ROOT / "specs" / "thesis").glob("*.yaml")])
@@ -27,7 +28,9 @@ def test_the_row_is_what_the_proofs_say(name: str) -> None:
     folder, row = ROOT / "generated" / name, ROWS[name]
     proofs = {p.name: p.read_text(encoding="utf-8") for p in folder.glob("*.json") if p.name != "manifest.json"}
     for text in proofs.values():
-        assert verify.check(text, folder).unbound == ()
+        assert newtons.check(text, folder).unbound == ()
+    bounds = json.loads(proofs.pop("bound.json", '{"bounds": []}'))["bounds"]
+    assert_newtons(row[12], [float(Fraction(b["steady"])) for b in bounds])
     rates = {kind: float(Fraction(json.loads(text)["decay_rate"])) for kind, text in proofs.items()}
     if "certificate.json" in proofs:
         assert float(row[5]) == pytest.approx(rates["certificate.json"], rel=1e-3)
@@ -38,3 +41,10 @@ def test_the_row_is_what_the_proofs_say(name: str) -> None:
         assert row[5] == "**refused**, proved" and rates["refusal.json"] <= 1e-6
     else:
         assert name in UNDECIDED and row[5] == "not decided"
+
+
+def assert_newtons(cell: str, proved: list[float]) -> None:
+    """The bounds in the table's cell, or their range where there are many, are those of bound.json."""
+    numbers = [float(word) for word in re.sub(r"\(.*?\)", "", cell).replace("–", " ").split() if word[0].isdigit()]
+    expected = [min(proved), max(proved)] if len(proved) > 2 else proved
+    assert numbers == pytest.approx(expected, rel=1e-3)
