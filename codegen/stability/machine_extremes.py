@@ -19,7 +19,9 @@ from codegen.stability.operating_points import evaluate_columns, matrix_function
 
 Array = NDArray[np.float64]
 POINTS = 4000
-KEPT, CHILDREN, ROUNDS = 20, 8, 20
+KEPT, CHILDREN, ROUNDS = 20, 10, 30
+DECADES = 4
+SCALED = 0.3
 MARGIN = 0.1
 SHIFTS = np.linspace(0, 1, 21)
 DIGITS = 3
@@ -47,8 +49,9 @@ class Extremes:
 def extremes(analysis: Analysis, k: float, gain: Array) -> Extremes | None:
     """The extremes; None where a position that moves M has no velocity among the variables of the error matrix.
 
-    A random sample of the envelope, half of it with every velocity at an end of its range; then, for each extreme, the
-    best points are moved about at random, less and less far. The same at every call.
+    A random sample of the envelope, a third of it with every velocity at an end of its range (where the slope of the
+    Coriolis forces is largest) and a third with each scaled toward standstill (where a declared law bends most); then,
+    for each extreme, the best points are moved about, less and less far. The same at every call.
     """
     machine = _Machine(analysis, k, gain)
     if machine.moves is None:
@@ -102,9 +105,11 @@ class _Machine:
 
     def spread(self, dice: np.random.Generator) -> Array:
         points = dice.uniform(self.ends[:, 0], self.ends[:, 1], (POINTS, len(self.ends)))
-        ends = dice.integers(0, 2, (POINTS // 2, len(self.speeds)))
-        points[: POINTS // 2, self.speeds] = self.ends[self.speeds, :][np.arange(len(self.speeds)), ends]
-        return np.asarray(points)
+        third, count = POINTS // 3, len(self.speeds)
+        ends = dice.integers(0, 2, (third, count))
+        points[:third, self.speeds] = self.ends[self.speeds, :][np.arange(count), ends]
+        points[third : 2 * third, self.speeds] *= 10 ** -dice.uniform(0, DECADES, (third, count))
+        return np.asarray(np.vstack([points, self.analysis.points.values]))
 
     def climb(self, measure: Callable[[Array], Array], points: Array, dice: np.random.Generator) -> float:
         """The largest value found from the best of these points on."""
@@ -112,7 +117,11 @@ class _Machine:
         for reach in np.geomspace(0.2, 0.005, ROUNDS):
             width = reach * (self.ends[:, 1] - self.ends[:, 0])
             moved = np.repeat(best, CHILDREN, axis=0)
-            moved = np.clip(moved + width * dice.normal(size=moved.shape), self.ends[:, 0], self.ends[:, 1])
+            scaled = moved * np.exp(reach * dice.normal(size=moved.shape))  # near standstill a step is a factor
+            moved = np.where(
+                dice.random((len(moved), 1)) < SCALED, scaled, moved + width * dice.normal(size=moved.shape)
+            )
+            moved = np.clip(moved, self.ends[:, 0], self.ends[:, 1])
             both = np.vstack([best, moved])
             best = both[np.argsort(measure(both))[-KEPT:]]
         return float(measure(best).max())

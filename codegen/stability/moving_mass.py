@@ -1,7 +1,6 @@
 """A certificate by structure behind a velocity observer, for any M(x) that moves slowly beside K_v = k I.
 
-In force errors e_f and velocity errors e_v the step of a tracker, or of a CFO's kind with h(s) = s, with n contacts on
-n coordinates is
+In force errors e_f and velocity errors e_v the step of a tracker with n contacts on n coordinates is
 
     e_v[k+1] = e_v − hk e_v − hM⁻¹e_f + hD e_v,    e_f[k+1] = e_f + hkG e_v,
 
@@ -130,6 +129,8 @@ def _structure(analysis: Analysis) -> tuple[Any, Array] | None:
     dynamics = analysis.dynamics
     observer, n = dynamics.observer, dynamics.observer.system.degrees_of_freedom
     if observer.velocity != "estimated" or observer.integration != "euler" or not dynamics.inverse_mass:
+        return None
+    if observer.level_errors:  # a sample in which the sign of the estimated slip turns moves the level
         return None
     a = Matrix(dynamics.in_force(dynamics.sampled).xreplace(dict(observer.values)))
     if a.rows != 2 * n or any(e != 0 for e in a[n:, n:]) or a[:n, n:] != -dynamics.inverse_mass_matrix:

@@ -80,15 +80,17 @@ def _estimated(spec: Spec, analysis: Analysis, files: Mapping[str, str], command
         return None
     rate = rounded(found.alpha * LESS, 4)
     p = found.matrix / found.matrix[1, 1]
+    exact = rounded_matrix(p, DIGITS, np.sqrt(np.diag(p)))
     words = {"found": found, "rate": float(rate), "period": float(analysis.dynamics.observer.sample_time)}
-    words |= {"a": p[0, 0], "ends": [float(e) ** 2 for e in (found.splits[0], found.splits[-1])]}
+    words |= {"a": float(exact[0][0] / exact[1][1]), "ends": [float(e) for e in (found.splits[0], found.splits[-1])]}
+    words |= {"variables": {s.name: [float(e) for e in ends] for s, ends in analysis.points.ranges.items()}}
     (sigma,) = found.family.variables
     return {
         **_without_code(frame(spec, analysis, found.family, files, command)),
         **_said("moving_mass", words),
         "error": [{"name": name, "meaning": meaning, "unit": "1"} for name, meaning in COORDINATES],
         "splits": {sigma.name: [str(s) for s in found.splits]},
-        "lyapunov_matrix": texts(rounded_matrix(p, DIGITS, np.sqrt(np.diag(p)))),
+        "lyapunov_matrix": texts(exact),
         "decay_rate": rational_text(sympy.Rational(rate)),
     }
 
