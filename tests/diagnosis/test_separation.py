@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from codegen import pipeline
+from codegen.diagnosis.attempt import attempt
 from codegen.diagnosis.credit import Evidence
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.motions import Reach, library, reach_of
@@ -118,7 +119,7 @@ def test_no_motion_tells_exact_twins_apart(tmp_path: Path) -> None:
     search = search_on(Problem(system, motion, {}), lambda share: record_of(motion, log, share))
     base = search.refit()
     parts = [part_of(CATALOGUE[kind], 0, system) for kind in ("offset", "coulomb_asymmetry")]
-    one, two = search.attempt(base, parts, lambda share: None)
+    one, two = attempt(search, base, parts, lambda share: None)
     ranked = Ranked(two, Evidence(0.0, 0.0, 0.0, 0, 0), np.zeros(0), 1.0, 1.0, "")
     outcome = Outcome(base, one.shot, (), (ranked,), 1.0, len(search.record.start))
     told, excitation = separate(search, outcome, log, {})
