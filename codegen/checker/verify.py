@@ -35,7 +35,7 @@ else:
 Refused, demand, show = enclosure.Refused, enclosure.demand, enclosure.show
 parse, widen, MAX_STRING = enclosure.parse, enclosure.widen, enclosure.MAX_STRING
 integers, positive_pivots, Following = forms.integers, forms.positive_pivots, slow.Following
-MAX_TEXT, MAX_SIZE, MAX_VERTICES, MAX_TOTAL = 5_000_000, 32, 4096, 200_000
+MAX_TEXT, MAX_SIZE, MAX_VERTICES, MAX_TOTAL, FINE = 5_000_000, 32, 4096, 200_000, 2**128
 FORMS = json.loads(r"""{"FORMAT": "stiction-certificate/1", "BOUND": "stiction-bound/1", "TEXT": ".*",
     "NAME": "[A-Za-z][A-Za-z0-9_]*", "FILE": "[A-Za-z0-9_][A-Za-z0-9_.+-]{0,127}", "WHOLE": "0|[1-9][0-9]{0,8}",
     "LINE": ".*\\S.*", "HASH": "[0-9a-f]{64}", "STEP": "euler|semi_implicit|exponential|implicit"}""")
@@ -103,12 +103,31 @@ def contraction(top: dict[str, Any], axes: dict[str, Any], h: Fraction, *factors
             gap = [[c * e * e * p + b * e * (PF[i][j] + PF[j][i]) for j, p in enumerate(P[i])] for i in size]
             gap = [[x + a * sum(map(mul, F[i], PF[j])) for j, x in enumerate(gap[i])] for i in size] if a else gap
             try:
-                count = positive_pivots(gap, d * e * e * scale, "")
+                positive_pivots(gap, d * e * e * scale, "")
             except Refused as why:
                 at = [f", {name} in [{show(low)}, {show(high)}]" for name, (low, high) in (cell | point).items()]
                 raise Refused(f"V may not fall{''.join(at)}{why}") from None
-            demand(not top["along"] or (count == len(F) and sum(counts) == 1), "not strict, or not one exact point")
     return f"{sum(counts)} vertices in {cells} cells"
+
+
+def refuted(top: dict[str, Any], axes: dict[str, Any], h: Fraction, *factors: Fraction) -> str:
+    """That a F'PF + b (F'P + PF) + c P is positive definite for all parameters in their enclosure, or refused."""
+    demand(all(len(cells) == 1 for cells in axes.values()), "a refutation is of one point: no splits")
+    thetas = {e["name"]: parse(e["expression"], axes, e["name"])[1] for e in top["parameters"]}
+    box = {name: widen(*value({v: cells[0] for v, cells in axes.items()})) for name, value in thetas.items()}
+    ((a, b, c),), d = integers([[*factors]])
+    (P, scale), size = integers(top["lyapunov_matrix"]), range(len(top["error"]))
+    A = [[parse(top["matrix"][i][j], thetas, f"matrix[{i}][{j}]", True)[1](box) for i in size] for j in size]
+    F = [[math.floor(FINE * ((i == j) + h * low)) for i, (low, _) in enumerate(A[j])] for j in size]  # by columns
+    off = [[math.ceil(FINE * abs(h) * (high - low)) + 1 for low, high in column] for column in A]  # F is at most so far
+    far, PF = forms.times(forms.sizes(P), off), forms.times(P, F)
+    R = [forms.scaled(abs(a), forms.inner(X, far)) for X in (forms.sizes(F), off)]
+    D = forms.diagonal(forms.added(*R, forms.scaled(FINE * abs(b), far)), P)
+    gap = [[c * FINE**2 * P[i][j] + b * FINE * (PF[i][j] + PF[j][i]) - (i == j) * D[i] for j in size] for i in size]
+    gap = forms.added(gap, forms.scaled(a, forms.inner(F, PF)))
+    fault = "that no V with P > 0 falls so fast is not shown"
+    demand(positive_pivots(gap, d * FINE**2 * scale, fault) == len(P), f"{fault}: a pivot is 0")
+    return "at one point"
 
 
 def reversal(entry: dict[str, Any], nodes: list[tuple[Matrix, ...]], fall: Fraction) -> str:
@@ -163,7 +182,8 @@ def verify(top: dict[str, Any]) -> list[str]:
         demand(value <= 0, "P is positive along it")
     s = 1 + alpha * h  # implicit: E = I - hA, and s (E'P + PE) - s^2 P <= E'PE gives the fall; P/fall < E'PE refutes it
     form = (-h, 1, 0, -s * s) if implicit and along else (-h, 0, 1, -2 * s) if implicit else (h, -1, 0, fall)
-    seen = slow.fall(top, axes, fall) if top["slow"] else contraction(top, axes, *map(Fraction, form))
+    shown = refuted if along else contraction
+    seen = slow.fall(top, axes, fall) if top["slow"] else shown(top, axes, *map(Fraction, form))
     who = "no V with P > 0" if along else "V"
     facts = ["P is not positive definite" if along else f"P is positive definite: {n} positive pivots"]
     word = "falls by at least" if fall < 1 else "grows by at most"

@@ -24,7 +24,7 @@ from codegen.stability.enclosure import Cells
 from codegen.stability.exact import unstable_point
 from codegen.stability.family import Family, NotEnclosable, build_family
 from codegen.stability.outcome import PROOFS, Certificate, Proposal, Proposals, Refusal, json_text
-from codegen.stability.refute import rational_points, refute
+from codegen.stability.refute import rational_points, refute, slowest_point
 from codegen.stability.region_proofs import Regions, find_regions
 from codegen.stability.search import proposals_for
 from codegen.stability.structure import by_structure
@@ -84,11 +84,13 @@ def certify(
         if analysis.stable:
             structured = by_structure(spec, analysis, files, command)
             return _no_words(analysis, error) if structured is None else _vouched(analysis, structured)
-    limit = refute(analysis, family, base) if base is not None else None
+    slowest = slowest_point(analysis, family) if base is not None else None
+    limit = refute(analysis, slowest, base) if slowest is not None and base is not None else None
     if not analysis.stable or base is None:
         return _unstable(analysis, limit, find_regions(spec, analysis, files, command) if further else None)
+    spectral = min([spectral_rate(analysis), *([] if slowest is None else [slowest.rate])])
     try:
-        cells, proposals = proposals_for(analysis, family, spectral_rate(analysis), spec.envelope)
+        cells, proposals = proposals_for(analysis, family, spectral, spec.envelope)
     except NotEnclosable as error:
         return _no_words(analysis, error)
     except verify.Refused as error:
@@ -100,7 +102,7 @@ def certify(
         except verify.Refused as error:
             why = f"the matrix that was found does not stand up to exact arithmetic ({error})"
             continue
-        found = Certificate(content, float(Fraction(content["decay_rate"])), spectral_rate(analysis), report.facts)
+        found = Certificate(content, float(Fraction(content["decay_rate"])), spectral, report.facts)
         found = replace(found, limit=limit)
         return _with_turning(found, base, analysis, family, cells) if further else found
     return _undecided(analysis, why)

@@ -9,15 +9,19 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
+import casadi
 import numpy as np
 import sympy
 from numpy.typing import NDArray
 from scipy.linalg import matrix_balance, solve_discrete_lyapunov
+from scipy.optimize import minimize
 
 from codegen.checker import verify
+from codegen.mechanics.casadi_form import to_casadi
 from codegen.stability.analysis import Analysis
 from codegen.stability.decimals import rounded, rounded_matrix, texts
 from codegen.stability.family import PI, Family
@@ -29,28 +33,99 @@ SLACK = (1e-3, 2e-3, 5e-3, 1e-2)
 LEAST = 1e-6
 DIGITS = (6, 9, 12, 15)
 TRIED = 12
+EVALUATIONS = 400
 
 
-def refute(analysis: Analysis, family: Family, frame: Mapping[str, Any]) -> dict[str, Any] | None:
+@dataclass(frozen=True, eq=False)
+class Slowest:
+    """The slowest operating point that was found.
+
+    Attributes:
+        rate: of V for the best P there, 1/s.
+        point: the family's variables, as rationals.
+        matrix: A.
+    """
+
+    rate: float
+    point: Mapping[str, Any]
+    matrix: NDArray[np.float64]
+
+
+def slowest_point(analysis: Analysis, family: Family) -> Slowest | None:
+    """Among the sampled ones, and near the slowest of these if it is stable; None where no point has exact numbers."""
+    rates = _Rates(analysis, family)
+    tried = [(rate, known) for known in _operating_points(analysis) for rate in [rates(known)] if rate is not None]
+    if not tried:
+        return None
+    rate, known = min(tried, key=lambda item: item[0])
+    known = rates.slowest_near(known) if rate > 0 else known
+    rate, point = rates(known) or rate, rates.point(known) or {}
+    return Slowest(rate, point, rates.matrix(point))
+
+
+def refute(analysis: Analysis, slowest: Slowest, frame: Mapping[str, Any]) -> dict[str, Any] | None:
     """The refutation of every rate that is 0.1 % (or what is needed) above the slowest point's own, in the same format.
 
-    None where no point was found at which A is rational, or where rounding spoils the proof. What is returned has
-    passed the checker.
+    None where rounding spoils the proof. What is returned has passed the checker.
 
     Args:
         frame: the certificate's fields that do not depend on the proof.
     """
-    h, implicit = float(analysis.dynamics.observer.sample_time), analysis.dynamics.implicit
-    best: tuple[float, dict[str, Any], NDArray[np.float64]] | None = None
-    for point, exact in rational_points(analysis, family):
-        a = np.array(exact.tolist(), dtype=float)
-        limit = _implicit_rate(a, h) if implicit else decay_rate_limit([a], h)
-        if best is None or limit < best[0]:
-            best = limit, point, a
-    if best is None:
-        return None
-    limit, point, a = best
-    return refuted_at(analysis, frame, point, a, [max(LEAST, limit * (1 + slack)) for slack in SLACK])
+    rates = [max(LEAST, slowest.rate * (1 + slack)) for slack in SLACK]
+    return refuted_at(analysis, frame, slowest.point, slowest.matrix, rates)
+
+
+class _Rates:
+    """The rate of the slowest mode at operating points of a family."""
+
+    def __init__(self, analysis: Analysis, family: Family) -> None:
+        self.analysis, self.family = analysis, family
+        matrix, at = family.matrix.subs(family.parameters), casadi.SX.sym("at", max(1, len(family.variables)))
+        names = {v: at[k] for k, v in enumerate(family.variables)}
+        self._matrix = casadi.Function("matrix", [at], [casadi.densify(to_casadi(matrix, names))])
+
+    def point(self, known: Mapping[str, float]) -> dict[str, Any] | None:
+        """The family's variables there, as rationals."""
+        return _point(self.analysis, self.family, known)
+
+    def matrix(self, point: Mapping[str, Any]) -> NDArray[np.float64]:
+        """A at a point."""
+        return np.asarray(self._matrix([float(point[v.name]) for v in self.family.variables] or [0.0]))
+
+    def __call__(self, known: Mapping[str, float]) -> float | None:
+        """1/s."""
+        point = self.point(known)
+        if point is None:
+            return None
+        h, a = float(self.analysis.dynamics.observer.sample_time), self.matrix(point)
+        return _implicit_rate(a, h) if self.analysis.dynamics.implicit else decay_rate_limit([a], h)
+
+    def slowest_near(self, known: dict[str, float]) -> dict[str, float]:
+        """A slower point of the same signs of velocities, where a simplex finds one; to six digits."""
+        ranges, positions = self.analysis.points.ranges, self.analysis.dynamics.observer.system.positions
+        signs = self.analysis.dynamics.observer.signs
+        tied = {n.name: s.name for n, s in self.analysis.dynamics.next_velocity.items()}
+        named = [s for s in self.analysis.points.variables if s not in signs and s.name not in tied]
+        free = [s for s in named if ranges[s][0] < ranges[s][1]]
+        if not free:
+            return known
+        bounds = []
+        for s in free:
+            low, high = (float(x) for x in ranges[s])
+            whole = s in positions or low * high >= 0
+            bounds.append((low, high) if whole else (0.0, high) if known[s.name] > 0 else (low, 0.0))
+
+        def at(x: NDArray[np.float64]) -> dict[str, float]:
+            new = known | {s.name: float(f"{value:.6g}") for s, value in zip(free, x, strict=True)}
+            return new | {n: new[s] for n, s in tied.items() if n in new and s in new}
+
+        def rate(x: NDArray[np.float64]) -> float:
+            found = self(at(x))
+            return np.inf if found is None else found
+
+        start = [known[s.name] for s in free]
+        found = minimize(rate, start, method="Nelder-Mead", bounds=bounds, options={"maxfev": EVALUATIONS})
+        return at(found.x) if found.fun < rate(np.array(start)) else known
 
 
 def refuted_at(
@@ -127,27 +202,31 @@ def _inertia(a: NDArray[np.float64], alpha: float, h: float, implicit: bool) -> 
     return (q + q.T) / 2 if np.isfinite(q).all() else None
 
 
-def rational_points(analysis: Analysis, family: Family) -> Iterator[tuple[dict[str, Any], Any]]:
-    """Operating points, slowest first, as the family's variables in rationals, with A there, where that is rational."""
+def _operating_points(analysis: Analysis) -> Iterator[dict[str, float]]:
+    """Sampled ones, slowest first, each also with its positions at zero."""
     names = [s.name for s in analysis.points.variables]
     angles = {x.name for x in analysis.dynamics.observer.system.positions}
-    seen = set()
     neighbours = {n.name: s.name for n, s in analysis.dynamics.next_velocity.items()}
     for row in analysis.points.values[[0, *np.argsort(-analysis.radii)[:TRIED]]]:
         for turned in (False, True):
             known = {n: 0.0 if turned and n in angles else float(x) for n, x in zip(names, row, strict=True)}
-            known |= {
-                n: known[s] for n, s in neighbours.items() if n in known and s in known
-            }  # nothing jumps in a sample
-            point = _point(analysis, family, known)
-            key = tuple(point.items()) if point is not None else ()
-            if point is None or key in seen:
-                continue
-            seen.add(key)
-            values = {v: point[v.name] for v in family.variables}
-            exact = family.matrix.subs({s: e.subs(values) for s, e in family.parameters.items()})
-            if all(e.is_Rational for e in exact):
-                yield point, exact
+            # nothing jumps in a sample
+            yield known | {n: known[s] for n, s in neighbours.items() if n in known and s in known}
+
+
+def rational_points(analysis: Analysis, family: Family) -> Iterator[tuple[dict[str, Any], Any]]:
+    """Operating points, slowest first, as the family's variables in rationals, with A there, where that is rational."""
+    seen = set()
+    for known in _operating_points(analysis):
+        point = _point(analysis, family, known)
+        key = tuple(point.items()) if point is not None else ()
+        if point is None or key in seen:
+            continue
+        seen.add(key)
+        values = {v: point[v.name] for v in family.variables}
+        exact = family.matrix.subs({s: e.subs(values) for s, e in family.parameters.items()})
+        if all(e.is_Rational for e in exact):
+            yield point, exact
 
 
 def _point(analysis: Analysis, family: Family, known: Mapping[str, float]) -> dict[str, Any] | None:

@@ -347,6 +347,16 @@ def test_every_corner_counts(bad: tuple[int, ...]) -> None:
         assert accepted(cert | {"variables": cert["variables"] | {f"x{i}": [str(-s)] * 2}})
 
 
+def test_a_refutation_holds_for_all_that_its_enclosure_holds() -> None:
+    """Φ = 1 − h√q, h = 1/100: 1 − 2αh = Φ² for α = 1.404214 at q = 2."""
+    root = scalar() | {"matrix": [[["neg", "c"]]], "reversals": [], "along": ["1"], "lyapunov_matrix": [["-1"]]}
+    root |= {"variables": {"q": ["2", "2"]}, "parameters": [{"name": "c", "expression": ["sqrt", "q"]}]}
+    assert accepted(root | {"decay_rate": "1404215/1000000"}) and not accepted(root | {"decay_rate": "1404213/1000000"})
+    root["variables"] = {"q": ["199/100", "2"]}  # no V falls so fast at any of them: from 1.40072 on at q = 1.99
+    assert accepted(root | {"decay_rate": "142/100"}) and not accepted(root | {"decay_rate": "1404213/1000000"})
+    assert not accepted(root | {"decay_rate": "2", "splits": {"q": ["199/100", "1995/1000", "2"]}})
+
+
 def test_a_rate_below_zero_bounds_growth() -> None:
     growing = scalar() | {"matrix": [["50"]], "decay_rate": "-125/2", "reversals": []}  # 1 - 2αh = 9/4 = Φ², Φ = 3/2
     assert any("V grows by at most the factor" in fact for fact in check(text(growing)).facts)

@@ -28,7 +28,7 @@ def spectral(content: Any) -> float:
     return (1 - radius**2) / 2 / float(Fraction(content["sample_time"]))
 
 
-@pytest.mark.parametrize("step", ["euler", "semi_implicit", "implicit"])
+@pytest.mark.parametrize("step", ["euler", "semi_implicit", "exponential", "implicit"])
 def test_proof_and_refutation_are_within_one_percent(step: str) -> None:
     generator = np.random.default_rng(3)
     for _ in range(6):
