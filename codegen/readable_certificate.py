@@ -9,6 +9,7 @@ from typing import Any
 
 from codegen.pipeline import Certified
 from codegen.stability.certify import Certificate, Refusal
+from codegen.stability.region_proofs import Regions
 from codegen.text import render
 
 
@@ -56,4 +57,15 @@ def _refusal(refusal: Refusal) -> dict[str, Any]:
         "largest_sample_time": refusal.largest_sample_time,
         "proposals": None if refusal.proposals is None else asdict(refusal.proposals),
         "refutation": refusal.proof,
+        "regions": None if refusal.regions is None else _regions(refusal.regions),
+    }
+
+
+def _regions(regions: Regions) -> dict[str, Any]:
+    return {
+        "rates": regions.rates,
+        "reversal_growth": regions.reversal,
+        "must_grow": regions.must_grow,
+        "not_found": list(regions.missing),
+        "proofs": regions.proofs,
     }

@@ -67,6 +67,11 @@ class AlongFriction:
     kinks: tuple[Any, ...]
     _known: dict[Any, tuple[Family, dict[Any, sympy.Symbol]]] = field(default_factory=dict, repr=False)
 
+    def at(self, sample_time: Any) -> AlongFriction:
+        """The same at another sample time, exact, s."""
+        observer = replace(self.dynamics.observer, sample_time=sample_time)
+        return replace(self, dynamics=replace(self.dynamics, observer=observer), _known={})
+
     def family(self, box: Box) -> Family:
         """The family over ranges of the variables; signs of slips and of kinks come from these where they are known.
 

@@ -72,8 +72,11 @@ class Analysis:
         return self.spectral_radius < 1
 
 
-def analyse(spec: Spec, observer: Observer) -> Analysis:
+def analyse(spec: Spec, observer: Observer, conditions: bool = True) -> Analysis:
     """Derive the error dynamics and read them off over the envelope.
+
+    Args:
+        conditions: whether to write the gain conditions too, which can be long.
 
     Raises:
         BadInput: where they are not finite somewhere in the envelope.
@@ -95,8 +98,8 @@ def analyse(spec: Spec, observer: Observer) -> Analysis:
     worst = int(radii.argmax())
     return Analysis(
         dynamics=dynamics,
-        factors=factor_conditions(dynamics, continuous, sampled, h),
-        modes=find_modes(dynamics, continuous, h),
+        factors=factor_conditions(dynamics, continuous, sampled, h) if conditions else (),
+        modes=find_modes(dynamics, continuous, h) if conditions else None,
         points=points,
         spectral_abscissa=float(eigenvalues.real.max()),
         spectral_radius=float(radii[worst]),

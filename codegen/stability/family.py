@@ -98,6 +98,8 @@ def build_family(dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[An
                     outer *= factor
                 elif factor.is_Rational:
                     coefficient *= factor
+                elif not factor.free_symbols:
+                    outer *= name_of(factor)  # exp(-hK_v): apart, so that what stands with it may cancel
                 else:
                     inner *= factor
             total += coefficient * outer * (name_of(inner) if inner != 1 else 1)

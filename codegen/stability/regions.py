@@ -271,3 +271,9 @@ def _exact(value: float) -> Any:
 def ranges_of(family: Family) -> Mapping[str, tuple[float, float]]:
     """What the variables range over, as floats."""
     return {v.name: (float(low), float(high)) for v, (low, high) in family.variables.items()}
+
+
+def one_cell(family: Family) -> list[Array]:
+    """A at the corners of what its parameters can be over the box as a whole."""
+    enclosure = Enclosure(family, MOST_PARAMETERS)
+    return enclosure.vertices({enclosure.ranges(exact_ranges(family))})

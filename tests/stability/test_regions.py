@@ -21,8 +21,10 @@ from codegen.spec import parse_spec, read_spec
 from codegen.stability import along_friction
 from codegen.stability.along_friction import AlongFriction
 from codegen.stability.analysis import Analysis, analyse
+from codegen.stability.operating_points import evaluate
 from codegen.stability.region_proofs import REGION_PROOFS, find_regions
 from codegen.stability.rising import none_without_growth
+from codegen.stability.sample_times import largest_sample_times
 from codegen.stability.several_rates import common_at
 
 ROOT = Path(__file__).parents[2]
@@ -253,3 +255,32 @@ def test_symbols_of_the_kinks() -> None:
     for state, slope in ((sympy.Rational(1, 2), "-0.01"), (sympy.Rational(1005, 1000), "-100000")):
         family = found.family({axis.state: (state, state), axis.slip: (-1, 1), axis.slip_rate: (0, 0)})
         assert family.parameters[sympy.Symbol("xi_f_rail", real=True)] == sympy.Rational(slope)
+
+
+def test_largest_sample_times_while_sliding() -> None:
+    """The friction state follows the law at c D1 = 1e5 1/s, so that an explicit step is stable below 2e-5 s."""
+    spec = read_spec(ROOT / "specs/thesis/one_mass_dfo.yaml")
+    system = build_system(spec)
+    assert largest_sample_times(spec, system) == dict.fromkeys(("euler", "semi_implicit", "exponential", "implicit"), 0)
+    regions = find_regions(spec, analyse(spec, build_observer(spec, system)), {}, "none")
+    assert regions is not None
+    found = largest_sample_times(spec, system, regions)
+    assert set(found) == {"euler", "semi_implicit", "exponential"}
+    assert all(0.98 * 2e-5 < h < 2e-5 for h in found.values())
+
+
+@pytest.mark.slow
+def test_largest_sample_times_of_a_varying_mass_matrix() -> None:
+    """Below the spectral limit at points of the envelope, by numpy; and near it, since one P serves nearly so far."""
+    spec = read_spec(ROOT / "specs/two_link_arm.yaml")
+    system = build_system(spec)
+    found = largest_sample_times(spec, system)
+    assert set(found) == {"euler", "semi_implicit", "implicit"} and found["implicit"] == np.inf
+    analysis = analyse(spec, build_observer(spec, system), conditions=False)
+    matrix = analysis.dynamics.in_force(analysis.dynamics.sampled)
+
+    def radius(h: float) -> float:
+        values = np.linalg.eigvals(evaluate(analysis.dynamics, matrix, analysis.points, h))
+        return float(np.abs(1 + h * values).max())
+
+    assert radius(found["euler"]) < 1 < radius(1.05 * found["euler"])
