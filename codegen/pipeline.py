@@ -118,8 +118,7 @@ def certify_in_full(path: str | Path, out: str | Path | None = None) -> Certifie
         outcome = replace(outcome, proposals=propose(spec, system))
     elif not isinstance(bounds, str):
         rounding = rounding_bounds(spec, analyse(spec, build_observer(spec, system)), outcome, bounds[0])
-    regions = outcome.regions if isinstance(outcome, Refusal) else None
-    return Certified(outcome, bounds, largest_sample_times(spec, system, regions), rounding)
+    return Certified(outcome, bounds, largest_sample_times(spec, system, outcome), rounding)
 
 
 def certify(path: str | Path) -> Certificate | Refusal:

@@ -22,7 +22,7 @@ from codegen.observers.integration import INTEGRATIONS
 from codegen.spec.model import Spec
 from codegen.stability.along_friction import Box, along_friction
 from codegen.stability.analysis import Analysis, analyse
-from codegen.stability.certify import Certificate, beyond_checker, certify
+from codegen.stability.certify import Certificate, Refusal, beyond_checker, certify
 from codegen.stability.content import Found, frame, proved
 from codegen.stability.enclosure import Cells, enclose_family
 from codegen.stability.family import Family, NotEnclosable, build_family
@@ -43,7 +43,7 @@ SLOWEST = 1e-3
 Array = NDArray[np.float64]
 
 
-def largest_sample_times(spec: Spec, system: System, regions: Regions | None = None) -> dict[str, float]:
+def largest_sample_times(spec: Spec, system: System, outcome: Certificate | Refusal | None = None) -> dict[str, float]:
     """Integration → the largest sample time in s that was certified, within 1 %; inf where 1000 s still is.
 
     Where A varies over the envelope it is that of one P for all of it, within 2 %. An integration is left out that
@@ -51,12 +51,13 @@ def largest_sample_times(spec: Spec, system: System, regions: Regions | None = N
     found. What is handed out has passed the checker.
 
     Args:
-        regions: of a refused DFO: then it is for the region in which it slides.
+        outcome: of ``certify``: of a refused DFO that slides in a certified region, it is for that region.
     """
     assert spec.observer is not None
     found: dict[str, float] = {}
     if beyond_checker(build_observer(spec, system)):
         return found
+    regions = outcome.regions if isinstance(outcome, Refusal) else None
     sliding = regions is not None and "sliding.json" in regions.proofs
     for integration in INTEGRATIONS:
         if spec.observer.velocity == "measured" and integration in ("semi_implicit", "exponential"):

@@ -21,6 +21,7 @@ from codegen.spec import parse_spec, read_spec
 from codegen.stability import along_friction
 from codegen.stability.along_friction import AlongFriction
 from codegen.stability.analysis import Analysis, analyse
+from codegen.stability.certify import certify
 from codegen.stability.operating_points import evaluate
 from codegen.stability.region_proofs import REGION_PROOFS, find_regions
 from codegen.stability.rising import none_without_growth
@@ -262,9 +263,7 @@ def test_largest_sample_times_while_sliding() -> None:
     spec = read_spec(ROOT / "specs/thesis/one_mass_dfo.yaml")
     system = build_system(spec)
     assert largest_sample_times(spec, system) == dict.fromkeys(("euler", "semi_implicit", "exponential", "implicit"), 0)
-    regions = find_regions(spec, analyse(spec, build_observer(spec, system)), {}, "none")
-    assert regions is not None
-    found = largest_sample_times(spec, system, regions)
+    found = largest_sample_times(spec, system, certify(spec, analysis_of("one_mass_dfo"), {}, "none"))
     assert set(found) == {"euler", "semi_implicit", "exponential"}
     assert all(0.98 * 2e-5 < h < 2e-5 for h in found.values())
 
