@@ -26,7 +26,7 @@ from .test_verify import value
 
 GENERATED = Path(__file__).parents[2] / "generated"
 PROOFS = sorted(p for p in GENERATED.glob("*/*.json") if p.name in ("certificate.json", "limit.json", "turning.json"))
-DFO = ("one_mass_dfo_implicit",)
+UNREAD = ("one_mass_dfo_implicit", "seven_joint_arm")  # a friction state no output shows; a proof by structure
 REPLAYED = "replayed in rationals at 3 points drawn at random, the twin moves its error by `matrix`"
 
 
@@ -45,7 +45,7 @@ def check(content: Any, files: dict[str, bytes]) -> verify.Report:
 @pytest.mark.parametrize("path", PROOFS, ids=lambda p: f"{p.parent.name}-{p.stem}")
 def test_what_is_shipped_is_that_of_its_twin(path: Path) -> None:
     report = verify.check(path.read_text("utf-8"), path.parent)
-    if path.parent.name in DFO:
+    if path.parent.name in UNREAD:
         assert "does not say where the twin shows" in " ".join(report.open)
     else:
         assert REPLAYED in report.facts

@@ -412,7 +412,17 @@ OPERATORS = (("cos", "sin", "exp", "abs", "neg"), ("+", "*"), ("c", "w"), ("q", 
 
 def mutants(cert: Cert, dice: random.Random, count: int, numbers_only: bool) -> Iterator[Cert]:
     """One to three numbers (or operators or names) of the claim's mathematics changed; still in the format."""
-    claim = ("sample_time", "decay_rate", "variables", "splits", "parameters", "matrix", "lyapunov_matrix", "reversals")
+    claim = (
+        "sample_time",
+        "decay_rate",
+        "variables",
+        "splits",
+        "parameters",
+        "matrix",
+        "lyapunov_matrix",
+        "slow",
+        "reversals",
+    )
     spots = [path for path in places(cert) if path and path[0] in claim and path[-1] not in ("name", "contact")]
     leaves = [path for path in spots if is_rational(at(cert, path)) or type(at(cert, path)) is int]
     for path in spots:
@@ -431,8 +441,8 @@ def mutants(cert: Cert, dice: random.Random, count: int, numbers_only: bool) -> 
                 nudge = dice.choice([1, -1]) * size
                 new = str(dice.choice([-x, Fraction(0), 2 * x, x / 2, x + nudge, *[x * (1 + nudge)] * 6]))
             mutant = replaced(mutant, path, new)
-            if path[0] == "lyapunov_matrix" and dice.random() < 0.9:  # mostly keep it symmetric
-                mutant = replaced(mutant, (path[0], path[2], path[1]), new)
+            if {"lyapunov_matrix", "matrices"} & {*path} and dice.random() < 0.9:  # mostly keep it symmetric
+                mutant = replaced(mutant, (*path[:-2], path[-1], path[-2]), new)
         yield mutant
 
 
