@@ -99,6 +99,10 @@ class DynamicLaw(FrictionLaw):
     ) -> tuple[tuple[sympy.Expr, sympy.Expr], ...]:
         """An interval for each state that it cannot leave while |u| ≤ top_speed, if it starts in it."""
 
+    def in_sliding(self, p: Mapping[str, sympy.Expr]) -> tuple[sympy.Expr, sympy.Expr] | None:
+        """(speed, slope): sliding faster than this for long, |dλ/dt| ≤ slope |du/dt|; None where no such is known."""
+        return None
+
     def rest_state(self, p: Mapping[str, sympy.Expr]) -> tuple[sympy.Expr, ...]:
         """The states at rest without load."""
         return tuple(sympy.Integer(0) for _ in self.states)

@@ -48,6 +48,10 @@ class ResetIntegrator(DynamicLaw):
     def level(self, slip_speed: sympy.Expr, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
         return p["a"] * _phi(slip_speed, p)
 
+    def in_sliding(self, p: Mapping[str, sympy.Expr]) -> tuple[sympy.Expr, sympy.Expr] | None:
+        """Beyond D2 f stays above 1, and f'' = c (u' − D1 f'): f' comes within |u'|/D1 at the rate c D1."""
+        return p["D2"], p["a"] / p["D1"]
+
     def slope_bound(self, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
         return p["a"] * sympy.Max(1 / p["D1"], 1 / p["D2"])
 

@@ -11,10 +11,12 @@ from typing import Any
 import sympy
 
 from codegen.checker import newtons
+from codegen.friction.law import DynamicLaw
 from codegen.observers.equations import Observer
 from codegen.spec.model import Spec
 from codegen.stability.analysis import Analysis
 from codegen.stability.decimals import texts
+from codegen.stability.disturbances import sliding
 from codegen.stability.error_bound import ErrorBound, error_bounds, refuse_empty_domain
 from codegen.stability.error_response import Response, error_response
 from codegen.stability.outcome import Certificate, json_text
@@ -54,6 +56,7 @@ def bound_proof(
     slips = system.distribution.subs(observer.values)
     pairs = list(zip(system.positions, system.velocities, strict=True))
     words = {"observer": observer, "laws": [c.law.name for c in system.contacts]}
+    words["states"] = any(isinstance(c.law, DynamicLaw) for c in system.contacts)
     return {
         "format": FORMAT,
         "tool": certificate.content["tool"],
@@ -66,12 +69,11 @@ def bound_proof(
             {
                 "name": contact.name,
                 "slip": texts([list(slips.col(c))])[0],
-                "slope": _text(
-                    contact.law.slope_bound({k: observer.values[s] for k, s in contact.law_parameters.items()})
-                ),
-                "level": _text(abs((contact.level_at_rest or sympy.Integer(0)).subs(observer.values))),
+                "slope": str(slides.slope),
+                "level": str(slides.level),
             }
             for c, contact in enumerate(system.contacts)
+            if (slides := sliding(observer, contact)) is not None
         ],
         "direct": texts(response.direct.tolist()),
         "by_position": texts(response.by_position.tolist()),

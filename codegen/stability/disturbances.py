@@ -9,7 +9,7 @@ from typing import Any
 import sympy
 
 from codegen.friction.law import DynamicLaw
-from codegen.mechanics.system import System
+from codegen.mechanics.system import ContactFriction, System
 from codegen.observers.equations import Observer
 from codegen.spec.model import Spec
 from codegen.stability.error_response import Response
@@ -64,10 +64,10 @@ def disturbances(
     slips = system.distribution.subs(observer.values)
     rates, contacts = [], []
     for c, contact in enumerate(system.contacts):
-        slope = contact.law.slope_bound({k: observer.values[s] for k, s in contact.law_parameters.items()})
-        if not getattr(slope, "is_Rational", False):
+        slides = sliding(observer, contact)
+        if slides is None:
             return f"the law {contact.law.name} at {contact.name} has no bound on its slope"
-        contacts.append(slower * fraction(slope) * dot(slips.col(c), true))
+        contacts.append(slower * slides.slope * dot(slips.col(c), true))
     onto = [dot(slips.row(i), contacts) for i in range(slips.rows)]
     for error in observer.errors[len(acceleration) :]:
         index = [f"F_{x.name}" for x in system.positions].index(error.truth.name) if error.contact is None else -1
@@ -93,13 +93,40 @@ def disturbances(
     }
 
 
+@dataclass(frozen=True)
+class Sliding:
+    """A contact's law in sliding of one sign, in the contact's units.
+
+    Attributes:
+        slope: bound on |dF/du|, of a law with a state once that has come to its level.
+        level: declared, where sliding begins; speed: from which on a law with a state slides, 0 for others.
+    """
+
+    slope: Fraction
+    level: Fraction
+    speed: Fraction
+
+
+def sliding(observer: Observer, contact: ContactFriction) -> Sliding | None:
+    """What the law says of sliding; None where its slope has no rational bound."""
+    law, values = contact.law, {k: observer.values[s] for k, s in contact.law_parameters.items()}
+    found = law.in_sliding(values) if isinstance(law, DynamicLaw) else (sympy.Integer(0), law.slope_bound(values))
+    if found is None or not getattr(found[1], "is_Rational", False):
+        return None
+    begun = law.level(found[0], values) if isinstance(law, DynamicLaw) else contact.level_at_rest or sympy.Integer(0)
+    level = abs(begun.subs(observer.values))
+    exact = level if level.is_Rational else sympy.Rational(float(level) * (1 + 1e-12))
+    return Sliding(fraction(found[1]), fraction(exact), fraction(found[0]))
+
+
 def left_out(system: System) -> str:
     """What the system holds that no size here bounds, in words; empty where there is nothing."""
     for transmission in system.transmissions:
         return f"{system.positions[transmission.coordinate]} moves a load behind a spring"
     for contact in system.contacts:
-        if isinstance(contact.law, DynamicLaw):
-            return f"the law {contact.law.name} at {contact.name} has a state, which changes friction beside the slip"
+        law = contact.law
+        if isinstance(law, DynamicLaw) and law.in_sliding(contact.law_parameters) is None:
+            return f"the law {law.name} at {contact.name} has a state, which changes friction beside the slip"
     for x in system.sensor_errors:
         return f"the sensor of {x} reads wrong, and what that makes of noise is not bounded"
     return ""

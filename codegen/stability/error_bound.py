@@ -16,13 +16,12 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
-import sympy
 
 from codegen.errors import BadInput
 from codegen.observers.equations import ErrorVariable, Observer
 from codegen.spec.model import Spec
 from codegen.stability.analysis import Analysis
-from codegen.stability.disturbances import ModelError, disturbances, with_rounding
+from codegen.stability.disturbances import ModelError, disturbances, sliding, with_rounding
 from codegen.stability.domain_bound import DomainBound, Motion, domain_bound, peaks
 from codegen.stability.error_response import Response, error_response
 from codegen.stability.error_sums import LONGEST, ROUNDING, ColumnSum, Steady, Tail, column_sums, steady_bounds
@@ -46,8 +45,8 @@ class ErrorBound:
         name, unit: of the error component, as e_a_rail in N.
         steady: long after a reversal.
         parts: cause → its share of ``steady``: noise, displacement, velocity, friction, acceleration.
-        start: |error| that is assumed at time 0, when the slip has its new sign in truth and estimate; every other
-            error is taken to be within its own ``steady``.
+        start: |error| that is assumed at time 0, when the slip has its new sign in truth and estimate, and a law with a
+            state has come to its level; every other error is taken to be within its own ``steady``.
         after: (time in s, bound) from ``start`` on, falling to ``steady``.
         worst: the exact worst case of the first-order system over the samples summed, below ``steady``.
         slip_speed: the least slip speed at which truth and estimate have one sign, and a guard learns; slip's unit/s.
@@ -113,6 +112,7 @@ def error_bounds(
     guarded = observer.domain
     speed = max(sum(abs(float(slips[r, c])) * steady[r] for r in range(n)) for c in range(slips.cols))
     speed += 0.0 if guarded is None else float(guarded.slip_speed)  # below it a guard learns nothing
+    speed = max(speed, *(float(s.speed) for c in system.contacts if (s := sliding(observer, c)) is not None))
     domain, stands = None, {}
     if guarded is not None:
         seen = peaks(response, guarded, tail.gamma, tail.reach)
@@ -196,8 +196,8 @@ def _powers(response: Response, h: float, rate: float) -> list[tuple[int, Any]]:
 
 def _jump(observer: Observer, error: ErrorVariable) -> float:
     """How far the friction itself jumps at a reversal: twice the declared level at rest, or that on a coordinate."""
-    levels = [c.level_at_rest or sympy.Integer(0) for c in observer.system.contacts]
-    return 2 * _of_levels(observer, error, [float(abs(level.subs(observer.values))) for level in levels])
+    slides = [sliding(observer, contact) for contact in observer.system.contacts]
+    return 2 * _of_levels(observer, error, [float(s.level) if s is not None else 0.0 for s in slides])
 
 
 def _largest(spec: Spec, observer: Observer, error: ErrorVariable) -> float | None:
@@ -205,10 +205,10 @@ def _largest(spec: Spec, observer: Observer, error: ErrorVariable) -> float | No
     levels = []
     for contact in observer.system.contacts:
         ends = spec.envelope.get(f"a_{contact.name}")
-        if ends is None and contact.level_at_rest is None:
+        slides = sliding(observer, contact)
+        if slides is None or (ends is None and contact.level_at_rest is None):
             return None
-        at_rest = (contact.level_at_rest or sympy.Integer(0)).subs(observer.values)
-        levels.append(max(abs(float(e)) for e in ends or (at_rest,)))
+        levels.append(max(abs(float(e)) for e in ends or (slides.level,)))
     return _of_levels(observer, error, levels)
 
 

@@ -274,6 +274,16 @@ def test_no_bound_through_reversals_beside_a_level_that_is_known() -> None:
     )
 
 
+def test_no_domain_for_friction_that_bends_before_it_slides(tmp_path: Path) -> None:
+    """A law with a state has a bound in sliding, and none through reversals: it is no monotone relation."""
+    fields = {"k_f": 40, "k_v": 90, "h": 0.001, "domain": DOMAIN % (0.5, ""), "turn": 1, "noise": NOISE}
+    text = TEXT.format(**fields, step="euler", level="a_rail: [0, 40]")
+    spec = tmp_path / "rail.yaml"
+    spec.write_text(text.replace("law: coulomb", "law: reset_integrator, c: 100, D1: 10, D2: 0.01"), "utf-8")
+    with pytest.raises(BadInput, match=r"a domain without a bound \(through reversals .* reset_integrator at rail"):
+        generated_files(read_spec(spec))
+
+
 def test_a_contact_that_turns_the_other_way() -> None:
     """U = -2: slip is -2 v, so the same motion slips twice as fast the other way."""
     bound = Machine(turn=-2, edge=3).bound

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
 from codegen.checker import newtons
 from codegen.effects.declare import add_declared_effects
@@ -177,6 +178,43 @@ def test_no_bound_where_a_declared_effect_would_break_it(kind: str, observer: st
     assert isinstance(found, Certificate)
     bounds = error_bounds(spec, analysis, found)
     assert isinstance(bounds, str) and said in bounds
+
+
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_friction_that_slides_after_its_own_state(sign: int) -> None:
+    """A reset integrator's f follows the slip with a lag of 1 ms, exactly: x, v, f are linear where it slides."""
+    law = "law: reset_integrator, a: 30, c: 100, D1: 10, D2: 0.01"
+    text = TEXT.replace("law: coulomb, a: 30", law) + f"observer: {OBSERVERS['to'] % 'euler'}\n"
+    spec = parse_spec(text, Path("rail.yaml"))
+    observer = build_observer(spec, build_system(spec))
+    analysis = analyse(spec, observer)
+    found = certify(spec, analysis, {}, "none", further=False)
+    assert isinstance(found, Certificate), found.reason
+    bounds = error_bounds(spec, analysis, found)
+    assert not isinstance(bounds, str), bounds
+    most = checked(bound_proof(spec, observer, found, error_response(observer), bounds), found)
+    assert bounds[0].parts["friction"] > 0.5 * most  # 3 N s/m at 80 m/s^2
+    program = build_program(observer)
+    engine = engine_for(program, emit_sources(program, make_header("rail.yaml", "0" * 64, "")))
+    force = [name for name, _, _ in program.outputs].index("F_hat_on_x")
+    drift, push = np.zeros((4, 4)), np.array([0, 1 / MASS, 0, 0])
+    drift[0, 1], drift[1, 2], drift[2] = 1, -LEVEL / MASS, [0, 100, -1000, 100 * 10 * (1 - 0.001)]
+    whole = expm(H * np.block([[drift, push[:, None]], [np.zeros((1, 5))]]))
+    step, kick = whole[:4, :4], whole[:4, 4]
+    generator = np.random.default_rng(3)
+    motions = [np.zeros(SETTLE), balanced(generator, 30_000), *[TOP * np.ones(300), -TOP * np.ones(300)] * 3]
+    state, rows, truth, fastest = np.array([0, 40.0, 1 + 39.99 / 10, 1]), [], [], 0.0
+    for a in sign * 0.99 * np.concatenate(motions):
+        w = MASS * a + LEVEL * state[2]
+        fastest = max(fastest, *np.abs([w - LEVEL * f for f in (state[2], (step @ state + kick * w)[2])]))
+        rows.append([state[0] + NOISE * generator.choice([-1, 1]), w])
+        truth.append(LEVEL * state[2])
+        state = step @ state + kick * w
+        assert state[1] > 1
+    assert fastest <= MASS * TOP  # the motion is one of the envelope
+    engine.start(np.array(rows[0]))
+    error = np.abs(np.array(truth) - engine.run(np.array(rows))[0][:, force])[SETTLE:]
+    assert 0.5 * most < error.max() <= most
 
 
 PLACED = TEXT.replace("unit: kg}}", "unit: kg}, reach: {value: 1, unit: m}, drag: {value: 2, unit: kg/m}}")
