@@ -6,9 +6,8 @@ import json
 import math
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import sympy
@@ -22,7 +21,7 @@ from codegen.observers.integration import INTEGRATIONS
 from codegen.spec.model import Spec
 from codegen.stability.along_friction import Box, along_friction
 from codegen.stability.analysis import Analysis, analyse
-from codegen.stability.certify import Certificate, Refusal, beyond_checker, certify
+from codegen.stability.certify import Certificate, Refusal, beyond_checker
 from codegen.stability.content import Found, frame, proved
 from codegen.stability.enclosure import Cells, enclose_family
 from codegen.stability.family import Family, NotEnclosable, build_family
@@ -72,7 +71,7 @@ def largest_sample_times(spec: Spec, system: System, outcome: Certificate | Refu
             if sliding and regions is not None:
                 largest = _largest_sliding(chosen, analysis, regions)
             else:
-                largest = _largest(chosen, system, analysis)
+                largest = _largest(chosen, analysis)
             if largest is not None:
                 found[integration] = largest
     return found
@@ -89,18 +88,17 @@ def _at(analysis: Analysis, h: float) -> Analysis:
     return replace(analysis, dynamics=replace(dynamics, observer=replace(dynamics.observer, sample_time=exact)))
 
 
-def _largest(spec: Spec, system: System, analysis: Analysis) -> float | None:
+def _largest(spec: Spec, analysis: Analysis) -> float | None:
     family = build_family(analysis.dynamics, analysis.points.ranges)
-    if not any(e.free_symbols for e in family.parameters.values()):
-        return _bisected(lambda h: _stands(analysis, h), lambda h: _certified(spec, system, h), STEPS, ANY)
-
-    if analysis.largest_sample_time == 0:  # not stable in continuous time
-        return 0.0
 
     def cells(at: Analysis) -> tuple[Family, Cells]:
         family = build_family(at.dynamics, at.points.ranges)
         return family, enclose_family(family)
 
+    if not any(e.free_symbols for e in family.parameters.values()):
+        return _bisected(_stands(analysis), _Proofs(spec, analysis, cells).certified, STEPS, ANY)
+    if analysis.largest_sample_time == 0:  # not stable in continuous time
+        return 0.0
     return _largest_varying(spec, analysis, cells, _spectral_limit(analysis))
 
 
@@ -140,15 +138,30 @@ def _largest_sliding(spec: Spec, analysis: Analysis, regions: Regions) -> float 
 def _largest_varying(
     spec: Spec, analysis: Analysis, cells_at: Callable[[Analysis], tuple[Family, Cells]], beyond: float = ANY
 ) -> float | None:
-    implicit = analysis.dynamics.implicit
+    proofs, start = _Proofs(spec, analysis, cells_at), float(analysis.dynamics.observer.sample_time)
+    return _bisected(lambda h: proofs.found(h) is not None, proofs.certified, STEPS_VARYING, start, beyond)
 
-    def found(h: float) -> tuple[Analysis, Family, Found] | None:
-        at = _at(analysis, h)
+
+@dataclass(frozen=True, eq=False)
+class _Proofs:
+    """One P for all cells of the envelope, at any sample time.
+
+    Attributes:
+        cells_at: the family and its cells at the sample time of an analysis.
+    """
+
+    spec: Spec
+    analysis: Analysis
+    cells_at: Callable[[Analysis], tuple[Family, Cells]]
+
+    def found(self, h: float) -> tuple[Analysis, Family, Found] | None:
+        """A P in floating point; None if none is found."""
+        at = _at(self.analysis, h)
         try:
-            family, cells = cells_at(at)
+            family, cells = self.cells_at(at)
         except verify.Refused:
             return None
-        step = 0.0 if implicit else h
+        step = 0.0 if self.analysis.dynamics.implicit else h
         limit = decay_rate_limit(cells.matrices, step)
         p = common_at([(cells.matrices, SLOWEST * limit)], step) if limit > 0 else None
         if p is None:
@@ -156,18 +169,16 @@ def _largest_varying(
         rate = float(shown_rates(p, np.array(cells.matrices), step).min())
         return at, family, Found(0.999 * rate, cells.splits, [p])
 
-    def certified(h: float) -> bool:
-        proposal = found(h)
+    def certified(self, h: float) -> bool:
+        """Whether the checker accepts what is found."""
+        proposal = self.found(h)
         if proposal is None:
             return False
         at, family, p = proposal
         with suppress(verify.Refused):
-            content, _ = proved(frame(spec, at, family, {}, "certify"), at, family, p)
+            content, _ = proved(frame(self.spec, at, family, {}, "certify"), at, family, p)
             return bool(verify.check(json.dumps(content)).facts)
         return False
-
-    start = float(analysis.dynamics.observer.sample_time)
-    return _bisected(lambda h: found(h) is not None, certified, STEPS_VARYING, start, beyond)
 
 
 def _bisected(
@@ -201,19 +212,13 @@ def _bisected(
     return 0.0
 
 
-def _stands(analysis: Analysis, h: float) -> bool:
-    """Whether floating point finds a Lyapunov matrix at this sample time."""
-    at = _at(analysis, h).dynamics
-    family = build_family(at, analysis.points.ranges)
-    matrix = family.matrix.subs(family.parameters)
-    a = np.array(matrix.evalf(30).tolist(), dtype=float)
-    return common_lyapunov([a], 0.0 if at.implicit else h) is not None
+def _stands(analysis: Analysis) -> Callable[[float], bool]:
+    """Whether floating point finds a Lyapunov matrix at a sample time, where A does not vary over the envelope."""
+    dynamics, points = analysis.dynamics, analysis.points
+    function = matrix_function(dynamics, dynamics.in_force(dynamics.sampled), points, ())
 
+    def stands(h: float) -> bool:
+        a = evaluate_columns(function, points.values[:1], np.full((1, 1), h))[0]
+        return common_lyapunov([a], 0.0 if dynamics.implicit else h) is not None
 
-def _certified(spec: Spec, system: System, h: float) -> bool:
-    assert spec.observer is not None
-    exact: Any = sympy.Rational(Fraction(f"{h:.12g}"))
-    shifted = replace(spec, observer=replace(spec.observer, sample_time=exact))
-    return isinstance(
-        certify(shifted, analyse(shifted, build_observer(shifted, system)), {}, "certify", further=False), Certificate
-    )
+    return stands
