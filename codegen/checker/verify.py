@@ -41,6 +41,13 @@ FORMS = json.loads(r"""{"FORMAT": "stiction-certificate/1", "BOUND": "stiction-b
     "LINE": ".*\\S.*", "HASH": "[0-9a-f]{64}", "STEP": "euler|semi_implicit|exponential|implicit"}""")
 Report = namedtuple("Report", "name claim facts unbound open assumptions")  # unbound: files named, but not there
 TWIN = "__init__.py"
+READERS = {"stiction-certificate/1": "verify.py", "stiction-bound/1": "newtons.py"}
+ALWAYS = (  # not compared, whatever is given
+    f"that the C computes what {TWIN} does: their hashes alone bind them (`stiction generate --check`)",
+    "values: how estimates move is compared, not a constant added to one, nor outputs that `code` does not name",
+    "that the model (M, g, input gain) is the machine's",
+    "that the twin's ENVELOPE is the specification's, which is not read",
+)
 # A certificate: {"field": ...} is an object with just these fields, {"FORM": ...} one with any keys of that form.
 SCHEMA = json.loads("""{"format": "FORMAT", "tool": {"name": "TEXT", "version": "TEXT", "command": "TEXT"},
     "subject": {"name": "LINE", "spec_sha256": "HASH", "files": {"FILE": "HASH"}},
@@ -226,7 +233,8 @@ def bound(top: dict[str, Any], sources: dict[str, bytes], spec: Path | None) -> 
     turned = {f"e_a_{entry['contact']}" for entry in top["reversals"]}
     silent = [e["name"] for e in top["error"] if e["name"].startswith("e_a_") and e["name"] not in turned]
     left += [f"a reversal: nothing is said of one of {', '.join(silent)}"] if silent and not top["along"] else []
-    return facts, left + ([] if top["assumptions"] else ["what the claim rests on: no assumption is stated"])
+    left += [] if top["assumptions"] else ["what the claim rests on: no assumption is stated"]
+    return facts, [*left, *ALWAYS]
 
 
 def parsed(text: str, schema: dict[str, Any] = SCHEMA, what: str = "certificate") -> dict[str, Any]:
@@ -234,6 +242,9 @@ def parsed(text: str, schema: dict[str, Any] = SCHEMA, what: str = "certificate"
     demand(len(text) <= MAX_TEXT, f"{len(text)} characters, more than {MAX_TEXT}")
     bare = str.encode
     raw = json.loads(text, object_pairs_hook=tuple, parse_int=bare, parse_float=bare, parse_constant=bare)
+    told = [value for key, value in raw if key == "format"] if isinstance(raw, tuple) else []
+    for form in (form for form in READERS.keys() - {FORMS[schema["format"]]} if form in told):
+        raise Refused(f"this is no {what} but of format {form}, which {READERS[form]} reads, or `stiction verify`")
     top: dict[str, Any] = conform(raw, schema, what)
     return top
 
@@ -273,7 +284,7 @@ def main(argv: list[str] | None = None, judge: abc.Callable[..., Report] = check
             file=sys.stderr,
         )
         return 2
-    left = [f"{name}, which is not here" for name in report.unbound] + [*report.open] or ["nothing"]
+    left = [f"{name}, which is not here" for name in report.unbound] + [*report.open]
     print(report.name, "verified:", *(f"  {fact}" for fact in report.facts), "not compared:", sep="\n")
     print(*(f"  {gap}" for gap in left), "claim as written by the tool, not checked:", f"  {report.claim}", sep="\n")
     print("assumptions as written by the tool, not checked:", *(f"  {line}" for line in report.assumptions), sep="\n")

@@ -197,7 +197,8 @@ def test_what_is_shipped_stands_and_is_that_of_its_twin(path: Path) -> None:
     report = newtons.check(path.read_text("utf-8"), path.parent)
     assert SHOWN in report.facts
     trackers = ("`slip` of the contacts with the spec's",) if path.parent.name in ("rig_to", "two_mass_gto") else ()
-    assert report.open == ("the specification's SHA-256: it was not given (--spec)", LAWS, *trackers)
+    unspecified = "the specification's SHA-256: it was not given (--spec)"
+    assert report.open == (unspecified, *newtons.verify.ALWAYS, LAWS, *trackers)
 
 
 @pytest.mark.parametrize("name", MACHINES)
@@ -296,10 +297,11 @@ def test_as_a_program_that_stands_alone(tmp_path: Path) -> None:
         return done.returncode, done.stdout + done.stderr
 
     code, said = run(str(path), "--spec", str(GENERATED.parent / "specs/rig.yaml"))
-    assert (
-        code == 0 and "not compared:\n  " + LAWS in said and re.search(r"\|e_a_plates\| is at most 36\.30\d* N", said)
-    )
+    assert code == 0 and "\n  " + LAWS in said and re.search(r"\|e_a_plates\| is at most 36\.30\d* N", said)
+    certificate = path.with_name("certificate.json").read_text("utf-8")
     assert run(str(path.with_name("certificate.json")))[0] == 0
+    with pytest.raises(Refused, match=r"format stiction-certificate/1, which verify\.py reads"):
+        newtons.parsed(certificate)
     alone = tmp_path / "bound.json"
     alone.write_bytes(path.read_bytes())
     assert run(str(alone)) == (3, "refused: certificate.json, on which the bound rests, is not here\n")

@@ -1012,7 +1012,25 @@ def test_command_line_verifies(folder: Path) -> None:
         "  observer.h, which is not here",
         "  that `matrix` is the code's own: there is no twin",
         "  a reversal: nothing is said of one of e_a_0",
+        *(f"  {gap}" for gap in verify.ALWAYS),
     ]
+
+
+def test_a_bound_is_told_from_a_certificate() -> None:
+    path = SOURCE.parents[2] / "generated/rig/bound.json"
+    status, out, err = run(path)
+    assert (status, err) == (3, "") and "format stiction-bound/1, which newtons.py reads" in out
+    assert run(path.with_name("certificate.json"))[0] == 0
+
+
+def test_what_is_never_compared_is_always_said() -> None:
+    """Whatever is there: nobody is to think that a hash of the C, or of the spec, says what stands in it."""
+    folder = SOURCE.parents[2] / "generated/one_mass"
+    status, out, _ = run(folder / "certificate.json", "--spec", SOURCE.parents[2] / "specs/one_mass.yaml")
+    gaps = out[out.index("not compared:") : out.index("claim as written")]
+    assert status == 0
+    for words in ("that the C computes", "values:", "that the model (M, g, input gain)", "that the twin's ENVELOPE is"):
+        assert f"\n  {words}" in gaps
 
 
 def test_command_line_prints_greek_on_an_ascii_screen(folder: Path) -> None:
