@@ -27,7 +27,7 @@ def gains_view(report: Feasibility) -> dict[str, Any]:
         "report": report,
         "sample_time": h,
         "axes": [_axis_words(report, axis) for axis in report.axes],
-        "noise": [(x, rms, x in report.noise.given) for x, rms in zip(spec.positions, report.noise.rms, strict=True)],
+        "noise": list(zip(spec.positions, report.noise.rms, report.noise.sources, strict=True)),
         "default_step": DEFAULT_STEP,
         "chosen": _set_view(report, report.chosen, h),
         "suggested": _set_view(report, report.suggested, h),
@@ -50,6 +50,7 @@ def gains_json(report: Feasibility) -> dict[str, Any]:
         "operating_points": {"looked_at": report.points, "deciding": report.deciding},
         "position_noise_rms": dict(zip(report.spec.positions, report.noise.rms, strict=True)),
         "position_noise_given": list(report.noise.given),
+        "position_noise_from": dict(zip(report.spec.positions, report.noise.sources, strict=True)),
         "axes": [_axis_json(report, axis) for axis in report.axes],
         "chosen": _set_json(report.chosen),
         "suggested": _set_json(report.suggested),
@@ -97,11 +98,11 @@ def _set_view(report: Feasibility, judged: GainSet | None, h: float) -> dict[str
     if judged is None:
         return None
     units = report.observer.gain_units
-    noise = judged.noise or {}
+    noise, shares = judged.noise or {}, judged.noise_shares or {}
     return {
         "gains": [(s.name, judged.gains[s.name], units[s]) for s in report.observer.gains],
         "set": judged,
-        "noise": [(name, rms, report.units[name]) for name, rms in noise.items()],
+        "noise": [(name, rms, report.units[name], shares[name]) for name, rms in noise.items()],
         "margins": [_margin_view(m, h) for m in judged.margins],
         "failure": _failure_view(judged.failure),
     }
@@ -154,6 +155,7 @@ def _set_json(judged: GainSet | None) -> dict[str, Any] | None:
         "largest_sample_time": judged.largest_sample_time,
         "friction_noise_rms": None if judged.noise is None else dict(judged.noise),
         "noise_share": judged.noise_share,
+        "noise_shares": None if judged.noise_shares is None else dict(judged.noise_shares),
         "margins": [_margin_json(m) for m in judged.margins],
         "failure": _failure_json(judged.failure),
     }

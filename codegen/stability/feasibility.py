@@ -41,7 +41,7 @@ class GainSet:
         abscissa: largest real part of Ψ, 1/s.
         largest_sample_time: s; 0 where Ψ is unstable.
         noise: output → RMS of the friction estimate's noise at the worst operating point; None where unstable.
-        noise_share: the largest RMS over friction level; None where unstable.
+        noise_shares: output → the largest RMS over friction level; None where unstable.
         margins: of each axis, of all gains together and of the sample time; () where unstable.
         failure: where unstable.
     """
@@ -53,9 +53,14 @@ class GainSet:
     abscissa: float
     largest_sample_time: float
     noise: Mapping[str, float] | None
-    noise_share: float | None
+    noise_shares: Mapping[str, float] | None
     margins: tuple[Margin, ...]
     failure: Failure | None
+
+    @property
+    def noise_share(self) -> float | None:
+        """The largest of ``noise_shares``."""
+        return None if self.noise_shares is None else max(self.noise_shares.values())
 
     @property
     def stable(self) -> bool:
@@ -166,7 +171,7 @@ def judge(family: Family, noise: NoiseModel, settings: Settings, axes: Sequence[
         abscissa=float(family.worst("continuous", settings, True)[0]),
         largest_sample_time=largest_sample_time(family, settings),
         noise=None if rms is None else dict(zip(noise.outputs, rms.max(axis=0).tolist(), strict=True)),
-        noise_share=None if rms is None else float(noise.largest_share(rms)),
+        noise_shares=None if rms is None else dict(zip(noise.outputs, noise.shares(rms).tolist(), strict=True)),
         margins=_margins(family, settings, axes, numbers) if radius < 1 else (),
         failure=failure,
     )

@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 POINTS = 12
 DOUBLINGS = 44
 DEFAULT_STEP = 1e-5
-"""Encoder step, m or rad, where the spec's simulation section gives neither a step nor a noise."""
+"""Encoder step, m or rad, where neither the spec's simulation section nor its envelope gives a step or a noise."""
 
 
 @dataclass(frozen=True)
@@ -35,25 +35,33 @@ class PositionNoise:
 
     Attributes:
         rms: one a coordinate, m or rad: encoder step/√12 and position noise together.
+        sources: who says it, one a coordinate: the spec's ``simulation`` or ``envelope``, or nobody (``assumed``).
         given: coordinates for which the spec says it; the others have an encoder step of 1e-5.
     """
 
     rms: tuple[float, ...]
+    sources: tuple[str, ...]
     given: tuple[str, ...]
 
 
 def position_noise(spec: Spec) -> PositionNoise:
-    """From the spec's simulation section, else the default."""
-    rms, given = [], []
+    """From the spec's simulation section, else uniform in the envelope's ``x_noise``, else the default."""
+    rms, sources = [], []
     for x in spec.positions:
         step = spec.simulation.encoder_step.get(x, 0.0) if spec.simulation else 0.0
         noise = spec.simulation.position_noise.get(x, 0.0) if spec.simulation else 0.0
+        low, high = spec.envelope.get(f"{x}_noise", (0, 0))
         if step or noise:
-            given.append(x)
+            sources.append("simulation")
+        elif high > low:
+            step = float(high - low)
+            sources.append("envelope")
         else:
             step = DEFAULT_STEP
+            sources.append("assumed")
         rms.append(float(np.hypot(step / np.sqrt(12), noise)))
-    return PositionNoise(tuple(rms), tuple(given))
+    given = tuple(x for x, source in zip(spec.positions, sources, strict=True) if source != "assumed")
+    return PositionNoise(tuple(rms), tuple(sources), given)
 
 
 class NoiseModel:
@@ -144,9 +152,14 @@ class NoiseModel:
 
     def largest_share(self, rms: Array) -> Array:
         """The largest of RMS (… by points by outputs) over level."""
+        found: Array = self.shares(rms).max(axis=-1)
+        return found
+
+    def shares(self, rms: Array) -> Array:
+        """The same output by output: the largest over the points."""
         with np.errstate(all="ignore"):
             ratio = np.where(self.levels > 0, rms / self.levels, 0.0)
-        found: Array = ratio.max(axis=(-2, -1))
+        found: Array = ratio.max(axis=-2)
         return found
 
     def _levels(self, known: dict[sympy.Symbol, Any], point: Any, by_contact: bool) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import matplotlib.image
@@ -13,6 +14,7 @@ from codegen.spec import read_spec
 
 from .command import SPECS, is_one_message, stiction
 
+TWO_LEVELS = {"between": 10.0, "ground": 20.0}
 FREE = "gains:\n    K_F: {free: [0.1, 1e4]}   # not known yet\n    K_v: {free: [1, 1e4]}"
 
 
@@ -69,7 +71,16 @@ def test_json_holds_grid_values_and_boundary(free: Path) -> None:
     assert report["format"] == "stiction-gains/1"
     assert set(report) == {
         *("format", "spec", "observer", "sample_time", "operating_points", "position_noise_rms"),
-        *("position_noise_given", "axes", "chosen", "suggested", "rule", "noise_bound", "gain_factor"),
+        *(
+            "position_noise_given",
+            "position_noise_from",
+            "axes",
+            "chosen",
+            "suggested",
+            "rule",
+            "noise_bound",
+            "gain_factor",
+        ),
         *("gain_sets_tried", "infeasible", "map"),
     }
     assert report["chosen"] is None
@@ -94,6 +105,19 @@ def test_infeasible_is_refused_with_condition_and_place(tmp_path: Path) -> None:
     assert "fails: c0 > 0 (Routh-Hurwitz; c0 = -" in result.out
     assert not (tmp_path / "out" / "spec.yaml").exists()
     assert json.loads((tmp_path / "out" / "gains.json").read_text())["infeasible"]["of"] == "continuous"
+
+
+def test_each_contact_has_its_own_share_of_noise(tmp_path: Path) -> None:
+    """Coulomb levels of the spec, 10 N and 20 N: the share printed is the RMS printed over the contact's own level."""
+    result = stiction("gains", SPECS / "two_mass.yaml")
+    lines = re.findall(r"noise of \w+_(\w+): (\S+) N RMS, (\S+) % of the friction", result.out)
+    assert {contact for contact, _, _ in lines} == set(TWO_LEVELS)
+    for contact, rms, share in lines:
+        assert float(share) == pytest.approx(100 * float(rms) / TWO_LEVELS[contact], rel=0.01)
+
+
+def test_a_margin_is_a_factor() -> None:
+    assert re.search(r"K_F +may be raised by the factor [\d.]+ \(\+", stiction("gains", SPECS / "two_mass.yaml").out)
 
 
 @pytest.mark.parametrize("over", [("K_F", "K_x"), ("K_F", "K_F")])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 from types import ModuleType
 
@@ -152,3 +154,21 @@ def test_the_error_step_is_that_of_the_derived_error_dynamics(name: str) -> None
 def test_unstable_gains_have_no_noise_figure() -> None:
     _, _, noise, settings = parts(spec_of("{K_F: 6000}"))
     assert np.isinf(noise.share(settings)).all()
+
+
+def test_noise_of_the_envelope_where_the_simulation_gives_none() -> None:
+    """Uniform in ±3 µm, by hand: the mean square of n over [−r, r] is r²/3."""
+    r = 3e-6
+    text = "{K_F: 400, K_v: 300}"
+    spec = replace(spec_of(text, velocity="estimated"), envelope={"x_noise": (Fraction(-3, 10**6), Fraction(3, 10**6))})
+    drawn = np.linspace(-r, r, 100_001)
+    found = position_noise(spec)
+    assert found.sources == ("envelope",)
+    assert found.rms[0] == pytest.approx(np.sqrt(np.mean(drawn**2)), rel=1e-4)
+    simulated = spec_of(
+        text, velocity="estimated", simulation="simulation: {duration: 1, sample_time: 0.01, position_noise: {x: 2e-6}}"
+    )
+    found = position_noise(replace(simulated, envelope=spec.envelope))
+    assert found.sources == ("simulation",)
+    assert found.rms == (2e-6,)
+    assert position_noise(spec_of(text, velocity="estimated")).sources == ("assumed",)
