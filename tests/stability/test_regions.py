@@ -23,7 +23,7 @@ from codegen.stability.along_friction import AlongFriction
 from codegen.stability.analysis import Analysis, analyse
 from codegen.stability.certify import certify
 from codegen.stability.operating_points import evaluate
-from codegen.stability.region_proofs import REGION_PROOFS, find_regions
+from codegen.stability.region_proofs import REGION_PROOFS, Regions, find_regions
 from codegen.stability.rising import none_without_growth
 from codegen.stability.sample_times import largest_sample_times
 from codegen.stability.several_rates import common_at
@@ -55,6 +55,18 @@ def analysis_of(name: str, changes: dict[str, str] | None = None) -> Analysis:
         text = text.replace(old, new)
     spec = parse_spec(text, path)
     return analyse(spec, build_observer(spec, build_system(spec)))
+
+
+@pytest.mark.parametrize("claim", ["sliding.json", "weak.json", "recovery.json"])
+def test_a_line_says_what_V_falls_by_and_which_number_is_the_rate(claim: str) -> None:
+    given = content("rig_dfoa", claim)
+    rate, h = number(given["decay_rate"]), number(given["sample_time"])
+    regions = Regions({claim: given}, {claim: {}}, {"passing.json": -1.0, claim: rate}, {"plates": 2.0}, h, False)
+    line = regions.words[claim]
+    if rate < 0:
+        assert f"by at most the factor {1 - 2 * rate * h:.6g} a sample (rate {rate:.4g} 1/s)" in line
+    else:
+        assert f"V falls by 1 - 2*rate*h a sample, rate {rate:.4g} 1/s" in line
 
 
 class Machine:
