@@ -29,6 +29,7 @@ else:
 times, solved, identity = responses.times, responses.solved, responses.identity
 demand, show, Refused, Matrix = verify.demand, verify.show, verify.Refused, responses.Matrix
 FORMAT = "stiction-bound/1"
+VALUES = "values, but of the levels shown: a constant added to a velocity, outputs that are not named here"
 SCHEMA = json.loads("""{"format": "BOUND", "tool": {"name": "TEXT", "version": "TEXT", "command": "TEXT"},
     "subject": {"name": "LINE"}, "certificate": {"file": "FILE", "sha256": "HASH"}, "claim": "LINE",
     "assumptions": ["LINE"], "envelope": {"NAME": ["RATIONAL"]},
@@ -164,7 +165,15 @@ def bound_to(
 ) -> tuple[list[str], list[str], Fraction]:
     """What the twin shows of all this, what it does not, and the slip speed below which a guard learns nothing."""
     code, n = cert["code"], len(top["coordinates"])
-    pairs = list(binding.alike({**cert, "bound": repr(sorted(top.items()))}, twin, nudge=True))
+    slips = [(c, raw) for c, raw in zip(top["contacts"], code["errors"][n:], strict=False) if isinstance(raw, list)]
+    if any(raw[1] != ["/", raw[1][1], ["abs", raw[1][1]]] for _, raw in slips):
+        raise binding.Unlike("an error is not a friction level times the sign of its slip")
+    pairs, turned = [], {(repr(raw), sign) for _, raw in slips for sign in (-1, 1)}
+    for before, after in binding.alike({**cert, "bound": repr(sorted(top.items()))}, twin, nudge=True):
+        pairs.append((before, after))
+        turned -= {(repr(raw), shown(raw[1], before)) for _, raw in slips}
+        if len(pairs) >= binding.ALIKE and not turned:  # every slip was seen in both directions
+            break
     where = {velocity: position for position, velocity in code["motion"].items()}
     if not {str(raw) for raw in code["errors"][:n]} <= where.keys():
         raise binding.Unknown("it does not say where the twin shows a position")
@@ -173,9 +182,7 @@ def bound_to(
         _, field, at = binding.place(place)
         if (field if at is None else f"{field}{at + 1}") != c["position"]:
             raise binding.Unlike(f"{place} is not {c['position']}")
-    slips = [(c, raw) for c, raw in zip(top["contacts"], code["errors"][n:], strict=False) if isinstance(raw, list)]
-    if any(raw[1] != ["/", raw[1][1], ["abs", raw[1][1]]] for _, raw in slips):
-        raise binding.Unlike("an error is not a friction level times the sign of its slip")
+    rest = []  # the acceleration by the inputs alone, which are the same at all points
     for before, after in pairs:
         (old, moved), (new, answer) = (
             zip(*(binding.estimate(raw, at) for raw in code["errors"]), strict=True) for at in (before, after)
@@ -187,13 +194,29 @@ def bound_to(
         pushed = solved(model.kick[:n], change[:n], "acceleration")
         if times(model.kick, pushed) != change:
             raise binding.Unlike("`acceleration`: the twin's friction moves otherwise where nothing is wrong")
+        by_state = times(model.slopes, [[x] for x in old])
+        by_place = times(model.by_position, [[binding.read(place, before)[0]] for place in places])
+        rest.append([p - a - g for (p,), (a,), (g,) in zip(pushed, by_state, by_place, strict=True)])
         for c, raw in slips:
             if shown(raw[1][1], before) != sum(map(mul, c["slip"], old), Fraction(0)):
                 raise binding.Unlike(f"the twin's slip at {c['name']} is another")
-    left = ["`slip` of the contacts with the spec's"] if not slips else []
-    parameters = twin.record("Parameters")
-    fact = f"the twin answers so to every measured position, and keeps its friction estimates, at {len(pairs)} points"
-    return [fact], left, parameters.get("slip_speed", (Fraction(0),))[0]
+    if slips and any(alone != rest[0] for alone in rest):
+        raise binding.Unlike("the level shown is not the one with which the twin turns its acceleration")
+    left = [VALUES] if slips else [verify.VALUES, "`slip` of the contacts with the spec's"]
+    parameters, plain = twin.record("Parameters"), f"at {len(pairs)} points"
+    facts = [f"the twin answers so to every measured position, and keeps its friction estimates, {plain}"]
+    facts += (
+        [f"its acceleration takes every level in the value that is shown, for either sign, {plain}"] if slips else []
+    )
+    forces = {raw[2].replace(".a_hat_", ".F_hat_"): raw for _, raw in slips}
+    same = [
+        name
+        for name, raw in forces.items()
+        if all(binding.read(name, at)[0] == binding.estimate(raw, at)[0] for at, _ in pairs)
+    ]
+    facts += [f"{', '.join(same)}: the level times the sign of its slip, {plain}"] if same else []
+    left += [f"{name}, which is not just the level times the sign of its slip" for name in forces if name not in same]
+    return facts, left, parameters.get("slip_speed", (Fraction(0),))[0]
 
 
 def proved(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[list[str], list[str]]:
@@ -217,7 +240,7 @@ def proved(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[list[str], l
     except binding.Unlike as why:
         raise Refused(str(why)) from None
     except binding.Unknown as why:
-        left.append(f"that disturbances enter the code so: {why}")
+        left += [verify.VALUES, f"that disturbances enter the code so: {why}"]
     except (ArithmeticError, AttributeError, LookupError, SyntaxError, TypeError, ValueError) as why:
         raise Refused(f"code, or the twin, cannot be read: {str(why)[:80]!r}") from None
     return [f"{file} has the SHA-256 stated", *facts, *bounded(top, cert, model, columns, guard), *more], left
@@ -247,7 +270,8 @@ def check(
     demand(names[0] in here, f"{names[0]}, on which the bound rests, is not here")
     report = verify.check(here[names[0]].decode(), folder, spec, sources)
     facts, left = proved(top, here)
-    more = {"facts": (*report.facts, *facts), "open": (*report.open, *left), "assumptions": top["assumptions"]}
+    gaps = [gap for gap in report.open if gap != verify.VALUES]  # of values there is more, or the same, in ``left``
+    more = {"facts": (*report.facts, *facts), "open": (*gaps, *left), "assumptions": top["assumptions"]}
     return report._replace(claim=top["claim"], **more)
 
 

@@ -42,9 +42,10 @@ FORMS = json.loads(r"""{"FORMAT": "stiction-certificate/1", "BOUND": "stiction-b
 Report = namedtuple("Report", "name claim facts unbound open assumptions")  # unbound: files named, but not there
 TWIN = "__init__.py"
 READERS = {"stiction-certificate/1": "verify.py", "stiction-bound/1": "newtons.py"}
+VALUES = "values: how estimates move is compared, not a constant added to one, nor outputs that `code` does not name"
 ALWAYS = (  # not compared, whatever is given
     f"that the C computes what {TWIN} does: their hashes alone bind them (`stiction generate --check`)",
-    "values: how estimates move is compared, not a constant added to one, nor outputs that `code` does not name",
+    VALUES,
     "that the model (M, g, input gain) is the machine's",
     "that the twin's ENVELOPE is the specification's, which is not read",
 )
