@@ -105,6 +105,24 @@ class AlongFriction:
         return build_family(replace(self.dynamics, slopes=slopes), {**box, **ranges}), parts
 
 
+def envelope_along(analysis: Analysis) -> Box | None:
+    """The envelope itself in the axes, the acceleration where it is bounded; None if a friction state may be zero."""
+    observer, ranges = analysis.dynamics.observer, analysis.points.ranges
+    rates = {v: symbol(f"{v.name}_dot") for v in observer.system.velocities}
+    box: dict[sympy.Symbol, tuple[Any, Any]] = {}
+    for k, slip in enumerate(observer.system.slip_velocity.subs(observer.values)):
+        axis = _axes(analysis, k)
+        low, high = ranges[symbol(f"f_{axis.name}")]
+        if low <= 0 <= high:
+            return None
+        sign = 1 if low > 0 else -1
+        for name, of in ((axis.slip, slip), (axis.slip_rate, slip.subs(rates))):
+            if of.free_symbols <= set(ranges):
+                box[name] = _range(sign * of, ranges)
+        box[axis.state] = (axis.least_state, axis.largest_state)
+    return box
+
+
 def along_friction(analysis: Analysis) -> AlongFriction | None:
     """The error of an explicit step in these variables, or None where it has no such form.
 

@@ -84,17 +84,21 @@ def certify(
         if analysis.stable:
             structured = by_structure(spec, analysis, files, command)
             return _no_words(analysis, error) if structured is None else _vouched(analysis, structured)
+
+    def by_parts() -> Regions | None:
+        return find_regions(spec, analysis, files, command) if further else None
+
     slowest = slowest_point(analysis, family) if base is not None else None
     limit = refute(analysis, slowest, base) if slowest is not None and base is not None else None
     if not analysis.stable or base is None:
-        return _unstable(analysis, limit, find_regions(spec, analysis, files, command) if further else None)
+        return _unstable(analysis, limit, by_parts())
     spectral = min([spectral_rate(analysis), *([] if slowest is None else [slowest.rate])])
     try:
         cells, proposals = proposals_for(analysis, family, spectral, spec.envelope)
     except NotEnclosable as error:
-        return _no_words(analysis, error)
+        return replace(_no_words(analysis, error), regions=by_parts())
     except verify.Refused as error:
-        return _undecided(analysis, str(error))
+        return replace(_undecided(analysis, str(error)), regions=by_parts())
     why = "no quadratic Lyapunov function common to the whole envelope was found"
     for proposal in proposals:
         try:
@@ -105,7 +109,7 @@ def certify(
         found = Certificate(content, float(Fraction(content["decay_rate"])), spectral, report.facts)
         found = replace(found, limit=limit)
         return _with_turning(found, base, analysis, family, cells) if further else found
-    return _undecided(analysis, why)
+    return replace(_undecided(analysis, why), regions=by_parts())
 
 
 def _with_turning(

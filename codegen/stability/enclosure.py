@@ -15,12 +15,13 @@ from numpy.typing import NDArray
 
 from codegen.checker import verify
 from codegen.mechanics.casadi_form import to_casadi
-from codegen.stability.family import Family, NotEnclosable
+from codegen.stability.family import PI, Family, NotEnclosable
 from codegen.stability.prefix import rational_text, to_prefix
 
-MOST_PARAMETERS = 8
+MOST_PARAMETERS = 12
+"""So that a cell has at most as many vertices as the checker takes."""
 ROUNDS = 14
-MOST_CELLS = 4096
+MOST_CELLS, MOST_CORNERS = 4096, 2**20
 LOOSE = 1.03
 MOST_SAMPLES = 40_000
 
@@ -44,12 +45,14 @@ class Enclosure:
     """The parameters of a family over boxes of its variables, and A at the corners of what they can be there.
 
     Raises:
-        NotEnclosable: with more than ``most`` parameters.
+        NotEnclosable: with more than twelve parameters.
     """
 
-    def __init__(self, family: Family, most: int = MOST_PARAMETERS) -> None:
-        if len(family.parameters) > most:
-            raise NotEnclosable(f"{len(family.parameters)} interval parameters; this version takes {most}")
+    def __init__(self, family: Family) -> None:
+        if len(family.parameters) > MOST_PARAMETERS:
+            varying = [str(family.bounded.get(v, v)) for v in family.variables if v != PI]
+            count = f"the error dynamics depend on {', '.join(varying)} through {len(family.parameters)} expressions"
+            raise NotEnclosable(f"{count}, and this version encloses up to {MOST_PARAMETERS}")
         known = [v.name for v in family.variables]
         self.nodes = [verify.parse(to_prefix(e), known, s.name) for s, e in family.parameters.items()]
         theta = casadi.SX.sym("theta", max(1, len(self.nodes)))
@@ -85,7 +88,7 @@ def enclose_family(family: Family, finer: int = 0) -> Cells:
         finer: how often every interval is then halved again, so that boxes hug the curve of the parameters.
 
     Raises:
-        NotEnclosable: with more than eight parameters.
+        NotEnclosable: with more than twelve parameters.
         codegen.checker.verify.Refused: where the arithmetic cannot enclose an expression.
     """
     enclosure = Enclosure(family)
@@ -93,17 +96,18 @@ def enclose_family(family: Family, finer: int = 0) -> Cells:
     breaks = {v: list(ends) for v, ends in exact_ranges(family).items()}
     used = [[v for v in family.variables if family.parameters[s].has(v)] for s in parameters]
     sampled = _sampled_ranges(family, parameters)
+    most = min(MOST_CELLS, MOST_CORNERS >> len(parameters))
     for _ in range(ROUNDS):
         loose = _loose_intervals(enclosure.nodes, used, breaks, sampled)
         grown = {v: sorted({*b, *(m for (w, m) in loose if w == v)}) for v, b in breaks.items()}
-        if not loose or np.prod([len(b) - 1 for b in grown.values()]) > MOST_CELLS:
+        if not loose or np.prod([len(b) - 1 for b in grown.values()]) > most:
             break
         breaks = grown
     for _ in range(finer):
         halved = {
             v: sorted({*b, *((p + q) / 2 for p, q in pairwise(b))}) if v.name != "pi_" else b for v, b in breaks.items()
         }
-        if np.prod([len(b) - 1 for b in halved.values()]) > MOST_CELLS:
+        if np.prod([len(b) - 1 for b in halved.values()]) > most:
             break
         breaks = halved
     splits = {

@@ -18,7 +18,7 @@ import sympy
 
 from codegen.checker import verify
 from codegen.spec.model import Spec
-from codegen.stability.along_friction import AlongFriction, along_friction
+from codegen.stability.along_friction import AlongFriction, along_friction, envelope_along
 from codegen.stability.analysis import Analysis
 from codegen.stability.content import Found, frame, proved_alike, turn_cost
 from codegen.stability.family import Family, NotEnclosable
@@ -37,6 +37,7 @@ REGION_PROOFS = (
     "passing.json",
     "recovery.json",
 )
+FALLING = ("sliding.json", "presliding.json", "presliding_back.json")
 ZERO = 1e-6
 
 
@@ -51,6 +52,8 @@ class Regions:
         reversal: growth of V in ``recovery.json`` where a contact's friction passes zero, by contact.
         sample_time: s.
         must_grow: whether it is proved that no V is free of growth (``rising``).
+        passes_zero: whether the envelope has a friction state of zero.
+        whole: files whose region holds the whole envelope.
     """
 
     proofs: Mapping[str, Mapping[str, Any]]
@@ -59,6 +62,8 @@ class Regions:
     reversal: Mapping[str, float]
     sample_time: float
     must_grow: bool
+    passes_zero: bool = True
+    whole: tuple[str, ...] = ()
 
     @property
     def words(self) -> dict[str, str]:
@@ -68,7 +73,7 @@ class Regions:
     @property
     def missing(self) -> tuple[str, ...]:
         """Names of regions that nothing was certified of."""
-        wanted = ("sliding", "presliding", "weak", "passing", "recovery")
+        wanted = ("sliding", "presliding", "weak", *(("passing", "recovery") if self.passes_zero else ()))
         return tuple(name for name in wanted if f"{name}.json" not in self.proofs)
 
     def made_good(self, passage: float) -> float:
@@ -100,7 +105,7 @@ def find_regions(spec: Spec, analysis: Analysis, files: Mapping[str, str], comma
         if region.kind in ("sliding", "presliding", "weak"):
             maker.alone(region)
     together = [region for region in found if region.kind in ("passing", "recovery")]
-    if len(together) == 2:
+    if len(together) == 2 and maker.passes_zero:
         maker.together(together)
     maker.limit(found)
     return maker.regions() if maker.proofs else None
@@ -114,6 +119,20 @@ class _Maker:
     ) -> None:
         self.spec, self.analysis, self.along, self.files, self.command = spec, analysis, along, files, command
         self.proofs: dict[str, dict[str, Any]] = {}
+        self.envelope = envelope_along(analysis)
+
+    @property
+    def passes_zero(self) -> bool:
+        """Whether the envelope has a friction state of zero."""
+        return any(axis.least_state == 0 for axis in self.along.axes)
+
+    def _holds_envelope(self, content: Mapping[str, Any]) -> bool:
+        asked = {v.name: ends for v, ends in (self.envelope or {}).items()}
+        ends = {v: pair for axis in self.along.axes for v in axis.symbols if (pair := content["variables"].get(v.name))}
+        return bool(asked) and all(
+            v.name in asked and sympy.Rational(low) <= asked[v.name][0] and asked[v.name][1] <= sympy.Rational(high)
+            for v, (low, high) in ends.items()
+        )
 
     def regions(self) -> Regions:
         ordered = {name: self.proofs[name] for name in REGION_PROOFS if name in self.proofs}
@@ -127,7 +146,9 @@ class _Maker:
             {name: float(Fraction(c["decay_rate"])) for name, c in ordered.items()},
             {turn["contact"]: float(Fraction(turn["growth"])) for turn in turns},
             float(self.analysis.dynamics.observer.sample_time),
-            none_without_growth(self.along),
+            self.passes_zero and none_without_growth(self.along),
+            self.passes_zero,
+            tuple(name for name in FALLING if name in ordered and self._holds_envelope(ordered[name])),
         )
 
     def base(self, family: Family) -> dict[str, Any]:

@@ -23,7 +23,6 @@ from codegen.stability.lyapunov import decay_rate_limit
 from codegen.stability.several_rates import Group, common_at, fastest, shown_rates
 
 Array = NDArray[np.float64]
-MOST_PARAMETERS = 12
 KEPT, KEPT_BESIDE = 0.5, 0.4
 """Sliding are the slips at which this share of the best rate is certified at the largest |f|, and the |f| at which so
 much of it is; and a P that serves through zero too is to have this share of the rate of sliding."""
@@ -216,7 +215,7 @@ class RegionSearch:
     def _family(self, box: Box) -> tuple[Family, list[Array]]:
         family = self.along.family(box)
         if id(family.matrix) not in self._enclosures:
-            self._enclosures[id(family.matrix)] = Enclosure(family, MOST_PARAMETERS)
+            self._enclosures[id(family.matrix)] = Enclosure(family)
         enclosure = self._enclosures[id(family.matrix)]
         return family, enclosure.vertices({enclosure.ranges(exact_ranges(family))})
 
@@ -275,5 +274,5 @@ def ranges_of(family: Family) -> Mapping[str, tuple[float, float]]:
 
 def one_cell(family: Family) -> list[Array]:
     """A at the corners of what its parameters can be over the box as a whole."""
-    enclosure = Enclosure(family, MOST_PARAMETERS)
+    enclosure = Enclosure(family)
     return enclosure.vertices({enclosure.ranges(exact_ranges(family))})

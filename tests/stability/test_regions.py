@@ -17,11 +17,13 @@ import sympy
 from codegen.checker.verify import check
 from codegen.mechanics import build_system
 from codegen.observers import build_observer
-from codegen.spec import parse_spec, read_spec
+from codegen.spec import Spec, parse_spec, read_spec
 from codegen.stability import along_friction
 from codegen.stability.along_friction import AlongFriction
 from codegen.stability.analysis import Analysis, analyse
-from codegen.stability.certify import certify
+from codegen.stability.certify import Refusal, certify
+from codegen.stability.enclosure import Enclosure
+from codegen.stability.family import Family, NotEnclosable
 from codegen.stability.operating_points import evaluate
 from codegen.stability.region_proofs import REGION_PROOFS, Regions, find_regions
 from codegen.stability.rising import none_without_growth
@@ -295,3 +297,62 @@ def test_largest_sample_times_of_a_varying_mass_matrix() -> None:
         return float(np.abs(1 + h * values).max())
 
     assert radius(found["euler"]) < 1 < radius(1.05 * found["euler"])
+
+
+LENS = """
+name: lens
+coordinates: {{x: {{velocity: v, unit: m}}}}
+inputs: {{w: {{unit: N}}}}
+parameters: {{m: {{value: 0.35, unit: kg}}}}
+mass_matrix: [[m]]
+force: [w]
+friction: {{distribution: [[1]], contacts: [{{name: rail, law: dahl, a: 2, c: 4000, unit: N}}]}}
+observer: {{kind: dfo, velocity: estimated, sample_time: 0.0005, gains: {{K_a: -10, K_f1: -0.01, K_f2: 0, K_v: 100}}}}
+envelope: {{v: {v}, v_dot: [-4, 4], f_rail: {f}}}
+"""
+
+
+def lens(v: str, f: str) -> tuple[Spec, Analysis]:
+    spec = parse_spec(LENS.format(v=v, f=f), Path("lens.yaml"))
+    return spec, analyse(spec, build_observer(spec, build_system(spec)))
+
+
+def test_an_envelope_inside_a_proved_region_gets_no_less_than_the_whole() -> None:
+    """Ten parameters: what is not decided over the envelope itself is, over the region that holds it."""
+    spec, analysis = lens("[0.006, 0.4]", "[0.99, 1]")
+    found = certify(spec, analysis, {}, "none")
+    assert isinstance(found, Refusal)
+    assert found.regions is not None
+    assert found.regions.whole == ("sliding.json",)
+    assert found.regions.missing == ()
+    check(json.dumps(found.regions.proofs["sliding.json"]))
+    assert json.loads(found.proofs["sliding.json"]) == found.regions.proofs["sliding.json"]
+    box = box_of(dict(found.regions.proofs["sliding.json"]))
+    for name, (low, high) in {"f_rail": (0.99, 1), "slip_rail": (0.006, 0.4), "slip_rail_dot": (-4, 4)}.items():
+        assert box[f"{name}_along"][0] <= low < high <= box[f"{name}_along"][1]
+
+
+@pytest.mark.parametrize(
+    ("v", "f", "whole"),
+    [
+        ("[-0.4, -0.006]", "[-1, -0.99]", ("sliding.json",)),
+        ("[-0.4, -0.006]", "[0.99, 1]", ()),
+        ("[0.002, 0.4]", "[0.99, 1]", ()),
+        ("[0.02, 0.4]", "[0.9, 1]", ()),
+        ("[0.02, 0.4]", "[-1, 1]", ()),
+    ],
+)
+def test_which_region_holds_the_whole_envelope(v: str, f: str, whole: tuple[str, ...]) -> None:
+    """Sliding is proved from |f| = 0.9874 and |v| = 0.005054 on, for a slip along the friction state."""
+    spec, analysis = lens(v, f)
+    found = find_regions(spec, analysis, {}, "none")
+    assert found is not None
+    assert found.whole == whole
+
+
+def test_too_many_expressions_are_told_in_the_quantities_of_the_spec() -> None:
+    v = sympy.Symbol("v_rail", real=True)
+    thetas = {sympy.Symbol(f"theta{k}"): v**k for k in range(1, 14)}
+    family = Family({v: (0, 1)}, thetas, sympy.Matrix([sum(thetas)]))
+    with pytest.raises(NotEnclosable, match="depend on v_rail through 13 expressions"):
+        Enclosure(family)
