@@ -80,7 +80,7 @@ def certify(
     spec: SpecPath,
     out: Annotated[
         Path | None,
-        typer.Option("-o", "--output", parser=named_path, metavar="FILE", help="write the certificate here"),
+        typer.Option("-o", "--output", parser=named_path, metavar="FILE", help="write certificate.json alone here"),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="print JSON")] = False,
 ) -> None:

@@ -12,7 +12,7 @@ from codegen.cancellation import with_cancellation
 from codegen.checker import newtons
 from codegen.checker import verify as checker
 from codegen.emit import ALWAYS, PRINTERS
-from codegen.emit.package import Header, emit_manifest, emit_readme, emit_sources, make_header
+from codegen.emit.package import Header, emit_manifest, emit_readme, emit_sources, make_header, proof_lines
 from codegen.errors import BadInput, nearest_name
 from codegen.files import refuse_target, sha256, write_all, write_atomically
 from codegen.observers import Observer, observer_of
@@ -188,7 +188,7 @@ def _complete(
         header,
         outcome.content if isinstance(outcome, Certificate) else outcome.reason,
         tuple(files),
-        tuple(outcome.proofs),
+        outcome.proofs,
     )
     result["manifest.json"] = emit_manifest(header, result)
     return result
@@ -266,7 +266,9 @@ def _with_solution(files: Mapping[str, str], name: str, proof: str) -> dict[str,
     chosen = (*CHOSEN, *FOLLOWING, *(REGION if name in REGION_PROOFS else ()))
     content = ours | {"claim": ours["claim"].replace(rate, other)} | {key: theirs[key] for key in chosen if key in ours}
     result = {**files, name: json_text(content)}
-    result["README.md"] = files["README.md"].replace(rate, other)
+    said = proof_lines(name, files[name])
+    now = (said, proof_lines(name, proof)) if said else (rate, other)
+    result["README.md"] = files["README.md"].replace(*now)
     for changed in (name, "README.md"):
         result["manifest.json"] = result["manifest.json"].replace(sha256(files[changed]), sha256(result[changed]))
     return result

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from functools import cache
 from typing import Any
 
@@ -24,6 +25,7 @@ def environment(escape: bool = False) -> Environment:
     made.filters["zip2"] = lambda a, b: list(zip(a, b, strict=True))
     made.filters["zip3"] = lambda a, b, c: list(zip(a, b, c, strict=True))
     made.filters["column_widths"] = lambda rows: [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    made.filters["decimal"] = lambda exact: f"{float(Fraction(exact)):.6g}"
     return made
 
 

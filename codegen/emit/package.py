@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from codegen.emit import ALWAYS, PRINTERS
@@ -13,6 +13,7 @@ from codegen.files import sha256
 from codegen.program import Program
 from codegen.program.lower import lower
 from codegen.program.model import LARGEST
+from codegen.stability.region_proofs import REGION_PROOFS
 from codegen.text import render
 
 
@@ -22,15 +23,26 @@ def emit_sources(program: Program, header: Header, targets: Sequence[str] = ALWA
     return {name: text for target in targets for name, text in PRINTERS[target](program, code, header).items()}
 
 
+def proof_lines(name: str, proof: str) -> str:
+    """What the README says of a bound or of a region's proof, by its file's text alone; "" of other proofs."""
+    return render("text/proof_lines.j2", name=name, content=json.loads(proof), regions=REGION_PROOFS)
+
+
 def emit_readme(
-    program: Program, header: Header, certificate: Any, files: Sequence[str], proofs: Sequence[str] = ()
+    program: Program,
+    header: Header,
+    certificate: Any,
+    files: Sequence[str],
+    proofs: Mapping[str, str] | None = None,
 ) -> str:
     """How to call what was generated.
 
     Args:
         certificate: a dict, or the words of a refusal.
-        files, proofs: what lies beside it.
+        files: what lies beside it.
+        proofs: file → its text.
     """
+    proofs = proofs or {}
     refused = certificate if isinstance(certificate, str) else None
     return render(
         "text/generated_readme.md.j2",
@@ -42,6 +54,7 @@ def emit_readme(
         refused=refused,
         files=files,
         proofs=proofs,
+        proved="".join(proof_lines(name, text) for name, text in proofs.items()),
         largest=f"{LARGEST[program.precision]:.0e}",
     )
 
@@ -58,4 +71,4 @@ def emit_manifest(header: Header, files: dict[str, str]) -> str:
     return json.dumps(content, indent=2) + "\n"
 
 
-__all__ = ["Header", "emit_manifest", "emit_readme", "emit_sources", "make_header"]
+__all__ = ["Header", "emit_manifest", "emit_readme", "emit_sources", "make_header", "proof_lines"]

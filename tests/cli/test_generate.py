@@ -162,6 +162,33 @@ def test_refused_gains_write_nothing(folder):
     assert list(contents(folder)) == ["one_mass.yaml"]
 
 
+def test_the_readme_shows_the_bound_of_its_file(generated):
+    """Its figures are those of bound.json on disk, where another solver's digits stand; else it is stale."""
+    path, readme = generated / "bound.json", generated / "README.md"
+    content, text = json.loads(path.read_text()), readme.read_text()
+    steady, speed = (float(checker.Fraction(x)) for x in (content["bounds"][0]["steady"], content["slip_speed"]))
+    assert f"|e_a_rail| is at most {steady:.6g} N while every slip is faster than {speed:.6g}" in text
+    content["bounds"][0]["steady"] = str(checker.Fraction(content["bounds"][0]["steady"]) * 2)
+    manifest, old = generated / "manifest.json", {f: f.read_bytes() for f in (path, readme)}
+    path.write_text(json.dumps(content, indent=1, ensure_ascii=False) + "\n")
+    assert "README.md" in stiction("generate", "one_mass.yaml", "--check").out
+    readme.write_text(text.replace(f"at most {steady:.6g} N", f"at most {2 * steady:.6g} N"))
+    for file, before in old.items():
+        was, now = (hashlib.sha256(content).hexdigest() for content in (before, file.read_bytes()))
+        manifest.write_text(manifest.read_text().replace(was, now))
+    assert stiction("generate", "one_mass.yaml", "--check").code == 0
+
+
+def test_a_refused_dfo_has_its_regions_in_the_readme():
+    made = SPECS.parent / "generated/rig_dfoa"
+    said = (made / "README.md").read_text()
+    said = said[said.index("## Stability") :]
+    for name in ("sliding", "presliding", "weak", "passing", "recovery"):
+        rate = float(checker.Fraction(json.loads((made / f"{name}.json").read_text())["decay_rate"]))
+        (line,) = (line for line in said.splitlines() if line.startswith(f"- `{name}.json`: "))
+        assert f"alpha = {rate:.6g} 1/s" in line and "The region: f_plates_along in [" in line
+
+
 def test_uncertified(folder):
     (folder / "one_mass.yaml").write_text(UNSTABLE)
     assert stiction("generate", "one_mass.yaml", "--uncertified").code == 0
