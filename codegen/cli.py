@@ -106,7 +106,7 @@ def verify(
     """Check a certificate or a bound by the independent checker (codegen/checker/, standard library only)."""
     status = checker.main([str(certificate)] + (["--spec", str(spec)] if spec is not None else []))
     if status == 0 and smt is not None:
-        pipeline.write_smt(certificate, smt)
+        output.print(str(pipeline.write_smt(certificate, smt)))
     raise typer.Exit(status)
 
 

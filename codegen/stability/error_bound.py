@@ -49,7 +49,7 @@ class ErrorBound:
             state has come to its level; every other error is taken to be within its own ``steady``.
         after: (time in s, bound) from ``start`` on, falling to ``steady``.
         worst: the exact worst case of the first-order system over the samples summed, below ``steady``.
-        slip_speed: the least slip speed at which truth and estimate have one sign, and a guard learns; slip's unit/s.
+        slip_speed, slip_unit: the least slip speed at which truth and estimate have one sign, and a guard learns.
         domain: what holds through reversals, where the spec asks for a ``domain``; or why nothing does.
         percent: what the model is off by (mass, input gain, sample time) → what the first percent adds to ``steady``.
         stands: the same → the share by which it may be off before the domain is lost; up to 1.
@@ -64,10 +64,16 @@ class ErrorBound:
     after: tuple[tuple[float, float], ...]
     worst: float
     slip_speed: float
+    slip_unit: str
     domain: DomainBound | str | None = None
     percent: Mapping[str, float] = field(default_factory=dict)
     stands: Mapping[str, float] = field(default_factory=dict)
     largest: float | None = None
+
+    @property
+    def largest_part(self) -> str:
+        """The cause of the largest of ``parts``."""
+        return max(self.parts, key=self.parts.__getitem__)
 
 
 def error_bounds(
@@ -113,6 +119,7 @@ def error_bounds(
     speed = max(sum(abs(float(slips[r, c])) * steady[r] for r in range(n)) for c in range(slips.cols))
     speed += 0.0 if guarded is None else float(guarded.slip_speed)  # below it a guard learns nothing
     speed = max(speed, *(float(s.speed) for c in system.contacts if (s := sliding(observer, c)) is not None))
+    units = sorted({f"{u}/s" for u in system.position_units})
     domain, stands = None, {}
     if guarded is not None:
         seen = peaks(response, guarded, tail.gamma, tail.reach)
@@ -142,6 +149,7 @@ def error_bounds(
                 after=after,
                 worst=bounds[i].worst,
                 slip_speed=speed,
+                slip_unit=" or ".join(units),
                 domain=domain,
                 percent={cause: b[i].bound - bounds[i].bound for cause, b in more.items()},
                 stands=stands,

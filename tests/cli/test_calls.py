@@ -201,3 +201,11 @@ def test_derive_names_the_limit_of_explicit_euler_as_what_it_is(folder, step):
     said = stiction("derive", "one.yaml").out
     assert ("explicit Euler is stable below" in said) == (step == "euler")
     assert ("explicit Euler, not used here," in said) == (step == "implicit")
+
+
+def test_verify_says_which_file_it_wrote(tmp_path):
+    shipped = SPECS.parent / "generated/one_mass/certificate.json"
+    result = stiction("verify", shipped, "--smt", tmp_path / "one.smt2")
+    assert result.code == 0
+    assert result.out.splitlines()[-1] == str(tmp_path / "one.smt2")
+    assert (tmp_path / "one.smt2").exists()

@@ -7,6 +7,7 @@ positions carry noise up to the stated bound. The estimates come from the compil
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -266,6 +267,11 @@ def test_a_bound_that_is_of_little_use_is_told_from_one_that_is() -> None:
         said = render("text/certified.txt.j2", certificate=found, **more)
         assert "inputs are held from sample to sample" in said
         assert ("of little use: |e_a_rail| <= 30 N" in said) == (given[0].steady >= 30)
+        assert f"where slip is faster than {given[0].slip_speed:.3g} m/s\n" in said
+        assert given[0].parts[given[0].largest_part] == max(given[0].parts.values())
+        loud = replace(given[0], parts={"noise": 31.0, "velocity": 1.0}, steady=32.0)
+        said = render("text/certified.txt.j2", certificate=found, **(more | {"bounds": (loud,)}))
+        assert "largest part is noise: smaller ranges of the position noise (NAME_noise)" in said
     assert bounds[80][0].largest == bounds[8000][0].largest == 30
     assert bounds[80][0].steady < 30 < bounds[8000][0].steady
 
