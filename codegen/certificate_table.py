@@ -11,7 +11,7 @@ from codegen.checker import verify as checker
 from codegen.files import write_atomically
 from codegen.pipeline import Certified, certify_in_full
 from codegen.spec import read_spec
-from codegen.stability.certify import Certificate, Refusal
+from codegen.stability.certificate.certify import Certificate, Refusal
 from codegen.text import render
 
 CLASSES = (0.05, 0.1, 0.5, 1.0, 5.0)

@@ -19,7 +19,7 @@ from codegen.files import named_path
 from codegen.readable import analysis_json, analysis_latex, analysis_view, model_view
 from codegen.readable_certificate import certified_json, certified_text
 from codegen.readable_gains import gains_view
-from codegen.stability.certify import Refusal
+from codegen.stability.certificate.certify import Refusal
 from codegen.terminal import errors, output, progress
 from codegen.text import render
 from codegen.version import VERSION

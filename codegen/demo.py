@@ -8,7 +8,7 @@ from pathlib import Path
 from codegen import pipeline
 from codegen.readable import analysis_view, model_view
 from codegen.resources import resource_folder
-from codegen.stability.certify import Certificate
+from codegen.stability.certificate.certify import Certificate
 from codegen.text import render
 
 SPEC = "belt_axis.yaml"

@@ -10,7 +10,7 @@ from codegen.errors import BadInput
 from codegen.files import write_all
 from codegen.generation import Overrides, generated_program
 from codegen.spec import read_spec
-from codegen.stability.certify import Certificate, Refusal
+from codegen.stability.certificate.certify import Certificate, Refusal
 
 
 @dataclass(frozen=True)

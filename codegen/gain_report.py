@@ -13,8 +13,8 @@ from codegen.files import refuse_foreign, refuse_target, write_all
 from codegen.mechanics import build_system
 from codegen.readable_gains import gains_json
 from codegen.spec import read_spec
-from codegen.stability.feasibility import Feasibility, assess
-from codegen.stability.feasibility_spec import suggested_text
+from codegen.stability.feasibility.gains import Feasibility, assess
+from codegen.stability.feasibility.stated import suggested_text
 
 MAP, NUMBERS, SPEC = "gains.png", "gains.json", "spec.yaml"
 

@@ -23,11 +23,11 @@ from codegen.spec import Spec, read_spec
 from codegen.spec.model import CodeChoice
 from codegen.spec.places import placed
 from codegen.stability.analysis import analyse
-from codegen.stability.bound_proof import with_bounds
-from codegen.stability.certify import PROOFS, Certificate, Refusal, json_text, withdrawn
-from codegen.stability.certify import certify as certify_analysis
-from codegen.stability.prefix import rational_text
-from codegen.stability.region_proofs import REGION_PROOFS
+from codegen.stability.bound.bound_proof import with_bounds
+from codegen.stability.certificate.certify import PROOFS, Certificate, Refusal, json_text, withdrawn
+from codegen.stability.certificate.certify import certify as certify_analysis
+from codegen.stability.certificate.prefix import rational_text
+from codegen.stability.certificate.region_proofs import REGION_PROOFS
 from codegen.text import render
 
 CHOSEN = ("splits", "lyapunov_matrix", "slow", "decay_rate", "reversals", "along")  # by the solver, in a certificate

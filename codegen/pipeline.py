@@ -29,10 +29,10 @@ from codegen.spec import Spec, parse_spec, read_spec
 from codegen.spec.free_gains import at_middle, refuse_free_gains
 from codegen.spec.yaml_text import read_text
 from codegen.stability.analysis import Analysis, analyse
-from codegen.stability.certify import Certificate, Refusal, read_certificate
-from codegen.stability.error_bound import ErrorBound
-from codegen.stability.proposals import propose
-from codegen.stability.sample_times import largest_sample_times
+from codegen.stability.bound.error_bound import ErrorBound
+from codegen.stability.certificate.certify import Certificate, Refusal, read_certificate
+from codegen.stability.remedies.proposals import propose
+from codegen.stability.remedies.sample_times import largest_sample_times
 
 if TYPE_CHECKING:
     from codegen.diagnosis.results import Diagnosis

@@ -9,7 +9,7 @@ import sympy
 from codegen.pipeline import Model
 from codegen.spec.functions import Magnitude
 from codegen.stability.analysis import Analysis
-from codegen.stability.certify import beyond_checker
+from codegen.stability.certificate.certify import beyond_checker
 from codegen.stability.conditions import Condition
 from codegen.stability.modes import Modes
 

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from codegen.pipeline import Certified
-from codegen.stability.certify import Certificate, Refusal
-from codegen.stability.region_proofs import Regions
+from codegen.stability.certificate.certify import Certificate, Refusal
+from codegen.stability.certificate.region_proofs import Regions
 from codegen.text import render
 
 

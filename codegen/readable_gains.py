@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from codegen.stability.feasibility import Feasibility, GainSet
-from codegen.stability.feasibility_axes import GainAxis
-from codegen.stability.feasibility_failure import Failure
-from codegen.stability.feasibility_noise import DEFAULT_STEP
-from codegen.stability.feasibility_region import SEARCHED, Margin
-from codegen.stability.feasibility_suggest import GAIN_FACTOR, NOISE_SHARE
+from codegen.stability.feasibility.axes import GainAxis
+from codegen.stability.feasibility.failure import Failure
+from codegen.stability.feasibility.gains import Feasibility, GainSet
+from codegen.stability.feasibility.noise import DEFAULT_STEP
+from codegen.stability.feasibility.region import SEARCHED, Margin
+from codegen.stability.feasibility.suggest import GAIN_FACTOR, NOISE_SHARE
 
 FORMAT = "stiction-gains/1"
 NEAR = 1e-3

@@ -19,9 +19,9 @@ from codegen.program.lower import lower
 from codegen.program.rounding import UNIT, Enclosed, Undecided, enclose
 from codegen.spec.model import Spec
 from codegen.stability.analysis import Analysis
-from codegen.stability.certify import Certificate
-from codegen.stability.domain_bound import DomainBound
-from codegen.stability.error_bound import ErrorBound, error_bounds
+from codegen.stability.bound.domain_bound import DomainBound
+from codegen.stability.bound.error_bound import ErrorBound, error_bounds
+from codegen.stability.certificate.certify import Certificate
 
 JUST_ABOVE = 1.001
 

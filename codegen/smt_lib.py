@@ -12,7 +12,7 @@ from typing import Any
 
 from codegen.checker import verify
 from codegen.errors import BadInput
-from codegen.stability.prefix import rational_text
+from codegen.stability.certificate.prefix import rational_text
 from codegen.text import render
 
 LONGEST_DWELL = 30_000

@@ -15,9 +15,9 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import NullFormatter
 
 from codegen.report.wording import number, unit_text
-from codegen.stability.feasibility import Feasibility, GainSet
-from codegen.stability.feasibility_axes import SAMPLE_TIME, GainAxis
-from codegen.stability.feasibility_suggest import NOISE_SHARE
+from codegen.stability.feasibility.axes import SAMPLE_TIME, GainAxis
+from codegen.stability.feasibility.gains import Feasibility, GainSet
+from codegen.stability.feasibility.suggest import NOISE_SHARE
 
 INK, QUIET, OUTSIDE = "#1d1f22", "#8a8f96", "#d9d9d9"
 NOISE, EULER, CONTINUOUS = "#c2410c", "#111827", "#7c3aed"

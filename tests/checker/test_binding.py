@@ -20,7 +20,7 @@ from codegen.checker.verify import Refused
 from codegen.generation import generated_files
 from codegen.replay.twin import load_twin
 from codegen.spec import parse_spec
-from codegen.stability.certify import Certificate
+from codegen.stability.certificate.certify import Certificate
 
 from .test_verify import value
 

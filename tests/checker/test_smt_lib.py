@@ -12,7 +12,7 @@ import pytest
 from codegen.checker import verify
 from codegen.errors import BadInput
 from codegen.smt_lib import smt_text
-from codegen.stability.region_proofs import REGION_PROOFS
+from codegen.stability.certificate.region_proofs import REGION_PROOFS
 
 from .test_shipped_mutants import PROOFS, identity
 from .test_verify import cfo, scalar, turning

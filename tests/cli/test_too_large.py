@@ -31,8 +31,8 @@ def test_check_says_the_limit(tmp_path):
 def test_certify_refuses_before_it_searches():
     with (
         patch.object(verify, "MAX_SIZE", 1),
-        patch("codegen.stability.certify.build_family", side_effect=AssertionError),
-        patch("codegen.stability.sample_times.build_family", side_effect=AssertionError),
+        patch("codegen.stability.certificate.certify.build_family", side_effect=AssertionError),
+        patch("codegen.stability.remedies.sample_times.build_family", side_effect=AssertionError),
     ):
         result = stiction("certify", SPECS / "one_mass.yaml")
     assert result.code == 3

@@ -13,7 +13,7 @@ from codegen.cancellation import with_cancellation
 from codegen.emit.package import emit_sources, make_header
 from codegen.program import Program, build_program
 from codegen.spec.model import CodeChoice
-from codegen.stability.prefix import rational_text
+from codegen.stability.certificate.prefix import rational_text
 
 from .interface import Interface, read_interface
 from .signals import Channel, Excitation

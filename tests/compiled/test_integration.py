@@ -11,7 +11,7 @@ from codegen.mechanics import build_system
 from codegen.observers import build_observer
 from codegen.spec.reader import parse_spec
 from codegen.stability.analysis import analyse
-from codegen.stability.certify import Certificate, certify
+from codegen.stability.certificate.certify import Certificate, certify
 from codegen.stability.operating_points import evaluate
 
 from .build import Built, motion, same_bits

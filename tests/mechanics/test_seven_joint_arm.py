@@ -15,7 +15,7 @@ import pinocchio as pin
 import pytest
 
 from codegen.pipeline import derive, generate
-from codegen.stability.certify import Certificate
+from codegen.stability.certificate.certify import Certificate
 from mechanics.robots import SPECS
 
 SPEC = SPECS / "seven_joint_arm.yaml"

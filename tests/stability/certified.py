@@ -16,7 +16,7 @@ from codegen.mechanics import build_system
 from codegen.observers import build_observer
 from codegen.spec import parse_spec
 from codegen.stability.analysis import Analysis, analyse
-from codegen.stability.certify import Certificate, Refusal, certify
+from codegen.stability.certificate.certify import Certificate, Refusal, certify
 
 COMMAND = "stiction generate x.yaml"
 

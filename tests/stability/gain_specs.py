@@ -9,7 +9,7 @@ import numpy as np
 from codegen.effects.declare import add_declared_effects
 from codegen.mechanics import build_system
 from codegen.spec import Spec, parse_spec
-from codegen.stability.feasibility import Feasibility, assess
+from codegen.stability.feasibility.gains import Feasibility, assess
 
 MASS = 2.5
 

@@ -24,7 +24,7 @@ from codegen.mechanics import build_system
 from codegen.observers import build_observer
 from codegen.spec import parse_spec
 from codegen.stability.analysis import analyse
-from codegen.stability.certify import Certificate, Refusal, certify
+from codegen.stability.certificate.certify import Certificate, Refusal, certify
 
 from .certified import COMMAND, analysis_of, fall, lyapunov, outcome, step_matrix, worst_fall
 

@@ -23,9 +23,9 @@ from codegen.replay.engine import engine_for
 from codegen.rounding_bound import rounding_bounds
 from codegen.spec import parse_spec, read_spec
 from codegen.stability.analysis import analyse
-from codegen.stability.certify import Certificate, Refusal, certify
-from codegen.stability.domain_bound import DomainBound
-from codegen.stability.error_bound import error_bounds
+from codegen.stability.bound.domain_bound import DomainBound
+from codegen.stability.bound.error_bound import error_bounds
+from codegen.stability.certificate.certify import Certificate, Refusal, certify
 
 ROOT = Path(__file__).parents[2]
 MASS, LOW, HIGH, TOP, NOISE, H = 2.0, 20.0, 40.0, 60.0, 2e-5, 0.001

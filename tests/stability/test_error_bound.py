@@ -24,11 +24,11 @@ from codegen.program import build_program
 from codegen.replay.engine import engine_for
 from codegen.spec import parse_spec
 from codegen.stability.analysis import analyse
-from codegen.stability.bound_proof import bound_proof
-from codegen.stability.certify import Certificate, certify, json_text
-from codegen.stability.error_bound import ErrorBound, error_bounds
-from codegen.stability.error_response import error_response
-from codegen.stability.sample_times import largest_sample_times
+from codegen.stability.bound.bound_proof import bound_proof
+from codegen.stability.bound.error_bound import ErrorBound, error_bounds
+from codegen.stability.bound.error_response import error_response
+from codegen.stability.certificate.certify import Certificate, certify, json_text
+from codegen.stability.remedies.sample_times import largest_sample_times
 from codegen.text import render
 
 MASS, LEVEL, TOP, NOISE, H = 2.5, 30.0, 80.0, 4e-6, 0.001

@@ -19,8 +19,8 @@ from codegen.program import build_program
 from codegen.replay.twin import load_twin
 from codegen.spec import Spec, read_spec
 from codegen.stability.error_dynamics import derive_error_dynamics
-from codegen.stability.feasibility_family import Family, Settings
-from codegen.stability.feasibility_noise import NoiseModel, position_noise
+from codegen.stability.feasibility.family import Family, Settings
+from codegen.stability.feasibility.noise import NoiseModel, position_noise
 from codegen.stability.operating_points import operating_points
 
 from .gain_specs import MASS, spec_of

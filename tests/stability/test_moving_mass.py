@@ -13,9 +13,9 @@ import sympy
 from codegen.observers import observer_of
 from codegen.spec import parse_spec
 from codegen.stability.analysis import Analysis, analyse
-from codegen.stability.certify import spectral_rate
-from codegen.stability.machine_extremes import Extremes, extremes
-from codegen.stability.moving_mass import MovingMass, certified_mode, moving_mass
+from codegen.stability.certificate.certify import spectral_rate
+from codegen.stability.certificate.machine_extremes import Extremes, extremes
+from codegen.stability.certificate.moving_mass import MovingMass, certified_mode, moving_mass
 
 SPEC = Path(__file__).parents[2] / "specs" / "seven_joint_arm.yaml"
 MACHINE = Extremes(4.0, 900.0, sympy.Integer(30), sympy.Integer(20), sympy.Integer(60), 0)

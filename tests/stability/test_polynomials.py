@@ -17,7 +17,7 @@ from codegen.observers import build_observer
 from codegen.spec import parse_spec
 from codegen.spec.functions import Magnitude
 from codegen.stability.analysis import Analysis, analyse
-from codegen.stability.exact import schur_stable
+from codegen.stability.certificate.exact import schur_stable
 from codegen.stability.polynomials import bilinear, characteristic_polynomial, hurwitz_determinant, jury, routh_hurwitz
 
 H = sympy.Symbol("h", positive=True)

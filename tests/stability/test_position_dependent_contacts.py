@@ -11,7 +11,7 @@ import pytest
 
 from codegen import pipeline
 from codegen.checker import verify
-from codegen.stability.certify import Certificate
+from codegen.stability.certificate.certify import Certificate
 
 TEXT = """
 name: slider

@@ -14,8 +14,8 @@ import pytest
 from cli.command import SPECS, stiction
 
 from codegen import pipeline
-from codegen.stability import proposals
-from codegen.stability.certify import Certificate, Proposal, Proposals, Refusal
+from codegen.stability.certificate.certify import Certificate, Proposal, Proposals, Refusal
+from codegen.stability.remedies import proposals
 
 ONE, TWO = "gains: {K_F: 10, K_v: 100}", "gains: {K_F: [500, 700], K_v: [10, 10]}"
 RIG, DFO = "gains: {K_1: 0, K_2: -10, K_v: 50}", "gains: {K_a: -10, K_f1: -0.01, K_f2: 0, K_v: 100}"

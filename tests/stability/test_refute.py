@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from codegen.checker import verify
-from codegen.stability.certify import Certificate, Refusal
+from codegen.stability.certificate.certify import Certificate, Refusal
 
 from .certified import outcome, step_matrix
 

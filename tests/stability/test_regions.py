@@ -18,17 +18,17 @@ from codegen.checker.verify import check
 from codegen.mechanics import build_system
 from codegen.observers import build_observer
 from codegen.spec import Spec, parse_spec, read_spec
-from codegen.stability import along_friction
-from codegen.stability.along_friction import AlongFriction
 from codegen.stability.analysis import Analysis, analyse
-from codegen.stability.certify import Refusal, certify
-from codegen.stability.enclosure import Enclosure
-from codegen.stability.family import Family, NotEnclosable
+from codegen.stability.certificate import along_friction
+from codegen.stability.certificate.along_friction import AlongFriction
+from codegen.stability.certificate.certify import Refusal, certify
+from codegen.stability.certificate.enclosure import Enclosure
+from codegen.stability.certificate.family import Family, NotEnclosable
+from codegen.stability.certificate.region_proofs import REGION_PROOFS, Regions, find_regions
+from codegen.stability.certificate.rising import none_without_growth
+from codegen.stability.certificate.several_rates import common_at
 from codegen.stability.operating_points import evaluate
-from codegen.stability.region_proofs import REGION_PROOFS, Regions, find_regions
-from codegen.stability.rising import none_without_growth
-from codegen.stability.sample_times import largest_sample_times
-from codegen.stability.several_rates import common_at
+from codegen.stability.remedies.sample_times import largest_sample_times
 
 ROOT = Path(__file__).parents[2]
 GENERATED = ROOT / "generated"

@@ -18,11 +18,11 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from codegen.checker import verify
-from codegen.stability.enclosure import enclose_family
-from codegen.stability.family import Family
-from codegen.stability.lyapunov import common_lyapunov
-from codegen.stability.prefix import to_prefix
-from codegen.stability.slow import following
+from codegen.stability.certificate.enclosure import enclose_family
+from codegen.stability.certificate.family import Family
+from codegen.stability.certificate.lyapunov import common_lyapunov
+from codegen.stability.certificate.prefix import to_prefix
+from codegen.stability.certificate.slow import following
 
 from .certified import fall, step_matrix
 from .test_refute import spectral

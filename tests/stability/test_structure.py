@@ -14,9 +14,9 @@ from codegen.mechanics import build_system
 from codegen.observers import observer_of
 from codegen.spec import parse_spec
 from codegen.stability.analysis import Analysis, analyse
-from codegen.stability.certify import Certificate, Refusal, certify
+from codegen.stability.certificate.certify import Certificate, Refusal, certify
 from codegen.stability.operating_points import evaluate
-from codegen.stability.proposals import propose
+from codegen.stability.remedies.proposals import propose
 
 SPEC = Path(__file__).parents[2] / "specs" / "seven_joint_arm.yaml"
 G = np.array([25, 40, 8, 30, 1.5, 12, 0.35])

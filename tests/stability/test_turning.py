@@ -18,7 +18,7 @@ from codegen.checker import verify
 from codegen.emit.package import emit_sources, make_header
 from codegen.program import build_program
 from codegen.replay.engine import engine_for
-from codegen.stability.certify import Certificate, certify
+from codegen.stability.certificate.certify import Certificate, certify
 
 from .certified import analysis_of, lyapunov, outcome, step_matrix
 
