@@ -284,7 +284,7 @@ def test_largest_sample_times_while_sliding() -> None:
 
 @pytest.mark.slow
 def test_largest_sample_times_of_a_varying_mass_matrix() -> None:
-    """Below the spectral limit at points of the envelope, by numpy; one P for all of it costs more than half of that."""
+    """Below the spectral limit at points of the envelope, by numpy; one P for all of it costs more than half of it."""
     spec = read_spec(ROOT / "specs/two_link_arm.yaml")
     system = build_system(spec)
     found = largest_sample_times(spec, system)
