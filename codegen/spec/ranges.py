@@ -37,6 +37,8 @@ def expanded(node: Any, file: str, line: int | None = None) -> Any:
             if isinstance(key, str) and _RANGE.search(key):
                 for k in range(_count([key, *_texts(value)], file, at)):
                     _put(result, _shifted(key, k), _shifted(value, k), position)
+                if key in node.ca.items:
+                    result.ca.items[_shifted(key, 0)] = node.ca.items[key]
             else:
                 _put(result, key, expanded(value, file, at), position)
         return _same_style(node, result) if _changed(node, result) else node
@@ -69,12 +71,14 @@ def _changed_items(old: CommentedSeq, new: CommentedSeq) -> bool:
     return any(a is not b for a, b in zip(old, new, strict=True))
 
 
-def _same_style(old: Any, new: Any) -> Any:
-    """The new node written like the old, with the comments before it and behind the keys that it keeps."""
+def _same_style(old: Any, new: Any, comments: bool = True) -> Any:
+    """The new node written like the old, with the comments before it and behind the keys that it keeps, if asked."""
     if old.fa.flow_style():
         new.fa.set_flow_style()
     else:
         new.fa.set_block_style()
+    if not comments:
+        return new
     new.ca.comment = old.ca.comment
     if isinstance(old, CommentedMap):
         new.ca.items.update({key: comment for key, comment in old.ca.items.items() if key in new})
@@ -108,14 +112,14 @@ def _count(texts: list[str], file: str, line: int | None) -> int:
 
 
 def _shifted(node: Any, k: int) -> Any:
-    """The k-th copy, counted from zero."""
+    """The k-th copy, counted from zero; the first alone keeps the comments."""
     if isinstance(node, CommentedMap):
         mapping = CommentedMap()
         for key, value in node.items():
             _put(mapping, _shifted(key, k), _shifted(value, k), (node.lc.data or {}).get(key))
-        return _same_style(node, mapping)
+        return _same_style(node, mapping, k == 0)
     if isinstance(node, CommentedSeq):
-        return _same_style(node, CommentedSeq([_shifted(value, k) for value in node]))
+        return _same_style(node, CommentedSeq([_shifted(value, k) for value in node]), k == 0)
     if isinstance(node, str):
         return _RANGE.sub(lambda m: f"{m[1]}{int(m[2]) + k}{m[4]}", node)
     return node

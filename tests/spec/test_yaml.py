@@ -109,3 +109,10 @@ def test_the_unit_one_may_be_a_number() -> None:
     said, left = (parse_spec(text.replace("UNIT", unit), Path("a.yaml")) for unit in (", unit: 1", ""))
     assert said.parameters == left.parameters
     assert "expected text" in str(told(text.replace("UNIT", ", unit: 2")))
+
+
+@pytest.mark.parametrize("value", ["[-1, 1]", "1"], ids=["list", "scalar"])
+def test_the_comment_of_a_range_is_kept_once(value: str) -> None:
+    document, _ = load_mapping(f"envelope:\n  v1..3: {value}  # of each\n  w: 2\n", "spec.yaml")
+    written = dump(document)
+    assert written.count("# of each") == 1 and written.count(f"v3: {value}") == 1
