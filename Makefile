@@ -6,7 +6,7 @@ BIN    := $(VENV)/bin
 # Other compilers, checkers and an emulator for the tests of the generated C; where one is absent, its tests skip and say so.
 TOOLCHAINS := clang clang-tidy cmake cppcheck frama-c-base g++ gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm valgrind
 
-.PHONY: demo test lint types toolchains goldens check-all generate certificates audit gallery benchmarks practice clean
+.PHONY: demo test lint types toolchains goldens check-all fuzz generate certificates audit gallery benchmarks practice real clean
 .DEFAULT_GOAL := test
 
 $(VENV)/run.stamp: pyproject.toml
@@ -29,7 +29,7 @@ types: $(VENV)/test.stamp
 	$(BIN)/mypy
 
 test: lint types
-	$(BIN)/python -m pytest -n 2
+	$(BIN)/python -m pytest -n 2 --dist worksteal
 
 # Debian or Ubuntu; as root, or by sudo. Does nothing where all are there.
 toolchains:
@@ -39,14 +39,20 @@ toolchains:
 	  $$sudo apt-get update -qq && \
 	  $$sudo env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $(TOOLCHAINS) >/dev/null; }
 
-# Everything in generated/ is what the tool writes now. The specs of the figures, specs/gallery/, are run and not generated.
+# Everything in generated/ is what the tool writes now. The specs of the figures, specs/gallery/, and of measured logs, specs/data/, are run and not generated.
 goldens: $(VENV)/run.stamp
 	$(BIN)/stiction generate specs/*.yaml specs/thesis/*.yaml --uncertified --check
 
 # Every test, the slow ones too, with the peers and solvers whose tests skip in `make test`.
 check-all: toolchains lint types goldens $(VENV)/benchmark.stamp
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[smt]'
-	$(BIN)/python -m pytest -n 2 -m ""
+	HYPOTHESIS_PROFILE=random $(BIN)/python -m pytest -n 2 -m ""
+
+# An hour of damaged specs, logs, robot files and proofs (SECURITY.md); `make fuzz SECONDS=600 SEED=1000000` as long and from where you say.
+SECONDS ?= 3600
+fuzz: SEED ?= 1000000
+fuzz: $(VENV)/test.stamp
+	$(BIN)/python -m tests.fuzz.campaign --seconds $(SECONDS) --seed $(SEED)
 
 # Write generated/ anew from the shipped specs.
 generate: $(VENV)/run.stamp
@@ -76,8 +82,17 @@ benchmarks: $(VENV)/benchmark.stamp
 
 # Write docs/practice.md anew: the diagnosis on ../shared/practice, its time and score, its false alarms where nothing is missing, and PySINDy
 # beside it; says so where that is not here. One to two hours of two cores; kept results are not made again. A few cases: `python -m benchmarks.practice --only CASE`.
+# Known effects in real logs: `python -m benchmarks.spikes`, docs/spikes.md. False alarms on surrogates: `python -m benchmarks.surrogates`, docs/calibration.md.
+# `make practice SEED=11 COUNT=60 TIER=both` instead makes a fresh set with the shared generator (10 to 60 s of CPU a case, another 15 to 40 to diagnose it; the generator's
+# virtual environment is made below practice_results/), and writes the table of that seed beside the others. COUNT is 60 and TIER standard by default.
+COUNT ?= 60
+TIER ?= standard
 practice: $(VENV)/test.stamp
-	$(BIN)/python -m benchmarks.practice
+	$(BIN)/python -m benchmarks.practice$(if $(SEED),.seeds --seed $(SEED) --count $(COUNT) --tier $(TIER))
+
+# Write the tables of docs/data_*.md anew, of the measured logs in ../shared/data; `make real SET=laas_cogging` those of one set.
+real: $(VENV)/test.stamp
+	$(BIN)/python -m benchmarks.real $(SET)
 
 clean:
 	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache

@@ -107,7 +107,7 @@ class Rig:
 
     def error(self, trial: Trial, theta: Array, record: Record) -> Array:
         """(S, L) predicted less measured position, mm; 1 m where a run diverges."""
-        runner = Runner(trial, Shooter([trial.changed], [trial.free]), 0, record, SUBSTEPS, {})
+        runner = Runner(trial, Shooter([trial.changed], [trial.free]), 0, record, SUBSTEPS)
         predicted = runner.run(theta, np.zeros((len(record.start), 2)))[:, :, 0]
         measured = np.stack([record.measured[s : s + record.length, 0] for s in record.start])
         return np.asarray(1e3 * np.nan_to_num(predicted - measured, nan=1.0, posinf=1.0, neginf=1.0))
@@ -115,7 +115,7 @@ class Rig:
     def fit(self, trial: Trial, theta: Array, record: Record) -> Array:
         """Least squares of the position error over every tenth sample."""
         scale = np.maximum(np.abs(theta), 1e-3)
-        runner = Runner(trial, Shooter([trial.changed], [trial.free]), 0, record, SUBSTEPS, {})
+        runner = Runner(trial, Shooter([trial.changed], [trial.free]), 0, record, SUBSTEPS)
         measured = np.stack([record.measured[s : s + record.length, 0] for s in record.start])
         still = np.zeros((len(record.start), 2))
 

@@ -8,11 +8,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from codegen.border import verb
 from codegen.cancellation import Plan, RankFalls, Reach, make_plan, reach
 from codegen.cancellation.leftover import Leftover, leftover
 from codegen.effects.declare import add_declared_effects
 from codegen.files import refuse_target, write_all
 from codegen.mechanics import build_system
+from codegen.numerics import require_finite
 from codegen.readable_cancellation import cancellation_json, cancellation_view, hunting_json
 from codegen.simulate.hunting import Hunting, hunting
 from codegen.spec import Spec, read_spec
@@ -58,6 +60,7 @@ class CancelReport:
         return content
 
 
+@verb
 def cancel(
     path: str | Path,
     folder: str | Path | None = None,
@@ -89,6 +92,7 @@ def cancel(
     report = CancelReport(spec, choice, found, plan, leftover(found, plan) if plan is not None else None, refusal)
     if hunt and plan is not None:
         report = replace(report, hunting=hunting(spec, system, progress))
+    require_finite(spec, report.content, "the cancellation")
     if folder is None:
         return report
     text = json.dumps(report.content, indent=1, ensure_ascii=False, allow_nan=False) + "\n"

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
+import traceback
 from pathlib import Path
 from typing import Annotated
 
@@ -11,20 +13,22 @@ import typer
 
 from codegen import pipeline
 from codegen.checker import newtons as checker
+from codegen.checker import verify as verifier
 from codegen.cli_pages import pages
 from codegen.demo import run_demo
 from codegen.effects.register import load_effects
-from codegen.errors import BadInput
+from codegen.errors import TRACEBACK, BadInput, InternalError
 from codegen.files import named_path
+from codegen.input_files import identity
 from codegen.readable import analysis_json, analysis_latex, analysis_view, model_view
 from codegen.readable_certificate import certified_json, certified_text
 from codegen.readable_gains import gains_view
 from codegen.stability.certificate.certify import Refusal
-from codegen.terminal import errors, output, progress
+from codegen.terminal import errors, output, progress, without_library_warnings
 from codegen.text import render
 from codegen.version import VERSION
 
-REFUSED, STALE = 3, 4
+REFUSED, STALE, INTERNAL, INTERRUPTED = 3, 4, 70, 130
 
 app = typer.Typer(
     help="Friction observers from a specification: derived, certified, generated, and checked against measured data.",
@@ -103,9 +107,12 @@ def verify(
         Path | None, typer.Option("--smt", parser=named_path, metavar="FILE", help="write it for z3 or cvc5 too")
     ] = None,
 ) -> None:
-    """Check a certificate or a bound by the independent checker (codegen/checker/, standard library only)."""
+    """Check a certificate or a bound by the independent checker (codegen/checker/, standard library only).
+
+    Exit status: 0 verified and bound to the code beside it; 5 verified, but bound to no code; 3 refused.
+    """
     status = checker.main([str(certificate)] + (["--spec", str(spec)] if spec is not None else []))
-    if status == 0 and smt is not None:
+    if status in (0, verifier.NO_CODE) and smt is not None:
         output.print(str(pipeline.write_smt(certificate, smt)))
     raise typer.Exit(status)
 
@@ -140,7 +147,7 @@ def generate(
     overrides = pipeline.Overrides(precision, fault, () if fmu else tuple(target or ()))
     if out is not None and len(specs) > 1:
         raise BadInput("-o", f"one folder for {len(specs)} specs", "one spec with -o, or several without")
-    again = next((spec for k, spec in enumerate(specs) if spec.resolve() in {s.resolve() for s in specs[:k]}), None)
+    again = next((spec for k, spec in enumerate(specs) if identity(spec) in map(identity, specs[:k])), None)
     if again is not None:
         raise BadInput(str(again), "the same spec again", "each spec once")
     code = 0
@@ -236,7 +243,7 @@ def diagnose(
     propose: Annotated[bool, typer.Option("--propose", help="where nothing known fits, a term by PySINDy")] = False,
 ) -> None:
     """Find the effect that the model lacks; write diagnosis.json, spec.yaml (augmented) and report.html."""
-    with progress() as tell:
+    with progress("reading", lines=True) as tell:
         result = pipeline.diagnose(spec, log, test, out, description, _columns(column or []), tell, propose)
     output.print(render("text/diagnosed.txt.j2", result=result, d=result.diagnosis, paths=True), end="")
     raise typer.Exit(REFUSED if result.diagnosis.verdict == "unfit" else 0)
@@ -283,8 +290,14 @@ def _columns(pairs: list[str]) -> dict[str, str]:
     return {name.strip(): column.strip() for name, _, column in split.values()}
 
 
+@without_library_warnings()
 def main() -> None:
-    """Run a verb; bad input is one message and exit code 2, never a traceback."""
+    """Run a verb; bad input is one message and exit code 2, a fault of the tool one and 70, never a traceback."""
+    for stream in (sys.stdout, sys.stderr):
+        getattr(stream, "reconfigure", dict)(
+            errors="backslashreplace"
+        )  # a file name may be no text, a screen lack a sign
+    traced = bool(os.environ.get(TRACEBACK))
     try:
         app()
     except BadInput as error:
@@ -292,6 +305,14 @@ def main() -> None:
         sys.exit(2)
     except BrokenPipeError:
         sys.exit(1)
+    except KeyboardInterrupt:
+        sys.exit(INTERRUPTED)
+    except Exception as error:
+        if traced:
+            traceback.print_exc()
+        fault = error if isinstance(error, InternalError) else InternalError("stiction", sys.argv[1:], error)
+        errors.print(f"internal error: {fault}\n{fault.advice}")
+        sys.exit(INTERNAL)
 
 
 __all__ = ["app", "main"]

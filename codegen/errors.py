@@ -5,9 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
-from difflib import get_close_matches
 
+TRACEBACK = "STICTION_TRACEBACK"
+"""The environment variable that adds the traceback to an internal error."""
 LONGEST_QUOTE = 120
+"""Characters of what a message quotes."""
+LONGEST_PART = 200
+"""Characters of where, of what was found, and of the nearest right thing; three times that of what was expected."""
 
 
 @dataclass(frozen=True)
@@ -25,8 +29,9 @@ class Place:
     key: str = ""
 
     def __str__(self) -> str:
-        spot = self.file if self.line is None else f"{self.file}:{self.line}"
-        return f"{spot}: {self.key}" if self.key else spot
+        file = brief(self.file)
+        spot = file if self.line is None else f"{file}:{self.line}"
+        return f"{spot}: {brief(self.key)}" if self.key else spot
 
 
 class BadInput(Exception):
@@ -45,16 +50,88 @@ class BadInput(Exception):
     ) -> None:
         self.place = place if isinstance(place, Place) else Place(place)
         self.found, self.expected, self.nearest, self.about = found, expected, nearest, about
-        message = f"{self.place}: {brief(found)}; expected {expected}"
-        super().__init__(f"{message} (did you mean {nearest!r}?)" if nearest else message)
+        message = f"{self.place}: {brief(found)}; expected {brief(expected, 3 * LONGEST_PART)}"
+        super().__init__(f"{message} (did you mean {brief(nearest)!r}?)" if nearest else message)
 
 
-def brief(text: str) -> str:
-    """The same with what is quoted in it, or a number, cut in its middle where it is long."""
-    return re.sub(rf"`[^`]{{{LONGEST_QUOTE},}}`|\d{{{LONGEST_QUOTE},}}", lambda m: f"{m[0][:70]} … {m[0][-20:]}", text)
+class InternalError(Exception):
+    """A fault of the tool itself, or of a library below it: no input should be able to cause it.
+
+    Args:
+        verb: what was being done.
+        files: that it was given.
+        cause: the exception that nothing expected; ``__cause__`` holds it.
+    """
+
+    def __init__(self, verb: str, files: Iterable[str], cause: BaseException) -> None:
+        self.verb, self.files, self.cause = verb, tuple(files), cause
+        kind = type(cause).__name__
+        said = {"MemoryError": "there is not enough memory", "RecursionError": "the work is nested too deeply"}.get(
+            kind, str(cause) or "no words"
+        )
+        on = f" on {', '.join(brief(file) for file in self.files[:4])}" if self.files else ""
+        super().__init__(f"`{verb}`{on} ended in {kind}: {brief(said)}")
+
+    @property
+    def advice(self) -> str:
+        """What it means for the user, and what to do."""
+        small = ", or the machine too small for this input" if isinstance(self.cause, MemoryError) else ""
+        return (
+            f"This is a fault of stiction or of a library below it{small}; nothing says that the input is wrong. "
+            f"Please report it with the files that you gave and with what {TRACEBACK}=1 in the environment adds."
+        )
+
+
+def brief(text: str, longest: int = LONGEST_PART) -> str:
+    """The same on one line of printable characters, with what is quoted in it, or a number, cut where it is long."""
+    short = text if len(text) <= 20 * longest else f"{text[: 10 * longest]} … {text[-longest:]}"
+    printable = "".join(c if c.isprintable() else " " if c.isspace() else _escaped(c) for c in short)
+    quoted = re.sub(
+        rf"`[^`]{{{LONGEST_QUOTE},}}`|\d{{{LONGEST_QUOTE},}}", lambda m: f"{m[0][:70]} … {m[0][-20:]}", printable
+    )
+    return quoted if len(quoted) <= longest else f"{quoted[: longest - 43]} … {quoted[-40:]}"
+
+
+def _escaped(character: str) -> str:
+    """How a message shows a character that cannot be printed; a byte of a file name that is no text as that byte."""
+    code = ord(character)
+    return f"\\x{code - 0xDC00:02x}" if 0xDC80 <= code <= 0xDCFF else character.encode("unicode_escape").decode()
 
 
 def nearest_name(word: str, known: Iterable[str]) -> str | None:
-    """The known name most like ``word``, or None when nothing is close."""
-    matches = get_close_matches(word, list(known), n=1, cutoff=0.6)
-    return matches[0] if matches else None
+    """The known name that fewest slips of the hand lead to ``word``, or None where that takes too many to be meant.
+
+    A slip is a letter too many, too few, another, or two exchanged; one for every three letters is believed. Case, a
+    letter that is struck twice, and a number at the end of one of the two, are none.
+    """
+    if len(word) > LONGEST_QUOTE:
+        return None
+    found: dict[str, tuple[int, int, int]] = {}
+    for name in known:
+        numbered = _NUMBER.sub("", name) == word or _NUMBER.sub("", word) == name
+        one, other = ("", "") if numbered else (_struck_once(word.lower()), _struck_once(name.lower()))
+        most = max(len(name), len(word)) // 3
+        if abs(len(one) - len(other)) <= most and (slips := _slips(one, other)) <= most:
+            other_case = sum(a.isupper() != b.isupper() for a, b in zip(word, name, strict=False))
+            found[name] = slips, _slips(word, name), other_case
+    return min(found, key=found.__getitem__, default=None)
+
+
+_NUMBER = re.compile(r"(?<=\w)_?\d+$")
+
+
+def _struck_once(word: str) -> str:
+    return re.sub(r"(.)\1+", r"\1", word)
+
+
+def _slips(word: str, name: str) -> int:
+    """How many letters were left out, added, changed or exchanged with the next (the restricted edit distance)."""
+    before: list[int] = []
+    row = list(range(len(name) + 1))
+    for i, letter in enumerate(word, 1):
+        earlier, before, row = before, row, [i]
+        for j, other in enumerate(name, 1):
+            row.append(min(row[-1] + 1, before[j] + 1, before[j - 1] + (letter != other)))
+            if i > 1 and j > 1 and letter == name[j - 2] and word[i - 2] == other:
+                row[j] = min(row[j], earlier[j - 2] + 1)
+    return row[-1]

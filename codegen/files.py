@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import hashlib
 import os
-import tempfile
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
+from typing import IO
 
 from codegen.errors import BadInput
+from codegen.input_files import identity, is_there, unusable_name
+from codegen.temporary import sweep_files, take_place, temporary_file
 
 
 def sha256(text: str) -> str:
@@ -29,9 +32,20 @@ def refuse_target(path: Path, sources: Mapping[str, Path] | None = None, endings
         sources: what the command reads, in words → file; a target is none of them.
         endings: that a target may have; any where there are none.
     """
+    fault = unusable_name(path)
+    if fault is not None:
+        raise BadInput(str(path), fault, "a name in UTF-8 for what is written")
+    try:
+        _refuse_target(path, sources or {}, endings)
+    except OSError as error:  # a name that is too long, or a folder that must not be searched
+        raise BadInput(str(path), f"cannot be written ({error.strerror})", "a folder that can be written") from None
+
+
+def _refuse_target(path: Path, sources: Mapping[str, Path], endings: Sequence[str]) -> None:
     _refuse_special(path)
-    for what, source in (sources or {}).items():
-        if path.resolve() == source.resolve() or (path.exists() and source.exists() and path.samefile(source)):
+    for what, source in sources.items():
+        same = is_there(path) and is_there(source) and path.samefile(source)
+        if same or identity(path) == identity(source):
             raise BadInput(str(path), what, "another file to write")
     if endings and path.suffix.lower() not in endings:
         raise BadInput(str(path), f"the ending `{path.suffix}`", f"a file ending in {' or '.join(endings)}")
@@ -45,8 +59,16 @@ def refuse_target(path: Path, sources: Mapping[str, Path] | None = None, endings
 
 def refuse_foreign(folder: Path, name: str, marks: Sequence[str]) -> None:
     """Raise BadInput where ``name`` stands in a folder without one of the files ``marks``, which we write beside it."""
-    if (folder / name).exists() and not any((folder / mark).exists() for mark in marks):
+    if is_there(folder / name) and not any(is_there(folder / mark) for mark in marks):
         raise BadInput(str(folder / name), "a file that stiction did not write", "another folder for the results")
+
+
+def remove(path: Path) -> None:
+    """Remove a file of ours. Raises BadInput where it cannot be."""
+    try:
+        path.unlink(missing_ok=True)
+    except OSError as error:
+        raise BadInput(str(path), f"cannot be removed ({error.strerror})", "a folder that can be written") from None
 
 
 def write_atomically(path: Path, text: str) -> None:
@@ -58,56 +80,43 @@ def write_atomically(path: Path, text: str) -> None:
     write_all(path.parent, {path.name: text})
 
 
-def write_all(folder: Path, files: Mapping[str, str | bytes] | Mapping[str, str]) -> None:
+def write_all(folder: Path, files: Mapping[str, str | bytes] | Mapping[str, str], marks: Sequence[str] = ()) -> None:
     """Write several files: all are written beside their targets before the first takes its place.
 
     Nothing else in the folder is touched.
 
     Args:
         files: name, or path below the folder → text, or the bytes of a picture.
+        marks: names by which a later run knows that the others are ours. They take their places first, so that a run
+            that is killed leaves nothing that the next would take for another's.
 
     Raises:
         BadInput: if a target is a folder or a device, or a folder cannot be made or written.
     """
-    waiting: dict[Path, Path] = {}
+    waiting: dict[Path, tuple[Path, IO[bytes]]] = {}
     path = folder
     try:
         for name, text in files.items():
             path = folder / name
             _refuse_special(path)
             path.parent.mkdir(parents=True, exist_ok=True)
-            waiting[path] = _temporary(path, text)
-        for path, temporary in waiting.items():
-            temporary.replace(path)
+            if path.parent not in {other.parent for other in waiting}:
+                sweep_files(path.parent)
+            waiting[path] = temporary_file(path.parent)
+            waiting[path][1].write(text.encode() if isinstance(text, str) else text)
+            waiting[path][1].flush()
+        for path, (temporary, stream) in sorted(waiting.items(), key=lambda item: item[0].name not in marks):
+            take_place(temporary, stream, path)
     except OSError as error:
         raise BadInput(str(path), f"cannot be written ({error.strerror})", "a folder that can be written") from None
     finally:
-        for temporary in waiting.values():
+        for temporary, stream in waiting.values():
             temporary.unlink(missing_ok=True)
+            with suppress(OSError):
+                stream.close()
 
 
 def _refuse_special(path: Path) -> None:
     if path.is_dir() or (path.exists() and not path.is_file()):
         there = "a folder" if path.is_dir() else "a device or a pipe"
         raise BadInput(str(path), f"cannot be written ({there} is there)", "a file, or nothing")
-
-
-def new_file_mode() -> int:
-    """The permissions that a new file would get."""
-    umask = os.umask(0)
-    os.umask(umask)
-    return 0o666 & ~umask
-
-
-def _temporary(path: Path, content: str | bytes) -> Path:
-    """The content in a hidden file beside its target, with the permissions that a new file would get."""
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    temporary = Path(name)
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(content.encode() if isinstance(content, str) else content)
-        temporary.chmod(new_file_mode())
-    except OSError:
-        temporary.unlink(missing_ok=True)
-        raise
-    return temporary

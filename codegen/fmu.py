@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from codegen.border import verb
 from codegen.emit.fmu import VERSIONS, emit_fmu
 from codegen.errors import BadInput
 from codegen.files import write_all
 from codegen.generation import Overrides, generated_program
+from codegen.input_files import LARGEST_GENERATED, read_bytes
 from codegen.spec import read_spec
 from codegen.stability.certificate.certify import Certificate, Refusal
 
@@ -32,6 +34,14 @@ class GeneratedFmu:
     stale: bool = False
 
 
+def _on_disk(path: Path) -> bytes | None:
+    try:
+        return read_bytes(path, "an FMU", LARGEST_GENERATED)
+    except BadInput:
+        return None
+
+
+@verb
 def generate_fmu(
     path: str | Path,
     folder: str | Path | None = None,
@@ -60,7 +70,7 @@ def generate_fmu(
     target = (Path(folder) if folder is not None else Path("generated") / spec.name) / fmu.name
     members = tuple(sorted(fmu.members))
     if check_only:
-        stale = not target.is_file() or target.read_bytes() != fmu.data
+        stale = _on_disk(target) != fmu.data
         return GeneratedFmu(target, version, members, outcome, stale)
     if isinstance(outcome, Certificate) or uncertified:
         write_all(target.parent, {target.name: fmu.data})

@@ -8,9 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from codegen.border import verb
 from codegen.effects.declare import add_declared_effects
 from codegen.files import refuse_foreign, refuse_target, write_all
 from codegen.mechanics import build_system
+from codegen.numerics import require_finite
 from codegen.readable_gains import gains_json
 from codegen.spec import read_spec
 from codegen.stability.feasibility.gains import Feasibility, assess
@@ -32,6 +34,7 @@ class GainReport:
         return gains_json(self.feasibility)
 
 
+@verb
 def gains(path: str | Path, folder: str | Path | None = None, over: Sequence[str] = ()) -> GainReport:
     """Which gains of a spec's observer are stable over its envelope, with what margin, and which to take.
 
@@ -49,6 +52,7 @@ def gains(path: str | Path, folder: str | Path | None = None, over: Sequence[str
             refuse_target(Path(folder) / name, {"the spec itself": spec.path})
         refuse_foreign(Path(folder), SPEC, (NUMBERS,))
     report = assess(spec, add_declared_effects(build_system(spec), spec), over)
+    require_finite(spec, gains_json(report), "what the gains do")
     if folder is None:
         return GainReport(report, ())
     from codegen.report.gain_map import gain_map_png  # matplotlib costs a second that the text need not pay
@@ -59,5 +63,5 @@ def gains(path: str | Path, folder: str | Path | None = None, over: Sequence[str
     }
     if report.suggestion is not None:
         files[SPEC] = suggested_text(spec, report.axes, report.suggestion)
-    write_all(Path(folder), files)
+    write_all(Path(folder), files, (NUMBERS,))
     return GainReport(report, tuple(Path(folder) / name for name in files))

@@ -8,17 +8,20 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 
+from codegen.border import verb
 from codegen.cancellation import with_cancellation
 from codegen.checker import newtons
 from codegen.checker import verify as checker
 from codegen.emit import ALWAYS, PRINTERS
 from codegen.emit.package import Header, emit_manifest, emit_readme, emit_sources, make_header, proof_lines
 from codegen.errors import BadInput, nearest_name
-from codegen.files import refuse_target, sha256, write_all, write_atomically
+from codegen.files import refuse_target, remove, sha256, write_all, write_atomically
+from codegen.input_files import LARGEST_GENERATED, is_there, read_or_none, read_text
+from codegen.numerics import numerical
 from codegen.observers import Observer, observer_of
 from codegen.observers.shape import refuse_infinite_slope
 from codegen.program import Program, build_program
-from codegen.program.model import FAULTS, PRECISIONS, refuse_names_alike
+from codegen.program.model import FAULTS, PRECISIONS
 from codegen.spec import Spec, read_spec
 from codegen.spec.model import CodeChoice
 from codegen.spec.places import placed
@@ -91,6 +94,7 @@ class Overrides:
         return "".join(f" {option} {value}" for option, value in given if value is not None)
 
 
+@verb
 def generate(
     path: str | Path,
     folder: str | Path | None = None,
@@ -119,7 +123,7 @@ def generate(
     if isinstance(outcome, Certificate) or uncertified:
         _refuse_folder_of_another(target, spec.name)
         refuse_hand_written(target, files)
-        write_all(target, files)
+        write_all(target, files, ("manifest.json",))
         _make_importable(target, folder)
         _drop_old_proofs(target, spec, files)
     return Generated(target, files, outcome)
@@ -145,7 +149,7 @@ def generated_program(
     program, header, files = _sources(spec, observer, overrides)
     hashes = {name: sha256(text) for name, text in files.items()}
     analysis = analyse(spec, observer)
-    outcome = certify_analysis(spec, analysis, hashes, header.command, places=_places(program))
+    outcome = certify_analysis(spec, analysis, hashes, header.command.raw, places=_places(program))
     sources = {name: text.encode() for name, text in files.items()}
     try:
         for proof in outcome.proofs.values():
@@ -169,10 +173,10 @@ def refuse_ungenerable(spec: Spec, observer: Observer) -> None:
     refuse_infinite_slope(spec)
 
 
+@numerical("the generated step")
 def _sources(spec: Spec, observer: Observer, overrides: Overrides) -> tuple[Program, Header, dict[str, str]]:
     with placed(spec):
         program = build_program(with_cancellation(spec, observer), spec.code)
-        refuse_names_alike(program)
         envelope = {name: (rational_text(low), rational_text(high)) for name, (low, high) in spec.envelope.items()}
         header = make_header(spec.path.name, spec.sha256, spec.source, spec.robot, overrides.options, envelope)
         return program, header, emit_sources(program, header, overrides.printers)
@@ -196,7 +200,8 @@ def _complete(
 
 def _refuse_folder_of_another(target: Path, name: str) -> None:
     """Raise BadInput where another machine's code was generated: half of its files would be overwritten."""
-    header = next((file for file in _listed(target) if file.endswith(".h") and file != f"{name}.h"), None)
+    own = (f"{name}.h", f"{name}_lanes.h")
+    header = next((file for file in _listed(target) if file.endswith(".h") and file not in own), None)
     if header is not None:
         raise BadInput(str(target), f"the code of {header.removesuffix('.h')}", f"a folder of its own for {name}")
 
@@ -204,7 +209,7 @@ def _refuse_folder_of_another(target: Path, name: str) -> None:
 def refuse_hand_written(target: Path, files: Mapping[str, str]) -> None:
     """Raise BadInput where a file of these names lies in a folder, and no manifest of ours says that we wrote it."""
     listed = _listed(target)
-    foreign = [name for name in files if name not in listed and (target / name).exists()]
+    foreign = [name for name in files if name not in listed and is_there(target / name)]
     if foreign:
         found = f"{', '.join(foreign)}, listed in no manifest.json of stiction: written by another hand"
         raise BadInput(str(target), found, "a new folder, or one that stiction wrote; nothing was replaced")
@@ -213,17 +218,17 @@ def refuse_hand_written(target: Path, files: Mapping[str, str]) -> None:
 def _listed(folder: Path) -> tuple[str, ...]:
     """The files that a manifest of ours in a folder lists, with itself; () without one."""
     try:
-        manifest = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
+        manifest = json.loads(read_text(folder / "manifest.json", "a manifest", LARGEST_GENERATED))
         ours = manifest["tool"]["name"] == "stiction"
         return (*map(str, manifest["files"]), "manifest.json") if ours else ()
-    except (OSError, ValueError, KeyError, TypeError):
+    except (BadInput, ValueError, KeyError, TypeError, RecursionError):
         return ()
 
 
 def _make_importable(target: Path, folder: str | Path | None) -> None:
     """In the default place, let ``from generated import NAME`` find this folder and no other package of that name."""
     marker = target.parent / "__init__.py"
-    if folder is None and not marker.exists():
+    if folder is None and not is_there(marker):
         write_atomically(marker, render("text/generated_init.py.j2"))
 
 
@@ -231,11 +236,11 @@ def _drop_old_proofs(target: Path, spec: Spec, kept: Mapping[str, str]) -> None:
     """Remove proofs that an earlier run wrote for this machine and this one does not: they speak of other code."""
     for old in (target / name for name in PROOFS if name not in kept):
         try:
-            ours = json.loads(old.read_text(encoding="utf-8"))["subject"]["name"] == spec.name
-        except (OSError, ValueError, KeyError, TypeError):
+            ours = json.loads(read_text(old, "a certificate", LARGEST_GENERATED))["subject"]["name"] == spec.name
+        except (BadInput, ValueError, KeyError, TypeError, RecursionError):
             continue
         if ours:
-            old.unlink()
+            remove(old)
 
 
 def _stale(folder: Path, files: Mapping[str, str]) -> tuple[str, ...]:
@@ -243,16 +248,16 @@ def _stale(folder: Path, files: Mapping[str, str]) -> tuple[str, ...]:
 
     A certificate that differs only in the digits a solver found is current if the checker accepts it for these sources.
     """
-    on_disk = {name: _read_or_none(folder / name) for name in files}
+    on_disk = {name: read_or_none(folder / name) for name in files}
     different = tuple(name for name, text in files.items() if on_disk[name] != text)
-    different += tuple(name for name in PROOFS if name not in files and (folder / name).exists())
+    different += tuple(name for name in PROOFS if name not in files and is_there(folder / name))
     expected = dict(files)
     for name in PROOFS:
         text = on_disk.get(name)
         if name in different and text:
             try:
                 newtons.check(text, folder)
-            except (newtons.Refused, json.JSONDecodeError):
+            except (newtons.Refused, OSError, ValueError):
                 return different
             expected = _with_solution(expected, name, text)
     surplus = tuple(name for name in different if name not in files)
@@ -272,10 +277,3 @@ def _with_solution(files: Mapping[str, str], name: str, proof: str) -> dict[str,
     for changed in (name, "README.md"):
         result["manifest.json"] = result["manifest.json"].replace(sha256(files[changed]), sha256(result[changed]))
     return result
-
-
-def _read_or_none(path: Path) -> str | None:
-    try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError):
-        return None

@@ -5,16 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from codegen.border import verb
 from codegen.cancellation import with_cancellation
 from codegen.emit.package import emit_sources, make_header
 from codegen.files import refuse_target
-from codegen.observers import observer_of
-from codegen.program import build_program
+from codegen.numerics import numerical
+from codegen.observers import Observer, observer_of
+from codegen.program import Program, build_program
 from codegen.replay import Replayed, engine_for, replay_log
 from codegen.replay.samples import Samples
-from codegen.spec import read_spec
+from codegen.spec import Spec, read_spec
 
 
+@verb
 def replay(
     path: str | Path,
     log: str | Path,
@@ -36,13 +39,18 @@ def replay(
     """
     spec = read_spec(path)
     observer = observer_of(spec)
-    program = build_program(with_cancellation(spec, observer), spec.code)
+    program = _program(spec, observer)
     target = Path(out) if out is not None else None
     if target is not None:
         refuse_target(target, {"the log itself": Path(log), "the spec itself": spec.path})
     engine = engine_for(program, emit_sources(program, make_header(spec.path.name, spec.sha256, spec.source)))
     samples = Samples(spec, program, float(observer.sample_time), Path(log), description, columns, engine.holds)
     return replay_log(program, engine, samples, target, only)
+
+
+@numerical("the step of the observer")
+def _program(spec: Spec, observer: Observer) -> Program:
+    return build_program(with_cancellation(spec, observer), spec.code)
 
 
 __all__ = ["Replayed", "replay"]

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from codegen.border import verb
 from codegen.cancel_report import CancelReport, cancel
 from codegen.checker import newtons
 from codegen.checker import verify as checker
@@ -17,6 +20,7 @@ from codegen.files import refuse_foreign, refuse_target, write_all, write_atomic
 from codegen.fmu import GeneratedFmu, generate_fmu
 from codegen.gain_report import GainReport, gains
 from codegen.generation import Generated, Overrides, generate, generated_files, refuse_hand_written, refuse_ungenerable
+from codegen.input_files import identity, read_text
 from codegen.log_replay import Replayed, replay
 from codegen.mechanics import System, build_system
 from codegen.observers import Observer, build_observer, observer_of
@@ -27,12 +31,13 @@ from codegen.simulate.closed_loop import refuse_unrunnable
 from codegen.smt_lib import smt_text
 from codegen.spec import Spec, parse_spec, read_spec
 from codegen.spec.free_gains import at_middle, refuse_free_gains
-from codegen.spec.yaml_text import read_text
+from codegen.spec.printed import decimal_of
+from codegen.spec.robot_file import LARGEST as LARGEST_URDF
 from codegen.stability.analysis import Analysis, analyse
 from codegen.stability.bound.error_bound import ErrorBound
 from codegen.stability.certificate.certify import Certificate, Refusal, read_certificate
 from codegen.stability.remedies.proposals import propose
-from codegen.stability.remedies.sample_times import largest_sample_times
+from codegen.stability.remedies.sample_times import ANY, largest_sample_times
 
 if TYPE_CHECKING:
     from codegen.diagnosis.results import Diagnosis
@@ -59,6 +64,7 @@ class Diagnosed:
     files: tuple[str, ...]
 
 
+@verb
 def check(path: str | Path) -> Model:
     """Read and validate a spec: what the other verbs would refuse of it, all but its proof, is refused here.
 
@@ -72,6 +78,7 @@ def check(path: str | Path) -> Model:
     return model
 
 
+@verb
 def derive(path: str | Path) -> Analysis:
     """Ψ, its characteristic polynomial, the gain conditions and margins of a spec's observer.
 
@@ -98,6 +105,7 @@ class Certified:
     rounding: Mapping[str, Rounding] | str = "no error bound"
 
 
+@verb
 def certify_in_full(path: str | Path, out: str | Path | None = None) -> Certified:
     """The certificate or refusal, the bound on the error in the unit of the force, and the largest sample times.
 
@@ -115,12 +123,16 @@ def certify_in_full(path: str | Path, out: str | Path | None = None) -> Certifie
     bounds = outcome.bounds if isinstance(outcome, Certificate) else "no certificate"
     rounding: Mapping[str, Rounding] | str = "no error bound"
     if isinstance(outcome, Refusal):
-        outcome = replace(outcome, proposals=propose(spec, system))
+        outcome = replace(outcome, proposals=propose(spec, system, _gate))
     elif not isinstance(bounds, str):
         rounding = rounding_bounds(spec, analyse(spec, build_observer(spec, system)), outcome, bounds[0])
-    return Certified(outcome, bounds, largest_sample_times(spec, system, outcome), rounding)
+    times = largest_sample_times(spec, system, outcome)
+    if isinstance(outcome, Refusal) and outcome.unbound:
+        times = {step: h for step, h in times.items() if h == 0 or _passes(spec, step, h)}
+    return Certified(outcome, bounds, times, rounding)
 
 
+@verb
 def certify(path: str | Path) -> Certificate | Refusal:
     """The stability certificate of a spec's sampled observer, bound to its generated sources, or a refusal.
 
@@ -133,9 +145,25 @@ def certify(path: str | Path) -> Certificate | Refusal:
     outcome = generated_files(spec)[1]
     if isinstance(outcome, Certificate):
         return outcome
-    return replace(outcome, proposals=propose(spec, add_declared_effects(build_system(spec), spec)))
+    return replace(outcome, proposals=propose(spec, add_declared_effects(build_system(spec), spec), _gate))
 
 
+def _gate(spec: Spec) -> Certificate | Refusal:
+    """What a run on this spec says: whatever is proposed in its place passed it."""
+    return generated_files(spec)[1]
+
+
+def _passes(spec: Spec, integration: str, h: float) -> bool:
+    """Whether a spec is certified at another integration and sample time; ``h`` may be inf."""
+    assert spec.observer is not None
+    exact = decimal_of(h if math.isfinite(h) else ANY)
+    other = replace(spec, observer=replace(spec.observer, integration=integration, sample_time=exact, domain=None))
+    with suppress(BadInput):
+        return isinstance(_gate(other), Certificate)
+    return False
+
+
+@verb
 def verify(path: str | Path, spec: Path | None = None) -> checker.Report:
     """Check a certificate or a bound by the independent checker, with the files that lie beside it.
 
@@ -150,8 +178,14 @@ def verify(path: str | Path, spec: Path | None = None) -> checker.Report:
         raise checker.Refused(str(error)) from None
     except json.JSONDecodeError as error:
         raise BadInput(Place(str(path), error.lineno), error.msg, "a certificate (JSON)") from None
+    except OSError as error:  # of a file beside it, or of the spec
+        found = f"unreadable ({error.strerror})"
+        raise BadInput(str(error.filename or path), found, "a file that the certificate names") from None
+    except ValueError as error:
+        raise BadInput(str(path), f"no certificate ({error})", "a certificate (JSON)") from None
 
 
+@verb
 def write_smt(certificate: str | Path, out: str | Path) -> Path:
     """Write what the checker finds in a certificate as SMT-LIB 2, negated, for another solver to find ``unsat``.
 
@@ -160,10 +194,16 @@ def write_smt(certificate: str | Path, out: str | Path) -> Path:
     """
     target = Path(out)
     refuse_target(target, {"the certificate itself": Path(certificate)}, (".smt2",))
-    write_atomically(target, smt_text(json.loads(read_certificate(Path(certificate)))))
+    text = read_certificate(Path(certificate))
+    try:
+        checker.parsed(text)
+    except (checker.Refused, ValueError, RecursionError) as error:
+        raise BadInput(str(certificate), f"no certificate ({error})", "a stability certificate") from None
+    write_atomically(target, smt_text(json.loads(text)))
     return target
 
 
+@verb
 def simulate(
     path: str | Path,
     out: str | Path,
@@ -187,6 +227,7 @@ def simulate(
     return write_simulated(target, model.spec, simulate_plant(model.spec, model.system, progress, method=chosen))
 
 
+@verb
 def diagnose(
     path: str | Path,
     log: str | Path | Sequence[str | Path],
@@ -211,12 +252,12 @@ def diagnose(
     # SciPy's signal tools and matplotlib cost two seconds that the other verbs need not pay.
     from codegen.diagnosis.diagnose import diagnose_log
     from codegen.diagnosis.results import CertificateChange
-    from codegen.logs import read_logs
+    from codegen.logs import Allowance, read_logs
     from codegen.report import render_report
 
     logs, tests = _files(log), _files(test)
     for file in tests:
-        if Path(file).resolve() in {Path(other).resolve() for other in logs}:
+        if identity(file) in {identity(other) for other in logs}:
             expected = "another log, or none: the end of LOG is then held out"
             raise BadInput(str(file), "the training log itself as --test", expected)
     folder = Path(out) if out is not None else Path(f"{Path(logs[0]).stem}_diagnosis")
@@ -228,8 +269,11 @@ def diagnose(
     refuse_free_gains(model.spec)
     if model.observer is not None:
         refuse_ungenerable(model.spec, model.observer)
-    train = read_logs(logs, model.spec, description=description, columns=columns)
-    held_out = read_logs(tests, model.spec, description=description, columns=columns) if tests else None
+    allowance = Allowance()
+    train = read_logs(logs, model.spec, description=description, columns=columns, allowance=allowance)
+    held_out = None
+    if tests:
+        held_out = read_logs(tests, model.spec, description=description, columns=columns, allowance=allowance)
     diagnosis, models = diagnose_log(model.spec, model.system, train, held_out, progress, propose)
     files: dict[str, str] = {"spec.yaml": models.spec_text}
     if model.observer is not None:
@@ -241,15 +285,16 @@ def diagnose(
         files |= {f"generated/{augmented.name}/{name}": text for name, text in generated.items()}
     if model.spec.robot is not None and not {"..", "/"} & {*Path(model.spec.robot[0]).parts}:
         name = model.spec.robot[0]
-        files[name] = read_text(model.spec.path.parent / name, "a robot description (URDF)")
+        files[name] = read_text(model.spec.path.parent / name, "a robot description (URDF)", LARGEST_URDF)
     if models.excitation is not None:
         files["excitation.csv"] = models.excitation
     files["diagnosis.json"] = json.dumps(diagnosis.as_json(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
     files["report.html"] = render_report(model.spec, diagnosis, models, {name: name for name in files})
-    write_all(folder, files)
+    write_all(folder, files, ("diagnosis.json", "manifest.json"))
     return Diagnosed(diagnosis, folder, tuple(files))
 
 
+@verb
 def write_certificate(certificate: Certificate, path: str | Path) -> Path:
     """Write a certificate's JSON."""
     write_atomically(Path(path), certificate.text)

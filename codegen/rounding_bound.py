@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from codegen.cancellation import with_cancellation
+from codegen.numerics import numerical
 from codegen.observers.equations import Observer
 from codegen.observers.integration import SAMPLE_TIME
 from codegen.program import build_program
@@ -20,7 +21,7 @@ from codegen.program.rounding import UNIT, Enclosed, Undecided, enclose
 from codegen.spec.model import Spec
 from codegen.stability.analysis import Analysis
 from codegen.stability.bound.domain_bound import DomainBound
-from codegen.stability.bound.error_bound import ErrorBound, error_bounds
+from codegen.stability.bound.error_bound import ErrorBound, error_bounds, rounding_share
 from codegen.stability.certificate.certify import Certificate
 
 JUST_ABOVE = 1.001
@@ -33,7 +34,7 @@ class Rounding:
     Attributes:
         position: what rounding of x and v̂ is worth as noise of x.
         states: rounding of a step, by state; output: of the friction estimate, as it is handed out.
-        adds: to the bound long after a reversal, in the friction's unit.
+        adds: at most so much to the bound long after a reversal, in the friction's unit; never below zero.
         inside: the bound in the domain with it, or None.
     """
 
@@ -44,6 +45,7 @@ class Rounding:
     inside: float | None
 
 
+@numerical("what rounding adds")
 def rounding_bounds(
     spec: Spec, analysis: Analysis, certificate: Certificate, bound: ErrorBound
 ) -> dict[str, Rounding] | str:
@@ -65,12 +67,14 @@ def rounding_bounds(
         except Undecided as error:
             return f"rounding has no bound: {error}"
         more = (Fraction(position), [Fraction(e) for e in states.values()])
-        with_it = error_bounds(spec, analysis, certificate, more)
-        assert not isinstance(with_it, str)
+        with_it, share = error_bounds(spec, analysis, certificate, more), rounding_share(observer, certificate, more)
+        if isinstance(with_it, str) or share is None:
+            return "rounding has no bound: the error decays too slowly to be summed"
         after = with_it[0].domain
         inside = after.inside if isinstance(after, DomainBound) else None
-        adds = with_it[0].steady - bound.steady + output
-        result[precision] = Rounding(position, states, output, adds, None if inside is None else inside + output)
+        result[precision] = Rounding(
+            position, states, output, share[0] + output, None if inside is None else inside + output
+        )
     return result
 
 

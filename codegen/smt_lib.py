@@ -14,6 +14,7 @@ from codegen.checker import verify
 from codegen.errors import BadInput
 from codegen.stability.certificate.prefix import rational_text
 from codegen.text import render
+from codegen.user_text import UserText
 
 LONGEST_DWELL = 30_000
 
@@ -35,7 +36,9 @@ def smt_text(content: Mapping[str, Any]) -> str:
             found = f"{entry['dwell_samples']} dwell samples at {entry['contact']}"
             raise BadInput("certificate", found, f"at most {LONGEST_DWELL} for a solver")
     size = list(range(len(content["error"])))
-    return render("text/certificate.smt2.j2", c=content, size=size, vertices=_vertices(content), digits=_digits)
+    name, claim = UserText(content["subject"]["name"]), UserText(content["claim"])
+    words = {"name": name, "claim": claim, "c": content, "size": size, "vertices": _vertices(content)}
+    return render("text/certificate.smt2.j2", **words, digits=_digits)
 
 
 def _digits(whole: int) -> str:

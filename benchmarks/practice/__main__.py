@@ -18,11 +18,11 @@ from benchmarks.practice.declared import NOT_IN_FREE_RUNS, VERDICTS, candidates,
 from benchmarks.practice.peer import proposed, table, totals
 from benchmarks.practice.runs import TYPICAL, Run, diagnosed, result_in, times, typical
 from benchmarks.practice.score import right, score, summary
+from benchmarks.practice.seeds import PAGE, kept, section, with_section
 from codegen.diagnosis.credit import ALPHA, LEAST_SHARE, LEAST_SIZE
 from codegen.files import write_atomically
 from codegen.text import render
 
-PAGE = ROOT / "docs" / "practice.md"
 PARTS = ("diagnosis", "declared", "peer")
 
 
@@ -100,7 +100,7 @@ def peer(asked: Asked) -> dict[str, Any] | None:
     ours = {}
     for tier in [t for t in TIERS if (asked.out / t).is_dir()]:
         done = [c for c in asked.tier(tier) if (asked.out / tier / c.name / "run.json").exists()]
-        ours |= {f"{tier}/{r['case']}": right(r) for r in (score(tier, asked.out / tier, done) if done else [])}
+        ours |= {f"{tier}/{r['case']}": right(r) for r in score(asked.out / tier, done)}
     logs = [c for c in asked.cases if c.group in ("single", "none")]
     if not logs:
         return None
@@ -143,6 +143,7 @@ def main() -> None:
             found[part] = run(asked)
     codes = set[str]().union(*(part["codes"] for part in found.values() if part))
     page = render("text/practice.md.j2", versions=len(codes), **found)
+    page = with_section(page, section(scores)) if (scores := kept()) else page
     print(page)
     if not (args.tier or args.part or args.only):
         write_atomically(PAGE, page)

@@ -54,7 +54,12 @@ class Case:
         return all("form" not in effect for effect in self.truth["effects"])
 
 
+def cases_in(tier: str, folder: Path) -> list[Case]:
+    """Every case of a tier that lies in a folder, in order."""
+    return [Case(tier, p.parent) for p in sorted(folder.glob("case_*/truth.json"))]
+
+
 def cases(tiers: Sequence[str] = TIERS, only: Sequence[str] = ()) -> list[Case]:
     """Every case of these tiers; or those whose name, or tier/name, is among ``only``."""
-    found = [Case(tier, p.parent) for tier in tiers for p in sorted((PRACTICE / tier).glob("case_*/truth.json"))]
+    found = [case for tier in tiers for case in cases_in(tier, PRACTICE / tier)]
     return [case for case in found if not only or {case.name, case.title} & set(only)]

@@ -54,12 +54,27 @@ class Times:
 
 def diagnosed(case: str, logs: Path, spec: Path, out: Path, again: bool = False) -> Run:
     """`stiction diagnose` with train.csv and test.csv of a folder; what is there already is read, unless ``again``."""
+    return diagnosed_logs(case, spec, [logs / "train.csv"], [logs / "test.csv"], out, again)
+
+
+def diagnosed_logs(
+    case: str,
+    spec: Path,
+    train: Sequence[Path],
+    test: Sequence[Path],
+    out: Path,
+    again: bool = False,
+    description: Path | None = None,
+) -> Run:
+    """`stiction diagnose` with any logs; what is there already is read, unless ``again``."""
     kept = out / "run.json"
     if kept.exists() and not again:
         return Run(**json.loads(kept.read_text()))
     out.mkdir(parents=True, exist_ok=True)
-    command = [sys.executable, "-m", "codegen.cli", "diagnose", str(spec), str(logs / "train.csv")]
-    command += ["--test", str(logs / "test.csv"), "-o", str(out)]
+    command = [sys.executable, "-m", "codegen.cli", "diagnose", str(spec), *map(str, train)]
+    command += [word for file in test for word in ("--test", str(file))]
+    command += ["--description", str(description)] if description is not None else []
+    command += ["-o", str(out)]
     before, start = os.times(), time.perf_counter()
     done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT)
     wall, after = time.perf_counter() - start, os.times()

@@ -19,10 +19,13 @@ from benchmarks.practice.runs import Run, result_in
 MARKS = ("top1", "missed", "extra_effect", "both", "false_alarm", "foreign_called_known", "overclaim")
 
 
-def score(tier: str, out: Path, cases: Sequence[Case]) -> list[dict[str, Any]]:
-    """The rows of the shared scorer for these cases; its own print goes to score.txt."""
+def score(out: Path, cases: Sequence[Case]) -> list[dict[str, Any]]:
+    """The rows of the shared scorer for these cases, which lie in one folder; its own print goes to score.txt."""
+    if not cases:
+        return []
     target = out / "score.json"
-    command = [sys.executable, str(PRACTICE / "score.py"), str(PRACTICE / tier), str(out), "--json", str(target)]
+    folder = cases[0].folder.parent
+    command = [sys.executable, str(PRACTICE / "score.py"), str(folder), str(out), "--json", str(target)]
     said = subprocess.run(command, capture_output=True, text=True, check=True)
     (out / "score.txt").write_text(said.stdout)
     chosen = {case.name for case in cases}
@@ -84,7 +87,7 @@ def within(value: float, low: float | None, high: float | None, turns: bool = Fa
 
 def summary(tier: str, out: Path, cases: Sequence[Case], runs: Sequence[Run]) -> dict[str, Any]:
     """What the page prints of one tier."""
-    rows = score(tier, out, cases)
+    rows = score(out, cases)
     marks: dict[tuple[str, str], list[bool]] = {}
     for row in rows:
         for key in MARKS:

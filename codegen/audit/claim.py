@@ -10,8 +10,9 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict
 
 from codegen.errors import Place
+from codegen.input_files import read_text
 from codegen.spec.validation import validate
-from codegen.spec.yaml_text import load_mapping, plain, read_text
+from codegen.spec.yaml_text import load_mapping, plain
 
 CLAIMS = Path(__file__).parent / "claims"
 Test = Literal["equal", "hurwitz", "negative_definite", "inequality", "implies", "definition"]

@@ -11,6 +11,7 @@ from codegen.cancellation.plan import Plan, make_plan
 from codegen.cancellation.reach import Reach, reach
 from codegen.cancellation.steps import PREFIX, Steps
 from codegen.mechanics.system import Matrix, System
+from codegen.numerics import numerical
 from codegen.observers.equations import Equation, Observer
 from codegen.spec.model import CancellationChoice, Spec, symbol
 
@@ -19,6 +20,7 @@ CLOSED = 3
 """Rows up to which a constant solution is written in closed form over the parameters."""
 
 
+@numerical("the cancelling input")
 def with_cancellation(spec: Spec, observer: Observer) -> Observer:
     """The observer with the cancelling input as its last output, as its spec asks; the observer itself without it.
 

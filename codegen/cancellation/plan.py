@@ -15,6 +15,7 @@ from codegen.cancellation.regular import Regularity, keeps_rank
 from codegen.cancellation.weight import whitener
 from codegen.errors import BadInput
 from codegen.mechanics.system import Matrix
+from codegen.numerics import numerical
 from codegen.spec.model import CancellationChoice, Spec
 
 MOST_CHOICES = 200
@@ -47,6 +48,7 @@ class Plan:
     proven: bool
 
 
+@numerical("the best input")
 def make_plan(spec: Spec, choice: CancellationChoice, found: Reach) -> Plan:
     """Decide how to solve.
 

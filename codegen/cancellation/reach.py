@@ -16,6 +16,7 @@ from codegen.errors import BadInput
 from codegen.mechanics.input_matrix import NonlinearInput
 from codegen.mechanics.sampling import numbers_over, position_range
 from codegen.mechanics.system import Matrix, System
+from codegen.numerics import numerical
 from codegen.spec.model import Spec
 
 POINTS = 64
@@ -101,6 +102,7 @@ def input_matrix_of(spec: Spec, system: System) -> Matrix:
     return B
 
 
+@numerical("what the inputs reach")
 def reach(spec: Spec, system: System, weight: str) -> Reach:
     """Which friction forces the inputs of a system can cancel.
 

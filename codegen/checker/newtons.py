@@ -22,14 +22,16 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from codegen.checker import binding, responses, verify
+    from codegen.checker import binding, files, responses, verify
 else:
     verify = SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name("verify.py"))))
-    binding, responses = verify.binding, verify.beside("responses", verify=verify)
+    binding, files = verify.binding, verify.files
+    responses = verify.beside("responses", verify=verify)
 times, solved, identity = responses.times, responses.solved, responses.identity
 demand, show, Refused, Matrix = verify.demand, verify.show, verify.Refused, responses.Matrix
 FORMAT = "stiction-bound/1"
 VALUES = "values, but of the levels shown: a constant added to a velocity, outputs that are not named here"
+UNITS = "units: those of the bounds with the code's"
 SCHEMA = json.loads("""{"format": "BOUND", "tool": {"name": "TEXT", "version": "TEXT", "command": "TEXT"},
     "subject": {"name": "LINE"}, "certificate": {"file": "FILE", "sha256": "HASH"}, "claim": "LINE",
     "assumptions": ["LINE"], "envelope": {"NAME": ["RATIONAL"]},
@@ -127,8 +129,10 @@ def disturbances(top: dict[str, Any], cert: dict[str, Any], model: Model) -> tup
     ]
 
 
-def bounded(top: dict[str, Any], cert: dict[str, Any], model: Model, columns: Any, guard: Fraction) -> list[str]:
-    """The facts that no stated bound is below what the disturbances can do."""
+def bounded(
+    top: dict[str, Any], cert: dict[str, Any], model: Model, columns: Any, guard: Fraction, tied: bool
+) -> list[str]:
+    """The facts that no stated bound is below what the disturbances can do; in units where ``tied``, to the code's."""
     n, found = len(top["coordinates"]), responses.Responses(cert, model.step)
     noise = [largest(top, f"{c['position']}_noise") for c in top["coordinates"]]
     summed, longest = found.summed([[x * size for x in column] for column, size in columns])
@@ -143,6 +147,7 @@ def bounded(top: dict[str, Any], cert: dict[str, Any], model: Model, columns: An
     for i, stated in enumerate(top["bounds"], n):
         name, unit, given = f"|{stated['error']}|", stated["unit"], stated["steady"]
         demand(unit == cert["error"][i]["unit"], f"{name}: the unit is {cert['error'][i]['unit']}")
+        unit = f" {unit}" if tied and binding.PLAIN_UNIT.fullmatch(unit) else ""
         demand(given >= most[i], f"{name} may be {show(most[i])} in the long run, stated is {show(given)}")
         start = [b + (jump[j - n] if j == i or (together and j >= n) else 0) for j, b in enumerate(most)]
         for after in stated["after"]:
@@ -150,7 +155,7 @@ def bounded(top: dict[str, Any], cert: dict[str, Any], model: Model, columns: An
             left = most[i] + over([column[i] for column in powers[k]], start)
             demand(later >= left, f"{name} may be {show(left)} after {k} samples, stated is {show(later)}")
         falls = ", ".join(f"{show(a['bound'])} after {a['samples']}" for a in stated["after"])
-        facts.append(f"{name} is at most {show(most[i])} {unit} by {longest} samples and P, stated is {show(given)}")
+        facts.append(f"{name} is at most {show(most[i])}{unit} by {longest} samples and P, stated is {show(given)}")
         facts += [f"  from a start of {show(start[i])} at most {falls} samples, as stated"] if falls else []
     return facts
 
@@ -174,6 +179,8 @@ def bound_to(
         turned -= {(repr(raw), shown(raw[1], before)) for _, raw in slips}
         if len(pairs) >= binding.ALIKE and not turned:  # every slip was seen in both directions
             break
+    if turned:
+        raise binding.Unknown("the twin was not seen at slips of both directions")
     where = {velocity: position for position, velocity in code["motion"].items()}
     if not {str(raw) for raw in code["errors"][:n]} <= where.keys():
         raise binding.Unknown("it does not say where the twin shows a position")
@@ -203,7 +210,7 @@ def bound_to(
     if slips and any(alone != rest[0] for alone in rest):
         raise binding.Unlike("the level shown is not the one with which the twin turns its acceleration")
     left = [VALUES] if slips else [verify.VALUES, "`slip` of the contacts with the spec's"]
-    parameters, plain = twin.record("Parameters"), f"at {len(pairs)} points"
+    parameters, plain = twin.record("Parameters"), "at points drawn at random"
     facts = [f"the twin answers so to every measured position, and keeps its friction estimates, {plain}"]
     facts += (
         [f"its acceleration takes every level in the value that is shown, for either sign, {plain}"] if slips else []
@@ -219,8 +226,8 @@ def bound_to(
     return facts, left, parameters.get("slip_speed", (Fraction(0),))[0]
 
 
-def proved(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[list[str], list[str]]:
-    """The facts, and what is not compared; the certificate in ``sources`` is taken to hold."""
+def proved(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[list[str], list[str], bool]:
+    """The facts, what is not compared, and whether the code is; the certificate in ``sources`` is taken to hold."""
     file, expected = top["certificate"]["file"], top["certificate"]["sha256"]
     content = sources.get(file, b"")
     found = hashlib.sha256(content).hexdigest()
@@ -231,19 +238,21 @@ def proved(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[list[str], l
     columns, facts = disturbances(top, cert, model)
     code = sources.get(verify.TWIN, b"") if verify.TWIN in cert["subject"]["files"] else b""
     more: list[str] = []
-    left, guard = ["the laws of friction: `slope` and `level` with the spec's"], Fraction(0)
+    left, guard, tied = ["the laws of friction: `slope` and `level` with the spec's"], Fraction(0), False
     ranges = {"variables": top["envelope"], "code": {"variables": {}, "motion": {}}, "slow": [], "along": []}
     try:
-        left += binding.envelope(ranges, twin := binding.Twin(code.decode()))
+        unranged = binding.envelope(ranges, twin := binding.Twin(code.decode()))
+        left += unranged
         more, unshown, guard = bound_to(top, cert, model, twin)
-        left += unshown
+        left, tied = left + unshown, all("_noise with" in gap for gap in unranged)  # noise may be none
     except binding.Unlike as why:
         raise Refused(str(why)) from None
     except binding.Unknown as why:
-        left += [verify.VALUES, f"that disturbances enter the code so: {why}"]
+        left += [verify.VALUES, UNITS, f"that disturbances enter the code so: {why}"]
     except (ArithmeticError, AttributeError, LookupError, SyntaxError, TypeError, ValueError) as why:
         raise Refused(f"code, or the twin, cannot be read: {str(why)[:80]!r}") from None
-    return [f"{file} has the SHA-256 stated", *facts, *bounded(top, cert, model, columns, guard), *more], left
+    found_bounds = bounded(top, cert, model, columns, guard, tied)
+    return [f"{file} has the SHA-256 stated", *facts, *found_bounds, *more], left, tied
 
 
 def parsed(text: str) -> dict[str, Any]:
@@ -265,13 +274,18 @@ def check(
         return verify.check(text, folder, spec, sources)
     top = parsed(text)
     names = [top["certificate"]["file"], verify.TWIN]
-    here = {name: (folder / name).read_bytes() for name in names if folder and (folder / name).exists()}
+    largest = {names[0]: verify.MAX_TEXT, verify.TWIN: files.MAX_FILE}
+    here = {name: files.read(folder / name, largest[name]) for name in names if folder and (folder / name).exists()}
     here = here if sources is None else sources
     demand(names[0] in here, f"{names[0]}, on which the bound rests, is not here")
-    report = verify.check(here[names[0]].decode(), folder, spec, sources)
-    facts, left = proved(top, here)
+    try:
+        report = verify.check(here[names[0]].decode(), folder, spec, sources)
+    except (Refused, ValueError) as why:
+        raise Refused(f"{names[0]}: {why}") from None
+    facts, left, tied = proved(top, here)
     gaps = [gap for gap in report.open if gap != verify.VALUES]  # of values there is more, or the same, in ``left``
     more = {"facts": (*report.facts, *facts), "open": (*gaps, *left), "assumptions": top["assumptions"]}
+    more["bound"] = report.bound and tied
     return report._replace(claim=top["claim"], **more)
 
 

@@ -3,16 +3,20 @@
 Standard library only; part of the checker (verify.py). What is here knows arithmetic, signs, loops and branches. A dual
 number is (value, derivative along one direction of the states). Sine, cosine, exp and tanh of a rational are no
 rationals; they are taken as numbers that belong to their argument, the same in code and certificate, with
-cos^2 + sin^2 = 1: an identity that holds for such numbers is one of formulas.
+cos^2 + sin^2 = 1: an identity that holds for such numbers is one of formulas. They are others in every run.
 """
 
 import ast
 import random
+import secrets
+import warnings
 from fractions import Fraction
 from typing import Any
 
 Dual = tuple[Fraction, Fraction]
 ZERO = Fraction(0)
+SECRET = secrets.token_hex(16)
+"""Of this run: whoever knew where a certificate is compared could write one that is right there and wrong elsewhere."""
 
 
 class Unknown(Exception):
@@ -21,7 +25,7 @@ class Unknown(Exception):
 
 def belonging(name: str, x: Fraction) -> Fraction:
     """A rational that is drawn for a function at an argument."""
-    return Fraction(random.Random(f"{name} {x}").randrange(1, 2**20), 2**18)
+    return Fraction(random.Random(f"{SECRET} {name} {x}").randrange(1, 2**20), 2**18)
 
 
 def function(name: str, x: Fraction) -> tuple[Fraction, Fraction]:
@@ -32,8 +36,9 @@ def function(name: str, x: Fraction) -> tuple[Fraction, Fraction]:
         if x == 0:
             cosine, sine = Fraction(1), ZERO
         return (sine, cosine) if name == "sin" else (cosine, -sine)
-    if name == "exp":
-        return (belonging(name, x),) * 2
+    if name == "exp":  # on the side of 1 on which it is
+        drawn = belonging(name, x) / 4
+        return (Fraction(1) if x == 0 else drawn if x < 0 else 1 + drawn,) * 2
     if name == "tanh":
         value = belonging(name, abs(x)) * sign(x)
         return value, 1 - value * value
@@ -50,32 +55,50 @@ class Twin:
     """The generated Python, read.
 
     Attributes:
+        source: the text.
         envelope: its ENVELOPE, variable → (low, high).
+        largest: its LARGEST, beyond which a step is not used.
         signs: of everything whose sign the last step asked for, in order: two samples with the same are of one branch.
     """
 
     def __init__(self, source: str) -> None:
+        self.source = source
+        self.largest = Fraction(10) ** 300
         self.functions: dict[str, ast.FunctionDef] = {}
         self.records: dict[str, ast.ClassDef] = {}
         self.envelope: dict[str, tuple[str, str]] = {}
         self.signs: list[Fraction] = []
-        for node in ast.parse(source).body:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # what Python warns of, as `1if`, no printer of ours writes
+            tree = ast.parse(source)
+        for node in tree.body:
             if isinstance(node, ast.FunctionDef):
                 self.functions[node.name] = node
             elif isinstance(node, ast.ClassDef):
                 self.records[node.name] = node
             elif isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") == "ENVELOPE":
                 self.envelope = ast.literal_eval(node.value)
+            elif isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") == "LARGEST":
+                self.largest = self.value(node.value, {})[0]
+
+    def unit(self, field: str) -> str:
+        """The unit of an output as the comment of its field says it: ``a_hat: float = 0.0  # N: friction level``."""
+        places = [f for f in self.records["Outputs"].body if isinstance(f, ast.AnnAssign)]
+        lines = [f.lineno for f in places if isinstance(f.target, ast.Name) and f.target.id == field]
+        line = self.source.splitlines()[lines[0] - 1] if lines else ""
+        return line.partition("# ")[2].partition(": ")[0]
 
     def record(self, name: str) -> dict[str, Any]:
         """A struct with its defaults."""
         fields = [f for f in self.records[name].body if isinstance(f, ast.AnnAssign) and isinstance(f.target, ast.Name)]
         return {f.target.id: self.value(f.value, {}) for f in fields if isinstance(f.target, ast.Name)}
 
-    def run(self, name: str, **arguments: Any) -> None:
-        """One of its functions, on records that it changes."""
+    def run(self, name: str, **arguments: Any) -> dict[str, Any]:
+        """One of its functions, on records that it changes; its names when it ends."""
         self.signs = []
-        self.execute(self.functions[name].body, {"LARGEST": (Fraction(10) ** 300, ZERO), **arguments})
+        names = {"LARGEST": (self.largest, ZERO), **arguments}
+        self.execute(self.functions[name].body, names)
+        return names
 
     def execute(self, body: list[ast.stmt], env: dict[str, Any]) -> bool:
         """Whether it came to a ``return``."""
@@ -91,7 +114,10 @@ class Twin:
                     env[node.target.id] = (Fraction(k), ZERO)
                     self.execute(node.body, env)
             elif isinstance(node, ast.If):
-                if self.execute(node.body if self.value(node.test, env) else node.orelse, env):
+                mark = len(self.signs)
+                holds = bool(self.value(node.test, env))
+                self.signs[mark:] = [Fraction(holds)]  # what a guard compares may have any sign while it holds
+                if self.execute(node.body if holds else node.orelse, env):
                     return True
             elif isinstance(node, ast.Return):
                 return True
@@ -164,6 +190,8 @@ class Twin:
             made = node.keywords[0].value
             return self.value(made.body if isinstance(made, ast.Lambda) else made, env)
         args = [self.value(item, env) for item in node.args]
+        if name in self.records:
+            return self.record(name) | {item.arg: self.value(item.value, env) for item in node.keywords}
         if name == "range":
             return range(*(int(x[0]) for x in args))
         if name == "float32":  # single precision rounds; the formulas are the same

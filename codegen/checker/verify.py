@@ -1,7 +1,8 @@
 """Check a stability certificate (docs/certificate.md) with Python alone: python3 verify.py CERTIFICATE [--spec SPEC].
 
 Nothing that the certificate's author computed is believed: every inequality is decided anew in exact rational
-arithmetic, and what is not rational (sin, exp, sqrt) is enclosed. Exit status: 0 verified, 3 refused, 2 unreadable.
+arithmetic, and what is not rational (sin, exp, sqrt) is enclosed. Exit status: 0 verified and bound to the code beside
+it, 5 the inequalities hold and are bound to no code, 3 refused, 2 a file that cannot be read, is too large or no JSON.
 """
 
 import argparse
@@ -27,10 +28,10 @@ def beside(name: str, **given: SimpleNamespace) -> SimpleNamespace:
 
 
 if TYPE_CHECKING:
-    from codegen.checker import binding, enclosure, forms, slow
+    from codegen.checker import binding, enclosure, files, forms, lost, slow
 else:
-    binding, enclosure = beside("binding"), beside("enclosure")
-    forms = beside("forms", enclosure=enclosure)
+    binding, enclosure, files = beside("binding"), beside("enclosure"), beside("files")
+    forms, lost = beside("forms", enclosure=enclosure), beside("lost", binding=binding)
     slow = beside("slow", enclosure=enclosure, forms=forms)
 Refused, demand, show = enclosure.Refused, enclosure.demand, enclosure.show
 parse, widen, MAX_STRING = enclosure.parse, enclosure.widen, enclosure.MAX_STRING
@@ -39,15 +40,17 @@ MAX_TEXT, MAX_SIZE, MAX_VERTICES, MAX_TOTAL, FINE = 5_000_000, 32, 4096, 200_000
 FORMS = json.loads(r"""{"FORMAT": "stiction-certificate/1", "BOUND": "stiction-bound/1", "TEXT": ".*",
     "NAME": "[A-Za-z][A-Za-z0-9_]*", "FILE": "[A-Za-z0-9_][A-Za-z0-9_.+-]{0,127}", "WHOLE": "0|[1-9][0-9]{0,8}",
     "LINE": ".*\\S.*", "HASH": "[0-9a-f]{64}", "STEP": "euler|semi_implicit|exponential|implicit"}""")
-Report = namedtuple("Report", "name claim facts unbound open assumptions")  # unbound: files named, but not there
+# unbound: files named, but not there; bound: whether the matrix is that of the code, and all that is named is there.
+Report = namedtuple("Report", "name claim facts unbound open assumptions bound")
 TWIN = "__init__.py"
+NO_CODE = 5  # the exit status where the inequalities hold, and nothing says of which code
 READERS = {"stiction-certificate/1": "verify.py", "stiction-bound/1": "newtons.py"}
 VALUES = "values: how estimates move is compared, not a constant added to one, nor outputs that `code` does not name"
 ALWAYS = (  # not compared, whatever is given
     f"that the C computes what {TWIN} does: their hashes alone bind them (`stiction generate --check`)",
     VALUES,
     "that the model (M, g, input gain) is the machine's",
-    "that the twin's ENVELOPE is the specification's, which is not read",
+    "that the twin's ENVELOPE and units are the specification's, which is not read",
 )
 # A certificate: {"field": ...} is an object with just these fields, {"FORM": ...} one with any keys of that form.
 SCHEMA = json.loads("""{"format": "FORMAT", "tool": {"name": "TEXT", "version": "TEXT", "command": "TEXT"},
@@ -210,11 +213,14 @@ def verify(top: dict[str, Any]) -> list[str]:
     return facts
 
 
-def bound(top: dict[str, Any], sources: dict[str, bytes], spec: Path | None) -> tuple[list[str], list[str]]:
-    """Facts about the files, and what nothing vouches for: that they are the files meant, and the matrix their own."""
+def bound(top: dict[str, Any], sources: dict[str, bytes], spec: Path | None) -> tuple[list[str], list[str], bool]:
+    """Facts about the files, and what nothing vouches for: that they are the files meant, and the matrix their own.
+
+    Besides, whether the matrix is that of the code, over the code's envelope.
+    """
     stated = {name: (sources[name], digest) for name, digest in top["subject"]["files"].items() if name in sources}
-    facts, left = [], []
-    given = {} if spec is None else {spec.name: (spec.read_bytes(), top["subject"]["spec_sha256"])}
+    facts, left, tied = [], [], False
+    given = {} if spec is None else {spec.name: (files.read(spec), top["subject"]["spec_sha256"])}
     for name, (content, expected) in (stated | given).items():
         found = hashlib.sha256(content).hexdigest()
         demand(found == expected, f"{name} has the SHA-256 {found}, not {expected}")
@@ -222,7 +228,11 @@ def bound(top: dict[str, Any], sources: dict[str, bytes], spec: Path | None) -> 
     try:
         twin = binding.Twin(stated[TWIN][0].decode() if TWIN in stated else "")
         left += binding.envelope(top, twin)
-        facts.append(binding.replayed(top, twin))
+        ranged = not left
+        fact, more = binding.replayed(top, twin)
+        facts.append(fact)
+        left += [*more, *binding.guarded(twin), *lost.compared(top, twin)]
+        tied = ranged and not stated.keys() ^ top["subject"]["files"].keys()
     except binding.Unlike as why:
         raise Refused(str(why)) from None
     except binding.Unknown as why:
@@ -230,12 +240,16 @@ def bound(top: dict[str, Any], sources: dict[str, bytes], spec: Path | None) -> 
     except (ArithmeticError, AttributeError, LookupError, SyntaxError, TypeError, ValueError) as why:
         raise Refused(f"code, or the twin, cannot be read: {brief(str(why))}") from None
     left += [] if spec is not None else ["the specification's SHA-256: it was not given (--spec)"]
-    left += [] if top["subject"]["files"] else ["any file: none is named"]
+    named = top["subject"]["files"]
+    left += [] if named else ["any file: none is named"]
+    source = f"{top['subject']['name']}.c"
+    left += [f"C: {source} is not named"] if named and source not in named else []
+    tied = tied and source in named
     turned = {f"e_a_{entry['contact']}" for entry in top["reversals"]}
     silent = [e["name"] for e in top["error"] if e["name"].startswith("e_a_") and e["name"] not in turned]
     left += [f"a reversal: nothing is said of one of {', '.join(silent)}"] if silent and not top["along"] else []
     left += [] if top["assumptions"] else ["what the claim rests on: no assumption is stated"]
-    return facts, [*left, *ALWAYS]
+    return facts, [*left, *ALWAYS], tied
 
 
 def parsed(text: str, schema: dict[str, Any] = SCHEMA, what: str = "certificate") -> dict[str, Any]:
@@ -258,14 +272,19 @@ def check(
     Raises Refused; json.JSONDecodeError; OSError if a file to be compared cannot be read.
     """
     try:
-        files = (top := parsed(text))["subject"]["files"]
+        named = (top := parsed(text))["subject"]["files"]
         if sources is None:
-            sources = {name: (folder / name).read_bytes() for name in files if folder and (folder / name).exists()}
-        (more, left), facts = bound(top, sources, spec), verify(top)
+            sources = {name: files.read(folder / name) for name in named if folder and (folder / name).exists()}
+        (more, left, tied), facts = bound(top, sources, spec), verify(top)
     except RecursionError:
         raise Refused("nested too deeply") from None
-    unbound = tuple(name for name in files if name not in sources)
-    return Report(top["subject"]["name"], top["claim"], (*facts, *more), unbound, tuple(left), top["assumptions"])
+    unbound = tuple(name for name in named if name not in sources)
+    return Report(top["subject"]["name"], top["claim"], (*facts, *more), unbound, tuple(left), top["assumptions"], tied)
+
+
+def one_line(text: str) -> str:
+    """Printable characters alone, the rest as escapes: a name of a file may hold what steers a screen."""
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
 
 
 def main(argv: list[str] | None = None, judge: abc.Callable[..., Report] = check) -> int:
@@ -275,21 +294,20 @@ def main(argv: list[str] | None = None, judge: abc.Callable[..., Report] = check
     given = parser.parse_args(argv)
     getattr(sys.stdout, "reconfigure", dict)(errors="backslashreplace")  # a screen may lack alpha
     try:
-        report = judge(given.certificate.read_text("utf-8"), given.certificate.parent, given.spec)
+        report = judge(files.read(given.certificate, MAX_TEXT).decode(), given.certificate.parent, given.spec)
     except Refused as e:
-        print(f"refused: {e}")
+        print(one_line(f"refused: {given.certificate}: {e}"))
         return 3
     except (OSError, ValueError) as e:
-        print(
-            f"error: {getattr(e, 'filename', given.certificate)}: {getattr(e, 'strerror', f'not a certificate: {e}')}",
-            file=sys.stderr,
-        )
+        where, what = getattr(e, "filename", given.certificate), getattr(e, "strerror", f"not a certificate: {e}")
+        print(one_line(f"error: {where}: {what}"), file=sys.stderr)
         return 2
     left = [f"{name}, which is not here" for name in report.unbound] + [*report.open]
-    print(report.name, "verified:", *(f"  {fact}" for fact in report.facts), "not compared:", sep="\n")
+    how = "verified:" if report.bound else f"verified, but bound to no code (exit status {NO_CODE}):"
+    print(report.name, how, *(f"  {fact}" for fact in report.facts), "not compared:", sep="\n")
     print(*(f"  {gap}" for gap in left), "claim as written by the tool, not checked:", f"  {report.claim}", sep="\n")
     print("assumptions as written by the tool, not checked:", *(f"  {line}" for line in report.assumptions), sep="\n")
-    return 0
+    return 0 if report.bound else NO_CODE
 
 
 if __name__ == "__main__":

@@ -8,7 +8,9 @@ from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
 from codegen.diagnosis.results import FoundEffect
 from codegen.effects.declare import written_place
+from codegen.mechanics.link_parameters import base_values
 from codegen.mechanics.system import System
+from codegen.spec.kinematics import KinematicTree
 from codegen.spec.model import Spec
 from codegen.spec.yaml_text import dump, load_mapping
 
@@ -35,6 +37,7 @@ def augmented_text(spec: Spec, effects: Sequence[FoundEffect], values: Mapping[s
         if parameter.name in values and parameter.value != 0:
             share = values[parameter.name] / float(parameter.value)
             _replace(document["parameters"], parameter.name, "value", float(parameter.declared) * share)
+    _write_links(document, spec, values)
     if not effects:
         return dump(document)
     entries = document.get("effects")
@@ -72,6 +75,23 @@ def _write_out_joints(document: CommentedMap, spec: Spec) -> None:
         effects[-1].fa.set_flow_style()
     if effects:
         document["effects"] = effects
+
+
+def _write_links(document: CommentedMap, spec: Spec, values: Mapping[str, float]) -> None:
+    """Put refitted base parameters beside the robot file's name; they then stand in place of the file's."""
+    if not isinstance(spec.form, KinematicTree):
+        return
+    nominal = base_values(spec, spec.form)
+    moved = {name: value for name, value in values.items() if name in nominal}
+    if not moved:
+        return
+    section = document["urdf"]
+    if section.get("base_parameters") is None:
+        section["base_parameters"] = CommentedMap()
+        section.fa.set_block_style()
+    section["base_parameters"].fa.set_block_style()
+    for name, value in moved.items():
+        _replace(section, "base_parameters", name, value, float(nominal[name]))
 
 
 def _replace(

@@ -46,12 +46,12 @@ def evaluate_forces(
     function = casadi.Function("forces", [point], [stacked])
     w = motion.inputs if inputs is None else inputs
     since = (motion.time - motion.time[0])[:, None]
-    at = np.hstack([*_true_motion(system, motion), w, since])
+    at = np.hstack([*true_motion(system, motion), w, since])
     flat = np.asarray(function.map(len(at))(at.T))
     return np.ascontiguousarray(flat.reshape(len(columns), n, len(at)).transpose(0, 2, 1))
 
 
-def _true_motion(system: System, motion: Motion) -> tuple[Array, Array, Array]:
+def true_motion(system: System, motion: Motion) -> tuple[Array, Array, Array]:
     """Positions, velocities and accelerations behind the readings."""
     if not system.sensor_errors:
         return motion.positions, motion.velocities, motion.accelerations

@@ -5,8 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import sympy
 from numpy.typing import NDArray
 from scipy.signal import lfilter
+
+from codegen.diagnosis.numpy_form import numpy_function
+from codegen.mechanics.system import System
 
 Array = NDArray[np.float64]
 
@@ -36,6 +40,28 @@ class Chain:
             w = np.sign(w) * np.maximum(np.abs(w) - self.width, 0.0)
         w = np.clip(w, -self.limit, self.limit)
         return _lagged(w, self.tau / h) if self.tau > 0.0 else w
+
+
+class Chains:
+    """The chains of all inputs of a system, over the parameters of a fit."""
+
+    def __init__(self, system: System, symbols: tuple[sympy.Symbol, ...]) -> None:
+        """Args:
+        symbols: whose values ``act`` is given, in order.
+        """
+        actuators = [system.actuator(i) for i in range(len(system.inputs))]
+        self._limits = [len(a.limits) for a in actuators]
+        stages = [(a.delay, a.gain, a.dead_zone, a.lag or sympy.S.Zero, *a.limits) for a in actuators]
+        self._numbers = numpy_function([e for stage in stages for e in stage], symbols, system.values)
+
+    def act(self, commands: Array, numbers: Array, sample_time: float, substeps: int) -> Array:
+        """(N substeps, m) mean effective inputs over each substep, of commands (N, m) held from t_k to t_(k+1)."""
+        fields, columns = iter(map(float, self._numbers(*numbers))), []
+        for i, limits in enumerate(self._limits):
+            delay, gain, width, tau = (next(fields) for _ in range(4))
+            limit = min([np.inf, *(next(fields) for _ in range(limits))])
+            columns.append(Chain(delay, gain, width, limit, tau).act(commands[:, i], sample_time, substeps))
+        return np.ascontiguousarray(np.column_stack(columns))
 
 
 def _late(w: Array, steps: float) -> Array:

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 from math import isfinite
 
-from codegen.diagnosis.credit import FAR, LEAST_EXPLAINED, LEAST_SHARE, NEAR_NOISE, level, share_far
+from codegen.diagnosis.answer import Answer
+from codegen.diagnosis.credit import FAR, LEAST_SHARE, NEAR_NOISE, level, share_far
 from codegen.diagnosis.estimate import Estimate
+from codegen.diagnosis.force_witness import force_evidence
+from codegen.diagnosis.limits import at_limit
 from codegen.diagnosis.measure import Window, force_errors
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.ranking import Ranked, twins
-from codegen.diagnosis.results import Candidate, ErrorFigures, FoundEffect, Verdict
+from codegen.diagnosis.results import Candidate, FoundEffect, Remainder, Verdict
 from codegen.diagnosis.rounds import Outcome
 from codegen.diagnosis.trial import Part
 from codegen.effects import CATALOGUE
@@ -22,36 +25,43 @@ from codegen.mechanics.system import System
 from codegen.text import render
 
 TABLE_SIZE = 12
+MOST = 0.5
+"""Share that a law removes, at least, of what a flexible regression on its own variable explains of the residual."""
+SOME = 0.1
+"""Of the square of what is left: a smaller share that a variable explains is not told."""
 DOUBTFUL = ("jitter", "sample rate", "missing values", "repeated rows")
 """Topics of the preflight that can make a residual by themselves."""
 
 
 def sentence(
     system: System,
-    verdict: Verdict,
-    named: Sequence[FoundEffect],
+    said: Answer,
     rivals: Sequence[FoundEffect],
-    figures: Sequence[ErrorFigures],
     findings: Sequence[Finding],
     outcome: Outcome,
+    left: Sequence[Remainder],
 ) -> str:
-    """The verdict in words; its figure is of the coordinate on which the first effect acts.
+    """The verdict in words; its figures are of the coordinate on which the first effect acts.
 
     Args:
-        figures: of the declared, refit and augmented model.
-        findings: of the preflight of the training log.
+        findings: of the preflight of the training log. left: what the model that is written leaves, by coordinate.
     """
-    i = acts_on(named[0], system) if named else 0
-    by_force = all(isfinite(f.force_rms_rows[i]) for f in figures[1:])
-    before, after = (f.force_rms_rows[i] if by_force else f.free_run_rmse_rows[i] for f in figures[1:])
+    most = max(range(len(left)), key=lambda k: left[k].share if isfinite(left[k].share) else -1.0)
+    i = acts_on(said.effects[0], system) if said.effects else 0
+    by_force = all(isfinite(f.force_rms_rows[i]) for f in said.figures)
+    declared, refit, augmented = (f.force_rms_rows[i] if by_force else f.free_run_rmse_rows[i] for f in said.figures)
     words = render(
         "text/verdict.j2",
-        verdict=verdict,
-        effects=named,
+        verdict=said.verdict,
+        effects=said.effects,
         rivals=rivals,
+        against=said.against,
+        errors=said.errors,
+        remarks=said.remarks,
         by_force=by_force,
-        before=before,
-        after=after,
+        declared=declared,
+        refit=refit,
+        augmented=augmented,
         unit=system.force_unit(i) if by_force else system.position_units[i],
         where=system.positions[i].name if system.degrees_of_freedom > 1 else "",
         faults=[f.words for f in findings if f.severity == "problem"],
@@ -60,6 +70,9 @@ def sentence(
         far=share_far(outcome.base),
         far_noise=FAR,
         near_noise=NEAR_NOISE,
+        left=left[most] if isfinite(left[most].share) else None,
+        left_on=system.positions[most].name if system.degrees_of_freedom > 1 else "",
+        some=SOME,
     )
     return words.strip()
 
@@ -86,8 +99,6 @@ def verdict_of(outcome: Outcome, faults: bool) -> Verdict:
         return "unfit"
     if not outcome.parts:
         return "unknown" if outcome.unexplained else "none"
-    if outcome.explained < LEAST_EXPLAINED:
-        return "unknown"
     return "ambiguous" if outcome.rivals else "effect"
 
 
@@ -101,6 +112,20 @@ def force_agrees(problem: Problem, refit: System, augmented: System) -> bool:
     window = Window(0, len(problem.motion.time))
     before, after = (force_errors(s, problem.motion, problem.masks, window)[2] for s in (refit, augmented))
     return after**2 <= (1 - LEAST_SHARE) * before**2
+
+
+def takes_its_own(
+    outcome: Outcome, problem: Problem, refit: System, augmented: System, named: Sequence[FoundEffect]
+) -> bool:
+    """Whether the effects remove most of what a flexible regression on their own variables explains.
+
+    Not asked of backlash, nor where the free runs leave nothing but the noise: then no law could explain more.
+    """
+    if level(outcome.final) <= NEAR_NOISE or any(t.gap != 0 for t in augmented.transmissions):
+        return True
+    acting = [acts_on(effect, problem.system) for effect in named]
+    found = force_evidence(problem, refit, augmented, [effect.kind for effect in named], acting)
+    return all(one.removed >= MOST * one.own for one in found)
 
 
 def named_effects(parts: Sequence[Part], estimated: Estimate, system: System) -> list[FoundEffect]:
@@ -143,7 +168,7 @@ def _not_tried(system: System, tried: Collection[tuple[str, str]], verdict: Verd
             else:
                 why = "not tried: no run of it could be fitted"
             none = float("nan")
-            yield Candidate(kind, on, {}, none, none, 0, 0, None, False, why, (), own=True)
+            yield Candidate(kind, on, {}, none, none, 0, 0, None, False, why, (), own=True, p=none)
 
 
 def _listed(outcome: Outcome) -> list[Ranked]:
@@ -177,4 +202,6 @@ def _candidate(r: Ranked) -> Candidate:
         also=tuple(twins(part, r.found)),
         size=r.size,
         own=is_own(part.kind),
+        at_limit=at_limit(r.found.shot)[-1],
+        p=r.p,
     )

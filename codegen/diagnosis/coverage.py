@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 from codegen.diagnosis.measure import drive_force
 from codegen.diagnosis.residual import inverse_dynamics_residual
 from codegen.diagnosis.signals import Motion
-from codegen.diagnosis.trial import CHAIN, Part
+from codegen.diagnosis.trial import Part
 from codegen.effects import CATALOGUE
-from codegen.effects.places import pairs
 from codegen.effects.start import Covered
 from codegen.mechanics.system import Matrix, System
 
@@ -53,7 +52,7 @@ class Survey:
         """
         m = self.motion
         contact = part.place if _sits_on(part) == "contact" else None
-        i = self._coordinate(part)
+        i = CATALOGUE[part.kind].coordinate(self.system, part.place)
         if contact is None:
             x, v, y = m.positions[:, i], m.velocities[:, i], self.residual[:, i]
         else:
@@ -61,7 +60,7 @@ class Survey:
             x, v = m.positions @ column, m.velocities @ column
             y = self.residual @ column / (column @ column)
         span = max(float(np.ptp(x)), 1e-12)
-        command = m.commands[:, part.place if part.kind in CHAIN else 0]
+        command = m.commands[:, part.place if _sits_on(part) == "input" else 0]
         return Covered(
             force=max(float(self.drive[:, i].std()), self.mass[i, i] * float(m.accelerations[:, i].std()), 1e-12),
             span=span,
@@ -76,16 +75,6 @@ class Survey:
             periods=partial(_periods, _sits_on(part), x, v, y, m.usable, span),
             coupling=coupling,
         )
-
-    def _coordinate(self, part: Part) -> int:
-        match _sits_on(part):
-            case "contact":
-                return int(np.argmax(np.abs(self.distribution[:, part.place])))
-            case "input":
-                return 0
-            case "two coordinates":
-                return pairs(self.system)[part.place][0]
-        return part.place
 
 
 def survey(system: System, motion: Motion) -> Survey:

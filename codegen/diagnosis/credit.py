@@ -8,7 +8,7 @@ from math import erfc, exp, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen.diagnosis.output_error import Shot, means, segment_losses, segment_weights
+from codegen.diagnosis.output_error import Shot, means, scales, segment_losses, segment_weights
 
 Array = NDArray[np.float64]
 
@@ -24,11 +24,17 @@ NEAR_NOISE = 3.0
 FAR, FEW = 10.0, 0.05
 """A refit that leaves more than so many times the noise in more than this share of the segments lacks something there,
 however well it fits the others. Of the practice logs without an effect none has more."""
-LEAST_EXPLAINED = 0.4
-"""All effects together remove this share of the squared residual, or of what it has above the noise; else: unknown."""
+FURTHER = 0.4
+"""What a second or third effect removes of what is left, at least: less is what the first, in its standard form, does
+not fit of the true one."""
+SIGNED = 48
+"""Blocks of neighbouring segments whose gains may have either sign without an effect; a disturbance may outlast one
+segment."""
 AT_NOISE = 0.05
 """A model whose loss is this near to that of pure noise has nothing left to find."""
 TIE_LEVEL = 0.05
+TIE_RATIO = 2.0
+"""A rival ties with the best where p > ``TIE_LEVEL`` and it leaves at most so many times the squared residual."""
 GAIN_STEP = 1e-3
 
 
@@ -38,9 +44,10 @@ class Evidence:
 
     Attributes:
         gain: nats of log-likelihood, summed over segments.
-        share: of the squared residual that is removed, geometric mean over segments.
-        t: sum of the segments' gains over the root of the sum of their squares: what it would be in standard deviations
-            if every gain could as well have had the other sign.
+        share: of the squared residual that is removed: of its geometric mean over segments or of its sum, whichever is
+            larger. An effect that acts in a few segments alone removes most of the sum and little of the mean.
+        t: sum of the gains of blocks of neighbouring segments over the root of the sum of their squares: what it would
+            be in standard deviations if every block's gain could as well have had the other sign.
         won, blocks: blocks of segments on which it is better.
     """
 
@@ -78,7 +85,7 @@ def held_out_losses(shot: Shot) -> Array:
     for block in np.array_split(np.arange(segments), BLOCKS):
         rest = np.setdiff1d(np.arange(segments), block)
         matrix = normal[rest].sum(axis=0) + prior
-        size = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
+        size = scales(matrix)
         pull = right[rest].sum(axis=0) - shot.price * (shot.theta - shot.centre)
         step = np.linalg.lstsq(matrix / np.outer(size, size), pull / size, rcond=1e-10)[0] / size
         losses[block] = segment_losses(residual[block] - np.tensordot(step, slopes[:, block], axes=1))
@@ -92,15 +99,26 @@ def evidence(base: Array, other: Array, kept: int, floor: float = 0.0) -> Eviden
         floor: loss of a segment whose residual is the noise: nobody is credited for less.
     """
     gains = np.maximum(base, floor) - np.maximum(other, floor)
-    spread = float(np.sqrt((gains**2).sum()))
+    signed = np.array([b.sum() for b in np.array_split(gains, min(SIGNED, len(gains)))])
+    spread = float(np.sqrt((signed**2).sum()))
     blocks = np.array([b.sum() for b in np.array_split(gains, BLOCKS)])
+    squares = [float(_squares(losses, kept).sum()) for losses in (base, other)]
+    least = float(len(gains) * _squares(np.array([floor]), kept)[0])
     return Evidence(
         float(gains.sum()),
-        float(1 - np.exp(-2 * gains.sum() / (len(gains) * kept))),
+        max(
+            float(1 - np.exp(-2 * gains.sum() / (len(gains) * kept))),
+            1 - max(squares[1], least) / squares[0] if squares[0] > least else 0.0,
+        ),
         float(gains.sum() / spread) if spread > 0 else 0.0,
         int((blocks > 0).sum()),
         len(blocks),
     )
+
+
+def _squares(losses: Array, kept: int) -> Array:
+    """The squared residuals that have these losses: the inverse of ``segment_losses``."""
+    return np.asarray(kept * np.expm1(np.minimum(2 * losses / kept, 600.0)))
 
 
 def independent_share(shot: Shot) -> float:

@@ -9,27 +9,35 @@ from typing import Any
 import sympy
 
 from codegen.diagnosis.augment import augmented_text
-from codegen.diagnosis.conclusion import as_effect, candidates, force_agrees, named_effects, sentence, verdict_of
+from codegen.diagnosis.conclusion import as_effect, candidates, sentence, verdict_of
 from codegen.diagnosis.credit import ALPHA, BLOCKS, level, share_far
-from codegen.diagnosis.estimate import Estimate, estimate
+from codegen.diagnosis.examination import examine
 from codegen.diagnosis.harmonics import with_harmonics
+from codegen.diagnosis.limits import levels_at_zero
 from codegen.diagnosis.measure import RESTART_S, Window, force_errors, measure
-from codegen.diagnosis.models import with_effects, with_values
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.proposal import propose_terms, refuse_without_pysindy
 from codegen.diagnosis.record import record_of
+from codegen.diagnosis.referee import remainders
 from codegen.diagnosis.replay import compare_residuals
-from codegen.diagnosis.results import Diagnosis
+from codegen.diagnosis.results import Diagnosis, FoundEffect
 from codegen.diagnosis.rounds import Outcome, find_effects
 from codegen.diagnosis.search import Search, search_on
 from codegen.diagnosis.separation import separate
-from codegen.diagnosis.signals import Motion, smooth_motion
+from codegen.diagnosis.signals import SHORTEST_TEST_S, Motion, smooth_motion
+from codegen.effects.declare import add_declared_effects
 from codegen.logs import Finding, Log, excerpt, preflight
+from codegen.mechanics import build_system
+from codegen.mechanics.link_parameters import link_parameters
 from codegen.mechanics.system import System
+from codegen.numerics import numerical
 from codegen.simulate.simulable import is_simulable
+from codegen.spec.kinematics import KinematicTree
 from codegen.spec.model import Spec
 
 HELD_OUT_SHARE = 0.3
+MATERIAL = 0.02
+"""Of the RMS of the drive force: structure that is smaller is told as what is left, and not called unknown."""
 
 Progress = Callable[[str, float], None]
 
@@ -54,8 +62,10 @@ class Models:
     window: Window
     spec_text: str
     excitation: str | None = None
+    named: tuple[FoundEffect, ...] = ()
 
 
+@numerical("the fit of the model to the log")
 def diagnose_log(
     spec: Spec,
     system: System,
@@ -63,6 +73,7 @@ def diagnose_log(
     test_log: Log | None = None,
     progress: Progress | None = None,
     propose: bool = False,
+    material: float = MATERIAL,
 ) -> tuple[Diagnosis, Models]:
     """Diagnose one log.
 
@@ -71,6 +82,7 @@ def diagnose_log(
         log: to train on; without ``test_log`` its last 30 % is held out.
         progress: told (station, share done).
         propose: whether to propose terms for an unknown residual.
+        material: share of the RMS of the drive force from which on a force matters.
 
     Raises:
         BadInput: if a log is too short or moves too little to say anything; for a proposal without PySINDy.
@@ -79,6 +91,7 @@ def diagnose_log(
         refuse_without_pysindy()
     tell = progress or (lambda station, share: None)
     tell("preflight", 0.0)
+    system, deviations = _uncertain(spec, system, log)
     log, cut = excerpt(log)
     findings = {"train": (*cut, *preflight(log, spec), *_steady_laws(system))}
     if test_log is not None:
@@ -87,50 +100,52 @@ def diagnose_log(
     motion = smooth_motion(log)
     split = len(motion.time) if test_log is not None else round(len(motion.time) * (1 - HELD_OUT_SHARE))
     training = _restrict(motion, 0, split)
-    other = smooth_motion(test_log, motion.cutoff_hz) if test_log is not None else motion
+    other = motion if test_log is None else smooth_motion(test_log, motion.cutoff_hz, SHORTEST_TEST_S)
     window = Window(0, len(other.time)) if test_log is not None else Window(split, len(motion.time))
-    tolerance = _tolerances(spec, log)
 
-    tell("refit", 0.05)
-    problem = Problem(system, training, tolerance)
+    problem = Problem(system, training, deviations)
     search = search_on(problem, lambda share: record_of(training, log, share))
+    tell("refit", 0.05)
     faults = any(f.severity == "problem" for f in findings["train"])
     outcome = find_effects(search, lambda k, share: tell(f"effect {k + 1}", 0.1 + 0.25 * (k + share)), faults)
     outcome, standing = with_harmonics(search, outcome, problem) if not faults else (outcome, search)
-    before = estimate(outcome.base)
-    refit = with_values(system, _values(before))
-    verdict = verdict_of(outcome, faults)
-    after = estimate(*standing.polished(outcome.final)) if outcome.parts else before
-    named = named_effects(outcome.parts, after, refit)
-    augmented = with_values(with_effects(system, named), _values(after)) if named else refit
-    if verdict == "effect" and not force_agrees(problem, refit, augmented):
-        verdict = "unknown"
-    if verdict == "unknown":
-        augmented = refit
+    tell("values and held-out error", 0.78)
+    judge = Problem(system, other, {})
+    said = examine(
+        search,
+        standing,
+        outcome,
+        problem,
+        verdict_of(outcome, faults),
+        lambda s: measure(s, other, judge.masks, window),
+    )
+    verdict, refit, augmented = said.verdict, said.refit, said.augmented
+    left = remainders(said.adopted or refit, training, problem.masks)
+    if verdict == "unknown" and not outcome.parts and max(r.material for r in left) < material:
+        verdict, said = "none", replace(said, verdict="none")
     told, excitation = None, None
     if verdict == "ambiguous":
-        tell("motion that separates", 0.8)
+        tell("motion that separates", 0.85)
         told, excitation = separate(search, outcome, log, spec.envelope)
-    tell("held-out error", 0.85)
-    judge = Problem(system, other, {})
-    figures = [measure(s, other, judge.masks, window) for s in (system, refit, augmented)]
     tell("tracking observer", 0.93)
     agreement = compare_residuals(spec, system, training)
 
     moved = [*problem.levels, *problem.uncertain]
     values = {s.name: (float(system.values[s]), float(refit.values[s]), float(augmented.values[s])) for s in moved}
-    adopted = {name: after if verdict == "effect" else before for name, (_, before, after) in values.items()}
-    adopted = {} if verdict == "unfit" else adopted
-    text = augmented_text(spec, named if verdict == "effect" else [], adopted, system)
+    at_zero = levels_at_zero(system, (refit, augmented), problem.levels)
+    words = (f"the fit drives the friction level {name} to zero, below which there is none" for name in at_zero)
+    said = replace(said, remarks=(*said.remarks, *words))
+    adopted = {} if said.adopted is None else {s.name: float(said.adopted.values[s]) for s in moved}
+    text = augmented_text(spec, said.effects if verdict == "effect" else [], adopted, system)
     rivals = [as_effect(r, refit) for r in outcome.rivals]
     diagnosis = Diagnosis(
         verdict=verdict,
-        sentence=sentence(system, verdict, named, rivals, figures, findings["train"], outcome),
-        effects=tuple(named) if verdict == "effect" else (),
+        sentence=sentence(system, said, rivals, findings["train"], outcome, left),
+        effects=said.effects if verdict == "effect" else (),
         candidates=candidates(outcome, system, verdict),
-        declared=figures[0],
-        refit=figures[1],
-        augmented=figures[2],
+        declared=said.figures[0],
+        refit=said.figures[1],
+        augmented=said.figures[2],
         training=_training(problem, (system, refit, augmented)),
         refitted=values,
         data=_data(log, test_log, motion, window, problem) | _search_data(search, outcome),
@@ -138,19 +153,25 @@ def diagnose_log(
         findings={name: tuple(_words(f) for f in some) for name, some in findings.items()},
         certificate=None,
         separation=told,
+        parameter_errors=said.errors,
+        remarks=said.remarks,
+        at_limit=at_zero,
+        remainder=left,
         proposal=propose_terms(refit, problem, judge, window) if propose and verdict == "unknown" else None,
     )
     tell("done", 1.0)
-    return diagnosis, Models(system, refit, augmented, problem, judge, window, text, excitation)
+    return diagnosis, Models(system, refit, augmented, problem, judge, window, text, excitation, said.effects)
 
 
-def _values(found: Estimate) -> dict[str, float]:
-    return {name: value for name, (value, _) in found.moved.items()}
-
-
-def _tolerances(spec: Spec, log: Log) -> Mapping[sympy.Symbol, float]:
+def _uncertain(spec: Spec, system: System, log: Log) -> tuple[System, Mapping[sympy.Symbol, float]]:
+    """The system with all that is uncertain as parameters, and their standard deviations in SI."""
     own = {spec.symbol(p.name): p.tolerance if p.tolerance is not None else log.tolerance for p in spec.parameters}
-    return {s: share for s, share in own.items() if share}
+    deviations = {s: share * abs(float(system.values[s])) for s, share in own.items() if share}
+    if isinstance(spec.form, KinematicTree) and spec.form.tolerance is not None:
+        links = link_parameters(spec, spec.form)
+        system = add_declared_effects(build_system(spec, links), spec)
+        deviations |= {spec.symbol(p.name): p.deviation for p in links}
+    return system, deviations
 
 
 def _restrict(motion: Motion, start: int, stop: int) -> Motion:
@@ -184,8 +205,8 @@ def _training(problem: Problem, models: tuple[System, System, System]) -> tuple[
 def _data(log: Log, test: Log | None, motion: Motion, window: Window, problem: Problem) -> dict[str, Any]:
     h = motion.sample_time
     return {
-        "train": log.path.name,
-        "test": test.path.name if test is not None else f"{log.path.name}, its last {100 * HELD_OUT_SHARE:.0f} %",
+        "train": log.files,
+        "test": test.files if test is not None else f"{log.files}, its last {100 * HELD_OUT_SHARE:.0f} %",
         "held_out_seconds": round((window.stop - window.start) * (test.sample_time if test is not None else h), 3),
         "train_samples": len(problem.motion.time),
         "sample_time_s": h,

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as student
 
-from codegen.diagnosis.output_error import Shot, segment_weights
+from codegen.diagnosis.output_error import Shot, scales, segment_weights
 
 Array = NDArray[np.float64]
 
@@ -52,16 +52,12 @@ def estimate(shot: Shot, other: Shot | None = None) -> Estimate:
     effects = []
     k = len(trial.moved)
     for part, values in zip(trial.parts, found, strict=True):
-        inner = {name: k + j for j, name in enumerate(part.names)}
-        k += len(part.names)
         intervals = {}
-        for name, value in values.items():
-            if name in part.positive or name == "load_fraction":
-                ends = [part.outward_one(name, float(e[inner[name]])) for e in (low, high)]
-                intervals[name] = (value, (ends[0], ends[1]))
-            else:
-                half = factor * float(deviation[inner[name]])
-                intervals[name] = (value, (value - half, value + half))
+        for j, (name, coordinate) in enumerate(zip(part.names, part.coordinates, strict=True), k):
+            value, half = values[name], factor * float(deviation[j])
+            ends = (coordinate.outward(float(low[j])), coordinate.outward(float(high[j])))
+            intervals[name] = (value, ends if coordinate.curved else (value - half, value + half))
+        k += len(part.names)
         effects.append(intervals)
     return Estimate(levels, tuple(effects))
 
@@ -72,9 +68,10 @@ def standard_errors(shot: Shot) -> Array:
     weighted = shot.slopes * weights[:, None]
     bread = np.einsum("ask,bsk->ab", weighted, shot.slopes, optimize=True) + np.diag(shot.price)
     gradients = np.einsum("ask,sk->sa", weighted, shot.residual)
-    meat = gradients.T @ gradients + np.diag(shot.price)
     segments, count = len(shot.residual), len(shot.theta)
-    meat *= segments / max(segments - count, 1)
-    size = np.sqrt(np.maximum(np.diag(bread), 1e-300))
+    meat = gradients.T @ gradients * (segments / max(segments - count, 1))
+    # The declared values err by their tolerance, whatever weight the prior has beside a tempered likelihood.
+    meat += np.diag(shot.price / shot.tempering)
+    size = scales(bread)
     inverse = np.linalg.pinv(bread / np.outer(size, size), rcond=1e-12) / np.outer(size, size)
     return np.sqrt(np.maximum(np.diag(inverse @ meat @ inverse), 0.0))

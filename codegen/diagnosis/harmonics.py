@@ -20,18 +20,19 @@ from codegen.diagnosis.measure import Window, force_errors
 from codegen.diagnosis.models import with_effects, with_values
 from codegen.diagnosis.output_error import Shot
 from codegen.diagnosis.problem import Problem
-from codegen.diagnosis.ranking import Ranked, credible, weight_of
+from codegen.diagnosis.ranking import Ranked, chance, credible, weight_of
 from codegen.diagnosis.residual import inverse_dynamics_residual
 from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.rounds import Outcome, explained_share, pruned, worth_it
 from codegen.diagnosis.search import Search
-from codegen.diagnosis.trial import part_of
+from codegen.diagnosis.trial import Part, part_of
 from codegen.effects.cogging_harmonics import CoggingHarmonics
+from codegen.effects.family import candidates, kinds_of
+from codegen.effects.periodic import PERIOD
 from codegen.mechanics.system import System
 
 Array = NDArray[np.float64]
 
-KIND = CoggingHarmonics.kind
 BLOCKS = 8
 MOST_ORDER, MOST_WAVES = 120, 40
 COVERED, TURNS = 0.9, 1.5
@@ -64,11 +65,13 @@ class Waves:
     weights: Array
     share: float
 
-    @property
-    def parameters(self) -> dict[str, float]:
-        pairs = zip(self.orders, self.weights.reshape(-1, 2), strict=True)
-        waves = {f"{name}_{k}": float(w) for k, pair in pairs for name, w in zip(("sin", "cos"), pair, strict=True)}
-        return {"period": self.period} | waves
+    def effect(self, richer: CoggingHarmonics) -> CoggingHarmonics:
+        """A richer form of a sine with these orders."""
+        return richer.of_orders(self.orders)
+
+    def parameters(self, richer: CoggingHarmonics) -> dict[str, float]:
+        """Of that effect."""
+        return self.effect(richer).values(self.period, [(float(a), float(b)) for a, b in self.weights.reshape(-1, 2)])
 
 
 def with_harmonics(search: Search, outcome: Outcome, problem: Problem) -> tuple[Outcome, Search]:
@@ -88,27 +91,39 @@ def with_harmonics(search: Search, outcome: Outcome, problem: Problem) -> tuple[
         near = replace(search, record=search.shorter(SHORTEST), shorter=lambda share: search.shorter(SHORTEST * share))
         base, final = near.elsewhere(base), near.elsewhere(final)
     parts = final.runner.trial.parts
-    for i, x in enumerate(search.system.positions):
-        rest = [k for k, p in enumerate(parts) if (p.kind, p.on) != ("cogging", x.name)]
+    for i, richer in _richer_forms(search.system).items():
+        on = search.system.positions[i].name
+        rest = [k for k, p in enumerate(parts) if not _is_sine(p, on, richer)]
+        periods = sorted(_periods(search, outcome, problem, i, richer))
         best: Shot | None = None
-        for kept in [[], rest] if rest else [[]]:
+        for kept in ([[], rest] if rest else [[]]) if periods else []:
             moved, system = _start(near, final, problem, kept)
-            waves = _best(_periods(search, outcome, problem, i), system, problem, i)
+            waves = _best(periods, system, problem, i)
             if waves is None:
                 continue
-            richer = pruned(near, _fitted(near, final, moved, kept, waves), MOST_ORDER, spared=1)
-            if best is None or worth_it(near, best, richer, MOST_ORDER):
-                best = richer
+            fitted = pruned(near, _fitted(near, final, moved, kept, waves, richer), MOST_ORDER, spared=1)
+            if best is None or worth_it(near, best, fitted, MOST_ORDER):
+                best = fitted
         if best is not None and credible(near, base, best, MOST_ORDER) and worth_it(near, final, best, MOST_ORDER):
             outcome, standing = _adopted(near, outcome, base, best), near
             final, parts = best, best.runner.trial.parts
     return outcome, standing
 
 
-def _best(periods: Iterator[float], system: System, problem: Problem, coordinate: int) -> Waves | None:
+def _richer_forms(system: System) -> dict[int, CoggingHarmonics]:
+    """For each coordinate the effect that has several waves."""
+    return {place: effect for effect, place in candidates(system) if isinstance(effect, CoggingHarmonics)}
+
+
+def _is_sine(part: Part, on: str, richer: CoggingHarmonics) -> bool:
+    """Whether a part is the effect of one wave on a coordinate of which another is the richer form."""
+    return part.on == on and richer.refines in kinds_of(part.kind)
+
+
+def _best(periods: Sequence[float], system: System, problem: Problem, coordinate: int) -> Waves | None:
     """The waves of the period that explains most, the shorter of two that explain alike; None for a lone wave."""
     residual = inverse_dynamics_residual(system, problem.motion)[:, coordinate]
-    tried = (regress(system, problem, -residual, coordinate, period) for period in sorted(periods))
+    tried = (regress(system, problem, -residual, coordinate, period) for period in periods)
     found = [waves for waves in tried if waves is not None]
     if not found:
         return None
@@ -137,7 +152,9 @@ def _system(search: Search, shot: Shot, kept: Sequence[int] | None = None, moved
     return with_effects(with_values(search.system, named), effects)
 
 
-def _periods(search: Search, outcome: Outcome, problem: Problem, coordinate: int) -> Iterator[float]:
+def _periods(
+    search: Search, outcome: Outcome, problem: Problem, coordinate: int, richer: CoggingHarmonics
+) -> Iterator[float]:
     """A whole turn of an angle, and multiples of the sines that were found."""
     system, motion = search.system, problem.motion
     x, used = motion.positions[:, coordinate], motion.usable[1:] & motion.usable[:-1]
@@ -146,11 +163,11 @@ def _periods(search: Search, outcome: Outcome, problem: Problem, coordinate: int
     whole = [2 * np.pi] if system.position_units[coordinate] == "rad" else []
     trial = outcome.final.runner.trial
     ours = zip(trial.parts, trial.split(outcome.final.theta)[1], strict=True)
-    sines = [v["period"] for p, v in ours if (p.kind, p.on) == ("cogging", on)]
+    sines = [v[PERIOD.name] for p, v in ours if _is_sine(p, on, richer)]
     sines += [
-        r.found.parameters["period"]
+        r.found.parameters[PERIOD.name]
         for r in outcome.first
-        if (r.found.part.kind, r.found.part.on) == ("cogging", on) and (not r.why_not or r.unsure) and not sines
+        if _is_sine(r.found.part, on, richer) and (not r.why_not or r.unsure) and not sines
     ]
     for period in {*whole, *(m * s for s in sines for m in range(1, MULTIPLES + 1))}:
         if COVERED * period <= span and TURNS * period <= way:
@@ -192,12 +209,15 @@ def _sparse(grams: Array, highest: int) -> tuple[tuple[int, ...], Array, float]:
     start = _held_out(grams, [0, 1])
     chosen: list[int] = []
     best: tuple[float, tuple[int, ...]] = (start, ())
+    orders_all = np.arange(1, highest + 1)
+    both = np.stack([2 * orders_all, 2 * orders_all + 1], axis=1)
+    own = np.linalg.pinv(whole[both[:, :, None], both[:, None, :]], rcond=1e-9, hermitian=True)
     for _ in range(min(MOST_WAVES, highest)):
         used = _columns(chosen)
         left = whole[:, -1] - whole[:, used] @ _solve(whole[np.ix_(used, used)], whole[used, -1])
-        pairs = {k: left[_pair(k)] for k in range(1, highest + 1) if k not in chosen}
-        gains = {k: float(c @ _solve(whole[np.ix_(_pair(k), _pair(k))], c)) for k, c in pairs.items()}
-        chosen.append(max(gains, key=lambda k: gains[k]))
+        gains = np.einsum("ki,kij,kj->k", left[both], own, left[both])
+        gains[[k - 1 for k in chosen]] = -np.inf
+        chosen.append(int(np.argmax(gains)) + 1)
         error = _held_out(grams, _columns(chosen))
         if error < best[0] - WORTH * start * (len(chosen) - len(best[1])):
             best = (error, tuple(chosen))
@@ -231,12 +251,14 @@ def _solve(matrix: Array, right: Array) -> Array:
     return np.asarray(np.linalg.lstsq(matrix / np.outer(size, size), right / size, rcond=1e-9)[0] / size)
 
 
-def _fitted(search: Search, shot: Shot, moved: Array, kept: Sequence[int], waves: Waves) -> Shot:
+def _fitted(
+    search: Search, shot: Shot, moved: Array, kept: Sequence[int], waves: Waves, richer: CoggingHarmonics
+) -> Shot:
     trial = shot.runner.trial
     found = trial.split(shot.theta)[1]
-    part = part_of(CoggingHarmonics(waves.orders), waves.coordinate, search.system)
+    part = part_of(waves.effect(richer), waves.coordinate, search.system)
     parts = [*(trial.parts[k] for k in kept), part]
-    return search.exchanged(shot, moved, parts, [*(found[k] for k in kept), waves.parameters])
+    return search.exchanged(shot, moved, parts, [*(found[k] for k in kept), waves.parameters(richer)])
 
 
 def _adopted(search: Search, outcome: Outcome, before: Shot, richer: Shot) -> Outcome:
@@ -246,7 +268,8 @@ def _adopted(search: Search, outcome: Outcome, before: Shot, richer: Shot) -> Ou
     now, losses = held_out_losses(base), held_out_losses(after)
     one = evidence(now, losses, base.residual.shape[1], noise_loss(base) / len(now))
     found = Found(richer.runner.trial, richer)
-    ranked = Ranked(found, one, losses, level(after) / level(base), weight_of(search, found, base), "")
+    ratio, p = level(after) / level(base), chance(search, after, one, 1)
+    ranked = Ranked(found, one, losses, ratio, weight_of(search, found, base), "", p=p)
     return replace(
         outcome,
         final=richer,

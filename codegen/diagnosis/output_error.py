@@ -18,7 +18,12 @@ STEP = 1e-4
 HUGE = 1e6
 WITHIN = 3.0
 """Prior standard deviations that a parameter with a tolerance may move: what lies beyond is an effect, not a refit."""
+AT_END = 0.999
+"""Share of the way to a limit from which on a parameter counts as being there."""
 WIDE = 20.0
+MANY = 12
+"""More parameters with a tolerance than this, such as an arm's, have their slopes taken once in a fit: forces are
+linear in masses and inertias, which move little."""
 SPEED_SHARE = 0.005
 """How far a start may be off: in noise of the position, in the 95 % speed."""
 
@@ -31,7 +36,9 @@ class Shot:
         theta: (p,) the trial's vector. offsets: (S, 2n) of the segments' starts.
         residual: (S, K n) means of measured less predicted over the noise of a mean, less what the starts can take.
         slopes: (p, S, K n) of the prediction by theta, projected alike.
-        price: (p,) prior weight of each parameter; centre: (p,) where the prior has it.
+        price: (p,) prior weight of each parameter beside this likelihood; centre: (p,) where the prior has it.
+        limited: (p,) whether the fit ended at the end of what a parameter may do: of the prior, or of its reach.
+        tempering: share of the residuals that count as independent, by which ``price`` was divided.
     """
 
     runner: Runner
@@ -42,6 +49,8 @@ class Shot:
     starts: Starts
     price: Array
     centre: Array
+    limited: NDArray[np.bool_]
+    tempering: float
 
     @property
     def by_segment(self) -> Array:
@@ -57,6 +66,12 @@ class Shot:
         """Residuals less what the starts take."""
         segments, kept = self.residual.shape
         return int(segments * (kept - self.starts.slopes.shape[2]))
+
+
+def scales(matrix: Array) -> Array:
+    """(p,) roots of the diagonal of a normal matrix; 1 for a parameter that changes nothing, which then stays."""
+    diagonal = np.diag(matrix)
+    return np.where(diagonal > 0, np.sqrt(np.maximum(diagonal, 0.0)), 1.0)
 
 
 def segment_losses(residual: Array) -> Array:
@@ -82,7 +97,7 @@ def means(runner: Runner, predicted: Array) -> Array:
     """Measured less predicted, in means over groups of samples, over the noise of such a mean: (S, K n)."""
     record = runner.record
     with np.errstate(over="ignore", invalid="ignore"):
-        error = (record.targets - predicted) / record.noise
+        error = (record.targets - predicted) / record.of_starts(record.noise)[:, None]
         group = max(1, record.length // KEPT)
         kept = record.length // group
         error = error[:, : kept * group].reshape(len(error), kept, group, -1).mean(axis=2) * np.sqrt(group)
@@ -94,18 +109,19 @@ def state_slopes(runner: Runner, theta: Array, offsets: Array) -> Starts:
     """What the start state of each segment does to its prediction."""
     n = offsets.shape[1] // 2
     record = runner.record
+    noise = record.of_starts(record.noise)
     base = means(runner, runner.run(theta, offsets))
     duration = runner.record.length * runner.record.sample_time
     columns = []
     for k in range(2 * n):
-        size = 3 * runner.record.noise[k % n] / (1.0 if k < n else duration)
+        size = 3 * noise[:, k % n] / (1.0 if k < n else duration)
         moved = offsets.copy()
         moved[:, k] += size
-        columns.append((base - means(runner, runner.run(theta, moved))) / size)
+        columns.append((base - means(runner, runner.run(theta, moved))) / size[:, None])
     slopes = np.stack(columns, axis=2)
-    speed = np.quantile(np.abs(record.velocities), 0.95, axis=0)
-    width = np.concatenate([WIDE * record.noise, np.maximum(WIDE * record.noise / duration, SPEED_SHARE * speed)])
-    normal = np.einsum("skp,skq->spq", slopes, slopes) + np.diag(width**-2.0)
+    speed = record.of_starts(np.quantile(np.abs(record.velocities), 0.95, axis=0))
+    width = np.hstack([WIDE * noise, np.maximum(WIDE * noise / duration, SPEED_SHARE * speed)])
+    normal = np.einsum("skp,skq->spq", slopes, slopes) + width[:, :, None] ** -2.0 * np.eye(2 * n)
     return Starts(slopes, np.linalg.solve(normal, slopes.transpose(0, 2, 1)), width)
 
 
@@ -142,6 +158,8 @@ def fit(
     known: Sequence[Array] = (),
     scale: Array | None = None,
     reach: Array | None = None,
+    tempering: float = 1.0,
+    within: float = WITHIN,
 ) -> Shot:
     """Gauss–Newton from ``theta``, with step control.
 
@@ -152,9 +170,12 @@ def fit(
         known: raw slopes to use for the first parameters in place of differences.
         scale: size of each parameter, for differences and the longest step.
         reach: how far each may go from where it starts.
+        tempering: share of the residuals that count as independent, by which ``price`` was divided.
+        within: prior standard deviations that a parameter may move.
     """
     first, farthest = theta, np.full(len(theta), np.inf) if reach is None else reach
-    bound = np.where(price > 0, WITHIN / np.sqrt(np.maximum(price, 1e-300)), np.inf)
+    bound = np.where(price > 0, within / np.sqrt(np.maximum(tempering * price, 1e-300)), np.inf)
+    theta = np.clip(theta, centre - bound, centre + bound)
     sizes = np.maximum(np.abs(theta), 1e-3) if scale is None else scale
     now = means(runner, runner.run(theta, offsets))
     damping = 1e-6
@@ -162,16 +183,19 @@ def fit(
     for turn in range(rounds + 1):
         flat = starts.project(now)
         cost = segment_cost(flat) + 0.5 * float((price * (theta - centre) ** 2).sum())
+        taken: dict[int, Array] = dict(enumerate(known))
+        if turn and (price > 0).sum() > MANY:
+            taken |= {int(k): slopes[k] for k in np.flatnonzero(price > 0)}
         slopes = [
-            known[k] if k < len(known) else _slope(runner, theta, offsets, now, k, sizes[k]) for k in range(len(theta))
+            taken[k] if k in taken else _slope(runner, theta, offsets, now, k, sizes[k]) for k in range(len(theta))
         ]
         columns = np.stack([starts.project(s, slope=True) for s in slopes]) if slopes else np.zeros((0, *flat.shape))
         if turn == rounds or not slopes:
             break
         weighted = columns * segment_weights(flat)[:, None]
-        matrix = np.einsum("ask,bsk->ab", weighted, columns, optimize=True) + np.diag(price)
+        matrix = weighted.reshape(len(weighted), -1) @ columns.reshape(len(columns), -1).T + np.diag(price)
         right = np.einsum("ask,sk->a", weighted, flat) - price * (theta - centre)
-        size = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
+        size = scales(matrix)
         improved = False
         for _ in range(6):
             step = np.linalg.solve(matrix / np.outer(size, size) + damping * np.eye(len(size)), right / size) / size
@@ -194,7 +218,8 @@ def fit(
         if cost - new < 1e-2 + 1e-4 * cost:
             break
     flat = starts.project(now)
-    return Shot(runner, theta, offsets, flat, columns, starts, price, centre)
+    limited = (np.abs(theta - first) >= AT_END * farthest) | (np.abs(theta - centre) >= AT_END * bound)
+    return Shot(runner, theta, offsets, flat, columns, starts, price, centre, limited, tempering)
 
 
 def _slope(runner: Runner, theta: Array, offsets: Array, now: Array, k: int, size: float) -> Array:
@@ -211,8 +236,11 @@ def raw_slopes(shot: Shot) -> list[Array]:
     return [_slope(shot.runner, shot.theta, shot.offsets, now, k, sizes[k]) for k in range(len(shot.theta))]
 
 
-def again(shot: Shot, rounds: int, scale: Array | None = None, reach: Array | None = None) -> Shot:
+def again(
+    shot: Shot, rounds: int, scale: Array | None = None, reach: Array | None = None, within: float = WITHIN
+) -> Shot:
     """Polish with fresh slopes of the starts; the fit as it was where that does not help."""
     starts = state_slopes(shot.runner, shot.theta, shot.offsets)
-    new = fit(shot.runner, shot.theta, shot.offsets, starts, shot.price, shot.centre, rounds, (), scale, reach)
+    prior = shot.price, shot.centre
+    new = fit(shot.runner, shot.theta, shot.offsets, starts, *prior, rounds, (), scale, reach, shot.tempering, within)
     return new if new.cost < shot.cost else shot

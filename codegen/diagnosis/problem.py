@@ -22,12 +22,12 @@ class Problem:
     Attributes:
         system: as declared.
         motion: smoothed.
-        tolerance: relative uncertainty of each declared parameter that has one.
+        deviation: standard deviation, in SI, of each declared parameter that is uncertain.
     """
 
     system: System
     motion: Motion
-    tolerance: Mapping[sympy.Symbol, float]
+    deviation: Mapping[sympy.Symbol, float]
 
     @cached_property
     def masks(self) -> Masks:
@@ -50,4 +50,4 @@ class Problem:
     def uncertain(self) -> list[sympy.Symbol]:
         """Declared parameters that may move within their tolerance."""
         error = self.system.equation_error
-        return [s for s, share in self.tolerance.items() if share > 0 and error.has(s) and s not in self.levels]
+        return [s for s, size in self.deviation.items() if size > 0 and error.has(s) and s not in self.levels]

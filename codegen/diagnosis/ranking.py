@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,17 +13,18 @@ from codegen.diagnosis.attempt import Found, attempt
 from codegen.diagnosis.credit import Evidence, evidence, held_out_losses, independent_share, level, noise_loss, size_of
 from codegen.diagnosis.models import with_effects
 from codegen.diagnosis.output_error import Shot
+from codegen.diagnosis.reservations import never_passed
 from codegen.diagnosis.residual import inverse_dynamics_residual
 from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.search import Search
-from codegen.diagnosis.trial import STRUCTURE, Part
+from codegen.diagnosis.trial import Part
 from codegen.effects import CATALOGUE
+from codegen.effects.family import is_anew
 
 Array = NDArray[np.float64]
 
 STRUCTURE_SIZE = 2e-3
-SEEN_GAP = 2.0
-"""Standard deviations of the position's noise: the play of a smaller one is a compliance's freedom to fit."""
+"""Least change of the prediction by an effect that adds states."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +37,7 @@ class Ranked:
         size: change of the prediction over what the drive force does.
         why_not: the test that it fails, in words; empty where it passes all.
         unsure: whether that test is the probability alone: beside another effect it may still pass.
+        p: probability of such gains without an effect, for one candidate of the round or another; α is its bound.
     """
 
     found: Found
@@ -45,6 +47,7 @@ class Ranked:
     size: float
     why_not: str
     unsure: bool = False
+    p: float = 1.0
 
 
 def run_round(search: Search, current: Shot, parts: Sequence[Part], tell: Callable[[float], None]) -> list[Ranked]:
@@ -60,21 +63,24 @@ def run_round(search: Search, current: Shot, parts: Sequence[Part], tell: Callab
         ratio = level(found.shot) / level(base)
         size = weight_of(search, found, base)
         why_not = _why_not(search, found, one, size)
-        unsure = not why_not and not _sure(search, found.shot, one, len(parts))
+        p = chance(search, found.shot, one, len(parts))
+        unsure = not why_not and p > credit.ALPHA
         if unsure:
             why_not = f"better on {one.won} of {one.blocks} blocks of held-out segments only (t = {one.t:.2g})"
-        ranked.append(Ranked(found, one, losses, ratio, size, why_not, unsure))
+        ranked.append(Ranked(found, one, losses, ratio, size, why_not, unsure, p))
     return sorted(ranked, key=lambda r: (bool(r.why_not) and not r.unsure, r.found.shot.cost))
 
 
-def ties(ranked: Sequence[Ranked]) -> list[Ranked]:
-    """Candidates that the data do not tell from the best one, twins left out."""
+def ties(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
+    """Candidates that the data do not tell from the best one at ``TIE_LEVEL``, twins left out."""
     best = ranked[0]
     same = {(best.found.part.kind, best.found.part.on), *twins(best.found.part, best.found)}
-    kept, white = best.found.shot.residual.shape[1], independent_share(best.found.shot)
+    kept, white = best.found.shot.residual.shape[1], whiteness(search, best.found.shot)
     tied = []
     for other in ranked[1:]:
-        if (other.why_not and not other.unsure) or (other.found.part.kind, other.found.part.on) in same:
+        if (other.why_not and not other.unsure) or _is_one_of(other.found, same):
+            continue
+        if 1 - other.evidence.share > credit.TIE_RATIO * (1 - best.evidence.share):
             continue
         if evidence(other.losses, best.losses, kept).p(white) > credit.TIE_LEVEL:
             tied.append(other)
@@ -87,11 +93,22 @@ def twins(part: Part, found: Found) -> list[tuple[str, str]]:
     return effect.twins(found.trial.system, part.place)
 
 
-def _sure(search: Search, shot: Shot, e: Evidence, candidates: int) -> bool:
-    """Whether such a gain comes without an effect at most at the rate α, over all candidates."""
+def _is_one_of(found: Found, known: Collection[tuple[str, str]]) -> bool:
+    """Whether a candidate is an effect of these (kind, on), or one of them under a name of a user's own."""
+    part, system = found.part, found.trial.system
+    kinds = [kind for kind, on in known if on == part.on]
+    return any(part.kind == k or is_anew(part.effect, CATALOGUE[k], system, part.place) for k in kinds)
+
+
+def chance(search: Search, shot: Shot, e: Evidence, candidates: int) -> float:
+    """Probability of such a gain without an effect, for any of so many candidates (Bonferroni)."""
+    return min(1.0, candidates * e.p(whiteness(search, shot)))
+
+
+def whiteness(search: Search, shot: Shot) -> float:
+    """Share of the residuals that count as independent; 0 far from the noise, where no likelihood holds."""
     soft = float(shot.runner.record.noise[0] / search.record.noise[0])
-    white = independent_share(shot) if level(shot) * soft <= credit.NEAR_NOISE else 0.0
-    return bool(candidates * e.p(white) <= credit.ALPHA)
+    return independent_share(shot) if level(shot) * soft <= credit.NEAR_NOISE else 0.0
 
 
 def credible(search: Search, before: Shot, after: Shot, candidates: int) -> bool:
@@ -101,12 +118,12 @@ def credible(search: Search, before: Shot, after: Shot, candidates: int) -> bool
     losses = held_out_losses(base)
     floor = noise_loss(base) / len(losses)
     one = evidence(losses, held_out_losses(richer), base.residual.shape[1], floor)
-    return one.share >= credit.LEAST_SHARE and _sure(search, richer, one, candidates)
+    return one.share >= credit.LEAST_SHARE and chance(search, richer, one, candidates) <= credit.ALPHA
 
 
 def weight_of(search: Search, found: Found, base: Shot) -> float:
     """Force of the effect over the drive force along the measured motion; else change of the prediction."""
-    if found.part.kind in STRUCTURE:
+    if found.trial.adds_states:
         return size_of(found.shot, base)
     effect, system = CATALOGUE[found.part.kind], search.system
     if not effect.with_parameters(found.part.names).admissible(system, found.part.place, found.parameters):
@@ -121,13 +138,14 @@ def _why_not(search: Search, found: Found, e: Evidence, size: float) -> str:
         return "makes the error on held-out segments no smaller"
     if e.share < credit.LEAST_SHARE:
         return f"removes {100 * e.share:.2g} % of the squared residual on held-out segments"
-    if size < (STRUCTURE_SIZE if found.part.kind in STRUCTURE else credit.LEAST_SIZE):
+    if size < (STRUCTURE_SIZE if found.trial.adds_states else credit.LEAST_SIZE):
         return f"its force is {100 * size:.2g} % of the drive force: too little to matter"
     if not admissible(search, found):
         return "fits only with values that are not physical"
-    if found.parameters.get("gap", np.inf) < SEEN_GAP * search.record.noise[found.part.place]:
-        return "its gap is below what the noise of the position lets one see"
-    return ""
+    if never_passed(search.system, search.motion, found.part, found.parameters):
+        return "its period is longer than the way that the log travels: less than one period shows no repetition"
+    here = CATALOGUE[found.part.kind].coordinate(search.system, found.part.place)
+    return found.part.effect.unseen(found.parameters, float(search.record.noise[here]))
 
 
 def admissible(search: Search, found: Found) -> bool:

@@ -19,6 +19,10 @@ EDGE_S = 0.2
 STILL = 0.02
 """A segment whose speed stays below this share of the 95 % speed says nothing that can be fitted."""
 LEAST_SEGMENTS = 12
+SHORTENED = (1.0, 0.8, 0.64, 0.5)
+"""Shares of the usual length that are tried in turn where a log of a few seconds holds too few segments."""
+A_RECORD = 3
+"""Segments that fit into a record of usual length, where an experiment is made of several."""
 
 
 def record_of(motion: Motion, log: Log, shorter: float = 1.0) -> Record:
@@ -28,23 +32,25 @@ def record_of(motion: Motion, log: Log, shorter: float = 1.0) -> Record:
         shorter: factor on the length of the segments.
 
     Raises:
-        BadInput: if fewer than twelve segments move.
+        BadInput: if fewer than twelve segments move, of half the usual length too.
     """
     h, count = motion.sample_time, len(motion.time)
-    length = max(LEAST_SAMPLES, round(shorter * PERIODS / (motion.cutoff_hz * h)))
-    speed = np.abs(motion.velocities)
-    top = np.quantile(speed, 0.95, axis=0)
-    share = speed / np.where(top > 0, top, 1.0)
     usable = _near_data(motion, log)
-    edge = min(round(EDGE_S / h), count // 20)
-    reach, starts = length // 4, []
-    for k in range(edge + reach, count - edge - length - reach, length):
-        start = k - reach + int(np.argmax(share[k - reach : k + reach + 1].min(axis=1)))
-        if usable[start : start + length].all() and share[start : start + length].max() > STILL:
-            starts.append(start)
-    if len(starts) < LEAST_SEGMENTS:
-        found = f"{len(starts)} stretches of {length * h:.2g} s in motion"
-        raise BadInput(str(log.path), found, f"at least {LEAST_SEGMENTS}, so that friction in slip can be seen")
+    length = max(LEAST_SAMPLES, round(shorter * PERIODS / (motion.cutoff_hz * h)))
+    stretches = [(0, count)]
+    if log.joints:  # records that may each be short: segments lie within them
+        stretches = _runs(usable)
+        usual = round(float(np.median([stop - start for start, stop in stretches]))) if stretches else length
+        length = max(LEAST_SAMPLES, min(length, usual // A_RECORD))
+    found = ""
+    for share in SHORTENED:
+        tried = max(LEAST_SAMPLES, round(share * length))
+        starts = _starts(motion, usable, stretches, tried)
+        if len(starts) >= LEAST_SEGMENTS:
+            break
+        found = found or f"{len(starts)} stretches of {tried * h:.2g} s in motion"
+    else:
+        raise BadInput(log.where, found, f"at least {LEAST_SEGMENTS}, so that friction in slip can be seen")
     return Record(
         motion.measured,
         motion.positions,
@@ -54,8 +60,24 @@ def record_of(motion: Motion, log: Log, shorter: float = 1.0) -> Record:
         0.0,
         position_noise(motion, log),
         np.array(starts, dtype=np.int32),
-        length,
+        tried,
     )
+
+
+def _starts(motion: Motion, usable: NDArray[np.bool_], stretches: list[tuple[int, int]], length: int) -> list[int]:
+    """Where segments of ``length`` samples start: within one stretch each, where the machine moves fastest near by."""
+    h, count = motion.sample_time, len(motion.time)
+    speed = np.abs(motion.velocities)
+    top = np.quantile(speed, 0.95, axis=0)
+    share = speed / np.where(top > 0, top, 1.0)
+    edge = min(round(EDGE_S / h), count // 20)
+    reach, starts = length // 4, []
+    for first, last in stretches:
+        for k in range(max(first, edge) + reach, min(last, count - edge) - length - reach, length):
+            start = k - reach + int(np.argmax(share[k - reach : k + reach + 1].min(axis=1)))
+            if usable[start : start + length].all() and share[start : start + length].max() > STILL:
+                starts.append(start)
+    return starts
 
 
 def position_noise(motion: Motion, log: Log) -> Array:
@@ -74,3 +96,9 @@ def _near_data(motion: Motion, log: Log) -> NDArray[np.bool_]:
     for start, stop in log.gaps:
         near[max(0, start - reach) : stop + reach] = False
     return near
+
+
+def _runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Half-open index ranges of true values in (N,) flags."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], flags.astype(np.int8), [0]))))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]

@@ -9,12 +9,16 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.diagnosis.balance import evaluate_forces, slip_velocities
+from codegen.diagnosis.law_states import DIRECTION, LawTerms, all_law_terms, owners
+from codegen.diagnosis.numpy_form import numpy_function
 from codegen.diagnosis.shooting import STEPS_PER_PERIOD, Record, Shooter
 from codegen.diagnosis.signals import Motion
 from codegen.diagnosis.trial import Runner, Trial
 from codegen.mechanics.system import Matrix, System
 from codegen.mechanics.transmission import with_loads
 from codegen.simulate.drive import mean_about_samples
+from codegen.simulate.dynamic_contact import STANDSTILL
+from codegen.spec.functions import Sgn
 
 Array = NDArray[np.float64]
 
@@ -74,32 +78,52 @@ def inverse_dynamics_residual(system: System, motion: Motion, filtered: bool = T
 
 
 def _balance(system: System, motion: Motion) -> Array:
-    """g − M a − U λ, (N, n); states that no log holds (bristles, loads behind springs) follow the measured motion."""
+    """g − M a − U λ, (N, n); states that no log holds (of friction laws, of loads) follow the measured motion."""
     inputs = effective_inputs(system, motion)
-    bristles = [(k, c) for k, c in enumerate(system.contacts) if c.law.name == "presliding"]
-    if not bristles and not system.transmissions:
+    laws = dict(all_law_terms(system))
+    bristles = [k for k, c in enumerate(system.contacts) if c.law.bristle_stiffness(c.law_parameters) != 0]
+    if not bristles and not laws and not system.transmissions:
         return np.asarray(evaluate_forces(system, [system.equation_error], motion, inputs)[0])
     n, whole, hidden = system.degrees_of_freedom, with_loads(system), _hidden_states(system, motion)
-    loads = hidden[:, len(system.contacts) :][:, : 2 * len(system.transmissions)]
+    loads, states = len(system.transmissions), len(owners(system))
+    behind = hidden[:, hidden.shape[1] - 2 * loads :]
     followed = replace(
         motion,
-        positions=np.hstack([motion.positions, loads[:, :1]]),
-        velocities=np.hstack([motion.velocities, loads[:, 1:]]),
-        accelerations=np.hstack([motion.accelerations, np.zeros_like(loads[:, :1])]),
+        positions=np.hstack([motion.positions, behind[:, :loads]]),
+        velocities=np.hstack([motion.velocities, behind[:, loads:]]),
+        accelerations=np.hstack([motion.accelerations, np.zeros((len(behind), loads))]),
     )
+    dynamic = [*bristles, *laws]
     columns = [whole.equation_error]
-    for k, c in bristles:
-        sliding = (c.force - c.extra_force).subs(c.slip, system.slip_velocity[k])
-        columns += [Matrix(whole.distribution[:, k] * sliding), Matrix(whole.distribution[:, k])]
+    for k in dynamic:
+        c, slip = system.contacts[k], system.slip_velocity[k]
+        by_level = c.force - c.extra_force if k in bristles else Sgn(c.slip) * c.law_level
+        columns += [Matrix(whole.distribution[:, k] * by_level.subs(c.slip, slip)), Matrix(whole.distribution[:, k])]
     raw, *rest = evaluate_forces(whole, columns, followed, inputs)
-    for (k, c), sliding, direction in zip(bristles, rest[::2], rest[1::2], strict=True):
-        stiffness = float(c.law_parameters["sigma"].subs(system.values))
-        raw = raw + sliding - direction * stiffness * hidden[:, [k]]
+    slips, deflected = slip_velocities(system, motion), hidden[:, len(system.contacts) :][:, :states]
+    taken = 0
+    for k, by_level, direction in zip(dynamic, rest[::2], rest[1::2], strict=True):
+        if k in bristles:
+            stiffness = system.contacts[k].law.bristle_stiffness(system.contacts[k].law_parameters)
+            force = float(stiffness.subs(system.values)) * hidden[:, k]
+        else:
+            count = len(laws[k].states)
+            force = _law_force(system, k, laws[k], slips[:, k], deflected[:, taken : taken + count])
+            taken += count
+        raw = raw + by_level - direction * force[:, None]
     return np.asarray(raw[:, :n])
 
 
+def _law_force(system: System, contact: int, terms: LawTerms, slip: Array, states: Array) -> Array:
+    """(N,) λ of a law at slips (N,) and states (N, states)."""
+    arguments = (system.contacts[contact].slip, DIRECTION, *terms.states)
+    direction = np.clip(slip / STANDSTILL, -1.0, 1.0)
+    (force,) = numpy_function([terms.force], arguments, system.values)(slip, direction, *states.T)
+    return np.broadcast_to(np.asarray(force, dtype=float), slip.shape)
+
+
 def _hidden_states(system: System, motion: Motion) -> Array:
-    """(N, contacts + 2) deflection of each contact's bristle, load position and velocity."""
+    """(N, contacts + states + 2 loads) bristles' deflections, states of laws, positions and velocities of loads."""
     h, count = motion.sample_time, len(motion.time)
     record = Record(
         motion.measured,
@@ -113,7 +137,7 @@ def _hidden_states(system: System, motion: Motion) -> Array:
         1,
     )
     steps = max(1, int(np.ceil(h * STEPS_PER_PERIOD * motion.cutoff_hz)))
-    return Runner(Trial(system, (), ()), Shooter([system], [()]), 0, record, steps, {}).hidden()
+    return Runner(Trial(system, (), ()), Shooter([system], [()]), 0, record, steps).hidden()
 
 
 def friction_estimate(system: System, motion: Motion) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from math import sqrt
 from typing import Any, Literal
 
 from codegen.diagnosis.advice import Proposal, Separation
@@ -22,6 +23,7 @@ class FoundEffect:
         parameters, units: in SI, by name.
         also: twins, (kind, on): the same motion once friction levels are refitted, so either name is right.
         intervals: of the parameters, 95 %.
+        at_limit: names of those at a bound or at the end of what the fit allows: their value is no estimate.
     """
 
     kind: str
@@ -30,6 +32,35 @@ class FoundEffect:
     units: Mapping[str, str]
     also: tuple[tuple[str, str], ...] = ()
     intervals: Mapping[str, Interval] = field(default_factory=dict)
+    at_limit: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class ParameterError:
+    """A declared value that the log puts away from where its tolerance has it.
+
+    Attributes:
+        tolerance: relative, as declared; nan where the declared value is zero.
+        estimate, interval: 95 %, in SI, pulled to the declared value by its tolerance. away: in tolerances.
+        force, free_run: error on held-out blocks of the training log over that with the value as declared and all else
+            fitted again: residual force, and error of free runs.
+        alike: other parameters that would go the same way in its place; held with it in that comparison.
+        blocks_by_force, blocks_by_free_run: on how many of ``blocks`` held-out blocks the moved value is better.
+    """
+
+    name: str
+    unit: str
+    declared: float
+    tolerance: float
+    estimate: float
+    interval: Interval
+    away: float
+    alike: tuple[str, ...]
+    force: float
+    free_run: float
+    blocks_by_force: int
+    blocks_by_free_run: int
+    blocks: int
 
 
 @dataclass(frozen=True)
@@ -46,6 +77,8 @@ class Candidate:
         accepted: whether it passes every test.
         why_not: which test it fails, or why it was not tried, in words.
         own: whether it is a user's own effect.
+        at_limit: names of its parameters at a bound or at the end of what the fit allows.
+        p: probability of such gains without an effect, for one candidate of the round or another.
     """
 
     kind: str
@@ -62,6 +95,8 @@ class Candidate:
     force: float | None = None
     size: float = 0.0
     own: bool = False
+    at_limit: tuple[str, ...] = ()
+    p: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -80,6 +115,33 @@ class ErrorFigures:
     relative_force: float
     free_run_rmse: float
     free_run_rmse_rows: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Remainder:
+    """What a model leaves on one coordinate.
+
+    Attributes:
+        rms: of the low-passed force residual, in the coordinate's force unit.
+        share: the same over the RMS of the drive force.
+        structured: share of its square that all variables together explain on held-out parts.
+        over: variable → share of its square that this variable alone explains on held-out parts.
+    """
+
+    rms: float
+    share: float
+    structured: float
+    over: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def material(self) -> float:
+        """RMS of the explained part over the RMS of the drive force."""
+        return self.share * sqrt(max(self.structured, 0.0))
+
+    @property
+    def variable(self) -> str:
+        """The variable that explains most."""
+        return max(self.over, key=lambda name: self.over[name]) if self.over else ""
 
 
 @dataclass(frozen=True)
@@ -115,8 +177,12 @@ class Diagnosis:
         training: relative force error of the declared, refit and augmented model on the training log itself, to stand
             beside what others publish of their fits; no measure of merit.
         findings: preflight of each log, in words.
+        parameter_errors: declared values that the log puts away from where their tolerance has them.
+        at_limit: names of refitted values at the end of what they may be (a friction level at zero).
+        remarks: what a reader of the verdict must know: moves that were refused, what the log does not cover.
         separation: of candidates that tie, on the verdict ``ambiguous``.
         proposal: of terms for the residual, on the verdict ``unknown`` where it was asked for.
+        remainder: what the credited model leaves of the training log's force, one a coordinate.
     """
 
     verdict: Verdict
@@ -134,6 +200,10 @@ class Diagnosis:
     certificate: CertificateChange | None
     separation: Separation | None = None
     proposal: Proposal | None = None
+    parameter_errors: tuple[ParameterError, ...] = ()
+    remarks: tuple[str, ...] = ()
+    at_limit: tuple[str, ...] = ()
+    remainder: tuple[Remainder, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
         """Plain objects for diagnosis.json; infinities become null."""
@@ -158,6 +228,7 @@ class Diagnosis:
                     "parameters": dict(e.parameters),
                     "intervals": {name: [_finite(a), _finite(b)] for name, (a, b) in e.intervals.items()},
                     "units": dict(e.units),
+                    "at_limit": list(e.at_limit),
                     "also": _twins(e.also),
                 }
                 for e in self.effects
@@ -167,11 +238,13 @@ class Diagnosis:
                     "kind": c.kind,
                     "on": written_place(c.on),
                     "parameters": {k: _finite(v) for k, v in c.parameters.items()},
+                    "at_limit": list(c.at_limit),
                     "also": _twins(c.also),
                     "own": c.own,
                     "evidence": {
                         "held_out_gain": _finite(c.gain),
                         "t": _finite(c.t),
+                        "p": _finite(c.p),
                         "blocks_won": c.blocks_won,
                         "blocks": c.blocks,
                         "free_run_ratio": None if c.free_run is None else _finite(c.free_run),
@@ -187,7 +260,12 @@ class Diagnosis:
             "relative_force_error_on_training": dict(
                 zip(("declared", "refit", "augmented"), map(_finite, self.training), strict=True)
             ),
-            "values": {name: {"declared": a, "refit": b, "augmented": c} for name, (a, b, c) in self.refitted.items()},
+            "values": {
+                name: {"declared": a, "refit": b, "augmented": c, "at_limit": name in self.at_limit}
+                for name, (a, b, c) in self.refitted.items()
+            },
+            "parameter_errors": [_parameter_error(e) for e in self.parameter_errors],
+            "remarks": list(self.remarks),
             "data": dict(self.data),
             "residual_agreement": None
             if self.agreement is None
@@ -196,6 +274,15 @@ class Diagnosis:
                 "relative_difference": _finite(self.agreement.relative_difference),
                 "samples": self.agreement.samples,
             },
+            "remainder": [
+                {
+                    "residual_force_rms": _finite(r.rms),
+                    "share_of_drive_force": _finite(r.share),
+                    "explained_by_all_variables": _finite(r.structured),
+                    "explained_over": {name: _finite(share) for name, share in r.over.items()},
+                }
+                for r in self.remainder
+            ],
             "preflight": {name: list(words) for name, words in self.findings.items()},
             "certificate": None
             if self.certificate is None
@@ -203,6 +290,26 @@ class Diagnosis:
             "separation": None if self.separation is None else self.separation.as_json(),
             "proposal": None if self.proposal is None else self.proposal.as_json(),
         }
+
+
+def _parameter_error(e: ParameterError) -> dict[str, Any]:
+    return {
+        "name": e.name,
+        "unit": e.unit,
+        "declared": e.declared,
+        "tolerance": _finite(e.tolerance),
+        "estimate": e.estimate,
+        "interval": list(e.interval),
+        "tolerances_away": e.away,
+        "alike": list(e.alike),
+        "evidence": {
+            "force_ratio": e.force,
+            "free_run_ratio": e.free_run,
+            "blocks_better_by_force": e.blocks_by_force,
+            "blocks_better_by_free_run": e.blocks_by_free_run,
+            "blocks": e.blocks,
+        },
+    }
 
 
 def _twins(also: tuple[tuple[str, str], ...]) -> list[dict[str, Any]]:

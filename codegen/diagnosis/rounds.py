@@ -9,12 +9,13 @@ from itertools import combinations
 
 from codegen.diagnosis import credit
 from codegen.diagnosis.attempt import Found, attempt, every_part
-from codegen.diagnosis.credit import evidence, held_out_losses, independent_share, level, noise_loss
+from codegen.diagnosis.credit import evidence, held_out_losses, level, noise_loss
 from codegen.diagnosis.output_error import Shot
-from codegen.diagnosis.ranking import Ranked, admissible, credible, run_round, ties
+from codegen.diagnosis.ranking import Ranked, admissible, credible, run_round, ties, whiteness
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.trial import Part
 from codegen.effects import CATALOGUE
+from codegen.effects.family import kinds_of
 
 MOST_EFFECTS = 3
 SWAPPED = 6
@@ -66,13 +67,14 @@ def find_effects(search: Search, tell: Progress, refit_only: bool = False) -> Ou
         possible = [r for r in ranked if not r.why_not or r.unsure]
         if not possible:
             break
-        tied = ties(possible)
+        tied = ties(search, possible)
         current = search.rebased(possible[0].found.shot)
-        rivals = tied or rivals
+        rivals = rivals if turn else tied
         if not credible(search, confirmed, current, len(parts)):
             continue
-        if confirmed is not base and explained_share(search, confirmed, current) < credit.LEAST_EXPLAINED:
+        if confirmed is not base and explained_share(search, confirmed, current) < credit.FURTHER:
             break
+        rivals = tied or rivals
         confirmed = current
         if not turn and level(current) > credit.FAR:
             pair = _pair(search, possible[:PAIRED])
@@ -141,7 +143,7 @@ def _single(search: Search, current: Shot) -> Shot | None:
 
 def worth_it(search: Search, shot: Shot, richer: Shot, candidates: int) -> bool:
     """Whether free runs credit a fit with more effects over one with fewer, by much of what that leaves."""
-    much = explained_share(search, shot, richer) >= credit.LEAST_EXPLAINED
+    much = explained_share(search, shot, richer) >= credit.FURTHER
     return much and credible(search, shot, richer, candidates)
 
 
@@ -198,7 +200,7 @@ def _swapped(
         if good and good[0].shot.cost < current.cost - BETTER:
             return search.rebased(good[0].shot), left
         if k == 0:
-            left = [r for r in rivals if any(_ties(f, current) for f in good if _same(f.part, r.found.part))]
+            left = [r for r in rivals if any(_ties(search, f, current) for f in good if _same(f.part, r.found.part))]
     return None, left
 
 
@@ -208,12 +210,12 @@ def _others(search: Search, parts: Sequence[Part], k: int, first: Sequence[Ranke
     alike = {c.other for c in CATALOGUE[parts[k].kind].confused_with}
     best = {(r.found.part.kind, r.found.part.on) for r in first[:SWAPPED]} if k < len(parts) - 1 else set()
     possible = [p for p in every_part(search, rest) if not _same(p, parts[k])]
-    return [p for p in possible if p.kind in alike or (p.kind, p.on) in best]
+    return [p for p in possible if kinds_of(p.kind) & alike or (p.kind, p.on) in best]
 
 
-def _ties(found: Found, current: Shot) -> bool:
+def _ties(search: Search, found: Found, current: Shot) -> bool:
     better = evidence(held_out_losses(found.shot), held_out_losses(current), current.residual.shape[1])
-    return better.p(independent_share(current)) > credit.TIE_LEVEL
+    return better.p(whiteness(search, current)) > credit.TIE_LEVEL
 
 
 def _same(one: Part, other: Part) -> bool:

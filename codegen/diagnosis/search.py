@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from codegen.diagnosis.credit import level
+from codegen.diagnosis.credit import independent_share, level
+from codegen.diagnosis.imposed import RigidTerms, is_separable, rigid_terms
+from codegen.diagnosis.joint_shooter import JointShooter, Memory
 from codegen.diagnosis.measure import Drive
 from codegen.diagnosis.output_error import Shot, again, fit, state_slopes
 from codegen.diagnosis.problem import Problem
-from codegen.diagnosis.shooting import STEPS_PER_PERIOD, Record, Shooter
+from codegen.diagnosis.shooting import STEPS_PER_PERIOD, Record, Shooter, terms_of
 from codegen.diagnosis.signals import Motion
-from codegen.diagnosis.trial import Part, Runner, Trial, declared_chain
+from codegen.diagnosis.trial import Part, Runner, Trial
 from codegen.mechanics.system import System
 
 Array = NDArray[np.float64]
@@ -37,6 +40,8 @@ class Search:
         system: as declared. moved: friction levels and parameters with a tolerance.
         shorter: the record in segments shorter by a factor.
         declared, price: of ``moved``: where it stands in the spec, and 1/variance by its tolerance, 0 for a level.
+        rigid: of an arm whose joints are run one at a time; None where all coordinates run together.
+        memory: of its joints' runs.
     """
 
     system: System
@@ -46,6 +51,8 @@ class Search:
     declared: Array
     price: Array
     shorter: Callable[[float], Record]
+    rigid: RigidTerms | None = None
+    memory: Memory = field(default_factory=Memory)
 
     @cached_property
     def substeps(self) -> int:
@@ -63,7 +70,7 @@ class Search:
         """The declared structure, refitted: first against the misfit, then against the noise."""
         trial = self.nothing
         runner = self.runners([trial])[0]
-        zero = np.zeros((len(self.record.start), 2 * self.record.measured.shape[1]))
+        zero = self.record.at_rest
         starts = state_slopes(runner, self.declared, zero)
         declared = fit(runner, self.declared, zero, starts, self.price, self.declared, 0)
         _, rough = self.softened(declared)
@@ -104,12 +111,22 @@ class Search:
         return search, search.rebased(base)
 
     def rebased(self, shot: Shot) -> Shot:
-        """The fit again on this search's record."""
+        """The fit again on this search's record, its prior weighed by what the shot leaves.
+
+        Residuals that follow each other count as fewer than they are, so the likelihood is tempered by the share of
+        them that is independent: the prior is divided by it. Near the noise that is all of them.
+        """
+        share = independent_share(shot)
+        price = self.weighed(share, len(shot.theta))
         runner = replace(shot.runner, record=self.record)
         size, reach = self.sizes(runner.trial, shot.theta)
         starts = state_slopes(runner, shot.theta, shot.offsets)
-        first = fit(runner, shot.theta, shot.offsets, starts, shot.price, shot.centre, ROUNDS, (), size, reach)
+        first = fit(runner, shot.theta, shot.offsets, starts, price, shot.centre, ROUNDS, (), size, reach, share)
         return again(first, ROUNDS, size, reach)
+
+    def weighed(self, share: float, count: int) -> Array:
+        """(count,) prior weights beside a likelihood of which such a share counts; effects' parameters have none."""
+        return np.append(self.price / share, np.zeros(count - len(self.price)))
 
     def without(self, shot: Shot, index: int) -> Shot:
         """The fit with one of its effects left out."""
@@ -122,21 +139,13 @@ class Search:
         """The fit with these effects in place of its own, from these values."""
         trial = replace(shot.runner.trial, parts=tuple(parts))
         theta = trial.theta(moved, values)
-        free = np.zeros(len(theta) - len(moved))
-        start = replace(
-            shot,
-            runner=self.runners([trial])[0],
-            theta=theta,
-            price=np.append(self.price, free),
-            centre=np.append(self.declared, free),
-        )
-        return self.rebased(start)
+        centre = np.append(self.declared, np.zeros(len(theta) - len(moved)))
+        return self.rebased(replace(shot, runner=self.runners([trial])[0], theta=theta, centre=centre))
 
     def elsewhere(self, shot: Shot) -> Shot:
         """The fit again on this search's record, which is of another log than the fit's own."""
         runner = replace(shot.runner, substeps=self.substeps)
-        offsets = np.zeros((len(self.record.start), shot.offsets.shape[1]))
-        return self.rebased(replace(shot, runner=runner, offsets=offsets))
+        return self.rebased(replace(shot, runner=runner, offsets=self.record.at_rest))
 
     def fit_from(self, runner: Runner, theta: Array, base: Shot, rounds: int, raw: Sequence[Array]) -> Shot:
         """The fit of a trial with one part more than the base's, from ``theta``; the base's starts and slopes serve.
@@ -147,37 +156,46 @@ class Search:
         free = len(theta) - len(base.theta)
         price, centre = np.append(base.price, np.zeros(free)), np.append(base.centre, np.zeros(free))
         size, reach = self.sizes(runner.trial, theta)
-        return fit(runner, theta, base.offsets, base.starts, price, centre, rounds, raw, size, reach)
+        starts = base.offsets, base.starts
+        return fit(runner, theta, *starts, price, centre, rounds, raw, size, reach, base.tempering)
 
     def sizes(self, trial: Trial, theta: Array) -> tuple[Array, Array]:
         """(size, reach) of every parameter: a logarithm, a phase or a logit has the size 1."""
         size, reach = np.maximum(np.abs(theta), 1e-9), np.full(len(theta), np.inf)
         k = len(trial.moved)
+        # A parameter of value zero is as large as its tolerance lets it be.
+        size[:k] = np.maximum(size[:k], np.where(self.price > 0, 1 / np.sqrt(np.maximum(self.price, 1e-300)), 0.0))
         for part in trial.parts:
-            for j, name in enumerate(part.names):
-                if name in part.positive or name in ("phase", "load_fraction"):
-                    size[k + j] = 1.0
-            reach[k : k + len(part.names)] = part.reach
-            k += len(part.names)
+            for coordinate in part.coordinates:
+                if coordinate.of_unit_size:
+                    size[k] = 1.0
+                reach[k] = coordinate.reach
+                k += 1
         return size, reach
 
     def runners(self, trials: Sequence[Trial]) -> list[Runner]:
-        """One library for all; trials whose system is the same share its code."""
-        place: dict[tuple[tuple[str, str], ...], int] = {}
+        """One library for all; trials whose terms are the same share their code."""
+        if not trials:
+            return []
+        place: dict[tuple[Any, ...], int] = {}
         systems: list[System] = []
         free: list[tuple[sympy.Symbol, ...]] = []
         models: list[int] = []
         for trial in trials:
-            key = tuple((p.kind, p.on) for p in trial.parts if p.symbols)
+            key = (trial.free, terms_of(trial.changed))
             if key not in place:
                 place[key] = len(systems)
                 systems.append(trial.changed)
                 free.append(trial.free)
             models.append(place[key])
-        shooter = Shooter(systems, free)
-        chains = {w.name: declared_chain(a, self.system.values) for w, a in self.system.actuators.items()}
+        rigid = self.rigid
+        loads = max(len(trial.changed.transmissions) for trial in trials)
+        if rigid:
+            shooter: Shooter | JointShooter = JointShooter(systems, free, rigid, self.memory, loads)
+        else:
+            shooter = Shooter(systems, free, loads)
         return [
-            Runner(trial, shooter, model, self.record, self.substeps, chains)
+            Runner(trial, shooter, model, self.record, self.substeps)
             for trial, model in zip(trials, models, strict=True)
         ]
 
@@ -187,6 +205,13 @@ def search_on(problem: Problem, shorter: Callable[[float], Record]) -> Search:
     system, levels, uncertain = problem.system, problem.levels, problem.uncertain
     moved = (*levels, *uncertain)
     declared = np.array([float(system.values[s]) for s in moved])
-    held = [1 / (problem.tolerance[s] * abs(float(system.values[s])) or 1e-12) ** 2 for s in uncertain]
+    held = [problem.deviation[s] ** -2.0 for s in uncertain]
     price = np.array([0.0] * len(levels) + held)
-    return Search(system, problem.motion, shorter(1.0), moved, declared, price, shorter)
+    if not is_separable(system):
+        return Search(system, problem.motion, shorter(1.0), moved, declared, price, shorter)
+    joints = tuple(range(system.degrees_of_freedom))
+
+    def by_joint(share: float) -> Record:
+        return replace(shorter(share), joints=joints)
+
+    return Search(system, problem.motion, by_joint(1.0), moved, declared, price, by_joint, rigid_terms(system, moved))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import groupby
 from typing import Any
 
@@ -22,9 +21,11 @@ from codegen.diagnosis.record import record_of
 from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.rounds import Outcome
 from codegen.diagnosis.search import Search
+from codegen.diagnosis.shooting import Record
 from codegen.diagnosis.signals import smooth_motion
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import unit_words
+from codegen.effects.family import kinds_of
 from codegen.errors import BadInput
 from codegen.logs import Log
 from codegen.mechanics.system import System
@@ -101,7 +102,7 @@ def _look_alikes(outcome: Outcome) -> list[Ranked]:
     alike = {c.other for part in tied for c in CATALOGUE[part.kind].confused_with}
     named = {(p.kind, p.on) for p in (*tied, *outcome.final.runner.trial.parts)}
     named |= {same for r in outcome.first if (r.found.part.kind, r.found.part.on) in named for same in _twins(r)}
-    possible = (r for r in outcome.first if not r.why_not and r.found.part.kind in alike)
+    possible = (r for r in outcome.first if not r.why_not and kinds_of(r.found.part.kind) & alike)
     return [r for r in possible if (r.found.part.kind, r.found.part.on) not in named][:MOST_ALIKE]
 
 
@@ -129,7 +130,9 @@ def _likeness(search: Search, outcome: Outcome, first: Shot, other: Shot) -> Lik
         (parts[1].kind, parts[1].on),
         float(np.degrees(np.arccos(cosine))),
         _distance(first, other),
-        next((c.separated_by for c in CATALOGUE[parts[0].kind].confused_with if c.other == parts[1].kind), ""),
+        next(
+            (c.separated_by for c in CATALOGUE[parts[0].kind].confused_with if c.other in kinds_of(parts[1].kind)), ""
+        ),
     )
 
 
@@ -237,10 +240,14 @@ def _search_there(search: Search, log: Log, played: Played, seed: int) -> Search
     )
     try:
         motion = smooth_motion(made, search.motion.cutoff_hz)
-        record = replace(record_of(motion, made), noise=search.record.noise)
+        record = replace(record_of(motion, made), noise=search.record.noise, joints=search.record.joints)
     except BadInput:
         return None
-    return replace(search, motion=motion, record=record, shorter=partial(record_of, motion, made))
+
+    def shorter(share: float) -> Record:
+        return replace(record_of(motion, made, share), joints=search.record.joints)
+
+    return replace(search, motion=motion, record=record, shorter=shorter)
 
 
 def _csv(search: Search, played: Played) -> str:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import ctypes
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from itertools import zip_longest
 from typing import Any
 
 import casadi
@@ -14,9 +13,10 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from codegen.compiler import compile_shared
+from codegen.compiler import compile_shared, load_library
+from codegen.diagnosis.law_states import all_law_terms, law_function, law_terms, owners
 from codegen.mechanics.casadi_form import to_casadi
-from codegen.mechanics.system import TIME, System
+from codegen.mechanics.system import TIME, ContactFriction, System
 from codegen.simulate.contact import SWEEPS
 from codegen.text import render
 
@@ -26,7 +26,7 @@ Indices = NDArray[np.int32]
 FLAGS = ("-O2", "-fno-math-errno", "-fno-trapping-math")
 _AT_REST = 1e-30
 WARM_S = 1.0
-STEPS_PER_PERIOD = 60
+STEPS_PER_PERIOD = 50
 """Time steps in a period of the coarse cutoff."""
 
 
@@ -40,6 +40,8 @@ class Record:
         sample_time: s. time0: of the first row since the log began, s.
         noise: (n,) standard deviation of the measured positions' noise.
         start: (S,) first samples of the segments. length: samples of each.
+        joints: of an arm that is run joint by joint, those that are compared; each segment of each of them is then a
+            row of its own, all joints of a segment in turn. None where the coordinates of a segment stand together.
     """
 
     measured: Array
@@ -51,11 +53,39 @@ class Record:
     noise: Array
     start: Indices
     length: int
+    joints: tuple[int, ...] | None = None
 
     @property
     def targets(self) -> Array:
-        """(S, L, n) measured positions of each segment."""
-        return np.asarray(self.measured[self.start[:, None] + np.arange(self.length)])
+        """(S, L, n) measured positions of each segment, or (S joints, L, 1)."""
+        return self.by_row(np.asarray(self.measured[self.start[:, None] + np.arange(self.length)]))
+
+    def by_row(self, positions: Array) -> Array:
+        """Positions (S, L, n) as the rows that are compared."""
+        if self.joints is None:
+            return positions
+        chosen = positions[..., list(self.joints)].transpose(0, 2, 1)
+        return np.ascontiguousarray(chosen.reshape(-1, chosen.shape[2], 1))
+
+    def of_segments(self, offsets: Array) -> Array:
+        """Offsets of the rows' start states as (S, 2n)."""
+        if self.joints is None:
+            return offsets
+        n, at = self.measured.shape[1], list(self.joints)
+        rows = offsets.reshape(len(self.start), len(at), 2)
+        states = np.zeros((len(self.start), 2 * n))
+        states[:, at], states[:, [n + i for i in at]] = rows[..., 0], rows[..., 1]
+        return states
+
+    def of_starts(self, values: Array) -> Array:
+        """(n,) values as they hold for the rows, (1, n) or (S joints, 1)."""
+        return values[None] if self.joints is None else np.tile(values[list(self.joints)], len(self.start))[:, None]
+
+    @property
+    def at_rest(self) -> Array:
+        """Offsets of zero for all rows."""
+        n = self.measured.shape[1]
+        return np.zeros((len(self.start), 2 * n) if self.joints is None else (len(self.start) * len(self.joints), 2))
 
     @property
     def states(self) -> Array:
@@ -69,16 +99,16 @@ class Structure:
 
     Attributes:
         sigma: one a contact; above 0 Dahl's law with that stiffness in place of the set-valued law.
-        split: the coordinate whose inertia is shared with a load, or −1.
-        load_fraction, stiffness, damping, gap: of the coupling to the load.
+        split: the coordinates whose inertia is shared with a load.
+        coupling: (loads, 4) share of the inertia behind the spring, stiffness, damping and gap.
+        limits: (2, states) low and high that the states of other laws keep. rest: (states,) without load.
     """
 
     sigma: tuple[float, ...]
-    split: int = -1
-    load_fraction: float = 0.5
-    stiffness: float = 0.0
-    damping: float = 0.0
-    gap: float = 0.0
+    split: tuple[int, ...]
+    coupling: Array
+    limits: Array
+    rest: Array
 
 
 class Shooter:
@@ -86,22 +116,34 @@ class Shooter:
 
     Attributes:
         free: for each system the symbols that are arguments, in order.
+        loads: room for so many. states: of friction laws, room for so many.
     """
 
-    def __init__(self, systems: Sequence[System], free: Sequence[Sequence[sympy.Symbol]]) -> None:
+    def __init__(
+        self,
+        systems: Sequence[System],
+        free: Sequence[Sequence[sympy.Symbol]],
+        loads: int | None = None,
+        driven: Sequence[int] | None = None,
+    ) -> None:
         """Compile.
+
+        Args:
+            loads: behind springs, the most that any run will have; by default the most of ``systems``.
+            driven: how many of each system's inputs are an actuator's; what follows them is imposed from outside. By
+                default all.
 
         Raises:
             BadInput: where there is no C compiler.
         """
         self.free = [tuple(symbols) for symbols in free]
-        self.inputs, self.contacts = len(systems[0].inputs), len(systems[0].contacts)
+        self.inputs, self.contacts = max(len(s.inputs) for s in systems), len(systems[0].contacts)
         self.coordinates = systems[0].degrees_of_freedom
-        source = shooting_source(systems, self.free)
-        made = compile_shared({"shooting.c": source}, ["shooting.c"], FLAGS)
-        with tempfile.NamedTemporaryFile(suffix=".so") as file:
-            Path(file.name).write_bytes(made)
-            library = ctypes.CDLL(file.name)
+        self.loads = max(len(s.transmissions) for s in systems) if loads is None else loads
+        self.states = max(len(owners(s)) for s in systems)
+        inputs = driven or [len(s.inputs) for s in systems]
+        source = shooting_source(systems, self.free, self.loads, self.states, inputs)
+        library = load_library(compile_shared({"shooting.c": source}, ["shooting.c"], FLAGS))
         self._follow, self._shoot = library.follow, library.shoot
         self._follow.restype = self._shoot.restype = None
 
@@ -114,7 +156,7 @@ class Shooter:
             p: values of ``free[model]``.
             drive: (N substeps, m) effective inputs.
         """
-        plant, (h, t0), cut = _plant(model, p, structure), _times(record), _segments(record)
+        plant, (h, t0), cut = self._plant(model, p, structure), _times(record), _segments(record)
         hidden = self.hidden(model, p, structure, record, drive, substeps)
         out = np.empty((len(record.start), record.length, self.coordinates))
         states = np.ascontiguousarray(states)
@@ -125,10 +167,15 @@ class Shooter:
         return out
 
     def hidden(self, model: int, p: Array, structure: Structure, record: Record, drive: Array, substeps: int) -> Array:
-        """(S, contacts + 2) z of each contact, load position and velocity at each start, along the measured motion."""
-        hidden = np.zeros((len(record.start), self.contacts + 2))
-        if structure.split >= 0 or max(structure.sigma, default=0.0) > 0:
-            plant, (h, t0), cut = _plant(model, p, structure), _times(record), _segments(record)
+        """What no log holds, at each start, along the measured motion.
+
+        Returns:
+            (S, contacts + states + 2 loads): the deflection z of each contact, the states of laws, positions of the
+            loads, their velocities.
+        """
+        hidden = np.zeros((len(record.start), self.contacts + self.states + 2 * self.loads))
+        if structure.split or len(structure.rest) or max(structure.sigma, default=0.0) > 0:
+            plant, (h, t0), cut = self._plant(model, p, structure), _times(record), _segments(record)
             x, v = np.ascontiguousarray(record.positions), np.ascontiguousarray(record.velocities)
             self._follow(
                 *plant, ctypes.c_int(substeps), h, t0, _pointer(x), _pointer(v), _pointer(drive), *cut,
@@ -140,26 +187,71 @@ class Shooter:
         """Samples for which hidden states are followed before each start; −1: all, in one go."""
         warm = max(record.length, round(WARM_S / record.sample_time))
         few = len(record.start) * warm < len(record.positions)
-        return warm if few and structure.split >= 0 else -1
+        return warm if few and structure.split else -1
+
+    def _plant(self, model: int, p: Array, structure: Structure) -> tuple[Any, ...]:
+        """The first arguments of both loops."""
+        idle = np.zeros(self.states - len(structure.rest))
+        states = np.concatenate([structure.rest, idle, structure.limits[0], idle, structure.limits[1], idle, [0.0]])
+        split = np.array([*structure.split, 0], dtype=np.int32)
+        coupling = np.append(structure.coupling.ravel(), 0.0)
+        p, sigma = np.append(np.ascontiguousarray(p, dtype=float), 0.0), np.array([*structure.sigma, 0.0])
+        loads = ctypes.c_int(len(structure.split))
+        return ctypes.c_int(model), loads, *(_pointer(array) for array in (p, sigma, split, coupling, states))
 
 
-def shooting_source(systems: Sequence[System], free: Sequence[Sequence[sympy.Symbol]]) -> str:
+def shooting_source(
+    systems: Sequence[System],
+    free: Sequence[Sequence[sympy.Symbol]],
+    loads: int,
+    states: int,
+    driven: Sequence[int],
+) -> str:
     """The C of all systems' terms and the loops over segments."""
     generator = casadi.CodeGenerator("models", {"with_header": False, "main": False})
     names = []
     for k, (system, symbols) in enumerate(zip(systems, free, strict=True)):
         generator.add(terms_function(f"model_{k}", system, symbols))
         names.append(f"model_{k}")
+        if states:
+            generator.add(law_function(f"laws_{k}", system, symbols, states))
     one = systems[0]
     return render(
         "diagnosis/shooting.c.j2",
         coordinates=one.degrees_of_freedom,
-        inputs=len(one.inputs),
+        inputs=max(len(s.inputs) for s in systems),
+        driven=driven,
         contacts=len(one.contacts),
         sweeps=SWEEPS,
         models=generator.dump(),
         names=names,
+        loads=loads,
+        states=states,
+        owners=[owners(system) for system in systems],
     )
+
+
+def terms_of(system: System) -> tuple[Any, ...]:
+    """What is compiled of a system: two with the same share it."""
+    contacts = [(_set_valued_level(c), c.extra_force) for c in system.contacts]
+    laws = [(c, terms.force, *terms.rates) for c, terms in all_law_terms(system)]
+    return (system.mass_matrix, system.force, system.distribution, *contacts, *laws)
+
+
+def term_symbols(changed: System, system: System) -> set[sympy.Symbol]:
+    """The symbols in those compiled terms of a changed system that differ from the system's own."""
+    pairs = zip_longest(_entries(changed), _entries(system), fillvalue=sympy.S.Zero)
+    return {s for entry, own in pairs if entry != own for s in entry.free_symbols}
+
+
+def _entries(system: System) -> list[Any]:
+    mass, force, distribution, *others = terms_of(system)
+    return [*mass, *force, *distribution, *(sympy.sympify(e) for other in others for e in other)]
+
+
+def _set_valued_level(contact: ContactFriction) -> sympy.Expr:
+    """Of a law with states only what effects add to its level: λ = force(u, y) + sgn(u) extra_level + extra_force."""
+    return contact.extra_level if law_terms(contact) is not None else contact.law_level + contact.extra_level
 
 
 def terms_function(name: str, system: System, free: Sequence[sympy.Symbol]) -> Any:
@@ -174,7 +266,7 @@ def terms_function(name: str, system: System, free: Sequence[sympy.Symbol]) -> A
     slip = casadi.mtimes(distribution.T, v)
     forward, backward, smooth = [], [], []
     for c, contact in enumerate(system.contacts):
-        level = contact.law_level + contact.extra_level
+        level = _set_valued_level(contact)
         speed = casadi.fabs(slip[c]) + _AT_REST
         forward.append(to_casadi(level, names | {contact.slip: speed}))
         backward.append(to_casadi(level, names | {contact.slip: -speed}))
@@ -182,13 +274,6 @@ def terms_function(name: str, system: System, free: Sequence[sympy.Symbol]) -> A
     outputs = [to_casadi(system.mass_matrix, names), to_casadi(system.force, names), distribution]
     outputs += [casadi.vertcat(*rows) for rows in (forward, backward, smooth)]
     return casadi.Function(name, [x, v, w, t, p], [casadi.densify(o) for o in outputs])
-
-
-def _plant(model: int, p: Array, structure: Structure) -> tuple[Any, ...]:
-    """The first arguments of both loops."""
-    share = np.array([structure.load_fraction, structure.stiffness, structure.damping, structure.gap])
-    p, sigma = np.append(np.ascontiguousarray(p, dtype=float), 0.0), np.array([*structure.sigma, 0.0])
-    return ctypes.c_int(model), _pointer(p), _pointer(sigma), ctypes.c_int(structure.split), _pointer(share)
 
 
 def _times(record: Record) -> tuple[Any, Any]:
@@ -199,5 +284,5 @@ def _segments(record: Record) -> tuple[Any, Any]:
     return ctypes.c_int(len(record.start)), record.start.ctypes.data_as(ctypes.c_void_p)
 
 
-def _pointer(array: Array) -> Any:
+def _pointer(array: NDArray[Any]) -> Any:
     return array.ctypes.data_as(ctypes.c_void_p)

@@ -21,6 +21,8 @@ ORDER = 4
 FINE_TO_COARSE = 2.5
 TRIM_S = 1.0
 SHORTEST_S = 4.0
+SHORTEST_TEST_S = 3.0
+"""Of a log on which models are compared and none is fitted: both ends trimmed, it still holds two free runs."""
 CUTOFFS_HZ = (20.0, 14.0, 10.0, 7.0, 5.0, 3.5, 2.5)
 """Where nobody says the cutoff: the highest of these, at most a tenth of the sample rate, with little noise."""
 NOISE_SHARE = 0.05
@@ -65,20 +67,21 @@ def low_pass(signals: Array, cutoff_hz: float, sample_time: float) -> Array:
     return np.asarray(filtfilt(b, a, signals, axis=0, padlen=min(len(signals) - 1, 3 * max(len(a), len(b)) * 8)))
 
 
-def smooth_motion(log: Log, cutoff_hz: float | None = None) -> Motion:
+def smooth_motion(log: Log, cutoff_hz: float | None = None, shortest_s: float = SHORTEST_S) -> Motion:
     """Filter and differentiate a log.
 
     Args:
         log: uniform samples.
         cutoff_hz: of the coarse filter; by default the log's own, else as high as the noise of the positions allows.
+        shortest_s: what a log must last.
 
     Raises:
         BadInput: if the log is too short to filter and to split into blocks.
     """
     h = log.sample_time
-    if log.size * h < SHORTEST_S or log.size < 200:
-        found = f"{log.size} samples over {log.size * h:.3g} s"
-        raise BadInput(str(log.path), found, f"at least {SHORTEST_S:g} s and 200 samples for a diagnosis")
+    if log.used * h < shortest_s or log.used < 200:
+        found = f"{log.used} samples over {log.used * h:.3g} s"
+        raise BadInput(log.where, found, f"at least {shortest_s:g} s and 200 samples for a diagnosis")
     coarse = cutoff_hz or log.cutoff_hz or quiet_cutoff(log.positions, h)
     fine = min(FINE_TO_COARSE * coarse, 0.4 / h)
     positions = low_pass(log.positions, fine, h)

@@ -10,36 +10,19 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from codegen.diagnosis.chain import Chain
-from codegen.diagnosis.shooting import Record, Shooter, Structure
+from codegen.diagnosis.chain import Chains
+from codegen.diagnosis.joint_shooter import JointShooter
+from codegen.diagnosis.sensor import Sensors
+from codegen.diagnosis.shooting import Record, Shooter, term_symbols
+from codegen.diagnosis.structure import Structures, states
 from codegen.effects import CATALOGUE, Effect
+from codegen.effects.added import added
+from codegen.effects.coordinate import Coordinate
 from codegen.effects.declare import effect_symbols, places_of
-from codegen.effects.periodic import PHASE_NAME as PHASE
-from codegen.effects.periodic import Periodic
-from codegen.mechanics.actuator import Actuator
+from codegen.effects.register import is_own
 from codegen.mechanics.system import System
 
 Array = NDArray[np.float64]
-
-CHAIN = {
-    "input_delay": {"T": "delay"},
-    "input_gain": {"gain": "gain"},
-    "dead_zone": {"width": "width"},
-    "saturation": {"limit": "limit"},
-    "actuator_lag": {"tau": "tau"},
-}
-"""Effects on an input: parameter → field of ``Chain``."""
-STRUCTURE = {
-    "presliding": ("sigma",),
-    "compliance": ("k", "c", "load_fraction"),
-    "backlash": ("gap", "k", "c", "load_fraction"),
-}
-"""Effects that add states: they have their place in the C of the free runs."""
-ROUGH = ("backlash",)
-"""Effects whose loss is rough: a load hits the end of its play a sample sooner or later."""
-SENSOR = {"encoder_eccentricity": ("amplitude", "period", "phase")}
-BETWEEN = ("load_fraction",)
-"""Parameters between 0 and 1."""
 
 
 @dataclass(frozen=True)
@@ -49,57 +32,40 @@ class Part:
     Attributes:
         kind, place, on: as in the catalogue.
         names: of its parameters, in order.
-        symbols: of those, where the effect is a change of the System; else empty.
-        positive: the parameters that must be positive.
-        size: of a wave, the parameter that is found together with its phase; else empty.
+        symbols: of those in the changed System.
+        coordinates: in which a fit moves those.
     """
 
     kind: str
     place: int
     on: str
     names: tuple[str, ...]
-    symbols: tuple[sympy.Symbol, ...] = ()
-    positive: tuple[str, ...] = ()
-    size: str = ""
+    symbols: tuple[sympy.Symbol, ...]
+    coordinates: tuple[Coordinate, ...]
+
+    @cached_property
+    def effect(self) -> Effect:
+        return CATALOGUE[self.kind].with_parameters(self.names)
 
     def inward(self, values: Mapping[str, float]) -> Array:
-        """Parameters → the unbounded coordinates of a fit: logarithms of what is positive, logits of shares."""
-        return np.array([self._inward(name, values[name]) for name in self.names])
+        """Parameters → the unbounded coordinates of a fit."""
+        return np.array([c.inward(values[name]) for name, c in zip(self.names, self.coordinates, strict=True)])
 
     def outward(self, inner: Array) -> dict[str, float]:
-        values = {name: self.outward_one(name, float(q)) for name, q in zip(self.names, inner, strict=True)}
-        if self.size:
-            flipped = values[self.size] < 0
-            values[self.size] = abs(values[self.size])
-            values[PHASE] = float((values[PHASE] + (2 if flipped else 1) * np.pi) % (2 * np.pi) - np.pi)
-        return values
-
-    @property
-    def reach(self) -> Array:
-        """How far a fit may go from where it starts: a factor of 150 for what is positive, a fifth for a period."""
-        free = [5.0 if name in self.positive or name in BETWEEN else np.inf for name in self.names]
-        return np.array([0.2 if name == "period" else r for name, r in zip(self.names, free, strict=True)])
-
-    def _inward(self, name: str, value: float) -> float:
-        if name in BETWEEN:
-            return float(np.log(value / (1 - value)))
-        return float(np.log(value)) if name in self.positive else float(value)
-
-    def outward_one(self, name: str, inner: float) -> float:
-        if name in BETWEEN:
-            return float(1 / (1 + np.exp(-inner)))
-        return float(np.exp(min(inner, 300.0))) if name in self.positive else inner
+        """The inverse of ``inward``, in the effect's normal form."""
+        named = zip(self.names, self.coordinates, inner, strict=True)
+        return self.effect.normal_form({name: c.outward(float(q)) for name, c, q in named})
 
 
 def part_of(effect: Effect, place: int, system: System) -> Part:
     """The part that puts an effect of the catalogue at a place of a system."""
     on = places_of(effect, system)[place]
     names = tuple(p.name for p in effect.parameters)
-    positive = tuple(p.name for p in effect.parameters if p.low == 0.0 and p.neutral in (None, 1.0))
-    beside = effect.kind in CHAIN or effect.kind in STRUCTURE or effect.kind in SENSOR
-    symbols = () if beside else tuple(effect_symbols(effect, on, system)[n] for n in names)
-    size = effect.size if isinstance(effect, Periodic) else ""
-    return Part(effect.kind, place, on, names, symbols, positive, size)
+    symbols = effect_symbols(effect, on, system)
+    coordinates = tuple(p.coordinate for p in effect.parameters)
+    if is_own(effect.kind):
+        added(effect, system, place, symbols, f"{effect.kind} on {on}")
+    return Part(effect.kind, place, on, names, tuple(symbols[n] for n in names), coordinates)
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,20 +84,29 @@ class Trial:
 
     @cached_property
     def changed(self) -> System:
+        """The system with all parts; their symbols stand for numbers in the order of ``symbols``."""
         system = self.system
         for part in self.parts:
-            if part.symbols:
-                effect = CATALOGUE[part.kind]
-                units = dict.fromkeys(part.symbols, "1")
-                system = system.with_parameters({s: sympy.Integer(1) for s in part.symbols}, units)
-                effect = effect.with_parameters(part.names)
-                system = effect.add(system, part.place, dict(zip(part.names, part.symbols, strict=True)))
+            units = dict.fromkeys(part.symbols, "1")
+            system = system.with_parameters({s: sympy.Integer(1) for s in part.symbols}, units)
+            system = part.effect.add(system, part.place, dict(zip(part.names, part.symbols, strict=True)))
         return system
 
     @property
+    def symbols(self) -> tuple[sympy.Symbol, ...]:
+        """Everything that a fit moves: the levels and tolerated parameters, then those of the parts."""
+        return (*self.moved, *(s for part in self.parts for s in part.symbols))
+
+    @cached_property
     def free(self) -> tuple[sympy.Symbol, ...]:
         """The symbols that are arguments of the compiled terms."""
-        return (*self.moved, *(s for part in self.parts for s in part.symbols))
+        within = term_symbols(self.changed, self.system)
+        return (*self.moved, *(s for part in self.parts for s in part.symbols if s in within))
+
+    @cached_property
+    def adds_states(self) -> bool:
+        """Whether the last part adds states to the free run: its force along a log is not given by the log alone."""
+        return states(self.changed) > states(replace(self, parts=self.parts[:-1]).changed)
 
     def with_part(self, part: Part) -> Trial:
         return replace(self, parts=(*self.parts, part))
@@ -148,6 +123,23 @@ class Trial:
         """The inverse of ``split``."""
         return np.concatenate([moved, *(p.inward(v) for p, v in zip(self.parts, parameters, strict=True))])
 
+    def numbers(self, theta: Array) -> Array:
+        """The values of ``symbols``."""
+        moved, found = self.split(theta)
+        return np.concatenate([moved, *([v[n] for n in p.names] for p, v in zip(self.parts, found, strict=True))])
+
+    @cached_property
+    def chains(self) -> Chains:
+        return Chains(self.changed, self.symbols)
+
+    @cached_property
+    def sensors(self) -> Sensors:
+        return Sensors(self.changed, self.symbols)
+
+    @cached_property
+    def structures(self) -> Structures:
+        return Structures(self.changed, self.symbols)
+
 
 @dataclass(frozen=True, eq=False)
 class Runner:
@@ -155,123 +147,48 @@ class Runner:
 
     Attributes:
         model: of the trial in ``shooter``.
-        declared: input → fields of the ``Chain`` that the system itself has.
     """
 
     trial: Trial
-    shooter: Shooter
+    shooter: Shooter | JointShooter
     model: int
     record: Record
     substeps: int
-    declared: Mapping[str, Mapping[str, float]]
 
     def run(self, theta: Array, offsets: Array, gain: float = 1.0) -> Array:
         """Predicted measurements (S, L, n), the segments started ``offsets`` (S, 2n) off the smoothed state.
+
+        Of an arm whose joints are compared one by one: (S joints, L, 1), by offsets (S joints, 2).
 
         Args:
             gain: on all inputs.
         """
         trial, record = self.trial, self.record
-        moved, found = trial.split(theta)
-        values = np.concatenate(
-            [moved, *([v[n] for n in p.names] for p, v in zip(trial.parts, found, strict=True) if p.symbols)]
-        )
-        sensors = [(p.place, v) for p, v in zip(trial.parts, found, strict=True) if p.kind in SENSOR]
-        states = record.states
-        for place, v in sensors:
-            states = _true_state(states, place, v)
-        positions = self.shooter.run(
+        numbers = trial.numbers(theta)
+        found = self.shooter.run(
             self.model,
-            values,
-            self._structure(found),
+            numbers[self._arguments],
+            trial.structures.at(numbers),
             record,
-            gain * self._drive(found),
+            gain * self._drive(numbers),
             self.substeps,
-            states + offsets,
+            trial.sensors.true(record.states, numbers) + record.of_segments(offsets),
         )
-        for place, v in sensors:
-            positions[..., place] += _wave(positions[..., place], v)
-        return positions
+        return record.by_row(trial.sensors.measured(found, numbers))
 
     def hidden(self) -> Array:
-        """(S, contacts + 2) of the trial without parts: deflection z of each contact, load position and velocity."""
-        drive, structure = self._drive(()), declared_structure(self.trial.system)
-        return self.shooter.hidden(self.model, np.zeros(0), structure, self.record, drive, self.substeps)
+        """What no log holds, as the shooter has it, of the trial without parts."""
+        trial, none = self.trial, np.zeros(0)
+        structure = trial.structures.at(none)
+        assert isinstance(self.shooter, Shooter)  # an arm's residual is that of the whole arm
+        return self.shooter.hidden(self.model, none, structure, self.record, self._drive(none), self.substeps)
 
-    def _drive(self, found: Sequence[Mapping[str, float]]) -> Array:
-        record, columns = self.record, []
-        for i, w in enumerate(self.trial.system.inputs):
-            fields = dict(self.declared.get(w.name, {}))
-            for part, values in zip(self.trial.parts, found, strict=True):
-                if part.kind in CHAIN and part.place == i:
-                    fields |= _joined(fields, {field: values[name] for name, field in CHAIN[part.kind].items()})
-            columns.append(Chain(**fields).act(record.commands[:, i], record.sample_time, self.substeps))
-        return np.ascontiguousarray(np.column_stack(columns))
+    @cached_property
+    def _arguments(self) -> list[int]:
+        """Where the arguments of the compiled terms stand among the trial's symbols."""
+        place = {s: k for k, s in enumerate(self.trial.symbols)}
+        return [place[s] for s in self.trial.free]
 
-    def _structure(self, found: Sequence[Mapping[str, float]]) -> Structure:
-        structure = declared_structure(self.trial.system)
-        for part, v in zip(self.trial.parts, found, strict=True):
-            if part.kind == "presliding":
-                sigma = list(structure.sigma)
-                sigma[part.place] = v["sigma"]
-                structure = replace(structure, sigma=tuple(sigma))
-            elif part.kind in STRUCTURE:
-                structure = replace(
-                    structure,
-                    split=part.place,
-                    load_fraction=v["load_fraction"],
-                    stiffness=v["k"],
-                    damping=v["c"],
-                    gap=v.get("gap", 0.0),
-                )
-        return structure
-
-
-def declared_structure(system: System) -> Structure:
-    """What the system itself has beyond M, g and U λ, in numbers."""
-
-    def number(expression: sympy.Expr) -> float:
-        return float(sympy.sympify(expression).subs(system.values))
-
-    sigma = [number(c.law_parameters["sigma"]) if c.law.name == "presliding" else 0.0 for c in system.contacts]
-    for t in system.transmissions:
-        return Structure(
-            tuple(sigma), t.coordinate, number(t.load_fraction), number(t.stiffness), number(t.damping), number(t.gap)
-        )
-    return Structure(tuple(sigma))
-
-
-def declared_chain(actuator: Actuator, values: Mapping[sympy.Symbol, float]) -> dict[str, float]:
-    """Fields of the ``Chain`` that a system's actuator is, in numbers."""
-
-    def number(expression: sympy.Expr) -> float:
-        return float(sympy.sympify(expression).subs(values))
-
-    fields = {"delay": number(actuator.delay), "gain": number(actuator.gain), "width": number(actuator.dead_zone)}
-    if actuator.limits:
-        fields["limit"] = min(number(limit) for limit in actuator.limits)
-    return fields | ({"tau": number(actuator.lag)} if actuator.lag is not None else {})
-
-
-def _joined(fields: Mapping[str, float], more: Mapping[str, float]) -> dict[str, float]:
-    """Two of a kind act one after the other: delays and dead zones add up, gains multiply, the smaller limit holds."""
-    sums = {name: fields.get(name, 0.0) + more[name] for name in more if name in ("delay", "width", "tau")}
-    gain = {"gain": fields.get("gain", 1.0) * more["gain"]} if "gain" in more else {}
-    limit = {"limit": min(fields.get("limit", np.inf), more["limit"])} if "limit" in more else {}
-    return sums | gain | limit
-
-
-def _wave(x: Array, v: Mapping[str, float]) -> Array:
-    with np.errstate(invalid="ignore"):  # a run that diverged is counted as such elsewhere
-        return np.asarray(v["amplitude"] * np.sin(2 * np.pi * x / v["period"] + v["phase"]))
-
-
-def _true_state(states: Array, place: int, v: Mapping[str, float]) -> Array:
-    """The state that an eccentric encoder measures as ``states``."""
-    states, n = states.copy(), states.shape[1] // 2
-    measured = states[:, place].copy()
-    for _ in range(8):
-        states[:, place] = measured - _wave(states[:, place], v)
-    slope = 2 * np.pi / v["period"] * v["amplitude"] * np.cos(2 * np.pi * states[:, place] / v["period"] + v["phase"])
-    states[:, n + place] /= np.where(np.abs(1 + slope) > 0.2, 1 + slope, 1.0)
-    return states
+    def _drive(self, numbers: Array) -> Array:
+        record = self.record
+        return self.trial.chains.act(record.commands, numbers, record.sample_time, self.substeps)

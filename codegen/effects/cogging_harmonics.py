@@ -39,7 +39,17 @@ class CoggingHarmonics(Effect):
         found = {
             int(k) for name in names for wave, _, k in [name.partition("_")] if wave in ("sin", "cos") and _is_order(k)
         }
-        return CoggingHarmonics(sorted(found)) if found else self
+        return self.of_orders(sorted(found)) if found else self
+
+    def of_orders(self, orders: Sequence[int]) -> CoggingHarmonics:
+        """The effect with other orders."""
+        return type(self)(orders)
+
+    def values(self, period: float, weights: Sequence[tuple[float, float]]) -> dict[str, float]:
+        """The parameters of these weights, a sine's and a cosine's for each order."""
+        waves = zip(self.orders, weights, strict=True)
+        found = {f"{wave}_{k}": float(w) for k, pair in waves for wave, w in zip(("sin", "cos"), pair, strict=True)}
+        return {PERIOD.name: period} | found
 
     def add(self, system: System, place: int, p: Symbols) -> System:
         turn = 2 * sympy.pi * system.positions[place] / p["period"]

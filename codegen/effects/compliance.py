@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import product
 from math import pi, sqrt
 
@@ -21,6 +22,8 @@ FREQUENCIES = (0.15, 0.4, 1.0, 2.5, 6.0)
 LOADS = (0.3, 0.65)
 DAMPING_RATIOS = (0.15, 0.6)
 GAPS = 5
+SEEN_GAP = 2.0
+"""Standard deviations of the position's noise: the play of a smaller one is a compliance's freedom to fit."""
 NEEDS = "an axis with a constant inertia of its own, not coupled to others, and no compliance or backlash yet"
 
 
@@ -52,6 +55,9 @@ class Compliance(Effect):
         """Lightly damped resonances from a seventh to six times the cutoff, with a third or two of the inertia."""
         return [_coupling(covered, *where) for where in product(FREQUENCIES, LOADS, DAMPING_RATIOS[:1])]
 
+    def coupling(self, values: Mapping[str, float]) -> dict[str, float] | None:
+        return dict(values)
+
 
 class Backlash(Effect):
     """As compliance, with a force only beyond half the gap, and never one that pulls."""
@@ -73,6 +79,7 @@ class Backlash(Effect):
         Confusion("input_delay", "a chirp at two amplitudes"),
     )
     needs = NEEDS
+    rough = True  # by a small change of a parameter the load hits the end of its play a sample sooner or later
 
     def applies(self, system: System, place: int) -> bool:
         return Compliance().applies(system, place)
@@ -87,6 +94,11 @@ class Backlash(Effect):
         gaps = np.geomspace(max(2 * noise, 1e-5 * half), max(20 * noise, 0.05 * half), GAPS)
         couplings = [covered.coupling, *stiff] if covered.coupling else stiff
         return [{**coupling, "gap": float(gap)} for coupling in couplings for gap in gaps]
+
+    def unseen(self, values: Mapping[str, float], noise: float) -> str:
+        return (
+            "its gap is below what the noise of the position lets one see" if values["gap"] < SEEN_GAP * noise else ""
+        )
 
 
 def _coupling(covered: Covered, frequency: float, load: float, damping_ratio: float) -> dict[str, float]:

@@ -7,6 +7,7 @@ from typing import Any
 import sympy
 
 from codegen.effects import CATALOGUE, Effect
+from codegen.effects.added import added
 from codegen.effects.places import pairs
 from codegen.errors import BadInput, nearest_name
 from codegen.mechanics.build import check_mass_matrix
@@ -96,7 +97,7 @@ def _add(system: System, spec: Spec, index: int, declared: DeclaredEffect) -> Sy
     values = {symbols[p]: v for p, v in given.items()}
     units = unit_words(effect, known.index(on), system)
     system = system.with_parameters(values, {symbols[name]: unit for name, unit in units.items()})
-    return effect.add(system, known.index(on), symbols)
+    return added(effect, system, known.index(on), symbols, spec.place(key))
 
 
 def _place(effect: Effect, declared: DeclaredEffect, system: System, spec: Spec, key: str) -> str:

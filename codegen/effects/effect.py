@@ -14,6 +14,8 @@ from typing import ClassVar, Literal
 
 import sympy
 
+from codegen.effects.coordinate import FREE, Above, Between, Coordinate
+from codegen.effects.places import driven_coordinate, pairs, rubbed_coordinate
 from codegen.effects.start import Covered, Start
 from codegen.mechanics.system import Matrix, System
 
@@ -23,6 +25,8 @@ Symbols = Mapping[str, sympy.Symbol]
 
 SHARES = (0.1, 0.5)
 """Where a shape parameter without a start of its own is tried, in what makes its effect as large as the force."""
+PROBE = 1e-3
+"""Size of a probe of a parameter that scales an effect, in what makes its effect as large as the force."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +39,7 @@ class EffectParameter:
         neutral: the value at which the effect vanishes (for those that scale it), or None for shape parameters.
         start: the values from which a fit to a log may start; without it, least squares finds a parameter that
             scales the effect, and a shape parameter at a tenth and a half of what makes it as large as the force.
+        moved_in: the coordinate in which a fit moves it; None leaves that to its bounds.
     """
 
     name: str
@@ -44,6 +49,16 @@ class EffectParameter:
     high: float | None = None
     neutral: float | None = None
     start: Start | None = None
+    moved_in: Coordinate | None = None
+
+    @property
+    def coordinate(self) -> Coordinate:
+        """In which a fit moves it: what vanishes at zero crosses it freely, any other value keeps its bounds."""
+        if self.moved_in is not None:
+            return self.moved_in
+        if self.low is None or self.neutral not in (None, 1.0):
+            return FREE
+        return Above(self.low) if self.high is None else Between(self.low, self.high)
 
 
 @dataclass(frozen=True)
@@ -73,6 +88,7 @@ class Effect(ABC):
         needs: where ``applies`` is not always true, the condition in words.
         demands: where ``admissible`` asks for more than each parameter's bounds, that in words.
         refines: the kind of which this is the richer form, worth trying only where that one is found; "" for none.
+        rough: whether the error of a free run jumps as its parameters change, so that slopes alone find no minimum.
     """
 
     kind: ClassVar[str]
@@ -85,6 +101,7 @@ class Effect(ABC):
     needs: ClassVar[str] = ""
     demands: ClassVar[str] = ""
     refines: ClassVar[str] = ""
+    rough: ClassVar[bool] = False
 
     @abstractmethod
     def add(self, system: System, place: int, p: Symbols) -> System:
@@ -93,6 +110,17 @@ class Effect(ABC):
     def with_parameters(self, names: Sequence[str]) -> Effect:
         """The effect with the parameters that a spec gives it; another one only where their number is open."""
         return self
+
+    def coordinate(self, system: System, place: int) -> int:
+        """Index of the coordinate on which the effect acts most; of two coordinates the first."""
+        match self.sits_on:
+            case "contact":
+                return rubbed_coordinate(system, place)
+            case "input":
+                return driven_coordinate(system, place)
+            case "two coordinates":
+                return pairs(system)[place][0]
+        return place
 
     def applies(self, system: System, place: int) -> bool:
         """Whether the effect makes sense at this place of this system; ``needs`` says when."""
@@ -111,6 +139,35 @@ class Effect(ABC):
     def shapes(self) -> tuple[EffectParameter, ...]:
         """The parameters that a fit tries at several values before it refines them."""
         return tuple(q for q in self.parameters if q.start is not None or q.neutral is None)
+
+    @property
+    def scaling(self) -> tuple[EffectParameter, ...]:
+        """The parameters in which the effect is linear near no effect: least squares finds them for each shape."""
+        shapes = self.shapes
+        return tuple(q for q in self.parameters if q not in shapes)
+
+    def probes(self, shape: Mapping[str, float], covered: Covered) -> list[tuple[dict[str, float], float]]:
+        """(parameters, size of the step) of a small effect of this shape, one for each weight to be found."""
+        none = dict(shape) | {q.name: float(q.neutral or 0.0) for q in self.scaling}
+        steps = [(q.name, PROBE * covered.size(q.unit)) for q in self.scaling]
+        return [(none | {name: none[name] + step}, step) for name, step in steps]
+
+    def weighted(self, shape: Mapping[str, float], weights: Sequence[float]) -> dict[str, float]:
+        """The parameters of a shape with the weights of its ``probes``."""
+        found = zip(self.scaling, weights, strict=True)
+        return dict(shape) | {q.name: float(q.neutral or 0.0) + float(w) for q, w in found}
+
+    def normal_form(self, values: Mapping[str, float]) -> dict[str, float]:
+        """These parameters, or those of the same effect by which it is named where several give it."""
+        return dict(values)
+
+    def coupling(self, values: Mapping[str, float]) -> dict[str, float] | None:
+        """The fitted spring between motor and load (k, c, load_fraction) from which others start; None: it is none."""
+        return None
+
+    def unseen(self, values: Mapping[str, float], noise: float) -> str:
+        """Why a log with this noise of the position (standard deviation) cannot show these values; else empty."""
+        return ""
 
     def starts(self, covered: Covered) -> list[dict[str, float]]:
         """Every combination of the values that the shape parameters start from; one empty where there are none."""

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
+import numpy as np
 import sympy
 
-from codegen.effects.effect import Effect, EffectParameter, Symbols
-from codegen.effects.start import periods
+from codegen.effects import coordinate
+from codegen.effects.effect import PROBE, Effect, EffectParameter, Symbols
+from codegen.effects.start import Covered, periods
 from codegen.mechanics.system import Matrix, System
 
 PHASE_NAME = "phase"
 AMPLITUDE = EffectParameter("amplitude", "{F}", "amplitude", neutral=0.0)
-PERIOD = EffectParameter("period", "{q}", "distance of one period", low=0.0, start=periods)
-PHASE = EffectParameter(PHASE_NAME, "rad", "phase at zero")
+PERIOD = EffectParameter("period", "{q}", "distance of one period", low=0.0, start=periods, moved_in=coordinate.PERIOD)
+PHASE = EffectParameter(PHASE_NAME, "rad", "phase at zero", moved_in=coordinate.ANGLE)
 
 
 class Periodic(Effect):
@@ -26,6 +29,21 @@ class Periodic(Effect):
     def shapes(self) -> tuple[EffectParameter, ...]:
         """Without the phase: it is found together with the size."""
         return tuple(q for q in super().shapes if q.name != PHASE_NAME)
+
+    def probes(self, shape: Mapping[str, float], covered: Covered) -> list[tuple[dict[str, float], float]]:
+        """A small sine and a small cosine."""
+        small = next(PROBE * covered.size(q.unit) for q in self.parameters if q.name == self.size)
+        return [(dict(shape) | {self.size: small, PHASE_NAME: phase}, small) for phase in (0.0, np.pi / 2)]
+
+    def weighted(self, shape: Mapping[str, float], weights: Sequence[float]) -> dict[str, float]:
+        sine, cosine = weights
+        return dict(shape) | {self.size: float(np.hypot(sine, cosine)), PHASE_NAME: float(np.arctan2(cosine, sine))}
+
+    def normal_form(self, values: Mapping[str, float]) -> dict[str, float]:
+        """With a positive size and the phase within half a turn."""
+        half_turns = 2 if values[self.size] < 0 else 1
+        phase = float((values[PHASE_NAME] + half_turns * np.pi) % (2 * np.pi) - np.pi)
+        return dict(values) | {self.size: abs(values[self.size]), PHASE_NAME: phase}
 
     @abstractmethod
     def angle(self, system: System, place: int, p: Symbols) -> sympy.Expr:

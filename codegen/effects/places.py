@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from itertools import combinations
 
 import sympy
@@ -12,6 +13,23 @@ from codegen.mechanics.system import System
 def pairs(system: System) -> list[tuple[int, int]]:
     """Every two coordinates, the first before the second."""
     return list(combinations(range(system.degrees_of_freedom), 2))
+
+
+def rubbed_coordinate(system: System, contact: int) -> int:
+    """The coordinate that a contact acts on most, by the size of its column of U."""
+    return _largest(system, system.distribution[:, contact])
+
+
+def driven_coordinate(system: System, index: int) -> int:
+    """The coordinate that an input drives most, by the size of ∂g/∂w."""
+    return _largest(system, (row.diff(system.inputs[index]) for row in system.force))
+
+
+def _largest(system: System, entries: Iterable[sympy.Expr]) -> int:
+    """Index of the largest entry; one that varies with the state counts as 1."""
+    numbers = [sympy.sympify(e).subs(system.values) for e in entries]
+    sizes = [abs(float(e)) if e.is_number else 1.0 for e in numbers]
+    return sizes.index(max(sizes))
 
 
 def coupled_or_varying(system: System, coordinate: int) -> bool:

@@ -40,6 +40,9 @@ class PreslidingLaw(DynamicLaw):
     def level(self, slip_speed: sympy.Expr, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
         return p["a"]
 
+    def bristle_stiffness(self, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+        return p["sigma"]
+
     def slope_bound(self, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
         return sympy.Integer(0)
 

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-import importlib.util
+import re
 from pathlib import Path
+from traceback import extract_tb
+from types import ModuleType
 
 from codegen.effects import CATALOGUE, Effect
-from codegen.errors import BadInput
+from codegen.errors import BadInput, Place
+from codegen.input_files import read_text
+from codegen.spec.reserved import is_identifier
+from codegen.spec.units import is_written
 
 LIST = "EFFECTS"
 
@@ -15,8 +20,17 @@ def register(effect: Effect, where: str = "an effect") -> None:
     """Add an effect to the catalogue for this run; the same class again takes the place of the earlier.
 
     Raises:
-        BadInput: if its kind is taken by another effect.
+        BadInput: if its kind is taken by another effect, or its names are no identifiers, or a unit is none.
     """
+    for name in (effect.kind, *(p.name for p in effect.parameters)):
+        if not is_identifier(name):
+            expected = "letters, digits and _, starting with a letter, since generated code has names from it"
+            raise BadInput(where, f"an effect with the name `{name}`", expected)
+    for p in effect.parameters:
+        if not is_written(re.sub(r"\{[Fqw]\}", "N", p.unit)):
+            raise BadInput(
+                where, f"`{p.name}` in `{p.unit}`", "a unit such as N*m, with {F}, {q} and {w} for those of its place"
+            )
     known = CATALOGUE.get(effect.kind)
     if known is not None and type(known).__qualname__ != type(effect).__qualname__:
         raise BadInput(where, f"a second effect `{effect.kind}`", "a kind of its own")
@@ -35,16 +49,18 @@ def load_effects(path: str | Path) -> tuple[str, ...]:
         BadInput: if the file cannot be read or is not Python, or has no list of effects.
     """
     where = str(path)
-    if Path(path).suffix != ".py" or not Path(path).is_file():
-        raise BadInput(where, "no such Python file", f"a file NAME.py with a list `{LIST}`")
-    loader = importlib.util.spec_from_file_location(f"stiction_effects_{Path(path).stem}", path)
-    if loader is None or loader.loader is None:
-        raise BadInput(where, "a file that Python cannot load", f"a file NAME.py with a list `{LIST}`")
-    module = importlib.util.module_from_spec(loader)
+    expected = f"a Python file NAME.py with a list `{LIST}`"
+    if Path(path).suffix != ".py":
+        raise BadInput(where, f"the ending `{Path(path).suffix}`", expected)
+    text = read_text(Path(path), expected)
+    module = ModuleType(f"stiction_effects_{Path(path).stem}")
+    module.__file__ = where
     try:
-        loader.loader.exec_module(module)
-    except (SyntaxError, ImportError, UnicodeDecodeError) as error:
-        raise BadInput(where, f"{type(error).__name__}: {error}", f"a Python file with a list `{LIST}`") from None
+        exec(compile(text, where, "exec"), module.__dict__)
+    except (Exception, SystemExit) as error:  # whatever the user's own code raises is theirs to mend
+        lines = [frame.lineno for frame in extract_tb(error.__traceback__) if frame.filename == where]
+        line = error.lineno if isinstance(error, SyntaxError) else lines[-1] if lines else None
+        raise BadInput(Place(where, line), f"{type(error).__name__}: {error}", expected) from None
     found = getattr(module, LIST, None)
     if not isinstance(found, list | tuple) or not found or not all(isinstance(e, Effect) for e in found):
         raise BadInput(where, f"no list `{LIST}` of effects", f"`{LIST} = [MyEffect()]`, each a codegen.effects.Effect")

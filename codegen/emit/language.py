@@ -20,6 +20,8 @@ class Language:
         single: whether numbers are single precision.
         number: format of a literal with {digits}.
         opening, closing: around an expression that takes several lines.
+        narrows: whether the language itself rounds a literal to single precision: what is no single is then written as
+            the double that it is, which the checker reads in the twin as the certificate's number.
     """
 
     calls: Mapping[str, str]
@@ -27,6 +29,7 @@ class Language:
     number: str = "{digits}"
     opening: str = ""
     closing: str = ""
+    narrows: bool = False
 
     def literal(self, value: float) -> str:
         """The shortest decimal that is this number, with a point or an exponent.
@@ -39,5 +42,6 @@ class Language:
             rounded = np.float32(value) if self.single else np.float64(value)
         if not math.isfinite(rounded) or (value != 0) != (rounded != 0):
             raise BadInput("generated code", f"the constant {value}", f"numbers whose products a {size} can hold")
-        digits = repr(float(value)) if not self.single else str(rounded)
+        wide = not self.single or (self.narrows and float(rounded) != value)
+        digits = repr(float(value)) if wide else str(rounded)
         return self.number.format(digits=digits)

@@ -61,10 +61,10 @@ def emit_readme(
 
 def emit_manifest(header: Header, files: dict[str, str]) -> str:
     """Hashes of the spec and of every file beside the manifest."""
-    robot = {"robot": dict(zip(("file", "sha256"), header.robot, strict=True))} if header.robot else {}
+    robot = {"robot": {"file": header.robot[0].raw, "sha256": header.robot[1]}} if header.robot else {}
     content = {
-        "tool": {"name": "stiction", "version": header.version, "command": header.command},
-        "spec": {"file": header.spec_file, "sha256": header.spec_sha256},
+        "tool": {"name": "stiction", "version": header.version, "command": header.command.raw},
+        "spec": {"file": header.spec_file.raw, "sha256": header.spec_sha256},
         **robot,
         "files": {name: sha256(text) for name, text in sorted(files.items())},
     }

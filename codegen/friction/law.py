@@ -52,6 +52,10 @@ class FrictionLaw(ABC):
     def level(self, slip_speed: sympy.Expr, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
         """The level a(|u|) ≥ 0 in steady sliding, λ = a(|u|) sgn(u), in the contact's force unit."""
 
+    def bristle_stiffness(self, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+        """σ of a law λ = σ z, z' = u − (σ/level) z |u|; 0 for laws of another form."""
+        return sympy.Integer(0)
+
     @abstractmethod
     def slope_bound(self, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
         """A bound on |∂a/∂u| (Lemma 2.1 generalised), in force unit · s / slip unit; oo where there is none."""

@@ -10,8 +10,9 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict
 
 from codegen.errors import BadInput, Place
+from codegen.input_files import read_text
 from codegen.spec.validation import validate
-from codegen.spec.yaml_text import load_mapping, plain, read_text
+from codegen.spec.yaml_text import load_mapping, plain
 
 CLAIMS = Path(__file__).parent / "claims"
 _CONDITION = re.compile(r"([<>]) (-?\d+(?:\.\d+)?(?:e-?\d+)?)")

@@ -6,9 +6,11 @@ from codegen.logs.finding import Finding
 from codegen.logs.log import Intake, Log
 from codegen.logs.preflight import preflight
 from codegen.logs.readers import FORMATS, read_log, read_logs
+from codegen.logs.source import Allowance
 
 __all__ = [
     "FORMATS",
+    "Allowance",
     "Finding",
     "Intake",
     "Log",

@@ -9,13 +9,13 @@ not the input.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import casadi
 import numpy as np
 
-from codegen.logs.audit_scale import Outside, audit_scale, furthest_outside
+from codegen.logs.audit_scale import Outside, audit_scale, furthest_outside, partial
 from codegen.logs.finding import Finding
 from codegen.logs.log import Array, Flags, Log
 from codegen.logs.motion import Motion, low_pass
@@ -28,6 +28,10 @@ TELLING = 0.6
 SCALE_OFF = 3.0
 FAR_OUTSIDE = 10.0
 """Times the envelope: by so much a coordinate's scale is off even where forces do not tell."""
+ACTING = 1e-3
+"""Share of its largest force below which an input does not act: what filters leave where it is off."""
+PART_SEEN = 0.2
+"""Partial correlation of a modelled force with the input's force, from which on it shows in a log."""
 FEWEST = 50
 
 
@@ -39,6 +43,7 @@ class Forces:
         inertia: (K, n) M(x) a.
         rest: (K, n) g(x, v, 0) − U λ with the declared friction.
         friction: (K, n) U λ, which is in ``rest`` too.
+        standing: (K, n) g(x, 0, 0): gravity and springs, which is in ``rest`` too.
         driven: (m, K, n) what each input alone adds to g.
         motion: (K, 2n) positions and velocities.
     """
@@ -46,12 +51,16 @@ class Forces:
     inertia: Array
     rest: Array
     friction: Array
+    standing: Array
     driven: Array
     motion: Array
 
 
-def audit_force(log: Log, spec: Spec, motion: Motion) -> Iterator[Finding]:
+def audit_force(log: Log, spec: Spec, motion: Motion, steady: frozenset[int] = frozenset()) -> Iterator[Finding]:
     """What there is to say of the sign and scale of inputs and forces.
+
+    Args:
+        steady: the coordinates that run at constant speed, whose inertia is not judged.
 
     Raises:
         BadInput: if the spec's mechanics cannot be built.
@@ -64,12 +73,19 @@ def audit_force(log: Log, spec: Spec, motion: Motion) -> Iterator[Finding]:
         words = "Too few samples in motion to compare the input's force with the acceleration."
         yield Finding("info", "sign and scale", words, {"samples": float(len(forces.inertia))})
         return
+    doubted = log.intake.doubted & {*spec.positions, *spec.velocities}
+    if doubted:
+        for i in spec.inputs:
+            yield _not_judged(i.name, " and ".join(sorted(doubted)))
+        return
     outside = furthest_outside(log, spec, motion, SCALE_OFF)
     given = forces.driven.sum(axis=0)
-    off = audit_scale(given, forces.inertia, forces.rest, forces.friction, forces.motion, spec)
+    off = []
+    if not log.intake.doubted:
+        off = audit_scale(given, forces.inertia, forces.rest, forces.friction, forces.motion, spec, steady)
     yield from off
     if not off:  # beside a motion in another unit an input cannot be judged
-        yield from _inputs(forces, spec, outside)
+        yield from _inputs(forces, spec, outside, log.intake.doubted)
         yield from _undriven(forces, spec, outside)
 
 
@@ -84,23 +100,26 @@ def _forces(log: Log, system: System, motion: Motion) -> Forces:
         results = evaluate(*(np.ascontiguousarray(a.T) for a in arguments))
         return [np.array(r.full(), dtype=np.float64).T for r in results]
 
-    inertia, rest, friction, slip_margin = along(np.zeros_like(mean_input))
+    inertia, rest, friction, standing, slip_margin = along(np.zeros_like(mean_input))
     driven = []
     for j in range(m):
         alone = np.zeros_like(mean_input)
         alone[:, j] = mean_input[:, j]
         driven.append(along(alone)[1] - rest)
-    stacked = np.hstack([inertia, rest, friction, motion.positions, motion.velocities, *driven])
+    stacked = np.hstack([inertia, rest, friction, standing, motion.positions, motion.velocities, *driven])
     finite: Flags = np.all(np.isfinite(stacked), axis=1)
     smooth, _ = low_pass(log, np.where(finite[:, None], stacked, 0.0), motion.cutoff_hz)
     slipping: Flags = np.all(slip_margin > 0, axis=1)
-    parts = smooth[motion.usable & finite & slipping].reshape(-1, 5 + m, n)
-    moved = parts[:, 3:5].reshape(-1, 2 * n)
-    return Forces(parts[:, 0], parts[:, 1], parts[:, 2], np.moveaxis(parts[:, 5:], 1, 0), moved)
+    parts = smooth[motion.usable & finite & slipping].reshape(-1, 6 + m, n)
+    moved = parts[:, 4:6].reshape(-1, 2 * n)
+    return Forces(parts[:, 0], parts[:, 1], parts[:, 2], parts[:, 3], np.moveaxis(parts[:, 6:], 1, 0), moved)
 
 
 def _function(system: System, threshold: Array) -> casadi.Function:
-    """(x, v, a, w) → M a; g − U λ; U λ; |u| less the slip that speeds of ``threshold``, (n), amount to. All columns."""
+    """(x, v, a, w) → M a; g − U λ; U λ; g at rest; |u| less the slip that speeds of ``threshold``, (n), amount to.
+
+    All are columns.
+    """
     groups = (system.positions, system.velocities, system.accelerations, system.inputs)
     arguments = [casadi.SX.sym("q", len(group)) for group in groups]
     names = {s: argument[k] for group, argument in zip(groups, arguments, strict=True) for k, s in enumerate(group)}
@@ -112,12 +131,16 @@ def _function(system: System, threshold: Array) -> casadi.Function:
         forces = casadi.vertcat(*(to_casadi(c.force, names) for c in system.contacts))
         friction = casadi.mtimes(to_casadi(system.distribution, names), forces)
     force = to_casadi(system.force, names) - friction
+    at_rest = names | {system.velocities[k]: casadi.SX(0.0) for k in range(len(system.velocities))}
+    standing = to_casadi(system.force, at_rest)
     inertia = casadi.mtimes(to_casadi(system.mass_matrix, names), arguments[2])
     margin = casadi.fabs(slip) - casadi.mtimes(casadi.fabs(casadi.jacobian(slip, arguments[1])), casadi.DM(threshold))
-    return casadi.Function("forces", arguments, [casadi.densify(o) for o in (inertia, force, friction, margin)])
+    return casadi.Function(
+        "forces", arguments, [casadi.densify(o) for o in (inertia, force, friction, standing, margin)]
+    )
 
 
-def _inputs(forces: Forces, spec: Spec, outside: Outside | None) -> Iterator[Finding]:
+def _inputs(forces: Forces, spec: Spec, outside: Outside | None, doubted: frozenset[str]) -> Iterator[Finding]:
     if not len(forces.driven):
         return
     needed = forces.inertia - forces.rest
@@ -134,21 +157,35 @@ def _inputs(forces: Forces, spec: Spec, outside: Outside | None) -> Iterator[Fin
     scales = np.linalg.norm(columns[acting], axis=1)
     factors = np.linalg.lstsq((columns[acting] / scales[:, None]).T, wanted, rcond=1e-8)[0] / scales
     whole = wanted - factors @ columns[acting]
+    modelled = {
+        "inertia": forces.inertia,
+        "friction": forces.friction,
+        "gravity and springs": -forces.standing,
+    }
+    parts = {what: (force * weight).reshape(-1)[mask] for what, force in modelled.items()}
     for factor, j in zip(factors, acting, strict=True):
-        yield _input(spec.inputs[j].name, float(factor), whole + factor * columns[j], columns[j], outside)
+        if spec.inputs[j].name in doubted:
+            yield _not_judged(spec.inputs[j].name, spec.inputs[j].name)
+            continue
+        yield _input(spec.inputs[j].name, float(factor), whole + factor * columns[j], columns[j], outside, parts)
 
 
-def _input(name: str, factor: float, wanted: Array, given: Array, outside: Outside | None) -> Finding:
+def _not_judged(name: str, doubted: str) -> Finding:
+    words = f"Sign and scale of {name} are not judged before the numbers of {doubted} are mended."
+    return Finding("info", f"sign and scale of {name}", words)
+
+
+def _input(
+    name: str, factor: float, wanted: Array, given: Array, outside: Outside | None, parts: Mapping[str, Array]
+) -> Finding:
     norms = float(np.linalg.norm(wanted) * np.linalg.norm(given))
     correlation = float(wanted @ given) / norms if norms > 0 else 0.0
     figures = {"factor": factor, "correlation": correlation}
     topic = f"sign and scale of {name}"
     if correlation < FLIPPED:
-        words = (
-            f"The sign of input {name} seems flipped, or that of the coordinate it drives: the force it gives runs "
-            f"against the force that the motion takes (correlation {correlation:.2f})."
-        )
-        return Finding("problem", topic, words, figures)
+        against, seen = _against(given, parts)
+        figures |= {f"against_{what.split()[0]}": value for what, value in seen.items()}
+        return Finding("problem", topic, _flipped(name, correlation, against, list(seen)), figures)
     if outside is not None and _blamed(outside, correlation, factor):
         words = (
             f"The scale of {outside.coordinate} seems off: {outside.words}, and the motion takes {factor:.3g} times "
@@ -156,7 +193,9 @@ def _input(name: str, factor: float, wanted: Array, given: Array, outside: Outsi
         )
         return Finding("problem", f"scale of {outside.coordinate}", words, figures | {"times": outside.times})
     if correlation > TELLING and not 1 / SCALE_OFF < factor < SCALE_OFF:
-        small = np.abs(given) <= np.median(np.abs(given[given != 0]))
+        size = np.abs(given)
+        acting = size > ACTING * size.max()
+        small = acting & (size <= np.median(size[acting]))
         at_small = float(wanted[small] @ given[small]) / float(given[small] @ given[small])
         figures["factor_at_small_input"] = at_small
         if 1 / SCALE_OFF < at_small < SCALE_OFF:
@@ -175,6 +214,43 @@ def _input(name: str, factor: float, wanted: Array, given: Array, outside: Outsi
         return Finding("info", topic, words, figures)
     words = f"Sign and scale of {name} fit the motion (factor {factor:.3g}, correlation {correlation:.2f})."
     return Finding("info", topic, words, figures)
+
+
+def _against(given: Array, parts: Mapping[str, Array]) -> tuple[list[str], dict[str, float]]:
+    """The modelled forces against which an input's force runs, and the partial correlations of those that show.
+
+    Args:
+        given: (K') the input's force. parts: (K') modelled forces that it has to overcome, by name.
+    """
+    acting = {what: force for what, force in parts.items() if np.any(force)}
+    seen = {}
+    for what, force in acting.items():
+        others = [other for name, other in acting.items() if name != what]
+        _, correlation = partial(given, force, np.column_stack([*others, np.ones(len(given))]))
+        if abs(correlation) > PART_SEEN:
+            seen[what] = correlation
+    return [what for what, correlation in seen.items() if correlation < 0], seen
+
+
+def _flipped(name: str, correlation: float, against: list[str], seen: list[str]) -> str:
+    """What is wrong with a sign, as far as the modelled forces that show in the log tell it."""
+    fact = f"the force it gives runs against the force that the motion takes (correlation {correlation:.2f})"
+    if against == ["gravity and springs"] and len(seen) > 1:
+        right = " and ".join(what for what in seen if what not in against)
+        return (
+            f"The modelled gravity and springs run against the force that input {name} gives, while {right} agree with "
+            f"it: the sign of gravity or of a spring in the spec seems wrong, or the zero of a position (half a turn "
+            f"off, for a pendulum), and not the sign of {name}. Together {fact}."
+        )
+    if against and against == seen and ("inertia" in seen or "friction" in seen):
+        return f"The sign of input {name} seems flipped, or that of the coordinate it drives: {fact}."
+    which = f"only {' and '.join(seen)} can be seen in it" if seen else "no single modelled force can be seen in it"
+    if against and against != seen:
+        which = f"{' and '.join(against)} run against it and {' and '.join(s for s in seen if s not in against)} do not"
+    return (
+        f"The sign of input {name} seems flipped, or that of the coordinate it drives, or of a force in the spec: "
+        f"{fact}. This log cannot tell which: {which}."
+    )
 
 
 def _blamed(outside: Outside, correlation: float, factor: float) -> bool:

@@ -107,7 +107,10 @@ def _wraps(log: Log, spec: Spec, j: int) -> Iterator[Finding]:
         and moves[jumps].min() > WRAP_OVER_REST * moves[~jumps].max()
     ):
         count, size = int(jumps.sum()), float(np.median(moves[jumps]))
-        words = f"{c.name} jumps by {size:.4g} {c.unit} {count} times, as one that starts anew each turn: unwrap it."
+        words = (
+            f"{c.name} jumps by {size:.4g} {c.unit} {count} times, as one that starts anew each turn: unwrap it. "
+            f"`unwrap: {{COLUMN: {size:.4g}}}` in a log description does so, by the column's own unit and exact period."
+        )
         yield Finding("problem", f"jumps of {c.name}", words, {"count": float(count), "size": size})
 
 

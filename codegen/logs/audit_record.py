@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from codegen.logs.counters import repeat_finding
 from codegen.logs.finding import Finding, Severity, decide
 from codegen.logs.log import Log
 
@@ -16,30 +17,46 @@ MUCH_JITTER = 0.05
 MANY_REPAIRED = 0.001
 
 
-def audit_record(log: Log) -> Iterator[Finding]:
-    """What there is to say of the time stamps and the completeness of a log."""
-    yield _rate(log)
+def audit_record(log: Log, turns: bool = True) -> Iterator[Finding]:
+    """What there is to say of the time stamps and the completeness of a log.
+
+    Args:
+        turns: whether some coordinate changes its speed, so that a slow rate loses what happens at reversals.
+    """
+    yield _rate(log, turns)
     yield _jitter(log)
     yield _length(log)
     yield from _gaps(log)
     yield from _repairs(log)
+    yield from repeat_finding(log.intake.repeated, log.intake.stale)
+    yield from log.intake.findings
     for words in log.description.unknown:
         yield Finding("warning", "description", words[0].upper() + words[1:] + ".")
     for note in log.notes[len(log.description.unknown) :]:
         yield Finding("info", "reading", note[0].upper() + note[1:] + ".")
 
 
-def _rate(log: Log) -> Finding:
-    rate = 1 / log.sample_time
-    words = f"Sampled at {rate:.6g} Hz (every {1e3 * log.sample_time:.6g} ms)."
-    if log.sample_time > LONG_STEP:
+def _rate(log: Log, turns: bool) -> Finding:
+    steps = [record.sample_time for record in log.records] or [log.sample_time]
+    least, most = min(steps), max(steps)
+    rate, figures = 1 / most, {"rate_hz": 1 / most, "sample_time": most}
+    words = f"Sampled at {rate:.6g} Hz (every {1e3 * most:.6g} ms)."
+    which = "a reversal passes"
+    if len(steps) > 1:
+        slow = sum(1 / step < SLOW_HZ for step in steps)
+        words = f"{len(steps)} records, sampled at {rate:.6g} Hz (every {1e3 * most:.6g} ms)."
+        if most > least * 1.01:
+            words = f"{len(steps)} records, each at its own rate, {rate:.4g} to {1 / least:.4g} Hz."
+        which = f"in {slow} of them a reversal passes"
+        figures |= {"records": float(len(steps)), "slow": float(slow)}
+    if least > LONG_STEP and turns:
         hint = " That is slow for friction: is time in milliseconds? (`scale: {t: 0.001}` in a log description)"
-    elif rate < SLOW_HZ:
-        hint = " That is slow for friction: a reversal passes within one or two samples."
+    elif rate < SLOW_HZ and turns:
+        hint = f" That is slow for friction: {which} within one or two samples."
     else:
         hint = ""
-    severity: Severity = "problem" if log.sample_time > UNUSABLE_STEP else decide(bool(hint))
-    return Finding(severity, "sample rate", words + hint, {"rate_hz": rate, "sample_time": log.sample_time})
+    severity: Severity = "problem" if least > UNUSABLE_STEP and turns else decide(bool(hint))
+    return Finding(severity, "sample rate", words + hint, figures)
 
 
 def _jitter(log: Log) -> Finding:
@@ -54,22 +71,24 @@ def _jitter(log: Log) -> Finding:
 
 
 def _length(log: Log) -> Finding:
-    short = log.duration < SHORT_S or log.size < FEW_SAMPLES
-    words = f"{log.size} samples over {log.duration:.4g} s."
+    parts = log.records or (log,)
+    samples, seconds = sum(part.used for part in parts), sum(part.duration for part in parts)
+    short = seconds < SHORT_S or samples < FEW_SAMPLES
+    words = f"{samples} samples over {seconds:.4g} s{f', in {len(parts)} records' if len(parts) > 1 else ''}."
     if short:
         words += " That is little: several reversals and a range of speeds are needed to tell effects apart."
-    return Finding(decide(short), "duration", words, {"samples": float(log.size), "duration": log.duration})
+    return Finding(decide(short), "duration", words, {"samples": float(samples), "duration": seconds})
 
 
 def _gaps(log: Log) -> Iterator[Finding]:
-    lost = sum(stop - start for start, stop in log.gaps)
+    gaps = [gap for gap in log.gaps if gap not in log.joints]
+    lost = sum(stop - start for start, stop in gaps)
     if lost:
-        share = lost / log.size
-        words = (
-            f"{len(log.gaps)} gaps, {lost * log.sample_time:.3g} s in all ({share:.1%} of the record), are left out."
-        )
+        share = lost / (log.used + lost)
+        count = "1 gap" if len(gaps) == 1 else f"{len(gaps)} gaps"
+        words = f"{count}, {lost * log.sample_time:.3g} s in all ({share:.1%} of the record), left out."
         yield Finding(
-            "warning", "gaps", words, {"gaps": float(len(log.gaps)), "share": share, "seconds": lost * log.sample_time}
+            "warning", "gaps", words, {"gaps": float(len(gaps)), "share": share, "seconds": lost * log.sample_time}
         )
 
 

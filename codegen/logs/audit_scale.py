@@ -63,7 +63,15 @@ def _usual(values: Array) -> float:
     return float(np.quantile(np.abs(values), USUAL))
 
 
-def audit_scale(given: Array, inertia: Array, rest: Array, friction: Array, motion: Array, spec: Spec) -> list[Finding]:
+def audit_scale(
+    given: Array,
+    inertia: Array,
+    rest: Array,
+    friction: Array,
+    motion: Array,
+    spec: Spec,
+    steady: frozenset[int] = frozenset(),
+) -> list[Finding]:
     """The coordinates whose motion is out of all proportion to their friction, or to what the inputs give.
 
     Springs, dampers and offsets that the spec may lack stand beside the two, so that they are not taken for inertia.
@@ -72,12 +80,13 @@ def audit_scale(given: Array, inertia: Array, rest: Array, friction: Array, moti
         given: (K, n) generalised force of the inputs. inertia: (K, n) M a. friction: (K, n) U λ as declared.
         rest: (K, n) g without inputs − U λ.
         motion: (K, 2n) positions and velocities.
+        steady: the coordinates that run at constant speed: they are accelerated by waves and noise alone.
     """
     found = []
     for i, c in enumerate(spec.coordinates):
         taken, push = inertia[:, i] - rest[:, i], given[:, i]
         sizes = float(np.linalg.norm(taken)), float(np.linalg.norm(push))
-        if min(sizes) == 0.0:
+        if min(sizes) == 0.0 or i in steady:
             continue
         if sizes[0] > TOO_MUCH * sizes[1] and float(taken @ push) < TELLING * sizes[0] * sizes[1]:
             words = (
@@ -87,8 +96,8 @@ def audit_scale(given: Array, inertia: Array, rest: Array, friction: Array, moti
             found.append(Finding("problem", f"scale of {c.name}", words, {"times": sizes[0] / sizes[1]}))
             continue
         beside = np.column_stack([motion, np.ones(len(motion))])
-        heavy, r_inertia = _partial(push, inertia[:, i], np.column_stack([friction[:, i], beside]))
-        slid, r_friction = _partial(push, friction[:, i], np.column_stack([inertia[:, i], beside]))
+        heavy, r_inertia = partial(push, inertia[:, i], np.column_stack([friction[:, i], beside]))
+        slid, r_friction = partial(push, friction[:, i], np.column_stack([inertia[:, i], beside]))
         fits = r_friction > FRICTION_SEEN and 1 / FRICTION_FITS < slid < FRICTION_FITS
         if fits and r_inertia > INERTIA_SEEN and not 1 / INERTIA_OFF < heavy < INERTIA_OFF:
             words = (
@@ -101,7 +110,7 @@ def audit_scale(given: Array, inertia: Array, rest: Array, friction: Array, moti
     return found
 
 
-def _partial(wanted: Array, column: Array, others: Array) -> tuple[float, float]:
+def partial(wanted: Array, column: Array, others: Array) -> tuple[float, float]:
     """Least-squares weight of a column beside others, and its partial correlation; zeros where it says nothing."""
     size = np.linalg.norm(others, axis=0)
     basis = others[:, size > 0] / size[size > 0]

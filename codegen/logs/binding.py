@@ -1,14 +1,33 @@
-"""Which column of the file is which symbol of the spec, by the first that says so."""
+"""Which column of the file is which symbol of the spec, by the first that says so, and its factor to SI."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 from codegen.errors import BadInput, Place, nearest_name
 from codegen.logs.description import LogDescription
 from codegen.logs.source import listing, shown
+from codegen.logs.term import Term, find_term, identifier
 from codegen.spec.model import Spec
+from codegen.spec.units import describe, dimension, parse_unit, si_factor
+
+
+class Named(Protocol):
+    """A file whose columns have names, and perhaps units."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the columns."""
+
+    @property
+    def place(self) -> Place:
+        """Where they stand."""
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        """Column → unit that the file states."""
 
 
 @dataclass(frozen=True)
@@ -16,36 +35,39 @@ class Binding:
     """Symbols and the file's columns.
 
     Attributes:
-        columns: ``t``, positions, velocities and inputs → column of the file; ``t`` is left out where the sample rate
-            stands for it, and velocities where not all were logged.
+        terms: ``t``, positions, velocities and inputs → column of the file, or expression of several; ``t`` is left out
+            where the sample rate stands for it, positions in ``integrated``, and velocities where not all were logged.
         scale: symbol → factor to SI, 1 where nobody said.
+        integrated: positions that no column gives, and that are the integral of their measured velocity.
+        logged: whether every velocity was logged.
         notes: what was found on the way.
     """
 
-    columns: Mapping[str, str]
+    terms: Mapping[str, Term]
     scale: Mapping[str, float]
+    integrated: tuple[str, ...]
+    logged: bool
     notes: tuple[str, ...]
 
 
-def bind(
-    names: Sequence[str], place: Place, spec: Spec, description: LogDescription, explicit: Mapping[str, str] | None
-) -> Binding:
+def bind(source: Named, spec: Spec, description: LogDescription, explicit: Mapping[str, str] | None) -> Binding:
     """Find a column for every symbol: by explicit options, the description, the spec, or the symbol's own name.
 
-    Args:
-        names: the file's columns, standing at ``place``.
-
     Raises:
-        BadInput: for an unknown symbol, a column that is missing, or one that is taken twice.
+        BadInput: for an unknown symbol, a column that is missing, one that is taken twice, or a unit of another kind.
     """
     symbols = ("t", *spec.positions, *spec.velocities, *(i.name for i in spec.inputs))
     explicit = explicit or {}
+    names, place = source.names, source.place
     notes = list(_unknown_symbols(symbols, spec, description, explicit))
-    columns: dict[str, str] = {}
+    terms: dict[str, Term] = {}
+    missing: dict[str, BadInput] = {}
     for symbol in symbols:
-        name, origin = _choice(symbol, spec, description, explicit)
-        if name in names:
-            columns[symbol] = name
+        text, origin = _choice(symbol, spec, description, explicit)
+        where = origin if isinstance(origin, Place) else Place("column option" if origin else place.file)
+        term = find_term(text, names, where)
+        if term is not None:
+            terms[symbol] = term
             continue
         by_name = origin is None or (description.listed and symbol not in explicit and symbol in description.columns)
         if symbol in spec.velocities and by_name:
@@ -53,16 +75,18 @@ def bind(
         if symbol == "t" and origin is None and description.sample_rate_hz:
             notes.append(f"no column t: time counted at the description's {description.sample_rate_hz:g} Hz")
             continue
-        said = f", which {origin} asks for as `{symbol}`" if origin else ""
-        wanted = f"one of the columns {listing(names)} (or `columns: {{{symbol}: ...}}` in a log description)"
-        raise BadInput(place, f"no column `{shown(name)}`{said}", wanted, _nearest(name, names))
-    _drop_some_velocities(columns, spec, description, notes)
-    _refuse_twice(columns, place)
-    scale = {s: float(description.scale.get(s, spec.log.scale.get(s, 1.0))) for s in symbols}
+        error = _absent(symbol, text, origin, names, place)
+        if symbol not in spec.positions or not by_name:
+            raise error
+        missing[symbol] = error
+    integrated = _integrated(missing, terms, spec, names, notes)
+    logged = _drop_some_velocities(terms, spec, description, integrated, notes)
+    _refuse_twice(terms, place)
+    scale = {s: _factor(s, terms.get(s), source, spec, description, notes) for s in symbols}
     if not scale["t"] > 0:
         where = description.place("scale.t") if "t" in description.scale else spec.place("log.scale.t")
         raise BadInput(where, f"factor {scale['t']:g}", "a positive factor for time")
-    return Binding(columns, scale, tuple(notes))
+    return Binding(terms, scale, integrated, logged, tuple(notes))
 
 
 def _choice(
@@ -77,6 +101,17 @@ def _choice(
     return symbol, None
 
 
+def _absent(symbol: str, text: str, origin: Place | str | None, names: Sequence[str], place: Place) -> BadInput:
+    said = f", which {origin} asks for as `{symbol}`" if origin else ""
+    wanted = f"one of the columns {listing(names)} (or `columns: {{{symbol}: ...}}` in a log description)"
+    if list(names) == [str(k + 1) for k in range(len(names))]:  # no header line
+        said = said or ", and no header line"
+        wanted = f"`columns: {{{symbol}: NUMBER}}` in a log description, NUMBER from 1 to {len(names)}"
+    if origin is None and symbol == "t":
+        wanted += ", or `sample_time: SECONDS` there"
+    return BadInput(place, f"no column `{shown(text)}`{said}", wanted, _nearest(text, names))
+
+
 def _unknown_symbols(
     symbols: Sequence[str], spec: Spec, description: LogDescription, explicit: Mapping[str, str]
 ) -> list[str]:
@@ -86,7 +121,8 @@ def _unknown_symbols(
             raise BadInput(
                 Place("column option"), f"unknown name `{shown(symbol)}`", expected, nearest_name(symbol, symbols)
             )
-    for section, keys in (("columns", description.columns), ("scale", description.scale)):
+    sections = (("columns", description.columns), ("scale", description.scale), ("units", description.units))
+    for section, keys in sections:
         if section == "columns" and description.listed:
             continue
         for symbol in keys:
@@ -97,19 +133,47 @@ def _unknown_symbols(
     return [f"columns that {spec.name} does not use: {listing(extra)}"] if extra else []
 
 
-def _drop_some_velocities(columns: dict[str, str], spec: Spec, description: LogDescription, notes: list[str]) -> None:
-    logged = [v for v in spec.velocities if v in columns]
+def _integrated(
+    missing: Mapping[str, BadInput], terms: Mapping[str, Term], spec: Spec, names: Sequence[str], notes: list[str]
+) -> tuple[str, ...]:
+    """The positions that their velocities stand for: those without a column, where none is left that could be one.
+
+    Raises:
+        BadInput: for a position without a column beside columns that nothing uses, or without a measured velocity.
+    """
+    used = {name for term in terms.values() for name in term.columns}
+    left = [name for name in names if name not in used]
+    for c in spec.coordinates:
+        if c.name not in missing:
+            continue
+        if c.velocity not in terms or left:
+            raise missing[c.name]
+        notes.append(f"no column {c.name}: the position is the integral of the measured speed {c.velocity}, from zero")
+    return tuple(c.name for c in spec.coordinates if c.name in missing)
+
+
+def _drop_some_velocities(
+    terms: dict[str, Term], spec: Spec, description: LogDescription, integrated: Sequence[str], notes: list[str]
+) -> bool:
+    logged = [v for v in spec.velocities if v in terms]
     if logged and len(logged) < len(spec.velocities):
-        notes.append(f"velocity of some coordinates only ({', '.join(logged)}): left unused")
-        for v in logged:
-            del columns[v]
+        needed = {c.velocity for c in spec.coordinates if c.name in integrated}
+        unused = [v for v in logged if v not in needed]
+        if unused:
+            notes.append(f"velocity of some coordinates only ({', '.join(unused)}): left unused")
+        for v in unused:
+            del terms[v]
     elif not logged and description.velocity_columns:
         notes.append("the description speaks of velocity columns, and there is none")
+    return len(logged) == len(spec.velocities)
 
 
-def _refuse_twice(columns: Mapping[str, str], place: Place) -> None:
+def _refuse_twice(terms: Mapping[str, Term], place: Place) -> None:
     owner: dict[str, str] = {}
-    for symbol, name in columns.items():
+    for symbol, term in terms.items():
+        if term.expression is not None:
+            continue
+        name = term.columns[0]
         if name in owner:
             raise BadInput(
                 place, f"column `{shown(name)}` for both {owner[name]} and {symbol}", "a column of its own for each"
@@ -117,7 +181,43 @@ def _refuse_twice(columns: Mapping[str, str], place: Place) -> None:
         owner[name] = symbol
 
 
+def _factor(
+    symbol: str, term: Term | None, source: Named, spec: Spec, description: LogDescription, notes: list[str]
+) -> float:
+    """From the column to SI: the unit that the description or else the file states, times the scale."""
+    scale = float(description.scale.get(symbol, spec.log.scale.get(symbol, 1.0)))
+    own = _unit_of(symbol, spec)
+    place = description.place(f"units.{symbol}")
+    if symbol in description.units:
+        unit = description.units[symbol]
+        kind = dimension(parse_unit(unit, place))
+        if kind != dimension(parse_unit(own, place)):
+            raise BadInput(place, f"unit {unit}, of {describe(kind)}", f"a unit of {symbol}, which is in {own}")
+        return float(si_factor(unit, place)) * scale
+    if term is None or term.expression is not None or symbol in description.scale or symbol in spec.log.scale:
+        return scale
+    unit = source.units.get(term.columns[0], "")
+    if unit in ("", "-", "1", own):
+        return scale
+    try:
+        if dimension(parse_unit(unit, place)) == dimension(parse_unit(own, place)):
+            notes.append(f"{symbol} is in {unit}, as the file says: brought to {own}")
+            return float(si_factor(unit, place)) * scale
+    except BadInput:
+        pass
+    words = f"the file has {symbol} in `{shown(unit)}`, which is no unit of {own}: its numbers are taken as they stand"
+    notes.append(f"{words} (`scale: {{{symbol}: ...}}` in a log description)")
+    return scale
+
+
+def _unit_of(symbol: str, spec: Spec) -> str:
+    """The SI unit of ``t``, a position, a velocity or an input."""
+    units = {"t": "s"} | {c.name: c.unit for c in spec.coordinates} | {i.name: i.unit for i in spec.inputs}
+    units |= {c.velocity: f"{c.unit}/s" for c in spec.coordinates}
+    return units[symbol]
+
+
 def _nearest(name: str, names: Sequence[str]) -> str | None:
-    lowered = {n.lower(): n for n in names}
-    nearest = nearest_name(name, names) or lowered.get(nearest_name(name.lower(), lowered) or "")
+    written = {identifier(n): n for n in names}
+    nearest = nearest_name(name, names) or written.get(nearest_name(name, written) or "")
     return shown(nearest) if nearest else None

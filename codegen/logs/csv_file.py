@@ -1,10 +1,8 @@
-"""CSV logs: a header line with names, then rows of numbers; comma, semicolon or tab, comments after #."""
+"""Text logs: a table of numbers, with a preamble, a header line and a line of units, or without; comments after #."""
 
 from __future__ import annotations
 
-import csv
-import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,59 +10,76 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.errors import BadInput, Place
-from codegen.logs.source import Columns, Source, listing, read_bytes, shown
+from codegen.logs.description import LogDescription
+from codegen.logs.source import Allowance, Columns, Source, listing, read_bytes, shown
+from codegen.logs.table import EXPECTED, LONGEST_LINE, MISSING, NUMBER, Layout, fields, find_layout, unwrapped
 
-EXPECTED = "a CSV log: a header line with names, then rows of numbers"
-_MISSING = {"", "na", "n/a", "nan", "null", "none", "-"}
-_NUMBER = re.compile(
-    r"[+-]?(\d+\.?\d*([eE][+-]?\d+)?|\.\d+([eE][+-]?\d+)?|inf|infinity|nan)\Z", re.ASCII | re.IGNORECASE
-)
+__all__ = ["EXPECTED", "LONGEST_LINE", "CsvSource", "open_csv", "open_lines"]
+
+MOST_ROWS = 50_000_000
 
 
 @dataclass(frozen=True)
 class CsvSource:
-    """An opened CSV file: its header is read, its body is text still.
+    """An opened text file: its header is read, its body is text still.
 
     Attributes:
         file: name of the file.
-        names: the header's names.
-        header_line: where the header stands, counted from 1.
-        delimiter: one character.
-        lines: every line of the file without its end.
+        layout: where the table stands.
+        lines: every line of the file without its end, or those of a part of it.
         first: index into ``lines`` of the first line after the header.
         before: lines of the file before ``lines``, for messages.
     """
 
     file: str
-    names: tuple[str, ...]
-    header_line: int
-    delimiter: str
+    layout: Layout
     lines: list[str]
     first: int
     before: int = 0
 
     @property
+    def names(self) -> tuple[str, ...]:
+        return self.layout.names
+
+    @property
     def place(self) -> Place:
-        return Place(self.file, self.header_line)
+        return Place(self.file, self.layout.line)
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        return dict(self.layout.units)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        behind = []
+        if self.layout.wrapped:
+            kept = ((i, unwrapped(line)[1]) for i, line in enumerate(self.lines) if i >= self.first)
+            behind = [f"`{shown(text)}` behind line {self.before + i + 1} is not read" for i, text in kept if text]
+        return (*self.layout.notes, *behind[:3])
 
     def load(self, wanted: Sequence[str]) -> Columns:
         """The wanted columns: at the speed of numpy when all is well, row by row to find what is not.
+
+        Args:
+            wanted: names, or numbers counted from 1 where a name stands twice.
 
         Raises:
             BadInput: for a column name that stands twice, no rows, a row of another length, or text as a number.
         """
         for name in wanted:
             if self.names.count(name) > 1:
-                raise BadInput(
-                    self.place, f"{self.names.count(name)} columns called `{shown(name)}`", "names that stand once"
-                )
-        indices = [self.names.index(name) for name in wanted]
+                twice = [k + 1 for k, other in enumerate(self.names) if other == name]
+                expected = f"names that stand once, or the column's number, one of {', '.join(map(str, twice))}"
+                raise BadInput(self.place, f"{len(twice)} columns called `{shown(name)}`", expected)
+        indices = [self.names.index(name) if name in self.names else int(name) - 1 for name in wanted]
         body = self.lines[self.first :]
         kept = [i for i, line in enumerate(body) if line and not line.isspace() and line.lstrip()[0] != "#"]
         if not kept:
             raise BadInput(self.place, "a header and no rows", "rows of numbers after it")
         if len(kept) < len(body):
             body = [body[i] for i in kept]
+        if self.layout.wrapped:
+            body = [unwrapped(line)[0] for line in body]
         numbers = np.array(kept, dtype=np.int64) + self.before + self.first + 1
         values = self._fast(body, indices)
         if values is None:
@@ -73,11 +88,16 @@ class CsvSource:
 
     def _fast(self, body: list[str], indices: list[int]) -> NDArray[np.float64] | None:
         """The (N, c) numbers, or None where anything needs a closer look."""
-        separators = len(self.names) - 1
-        if any(line.count(self.delimiter) != separators for line in body):
+        delimiter, width = self.layout.delimiter, len(self.names)
+        if not delimiter:
+            if any(len(line.split()) != width for line in body):
+                return None
+        elif any(line.count(delimiter) != width - 1 for line in body):
             return None
         try:
-            return np.loadtxt(body, delimiter=self.delimiter, usecols=indices, comments=None, ndmin=2, dtype=np.float64)
+            return np.loadtxt(
+                body, delimiter=delimiter or None, usecols=indices, comments=None, ndmin=2, dtype=np.float64
+            )
         except (ValueError, OverflowError):
             return None
 
@@ -86,34 +106,40 @@ class CsvSource:
         values = np.empty((len(body), len(indices)))
         for k, text in enumerate(body):
             place = Place(self.file, int(numbers[k]))
-            fields = _fields(text.split("#", 1)[0], self.delimiter, place)
-            if len(fields) != width:
-                found = f"{len(fields)} {'value' if len(fields) == 1 else 'values'} in the row"
-                raise BadInput(place, found, f"{width}, one for each of {listing(self.names)}")
+            found = fields(text.split("#", 1)[0], self.layout.delimiter, place)
+            while len(found) > width and not found[-1].strip():
+                found.pop()
+            if len(found) != width:
+                words = f"{len(found)} {'value' if len(found) == 1 else 'values'} in the row"
+                raise BadInput(place, words, f"{width}, one for each of {listing(self.names)}")
             for j, index in enumerate(indices):
-                values[k, j] = self._number(fields[index], int(numbers[k]), index)
+                values[k, j] = self._number(found[index], int(numbers[k]), index)
         return values
 
     def _number(self, text: str, line: int, index: int) -> float:
         text = text.strip()
-        if _NUMBER.match(text):
+        if NUMBER.match(text):
             return float(text)
-        if text.lower() in _MISSING:
+        if text.lower() in MISSING:
             return float("nan")
         other = text.replace(",", ".")
-        nearest = other if other != text and _NUMBER.match(other) else None
+        nearest = other if other != text and NUMBER.match(other) else None
         expected = "a number with a decimal point"
         raise BadInput(Place(self.file, line, shown(self.names[index])), f"`{shown(text)}`", expected, nearest)
 
 
-def open_csv(path: Path) -> Source:
-    """Open a CSV file and read its header.
+def open_csv(path: Path, allowance: Allowance, description: LogDescription) -> Source:
+    """Open a text file and find its table.
 
     Raises:
-        BadInput: if it cannot be read, is empty, binary, not UTF-8, or has no header line.
+        BadInput: if it cannot be read, is empty, binary, not UTF-8, or has no table that can be found.
     """
     file = str(path)
     data = read_bytes(path, EXPECTED)
+    allowance.take(path, len(data), EXPECTED)
+    rows = data.count(b"\n") + data.count(b"\r")
+    if rows > MOST_ROWS:
+        raise BadInput(Place(file), f"{rows} lines", f"{EXPECTED}; at most {MOST_ROWS} lines")
     zero = data.find(b"\0")
     if zero >= 0:
         line = data.count(b"\n", 0, zero) + 1
@@ -123,49 +149,15 @@ def open_csv(path: Path) -> Source:
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         raise BadInput(Place(file, line), f"byte {error.start} is not UTF-8", f"{EXPECTED}, in UTF-8") from None
-    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    return with_header(file, lines)
+    return open_lines(file, text.replace("\r\n", "\n").replace("\r", "\n").split("\n"), description)
 
 
-def with_header(file: str, lines: list[str]) -> CsvSource:
-    """Find the header: the first line that is neither blank nor a comment, or the comment right above the numbers."""
-    comment: int | None = None
-    for index, line in enumerate(lines):
-        stripped = line.strip()
-        if not stripped:
-            continue
-        if stripped.startswith("#"):
-            comment = index
-            continue
-        delimiter = _delimiter(line)
-        place = Place(file, index + 1)
-        names = tuple(n.strip() for n in _fields(line, delimiter, place))
-        if not all(_NUMBER.match(n) for n in names):
-            _check_header(names, line, place)
-            return CsvSource(file, names, index + 1, delimiter, lines, index + 1)
-        if comment is not None:
-            place = Place(file, comment + 1)
-            named = tuple(n.strip() for n in _fields(lines[comment].strip().lstrip("#"), delimiter, place))
-            if len(named) == len(names) and not any(_NUMBER.match(n) for n in named):
-                return CsvSource(file, named, comment + 1, delimiter, lines, index)
-        raise BadInput(
-            Place(file, index + 1), f"numbers (`{shown(line)}`)", "a header line with the columns' names first"
-        )
-    raise BadInput(Place(file), "comments and no header", EXPECTED)
+def open_lines(file: str, lines: list[str], description: LogDescription) -> CsvSource:
+    """The table in lines of a file.
 
-
-def _check_header(names: tuple[str, ...], line: str, place: Place) -> None:
-    if len(names) == 1 and len(line.split()) > 1:
-        raise BadInput(place, f"one column `{shown(line)}`", "names separated by comma, semicolon or tab")
-
-
-def _delimiter(header: str) -> str:
-    """The separator that stands most often in the header; a comma if none does."""
-    return max((",", ";", "\t"), key=header.count)
-
-
-def _fields(text: str, delimiter: str, place: Place) -> list[str]:
-    try:
-        return next(csv.reader([text], delimiter=delimiter, skipinitialspace=True), [""])
-    except csv.Error as error:
-        raise BadInput(place, f"a line that cannot be split ({error})", EXPECTED) from None
+    Raises:
+        BadInput: as ``find_layout``.
+    """
+    named = tuple(description.columns) if description.listed else ()
+    layout = find_layout(file, lines, description.header, named)
+    return CsvSource(file, layout, lines, layout.first)

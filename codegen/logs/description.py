@@ -9,9 +9,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict
 
-from codegen.errors import Place, nearest_name
+from codegen.errors import BadInput, Place, nearest_name
+from codegen.input_files import read_text
+from codegen.spec.expression import parse_expression
 from codegen.spec.validation import validate
-from codegen.spec.yaml_text import load_mapping, plain, read_text
+from codegen.spec.yaml_text import load_mapping, plain
 
 LARGEST_FACTOR = 1e30
 
@@ -22,9 +24,15 @@ class LogDescription:
 
     Attributes:
         file: its name, empty where there is none.
-        columns: ``t``, coordinate, velocity or input → the column's name in the log.
+        columns: ``t``, coordinate, velocity or input → the column's name or number in the log, or an expression.
         listed: whether ``columns`` was a plain list of names.
-        scale: ``t``, coordinate, velocity or input → factor from the column to SI.
+        scale: ``t``, coordinate, velocity or input → factor from the column to SI, beside that of its unit.
+        units: ``t``, coordinate, velocity or input → the column's unit.
+        header: line of a text table's header counted from 1, 0 for none; None where nobody said.
+        records: the key of a JSON file under which the rows stand; empty where nobody said.
+        beside: name → file in the log's folder whose rows belong to those of the log.
+        signed: column → bits of the signed numbers that it holds, stored as if they were unsigned.
+        unwrap: column → amount after which its numbers start anew.
         cutoff_hz: Hz, from ``cutoff_hz`` or else ``evaluation.cutoff_hz``.
         tolerance: relative uncertainty of the declared parameters.
         fill_missing: whether isolated values that are not finite may be filled in (``missing: fill``); else refused.
@@ -41,6 +49,12 @@ class LogDescription:
     columns: Mapping[str, str] = field(default_factory=dict)
     listed: bool = False
     scale: Mapping[str, float] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
+    header: int | None = None
+    records: str = ""
+    beside: Mapping[str, str] = field(default_factory=dict)
+    signed: Mapping[str, int] = field(default_factory=dict)
+    unwrap: Mapping[str, float] = field(default_factory=dict)
     cutoff_hz: float | None = None
     tolerance: float | None = None
     sample_rate_hz: float | None = None
@@ -113,6 +127,40 @@ def _columns(value: object) -> list[str] | dict[str, str]:
     raise ValueError("expected a list of column names, or a mapping such as {t: time, x: position}")
 
 
+def _header(value: object) -> int:
+    if value == "none":
+        return 0
+    number = _number(value)
+    if not (number >= 1 and number == int(number)):
+        raise ValueError("expected the number of a line, counted from 1, or `none`")
+    return int(number)
+
+
+def _texts(value: object) -> dict[str, str]:
+    if isinstance(value, dict) and all(isinstance(v, (str, int, float)) for v in value.values()):
+        return {k: str(v) for k, v in value.items()}
+    raise ValueError("expected a mapping of names to text")
+
+
+def _names(value: object) -> list[str]:
+    given = value if isinstance(value, list) else [value]
+    if not all(isinstance(v, (str, int)) and not isinstance(v, bool) for v in given):
+        raise ValueError("expected the name of a column, or a list of them")
+    return [str(v) for v in given]
+
+
+def _period(value: object) -> float:
+    """A positive number, or an expression of numbers such as ``2*pi``."""
+    if not isinstance(value, (str, int, float)) or isinstance(value, bool):
+        raise ValueError("expected a positive number, or an expression such as 2*pi")
+    try:
+        return _positive(float(parse_expression(value, Place("")).symbolic({})))
+    except BadInput:
+        raise ValueError("expected a positive number, or an expression such as 2*pi") from None
+
+
+Texts = Annotated[dict[str, str], BeforeValidator(_texts)]
+Names = Annotated[list[str], BeforeValidator(_names)]
 Positive = Annotated[float | None, BeforeValidator(_positive)]
 NotNegative = Annotated[float | None, BeforeValidator(_not_negative)]
 Numbers = Annotated[list[float] | None, BeforeValidator(_numbers)]
@@ -136,10 +184,18 @@ class DescriptionDocument(BaseModel):
 
     columns: Annotated[Any, BeforeValidator(_columns)] = {}
     scale: dict[str, Annotated[float, BeforeValidator(_factor)]] = {}
+    units: Texts = {}
+    header: Annotated[int | None, BeforeValidator(_header)] = None
+    records: str = ""
+    beside: Texts = {}
+    signed16: Names = []
+    signed32: Names = []
+    unwrap: dict[str, Annotated[float, BeforeValidator(_period)]] = {}
     cutoff_hz: Positive = None
     missing: Literal["refuse", "fill"] = "refuse"
     parameter_tolerance: Annotated[float | None, BeforeValidator(_share)] = None
     sample_rate_hz: Positive = None
+    sample_time: Positive = None
     input_hold: str = ""
     input_is: str = ""
     velocity_columns: bool | None = None
@@ -163,10 +219,16 @@ def read_description(path: str | Path) -> LogDescription:
         columns={name: name for name in d.columns} if listed else d.columns,
         listed=listed,
         scale=d.scale,
+        units=d.units,
+        header=d.header,
+        records=d.records,
+        beside=d.beside,
+        signed={**dict.fromkeys(d.signed16, 16), **dict.fromkeys(d.signed32, 32)},
+        unwrap=d.unwrap,
         cutoff_hz=d.cutoff_hz or d.evaluation.cutoff_hz,
         tolerance=d.parameter_tolerance,
         fill_missing=d.missing == "fill",
-        sample_rate_hz=d.sample_rate_hz,
+        sample_rate_hz=1 / d.sample_time if d.sample_time else d.sample_rate_hz,
         input_hold=d.input_hold,
         input_is=d.input_is,
         velocity_columns=d.velocity_columns,

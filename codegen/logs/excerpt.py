@@ -9,6 +9,8 @@ import numpy as np
 from codegen.logs.finding import Finding
 from codegen.logs.log import Log
 
+Ranges = tuple[tuple[int, int], ...]
+
 MOST_SAMPLES = 200_000
 """A diagnosis fits every candidate to all of them: some minutes."""
 PLENTY_HZ = 2000.0
@@ -48,7 +50,7 @@ def excerpt(log: Log, most: int = MOST_SAMPLES) -> tuple[Log, tuple[Finding, ...
 def _thinned(log: Log, every: int) -> Log:
     count = log.size // every
     inputs = log.inputs[: count * every].reshape(count, every, -1).mean(axis=1)
-    gaps = tuple((a // every, min(-(-b // every), count)) for a, b in log.gaps if a // every < count)
+    gaps = _thin_ranges(log.gaps, every, count)
     kept = slice(0, count * every, every)
     return replace(
         log,
@@ -58,7 +60,12 @@ def _thinned(log: Log, every: int) -> Log:
         inputs=inputs,
         sample_time=log.sample_time * every,
         gaps=gaps,
+        joints=_thin_ranges(log.joints, every, count),
     )
+
+
+def _thin_ranges(ranges: Ranges, every: int, count: int) -> Ranges:
+    return tuple((a // every, min(-(-b // every), count)) for a, b in ranges if a // every < count)
 
 
 def _liveliest(log: Log, most: int) -> int:
@@ -74,12 +81,16 @@ def _liveliest(log: Log, most: int) -> int:
 
 
 def _stretch(log: Log, start: int, stop: int) -> Log:
-    gaps = tuple((max(a, start) - start, min(b, stop) - start) for a, b in log.gaps if b > start and a < stop)
     return replace(
         log,
         time=log.time[start:stop],
         positions=log.positions[start:stop],
         velocities=None if log.velocities is None else log.velocities[start:stop],
         inputs=log.inputs[start:stop],
-        gaps=gaps,
+        gaps=_cut_ranges(log.gaps, start, stop),
+        joints=_cut_ranges(log.joints, start, stop),
     )
+
+
+def _cut_ranges(ranges: Ranges, start: int, stop: int) -> Ranges:
+    return tuple((max(a, start) - start, min(b, stop) - start) for a, b in ranges if b > start and a < stop)

@@ -8,18 +8,25 @@ from dataclasses import replace
 import numpy as np
 
 from codegen.errors import BadInput
+from codegen.logs.excerpt import MOST_SAMPLES
+from codegen.logs.finding import Finding
 from codegen.logs.log import Array, Intake, Log
 
 PAUSE_S = 2.0
 SAME_STEP = 1e-6
+LONGEST_NAME = 100
+MOST_GROWTH = 3
+"""Times the samples that there are: what is put between them costs time and says nothing."""
 
 
 def join_logs(read: Sequence[Callable[[float | None], Log]]) -> Log:
     """One experiment of one or several records.
 
-    Records are put on the coarsest of their steps. Between two of them lies a pause of ``PAUSE_S`` in which the
-    position goes from the end of the one to the start of the next with continuous velocity, so that filters do not
-    ring; the pause is a gap and no sample of it is used.
+    Records are put on the finest of their steps, so that none loses what it shows; on a coarser one where that would
+    make more than ``MOST_SAMPLES``, or ``MOST_GROWTH`` times the samples that there are. Between two of them lies a
+    pause of ``PAUSE_S`` in which the position goes from the end of the one to the start of the next with continuous
+    velocity, so that filters do not ring; the pause is a joint and no sample of it is used. ``records`` keeps each as
+    it was sampled.
 
     Args:
         read: a function for each record, from a step in seconds (None for the record's own) to the record.
@@ -28,15 +35,36 @@ def join_logs(read: Sequence[Callable[[float | None], Log]]) -> Log:
         BadInput: if the records differ in cutoff, tolerance or encoder step, or one cannot be read.
     """
     logs = [one(None) for one in read]
-    step = max(log.sample_time for log in logs)
-    logs = [
-        log if abs(log.sample_time / step - 1) <= SAME_STEP else one(step) for log, one in zip(logs, read, strict=True)
-    ]
-    whole = logs[0]
-    for log in logs[1:]:
+    if len(logs) == 1:
+        return logs[0]
+    step = _common_step(logs)
+    same = [abs(log.sample_time / step - 1) <= SAME_STEP for log in logs]
+    joined = [log if fits else _brought(log, one(step)) for log, one, fits in zip(logs, read, same, strict=True)]
+    whole = joined[0]
+    for log in joined[1:]:
         _refuse_other(whole, log)
         whole = _appended(whole, log)
-    return whole
+    notes = whole.notes
+    if not all(same):
+        steps = [log.sample_time for log in logs]
+        words = f"records with steps of {min(steps):.6g} to {max(steps):.6g} s, put on one grid of {step:.6g} s"
+        notes = (words, *notes)
+    return replace(whole, records=tuple(logs), notes=notes)
+
+
+def _common_step(logs: Sequence[Log]) -> float:
+    """The finest step, or a coarser one that the number of samples asks for."""
+    finest = min(log.sample_time for log in logs)
+    seconds = sum(log.duration + PAUSE_S for log in logs)
+    most = min(MOST_SAMPLES, MOST_GROWTH * sum(log.size for log in logs))
+    if seconds <= most * finest:
+        return finest
+    return float(f"{max(finest, seconds / most):.6g}")
+
+
+def _brought(log: Log, other: Log) -> Log:
+    """A record on the experiment's grid, with what was found of it at its own rate."""
+    return replace(other, intake=log.intake, notes=log.notes)
 
 
 def _refuse_other(one: Log, other: Log) -> None:
@@ -60,15 +88,23 @@ def _appended(one: Log, other: Log) -> Log:
     notes = [n for n in other.notes if n not in one.notes]
     return replace(
         one,
-        name=f"{one.name}+{other.name}",
+        name=_name(one.name, other.name),
         time=one.time[0] + h * np.arange(shift + other.size),
         positions=np.vstack([one.positions, bridge, other.positions]),
         velocities=velocities,
         inputs=np.vstack([one.inputs, inputs, other.inputs]),
         notes=(*one.notes, *notes),
         gaps=(*one.gaps, (size, shift), *moved),
+        joints=(*one.joints, (size, shift)),
         intake=_merged(one.intake, other.intake),
     )
+
+
+def _name(one: str, other: str) -> str:
+    """Both names; of many that would be long, the first few."""
+    if one.endswith("+…") or len(one) + len(other) > LONGEST_NAME:
+        return f"{one.removesuffix('+…')}+…"
+    return f"{one}+{other}"
 
 
 def _bridge(one: Log, other: Log, pause: int) -> Array:
@@ -87,8 +123,13 @@ def _bridge(one: Log, other: Log, pause: int) -> Array:
 def _merged(one: Intake, other: Intake) -> Intake:
     repaired = {k: one.repaired.get(k, 0) + other.repaired.get(k, 0) for k in {**one.repaired, **other.repaired}}
     steps = tuple(max(a, b) for a, b in zip(one.smallest_step, other.smallest_step, strict=True))
+    whole = one.rows + other.rows
     return Intake(
-        rows=one.rows + other.rows,
+        repeated=(one.repeated * one.rows + other.repeated * other.rows) / whole,
+        stale=(one.stale * one.rows + other.stale * other.rows) / whole,
+        findings=_named_once(one.findings, other.findings),
+        doubted=one.doubted | other.doubted,
+        rows=whole,
         jitter=max(one.jitter, other.jitter),
         longest_step=max(one.longest_step, other.longest_step),
         resampled=one.resampled or other.resampled,
@@ -96,3 +137,9 @@ def _merged(one: Intake, other: Intake) -> Intake:
         dropped=one.dropped + other.dropped,
         smallest_step=steps,
     )
+
+
+def _named_once(some: tuple[Finding, ...], more: tuple[Finding, ...]) -> tuple[Finding, ...]:
+    """Findings of several records: the first of each topic and severity stands for all."""
+    known = {(f.topic, f.severity) for f in some}
+    return (*some, *(f for f in more if (f.topic, f.severity) not in known))

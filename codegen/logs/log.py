@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.logs.description import LogDescription
+from codegen.logs.finding import Finding
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -27,6 +28,9 @@ class Intake:
         repaired: symbol → how many of its values were not finite and were filled in.
         dropped: rows left out because they repeat a time stamp or have none.
         smallest_step: one a coordinate, SI: the measuring step seen in the raw positions; 0 if none is visible.
+        repeated, stale: shares of the rows, and of those in fast motion, that have the motion of the row before.
+        findings: what the raw numbers show of how they were stored.
+        doubted: symbols whose numbers are not what they mean, by ``findings``.
     """
 
     rows: int = 0
@@ -36,6 +40,10 @@ class Intake:
     repaired: Mapping[str, int] = field(default_factory=dict)
     dropped: int = 0
     smallest_step: tuple[float, ...] = ()
+    repeated: float = 0.0
+    stale: float = 0.0
+    findings: tuple[Finding, ...] = ()
+    doubted: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +62,8 @@ class Log:
         encoder_step: (n) declared measuring steps, m or rad, zero for none; or None where nobody said.
         notes: what was changed, filled in or left unused, in plain words.
         gaps: half-open index ranges [start, stop) of grid samples without data near by; they must not be used.
+        joints: those of ``gaps`` that lie between two records of the experiment, where no data are missing.
+        records: the records of an experiment, each at its own rate; empty for a single one.
         intake: figures of the raw file.
         description: the log's description, for what else it says (noise, trim, restart).
     """
@@ -70,6 +80,8 @@ class Log:
     encoder_step: tuple[float, ...] | None
     notes: tuple[str, ...]
     gaps: tuple[tuple[int, int], ...] = ()
+    joints: tuple[tuple[int, int], ...] = ()
+    records: tuple[Log, ...] = ()
     intake: Intake = field(default_factory=Intake)
     description: LogDescription = field(default_factory=LogDescription)
 
@@ -82,6 +94,21 @@ class Log:
     def duration(self) -> float:
         """Seconds from the first to the last sample."""
         return float(self.time[-1] - self.time[0])
+
+    @property
+    def used(self) -> int:
+        """Samples that lie in no gap."""
+        return sum(stop - start for start, stop in self.segments)
+
+    @property
+    def files(self) -> str:
+        """The names of all its files, for a message."""
+        return ", ".join(log.path.name for log in self.records) or self.path.name
+
+    @property
+    def where(self) -> str:
+        """Its file, or the names of all its files: where an error that regards the whole of it stands."""
+        return self.files if self.records else str(self.path)
 
     @property
     def segments(self) -> tuple[tuple[int, int], ...]:

@@ -9,13 +9,13 @@ from __future__ import annotations
 import math
 import struct
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
 from codegen.logs.log import Array
-from codegen.logs.source import LARGEST
 
 _STORED = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
 _STORED_4 = ("f8", "f4", "i4", "i2", "u2", "u1")
@@ -26,6 +26,9 @@ _CLASSES = (
 )
 _FIRST_NUMERIC, _LAST_NUMERIC = 6, 15
 _HEADER = 128
+_EMPTY = memoryview(b"")
+MOST_VARIABLES = 10_000
+Item = TypeVar("Item")
 
 
 @dataclass(frozen=True)
@@ -44,7 +47,7 @@ class Variable:
     shape: tuple[int, ...]
     kind: str
     numeric: bool = False
-    data: bytes = b""
+    data: memoryview | bytes = b""
     stored: str = "f8"
 
     def vector(self) -> Array:
@@ -52,8 +55,11 @@ class Variable:
         return np.frombuffer(self.data, dtype=self.stored).astype(np.float64)
 
 
-def variables(data: bytes) -> list[Variable]:
+def variables(data: bytes, count: Callable[[int], None]) -> list[Variable]:
     """Every variable of a file.
+
+    Args:
+        count: takes the bytes of all variables when unpacked, before the first is, and raises where they are too many.
 
     Raises:
         ValueError: saying what is damaged.
@@ -61,31 +67,60 @@ def variables(data: bytes) -> list[Variable]:
     if len(data) < 20:
         raise ValueError("shorter than any header")
     if 0 in data[:4]:
-        return list(_format_4(data))
+        count(len(data))
+        return list(_limited(_format_4(data)))
     order = {b"IM": "<", b"MI": ">"}.get(data[126:128])
     if order is None:
         raise ValueError("no MATLAB header")
+    elements = list(_limited(_elements(memoryview(data)[_HEADER:], order)))
+    sizes = [_unpacked_size(part, order) if kind == _COMPRESSED else len(part) for kind, part in elements]
+    count(sum(sizes))
     found = []
-    for kind, payload in _elements(data[_HEADER:], order):
+    for (kind, payload), size in zip(elements, sizes, strict=True):
         if kind == _COMPRESSED:
-            found += [_matrix(inner, order) for k, inner in _elements(_inflated(payload), order) if k == _MATRIX]
+            inside = _elements(_inflated(payload, size), order)
+            found += [_matrix(inner, order) for k, inner in inside if k == _MATRIX]
         elif kind == _MATRIX:
             found.append(_matrix(payload, order))
     return found
 
 
-def _inflated(payload: bytes) -> bytes:
+def _unpacked_size(payload: memoryview, order: str) -> int:
+    """The bytes of a compressed element as its own first bytes tell them; ``_inflated`` holds it to them."""
+    head = _inflated_at_most(payload, 8)[0]
+    if len(head) < 8:
+        raise ValueError("a compressed variable that is cut off")
+    word, size = struct.unpack(f"{order}II", head)
+    return 8 if word >> 16 else 8 + int(size) + -int(size) % 8
+
+
+def _inflated(payload: memoryview, size: int) -> memoryview:
+    data, complete = _inflated_at_most(payload, size)
+    if not complete:
+        raise ValueError("a compressed variable that is cut off, or longer than it says")
+    return memoryview(data)
+
+
+def _inflated_at_most(payload: memoryview, size: int) -> tuple[bytes, bool]:
+    """The first bytes of a compressed element, and whether there are no more."""
+    reader = zlib.decompressobj()
     try:
-        reader = zlib.decompressobj()
-        data = reader.decompress(payload, LARGEST)
+        data = reader.decompress(payload, size)
+        if not reader.eof:  # the check sum may still lie in what was not taken
+            return data, not reader.decompress(reader.unconsumed_tail, 1) and reader.eof
     except zlib.error as error:
         raise ValueError(f"a compressed variable that cannot be unpacked: {error}") from None
-    if reader.unconsumed_tail or not reader.eof:
-        raise ValueError("a compressed variable that is cut off")
-    return data
+    return data, True
 
 
-def _elements(data: bytes, order: str) -> Iterator[tuple[int, bytes]]:
+def _limited(items: Iterator[Item]) -> Iterator[Item]:
+    for number, item in enumerate(items):
+        if number >= MOST_VARIABLES:
+            raise ValueError(f"more than {MOST_VARIABLES} variables")
+        yield item
+
+
+def _elements(data: memoryview, order: str) -> Iterator[tuple[int, memoryview]]:
     """Type and payload of each element one after the other."""
     at = 0
     while at + 8 <= len(data):
@@ -103,9 +138,9 @@ def _elements(data: bytes, order: str) -> Iterator[tuple[int, bytes]]:
         yield word, data[start : start + size]
 
 
-def _matrix(payload: bytes, order: str) -> Variable:
+def _matrix(payload: memoryview, order: str) -> Variable:
     parts = _elements(payload, order)
-    head = [next(parts, (0, b"")) for _ in range(3)]
+    head = [next(parts, (0, _EMPTY)) for _ in range(3)]
     (_, flags), (_, dimensions), (_, name) = head
     if len(flags) != 8 or len(dimensions) % 4:
         return Variable("", (), "object of an unknown kind")
@@ -113,10 +148,10 @@ def _matrix(payload: bytes, order: str) -> Variable:
     shape = tuple(int(n) for n in np.frombuffer(dimensions, dtype=f"{order}i4"))
     number, is_complex = word & 0xFF, bool(word & 0x0800)
     kind = _CLASSES[number] if 0 < number < len(_CLASSES) else f"variable of class {number}"
-    text = name.decode("latin-1")
+    text = bytes(name).decode("latin-1")
     if is_complex or not _FIRST_NUMERIC <= number <= _LAST_NUMERIC:
         return Variable(text, shape, f"complex {kind}" if is_complex else kind)
-    stored, numbers = next(parts, (0, b""))
+    stored, numbers = next(parts, (0, _EMPTY))
     return _checked(text, shape, kind, numbers, order + _STORED[stored] if stored in _STORED else None)
 
 
@@ -142,7 +177,7 @@ def _format_4(data: bytes) -> Iterator[Variable]:
             yield _checked(name, (rows, columns), "double", data[start : start + size], stored)
 
 
-def _checked(name: str, shape: tuple[int, ...], kind: str, numbers: bytes, stored: str | None) -> Variable:
+def _checked(name: str, shape: tuple[int, ...], kind: str, numbers: memoryview | bytes, stored: str | None) -> Variable:
     if stored is None:
         raise ValueError(f"numbers of {name} in an unknown type")
     if min(shape, default=-1) < 0 or math.prod(shape) * np.dtype(stored).itemsize != len(numbers):

@@ -4,21 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from codegen.errors import BadInput, Place
+from codegen.logs.description import LogDescription
 from codegen.logs.log import Array
 from codegen.logs.mat_elements import Variable, variables
-from codegen.logs.source import Columns, Source, listing, read_bytes, shown
+from codegen.logs.source import Allowance, Columns, Source, Unannotated, listing, read_bytes, shown
 
 EXPECTED = "a MATLAB file (.mat, format 4 to 7) with one vector a column"
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 
 
 @dataclass(frozen=True)
-class MatSource:
+class MatSource(Unannotated):
     """An opened .mat file.
 
     Attributes:
@@ -67,18 +69,18 @@ class MatSource:
         return variable.vector()
 
 
-def open_mat(path: Path) -> Source:
+def open_mat(path: Path, allowance: Allowance, description: LogDescription) -> Source:
     """Open a .mat file.
 
     Raises:
-        BadInput: if it cannot be read, is in format 7.3 (HDF5), is damaged or holds no vector.
+        BadInput: if it cannot be read, is in format 7.3 (HDF5), is damaged, holds no vector or too much.
     """
     file = str(path)
     data = read_bytes(path, EXPECTED)
     if data.startswith((b"MATLAB 7.3", _HDF5)) or data[512:520] == _HDF5:
         raise BadInput(Place(file), "MATLAB format 7.3 (HDF5)", "format 7 or older: save(..., '-v7') in MATLAB")
     try:
-        found = {v.name: v for v in variables(data) if v.name}
+        found = {v.name: v for v in variables(data, partial(allowance.take, path, expected=EXPECTED)) if v.name}
     except ValueError as error:
         raise BadInput(Place(file), f"a damaged file ({shown(str(error), 120)})", EXPECTED) from None
     if not any(v.numeric and sum(n != 1 for n in v.shape) == 1 for v in found.values()):

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import butter, sosfiltfilt
 
 from codegen.logs.log import Array, Flags, Log
 
@@ -70,6 +69,8 @@ def low_pass(log: Log, values: Array, cutoff_hz: float) -> tuple[Array, Flags]:
         (N, c) filtered values (as they were in gaps and short segments), and (N,) where they can be relied on: two
         periods of the cut-off away from the ends of a segment.
     """
+    from scipy.signal import butter, sosfiltfilt  # a second that the verbs without a log need not pay
+
     sections = butter(ORDER, cutoff_hz, fs=1 / log.sample_time, output="sos")
     filtered, usable = values.copy(), np.zeros(log.size, dtype=np.bool_)
     edge = int(np.ceil(EDGE_PERIODS / (cutoff_hz * log.sample_time)))

@@ -9,6 +9,7 @@ from codegen.logs.audit_record import audit_record
 from codegen.logs.finding import Finding
 from codegen.logs.log import Log
 from codegen.logs.motion import measured_motion
+from codegen.logs.steady import audit_steady, steady_speeds
 from codegen.spec.model import Spec
 
 
@@ -22,9 +23,11 @@ def preflight(log: Log, spec: Spec) -> tuple[Finding, ...]:
         BadInput: if the spec's mechanics cannot be built.
     """
     motion = measured_motion(log)
+    steady = steady_speeds(log, motion)
     return (
-        *audit_record(log),
+        *audit_record(log, turns=len(steady) < len(spec.coordinates)),
         *audit_motion(log, spec, motion),
+        *audit_steady(steady, spec),
         *audit_input(log, spec),
-        *audit_force(log, spec, motion),
+        *audit_force(log, spec, motion, frozenset(s.coordinate for s in steady)),
     )

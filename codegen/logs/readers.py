@@ -3,32 +3,41 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from codegen.errors import BadInput, Place, nearest_name
+from codegen.input_files import identity, is_there
+from codegen.logs.beside import SideBySide
 from codegen.logs.binding import Binding, bind
 from codegen.logs.cleaning import Clean, clean
+from codegen.logs.counters import counter_findings, mended, repeats, require_columns
 from codegen.logs.csv_file import open_csv
 from codegen.logs.description import LogDescription, read_description
 from codegen.logs.encoder import smallest_step
 from codegen.logs.joined import join_logs
+from codegen.logs.json_file import open_json
 from codegen.logs.log import Intake, Log
 from codegen.logs.mat_file import open_mat
 from codegen.logs.npy_file import open_npy_log
-from codegen.logs.source import Columns, Source, shown
+from codegen.logs.npz_file import open_npz
+from codegen.logs.source import Allowance, Columns, Source, shown
+from codegen.logs.term import columns_of, compute
 from codegen.logs.uniform import Uniform, uniform
 from codegen.spec.model import Spec
 
 # A format is one file with a function from a path to a Source, and its endings here.
-FORMATS: Mapping[str, Callable[[Path], Source]] = {
+FORMATS: Mapping[str, Callable[[Path, Allowance, LogDescription], Source]] = {
     ".csv": open_csv,
     ".tsv": open_csv,
     ".txt": open_csv,
     ".mat": open_mat,
     ".npy": open_npy_log,
+    ".npz": open_npz,
+    ".json": open_json,
 }
 
 
@@ -38,22 +47,25 @@ def read_logs(
     *,
     description: str | Path | None = None,
     columns: Mapping[str, str] | None = None,
+    allowance: Allowance | None = None,
 ) -> Log:
     """Read the records of one experiment as one log; see ``join_logs``.
 
     Args:
         paths: at least one; no file twice.
         description, columns: as for ``read_log``, for all of them.
+        allowance: counts their bytes, where other logs are read beside them.
 
     Raises:
         BadInput: as ``read_log``, for a file named twice, or for records that do not go together.
     """
-    seen: set[Path] = set()
+    seen: set[str] = set()
     for path in map(Path, paths):
-        if path.resolve() in seen:
+        if identity(path) in seen:
             raise BadInput(str(path), "the same log twice", "each record once")
-        seen.add(path.resolve())
-    return join_logs([partial(_read, path, spec, description, columns) for path in paths])
+        seen.add(identity(path))
+    given = allowance or Allowance()
+    return join_logs([partial(_read, path, spec, description, columns, given) for path in paths])
 
 
 def read_log(
@@ -69,7 +81,7 @@ def read_log(
     Raises:
         BadInput: for the first thing that cannot be used, with file and line or variable.
     """
-    return _read(path, spec, description, columns, None)
+    return _read(path, spec, description, columns, Allowance(), None)
 
 
 def _read(
@@ -77,26 +89,46 @@ def _read(
     spec: Spec,
     description: str | Path | None,
     columns: Mapping[str, str] | None,
+    allowance: Allowance,
     step: float | None,
 ) -> Log:
     path = Path(path)
     reader = _format(path)
-    source = reader(path)
     described = log_description(path, description)
-    binding = bind(source.names, source.place, spec, described, columns)
-    cleaned = _cleaned(source, binding, spec, described)
-    return _log(path, spec, described, binding, cleaned, step)
+    source = _with_others(path, reader(path, allowance, described), described, allowance)
+    binding = bind(source, spec, described, columns)
+    require_columns(source.names, described)
+    raw = mended(source.load(columns_of(binding.terms)), described)
+    found = counter_findings(raw, binding.terms)
+    cleaned = _cleaned(compute(raw, binding.terms), source.place, binding, spec, described)
+    log = _log(path, spec, described, source.notes, binding, cleaned, step)
+    doubted = frozenset(s for symbols, _ in found for s in symbols)
+    return replace(log, intake=replace(log.intake, findings=tuple(f for _, f in found), doubted=doubted))
 
 
-def _format(path: Path) -> Callable[[Path], Source]:
+def _with_others(path: Path, log: Source, description: LogDescription, allowance: Allowance) -> Source:
+    """The log with the files beside it that its description names."""
+    if not description.beside:
+        return log
+    plain = replace(description, columns={}, listed=False)
+    others = {}
+    for name, file in description.beside.items():
+        beside = path.parent / file
+        if identity(beside) == identity(path):
+            raise BadInput(description.place(f"beside.{name}"), f"`{shown(file)}`, the log itself", "another file")
+        others[name] = _format(beside)(beside, allowance, plain)
+    return SideBySide(log, others)
+
+
+def _format(path: Path) -> Callable[[Path, Allowance, LogDescription], Source]:
     reader = FORMATS.get(path.suffix.lower())
     if reader is not None:
         return reader
     place, expected = Place(shown(str(path), 200)), f"a log file ending in {', '.join(FORMATS)}"
     if "\0" not in str(path):
-        if path.is_dir():
+        if is_there(path) and path.is_dir():
             raise BadInput(place, "a folder", expected)
-        if not path.exists():
+        if not is_there(path):
             raise BadInput(place, "no such file", expected)
     raise BadInput(place, f"the ending `{shown(path.suffix)}`", expected, nearest_name(path.suffix.lower(), FORMATS))
 
@@ -106,34 +138,56 @@ def log_description(path: Path, description: str | Path | None) -> LogDescriptio
     if description is not None:
         return read_description(description)
     beside = path.parent / "meta.yaml"
-    return read_description(beside) if beside.is_file() else LogDescription()
+    return read_description(beside) if is_there(beside) else LogDescription()
 
 
-def _cleaned(source: Source, binding: Binding, spec: Spec, description: LogDescription) -> Clean:
-    """Load the bound columns, with time first; where no column gives it, from the description's sample rate."""
+def _cleaned(raw: Columns, place: Place, binding: Binding, spec: Spec, description: LogDescription) -> Clean:
+    """The bound columns with time first; where no column gives it, from the description's sample rate."""
     inputs = {i.name for i in spec.inputs}
-    wanted = list(binding.columns.values())
-    symbols = list(binding.columns)
-    raw = source.load(wanted)
+    symbols = list(binding.terms)
     scale = dict(binding.scale)
     if "t" not in symbols:
         if description.sample_rate_hz is None:
-            raise BadInput(source.place, "no column `t`", "a time column, or sample_rate_hz in a log description")
+            raise BadInput(place, "no column `t`", "a time column, or sample_time in a log description")
         time = np.arange(len(raw.values)) / description.sample_rate_hz
         raw = Columns(raw.file, ("t", *raw.names), np.column_stack([time, raw.values]), raw.lines)
         symbols.insert(0, "t")
         scale["t"] = 1.0
-    return clean(raw, symbols, [s in inputs for s in symbols], scale, description)
+    cleaned = clean(raw, symbols, [s in inputs for s in symbols], scale, description)
+    return _with_integrals(cleaned, symbols[1:], binding, spec)
+
+
+def _with_integrals(cleaned: Clean, symbols: Sequence[str], binding: Binding, spec: Spec) -> Clean:
+    """Positions, velocities if all were logged, and inputs; positions that no column gives from their velocities."""
+    given = dict(zip(symbols, cleaned.data.T, strict=True))
+    for c in spec.coordinates:
+        if c.name in binding.integrated:
+            speed = given[c.velocity]
+            steps = 0.5 * (speed[1:] + speed[:-1]) * np.diff(cleaned.time)
+            given[c.name] = np.concatenate([[0.0], np.cumsum(steps)])
+    wanted = [*spec.positions, *(spec.velocities if binding.logged else ()), *(i.name for i in spec.inputs)]
+    return replace(cleaned, data=np.column_stack([given[s] for s in wanted]))
 
 
 def _log(
-    path: Path, spec: Spec, description: LogDescription, binding: Binding, cleaned: Clean, step: float | None
+    path: Path,
+    spec: Spec,
+    description: LogDescription,
+    said: Sequence[str],
+    binding: Binding,
+    cleaned: Clean,
+    step: float | None,
 ) -> Log:
     n, m = len(spec.coordinates), len(spec.inputs)
     split = cleaned.data.shape[1] - m
     grid = uniform(cleaned.time, cleaned.data[:, :split], cleaned.data[:, split:], cleaned.source, step)
     encoder = _per_coordinate(description.encoder_step, spec, description, "encoder_step")
     _per_coordinate(description.position_noise, spec, description, "position_noise_rms")
+    steps = tuple(
+        0.0 if name in binding.integrated else smallest_step(cleaned.data[:, j])
+        for j, name in enumerate(spec.positions)  # an integral has steps of its own making
+    )
+    repeated, stale = repeats(cleaned.data[:, :split], steps)
     intake = Intake(
         rows=len(cleaned.time),
         jitter=grid.jitter,
@@ -141,7 +195,9 @@ def _log(
         resampled=grid.resampled,
         repaired=cleaned.repaired,
         dropped=cleaned.dropped,
-        smallest_step=tuple(smallest_step(cleaned.data[:, j]) for j in range(n)),
+        smallest_step=steps,
+        repeated=repeated,
+        stale=stale,
     )
     return Log(
         path=path,
@@ -154,7 +210,7 @@ def _log(
         cutoff_hz=_cutoff(spec, description, grid),
         tolerance=description.tolerance,
         encoder_step=encoder,
-        notes=(*description.unknown, *binding.notes, *_hold_note(description), *cleaned.notes, *grid.notes),
+        notes=(*description.unknown, *said, *binding.notes, *_hold_note(description), *cleaned.notes, *grid.notes),
         gaps=grid.gaps,
         intake=intake,
         description=description,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
@@ -10,9 +10,14 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from codegen import input_files
 from codegen.errors import BadInput, Place
+from codegen.user_text import one_line
 
 LARGEST = 1_000_000_000
+"""Bytes of a log that is read whole, and of all logs of one call when unpacked."""
+LARGEST_STREAM = 100_000_000_000
+"""Bytes of a log that is read in blocks."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +59,14 @@ class Source(Protocol):
     def place(self) -> Place:
         """Where the names stand."""
 
+    @property
+    def units(self) -> Mapping[str, str]:
+        """Column → the unit that the file itself states; empty where it states none."""
+
+    @property
+    def notes(self) -> Sequence[str]:
+        """What there is to say of how the file was read."""
+
     def load(self, wanted: Sequence[str]) -> Columns:
         """The numbers of the wanted columns, each a member of ``names``.
 
@@ -62,34 +75,55 @@ class Source(Protocol):
         """
 
 
+class Unannotated:
+    """What a source has to say whose file states no units and whose columns stand plainly in it."""
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        return {}
+
+    @property
+    def notes(self) -> Sequence[str]:
+        return ()
+
+
+class Allowance:
+    """The bytes that the logs of one call may hold once they are unpacked: ``LARGEST`` in all."""
+
+    def __init__(self) -> None:
+        self._taken: dict[Path, int] = {}
+
+    def take(self, path: Path, size: int, expected: str) -> None:
+        """Count what a file holds, in place of what was counted of it before.
+
+        Raises:
+            BadInput: if that is too much, for itself or with the other logs.
+        """
+        self._taken[path] = size
+        total = sum(self._taken.values())
+        if total > LARGEST:
+            others = f", {total} bytes with the other logs" if total > size else ""
+            raise BadInput(
+                Place(str(path)), f"{size} bytes when unpacked{others}", f"{expected}; at most {LARGEST} bytes in all"
+            )
+
+
 def read_bytes(path: Path, expected: str) -> bytes:
     """A log file's bytes.
 
     Raises:
-        BadInput: if it is absent, a folder, unreadable, empty or larger than 1 GB.
+        BadInput: as ``input_files.read_bytes``, or if it is empty; 1 GB at most.
     """
     place = Place(str(path))
-    try:
-        if path.is_dir():
-            raise BadInput(place, "a folder", expected)
-        if not path.is_file():
-            raise BadInput(place, "no such file", expected)
-        size = path.stat().st_size
-        if size > LARGEST:
-            raise BadInput(place, f"{size} bytes", f"{expected} of at most {LARGEST} bytes")
-        data = path.read_bytes()
-    except OSError as error:
-        raise BadInput(place, f"unreadable ({error.strerror})", expected) from None
-    except ValueError as error:  # a zero byte in the name
-        raise BadInput(Place(shown(str(path))), f"no file name ({error})", expected) from None
-    if not data.strip():
+    data = input_files.read_bytes(path, expected, LARGEST)
+    if not data or data.isspace():
         raise BadInput(place, "an empty file", expected)
     return data
 
 
 def shown(text: str, longest: int = 40) -> str:
     """Text of a file fit for a message: one line, printable, not long."""
-    printable = "".join(c if c.isprintable() else f"\\x{ord(c):02x}" for c in text[: longest + 1])
+    printable = one_line(text[: longest + 1])
     return printable if len(printable) <= longest else f"{printable[:longest]}…"
 
 

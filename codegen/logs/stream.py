@@ -8,10 +8,12 @@ from io import TextIOWrapper
 from pathlib import Path
 from typing import Protocol
 
-from codegen.errors import Place
-from codegen.logs.csv_file import CsvSource, with_header
+from codegen.errors import BadInput, Place
+from codegen.input_files import opened
+from codegen.logs.csv_file import EXPECTED, LONGEST_LINE, CsvSource, open_lines
+from codegen.logs.description import LogDescription
 from codegen.logs.npy_file import open_npy
-from codegen.logs.source import Columns
+from codegen.logs.source import LARGEST_STREAM, Columns
 
 CHARACTERS = 1 << 22
 
@@ -30,6 +32,14 @@ class Stream(Protocol):
     @property
     def place(self) -> Place:
         """Where the names stand."""
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        """Column → the unit that the file itself states."""
+
+    @property
+    def notes(self) -> Sequence[str]:
+        """What there is to say of how the file was read."""
 
     def blocks(self, wanted: Sequence[str]) -> Iterator[Columns]:
         """Numbers of the wanted columns, in the order of the file.
@@ -59,6 +69,14 @@ class CsvStream:
     def place(self) -> Place:
         return self.head.place
 
+    @property
+    def units(self) -> Mapping[str, str]:
+        return self.head.units
+
+    @property
+    def notes(self) -> Sequence[str]:
+        return self.head.layout.notes
+
     def blocks(self, wanted: Sequence[str]) -> Iterator[Columns]:
         head, before = self.head, 0
         with _opened(self.path) as stream:
@@ -68,36 +86,38 @@ class CsvStream:
                     lines.pop()
                 first = max(0, head.first - before)
                 if any(line and not line.isspace() and line.lstrip()[0] != "#" for line in lines[first:]):
-                    yield CsvSource(head.file, head.names, head.header_line, head.delimiter, lines, first, before).load(
-                        wanted
-                    )
+                    yield CsvSource(head.file, head.layout, lines, first, before).load(wanted)
                 before += len(lines)
 
 
-def open_csv_stream(path: Path) -> CsvStream:
+def open_csv_stream(path: Path, description: LogDescription) -> CsvStream:
     """Open a CSV file and find its header in the first block.
 
     Raises:
-        BadInput: if there is no header line.
+        BadInput: if there is no table that can be found.
         NotStreamed: if it cannot be opened as text.
     """
     with _opened(path) as stream:
         text = next(_chunks(stream), "")
     if not text.strip():
         raise NotStreamed
-    return CsvStream(path, with_header(str(path), text.split("\n")))
+    return CsvStream(path, open_lines(str(path), text.split("\n"), description))
 
 
-STREAMS: Mapping[str, Callable[[Path], Stream]] = {
+def _open_npy_stream(path: Path, description: LogDescription) -> Stream:
+    return open_npy(path)
+
+
+STREAMS: Mapping[str, Callable[[Path, LogDescription], Stream]] = {
     ".csv": open_csv_stream,
     ".tsv": open_csv_stream,
     ".txt": open_csv_stream,
-    ".npy": open_npy,
+    ".npy": _open_npy_stream,
 }
 """Endings of the formats that can be read in blocks; the others are read whole."""
 
 
-def open_stream(path: Path) -> Stream:
+def open_stream(path: Path, description: LogDescription | None = None) -> Stream:
     """Open a log to be read in blocks.
 
     Raises:
@@ -107,13 +127,13 @@ def open_stream(path: Path) -> Stream:
     opener = STREAMS.get(path.suffix.lower())
     if opener is None:
         raise NotStreamed
-    return opener(path)
+    return opener(path, description or LogDescription())
 
 
 def _opened(path: Path) -> TextIOWrapper:
     try:
-        return path.open(encoding="utf-8-sig")
-    except (OSError, ValueError):
+        return TextIOWrapper(opened(path, EXPECTED, LARGEST_STREAM), encoding="utf-8-sig")
+    except BadInput:
         raise NotStreamed from None
 
 
@@ -122,7 +142,11 @@ def _chunks(stream: TextIOWrapper) -> Iterator[str]:
     while True:
         try:
             text = stream.read(CHARACTERS)
-            text += stream.readline() if text and not text.endswith("\n") else ""
+            if text and not text.endswith("\n"):
+                end = stream.readline(LONGEST_LINE)
+                if len(end) == LONGEST_LINE:
+                    raise NotStreamed
+                text += end
         except (OSError, UnicodeDecodeError):
             raise NotStreamed from None
         if "\0" in text:

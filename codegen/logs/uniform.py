@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from codegen.errors import BadInput
 from codegen.logs.log import Array
@@ -13,6 +14,8 @@ from codegen.logs.source import Columns
 JITTER = 0.01
 GAP_STEPS = 5.0
 MOST_GROWTH = 10
+FINER = 0.8
+"""Share of the median step below which a grid shows the corners of a line from row to row."""
 
 
 @dataclass(frozen=True)
@@ -46,13 +49,13 @@ def uniform(time: Array, sampled: Array, held: Array, source: Columns, wanted: f
     """Put rows on a uniform grid whose step is the median step, or the one that is wanted.
 
     Stamps that keep within 1 % of the median step are taken as uniform and no value is touched. Otherwise ``sampled``
-    is interpolated linearly, and ``held``, a zero-order hold from row to row, is given by its mean over each new step:
-    the impulse of a force stays what it was.
+    is interpolated linearly, by cubic splines for a step much below the median one, and ``held``, a zero-order hold
+    from row to row, is given by its mean over each new step: the impulse of a force stays what it was.
 
     Args:
         time: (N,) s, strictly rising; N of at least 2.
         sampled: (N, c). held: (N, m). source: where the rows stand, for messages.
-        wanted: s; a step near the median one.
+        wanted: s.
 
     Raises:
         BadInput: if the grid would have more than ten times the rows that there are.
@@ -68,7 +71,7 @@ def uniform(time: Array, sampled: Array, held: Array, source: Columns, wanted: f
 
     step = wanted or _rounded(median)
     span = float(time[-1] - time[0]) / step
-    if span > MOST_GROWTH * len(time) + 1000:
+    if span * step / median > MOST_GROWTH * len(time) + 1000:
         k = int(np.argmax(steps))
         found = f"time jumps by {steps[k]:g} s where the median step is {median:g} s"
         raise BadInput(source.place(k + 1, 0), found, "a record without pauses; cut the file here")
@@ -76,7 +79,10 @@ def uniform(time: Array, sampled: Array, held: Array, source: Columns, wanted: f
     grid = grid[grid <= time[-1] + 0.01 * step]
     if len(grid) < 2:
         raise BadInput(source.place(0, 0), f"{len(time)} rows in {span * step:g} s", "rows at regular times")
-    fine = np.column_stack([np.interp(grid, time, column) for column in sampled.T])
+    if step < FINER * median:
+        fine = CubicSpline(time, sampled, axis=0)(np.clip(grid, time[0], time[-1]))
+    else:
+        fine = np.column_stack([np.interp(grid, time, column) for column in sampled.T])
     means = np.column_stack([_held_means(grid, step, time, column) for column in held.T]) if held.shape[1] else held[:0]
     means = means.reshape(len(grid), held.shape[1])
     gaps = _gaps(time, steps, grid, GAP_STEPS * median)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,17 +11,24 @@ import sympy
 from codegen.errors import BadInput
 from codegen.mechanics.contact_rank import refuse_dependent_contacts
 from codegen.mechanics.contacts import build_contacts
+from codegen.mechanics.link_parameters import LinkParameter
 from codegen.mechanics.motion import equation_of_motion, form_key
 from codegen.mechanics.sampling import numbers_over, position_range
-from codegen.mechanics.system import System
+from codegen.mechanics.system import Matrix, System
+from codegen.numerics import numerical
 from codegen.spec.model import Spec, symbol
+from codegen.spec.printed import decimal_of
 from codegen.spec.units import coherent_name
 
 SAMPLES = 400
 
 
-def build_system(spec: Spec) -> System:
+@numerical("the mass matrix, the force and where friction acts")
+def build_system(spec: Spec, free: Sequence[LinkParameter] = ()) -> System:
     """The system that a spec declares, without its ``effects``.
+
+    Args:
+        free: base parameters of the robot file that become parameters of the system.
 
     Raises:
         BadInput: for an unknown law, a law parameter missing, unknown or out of range, or a mass matrix that is not
@@ -29,13 +37,16 @@ def build_system(spec: Spec) -> System:
     """
     values: dict[sympy.Symbol, Any] = {symbol(p.name): p.value for p in spec.parameters}
     units = {symbol(p.name): coherent_name(p.unit, spec.place(f"parameters.{p.name}.unit")) for p in spec.parameters}
-    motion = equation_of_motion(spec)
+    values |= {symbol(p.name): decimal_of(float(p.value)) for p in free}
+    units |= {symbol(p.name): p.unit for p in free}
+    motion = equation_of_motion(spec, free)
     contacts, law_values, law_units = build_contacts(spec, motion.distribution)
     for name in law_values:
         if name in values:
             contact = next(c for c in contacts if name in c.law_parameters.values())
-            found, expected = f"parameter `{name}`", f"a name that contact {contact.name} does not use"
-            raise BadInput(spec.place(f"parameters.{name}"), found, expected)
+            key = f"friction.contacts[{contacts.index(contact)}]"
+            found = f"the name `{name}`, which the generated code has for a parameter of {spec.place(key)}"
+            raise BadInput(spec.place(f"parameters.{name}"), found, "a name for each of the two")
     system = System(
         name=spec.name,
         positions=tuple(symbol(c.name) for c in spec.coordinates),
@@ -43,9 +54,9 @@ def build_system(spec: Spec) -> System:
         inputs=tuple(symbol(i.name) for i in spec.inputs),
         position_units=tuple(c.unit for c in spec.coordinates),
         input_units=tuple(i.unit for i in spec.inputs),
-        mass_matrix=motion.mass_matrix,
-        force=motion.force,
-        distribution=motion.distribution,
+        mass_matrix=_as_printed(motion.mass_matrix),
+        force=_as_printed(motion.force),
+        distribution=_as_printed(motion.distribution),
         contacts=contacts,
         values=values | law_values,
         units=units | law_units,
@@ -53,6 +64,13 @@ def build_system(spec: Spec) -> System:
     check_mass_matrix(system, spec)
     refuse_dependent_contacts(spec, system.distribution)
     return system
+
+
+def _as_printed(matrix: Matrix) -> Matrix:
+    """The matrix with the decimals that code has for its fractions: 1/3 is 0.3333333333333333 in code and proof."""
+    fractions = {r for r in matrix.atoms(sympy.Rational) if not r.is_Integer}
+    rounded = {r: decimal_of(int(r.p) / int(r.q)) for r in fractions}
+    return Matrix(matrix.xreplace({r: d for r, d in rounded.items() if r != d}))
 
 
 def position_ranges(system: System, spec: Spec) -> dict[sympy.Symbol, tuple[float, float]]:

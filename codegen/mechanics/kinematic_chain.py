@@ -8,14 +8,18 @@ the force U ∫ρ r and the moment, the vector of UΣ − ΣU', follow from the 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 import casadi
+import numpy as np
 
+from codegen.exact_numbers import exact_array
 from codegen.spec.kinematics import KinematicTree, MovingBody
 
-ROUNDING = 1e-14
+ROUNDING = Fraction(1, 10**14)
 """A moment smaller than this share of the inertia is the rounding of a zero."""
 
 
@@ -67,18 +71,19 @@ class Joint:
         return self.rotation @ moment + cross(self.origin, turned), turned
 
 
-def mass_matrix(tree: KinematicTree, positions: Any) -> Any:
+def mass_matrix(tree: KinematicTree, positions: Any, masses: Sequence[Points] | None = None) -> Any:
     """M(x).
 
     Args:
         positions: x, n by 1 SX, rad or m.
+        masses: of the bodies, in place of the tree's.
 
     Returns:
         n by n SX, symmetric, kg m² on rotations; entries that are zero for every x are structural zeros.
     """
     bodies = tree.bodies
     joints = [_joint(b, positions[i]) for i, b in enumerate(bodies)]
-    composite = [_points(b) for b in bodies]
+    composite = list(masses or [points_of(b) for b in bodies])
     for i in reversed(range(len(bodies))):
         if bodies[i].parent >= 0:
             composite[bodies[i].parent] += joints[i].points_to_parent(composite[i])
@@ -94,11 +99,12 @@ def mass_matrix(tree: KinematicTree, positions: Any) -> Any:
     return casadi.sparsify(mass)
 
 
-def bias_force(tree: KinematicTree, positions: Any, velocities: Any) -> Any:
+def bias_force(tree: KinematicTree, positions: Any, velocities: Any, masses: Sequence[Points] | None = None) -> Any:
     """h(x, v): what the joints must give for v' = 0 — gravity, centrifugal and Coriolis forces.
 
     Args:
         positions, velocities: x and v, n by 1 SX.
+        masses: of the bodies, in place of the tree's.
 
     Returns:
         n by 1 SX, N m on rotations, N on translations.
@@ -127,7 +133,7 @@ def bias_force(tree: KinematicTree, positions: Any, velocities: Any) -> Any:
         angular.append(dw)
         tensor.append(u)
         origin.append(a)
-        points = _points(body)
+        points = points_of(body) if masses is None else masses[i]
         moment = _moment(u, points.second) + cross(points.first, a)
         wrenches.append((moment, points.mass * a + u @ points.first))
     bias = casadi.SX(len(bodies), 1)
@@ -181,7 +187,7 @@ def _along(joint: Joint, moment: Any, force: Any) -> Any:
 
 def _joint(body: MovingBody, position: Any) -> Joint:
     """The joint's fixed placement, then its own motion."""
-    placed, offset, axis = _matrix(body.rotation), _column(body.offset), casadi.DM(body.axis)
+    placed, offset, axis = _matrix(body.rotation), _column(body.offset), casadi.DM([float(c) for c in body.axis])
     if body.kind == "prismatic":
         return Joint(placed, offset + placed @ casadi.SX(axis) * position, casadi.SX(axis), False, placed, position)
     along = axis @ axis.T
@@ -195,20 +201,19 @@ def _is_z(axis: Any) -> bool:
     return bool(casadi.DM(axis)[0] == 0 and casadi.DM(axis)[1] == 0 and casadi.DM(axis)[2] == 1)
 
 
-def _points(body: MovingBody) -> Points:
-    inertia = casadi.DM([list(row) for row in body.inertia])
-    second = casadi.DM.eye(3) * (casadi.trace(inertia) / 2) - inertia
+def points_of(body: MovingBody) -> Points:
+    """Exact up to here; from here on the doubles of the generated code."""
+    inertia = exact_array(body.inertia)
+    second = exact_array(np.eye(3, dtype=int)) * (inertia.trace() / 2) - inertia
     for k in range(3):
-        others = [inertia[i, i] for i in range(3) if i != k]
-        moment = (others[0] + others[1] - inertia[k, k]) / 2
-        small = abs(moment) <= ROUNDING * casadi.mmax(casadi.fabs(inertia))
-        second[k, k] = 0 if small else moment
-    return Points(casadi.SX(body.mass), _column(body.first_moment), casadi.SX(second))
+        if abs(second[k, k]) <= ROUNDING * abs(inertia).max():
+            second[k, k] = Fraction(0)
+    return Points(casadi.SX(float(body.mass)), _column(body.first_moment), _matrix(second))
 
 
 def _column(values: Any) -> Any:
-    return casadi.SX(casadi.DM(values))
+    return casadi.SX(casadi.DM([float(value) for value in values]))
 
 
 def _matrix(rows: Any) -> Any:
-    return casadi.SX(casadi.DM([list(row) for row in rows]))
+    return casadi.SX(casadi.DM([[float(value) for value in row] for row in rows]))

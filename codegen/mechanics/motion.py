@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import sympy
@@ -11,6 +12,7 @@ from codegen.mechanics.chain_motion import chain_motion
 from codegen.mechanics.compact import compact
 from codegen.mechanics.constraints import constrained_motion
 from codegen.mechanics.lagrangian import lagrangian_motion
+from codegen.mechanics.link_parameters import LinkParameter
 from codegen.mechanics.sampling import numeric_matrix, sampled_values
 from codegen.mechanics.system import Matrix
 from codegen.mechanics.topology import topology_motion
@@ -30,8 +32,11 @@ class Motion:
     distribution: Matrix
 
 
-def equation_of_motion(spec: Spec) -> Motion:
-    """The matrices as written, or derived from the spec's topology, constraints or Lagrangian.
+def equation_of_motion(spec: Spec, free: Sequence[LinkParameter] = ()) -> Motion:
+    """The matrices as written, or derived from the spec's topology, constraints, Lagrangian or robot file.
+
+    Args:
+        free: base parameters of the robot file that stay symbols.
 
     Raises:
         BadInput: for a form from which they do not follow, or a distribution that contradicts it.
@@ -48,7 +53,7 @@ def equation_of_motion(spec: Spec) -> Motion:
             mass, force = lagrangian_motion(spec, spec.form)
             return Motion(mass, force, Matrix(spec.distribution))
         case KinematicTree():
-            mass, force = chain_motion(spec, spec.form)
+            mass, force = chain_motion(spec, spec.form, free)
             return Motion(mass, force, Matrix(spec.distribution))
         case _:
             return Motion(Matrix(spec.mass_matrix), force, Matrix(spec.distribution))

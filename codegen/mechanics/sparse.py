@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import sympy
@@ -31,3 +31,14 @@ def jacobian(expressions: Sequence[Any], variables: Sequence[sympy.Symbol]) -> M
 def sparse(rows: int, columns: int, entries: dict[tuple[int, int], Any]) -> Matrix:
     """The matrix with these entries and zeros elsewhere."""
     return Matrix(sympy.SparseMatrix(rows, columns, entries))
+
+
+def each(matrix: Matrix, function: Callable[[Any], Any]) -> Matrix:
+    """The function of every entry that is not zero; of zero it must be zero."""
+    return sparse(matrix.rows, matrix.cols, {place: function(entry) for place, entry in matrix.todok().items()})
+
+
+def scaled(rows: Sequence[Any], matrix: Matrix, columns: Sequence[Any]) -> Matrix:
+    """diag(rows) · matrix · diag(columns)."""
+    entries = matrix.todok().items()
+    return sparse(matrix.rows, matrix.cols, {(i, j): rows[i] * entry * columns[j] for (i, j), entry in entries})

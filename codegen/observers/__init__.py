@@ -8,6 +8,7 @@ from codegen.effects.declare import add_declared_effects
 from codegen.errors import BadInput, nearest_name
 from codegen.mechanics import build_system
 from codegen.mechanics.system import System
+from codegen.numerics import numerical
 from codegen.observers.coulomb import coulomb_friction_observer
 from codegen.observers.dynamic import dynamic_friction_observer
 from codegen.observers.equations import Equation, ErrorVariable, Observer
@@ -39,6 +40,7 @@ def observer_of(spec: Spec) -> Observer:
     return build_observer(spec, add_declared_effects(build_system(spec), spec))
 
 
+@numerical("the observer")
 def build_observer(spec: Spec, system: System) -> Observer:
     """The observer that the spec asks for, on this system.
 
@@ -93,7 +95,7 @@ def _refuse_shared_names(spec: Spec, observer: Observer) -> None:
     declared = {s.name for s in (*system.positions, *system.velocities, *system.inputs, *system.values)}
     for name in [*own, *sorted(declared)]:
         if own.count(name) + (name in declared) > 1 or re.fullmatch(r"W\d+(_\d+)?|pi_", name):
-            found = f"the name `{name}`, which the observer has for itself"
+            found = f"the name `{name}`, by which the generated observer calls a quantity of its own"
             raise BadInput(place_of(spec, name), found, "another name")
 
 

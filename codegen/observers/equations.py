@@ -171,6 +171,14 @@ class Observer:
     domain: Domain | None = None
 
     @property
+    def declared_levels(self) -> tuple[tuple[str, Any, str], ...]:
+        """(name, exact value, unit) of each true friction level that Ψ holds as the declared number, and as no other.
+
+        These are of a DFO whose envelope has no range for the level: what is certified is true at that level alone.
+        """
+        return tuple((e.truth.name, self.assumed[e.truth], e.unit) for e in self.errors if e.truth in self.assumed)
+
+    @property
     def values(self) -> dict[sympy.Symbol, Any]:
         """Exact values of all parameters, gains and assumed constants."""
         return {**self.system.values, **self.assumed, **self.gains}

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from codegen.errors import BadInput
+from codegen.exact_numbers import geometric
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.system import System
 from codegen.spec.functions import Magnitude
@@ -62,7 +63,7 @@ def read_shape(spec: Spec, system: System) -> Shape:
     if not choice.shape.has(SPEED):
         raise BadInput(place, f"h = {choice.shape}", "an expression that rises with the slip speed s")
     top = _top_speed(spec, system)
-    speeds = np.concatenate([np.geomspace(1e-6, 1, SAMPLES), np.linspace(0, 1, SAMPLES)[1:]]) * top
+    speeds = np.concatenate([geometric(1e-6, 1, SAMPLES), np.linspace(0, 1, SAMPLES)[1:]]) * top
     slopes = [float(to_casadi(shape.expression.diff(SPEED), {SPEED: s})) for s in speeds]
     for s, slope in zip(speeds, slopes, strict=True):
         if not slope > 0:

@@ -9,7 +9,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from codegen.errors import BadInput
 from codegen.program.arrays import Element
 
 PRECISIONS = ("double", "single")
@@ -114,13 +113,3 @@ class Program:
             if block.output
             for element, unit in zip(block.elements, block.units, strict=True)
         )
-
-
-def refuse_names_alike(program: Program) -> None:
-    """Raise BadInput where two parameters, states or inputs have names that differ only in case."""
-    seen: dict[str, str] = {}
-    for name in (f.name for f in (*program.parameters, *program.states, *program.inputs)):
-        other = seen.setdefault(name.lower(), name)
-        if other != name:
-            found = f"`{other}` and `{name}`, which differ only in case"
-            raise BadInput(f"spec {program.name}", found, "names that differ in a letter", about=name)

@@ -1,42 +1,75 @@
-"""Compiled libraries kept between runs, in a folder of the temporary directory that only this user can write."""
+"""Compiled libraries kept between runs, in a folder of the temporary directory that only this user can write.
+
+A kept file is the SHA-256 of a library in hexadecimal, a line end, and the library. What is loaded is the bytes that
+were hashed, and never the file.
+"""
 
 from __future__ import annotations
 
+import hashlib
 import os
-import tempfile
+import stat
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from codegen.compiler import FLAGS, compile_shared, find_compiler
+from codegen.errors import BadInput
 from codegen.files import sha256, write_all
+from codegen.temporary import refuse_replaceable, temporary_directory
 
 FOLDER = "stiction-libraries"
+LARGEST = 1 << 28
+"""Bytes; no library that is kept is larger."""
 
 
-def cached_library(sources: Mapping[str, str], units: Sequence[str]) -> Path:
-    """The shared library of these sources, compiled at their first use.
+def cached_library(sources: Mapping[str, str], units: Sequence[str]) -> bytes:
+    """The shared library of these sources, compiled at their first use, and again where the kept one is damaged.
 
     Raises:
         BadInput: where there is no compiler, or it refuses the code.
     """
-    compiler = find_compiler() or ""
-    parts = [compiler, *FLAGS, *units, *(f"{name}\0{sources[name]}" for name in sorted(sources))]
-    target = _folder() / f"{sha256(chr(1).join(parts))}.so"
-    if not target.is_file():
-        write_all(target.parent, {target.name: compile_shared(sources, units)})
-    return target
+    compiler = find_compiler() or ()
+    parts = [*compiler, "", *FLAGS, *units, *(f"{name}\0{sources[name]}" for name in sorted(sources))]
+    folder = _folder()
+    if folder is None:
+        return compile_shared(sources, units)
+    kept = folder / f"{sha256(chr(1).join(parts))}.library"
+    library = _checked(kept)
+    if library is None:
+        library = compile_shared(sources, units)
+        with suppress(BadInput):  # a full disk, say: it is compiled again the next time
+            write_all(folder, {kept.name: _digest(library) + library})
+    return library
 
 
-def _folder() -> Path:
-    """Ours alone: nobody else may put a library there for us to load; a new folder where that cannot be had."""
-    owner = os.getuid() if hasattr(os, "getuid") else 0
-    folder = Path(tempfile.gettempdir()) / f"{FOLDER}-{owner}"
+def _checked(kept: Path) -> bytes | None:
+    """The library that a file holds, if its bytes are those that were written."""
     try:
+        found = kept.lstat()
+        content = kept.read_bytes() if stat.S_ISREG(found.st_mode) and found.st_size <= LARGEST else b""
+    except OSError:
+        return None
+    length = len(_digest(b""))
+    library = content[length:]
+    return library if library and content[:length] == _digest(library) else None
+
+
+def _digest(library: bytes) -> bytes:
+    return f"{hashlib.sha256(library).hexdigest()}\n".encode()
+
+
+def _folder() -> Path | None:
+    """Ours alone: nobody else may put a library there for us to load; None where that cannot be had."""
+    owner = os.getuid() if hasattr(os, "getuid") else 0
+    folder = temporary_directory() / f"{FOLDER}-{owner}"
+    try:
+        refuse_replaceable(folder.parent)
         folder.mkdir(mode=0o700, exist_ok=True)
         found = folder.lstat()
-    except OSError:
-        return Path(tempfile.mkdtemp(prefix="stiction-"))
-    ours = folder.is_dir() and not folder.is_symlink()
+    except (OSError, BadInput):
+        return None
+    ours = stat.S_ISDIR(found.st_mode)
     if hasattr(os, "getuid"):
-        ours = ours and found.st_uid == owner and not found.st_mode & 0o022
-    return folder if ours else Path(tempfile.mkdtemp(prefix="stiction-"))
+        ours = ours and found.st_uid == owner and not found.st_mode & 0o077
+    return folder if ours else None

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen.compiler import find_compiler
+from codegen.compiler import find_compiler, load_library
 from codegen.emit.interface import has_fault, real_type
 from codegen.program import Program
 from codegen.replay.cache import cached_library
@@ -75,7 +75,7 @@ class _Compiled:
         loop = f"{name}_replay.c"
         text = render("replay/replay.c.j2", program=program, real=real_type(header), fault=self.holds)
         sources = {f"{name}.h": header, f"{name}.c": files[f"{name}.c"], loop: text}
-        library = ctypes.CDLL(str(cached_library(sources, (f"{name}.c", loop))))
+        library = load_library(cached_library(sources, (f"{name}.c", loop)))
         size = getattr(library, f"{name}_replay_size")
         size.restype, size.argtypes = ctypes.c_size_t, []
         self._start, self._run = getattr(library, f"{name}_replay_start"), getattr(library, f"{name}_replay_run")

@@ -13,10 +13,12 @@ from numpy.typing import NDArray
 from codegen.errors import BadInput, Place
 from codegen.logs import LogDescription, read_log
 from codegen.logs.binding import Binding, bind
+from codegen.logs.counters import mended, require_columns
 from codegen.logs.log import Log
 from codegen.logs.readers import log_description
 from codegen.logs.source import LARGEST, Columns
 from codegen.logs.stream import NotStreamed, Stream, open_stream
+from codegen.logs.term import columns_of, compute
 from codegen.logs.uniform import GAP_STEPS, JITTER
 from codegen.program import Program
 from codegen.spec import Spec
@@ -80,11 +82,14 @@ class Samples:
                 and that the observer cannot hold over: only ``whole`` can tell what to do.
             NotStreamed: for a format that is read whole.
         """
-        stream = open_stream(self._path)
         described = log_description(self._path, self._given)
-        binding = bind(stream.names, stream.place, self._spec, described, self._columns)
-        self._require_inputs(binding.columns, stream.place)
-        self.notes = [*described.unknown, *binding.notes]
+        stream = open_stream(self._path, described)
+        binding = bind(stream, self._spec, described, self._columns)
+        if described.beside or described.unwrap or set(binding.integrated) & set(self._inputs):
+            raise NotStreamed  # rows that say something only together with others
+        require_columns(stream.names, described)
+        self._require_inputs(binding.terms, stream.place)
+        self.notes = [*described.unknown, *stream.notes, *binding.notes]
         yield from self._blocks(stream, binding, described)
 
     def whole(self, why: Irregular | None) -> Iterator[Block]:
@@ -112,13 +117,15 @@ class Samples:
                 yield Block(log.time[first:last], values[first:last], first == start)
 
     def _blocks(self, stream: Stream, binding: Binding, described: LogDescription) -> Iterator[Block]:
-        timed = "t" in binding.columns
+        timed = "t" in binding.terms
         if not timed and described.sample_rate_hz is None:
             raise NotStreamed
         symbols = (["t"] if timed else []) + self._inputs
         scale = np.array([binding.scale[s] for s in symbols])
         count, before = 0, float("nan")
-        for columns in stream.blocks([binding.columns[s] for s in symbols]):
+        terms = {s: binding.terms[s] for s in symbols}
+        for raw in stream.blocks(columns_of(terms)):
+            columns = compute(mended(raw, described), terms)
             values = columns.values * scale
             if timed:
                 time, rows = values[:, 0].copy(), np.ascontiguousarray(values[:, 1:])
@@ -153,7 +160,7 @@ class Samples:
             row, column = np.argwhere(wrong)[0].tolist()
             raise Irregular(columns.place(row, column + timed), "a value that is not finite")
 
-    def _require_inputs(self, known: Mapping[str, str], place: Place) -> None:
+    def _require_inputs(self, known: Mapping[str, object], place: Place) -> None:
         for name in self._inputs:
             if name not in known:
                 raise BadInput(place, f"no column `{name}`", "the measured velocity, which this observer takes")

@@ -1,11 +1,8 @@
-"""A generated Python twin: imported from its source, its records filled from rows and read into rows."""
+"""A generated Python twin: made from its source, its records filled from rows and read into rows."""
 
 from __future__ import annotations
 
-import importlib.util
-import tempfile
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -13,15 +10,9 @@ from codegen.program import Program
 
 
 def load_twin(source: str, name: str) -> ModuleType:
-    """The module that a generated ``__init__.py`` is."""
-    with tempfile.TemporaryDirectory(prefix="stiction-") as folder:
-        path = Path(folder) / f"{name}.py"
-        path.write_text(source, encoding="utf-8")
-        found = importlib.util.spec_from_file_location(name, path)
-        if found is None or found.loader is None:
-            raise ImportError(f"the twin {name} cannot be loaded")
-        module = importlib.util.module_from_spec(found)
-        found.loader.exec_module(module)
+    """The module that a generated ``__init__.py`` is, made from its text without a file."""
+    module = ModuleType(name)
+    exec(compile(source, f"<the twin of {name}>", "exec", dont_inherit=True), module.__dict__)
     return module
 
 

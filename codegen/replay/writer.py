@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import tempfile
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -15,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.errors import BadInput
-from codegen.files import new_file_mode, refuse_target, write_atomically
+from codegen.files import refuse_target, write_atomically
+from codegen.temporary import sweep_files, take_place, temporary_file
 
 Array = NDArray[np.float64]
 Column = tuple[str, str]
@@ -55,11 +54,12 @@ class _InPlace(ABC):
         try:
             refuse_target(path)
             path.parent.mkdir(parents=True, exist_ok=True)
-            handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+            sweep_files(path.parent)
+            waiting, stream = temporary_file(path.parent)
         except OSError as error:
             raise _unwritable(path, error) from None
-        self._waiting = Path(name)
-        self.stream: IO[bytes] = os.fdopen(handle, "wb")
+        self._waiting: Path = waiting
+        self.stream: IO[bytes] = stream
 
     def __enter__(self) -> Self:
         self._guarded(self._begin)
@@ -72,10 +72,7 @@ class _InPlace(ABC):
         try:
             if kind is None:
                 self._guarded(self._end)
-            self.stream.close()
-            if kind is None:
-                waiting.chmod(new_file_mode())
-                waiting.replace(self.path)
+                self._guarded(lambda: take_place(waiting, self.stream, self.path))
         finally:
             self.stream.close()
             waiting.unlink(missing_ok=True)

@@ -17,6 +17,7 @@ from codegen.report.view import (
     ErrorRow,
     MotionView,
     PairView,
+    ParameterErrorRow,
     ParameterView,
     ProposedRow,
     RefittedRow,
@@ -48,7 +49,7 @@ def error_rows(diagnosis: Diagnosis, system: System) -> tuple[ErrorRow, ...]:
 def training_row(diagnosis: Diagnosis) -> ErrorRow:
     """The relative force error on the training log itself, which published fits report."""
     declared, refit, augmented = (percent(value, 4) for value in diagnosis.training)
-    moved = change(diagnosis.training[1], diagnosis.training[2])
+    moved = change(diagnosis.training[0], diagnosis.training[2])
     return ErrorRow("training", "", "", declared, refit, augmented, moved)
 
 
@@ -80,7 +81,7 @@ def _error_row(
         declared=shown(declared),
         refit=shown(refit),
         augmented=shown(augmented),
-        change=change(refit, augmented),
+        change=change(declared, augmented),
     )
 
 
@@ -91,7 +92,7 @@ def effect_views(diagnosis: Diagnosis) -> tuple[EffectView, ...]:
         effect = CATALOGUE[found.kind].with_parameters(list(found.parameters))
         meaning = {p.name: p.meaning for p in effect.parameters}
         parameters = [
-            ParameterView(k, with_unit(v, found.units[k]), meaning[k], _interval(found, k))
+            ParameterView(k, with_unit(v, found.units[k]), meaning[k], _interval(found, k), k in found.at_limit)
             for k, v in found.parameters.items()
         ]
         also = tuple(f"{kind} on {on}" for kind, on in found.also)
@@ -109,9 +110,40 @@ def _interval(found: FoundEffect, name: str) -> str:
 def refitted_rows(diagnosis: Diagnosis, system: System) -> tuple[RefittedRow, ...]:
     """Friction levels and uncertain parameters in the three models."""
     units: Mapping[str, str] = {s.name: unit for s, unit in system.units.items()}
+
+    def row(name: str, a: float, b: float, c: float) -> RefittedRow:
+        return RefittedRow(
+            name,
+            unit_text(units.get(name, "1")),
+            number(a, 5),
+            number(b, 5),
+            number(c, 5),
+            change(a, c),
+            name in diagnosis.at_limit,
+        )
+
+    return tuple(row(name, *values) for name, values in diagnosis.refitted.items())
+
+
+def parameter_error_rows(diagnosis: Diagnosis) -> tuple[ParameterErrorRow, ...]:
+    """Declared values that the log puts away from where their tolerance has them."""
+
+    def ratio(value: float, won: int, blocks: int) -> str:
+        return f"{change(1.0, value)}, better on {won} of {blocks}"
+
     return tuple(
-        RefittedRow(name, unit_text(units.get(name, "1")), number(a, 5), number(b, 5), number(c, 5), change(a, c))
-        for name, (a, b, c) in diagnosis.refitted.items()
+        ParameterErrorRow(
+            name=e.name,
+            declared=with_unit(e.declared, e.unit),
+            tolerance=percent(e.tolerance),
+            estimate=with_unit(e.estimate, e.unit),
+            interval=f"{number(e.interval[0])} to {number(e.interval[1])}",
+            away=number(e.away, 2),
+            force=ratio(e.force, e.blocks_by_force, e.blocks),
+            free_run=ratio(e.free_run, e.blocks_by_free_run, e.blocks),
+            alike=e.alike,
+        )
+        for e in diagnosis.parameter_errors
     )
 
 
@@ -175,7 +207,10 @@ def _motion(motion: MotionTried) -> MotionView:
 def _parameters(candidate: Candidate, system: System) -> tuple[str, ...]:
     effect = CATALOGUE[candidate.kind].with_parameters(list(candidate.parameters))
     units = unit_words(effect, places_of(effect, system).index(candidate.on), system)
-    return tuple(f"{name} = {with_unit(value, units[name], 3)}" for name, value in candidate.parameters.items())
+    return tuple(
+        f"{name} = {with_unit(value, units[name], 3)}{' (at its limit)' if name in candidate.at_limit else ''}"
+        for name, value in candidate.parameters.items()
+    )
 
 
 def _outcome(candidate: Candidate, diagnosis: Diagnosis) -> Outcome:

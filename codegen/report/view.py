@@ -17,7 +17,7 @@ class ErrorRow:
         coordinate: a coordinate's name, or empty for a share of the whole.
         unit: in print; empty for a share.
         declared, refit, augmented: in print, in ``unit``.
-        change: augmented against refit, in %.
+        change: augmented against declared, in %.
     """
 
     quantity: Literal["force", "relative", "position", "training"]
@@ -31,12 +31,17 @@ class ErrorRow:
 
 @dataclass(frozen=True)
 class ParameterView:
-    """A parameter of an effect: value with unit, its meaning in the catalogue, and its 95 % interval in print."""
+    """A parameter of an effect: value with unit, its meaning in the catalogue, and its 95 % interval in print.
+
+    Attributes:
+        at_limit: whether it stands at the end of what the fit allows.
+    """
 
     name: str
     value: str
     meaning: str
     interval: str = ""
+    at_limit: bool = False
 
 
 @dataclass(frozen=True)
@@ -53,7 +58,11 @@ class EffectView:
 
 @dataclass(frozen=True)
 class RefittedRow:
-    """A friction level or uncertain parameter in the three models; ``change`` is augmented against declared."""
+    """A friction level or uncertain parameter in the three models; ``change`` is augmented against declared.
+
+    Attributes:
+        at_limit: whether it stands at the end of what it may be.
+    """
 
     name: str
     unit: str
@@ -61,6 +70,27 @@ class RefittedRow:
     refit: str
     augmented: str
     change: str
+    at_limit: bool = False
+
+
+@dataclass(frozen=True)
+class ParameterErrorRow:
+    """A declared value that the log puts elsewhere, in print.
+
+    Attributes:
+        force, free_run: change of the error by moving it, and on how many held-out blocks it is smaller.
+        alike: other parameters that would do as well.
+    """
+
+    name: str
+    declared: str
+    tolerance: str
+    estimate: str
+    interval: str
+    away: str
+    force: str
+    free_run: str
+    alike: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -226,6 +256,8 @@ class Page:
     published: tuple[tuple[str, str], ...]
     effects: tuple[EffectView, ...]
     refitted: tuple[RefittedRow, ...]
+    parameter_errors: tuple[ParameterErrorRow, ...]
+    remarks: tuple[str, ...]
     pictures: PictureView
     candidates: tuple[CandidateRow, ...]
     separation: SeparationView | None

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from codegen.cancellation import cancelling_outputs, with_cancellation
 from codegen.errors import BadInput
 from codegen.mechanics.system import System
+from codegen.numerics import numerical
 from codegen.observers import Observer, observer_of
 from codegen.simulate.declared_control import control_loops, declared_controller, input_limit
 from codegen.simulate.loop_run import LoopRun
@@ -23,6 +24,7 @@ from codegen.spec.model import CancellationChoice, Simulation, Spec
 Array = NDArray[np.float64]
 
 
+@numerical("the motion that `simulation` asks for")
 def simulate(
     spec: Spec,
     system: System,
@@ -106,6 +108,7 @@ def generated_in_loop(spec: Spec, simulation: Simulation, twin: bool = False) ->
     )
 
 
+@numerical("the motion that `simulation` asks for")
 def refuse_unrunnable(spec: Spec, system: System, observer: Observer | None) -> None:
     """Raise BadInput, at its line, for what ``simulate`` would refuse before the first step."""
     if spec.simulation is None:

@@ -13,6 +13,7 @@ from codegen.cancellation import cancelling_outputs
 from codegen.errors import BadInput
 from codegen.mechanics.sampling import numbers_over
 from codegen.mechanics.system import System
+from codegen.numerics import numerical
 from codegen.simulate.closed_loop import declared_sensors, generated_in_loop
 from codegen.simulate.declared_control import control_loops, declared_controller, input_limit
 from codegen.simulate.limit_cycle import LimitCycle, at_rest, limit_cycle
@@ -67,6 +68,7 @@ class Hunting:
     duration: float
 
 
+@numerical("the closed loop")
 def hunting(
     spec: Spec,
     system: System,

@@ -19,6 +19,7 @@ import sympy
 
 from codegen.errors import BadInput, Place, nearest_name
 from codegen.spec.functions import CONSTANTS, FUNCTIONS, Magnitude, Sgn
+from codegen.spec.printed import RANGE, decimal_of, in_range
 
 LONGEST = 20_000
 DEEPEST = 600
@@ -60,15 +61,15 @@ class Expression:
 
 
 def exact_number(text: str, place: Place) -> sympy.Rational:
-    """The rational number that a decimal literal denotes, exactly (``0.1`` is 1/10)."""
+    """The rational number that a decimal literal denotes: ``0.1`` is 1/10, as code prints it (see ``printed``)."""
     try:
         size = float(text)
     except ValueError:
         raise BadInput(place, f"`{text}` is not a number", "a number") from None
     zero = not re.search("[1-9]", re.split("[eE]", text)[0])  # 1e-999 is not, though its double is
-    if not math.isfinite(size) or not (zero or 1e-300 < abs(size) < 1e300):
-        raise BadInput(place, f"the number {text}", "a finite number between 1e-300 and 1e300 in size")
-    return sympy.Integer(0) if zero else sympy.Rational(text)
+    if not math.isfinite(size) or not (zero or in_range(size)):
+        raise BadInput(place, f"the number {text}", RANGE)
+    return sympy.Integer(0) if zero else decimal_of(size)
 
 
 def parse_expression(text: str | int | float, place: Place) -> Expression:

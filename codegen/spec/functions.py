@@ -11,6 +11,14 @@ from typing import Any
 import sympy
 
 
+def _sign(argument: Any) -> Any:
+    """The sign of a constant, such as pi - 3; None where the argument is none, or its sign is not known."""
+    if argument.is_Number:
+        return sympy.sign(argument)
+    known = (argument.is_positive, 1), (argument.is_negative, -1), (argument.is_zero, 0)
+    return next((sympy.Integer(sign) for holds, sign in known if holds), None) if argument.is_number else None
+
+
 class Sgn(sympy.Function):
     """Sign with sgn(0) = 0; constant between reversals, so its derivative is zero."""
 
@@ -19,7 +27,7 @@ class Sgn(sympy.Function):
 
     @classmethod
     def eval(cls, argument: Any) -> Any:
-        return sympy.sign(argument) if argument.is_Number else None
+        return _sign(argument)
 
     def fdiff(self, argindex: int = 1) -> Any:
         return sympy.Integer(0)
@@ -41,7 +49,8 @@ class Magnitude(sympy.Function):
 
     @classmethod
     def eval(cls, argument: Any) -> Any:
-        return abs(argument) if argument.is_Number else None
+        sign = _sign(argument)
+        return None if sign is None else sign * argument
 
     def fdiff(self, argindex: int = 1) -> Any:
         return Sgn(self.args[0])

@@ -1,11 +1,12 @@
-"""A kinematic tree as numbers: joints, and the rigid bodies that they move."""
+"""A kinematic tree as exact numbers: joints, and the rigid bodies that they move."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Literal
 
-Vector = tuple[float, float, float]
+Vector = tuple[Fraction, Fraction, Fraction]
 Rows = tuple[Vector, Vector, Vector]
 
 
@@ -33,11 +34,26 @@ class MovingBody:
     rotation: Rows
     offset: Vector
     axis: Vector
-    mass: float
+    mass: Fraction
     first_moment: Vector
     inertia: Rows
     damping: float = 0.0
     friction: float = 0.0
+
+
+@dataclass(frozen=True)
+class LinkTolerance:
+    """How well the inertial parameters of the bodies are known: standard deviations, as shares.
+
+    Attributes:
+        mass: of each mass.
+        centre_of_mass: of the distance of the centre of mass from the joint frame's origin, in each direction.
+        inertia: of the inertia about the centre of mass; entry ij as a share of √(I_ii I_jj).
+    """
+
+    mass: float = 0.0
+    centre_of_mass: float = 0.0
+    inertia: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -46,9 +62,13 @@ class KinematicTree:
 
     Attributes:
         file: the robot description's name; ``sha256`` is of its bytes.
+        tolerance: of the bodies' inertial parameters, where the spec gives one.
+        base_parameters: (name, value in SI) of those that stand in place of the file's.
     """
 
     bodies: tuple[MovingBody, ...]
     gravity: Vector
     file: str
     sha256: str
+    tolerance: LinkTolerance | None = None
+    base_parameters: tuple[tuple[str, Fraction], ...] = ()

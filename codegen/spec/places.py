@@ -8,6 +8,9 @@ from contextlib import contextmanager
 from codegen.errors import BadInput, Place
 from codegen.spec.model import Spec
 
+CODE = "generated code"
+"""The place of a BadInput about code, raised where no spec is known."""
+
 
 def place_of(spec: Spec, name: str) -> Place:
     """Where a declared name stands; of a derived one, such as F_hat_rail, what it is called after."""
@@ -22,13 +25,14 @@ def place_of(spec: Spec, name: str) -> Place:
 
 @contextmanager
 def placed(spec: Spec) -> Iterator[None]:
-    """Give a BadInput that was raised out of the spec's sight the place of the name that it is about."""
+    """Give a BadInput that was raised out of the spec's sight the place of the name that it is about, or the spec's."""
     try:
         yield
     except BadInput as error:
-        if error.about is None:
+        if error.about is None and error.place.file != CODE:
             raise
-        raise BadInput(place_of(spec, error.about), error.found, error.expected, error.nearest) from None
+        place = Place(spec.place("name").file, None, CODE) if error.about is None else place_of(spec, error.about)
+        raise BadInput(place, error.found, error.expected, error.nearest) from None
 
 
 def _declared(spec: Spec) -> dict[str, str]:

@@ -14,33 +14,37 @@ from typing import Any
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
 from codegen.errors import BadInput, Place
+from codegen.spec.yaml_limits import MOST_NODES
 
 MARK = ".."
 LONGEST = 10_000
 _RANGE = re.compile(r"\b([A-Za-z]\w*?)(\d+)\.\.(\d+)((?:_[A-Za-z]\w*)?)\b")
 
 
-def expanded(node: Any, file: str, line: int | None = None) -> Any:
+def expanded(node: Any, file: str) -> Any:
     """The document with every range written out; what has none is the same object.
 
-    Args:
-        line: of the node, counted from one.
-
     Raises:
-        BadInput: for a range that falls, or is too long, or ranges of different length that should run together.
+        BadInput: for a range that falls, or is too long, or ranges of different length that should run together, and
+            for more values than a file may have.
     """
+    return _expanded(node, file, None, [0])
+
+
+def _expanded(node: Any, file: str, line: int | None, made: list[int]) -> Any:
+    """The same for a node in the document, on its line; ``made`` holds how many values were written out so far."""
     if isinstance(node, CommentedMap):
         result = CommentedMap()
         for key, value in list(node.items()):
             position = (node.lc.data or {}).get(key)
             at = position[0] + 1 if position else line
             if isinstance(key, str) and _RANGE.search(key):
-                for k in range(_count([key, *_texts(value)], file, at)):
+                for k in range(_count([key, *_texts(value)], value, file, at, made)):
                     _put(result, _shifted(key, k), _shifted(value, k), position)
                 if key in node.ca.items:
                     result.ca.items[_shifted(key, 0)] = node.ca.items[key]
             else:
-                _put(result, key, expanded(value, file, at), position)
+                _put(result, key, _expanded(value, file, at, made), position)
         return _same_style(node, result) if _changed(node, result) else node
     if isinstance(node, CommentedSeq):
         items = CommentedSeq()
@@ -48,7 +52,7 @@ def expanded(node: Any, file: str, line: int | None = None) -> Any:
             position = (node.lc.data or {}).get(index)
             at = position[0] + 1 if position else line
             repeated = any(_RANGE.search(text) for text in _texts(value))
-            copies = range(_count(list(_texts(value)), file, at)) if repeated else ()
+            copies = range(_count(list(_texts(value)), value, file, at, made)) if repeated else ()
             for copy in [_shifted(value, k) for k in copies] if repeated else [value]:
                 items.append(copy)
                 if position:
@@ -97,8 +101,15 @@ def _texts(node: Any) -> Iterator[str]:
         yield node
 
 
-def _count(texts: list[str], file: str, line: int | None) -> int:
-    """How often the texts are repeated."""
+def _size(node: Any) -> int:
+    """The values in a node, with itself."""
+    if isinstance(node, CommentedMap):
+        return 1 + sum(map(_size, node.values()))
+    return 1 + sum(map(_size, node)) if isinstance(node, CommentedSeq) else 1
+
+
+def _count(texts: list[str], value: Any, file: str, line: int | None, made: list[int]) -> int:
+    """How often the texts are repeated, with the values that it makes added to ``made``."""
     found = [m for text in texts for m in _RANGE.finditer(text)]
     first = found[0]
     for m in found:
@@ -108,7 +119,11 @@ def _count(texts: list[str], file: str, line: int | None) -> int:
         if count != expected:
             what = f"`{first[0]}` of {expected} names with `{m[0]}` of {count}"
             raise BadInput(Place(file, line), what, "ranges of one length, since they run together")
-    return int(first[3]) - int(first[2]) + 1
+    copies = int(first[3]) - int(first[2]) + 1
+    made[0] += copies * _size(value)
+    if made[0] > MOST_NODES:
+        raise BadInput(Place(file, line), "too many values, ranges written out", f"at most {MOST_NODES} in a file")
+    return copies
 
 
 def _shifted(node: Any, k: int) -> Any:

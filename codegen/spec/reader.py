@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from codegen.errors import BadInput, Place, nearest_name
+from codegen.input_files import read_text
 from codegen.spec.cancellation_section import read_cancellation
 from codegen.spec.expression import exact_number
 from codegen.spec.model import (
@@ -23,15 +24,15 @@ from codegen.spec.model import (
 from codegen.spec.motion import Sliding
 from codegen.spec.motion_section import read_motion
 from codegen.spec.observer_section import read_observer
-from codegen.spec.reserved import macro_of, reserved, shadows_header
+from codegen.spec.printed import printed
+from codegen.spec.reserved import is_device, is_identifier, is_macro, reserved, shadows_header
 from codegen.spec.schema import SpecDocument
+from codegen.spec.share import read_share
 from codegen.spec.simulation_section import read_simulation
-from codegen.spec.units import require_coherent, si_factor
+from codegen.spec.units import require_coherent, si_factor, unit_name
 from codegen.spec.urdf_section import expand_robot
 from codegen.spec.validation import validate
-from codegen.spec.yaml_text import load_mapping, plain, read_text
-
-_IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
+from codegen.spec.yaml_text import load_mapping, plain
 
 
 def read_spec(path: str | Path) -> Spec:
@@ -70,8 +71,12 @@ class _Reading:
     def spec(self) -> Spec:
         d = self.document
         self._name(d.name, "name")
+        self._refuse_splices(d.source)
         if shadows_header(d.name):
             found = f"the name `{d.name}`, whose {d.name}.h would hide a header of C"
+            raise BadInput(self.place("name"), found, "another name", f"{d.name}_axis")
+        if is_device(d.name):
+            found = f"the name `{d.name}`, which no file can have on Windows"
             raise BadInput(self.place("name"), found, "another name", f"{d.name}_axis")
         coordinates = tuple(Coordinate(name, c.velocity, c.unit) for name, c in d.coordinates.items())
         if not coordinates:
@@ -79,10 +84,8 @@ class _Reading:
         inputs = tuple(Input(name, i.unit) for name, i in d.inputs.items())
         parameters = tuple(self._parameter(name) for name in d.parameters)
         self._check_names(coordinates, inputs, parameters)
-        for c in coordinates:
-            require_coherent(c.unit, self.place(f"coordinates.{c.name}.unit"))
-        for i in inputs:
-            require_coherent(i.unit, self.place(f"inputs.{i.name}.unit"))
+        coordinates = tuple(replace(c, unit=self._si_unit(c.unit, f"coordinates.{c.name}.unit")) for c in coordinates)
+        inputs = tuple(replace(i, unit=self._si_unit(i.unit, f"inputs.{i.name}.unit")) for i in inputs)
 
         position = {c.name for c in coordinates}
         moving = {c.velocity for c in coordinates} | {i.name for i in inputs}
@@ -116,13 +119,21 @@ class _Reading:
         )
 
     def _name(self, name: str, key: str) -> None:
-        if not _IDENTIFIER.match(name) or len(name) > 60:
-            raise BadInput(self.place(key), f"the name `{name}`", "letters, digits and _, starting with a letter")
-        if name == macro_of(self.document.name):
-            raise BadInput(self.place(key), f"the name `{name}`, a macro of the generated header", "another name")
+        if not is_identifier(name) or len(name) > 60:
+            expected = "at most 60 letters, digits and _, starting with a letter"
+            raise BadInput(self.place(key), f"the name `{name}`", expected)
+        if is_macro(name, self.document.name):
+            raise BadInput(self.place(key), f"the name `{name}`, a macro of the generated code", "another name")
         if reserved(name):
             why = "which complex.h and formulas keep for i and e" if name in ("I", "E") else "a reserved word"
             raise BadInput(self.place(key), f"the name `{name}`, {why}", "another name", f"{name}_")
+
+    def _refuse_splices(self, source: str) -> None:
+        """Refuse a line that would be joined to the next one in C; generated files print none, whatever stands here."""
+        for line in source.splitlines()[:-1]:
+            if line.rstrip().endswith(("\\", "??/")):
+                found = "a line that ends in a backslash, or in ??/, which C reads as one"
+                raise BadInput(self.place("source"), found, "a book, paper or note in plain words")
 
     def _check_names(self, coordinates: Iterable[Coordinate], inputs: Iterable[Input], parameters: Any) -> None:
         seen: dict[str, str] = {}
@@ -132,33 +143,34 @@ class _Reading:
         for name, key in named:
             self._name(name, key)
             if name in seen:
-                raise BadInput(self.place(key), f"the name `{name}` again", f"a name other than that of {seen[name]}")
+                found = f"the name `{name}`, which {self.place(seen[name])} has already"
+                raise BadInput(self.place(key), found, "a name for each of the two")
             seen[name] = key
+
+    def _si_unit(self, text: str, key: str) -> str:
+        """The name of a unit in which code takes and returns values."""
+        require_coherent(text, self.place(key))
+        return unit_name(text, self.place(key))
 
     def _parameter(self, name: str) -> Parameter:
         section, key = self.document.parameters[name], f"parameters.{name}"
         declared = exact_number(section.value, self.place(f"{key}.value"))
-        factor = si_factor(section.unit, self.place(f"{key}.unit"))
-        return Parameter(name, declared * factor, section.unit, declared, self._tolerance(section.tolerance, key))
+        exact = declared * si_factor(section.unit, self.place(f"{key}.unit"))
+        value = printed(exact, self.place(f"{key}.value"), f"{section.value} {section.unit} in SI units")
+        return Parameter(name, value, section.unit, declared, self._tolerance(section.tolerance, key))
 
     def _tolerance(self, text: str | None, key: str) -> float | None:
-        if text is None:
-            return None
-        place = self.place(f"{key}.tolerance")
-        number = float(exact_number(text.strip().removesuffix("%"), place)) / (100 if text.strip().endswith("%") else 1)
-        if not 0 <= number <= 10:
-            raise BadInput(place, f"tolerance {text}", "a share such as 1% or 0.01, at most 1000%")
-        return number
+        return None if text is None else read_share(text, self.place(f"{key}.tolerance"))
 
     def _contact(self, index: int, sliding: Sliding | None) -> Contact:
         section, key = self.document.friction.contacts[index], f"friction.contacts[{index}]"
         self._name(section.name, f"{key}.name")
         if section.name in {c.name for c in self.document.friction.contacts[:index]}:
             raise BadInput(self.place(f"{key}.name"), f"a second contact `{section.name}`", "a name of its own")
-        require_coherent(section.unit, self.place(f"{key}.unit"))
+        unit = self._si_unit(section.unit, f"{key}.unit")
         extra = section.model_extra or {}
         values = {k: self._number(v, f"{key}.{k}") for k, v in extra.items()}
-        return Contact(section.name, section.law, section.unit, values, sliding)
+        return Contact(section.name, section.law, unit, values, sliding)
 
     def _number(self, value: Any, key: str) -> Any:
         if isinstance(value, bool) or not isinstance(value, (str, int, float)):

@@ -33,6 +33,14 @@ _RESERVED = {"t", "state", "parameters", "inputs", "outputs", "sample_time", "la
 """Words of the generated code, and names that complex.h and readers of formulas keep for i and e."""
 
 
+_IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+
+
+def is_identifier(name: str) -> bool:
+    """Whether a name is one in C, Python and FMI alike: ASCII letters, digits and ``_``, starting with a letter."""
+    return _IDENTIFIER.fullmatch(name) is not None
+
+
 def reserved(name: str) -> bool:
     """Whether a name is kept for something else."""
     return bool(
@@ -50,6 +58,14 @@ def shadows_header(name: str) -> bool:
     return _HEADERS.fullmatch(name.lower()) is not None
 
 
-def macro_of(machine: str) -> str:
-    """The macro of a machine's generated header that holds its parameters."""
-    return f"{machine.upper()}_PARAMETERS"
+def is_device(name: str) -> bool:
+    """Whether NAME.c would be a device of Windows, where no file can have that name, whatever its ending."""
+    return re.fullmatch(r"con|prn|aux|nul|(com|lpt)[0-9]", name.lower()) is not None
+
+
+def is_macro(name: str, machine: str) -> bool:
+    """Whether a name is a macro of the generated C of a machine, or of the wrapper that makes it an FMU."""
+    own = [f"{machine.upper()}_{part}" for part in ("PARAMETERS", "LANES", "COLD")]
+    return name in (*own, "SAMPLE_TIME", "STEP_TOLERANCE", "EXPORTED") or name.startswith(
+        ("fmi2", "fmi3", "FMI2_", "FMI3_")
+    )

@@ -13,6 +13,7 @@ from urdf_parser_py.urdf import Robot
 from urdf_parser_py.xml_reflection import core
 
 from codegen.errors import BadInput, Place
+from codegen.input_files import read_bytes
 
 KNOWN = {
     "robot": {"link", "joint"},
@@ -40,13 +41,8 @@ class RobotFile:
             BadInput: for a file that cannot be read, is no XML or no URDF.
         """
         self.path = path
-        try:
-            self.content = path.read_bytes()
-        except OSError as error:
-            expected = "a robot description (URDF), its path relative to the spec"
-            raise BadInput(named_at, f"`{path}` cannot be read ({error.strerror})", expected) from None
-        if len(self.content) > LARGEST:
-            raise BadInput(str(path), f"{len(self.content)} bytes", f"a robot description of at most {LARGEST}")
+        expected = "a robot description (URDF), its path relative to the spec"
+        self.content = read_bytes(path, expected, LARGEST, named_at)
         # No entities and no network: a robot description is a stranger's file.
         parser = etree.XMLParser(resolve_entities=False, no_network=True, remove_comments=True, remove_pis=True)
         try:

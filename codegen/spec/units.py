@@ -7,8 +7,10 @@ inputs are declared in SI, since generated code takes and returns them as they a
 from __future__ import annotations
 
 import ast
+import math
 import re
 from collections.abc import Mapping
+from fractions import Fraction
 from functools import cache
 from tokenize import TokenError
 from typing import Any
@@ -18,9 +20,10 @@ import sympy
 
 from codegen.errors import BadInput, Place, nearest_name
 from codegen.spec.expression import Expression
+from codegen.spec.unit_text import Unreadable, spelled, with_plain_signs
 
 Dimension = Any
-"""pint's dimensionality mapping, such as {[length]: 1, [time]: -1}; hashable through its string."""
+"""pint's dimensionality mapping, such as {[length]: 1, [time]: -1}; hashable."""
 
 
 _MALFORMED = (
@@ -35,44 +38,98 @@ _MALFORMED = (
     TokenError,
 )  # what pint lets through on malformed text
 
+_WRITTEN = re.compile(r"(?!.*(/\*|\*/|//))[A-Za-z0-9µμΩ\u2126Å\u212bℓΔ⁰¹²³⁴-⁹*/^_ .()-]*")
+"""The letters of a unit, which generated files print in comments."""
 _CALLED = (
     *("m", "kg", "s", "A", "V", "N", "N*m", "N/m", "N*s/m", "N*m*s", "kg*m^2", "m/s", "m/s^2", "1/s", "kg*m"),
     *("N/A", "N*m/A", "N/V", "N*m/V", "N*s^2/m^2", "N*m*s^2", "N/m^3", "ohm", "H", "K", "Pa", "W"),
 )
-_RUN_TOGETHER = {"Nm": "N*m", "Nms": "N*m*s", "Ns": "N*s", "Nmm": "N*mm", "kNm": "kN*m", "mNm": "mN*m", "Vs": "V*s"}
-_RUN_TOGETHER |= {"kgm": "kg*m", "kgm2": "kg*m^2", "gcm2": "g*cm^2", "kgcm2": "kg*cm^2", "m2": "m^2", "s2": "s^2"}
+_DEFINED = (
+    *("@alias turn = rev", "@alias revolutions_per_minute = RPM", "@alias pound = lbm", "@alias kilogram_force = kp"),
+    *("@alias force_pound = lb_f", "@alias force_ounce = oz_f"),
+)
+_NO_FORCE = r"(?!\s*(?:\^|\*\*|/\s*\(?s\b))"
+"""Neither an inertia (kg*cm^2) nor a force (kg*cm/s^2) goes on after this."""
+_TWO_MEANINGS = (
+    (r"\bmil\b", "a length or an angle", "thou"),
+    (r"\bU\b", "a revolution or an enzyme's unit", "rev"),
+    (r"\bPS\b", "a horsepower or petasiemens", "metric_horsepower"),
+    (r"\bton\b", "one of three masses", "tonne"),
+    (r"^\(?1/\(?min\)?\)?$|^min\s*\^\s*\(?-1\)?$", "revolutions or radians in a minute", "rpm"),
+    (r"\boz\*in\b(?!\s*\^)|\bin\*oz\b", "a torque or a mass times a length", "ozf*in"),
+    (r"\blb\*in\b(?!\s*\^)|\bin\*lb\b", "a torque or a mass times a length", "lbf*in"),
+    (r"\b(lb\*ft|ft\*lb)\b(?!\s*\^)", "a torque or a mass times a length", "lbf*ft"),
+    (r"\bft\*oz\b(?!\s*\^)", "a torque or a mass times a length", "ozf*ft"),
+    (rf"\bkg\*cm\b{_NO_FORCE}|\bcm\*kg\b", "a torque or a mass times a length", "kgf*cm"),
+    (rf"\bg\*cm\b{_NO_FORCE}|\bcm\*g\b", "a torque or a mass times a length", "gf*cm"),
+    (rf"\bkg-m\b{_NO_FORCE}|\bm-kg\b", "a torque or a mass times a length", "kgf*m"),
+)
+"""How a unit reads that data sheets use for something else than pint: pattern, the two meanings, one that is clear.
+
+A hyphen is * by then but for the last, as data sheets write a torque kg-m and formulas a first moment kg*m.
+"""
+_HIGHEST_POWER = 20
 
 
 @cache
 def registry() -> pint.UnitRegistry[Any]:
-    """The one unit registry of the process."""
-    return pint.UnitRegistry(autoconvert_offset_to_baseunit=False)
+    """The one unit registry of the process. Its factors are exact fractions, with pi to fifty digits."""
+    made: pint.UnitRegistry[Any] = pint.UnitRegistry(non_int_type=Fraction, autoconvert_offset_to_baseunit=False)
+    for definition in _DEFINED:
+        made.define(definition)
+    return made
+
+
+def is_written(text: str) -> bool:
+    """Whether a unit is written in letters that generated files can print; it may still be unknown."""
+    return len(text) <= 200 and _WRITTEN.fullmatch(text) is not None
 
 
 @cache
 def _parse(text: str) -> Any:
-    if len(text) > 200 or not all(c.isalnum() or c in "*/^_ .()-" for c in text):
+    """A pint unit from text that ``spelled`` gave.
+
+    Raises:
+        ValueError, and what pint raises: for an unknown name, a high power, or an offset, as degC has.
+    """
+    unit = registry().parse_units(text)
+    powers = registry().Quantity(1, unit).unit_items()
+    if any(abs(power) > _HIGHEST_POWER for _, power in powers):
         raise ValueError(text)
-    return registry().parse_units(text)
+    if registry().Quantity(0, unit).to_base_units().magnitude != 0:
+        raise ValueError(text)
+    return unit
 
 
 def parse_unit(text: str, place: Place) -> Any:
     """A pint unit from its text.
 
     Raises:
-        BadInput: if pint does not know it or it has an offset (degC).
+        BadInput: for text that is no unit, or may mean two, or one with an offset (degC).
     """
-    apart = re.sub(r"[A-Za-z]+\d*", lambda word: _RUN_TOGETHER.get(word[0], word[0]), str(text))
-    if apart != text:  # pint takes Nm for a yarn's count, 1000 m/kg
-        raise BadInput(place, f"unit `{text}`", "factors joined by *, such as N*m or kg*m^2", apart)
     try:
-        unit = _parse(str(text))
-        if registry().Quantity(0.0, unit).to_base_units().magnitude != 0:
-            raise ValueError(text)  # an offset, as degC has
+        plain = spelled(str(text))
+    except Unreadable as error:
+        nearest = error.meant or nearest_name(str(text), _CALLED)
+        raise BadInput(place, f"unit `{text}`", error.expected, nearest) from None
+    for pattern, meanings, meant in _TWO_MEANINGS:
+        if re.search(pattern, plain) or re.search(pattern, with_plain_signs(str(text))):
+            raise BadInput(place, f"unit `{text}`, {meanings}", "one that has one meaning", meant)
+    try:
+        return _parse(plain)
     except _MALFORMED:
         nearest = nearest_name(str(text), _CALLED)
         raise BadInput(place, f"unit `{text}`", "a unit such as N*m, kg*m^2 or 1", nearest) from None
-    return unit
+
+
+def unit_name(text: str, place: Place) -> str:
+    """The unit as generated code writes it: ASCII, one way to write each (``kg*m^2`` for ``kg·m²``).
+
+    Raises:
+        BadInput: as ``parse_unit``.
+    """
+    parse_unit(text, place)
+    return spelled(str(text))
 
 
 def dimension(unit: Any) -> Dimension:
@@ -81,9 +138,15 @@ def dimension(unit: Any) -> Dimension:
 
 
 def si_factor(text: str, place: Place) -> sympy.Rational:
-    """By how much a value in this unit is multiplied to be in SI base units."""
-    quantity = registry().Quantity(1.0, parse_unit(text, place)).to_base_units()
-    return sympy.Rational(repr(float(quantity.magnitude)))
+    """By how much a value in this unit is multiplied to be in SI base units.
+
+    Exact; where pi or a root is in it (deg, rpm, cm^0.5), a fraction that agrees with it to some fifty digits.
+    """
+    factor = sympy.S.One
+    for name, power in registry().Quantity(1, parse_unit(text, place)).unit_items():
+        one = registry().Quantity(1, name).to_base_units().magnitude
+        factor *= sympy.Rational(one) ** sympy.Rational(power)  # pint takes roots in floating point
+    return factor if factor.is_Rational else sympy.Rational(str(factor.evalf(50)))
 
 
 def require_coherent(text: str, place: Place) -> None:
@@ -98,14 +161,16 @@ def require_coherent(text: str, place: Place) -> None:
 
 
 def coherent_name(text: str, place: Place) -> str:
-    """The SI unit that a value of this unit is converted to: the text itself where it is coherent already."""
+    """The SI unit that a value of this unit is converted to: the unit itself where it is coherent already."""
     if si_factor(text, place) == 1:
-        return text
-    wanted = dimension(parse_unit(text, place))
+        return unit_name(text, place)
+    unit = parse_unit(text, place)
+    wanted, base = dimension(unit), dict(registry().Quantity(1, unit).to_base_units().unit_items())
+    turning = base.get("radian") == 1  # pint has the radian as a base unit of dimension 1
     if wanted == _none():
-        return "rad" if text.strip() in ("deg", "degree", "degrees", "rev", "turn", "arcmin", "arcsec") else "1"
+        return "rad" if turning else "1"
     if wanted == _none() / dimension(parse_unit("s", place)):
-        return "rad/s" if any(word in text for word in ("rpm", "deg", "rev", "turn")) else "1/s"
+        return "rad/s" if turning else "1/s"
     return describe(wanted)
 
 
@@ -134,7 +199,7 @@ def describe(d: Dimension | None) -> str:
         return "a bare number"
     if d == _none():
         return "a pure number (1 or rad)"
-    named = _known_units().get(str(d))
+    named = _known_units().get(d)
     if named:
         return named
     symbol = {"[length]": "m", "[mass]": "kg", "[time]": "s", "[current]": "A", "[temperature]": "K"}
@@ -143,9 +208,9 @@ def describe(d: Dimension | None) -> str:
 
 
 @cache
-def _known_units() -> dict[str, str]:
+def _known_units() -> dict[Dimension, str]:
     """Dimension → the unit by which engineers call it."""
-    return {str(dimension(parse_unit(name, Place("")))): name for name in reversed(_CALLED)}
+    return {dimension(parse_unit(name, Place(""))): name for name in reversed(_CALLED)}
 
 
 def _walk(node: ast.expr, whole: Expression, dims: Mapping[str, Dimension]) -> Dimension:
@@ -161,7 +226,7 @@ def _walk(node: ast.expr, whole: Expression, dims: Mapping[str, Dimension]) -> D
             if name == "abs":
                 return inner
             if name == "sqrt":
-                return inner**0.5
+                return inner ** Fraction(1, 2)
             if name == "sgn":
                 return _none()
             if inner != _none():
@@ -187,12 +252,16 @@ def _walk(node: ast.expr, whole: Expression, dims: Mapping[str, Dimension]) -> D
     return _none()
 
 
-def _number(node: ast.expr, whole: Expression) -> float | None:
-    """The value of a part made of numbers alone, such as -(1/2) or 1 + 1."""
+def _number(node: ast.expr, whole: Expression) -> Fraction | None:
+    """The value of a part made of numbers alone, such as -(1/2) or 1 + 1; None where no double holds it."""
     try:
-        return float(Expression(whole.text, node, whole.place).symbolic({}))
+        value = Expression(whole.text, node, whole.place).symbolic({})
     except BadInput:
         return None
+    if value.is_Rational:
+        return Fraction(int(value.p), int(value.q))
+    nearest = float(value) if value.is_comparable else math.inf
+    return Fraction(nearest) if math.isfinite(nearest) else None
 
 
 def _is_zero(node: ast.expr, whole: Expression) -> bool:

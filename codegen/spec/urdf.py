@@ -3,24 +3,24 @@
 from __future__ import annotations
 
 import hashlib
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from codegen.errors import BadInput, Place
+from codegen.exact_numbers import Exact, exact_array, sine_cosine, square_root
 from codegen.spec.kinematics import KinematicTree, MovingBody, Rows, Vector
 from codegen.spec.robot_file import RobotFile
 
-Array = NDArray[np.float64]
-STANDARD_GRAVITY = (0.0, 0.0, -9.81)
+STANDARD_GRAVITY = (Fraction(0), Fraction(0), Fraction("-9.81"))
 MOVING = ("revolute", "continuous", "prismatic")
-ZERO = 1e-15
 TRIANGLE = 1e-3  # files round their numbers, and a thin rod or plate sits on the edge
+UNIT, NOWHERE = exact_array(np.eye(3, dtype=int)), exact_array([0, 0, 0])
+NO_INERTIA = exact_array(np.zeros((3, 3), dtype=int))
 
 
 @dataclass
@@ -29,14 +29,14 @@ class _Body:
 
     joint: Any
     parent: int
-    rotation: Array
-    offset: Array
-    mass: float
-    first_moment: Array
-    inertia: Array
+    rotation: Exact
+    offset: Exact
+    mass: Fraction
+    first_moment: Exact
+    inertia: Exact
 
 
-def read_kinematic_tree(path: Path, named_at: Place, gravity: Sequence[float] = STANDARD_GRAVITY) -> KinematicTree:
+def read_kinematic_tree(path: Path, named_at: Place, gravity: Sequence[Fraction] = STANDARD_GRAVITY) -> KinematicTree:
     """Read a URDF file.
 
     Args:
@@ -64,9 +64,9 @@ class _Reading:
         self.links: dict[str, Any] = file.robot.link_map
         self.bodies: list[_Body] = []
 
-    def tree(self, gravity: Sequence[float]) -> KinematicTree:
+    def tree(self, gravity: Sequence[Fraction]) -> KinematicTree:
         root = self._root()
-        waiting = [(root, -1, np.eye(3), np.zeros(3))]
+        waiting = [(root, -1, UNIT, NOWHERE)]
         reached = set()
         while waiting:
             link, body, rotation, offset = waiting.pop()
@@ -82,17 +82,16 @@ class _Reading:
                 if self._kind(joint) == "fixed":
                     following.append((joint.child, body, here, there))
                 else:
-                    self.bodies.append(_Body(joint, body, here, there, 0.0, np.zeros(3), np.zeros((3, 3))))
-                    following.append((joint.child, len(self.bodies) - 1, np.eye(3), np.zeros(3)))
+                    self.bodies.append(_Body(joint, body, here, there, Fraction(0), NOWHERE, NO_INERTIA))
+                    following.append((joint.child, len(self.bodies) - 1, UNIT, NOWHERE))
             waiting += reversed(following)
         if len(reached) < len(self.links):
             lost = next(name for name in self.links if name not in reached)
             raise BadInput(self.file.place("link", lost), "a loop of joints", f"links that hang on {root}")
         if not self.bodies:
             raise BadInput(str(self.file.path), "no moving joint", f"at least one joint: {', '.join(MOVING)}")
-        vector = (float(gravity[0]), float(gravity[1]), float(gravity[2]))
         digest = hashlib.sha256(self.file.content).hexdigest()
-        return KinematicTree(self._moving_bodies(), vector, self.file.path.name, digest)
+        return KinematicTree(self._moving_bodies(), _vector(gravity), self.file.path.name, digest)
 
     def _root(self) -> str:
         parent: dict[str, str] = {}
@@ -121,37 +120,39 @@ class _Reading:
             raise BadInput(place, f"a {joint.type} joint", f"one of {', '.join(MOVING)}, fixed")
         return str(joint.type)
 
-    def _placement(self, origin: Any, place: Place) -> tuple[Array, Array]:
+    def _placement(self, origin: Any, place: Place) -> tuple[Exact, Exact]:
         """R and p of an ``<origin>``; roll, pitch and yaw about fixed axes x, y, z."""
         if origin is None:
-            return np.eye(3), np.zeros(3)
+            return UNIT, NOWHERE
         xyz, rpy = (self._numbers(v if v is not None else [0.0] * 3, place) for v in (origin.xyz, origin.rpy))
-        (cr, sr), (cp, sp), (cy, sy) = ((math.cos(angle), math.sin(angle)) for angle in rpy)
-        rotation = np.array(
+        (sr, cr), (sp, cp), (sy, cy) = (sine_cosine(angle) for angle in rpy)
+        rotation = exact_array(
             [
                 [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
                 [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
                 [-sp, cp * sr, cp * cr],
             ]
         )
-        return np.where(np.abs(rotation) < ZERO, 0.0, rotation), xyz  # cos of a right angle in sixteen digits is zero
+        return rotation, xyz
 
-    def _add_inertia(self, body: _Body, link: str, rotation: Array, offset: Array) -> None:
+    def _add_inertia(self, body: _Body, link: str, rotation: Exact, offset: Exact) -> None:
         """Add a link that stands still on a body: I about the body's origin by the parallel-axis theorem."""
         inertial = self.links[link].inertial
         if inertial is None:
             return  # a frame without mass
         place = self.file.place("link", link, "inertial")
-        mass = float(self._numbers([inertial.mass], self.file.place("link", link, "inertial/mass"))[0])
+        mass = self._numbers([inertial.mass], self.file.place("link", link, "inertial/mass"))[0]
         if mass == 0 and inertial.inertia is not None and not np.any(inertial.inertia.to_matrix()):
             return  # the same, written with zeros
         if not mass > 0:
-            raise BadInput(self.file.place("link", link, "inertial/mass"), f"a mass of {mass:g} kg", "a positive mass")
+            raise BadInput(
+                self.file.place("link", link, "inertial/mass"), f"a mass of {float(mass):g} kg", "a positive mass"
+            )
         if inertial.inertia is None:
             raise BadInput(place, "<inertia> is missing", "ixx, ixy, ixz, iyy, iyz, izz about the centre of mass")
         where = self.file.place("link", link, "inertial/inertia")
-        about_centre = np.array([self._numbers(row, where) for row in inertial.inertia.to_matrix()])
-        smallest, middle, largest = (float(value) for value in np.linalg.eigvalsh(about_centre))
+        about_centre = exact_array([self._numbers(row, where) for row in inertial.inertia.to_matrix()])
+        smallest, middle, largest = (float(value) for value in np.linalg.eigvalsh(about_centre.astype(float)))
         if smallest > 0 and largest > (smallest + middle) * (1 + TRIANGLE):
             found = f"principal moments {smallest:.4g}, {middle:.4g} and {largest:.4g} kg m^2"
             raise BadInput(where, found, "a body's: the largest is at most the sum of the others")
@@ -162,7 +163,7 @@ class _Reading:
         turn, c = rotation @ turn, offset + rotation @ centre
         body.mass += mass
         body.first_moment = body.first_moment + mass * c
-        body.inertia = body.inertia + turn @ about_centre @ turn.T + mass * (c @ c * np.eye(3) - np.outer(c, c))
+        body.inertia = body.inertia + turn @ about_centre @ turn.T + mass * (c @ c * UNIT - np.outer(c, c))
 
     def _moving_bodies(self) -> tuple[MovingBody, ...]:
         names: dict[str, str] = {}
@@ -195,13 +196,13 @@ class _Reading:
             )
         return tuple(result)
 
-    def _axis(self, joint: Any) -> Array:
+    def _axis(self, joint: Any) -> Exact:
         place = self.file.place("joint", joint.name, "axis")
         axis = self._numbers(joint.axis if joint.axis is not None else [1.0, 0.0, 0.0], place)
-        length = float(np.linalg.norm(axis))
+        length = square_root(axis @ axis)
         if not length > 0:
             raise BadInput(place, "an axis of zeros", "a direction")
-        return axis / length
+        return cast(Exact, axis / length)
 
     def _dynamics(self, joint: Any, name: str) -> float:
         place = self.file.place("joint", joint.name, "dynamics")
@@ -211,16 +212,16 @@ class _Reading:
             raise BadInput(place, f"{name} {number:g}", "zero or a positive number")
         return number
 
-    def _numbers(self, values: Any, place: Place) -> Array:
+    def _numbers(self, values: Any, place: Place) -> Exact:
         numbers = np.array(values, dtype=float)
         if not np.isfinite(numbers).all():
             raise BadInput(place, f"{' '.join(map(str, values))}", "finite numbers")
-        return numbers
+        return exact_array([float(number) for number in numbers])
 
 
-def _vector(values: Array) -> Vector:
-    return cast(Vector, tuple(float(x) for x in values))
+def _vector(values: Sequence[Fraction] | Exact) -> Vector:
+    return cast(Vector, tuple(values))
 
 
-def _rows(matrix: Array) -> Rows:
+def _rows(matrix: Exact) -> Rows:
     return cast(Rows, tuple(_vector(row) for row in matrix))

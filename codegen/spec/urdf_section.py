@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import fields, replace
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 from codegen.errors import BadInput, Place, nearest_name
 from codegen.spec.expression import exact_number
-from codegen.spec.kinematics import KinematicTree, MovingBody
+from codegen.spec.kinematics import KinematicTree, LinkTolerance, MovingBody
+from codegen.spec.share import read_share
 from codegen.spec.urdf import STANDARD_GRAVITY, read_kinematic_tree
 
 GIVEN = ("coordinates", "inputs", "force")
-PARTS = ("file", "gravity")
+PARTS = ("file", "gravity", "tolerance", "base_parameters")
+TOLERANCES = tuple(f.name for f in fields(LinkTolerance))
 
 
 def expand_robot(
@@ -61,16 +65,51 @@ def _read(section: Any, path: Path, place: Callable[[str], Place]) -> KinematicT
     for key in parts:
         if key not in PARTS:
             raise BadInput(
-                place(f"urdf.{key}"), f"unknown key `{key}`", "`file` and `gravity`", nearest_name(key, PARTS)
+                place(f"urdf.{key}"), f"unknown key `{key}`", f"{', '.join(PARTS)}", nearest_name(key, PARTS)
             )
     file, at = parts.get("file"), place("urdf.file" if isinstance(section, Mapping) else "urdf")
     if not isinstance(file, str) or not file.strip() or "\0" in file:
         raise BadInput(at, f"`{file}` as a file", "the path of a robot description, relative to the spec")
-    gravity = parts.get("gravity", list(STANDARD_GRAVITY))
+    tree = read_kinematic_tree(path.parent / file, at, _gravity(parts, place))
+    return replace(tree, tolerance=_tolerance(parts, place), base_parameters=_base_parameters(parts, place))
+
+
+def _gravity(parts: Mapping[str, Any], place: Callable[[str], Place]) -> tuple[Fraction, ...]:
+    gravity = parts.get("gravity")
+    if gravity is None and "gravity" not in parts:
+        return STANDARD_GRAVITY
     if not isinstance(gravity, list) or len(gravity) != 3:
         raise BadInput(place("urdf.gravity"), f"`{gravity}`", "three numbers in m/s^2, such as [0, 0, -9.81]")
-    numbers = [float(exact_number(str(g), place(f"urdf.gravity[{k}]"))) for k, g in enumerate(gravity)]
-    return read_kinematic_tree(path.parent / file, at, numbers)
+    return tuple(Fraction(str(exact_number(str(g), place(f"urdf.gravity[{k}]")))) for k, g in enumerate(gravity))
+
+
+def _tolerance(parts: Mapping[str, Any], place: Callable[[str], Place]) -> LinkTolerance | None:
+    given = parts.get("tolerance")
+    if given is None:
+        return None
+    expected = "`mass`, `centre_of_mass` and `inertia`, or some of them, each with a share such as 20 %"
+    if not isinstance(given, Mapping) or not given:
+        raise BadInput(place("urdf.tolerance"), f"`{given}`", expected)
+    for key in given:
+        if key not in TOLERANCES:
+            at = place(f"urdf.tolerance.{key}")
+            raise BadInput(at, f"unknown key `{key}`", expected, nearest_name(key, TOLERANCES))
+    return LinkTolerance(**{key: read_share(str(v), place(f"urdf.tolerance.{key}")) for key, v in given.items()})
+
+
+def _base_parameters(parts: Mapping[str, Any], place: Callable[[str], Place]) -> tuple[tuple[str, Fraction], ...]:
+    given = parts.get("base_parameters")
+    if given is None:
+        return ()
+    if not isinstance(given, Mapping):
+        raise BadInput(place("urdf.base_parameters"), f"`{given}`", "names with numbers, as a diagnosis writes them")
+    found = []
+    for name, value in given.items():
+        at = place(f"urdf.base_parameters.{name}")
+        if isinstance(value, bool) or not isinstance(value, (str, int, float)):
+            raise BadInput(at, f"`{value}`", "a number in SI units")
+        found.append((str(name), Fraction(str(exact_number(str(value), at)))))
+    return tuple(found)
 
 
 def _contact(body: MovingBody) -> dict[str, Any]:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from codegen.errors import BadInput
+from codegen.exact_numbers import eigenvalues, first_largest
+from codegen.numerics import numerical
 from codegen.observers.equations import Observer
 from codegen.observers.shape import refuse_infinite_slope
 from codegen.spec.model import Spec
@@ -15,7 +18,23 @@ from codegen.stability.conditions import Condition
 from codegen.stability.error_dynamics import ErrorDynamics, derive_error_dynamics
 from codegen.stability.factors import Factor, factor_conditions
 from codegen.stability.modes import Modes, find_modes
-from codegen.stability.operating_points import OperatingPoints, evaluate, operating_points, rates_for_neighbours
+from codegen.stability.operating_points import (
+    OperatingPoints,
+    distinct_points,
+    evaluate,
+    operating_points,
+    rates_for_neighbours,
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Deciding:
+    """Ψ where an eigenvalue is slowest and where it is fastest; A where |z| is largest, and for an implicit step."""
+
+    slowest: Any
+    fastest: Any
+    widest: Any
+    implicit: Any
 
 
 @dataclass(frozen=True)
@@ -28,24 +47,39 @@ class Analysis:
         modes: where the conditions are signs of gains whatever the order, and the polynomial a product over modes.
         routh, jury: conditions > 0, necessary and sufficient; () where a block is above the fourth order.
         points: where numbers were taken.
-        spectral_abscissa: largest real part of Ψ's eigenvalues over the points, 1/s.
-        spectral_radius: largest |z| of the step over the points, at the spec's sample time.
-        largest_sample_time: of explicit Euler at these gains, the smallest over the points, s; 0 if Ψ is not Hurwitz.
         worst: the point of the largest spectral radius.
-        radii: largest |z| of the step at each point.
-        implicit_rate: least −Re λ over the eigenvalues λ of A, where the step is implicit; 0 elsewhere, 1/s.
+        radii: largest |z| of the step at each point, to ten digits.
+        deciding: the matrices, m by m, at the points that decide the figures below.
     """
 
     dynamics: ErrorDynamics
     factors: tuple[Factor, ...]
     modes: Modes | None
     points: OperatingPoints
-    spectral_abscissa: float
-    spectral_radius: float
-    largest_sample_time: float
     worst: dict[str, float]
     radii: Any
-    implicit_rate: float = 0.0
+    deciding: Deciding
+
+    @cached_property
+    def spectral_abscissa(self) -> float:
+        """Largest real part of Ψ's eigenvalues over the points, 1/s."""
+        return float(eigenvalues(self.deciding.slowest).real.max())
+
+    @cached_property
+    def spectral_radius(self) -> float:
+        """Largest |z| of the step over the points, at the spec's sample time."""
+        h = float(self.dynamics.observer.sample_time)
+        return float(np.abs(self.dynamics.multipliers(eigenvalues(self.deciding.widest), h)).max())
+
+    @cached_property
+    def largest_sample_time(self) -> float:
+        """Of explicit Euler at these gains, the smallest over the points, s; 0 if Ψ is not Hurwitz."""
+        return float(_sample_times(eigenvalues(self.deciding.fastest)[None])[0])
+
+    @cached_property
+    def implicit_rate(self) -> float:
+        """Least −Re λ over the eigenvalues λ of A, where the step is implicit; 0 elsewhere, 1/s."""
+        return float(-eigenvalues(self.deciding.implicit).real.max()) if self.dynamics.implicit else 0.0
 
     @property
     def polynomial(self) -> tuple[Any, ...] | None:
@@ -72,6 +106,7 @@ class Analysis:
         return self.spectral_radius < 1
 
 
+@numerical("the error dynamics over the envelope")
 def analyse(spec: Spec, observer: Observer, conditions: bool = True) -> Analysis:
     """Derive the error dynamics and read them off over the envelope.
 
@@ -85,36 +120,39 @@ def analyse(spec: Spec, observer: Observer, conditions: bool = True) -> Analysis
     dynamics = rates_for_neighbours(derive_error_dynamics(observer), spec.envelope)
     points = operating_points(dynamics, spec)
     h = float(observer.sample_time)
-    continuous = evaluate(dynamics, dynamics.in_force(dynamics.jacobian), points)
-    sampled = evaluate(dynamics, dynamics.in_force(dynamics.sampled), points)
+    psi, step = dynamics.in_force(dynamics.jacobian), dynamics.in_force(dynamics.sampled)
+    looked_at, alike = distinct_points(dynamics, points, psi, step)
+    continuous, sampled = evaluate(dynamics, psi, looked_at), evaluate(dynamics, step, looked_at)
     finite = np.isfinite(continuous).all(axis=(1, 2)) & np.isfinite(sampled).all(axis=(1, 2))
     if not finite.all():
-        at = ", ".join(f"{s} = {v:.4g}" for s, v in zip(points.variables, points.values[~finite][0], strict=True))
+        at = ", ".join(f"{s} = {v:.4g}" for s, v in zip(points.variables, looked_at.values[~finite][0], strict=True))
         found = f"the error dynamics are not finite at {at or 'every point'}"
         raise BadInput(spec.place("envelope"), found, "a force and gains whose slopes are finite in the whole envelope")
-    eigenvalues = np.linalg.eigvals(continuous)
-    of_step = np.linalg.eigvals(sampled)
-    radii = np.abs(dynamics.multipliers(of_step, h)).max(axis=1)
-    worst = int(radii.argmax())
+    of_psi, of_step = np.linalg.eigvals(continuous), np.linalg.eigvals(sampled)
+    largest = np.abs(dynamics.multipliers(of_step, h)).max(axis=1)
+    radii = np.array([float(f"{r:.10g}") for r in largest])[alike]
+    worst = first_largest(largest[alike])  # not of the rounded ones: equal radii may round to two sides of a half
     return Analysis(
         dynamics=dynamics,
         factors=factor_conditions(dynamics, continuous, sampled, h) if conditions else (),
         modes=find_modes(dynamics, continuous, h) if conditions else None,
         points=points,
-        spectral_abscissa=float(eigenvalues.real.max()),
-        spectral_radius=float(radii[worst]),
-        largest_sample_time=_largest_sample_time(eigenvalues),
         worst={s.name: float(points.values[worst, k]) for k, s in enumerate(points.variables)},
         radii=radii,
-        implicit_rate=float(-of_step.real.max()) if dynamics.implicit else 0.0,
+        deciding=Deciding(
+            slowest=continuous[first_largest(of_psi.real.max(axis=1))],
+            fastest=continuous[first_largest(-_sample_times(of_psi))],
+            widest=sampled[alike[worst]],
+            implicit=sampled[first_largest(of_step.real.max(axis=1))],
+        ),
     )
 
 
-def _largest_sample_time(eigenvalues: Any) -> float:
-    """Explicit Euler is stable for h < −2 Re λ/|λ|² at each eigenvalue λ."""
-    if (eigenvalues.real >= 0).any():
-        return 0.0
-    return float((-2 * eigenvalues.real / np.abs(eigenvalues) ** 2).min())
+def _sample_times(values: Any) -> Any:
+    """At each point the h below which explicit Euler is stable, −2 Re λ/|λ|² of the first λ to leave; points by m."""
+    stable = (values.real < 0).all(axis=1)
+    squares = np.where(values == 0, 1.0, values.real**2 + values.imag**2)
+    return np.where(stable, (-2 * values.real / squares).min(axis=1), 0.0)
 
 
 def _all(factors: tuple[Factor, ...], conditions: list[tuple[Condition, ...]]) -> tuple[Condition, ...]:

@@ -9,10 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import sympy
 
+from codegen.mechanics.sparse import each, jacobian, scaled
 from codegen.mechanics.system import Matrix, System
 from codegen.observers.equations import LawFunction, Observer
 from codegen.spec.functions import Magnitude, Sgn
@@ -63,7 +65,7 @@ class ErrorDynamics:
     def tidied(self, matrix: Matrix) -> Matrix:
         """A matrix over the system's symbols, written as Ψ is: slip signs as symbols, products expanded."""
         slips = _slip_signs(self.observer, {})
-        return Matrix(matrix.applyfunc(lambda e: _tidy(e, slips, self.observer.signs)))
+        return each(matrix, lambda e: _tidy(e, slips, self.observer.signs))
 
     def in_force(self, matrix: Matrix) -> Matrix:
         """A Ψ or A in which level errors e_a are replaced by force errors s·e_a.
@@ -72,18 +74,28 @@ class ErrorDynamics:
         """
         if not self.observer.level_errors:
             return matrix
+        if matrix not in self._in_force:
+            self._in_force[matrix] = self._turned(matrix)
+        return self._in_force[matrix]
+
+    @cached_property
+    def _in_force(self) -> dict[Matrix, Matrix]:
+        """What ``in_force`` was asked for and gave."""
+        return {}
+
+    def _turned(self, matrix: Matrix) -> Matrix:
         signs = [1 if e.contact is None else self.observer.signs[e.contact] for e in self.observer.errors]
-        turned = sympy.diag(*signs) * matrix * sympy.diag(*signs)
-        return Matrix(turned.applyfunc(lambda e: drop_squares(expand_products(e), self.observer.signs)))
+        return each(scaled(signs, matrix, signs), lambda e: drop_squares(expand_products(e), self.observer.signs))
 
 
 def drop_squares(expression: Any, signs: tuple[sympy.Symbol, ...]) -> Any:
     """s² = 1 for every slip sign."""
-    for s in signs:
-        expression = expression.replace(
-            lambda e, s=s: e.is_Pow and e.base == s and e.exp.is_Integer, lambda e: e.base ** (e.exp % 2)
-        )
-    return expression
+    there = expression.free_symbols & set(signs)
+    if not there:
+        return expression
+    return expression.replace(
+        lambda e: e.is_Pow and e.base in there and e.exp.is_Integer, lambda e: e.base ** (e.exp % 2)
+    )
 
 
 def inverse_mass_symbols(system: System) -> tuple[Matrix, dict[sympy.Symbol, tuple[int, int]]]:
@@ -148,11 +160,11 @@ def _derive(observer: Observer, longest: int) -> ErrorDynamics:
                 values[element] = truth[next(estimate_of).truth]
                 values[state] = values[element] - other
         elif equation.form == "mass_solve":
-            slope = (inverse_mass * expression.jacobian(sympy.Matrix(e))).xreplace(zero)
+            slope = (inverse_mass * jacobian(expression, e)).xreplace(zero)
             # Each slope is carried by a name of its own: what is differentiated below stays short.
             carried = {sympy.Dummy(f"slope{k}", real=True): entry for k, entry in enumerate(slope) if entry != 0}
             name_of = {entry: name for name, entry in carried.items()}
-            first_order = slope.applyfunc(lambda entry, name_of=name_of: name_of.get(entry, entry)) * sympy.Matrix(e)
+            first_order = each(slope, name_of.__getitem__) * Matrix(e)
             for element, a, change in zip(equation.symbols, accelerations, first_order, strict=True):
                 values[element] = a + change
         else:
@@ -166,11 +178,10 @@ def _derive(observer: Observer, longest: int) -> ErrorDynamics:
 
     # Continuous: the chain rule on estimate(z, x, v).
     at_truth = dict(zip(observer.states, state_values, strict=True))
-    flow = estimates.jacobian(observer.states) * rate_values
-    for variable, rate in {**position_rate, **velocity_rate}.items():
-        flow += estimates.diff(variable) * rate
-    flow = flow.xreplace(at_truth)
-    jacobian = -flow.jacobian(sympy.Matrix(e)).xreplace(zero)
+    moved = {**position_rate, **velocity_rate}
+    flow = jacobian(estimates, observer.states) * Matrix(rate_values)
+    flow += jacobian(estimates, list(moved)) * Matrix(list(moved.values()))
+    slope_of_flow = -jacobian(flow.xreplace(at_truth), e).xreplace(zero)
 
     # Sampled: one step of the states, and the plant's own motion to first order in h.
     rate_of = _true_state_rates(observer, values, zero) if observer.integration == "implicit" else {}
@@ -178,8 +189,8 @@ def _derive(observer: Observer, longest: int) -> ErrorDynamics:
         later = {symbol(f"{s.name}_before"): s for s in (*system.velocities, *rate_of)}
         earlier = {x: x - h * v for x, v in position_rate.items()} | {v: name for name, v in later.items()}
         at_truth = dict(zip(observer.states, state_values.xreplace(zero).xreplace(earlier), strict=True))
-        from_state = estimates.jacobian(observer.states).xreplace(earlier).xreplace(at_truth)
-        ahead = (state_values - h * rate_values).jacobian(sympy.Matrix(e)).xreplace(zero)
+        from_state = jacobian(estimates, observer.states).xreplace(earlier).xreplace(at_truth)
+        ahead = jacobian(state_values - h * rate_values, e).xreplace(zero)
         sampled = (sympy.eye(len(e)) + from_state * ahead) / h
         moving = (*accelerations, *rate_of.values())
         to_next = {rate: (s - n) / h for rate, (n, s) in zip(moving, later.items(), strict=True)}
@@ -196,15 +207,17 @@ def _derive(observer: Observer, longest: int) -> ErrorDynamics:
             stepped |= dict(zip(observer.states, held, strict=False))
         stepped |= {v: name for name, v in later.items()}
         next_estimates = estimates.xreplace(stepped)
-        sampled = (-next_estimates.jacobian(sympy.Matrix(e)).xreplace(zero) - sympy.eye(len(e))) / h
+        sampled = (-jacobian(next_estimates, e).xreplace(zero) - sympy.eye(len(e))) / h
         to_next = {a: (n - v) / h for a, (n, v) in zip(accelerations, later.items(), strict=True)}
     sampled = sampled.xreplace(carried).xreplace(to_next)
     slips = {**signs_of_slip, **_slip_signs(observer, {v: n for n, v in later.items()})}
-    psi = Matrix(jacobian.xreplace(carried).applyfunc(lambda x: _tidy(x, slips, observer.signs)))
-    step = Matrix(sampled.applyfunc(lambda x: _tidy(_speeds_as_slips(x, slips), slips, observer.signs)))
-    used = {s: ij for s, ij in inverse_names.items() if psi.has(s) or step.has(s)}
-    slopes = {s: e for s, e in slopes.items() if psi.has(s) or step.has(s)}
-    return ErrorDynamics(observer, psi, step, used, {n: v for n, v in later.items() if step.has(n)}, slopes)
+    psi = each(slope_of_flow.xreplace(carried), lambda x: _tidy(x, slips, observer.signs))
+    step = each(sampled, lambda x: _tidy(_speeds_as_slips(x, slips), slips, observer.signs))
+    in_step = step.free_symbols
+    either = psi.free_symbols | in_step
+    used = {s: ij for s, ij in inverse_names.items() if s in either}
+    slopes = {s: e for s, e in slopes.items() if s in either}
+    return ErrorDynamics(observer, psi, step, used, {n: v for n, v in later.items() if n in in_step}, slopes)
 
 
 def _true_state_rates(observer: Observer, values: Mapping[sympy.Symbol, Any], zero: Any) -> dict[sympy.Symbol, Any]:

@@ -9,6 +9,7 @@ from typing import Any
 import casadi
 import numpy as np
 import sympy
+from numpy.typing import NDArray
 
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.system import Matrix
@@ -17,6 +18,7 @@ from codegen.stability.error_dynamics import ErrorDynamics
 from codegen.stability.modes import independent_blocks
 from codegen.stability.polynomials import characteristic_polynomial, jury, routh_hurwitz
 
+Array = NDArray[np.float64]
 SYMBOLIC_ORDER = 4
 
 
@@ -27,7 +29,8 @@ class Factor:
     Attributes:
         errors: its components of e.
         polynomial: coefficients of its |sI − Ψ_block|, highest first; None above the fourth order.
-        routh, jury: conditions > 0 on the block, necessary and sufficient; () above order 4; jury () if implicit.
+        routh, jury: conditions > 0 on the block, necessary and sufficient, each list by itself: ``routh`` for Ψ,
+            ``jury`` for the step; () above order 4; jury () if implicit.
     """
 
     errors: tuple[sympy.Symbol, ...]
@@ -68,9 +71,8 @@ def _factor(
     of_psi = characteristic_polynomial(psi[block, block])
     of_step = characteristic_polynomial(step[block, block])
     positive = positive_parameters(dynamics.observer.system.values)
-    written = reduce_conditions(_written(raw, c, of_psi), positive)
-    known = positive | {period} | {e for _, e in written}
-    stepped = reduce_conditions(_written(later, c, of_step), known)
+    written = written_conditions(raw, c, of_psi, positive)
+    stepped = written_conditions(later, c, of_step, positive | {period})
     at = np.ix_(range(len(continuous)), block, block)
     prefix = f"{errors[-1]}: " if several else ""
     return Factor(
@@ -79,6 +81,23 @@ def _factor(
         _valued(written, raw, c, continuous[at], h, prefix),
         () if dynamics.implicit else _valued(stepped, later, c, sampled[at], h, prefix),
     )
+
+
+def written_conditions(
+    raw: Sequence[tuple[str, Any]], c: Sequence[Any], coefficients: Sequence[Any], positive: set[sympy.Symbol]
+) -> list[tuple[str, Any]]:
+    """The conditions as they are printed, which hold together if and only if those of ``raw`` do.
+
+    A factor is dropped only where it is positive by its meaning or by a condition of the same list. So the Jury
+    conditions do not lean on those of Routh–Hurwitz: a step may be unstable where they are all that fails.
+
+    Args:
+        raw: (name, expression > 0), over ``c``.
+        c: symbols of the coefficients, highest first; the first is 1.
+        coefficients: what they are.
+        positive: symbols that are positive by their meaning.
+    """
+    return reduce_conditions(_written(raw, c, coefficients), positive)
 
 
 def _written(raw: Sequence[tuple[str, Any]], c: Sequence[Any], coefficients: Sequence[Any]) -> list[tuple[str, Any]]:
@@ -105,7 +124,32 @@ def _valued(
     names = {s: symbols[k] for k, s in enumerate(c[1:])} | {sympy.Symbol("h", real=True): casadi.SX(h)}
     column = Matrix([e for _, e in raw])
     function = casadi.Function("conditions", [symbols], [casadi.densify(to_casadi(column, names))])
-    coefficients = np.array([np.poly(m)[1:] for m in matrices]).T
+    coefficients = _coefficients(np.asarray(matrices))
     values = np.asarray(function.map(coefficients.shape[1])(coefficients)).reshape(len(raw), -1).min(axis=1)
     smallest = dict(zip([name for name, _ in raw], values, strict=True))
     return tuple(Condition(prefix + name, e, float(smallest[name])) for name, e in written)
+
+
+def _coefficients(matrices: Array) -> Array:
+    """Those of |sI − A| behind the first, order by points, exact and then rounded to doubles.
+
+    By Faddeev–LeVerrier in integers, since it cancels: in doubles it loses a slow rate beside a fast one.
+
+    Args:
+        matrices: A, points by order by order, finite; the order is at most ``SYMBOLIC_ORDER``.
+
+    Raises:
+        OverflowError: where a coefficient is beyond the doubles.
+    """
+    ratios = [value.as_integer_ratio() for value in matrices.ravel().tolist()]
+    scale = max((below for _, below in ratios), default=1)  # each is a power of two
+    numbers = [above * (scale // below) for above, below in ratios]
+    whole: NDArray[np.object_] = np.array(numbers, dtype=object).reshape(matrices.shape)
+    order, unit = matrices.shape[1], np.eye(matrices.shape[1], dtype=int).astype(object)
+    found, product = [], np.broadcast_to(unit, matrices.shape)
+    for k in range(1, order + 1):
+        current = sum(whole[:, :, j, None] * product[:, None, j, :] for j in range(order))
+        coefficient = -sum(current[:, j, j] for j in range(order)) // k  # which divides it
+        found.append([c / scale**k for c in coefficient])
+        product = current + coefficient[:, None, None] * unit
+    return np.array(found)

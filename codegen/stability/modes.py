@@ -14,6 +14,8 @@ import sympy
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
+from codegen.exact_numbers import eigenvalues, first_largest
+from codegen.mechanics.sparse import each, scaled, sparse
 from codegen.mechanics.system import Matrix
 from codegen.stability.conditions import Condition
 from codegen.stability.error_dynamics import ErrorDynamics
@@ -26,7 +28,9 @@ LAMBDA = sympy.Symbol("lambda", real=True)
 def independent_blocks(*matrices: Matrix) -> list[list[int]]:
     """Index sets of the strongly connected parts of the errors, over all matrices together, in order of first index."""
     m = matrices[0].rows
-    pattern = np.array([[any(a[i, j] != 0 for a in matrices) for j in range(m)] for i in range(m)], dtype=int)
+    pattern = np.zeros((m, m), dtype=int)
+    for place in (place for a in matrices for place in a.todok()):
+        pattern[place] = 1
     count, label = connected_components(pattern, directed=True, connection="strong")
     return sorted([int(i) for i in np.flatnonzero(label == k)] for k in range(count))
 
@@ -80,14 +84,16 @@ def find_modes(dynamics: ErrorDynamics, continuous: Array, h: float) -> Modes | 
     absent = {s: 0 for s, value in observer.gains.items() if value == 0}
     psi = dynamics.in_force(dynamics.jacobian).subs(absent)
     inverse = dynamics.inverse_mass_matrix
-    turn = sympy.diag(*observer.signs) if observer.level_errors else sympy.eye(form.gain.rows)
-    into = Matrix(turn * form.gain * turn * form.weight * form.onto.T)
+    turn = observer.signs if observer.level_errors else [sympy.S.One] * form.gain.rows
+    into = scaled(turn, Matrix(form.gain), turn) * Matrix(form.weight) * Matrix(form.onto.T)
+    by_force = inverse * Matrix(form.onto)
     if k_v is not None:
-        blocks = [[-k_v, -inverse * form.onto], [into * k_v, sympy.zeros(into.rows)]]
-        expected = sympy.Matrix(sympy.BlockMatrix(blocks))
+        k_v = Matrix(k_v)
+        upper, lower = Matrix.hstack(-k_v, -by_force), Matrix.hstack(into * k_v, sparse(contacts, contacts, {}))
+        expected = Matrix.vstack(upper, lower)
     else:
-        expected = -into * inverse * form.onto
-    if any(e != 0 for e in (psi - dynamics.tidied(expected)).applyfunc(expand_products)):
+        expected = -into * by_force
+    if any(e != 0 for e in each(psi - dynamics.tidied(expected), expand_products)):
         return None
     if not _symmetric(form.gain, observer.gains) or not (form.weight.is_Identity or form.gain.is_diagonal()):
         return None
@@ -98,42 +104,45 @@ def find_modes(dynamics: ErrorDynamics, continuous: Array, h: float) -> Modes | 
     product = -continuous if k_v is None else continuous[:, n:, :n] @ -continuous[:, :n, n:]
     first = k_v[0, 0] if k_v is not None and uniform else None
     k = float(observer.gains[first]) if first is not None else 1.0
-    eigenvalues = np.sort(np.linalg.eigvals(product).real, axis=1) / k
-    if eigenvalues.shape[1] < 2 or np.abs(eigenvalues).min() <= 1e-12 * np.abs(eigenvalues).max():
+    sampled = np.linalg.eigvals(product).real
+    if sampled.shape[1] < 2 or np.abs(sampled).min() <= 1e-12 * np.abs(sampled).max():
         return None  # one mode only; or contacts that are not independent, or an h without slope at a slip of zero
+    lowest, highest = first_largest(-sampled.min(axis=1)), first_largest(sampled.max(axis=1))
+    ends = np.sort([eigenvalues(product[lowest]).real.min() / k, eigenvalues(product[highest]).real.max() / k])
+    smallest, largest = (float(end) for end in ends)  # of a negative k_v the other way round
     alone = uniform and dynamics.in_force(dynamics.sampled).subs(absent) == psi
     conditions = [] if k_v is None else _positive(k_v, "K_v", observer.gains)
     conditions += _positive(form.gain, form.label, observer.gains)
     frictionless = n - contacts if k_v is not None else 0
-    limits = [_sample_time(x, None if first is None else k) for x in eigenvalues.ravel() if x > 0 and k > 0]
-    settled = alone and len(limits) == eigenvalues.size
+    # What follows from λ is least at one of its ends.
+    limits = [_sample_time(x, None if first is None else k) for x in (smallest, largest) if x > 0 and k > 0]
+    settled = alone and len(limits) == 2
     return Modes(
         product=form.words,
         conditions=tuple(conditions),
         uniform=uniform,
         frictionless=frictionless,
         velocity_gain=first,
-        smallest=float(eigenvalues.min()),
-        largest=float(eigenvalues.max()),
-        jury=_jury(first, k, h, eigenvalues.ravel(), frictionless) if alone else (),
+        smallest=smallest,
+        largest=largest,
+        jury=_jury(first, k, h, ends, frictionless) if alone else (),
         sample_time=min([*limits, 2 / k] if frictionless else limits) if settled else None,
     )
 
 
-def _jury(
-    gain: sympy.Symbol | None, k: float, h: float, eigenvalues: Array, frictionless: int
-) -> tuple[Condition, ...]:
-    """The Jury conditions of δ + λ, or of δ² + k_v δ + k_v λ and δ + k_v, with the least value over every λ."""
+def _jury(gain: sympy.Symbol | None, k: float, h: float, ends: Array, frictionless: int) -> tuple[Condition, ...]:
+    """The Jury conditions of δ + λ, or of δ² + k_v δ + k_v λ and δ + k_v, with the least value over every λ,
+    which is at one of its two ends since each is monotonic in λ."""
     step = sympy.Symbol("h", real=True)
     if gain is None:
         return (
-            Condition("J:1", LAMBDA, float(eigenvalues.min())),
-            Condition("J:2", 2 - step * LAMBDA, float((2 - h * eigenvalues).min())),
+            Condition("J:1", LAMBDA, float(ends.min())),
+            Condition("J:2", 2 - step * LAMBDA, float((2 - h * ends).min())),
         )
     conditions = [
-        ("J:c0", gain * LAMBDA, k * eigenvalues),
-        ("J:c1", gain * (1 - step * LAMBDA), k * (1 - h * eigenvalues)),
-        ("p(z=-1)", 4 - 2 * step * gain + step**2 * gain * LAMBDA, 4 - 2 * h * k + h * h * k * eigenvalues),
+        ("J:c0", gain * LAMBDA, k * ends),
+        ("J:c1", gain * (1 - step * LAMBDA), k * (1 - h * ends)),
+        ("p(z=-1)", 4 - 2 * step * gain + step**2 * gain * LAMBDA, 4 - 2 * h * k + h * h * k * ends),
     ]
     found = tuple(Condition(name, e, float(values.min())) for name, e, values in conditions)
     return (*found, Condition("J:k_v", 2 - step * gain, 2 - h * k)) if frictionless else found

@@ -11,6 +11,7 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
+from codegen.exact_numbers import powers_of_ten
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.solve import solve_symmetric
 from codegen.mechanics.system import Matrix
@@ -40,15 +41,32 @@ class OperatingPoints:
 
 def dependence(dynamics: ErrorDynamics) -> tuple[sympy.Symbol, ...]:
     """The positions, velocities, inputs and slip signs on which Ψ or the sampled matrix depends, sorted by name."""
-    system = dynamics.observer.system
+    return tuple(sorted(_variables(dynamics, dynamics.jacobian, dynamics.in_force(dynamics.sampled)), key=str))
+
+
+def _variables(dynamics: ErrorDynamics, *matrices: Matrix) -> set[sympy.Symbol]:
+    """What matrices over the symbols of ``dynamics`` depend on beside its gains and parameters."""
     constants = set(dynamics.observer.values)
-    free = (dynamics.jacobian.free_symbols | dynamics.in_force(dynamics.sampled).free_symbols) - constants
+    free = {s for matrix in matrices for s in matrix.free_symbols} - constants
     for expression in dynamics.slopes.values():
         free |= expression.free_symbols - constants
     free -= {sympy.Symbol("h", real=True), *dynamics.inverse_mass, *dynamics.slopes}
     if dynamics.inverse_mass:
-        free |= system.mass_matrix.free_symbols - constants
-    return tuple(sorted(free, key=lambda s: s.name))
+        free |= dynamics.observer.system.mass_matrix.free_symbols - constants
+    return free
+
+
+def distinct_points(
+    dynamics: ErrorDynamics, points: OperatingPoints, *matrices: Matrix
+) -> tuple[OperatingPoints, NDArray[np.intp]]:
+    """The points at which matrices can differ, in order, and for each of ``points`` the index of its like there."""
+    used = _variables(dynamics, *matrices)
+    columns = [k for k, s in enumerate(points.variables) if s in used]
+    if len(columns) == len(points.variables):
+        return points, np.arange(len(points.values))
+    _, first, alike = np.unique(points.values[:, columns], axis=0, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    return replace(points, values=points.values[first[order]]), np.argsort(order)[alike.ravel()]
 
 
 def rates_for_neighbours(dynamics: ErrorDynamics, envelope: Mapping[str, Any]) -> ErrorDynamics:
@@ -89,7 +107,8 @@ def operating_points(dynamics: ErrorDynamics, spec: Spec, count: int = RANDOM_PO
     centre = bounds.mean(axis=1)[None, :]
     corners = _corners(bounds)
     spread = generator.uniform(bounds[:, 0], bounds[:, 1], (count, len(bounds)))
-    spread[: count // 2] *= 10 ** -generator.uniform(0, 4, (count // 2, 1))  # near standstill friction changes fastest
+    # Near standstill friction changes fastest.
+    spread[: count // 2] *= powers_of_ten(-generator.uniform(0, 4, (count // 2, 1)))
     spread = np.clip(spread, bounds[:, 0], bounds[:, 1])
     points = np.vstack([centre, corners, spread])
     points = _consistent(dynamics, variables, points, generator)

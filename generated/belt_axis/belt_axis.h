@@ -1,6 +1,6 @@
 /*
  * belt_axis: friction observer GCFO, velocity estimated, double precision.
- * Source: the project's own example.
+ * Source: the project’s own example.
  *
  * Made by stiction 0.1.0 from belt_axis.yaml
  * sha256 011c159c52aff177b4ffacdfdb486cf7c777fa8381d977de25a0d69ba40ac64f

@@ -216,14 +216,14 @@ void seven_joint_arm_step(seven_joint_arm_state *state, const seven_joint_arm_pa
     const double cos_wrist_pitch = cos(inputs->wrist_pitch);
     const double sin_wrist_pitch = sin(inputs->wrist_pitch);
     const double sin_forearm_roll = sin(inputs->forearm_roll);
-    const double acceleration_1 = 0.0003027650871698193 * cos_hand_roll;
+    const double acceleration_1 = 0.0003027650871698192 * cos_hand_roll;
     const double cos_elbow_pitch = cos(inputs->elbow_pitch);
     const double sin_elbow_pitch = sin(inputs->elbow_pitch);
     const double cos_shoulder_pitch = cos(inputs->shoulder_pitch);
     const double cos_arm_roll = cos(inputs->arm_roll);
     const double sin_arm_roll = sin(inputs->arm_roll);
     const double sin_shoulder_pitch = sin(inputs->shoulder_pitch);
-    const double acceleration_2 = 0.00022594993472040546 * sin_hand_roll;
+    const double acceleration_2 = 0.0002259499347204054 * sin_hand_roll;
     const double v_shoulder_pitch_hat_squared = v_shoulder_pitch_hat * v_shoulder_pitch_hat;
     const double acceleration_3 = 9.81 * sin_shoulder_pitch;
     const double acceleration_4 = sin_arm_roll * acceleration_3;
@@ -232,31 +232,31 @@ void seven_joint_arm_step(seven_joint_arm_state *state, const seven_joint_arm_pa
     const double acceleration_7 = 0.09983341664682815 * sin_hand_roll;
     const double acceleration_8 = 0.9950041652780258 * sin_hand_roll;
     const double acceleration_9 = 0.09983341664682815 * cos_hand_roll;
-    const double acceleration_10 = 0.00056 * sin_hand_roll - 7.699999999999374e-05 * cos_hand_roll;
+    const double acceleration_10 = 0.00056 * sin_hand_roll - 7.699999999999992e-05 * cos_hand_roll;
     const double acceleration_11 = cos_hand_roll * acceleration_10;
-    const double acceleration_12 = 0.007344300000000026 - acceleration_11;
-    const double acceleration_13 = 0.0010487999999999962 + acceleration_11;
-    const double acceleration_14 = 0.00022594993472040546 * cos_hand_roll + 0.0003027650871698193
-        * sin_hand_roll;
+    const double acceleration_12 = 0.0073443 - acceleration_11;
+    const double acceleration_13 = 0.0010488 + acceleration_11;
+    const double acceleration_14 = 0.0002259499347204054 * cos_hand_roll + 0.0003027650871698192 * sin_hand_roll;
     const double acceleration_15 = 0.09983341664682815 * acceleration_13 + 0.9950041652780258 * acceleration_14;
-    const double acceleration_16 = 4.61970849156906e-05 * cos_hand_roll + 0.00010609713490378755 * sin_hand_roll;
-    const double acceleration_17 = 0.041877792270843414 + 0.09983341664682815 * acceleration_15
+    const double acceleration_16 = 4.6197084915690593e-05 * cos_hand_roll + 0.00010609713490378748
+        * sin_hand_roll;
+    const double acceleration_17 = 0.04187779227084341 + 0.09983341664682815 * acceleration_15
         + 0.09933466539753062 * acceleration_14 - 2.0 * (0.00436873060511378 * acceleration_16);
-    const double acceleration_18 = 0.0004604299187458012 * cos_hand_roll + 0.0010574324179126171 * sin_hand_roll;
-    const double acceleration_19 = 0.006233836391918199 + 0.9900332889206209 * acceleration_13
+    const double acceleration_18 = 0.0004604299187458011 * cos_hand_roll + 0.0010574324179126165 * sin_hand_roll;
+    const double acceleration_19 = 0.006233836391918195 + 0.9900332889206209 * acceleration_13
         - 0.19866933079506124 * acceleration_14 - 2.0 * (0.043541584522179204 * acceleration_18);
-    const double acceleration_20 = 0.9950041652780258 * acceleration_15 - 0.01282168727779533
+    const double acceleration_20 = 0.9950041652780258 * acceleration_15 - 0.012821687277795328
         - 0.009966711079379185 * acceleration_14 - 0.043541584522179204 * acceleration_16 - 0.00436873060511378
         * acceleration_18;
     const double acceleration_21 = cos_wrist_pitch * (acceleration_19 - acceleration_17) - 2.0 * sin_wrist_pitch
         * acceleration_20;
     const double acceleration_22 = cos_wrist_pitch * acceleration_21;
-    const double acceleration_23 = 0.002002199999999974 + acceleration_17 + acceleration_22;
+    const double acceleration_23 = 0.0020022 + acceleration_17 + acceleration_22;
     const double acceleration_24 = sin_hand_roll * acceleration_10 - 0.00028;
     const double acceleration_25 = acceleration_1 - acceleration_2;
-    const double acceleration_26 = 0.0010627416997969527 * cos_hand_roll - 0.0004627416997969522 * sin_hand_roll;
-    const double acceleration_27 = 0.9950041652780258 * acceleration_24 - 8.300000000000001e-05
-        + 0.09983341664682815 * acceleration_25 + 0.043541584522179204 * acceleration_26;
+    const double acceleration_26 = 0.001062741699796952 * cos_hand_roll - 0.00046274169979695207 * sin_hand_roll;
+    const double acceleration_27 = 0.9950041652780258 * acceleration_24 - 8.3e-05 + 0.09983341664682815
+        * acceleration_25 + 0.043541584522179204 * acceleration_26;
     const double acceleration_28 = cos_wrist_pitch * acceleration_27;
     const double acceleration_29 = 0.09983341664682815 * acceleration_24 - 0.00074 - 0.9950041652780258
         * acceleration_25 + 0.00436873060511378 * acceleration_26;
@@ -265,9 +265,9 @@ void seven_joint_arm_step(seven_joint_arm_state *state, const seven_joint_arm_pa
     const double acceleration_32 = cos_forearm_roll * (acceleration_23 - acceleration_12) - 2.0
         * sin_forearm_roll * acceleration_31;
     const double acceleration_33 = cos_forearm_roll * acceleration_32;
-    const double acceleration_34 = 0.0030260999999999205 + acceleration_12 + acceleration_33;
+    const double acceleration_34 = 0.0030261 + acceleration_12 + acceleration_33;
     const double acceleration_35 = 0.08557967683091304 - acceleration_18;
-    const double acceleration_36 = 0.2733905081639192 + acceleration_16;
+    const double acceleration_36 = 0.27339050816391913 + acceleration_16;
     const double acceleration_37 = sin_wrist_pitch * acceleration_35 - cos_wrist_pitch * acceleration_36;
     const double acceleration_38 = 0.39 * acceleration_37;
     const double acceleration_39 = 0.73793 + acceleration_19 - acceleration_22 - 2.0 * acceleration_38;
@@ -278,7 +278,7 @@ void seven_joint_arm_step(seven_joint_arm_state *state, const seven_joint_arm_pa
         * acceleration_21;
     const double acceleration_44 = cos_forearm_roll * acceleration_43;
     const double M65 = sin_wrist_pitch * acceleration_27 + cos_wrist_pitch * acceleration_29;
-    const double acceleration_45 = 0.016055000000000003 + 0.39 * acceleration_26 - M65;
+    const double acceleration_45 = 0.016055 + 0.39 * acceleration_26 - M65;
     const double acceleration_46 = sin_forearm_roll * acceleration_45;
     const double acceleration_47 = acceleration_44 - 0.00107 - acceleration_46;
     const double acceleration_48 = cos_elbow_pitch * (acceleration_34 - acceleration_39) - 2.0 * sin_elbow_pitch
@@ -286,52 +286,50 @@ void seven_joint_arm_step(seven_joint_arm_state *state, const seven_joint_arm_pa
     const double acceleration_49 = cos_elbow_pitch * acceleration_48;
     const double acceleration_50 = 0.0022 + acceleration_42;
     const double acceleration_51 = cos_forearm_roll * acceleration_50;
-    const double acceleration_52 = 0.052500000000000005 + acceleration_26;
+    const double acceleration_52 = 0.0525 + acceleration_26;
     const double acceleration_53 = sin_forearm_roll * acceleration_52;
     const double acceleration_54 = acceleration_51 - 0.0087 - acceleration_53;
     const double acceleration_55 = sin_elbow_pitch * acceleration_54;
     const double acceleration_56 = 2.181 - acceleration_37;
     const double acceleration_57 = cos_elbow_pitch * acceleration_56;
-    const double acceleration_58 = 1.7884700000000002 + acceleration_34 - acceleration_49 + 2.0
-        * (0.41000000000000003 * (acceleration_55 + acceleration_57));
-    const double acceleration_59 = 0.015899999999999966 + acceleration_23 - acceleration_33;
-    const double acceleration_60 = 0.0035496000000000937 + acceleration_39 + acceleration_49;
-    const double acceleration_61 = 0.00013900000000000007 - acceleration_31 - sin_forearm_roll * acceleration_32;
+    const double acceleration_58 = 1.78847 + acceleration_34 - acceleration_49 + 2.0 * (0.41 * (acceleration_55
+        + acceleration_57));
+    const double acceleration_59 = 0.0159 + acceleration_23 - acceleration_33;
+    const double acceleration_60 = 0.0035496 + acceleration_39 + acceleration_49;
+    const double acceleration_61 = 0.000139 - acceleration_31 - sin_forearm_roll * acceleration_32;
     const double acceleration_62 = cos_elbow_pitch * acceleration_61;
     const double M54 = sin_forearm_roll * acceleration_43 + cos_forearm_roll * acceleration_45;
-    const double acceleration_63 = 0.010199999999999999 - M54;
+    const double acceleration_63 = 0.0102 - M54;
     const double acceleration_64 = sin_elbow_pitch * acceleration_63;
-    const double acceleration_65 = 7.200000000000007e-05 - acceleration_62 + acceleration_64;
+    const double acceleration_65 = 7.2e-05 - acceleration_62 + acceleration_64;
     const double acceleration_66 = cos_arm_roll * (acceleration_60 - acceleration_59) - 2.0 * sin_arm_roll
         * acceleration_65;
     const double acceleration_67 = cos_arm_roll * acceleration_66;
-    const double acceleration_68 = 0.0045040999999999 + acceleration_59 + acceleration_67;
-    const double acceleration_69 = 0.0034680000000000006 + acceleration_47 + sin_elbow_pitch * acceleration_48
-        + 0.41000000000000003 * (cos_elbow_pitch * acceleration_54 - sin_elbow_pitch * acceleration_56);
+    const double acceleration_68 = 0.0045041 + acceleration_59 + acceleration_67;
+    const double acceleration_69 = 0.003468 + acceleration_47 + sin_elbow_pitch * acceleration_48 + 0.41
+        * (cos_elbow_pitch * acceleration_54 - sin_elbow_pitch * acceleration_56);
     const double acceleration_70 = cos_arm_roll * acceleration_69;
     const double acceleration_71 = sin_forearm_roll * acceleration_50;
     const double acceleration_72 = cos_forearm_roll * acceleration_52;
     const double acceleration_73 = sin_elbow_pitch * acceleration_61 + cos_elbow_pitch * acceleration_63;
-    const double acceleration_74 = 0.41000000000000003 * (acceleration_71 + acceleration_72)
-        - 0.004709999999999999 - acceleration_73;
+    const double acceleration_74 = 0.41 * (acceleration_71 + acceleration_72) - 0.00471 - acceleration_73;
     const double acceleration_75 = sin_arm_roll * acceleration_74;
     const double acceleration_76 = sin_arm_roll * acceleration_69 + cos_arm_roll * acceleration_74;
-    const double M21 = sin_shoulder_pitch * (acceleration_65 - 0.00011800000000000001 + sin_arm_roll
-        * acceleration_66) - cos_shoulder_pitch * (0.01112 + acceleration_76);
+    const double M21 = sin_shoulder_pitch * (acceleration_65 - 0.000118 + sin_arm_roll * acceleration_66)
+        - cos_shoulder_pitch * (0.01112 + acceleration_76);
     const double M33 = acceleration_60 + acceleration_59;
     const double M31 = cos_shoulder_pitch * M33 - sin_shoulder_pitch * (acceleration_75 - acceleration_70);
     const double acceleration_77 = acceleration_64 - acceleration_62;
     const double M44 = acceleration_34 + acceleration_39;
-    const double acceleration_78 = M44 + 0.41000000000000003 * (acceleration_57 + acceleration_55);
+    const double acceleration_78 = M44 + 0.41 * (acceleration_57 + acceleration_55);
     const double acceleration_79 = sin_shoulder_pitch * (cos_arm_roll * acceleration_77 + sin_arm_roll
         * acceleration_78) + cos_shoulder_pitch * acceleration_73;
     const double acceleration_80 = acceleration_46 - acceleration_44;
     const double M55 = acceleration_23 + acceleration_12;
     const double M53 = sin_elbow_pitch * acceleration_80 + cos_elbow_pitch * M55;
-    const double acceleration_81 = cos_elbow_pitch * acceleration_80 - sin_elbow_pitch * M55
-        + 0.41000000000000003 * (acceleration_53 - acceleration_51);
-    const double acceleration_82 = M54 + 0.41000000000000003 * cos_elbow_pitch * (acceleration_72
-        + acceleration_71);
+    const double acceleration_81 = cos_elbow_pitch * acceleration_80 - sin_elbow_pitch * M55 + 0.41
+        * (acceleration_53 - acceleration_51);
+    const double acceleration_82 = M54 + 0.41 * cos_elbow_pitch * (acceleration_72 + acceleration_71);
     const double M51 = cos_shoulder_pitch * M53 - sin_shoulder_pitch * (cos_arm_roll * acceleration_81
         + sin_arm_roll * acceleration_82);
     const double acceleration_83 = acceleration_30 - acceleration_28;
@@ -339,22 +337,23 @@ void seven_joint_arm_step(seven_joint_arm_state *state, const seven_joint_arm_pa
     const double acceleration_84 = M66 - acceleration_38;
     const double acceleration_85 = cos_forearm_roll * acceleration_83 - sin_forearm_roll * acceleration_84;
     const double M63 = sin_elbow_pitch * acceleration_85 + cos_elbow_pitch * M65;
-    const double acceleration_86 = cos_elbow_pitch * acceleration_85 - sin_elbow_pitch * M65
-        + 0.41000000000000003 * sin_forearm_roll * acceleration_37;
+    const double acceleration_86 = cos_elbow_pitch * acceleration_85 - sin_elbow_pitch * M65 + 0.41
+        * sin_forearm_roll * acceleration_37;
     const double acceleration_87 = sin_forearm_roll * acceleration_83 + cos_forearm_roll * acceleration_84;
-    const double acceleration_88 = acceleration_87 - 0.41000000000000003 * (cos_forearm_roll * cos_elbow_pitch
+    const double acceleration_88 = acceleration_87 - 0.41 * (cos_forearm_roll * cos_elbow_pitch
         * acceleration_37 - sin_elbow_pitch * (acceleration_41 + acceleration_40));
     const double M61 = cos_shoulder_pitch * M63 - sin_shoulder_pitch * (cos_arm_roll * acceleration_86
         - sin_arm_roll * acceleration_88);
-    const double acceleration_89 = 0.0010627416997969527 * sin_hand_roll + 0.0004627416997969522 * cos_hand_roll;
-    const double acceleration_90 = 0.00022482112619110145 * cos_hand_roll + 0.00030125252283473477
-        * sin_hand_roll + 0.00020172340167658084 - 0.00436873060511378 * acceleration_89;
-    const double acceleration_91 = 2.255735397426586e-05 * cos_hand_roll + 3.0226073093537816e-05
-        * sin_hand_roll - 0.0020105054163607776 + 0.043541584522179204 * acceleration_89;
+    const double acceleration_89 = 0.001062741699796952 * sin_hand_roll + 0.00046274169979695207 * cos_hand_roll;
+    const double acceleration_90 = 0.0002248211261911014 * cos_hand_roll + 0.00030125252283473466
+        * sin_hand_roll + 0.00020172340167658097 - 0.00436873060511378 * acceleration_89;
+    const double acceleration_91 = 2.2557353974265858e-05 * cos_hand_roll + 3.0226073093537806e-05
+        * sin_hand_roll - 0.002010505416360779 + 0.043541584522179204 * acceleration_89;
     const double acceleration_92 = cos_wrist_pitch * acceleration_90 - sin_wrist_pitch * acceleration_91 + 0.39
         * acceleration_89;
-    const double acceleration_93 = 4.61970849156906e-05 * sin_hand_roll - 0.00010609713490378755 * cos_hand_roll;
-    const double acceleration_94 = 0.0004604299187458012 * sin_hand_roll - 0.0010574324179126171 * cos_hand_roll;
+    const double acceleration_93 = 4.6197084915690593e-05 * sin_hand_roll - 0.00010609713490378748
+        * cos_hand_roll;
+    const double acceleration_94 = 0.0004604299187458011 * sin_hand_roll - 0.0010574324179126165 * cos_hand_roll;
     const double M76 = acceleration_2 - acceleration_1 + 0.043541584522179204 * acceleration_93
         - 0.00436873060511378 * acceleration_94;
     const double acceleration_95 = cos_wrist_pitch * acceleration_94 - sin_wrist_pitch * acceleration_93;
@@ -362,12 +361,12 @@ void seven_joint_arm_step(seven_joint_arm_state *state, const seven_joint_arm_pa
     const double acceleration_97 = cos_forearm_roll * acceleration_92 - sin_forearm_roll * acceleration_96;
     const double acceleration_98 = sin_wrist_pitch * acceleration_90 + cos_wrist_pitch * acceleration_91;
     const double M73 = sin_elbow_pitch * acceleration_97 - cos_elbow_pitch * acceleration_98;
-    const double acceleration_99 = cos_elbow_pitch * acceleration_97 + sin_elbow_pitch * acceleration_98
-        - 0.41000000000000003 * (sin_forearm_roll * acceleration_95 - cos_forearm_roll * acceleration_89);
+    const double acceleration_99 = cos_elbow_pitch * acceleration_97 + sin_elbow_pitch * acceleration_98 - 0.41
+        * (sin_forearm_roll * acceleration_95 - cos_forearm_roll * acceleration_89);
     const double acceleration_100 = sin_forearm_roll * acceleration_92 + cos_forearm_roll * acceleration_96;
-    const double acceleration_101 = acceleration_100 + 0.41000000000000003 * (cos_elbow_pitch
-        * (cos_forearm_roll * acceleration_95 + sin_forearm_roll * acceleration_89) + sin_elbow_pitch
-        * (sin_wrist_pitch * acceleration_94 + cos_wrist_pitch * acceleration_93));
+    const double acceleration_101 = acceleration_100 + 0.41 * (cos_elbow_pitch * (cos_forearm_roll
+        * acceleration_95 + sin_forearm_roll * acceleration_89) + sin_elbow_pitch * (sin_wrist_pitch
+        * acceleration_94 + cos_wrist_pitch * acceleration_93));
     const double M71 = cos_shoulder_pitch * M73 - sin_shoulder_pitch * (cos_arm_roll * acceleration_99
         - sin_arm_roll * acceleration_101);
     const double acceleration_102 = v_shoulder_yaw_hat * sin_shoulder_pitch;
@@ -414,7 +413,7 @@ void seven_joint_arm_step(seven_joint_arm_state *state, const seven_joint_arm_pa
     const double acceleration_122_squared = acceleration_122 * acceleration_122;
     const double acceleration_134 = acceleration_127_squared + acceleration_122_squared;
     const double acceleration_135 = acceleration_111 - acceleration_112;
-    const double acceleration_136 = acceleration_4 + 0.41000000000000003 * acceleration_135;
+    const double acceleration_136 = acceleration_4 + 0.41 * acceleration_135;
     const double acceleration_137 = sin_forearm_roll * acceleration_127 + cos_forearm_roll * acceleration_123;
     const double acceleration_138 = cos_forearm_roll * acceleration_125 + sin_forearm_roll * acceleration_116
         - v_forearm_roll_hat * acceleration_137;
@@ -433,9 +432,9 @@ void seven_joint_arm_step(seven_joint_arm_state *state, const seven_joint_arm_pa
     const double acceleration_148 = acceleration_142_squared + acceleration_139_squared;
     const double acceleration_137_squared = acceleration_137 * acceleration_137;
     const double acceleration_149 = acceleration_142_squared + acceleration_137_squared;
-    const double acceleration_150 = 9.81 * cos_shoulder_pitch - 0.41000000000000003 * acceleration_121;
+    const double acceleration_150 = 9.81 * cos_shoulder_pitch - 0.41 * acceleration_121;
     const double acceleration_151 = acceleration_115 + acceleration_116;
-    const double acceleration_152 = 0.41000000000000003 * acceleration_151 - acceleration_5;
+    const double acceleration_152 = 0.41 * acceleration_151 - acceleration_5;
     const double acceleration_153 = cos_elbow_pitch * acceleration_150 - sin_elbow_pitch * acceleration_152;
     const double acceleration_154 = sin_wrist_pitch * acceleration_142 + cos_wrist_pitch * acceleration_139;
     const double acceleration_155 = cos_wrist_pitch * acceleration_138 + sin_wrist_pitch * acceleration_129
@@ -496,118 +495,107 @@ void seven_joint_arm_step(seven_joint_arm_state *state, const seven_joint_arm_pa
         * acceleration_165 - acceleration_193;
     const double acceleration_195 = 0.09983341664682815 * acceleration_192 - 0.9950041652780258
         * acceleration_194;
-    const double acceleration_196 = 0.0010487999999999962 * acceleration_175 - 0.0002799999999999998
-        * acceleration_179 + 0.00022594993472040546 * acceleration_182 + 0.0003027650871698193
-        * (acceleration_183 - acceleration_184) + 0.0010627416997969527 * acceleration_195;
+    const double acceleration_196 = 0.0010488 * acceleration_175 - 0.00028 * acceleration_179
+        + 0.0002259499347204054 * acceleration_182 + 0.0003027650871698192 * (acceleration_183
+        - acceleration_184) + 0.001062741699796952 * acceleration_195;
     const double acceleration_197 = acceleration_180 - acceleration_181;
     const double acceleration_198 = acceleration_171_squared + acceleration_172_squared;
-    const double acceleration_199 = 0.0003027650871698193 * acceleration_197 - 0.0009718000000000025
-        * acceleration_179 + 0.0002799999999999998 * acceleration_175 - 0.00022594993472040546
-        * (acceleration_184 - acceleration_198) + 0.0004627416997969522 * acceleration_195;
+    const double acceleration_199 = 0.0003027650871698192 * acceleration_197 - 0.0009718 * acceleration_179
+        + 0.00028 * acceleration_175 - 0.0002259499347204054 * (acceleration_184 - acceleration_198)
+        + 0.00046274169979695207 * acceleration_195;
     const double acceleration_200 = acceleration_170 + 0.043541584522179204 * acceleration_162
         + 0.00436873060511378 * acceleration_158;
-    const double acceleration_201 = 0.0009718000000000025 * acceleration_182 - 0.0010487999999999962
-        * acceleration_197 - 0.00022594993472040546 * (acceleration_173 - acceleration_174)
-        - 0.0003027650871698193 * (acceleration_177 + acceleration_178) - 0.0002799999999999998
-        * (acceleration_198 - acceleration_183) - 0.0004627416997969522 * (cos_hand_roll * acceleration_200
-        - acceleration_8 * acceleration_192 - acceleration_7 * acceleration_194) - 0.0010627416997969527
-        * (acceleration_6 * acceleration_192 + acceleration_9 * acceleration_194 + sin_hand_roll
-        * acceleration_200);
-    const double acceleration_202 = 0.0010627416997969527 * acceleration_197 + 0.0004627416997969522
+    const double acceleration_201 = 0.0009718 * acceleration_182 - 0.0010488 * acceleration_197
+        - 0.0002259499347204054 * (acceleration_173 - acceleration_174) - 0.0003027650871698192
+        * (acceleration_177 + acceleration_178) - 0.00028 * (acceleration_198 - acceleration_183)
+        - 0.00046274169979695207 * (cos_hand_roll * acceleration_200 - acceleration_8 * acceleration_192
+        - acceleration_7 * acceleration_194) - 0.001062741699796952 * (acceleration_6 * acceleration_192
+        + acceleration_9 * acceleration_194 + sin_hand_roll * acceleration_200);
+    const double acceleration_202 = 0.001062741699796952 * acceleration_197 + 0.00046274169979695207
         * acceleration_198;
-    const double acceleration_203 = 0.0004627416997969522 * acceleration_182 + 0.0010627416997969527
+    const double acceleration_203 = 0.00046274169979695207 * acceleration_182 + 0.001062741699796952
         * acceleration_183;
     const double acceleration_204 = sin_hand_roll * acceleration_202 - cos_hand_roll * acceleration_203;
-    const double acceleration_205 = 0.041877792270843414 * acceleration_158 - 0.01282168727779533
-        * acceleration_162 + 8.300000000000001e-05 * acceleration_164 - 0.00074 * (acceleration_165
-        - acceleration_166) - 0.2733905081639192 * acceleration_170 + acceleration_6 * acceleration_196
-        - acceleration_8 * acceleration_199 + 0.09983341664682815 * acceleration_201 + 0.00436873060511378
-        * acceleration_204;
-    const double acceleration_206 = 0.00074 * acceleration_191 - 8.300000000000001e-05 * (acceleration_166
-        - acceleration_190) - 0.006233836391918199 * acceleration_162 + 0.01282168727779533 * acceleration_158
+    const double acceleration_205 = 0.04187779227084341 * acceleration_158 - 0.012821687277795328
+        * acceleration_162 + 8.3e-05 * acceleration_164 - 0.00074 * (acceleration_165 - acceleration_166)
+        - 0.27339050816391913 * acceleration_170 + acceleration_6 * acceleration_196 - acceleration_8
+        * acceleration_199 + 0.09983341664682815 * acceleration_201 + 0.00436873060511378 * acceleration_204;
+    const double acceleration_206 = 0.00074 * acceleration_191 - 8.3e-05 * (acceleration_166 - acceleration_190)
+        - 0.006233836391918195 * acceleration_162 + 0.012821687277795328 * acceleration_158
         - 0.08557967683091304 * acceleration_170 + acceleration_9 * acceleration_196 - acceleration_7
         * acceleration_199 - 0.9950041652780258 * acceleration_201 - 0.043541584522179204 * acceleration_204;
-    const double acceleration_207 = 0.08557967683091304 * acceleration_162 - 0.2733905081639192
+    const double acceleration_207 = 0.08557967683091304 * acceleration_162 - 0.27339050816391913
         * acceleration_158 + acceleration_204;
-    const double acceleration_208 = 0.006372500000000023 * acceleration_141 + 0.000144 * acceleration_145
-        + 0.000482 * acceleration_147 + 0.016055000000000003 * (acceleration_148 - acceleration_149)
-        + 0.052500000000000005 * acceleration_153 + cos_wrist_pitch * acceleration_205 - sin_wrist_pitch
-        * acceleration_206 - 0.39 * acceleration_207;
+    const double acceleration_208 = 0.0063725 * acceleration_141 + 0.000144 * acceleration_145 + 0.000482
+        * acceleration_147 + 0.016055 * (acceleration_148 - acceleration_149) + 0.0525 * acceleration_153
+        + cos_wrist_pitch * acceleration_205 - sin_wrist_pitch * acceleration_206 - 0.39 * acceleration_207;
     const double acceleration_209 = acceleration_129 - acceleration_146;
     const double acceleration_210 = acceleration_137_squared + acceleration_139_squared;
-    const double acceleration_211 = 0.0010627416997969527 * acceleration_175 - 0.0004627416997969522
+    const double acceleration_211 = 0.001062741699796952 * acceleration_175 - 0.00046274169979695207
         * acceleration_179;
     const double acceleration_212 = acceleration_9 * acceleration_202 + acceleration_7 * acceleration_203
         - 0.9950041652780258 * acceleration_211;
     const double acceleration_213 = acceleration_6 * acceleration_202 + acceleration_8 * acceleration_203
         + 0.09983341664682815 * acceleration_211;
-    const double acceleration_214 = 0.006233836391918199 * acceleration_164 + 0.041877792270843414
-        * acceleration_191 + 8.300000000000001e-05 * (acceleration_157 + acceleration_155) + 0.00074
-        * (acceleration_160 + acceleration_161) - 0.01282168727779533 * (acceleration_190 - acceleration_165)
-        - 0.08557967683091304 * acceleration_193 + 0.2733905081639192 * acceleration_189 + sin_hand_roll
+    const double acceleration_214 = 0.006233836391918195 * acceleration_164 + 0.04187779227084341
+        * acceleration_191 + 8.3e-05 * (acceleration_157 + acceleration_155) + 0.00074 * (acceleration_160
+        + acceleration_161) - 0.012821687277795328 * (acceleration_190 - acceleration_165)
+        - 0.08557967683091304 * acceleration_193 + 0.27339050816391913 * acceleration_189 + sin_hand_roll
         * acceleration_196 + cos_hand_roll * acceleration_199 + 0.043541584522179204 * acceleration_212
         - 0.00436873060511378 * acceleration_213;
     const double acceleration_215 = acceleration_213 - 0.08557967683091304 * acceleration_190
-        + 0.2733905081639192 * acceleration_191;
-    const double acceleration_216 = 0.08557967683091304 * acceleration_164 + 0.2733905081639192
+        + 0.27339050816391913 * acceleration_191;
+    const double acceleration_216 = 0.08557967683091304 * acceleration_164 + 0.27339050816391913
         * acceleration_165 + acceleration_212;
     const double acceleration_217 = cos_wrist_pitch * acceleration_215 - sin_wrist_pitch * acceleration_216;
-    const double acceleration_218 = 0.016055000000000003 * acceleration_209 - 0.002002199999999974
-        * acceleration_145 - 0.000144 * acceleration_141 + 0.000482 * (acceleration_149 - acceleration_210)
-        - 0.0022 * acceleration_153 + acceleration_214 + 0.39 * acceleration_217;
-    const double acceleration_219 = 0.73793 * acceleration_126 - 0.00107 * acceleration_130
-        - 0.00013900000000000007 * acceleration_132 + 0.010199999999999999 * (acceleration_133
-        - acceleration_134) - 2.181 * acceleration_136 + cos_forearm_roll * acceleration_208 - sin_forearm_roll
-        * acceleration_218;
+    const double acceleration_218 = 0.016055 * acceleration_209 - 0.0020022 * acceleration_145 - 0.000144
+        * acceleration_141 + 0.000482 * (acceleration_149 - acceleration_210) - 0.0022 * acceleration_153
+        + acceleration_214 + 0.39 * acceleration_217;
+    const double acceleration_219 = 0.73793 * acceleration_126 - 0.00107 * acceleration_130 - 0.000139
+        * acceleration_132 + 0.0102 * (acceleration_133 - acceleration_134) - 2.181 * acceleration_136
+        + cos_forearm_roll * acceleration_208 - sin_forearm_roll * acceleration_218;
     const double acceleration_220 = acceleration_131 + acceleration_116;
     const double acceleration_221 = acceleration_122_squared + acceleration_123_squared;
-    const double acceleration_222 = 0.000144 * (acceleration_210 - acceleration_148) - 0.002002199999999974
-        * acceleration_147 - 0.006372500000000023 * acceleration_209 - 0.000482 * acceleration_169
-        - 0.016055000000000003 * acceleration_186 + 0.0022 * acceleration_168 - 0.052500000000000005
-        * acceleration_185 - sin_wrist_pitch * acceleration_205 - cos_wrist_pitch * acceleration_206;
-    const double acceleration_223 = 0.010199999999999999 * acceleration_220 - 0.0030260999999999205
-        * acceleration_130 + 0.00107 * acceleration_126 + 0.00013900000000000007 * (acceleration_134
-        - acceleration_221) - 0.0087 * acceleration_136 + acceleration_222;
-    const double acceleration_224 = 0.052500000000000005 * acceleration_209 - 0.0022 * acceleration_210
-        + acceleration_217;
-    const double acceleration_225 = acceleration_207 - 0.0022 * acceleration_147 - 0.052500000000000005
-        * acceleration_148;
-    const double acceleration_226 = 0.015899999999999966 * acceleration_113 + 7.200000000000007e-05
-        * acceleration_117 - 0.0034680000000000006 * acceleration_119 - 0.004709999999999999
-        * (acceleration_120 - acceleration_121) + 0.05886000000000006 * cos_shoulder_pitch + cos_elbow_pitch
-        * acceleration_219 - sin_elbow_pitch * acceleration_223 + 0.41000000000000003 * (2.181
+    const double acceleration_222 = 0.000144 * (acceleration_210 - acceleration_148) - 0.0020022
+        * acceleration_147 - 0.0063725 * acceleration_209 - 0.000482 * acceleration_169 - 0.016055
+        * acceleration_186 + 0.0022 * acceleration_168 - 0.0525 * acceleration_185 - sin_wrist_pitch
+        * acceleration_205 - cos_wrist_pitch * acceleration_206;
+    const double acceleration_223 = 0.0102 * acceleration_220 - 0.0030261 * acceleration_130 + 0.00107
+        * acceleration_126 + 0.000139 * (acceleration_134 - acceleration_221) - 0.0087 * acceleration_136
+        + acceleration_222;
+    const double acceleration_224 = 0.0525 * acceleration_209 - 0.0022 * acceleration_210 + acceleration_217;
+    const double acceleration_225 = acceleration_207 - 0.0022 * acceleration_147 - 0.0525 * acceleration_148;
+    const double acceleration_226 = 0.0159 * acceleration_113 + 7.2e-05 * acceleration_117 - 0.003468
+        * acceleration_119 - 0.00471 * (acceleration_120 - acceleration_121) + 0.05886 * cos_shoulder_pitch
+        + cos_elbow_pitch * acceleration_219 - sin_elbow_pitch * acceleration_223 + 0.41 * (2.181
         * acceleration_126 - 0.0087 * acceleration_130 - sin_forearm_roll * acceleration_224 - cos_forearm_roll
         * acceleration_225);
     const double acceleration_227 = acceleration_118 + acceleration_107;
     const double acceleration_228 = acceleration_109_squared + acceleration_110_squared;
-    const double acceleration_229 = 0.0030260999999999205 * acceleration_132 - 0.73793 * acceleration_220
-        + 0.00013900000000000007 * (acceleration_124 - acceleration_125) - 0.010199999999999999
-        * (acceleration_128 - acceleration_129) - 0.00107 * (acceleration_221 - acceleration_133) - 0.0087
-        * acceleration_153 - 2.181 * acceleration_167 - sin_forearm_roll * acceleration_208 - cos_forearm_roll
-        * acceleration_218;
-    const double acceleration_230 = 0.0034680000000000006 * (acceleration_121 - acceleration_228)
-        - 0.004709999999999999 * acceleration_227 - 0.0035496000000000937 * acceleration_117
-        - 7.200000000000007e-05 * acceleration_113 - 0.12164400000000002 * cos_shoulder_pitch
-        + 0.41000000000000003 * (cos_elbow_pitch * (2.181 * acceleration_220 + 0.0087 * acceleration_221
+    const double acceleration_229 = 0.0030261 * acceleration_132 - 0.73793 * acceleration_220 + 0.000139
+        * (acceleration_124 - acceleration_125) - 0.0102 * (acceleration_128 - acceleration_129) - 0.00107
+        * (acceleration_221 - acceleration_133) - 0.0087 * acceleration_153 - 2.181 * acceleration_167
+        - sin_forearm_roll * acceleration_208 - cos_forearm_roll * acceleration_218;
+    const double acceleration_230 = 0.003468 * (acceleration_121 - acceleration_228) - 0.00471
+        * acceleration_227 - 0.0035496 * acceleration_117 - 7.2e-05 * acceleration_113 - 0.121644
+        * cos_shoulder_pitch + 0.41 * (cos_elbow_pitch * (2.181 * acceleration_220 + 0.0087 * acceleration_221
         + cos_forearm_roll * acceleration_224 - sin_forearm_roll * acceleration_225) - sin_elbow_pitch
-        * (0.0022 * acceleration_145 - 0.0087 * acceleration_132 - 2.181 * acceleration_133
-        + 0.052500000000000005 * acceleration_141 - sin_wrist_pitch * acceleration_215 - cos_wrist_pitch
-        * acceleration_216)) - acceleration_229;
+        * (0.0022 * acceleration_145 - 0.0087 * acceleration_132 - 2.181 * acceleration_133 + 0.0525
+        * acceleration_141 - sin_wrist_pitch * acceleration_215 - cos_wrist_pitch * acceleration_216))
+        - acceleration_229;
     const double acceleration_231 = acceleration_104_squared + v_shoulder_pitch_hat_squared;
-    const double acceleration_232 = 0.0035496000000000937 * acceleration_119 - 0.015899999999999966
-        * acceleration_227 + 0.0034680000000000006 * acceleration_135 + 0.004709999999999999 * acceleration_151
-        + 7.200000000000007e-05 * (acceleration_228 - acceleration_120) + 0.012400000000000001 * acceleration_4
-        + 0.006000000000000005 * acceleration_5 + sin_elbow_pitch * acceleration_219 + cos_elbow_pitch
-        * acceleration_223;
-    const double r1 = inputs->w_shoulder_yaw - F_hat_on_shoulder_yaw + sin_shoulder_pitch
-        * (0.00010199999999999988 * acceleration_107 - 0.01112 * (acceleration_103 - acceleration_105)
-        - 3.5769400000000005 * acceleration_106 + 0.00011800000000000001 * acceleration_108 + cos_arm_roll
-        * acceleration_226 - sin_arm_roll * acceleration_230) + cos_shoulder_pitch * (0.0090081999999998
-        * acceleration_107 - 0.01112 * acceleration_108 - 0.00010199999999999988 * acceleration_106
-        - 0.00011800000000000001 * (acceleration_105 - acceleration_231) - acceleration_232);
-    const double one_over_D1 = 1.0 / (0.023936800000000036 + acceleration_58 + cos_shoulder_pitch
-        * (cos_shoulder_pitch * (acceleration_68 - acceleration_58) - 2.0 * sin_shoulder_pitch
-        * (acceleration_75 - 5.099999999999994e-05 - acceleration_70)) + acceleration_60 - acceleration_67);
+    const double acceleration_232 = 0.0035496 * acceleration_119 - 0.0159 * acceleration_227 + 0.003468
+        * acceleration_135 + 0.00471 * acceleration_151 + 7.2e-05 * (acceleration_228 - acceleration_120)
+        + 0.0124 * acceleration_4 + 0.006 * acceleration_5 + sin_elbow_pitch * acceleration_219
+        + cos_elbow_pitch * acceleration_223;
+    const double r1 = inputs->w_shoulder_yaw - F_hat_on_shoulder_yaw + sin_shoulder_pitch * (0.000102
+        * acceleration_107 - 0.01112 * (acceleration_103 - acceleration_105) - 3.57694 * acceleration_106
+        + 0.000118 * acceleration_108 + cos_arm_roll * acceleration_226 - sin_arm_roll * acceleration_230)
+        + cos_shoulder_pitch * (0.0090082 * acceleration_107 - 0.01112 * acceleration_108 - 0.000102
+        * acceleration_106 - 0.000118 * (acceleration_105 - acceleration_231) - acceleration_232);
+    const double one_over_D1 = 1.0 / (0.0239368 + acceleration_58 + cos_shoulder_pitch * (cos_shoulder_pitch
+        * (acceleration_68 - acceleration_58) - 2.0 * sin_shoulder_pitch * (acceleration_75 - 5.1e-05
+        - acceleration_70)) + acceleration_60 - acceleration_67);
     const double L21 = M21 * one_over_D1;
     const double L31 = M31 * one_over_D1;
     const double acceleration_233 = acceleration_79 * one_over_D1;
@@ -650,8 +638,8 @@ void seven_joint_arm_step(seven_joint_arm_state *state, const seven_joint_arm_pa
     const double LD76 = M76 - M71 * L61 - L62 * LD72 - L63 * LD73 - L64 * LD74 + L65 * acceleration_236;
     const double L76 = one_over_D6 * LD76;
     const double y2 = inputs->w_shoulder_pitch - F_hat_on_shoulder_pitch - sin_arm_roll * acceleration_226
-        + 1.7839659000000003 * acceleration_108 + 5.099999999999994e-05 * (acceleration_231 - acceleration_103)
-        + 47.13705 * sin_shoulder_pitch + 0.040221 * cos_shoulder_pitch - cos_arm_roll * acceleration_230 - r1
+        + 1.7839659 * acceleration_108 + 5.1e-05 * (acceleration_231 - acceleration_103) + 47.13705
+        * sin_shoulder_pitch + 0.04022100000000001 * cos_shoulder_pitch - cos_arm_roll * acceleration_230 - r1
         * L21;
     const double y3 = inputs->w_arm_roll - F_hat_on_arm_roll - acceleration_232 - r1 * L31 + acceleration_235
         * y2;

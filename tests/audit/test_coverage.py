@@ -23,6 +23,7 @@ def test_every_numbered_equation_of_the_thesis_has_a_claim():
     assert numbers <= {c.entry.equation for c in read_claims()}
 
 
+@pytest.mark.slow
 def test_json_objects():
     objects = json.loads(json.dumps(audit_json(findings())))
     assert len(objects) == len(read_claims())

@@ -104,6 +104,7 @@ def test_times_are_of_logs_as_they_are() -> None:
     assert times([failed]) is None
 
 
+@pytest.mark.slow
 def test_a_run_without_result_says_why_and_is_kept(tmp_path: Path) -> None:
     (tmp_path / "stage.yaml").write_text(stage().text)
     asked = ("case_0001", tmp_path, tmp_path / "stage.yaml", tmp_path / "out")

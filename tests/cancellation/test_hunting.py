@@ -54,6 +54,7 @@ def found(text: str, gains=None):
     return hunting(spec, add_declared_effects(build_system(spec), spec), gains=gains)
 
 
+@pytest.mark.slow
 def test_more_than_the_friction_cancelled_is_a_limit_cycle_of_known_size():
     """With the velocity measured G lags and never overshoots: the describing function has cycles for γ > 1 only."""
     mass = Mass(1, 100, 4, 1, -40, h=0.001)

@@ -24,6 +24,7 @@ from codegen.checker.newtons import Refused
 from codegen.files import sha256
 from codegen.replay.twin import load_twin
 
+from .test_binding import GUARDED
 from .test_verify import Cert, at, is_rational, places, replaced
 
 GENERATED = Path(__file__).parents[2] / "generated"
@@ -203,7 +204,8 @@ def test_what_is_shipped_stands_and_is_that_of_its_twin(path: Path) -> None:
     )
     unspecified = "the specification's SHA-256: it was not given (--spec)"
     always = tuple(gap for gap in newtons.verify.ALWAYS if not gap.startswith("values"))
-    assert report.open == (unspecified, *always, LAWS, *(trackers or (newtons.VALUES,)))
+    held = GUARDED if path.parent.name == "one_mass_domain" else ()
+    assert report.open == (*held, unspecified, *always, LAWS, *(trackers or (newtons.VALUES,)))
 
 
 @pytest.mark.parametrize("name", MACHINES)
@@ -241,11 +243,26 @@ def edited(name: str, was: str, now: str) -> tuple[str, dict[str, bytes]]:
     code = files["__init__.py"].decode()
     assert code.count(was) == 1
     code, cert = code.replace(was, now), json.loads(files["certificate.json"])
+    shift = re.fullmatch(r"outputs\.a_hat_(\w+) = a_hat_\w+ ([-+]) ([0-9.]+)", now)
+    if shift is not None:  # otherwise a state set from the shown level after lost samples gives it away
+        back = {"+": "-", "-": "+"}[shift[2]] + f" {shift[3]}"
+        code, count = re.subn(rf"(state\.z_{shift[1]} = outputs\.a_hat_{shift[1]})\b", rf"\1 {back}", code)
+        assert count == 1
     cert["subject"]["files"]["__init__.py"] = sha256(code)
     files |= {"__init__.py": code.encode(), "certificate.json": json.dumps(cert).encode()}
     content["certificate"]["sha256"] = sha256(files["certificate.json"].decode())
     newtons.verify.check(json.dumps(cert), sources=files)
     return json.dumps(content), files
+
+
+def test_a_level_shown_that_is_not_used_is_seen_by_the_certificate_s_checker_too() -> None:
+    """After many lost samples the state is set from what was shown."""
+    files, content = sources("one_mass"), json.loads(sources("one_mass")["certificate.json"])
+    was = "outputs.a_hat_rail = a_hat_rail"
+    code = files["__init__.py"].decode().replace(was, was + " + 5.0")
+    content["subject"]["files"]["__init__.py"] = sha256(code)
+    with pytest.raises(Refused, match="lost samples: the sample that ends many lost ones does not go on from what was"):
+        newtons.verify.check(json.dumps(content), sources=files | {"__init__.py": code.encode()})
 
 
 def test_a_twin_that_learns_where_nothing_is_wrong_is_refused() -> None:
@@ -340,6 +357,12 @@ def test_as_a_program_that_stands_alone(tmp_path: Path) -> None:
         newtons.parsed(certificate)
     alone = tmp_path / "bound.json"
     alone.write_bytes(path.read_bytes())
-    assert run(str(alone)) == (3, "refused: certificate.json, on which the bound rests, is not here\n")
+    assert run(str(alone)) == (3, f"refused: {alone}: certificate.json, on which the bound rests, is not here\n")
+    (tmp_path / "certificate.json").write_text("{}", "utf-8")
+    code, said = run(str(alone))
+    assert code == 3 and said.startswith(f"refused: {alone}: certificate.json: certificate: fields missing or extra")
+    (tmp_path / "certificate.json").write_text("{", "utf-8")
+    code, said = run(str(alone))
+    assert code == 3 and said.startswith(f"refused: {alone}: certificate.json: Expecting property name")
     alone.write_text('{"format": "stiction-bound/1"', "utf-8")
     assert run(str(alone))[0] == 2

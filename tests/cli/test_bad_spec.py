@@ -82,8 +82,8 @@ FAULTS = {
         ":29: simulation.duration: the number",
     ),
     "a number too long for Python": (changed(ONE, "value: 1,", f"value: 1{'0' * 9000},"), ":9: a number of thousands"),
-    "brackets without end": (changed(ONE, "name: one_mass", f"name: {'[' * 3000}"), ":2: more than 100 brackets"),
-    "lists without end": (f"{ONE}rest:\n  {'- ' * 3000}a\n", ":34: entries nested too deep"),
+    "brackets without end": (changed(ONE, "name: one_mass", f"name: {'[' * 3000}"), ":2: more than 20 lists"),
+    "lists without end": (f"{ONE}rest:\n  {'- ' * 3000}a\n", ":34: more than 20 lists and mappings"),
     "a long expression": (
         changed(ONE, "\n  - w\n", f"\n  - {'w + ' * 400}zz\n"),
         ":13: force[0]: unknown name `zz` in `w + ",

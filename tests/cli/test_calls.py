@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import subprocess
+import sys
 from unittest.mock import patch
 
 import pytest
@@ -209,3 +210,17 @@ def test_verify_says_which_file_it_wrote(tmp_path):
     assert result.code == 0
     assert result.out.splitlines()[-1] == str(tmp_path / "one.smt2")
     assert (tmp_path / "one.smt2").exists()
+
+
+def test_an_interrupt_while_libraries_are_loaded():
+    """As Ctrl-C in the first seconds: no traceback, and 130."""
+    script = (
+        "import builtins, signal; load = builtins.__import__\n"
+        "def slow(name, *rest):\n"
+        "    if name == 'sympy': signal.raise_signal(signal.SIGINT)\n"
+        "    return load(name, *rest)\n"
+        "builtins.__import__ = slow\n"
+        "from codegen.start import main; main()"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, cwd=SPECS.parent, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")

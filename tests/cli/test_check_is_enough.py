@@ -21,13 +21,6 @@ def changed(*pairs: tuple[str, str]) -> str:
 PARAMETER = "  m: {value: 1, unit: kg}\n"
 MASS = "  - [m]\n"
 FAULTS = {
-    "names alike": (
-        changed(
-            (PARAMETER, PARAMETER + "  J2: {value: 1, unit: kg}\n  j2: {value: 1, unit: kg}\n"),
-            (MASS, "  - [m + J2 + j2]\n"),
-        ),
-        "s.yaml:11: parameters.j2: `J2` and `j2`, which differ only in case",
-    ),
     "an output's name": (
         changed(
             (PARAMETER, PARAMETER + "  u_cancel_w: {value: 1, unit: kg}\n"),

@@ -228,6 +228,12 @@ def test_the_folder_of_another_machine_is_refused(generated, folder):
     assert contents(generated) == before
 
 
+def test_lanes_are_no_other_machine(folder):
+    """The header of the lanes in the manifest once was taken for another machine's."""
+    for _ in range(2):
+        assert stiction("generate", "one_mass.yaml", "-o", "made", "--target", "all").code == 0
+
+
 @pytest.mark.parametrize("manifest", [None, "{}", '{"tool": {"name": "other"}, "files": {"README.md": ""}}', "\xff"])
 def test_files_of_another_hand_are_kept(folder, manifest):
     target = folder / "project"

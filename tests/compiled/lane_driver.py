@@ -41,8 +41,8 @@ void driver_run(long samples, const real *rows, real *outputs, real *states)
 """
 
 
-def load_lanes(workshop: Workshop, spec: str, precision: str) -> Loaded:
-    """The lanes at -O3."""
+def lane_files(spec: str, precision: str) -> dict[str, str]:
+    """The lanes, and driver.c with the two calls."""
     face = interface(spec, precision)
     name = face.name
     files = dict(emit_sources(program(spec, precision), make_header("m.yaml", "0" * 64, ""), ("simd",)))
@@ -62,6 +62,13 @@ def load_lanes(workshop: Workshop, spec: str, precision: str) -> Loaded:
         give="\n".join(give),
         inputs=len(face.elements("inputs")),
     )
+    return files
+
+
+def load_lanes(workshop: Workshop, spec: str, precision: str) -> Loaded:
+    """The lanes at -O3."""
+    face, files = interface(spec, precision), lane_files(spec, precision)
+    name = face.name
     driver = workshop.object(files, "driver.c", GCC, *HOST_FLAGS, "-O1")
     lanes = workshop.object(files, f"{name}_lanes.c", GCC, *HOST_FLAGS, "-O3")
     return Loaded(workshop.link(f"{name}_lanes.so", GCC, "-shared", driver, lanes, "-lm"), face)

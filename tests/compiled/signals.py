@@ -91,6 +91,29 @@ def broken_at_first(excitation: Excitation, samples: int) -> np.ndarray:
     return rows
 
 
+def hostile(excitation: Excitation, samples: int, seed: int = 6) -> np.ndarray:
+    """What no sensor gives: any bits at all, subnormal numbers, the ends of the range, and runs of lost samples.
+
+    A quarter of the samples each of: random bit patterns throughout; ordinary motion in which whole stretches of a
+    sample to fifty are NaN or infinite; numbers among the smallest that there are; and signs, zeros and extremes in
+    turn from one sample to the next.
+    """
+    random = np.random.default_rng(seed)
+    each, width, kind = samples // 4, len(excitation.channels), np.finfo(excitation.dtype)
+    bits = random.integers(0, 256, size=(each, width * excitation.dtype.itemsize), dtype=np.uint8).view(
+        excitation.dtype
+    )
+    lost = ordinary(excitation, each, seed)
+    for start in np.flatnonzero(random.random(each) < 0.02):
+        stretch = slice(start, start + random.integers(1, 50))
+        columns = random.random(width) < random.choice([0.5, 1.0])
+        lost[stretch, columns] = random.choice([np.nan, np.inf, -np.inf])
+    tiny = random.normal(size=(each, width)) * float(kind.smallest_subnormal) * random.choice([1, 1e3, 1e6], (each, 1))
+    ends = [float(kind.max), -float(kind.max), float(kind.tiny), -float(kind.smallest_subnormal), 0.0, -0.0, 1.0, -1.0]
+    extremes = random.choice(ends, size=(samples - 3 * each, width))
+    return np.concatenate([bits, lost, tiny.astype(excitation.dtype), extremes.astype(excitation.dtype)])
+
+
 def has_fault_policy(face: Interface) -> bool:
     """Whether the outputs have the flag of the sensor fault policy."""
     return any(member.name == "fault" for member in face.outputs)

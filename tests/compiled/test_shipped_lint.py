@@ -58,6 +58,7 @@ def test_misra_deviations_are_the_documented_ones(workshop, specs, precision):
     assert all(reason.endswith(".") for reason in deviations().values())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("precision", PRECISIONS)
 def test_clang_tidy_is_silent(workshop, precision):
     need("clang-tidy")

@@ -179,12 +179,16 @@ def test_the_test_log_has_no_say_in_what_is_found(tmp_path: Path) -> None:
     spec = stage()
     answers = []
     for name, reference in (("a.csv", TEST), ("b.csv", "0.1*sin(2*pi*0.9*t)")):
-        test = log_of(stage("[]", 9.0, reference, 9.0), tmp_path, name)
+        test = log_of(stage(plant, 4.0, reference, 9.0), tmp_path, name)
         diagnosis, models = diagnose_log(spec, system_of(spec), train, test)
         answers.append(
             (diagnosis.verdict, diagnosis.effects, diagnosis.candidates, diagnosis.refitted, models.spec_text)
         )
     assert answers[0] == answers[1]
+    assert answers[0][0] == "effect"
+    # A log of another machine may refuse what was found; it cannot change what was looked at.
+    other = log_of(stage("[]", 9.0, TEST, 9.0), tmp_path, "c.csv")
+    assert diagnose_log(spec, system_of(spec), train, other)[0].candidates == answers[0][2]
 
 
 @pytest.mark.slow

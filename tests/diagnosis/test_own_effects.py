@@ -73,6 +73,7 @@ def mine(tmp_path: Path) -> Iterator[None]:
     CATALOGUE.update(before)
 
 
+@pytest.mark.slow
 def test_own_effects_are_listed_with_what_became_of_them(
     mine: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

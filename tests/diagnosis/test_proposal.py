@@ -58,6 +58,7 @@ def test_what_no_term_explains_is_not_dressed_up(tmp_path: Path) -> None:
     assert found.share == 0
 
 
+@pytest.mark.slow
 @needs_pysindy
 def test_a_proposal_is_in_the_report_and_never_in_the_spec(tmp_path: Path) -> None:
     log = log_of(stage(), tmp_path, "train.csv")

@@ -40,6 +40,7 @@ def coarse(effects: str, reference: str = SLOW, duration: float = 14.0, step: st
     return parse_spec(text, Path("stage.yaml"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("truth", ["input_delay", pytest.param("actuator_lag", marks=pytest.mark.slow)])
 def test_the_excitation_tells_delay_from_lag(truth: str, tmp_path: Path) -> None:
     plant = TRUTHS[truth]

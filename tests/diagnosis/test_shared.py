@@ -27,7 +27,7 @@ CASES = [
     "hard/case_0025",  # a gain that many parameters with a tolerance could share
     "hard/case_0027",  # a disturbance that is no effect of the catalogue
 ]
-QUICK = ("standard/case_0014", "standard/case_0052")
+QUICK = ("standard/case_0052",)
 
 
 def _run(case: Path, out: Path) -> tuple[dict, dict]:
@@ -101,7 +101,7 @@ def test_emps_friction_differs_by_direction(emps: Diagnosis) -> None:
     (effect,) = emps.effects
     assert (effect.kind, effect.on) == ("viscous_asymmetry", "rail")
     assert effect.parameters["d_b"] < 0
-    assert emps.augmented.relative_force < emps.refit.relative_force < emps.declared.relative_force
+    assert emps.augmented.relative_force < emps.refit.relative_force <= emps.declared.relative_force
     assert emps.augmented.free_run_rmse < 0.8 * emps.refit.free_run_rmse
     assert isinstance(emps.certificate and emps.certificate.after, float)
 

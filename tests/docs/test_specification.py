@@ -9,14 +9,20 @@ from pathlib import Path
 
 import pytest
 
+from codegen import cli
+from codegen.checker import files, verify
 from codegen.effects import CATALOGUE
+from codegen.errors import LONGEST_PART
 from codegen.friction import LAWS
+from codegen.input_files import LARGEST_GENERATED, LARGEST_TEXT
+from codegen.logs import csv_file, mat_elements, npy_header, source
 from codegen.observers import OBSERVERS
 from codegen.report.effect_pictures import effect_picture
 from codegen.report.effects import effects_page
 from codegen.report.law_pictures import law_picture
 from codegen.report.laws import laws_page
-from codegen.spec import parse_spec
+from codegen.spec import parse_spec, yaml_limits
+from codegen.spec.robot_file import LARGEST as LARGEST_URDF
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -56,6 +62,7 @@ def test_the_page_of_the_effects_is_current() -> None:
         assert (ROOT / "docs" / "effects" / f"{kind}.svg").read_text(encoding="utf-8").startswith("<?xml")
 
 
+@pytest.mark.slow
 def test_the_page_s_own_effect_can_be_registered(tmp_path: Path) -> None:
     (text,) = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "effects.md").read_text(encoding="utf-8"), re.S)
     (tmp_path / "my_effects.py").write_text(text, encoding="utf-8")
@@ -72,7 +79,7 @@ def test_the_page_s_own_effect_can_be_registered(tmp_path: Path) -> None:
     unknown, known, wrong = done.values()
     assert unknown.returncode == 2 and "unknown effect `magnetic_pull`" in unknown.stderr
     assert known.returncode == 0 and "magnetic_pull_x_x_0" in known.stdout
-    assert wrong.returncode == 2 and "no such Python file" in wrong.stderr
+    assert wrong.returncode == 2 and "the ending `.yaml`; expected a Python file" in wrong.stderr
 
 
 @pytest.mark.parametrize("kind", ["presliding", "coupling"])
@@ -88,7 +95,9 @@ def test_a_picture_comes_out_the_same_each_time(name: str) -> None:
 def test_the_readme_is_short_and_its_spec_is_one() -> None:
     assert len(README.splitlines()) <= 120
     count = len([p for p in (ROOT / "codegen/checker").glob("*.py") if p.name != "__init__.py"])
-    assert f"[checker](codegen/checker/) of {('seven', 'eight', 'nine', 'ten')[count - 7]} short files" in README
+    assert (
+        f"[checker](codegen/checker/) of {('seven', 'eight', 'nine', 'ten', 'eleven')[count - 7]} short files" in README
+    )
     (text,) = re.findall(r"```yaml\n(.*?)```", README, re.S)
     assert parse_spec(text, Path("readme.yaml")).observer is not None
 
@@ -102,3 +111,17 @@ def test_the_c_of_the_readme_compiles_and_prints_what_it_says(tmp_path: Path) ->
     subprocess.run([*command, str(folder / "two_mass.c"), "-lm", "-o", str(tmp_path / "a.out")], check=True)
     done = subprocess.run([str(tmp_path / "a.out")], check=True, capture_output=True, text=True)
     assert done.stdout.strip() == printed
+
+
+def test_the_stated_sizes_are_those_of_the_code() -> None:
+    (section,) = re.findall(r"^## Files, their sizes.*", SPECIFICATION, re.S | re.M)
+    limits = [LARGEST_TEXT, LARGEST_GENERATED, LARGEST_URDF, verify.MAX_TEXT, files.MAX_FILE, source.LARGEST]
+    limits += [source.LARGEST_STREAM, csv_file.MOST_ROWS, csv_file.LONGEST_LINE, mat_elements.MOST_VARIABLES]
+    limits += [npy_header.LONGEST, yaml_limits.MOST_NODES]
+    for limit in limits:
+        assert f" {limit:,} ".replace(",", " ") in section
+    assert f"at most {yaml_limits.DEEPEST} deep" in section and f"{yaml_limits.LONGEST_NUMBER} digits" in section
+    assert f"at most {yaml_limits.LONGEST_KEY} characters" in " ".join(section.split())
+    assert f"at most {LONGEST_PART} characters" in section
+    for code in (cli.REFUSED, cli.STALE, cli.INTERNAL, cli.INTERRUPTED):
+        assert f"\n| {code} | " in section

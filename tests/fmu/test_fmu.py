@@ -253,7 +253,8 @@ def test_what_there_is_no_target_for_is_one_message(tmp_path: Path, wrong: tuple
 
 
 def test_without_a_compiler_it_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("CC", str(tmp_path / "none"))
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setenv("PATH", str(tmp_path / "none"))
     done = stiction("generate", SPECS / "one_mass.yaml", "--target", "fmu", "-o", tmp_path)
     assert is_one_message(done) and "compiler" in done.err
     assert not list(tmp_path.iterdir())

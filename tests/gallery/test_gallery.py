@@ -102,6 +102,7 @@ def test_the_loop_of_figure_2_4_is_the_printed_one(place: int, k_F: float, mu: i
     assert np.max(np.abs(run.inputs[:, 0] - servo - by_hand)[between_jumps]) < 1e-7
 
 
+@pytest.mark.slow
 def test_higher_k_F_comes_closer_to_the_closed_form():
     t = np.arange(0, 1, 1e-3)
     runs = [servo_run(spec, AS_DRAWN) for spec in specs_of("2.4")[:3]]
@@ -169,6 +170,7 @@ def test_readings_of_another_condition_or_setting_are_not_of_the_figure():
     assert not is_of({**kept, "rows": [{**kept["rows"][0], "condition": "> 2"}, *kept["rows"][1:]]}, text)
 
 
+@pytest.mark.slow
 def test_a_figure_is_the_same_bytes_twice_and_alone_leaves_the_table(tmp_path: Path):
     first, second = make_figure("1.1"), make_figure("1.1")
     assert first.picture == second.picture
@@ -284,6 +286,7 @@ def test_a_number_that_is_not_finite_meets_no_condition():
     assert below.holds(np.float64(-1e9)) is True and above.holds(np.float64(1e9)) is True
 
 
+@pytest.mark.slow
 def test_an_unknown_figure_is_refused():
     with pytest.raises(BadInput, match="a figure's number"):
         run_gallery(["9.9"])

@@ -22,7 +22,7 @@ from codegen.spec import Spec, parse_spec
 
 SPECS = Path(__file__).parents[2] / "specs"
 SHIPPED = [str(path.relative_to(SPECS).with_suffix("")) for path in sorted(SPECS.rglob("*.yaml"))]
-SHIPPED = [name for name in SHIPPED if not name.startswith("gallery/")]  # the machines of the others
+SHIPPED = [name for name in SHIPPED if not name.startswith(("gallery/", "data/"))]  # the others' machines
 # The cart's third contact slides dependently; without the rail, U depends on x and every observer is admitted.
 ROD = CART.replace('[[1, 0, "l*cos(q)"], [0, 1, 1]]', '[[1, "l*cos(q)"], [0, 1]]').replace("name: cart", "name: rod")
 ROD = ROD.replace("    - {name: rail, law: coulomb, a: 2, unit: N}\n", "")
@@ -104,7 +104,8 @@ def write(variant: Variant) -> str:
         observer |= SHAPES[variant.option]
     if variant.kind in STATE:
         laws = {name: _law(variant.option, k) for k, name in enumerate(contacts)}
-        if "urdf" in entries or "lagrangian" in entries:  # the observer's own assumption, in place of the plant's law
+        ranged = any(c["name"] not in laws for c in entries.get("friction", {}).get("contacts", ()))
+        if "urdf" in entries or "lagrangian" in entries or ranged:  # the observer's assumption, in place of the plant's
             observer["laws"] = laws
         else:
             entries["friction"] = {

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from slider_log import write_csv
 
+from codegen.diagnosis.record import record_of
+from codegen.diagnosis.signals import smooth_motion
 from codegen.errors import BadInput
-from codegen.logs import read_log, read_logs
+from codegen.logs import excerpt, joined, preflight, read_log, read_logs
 
 
 def record(path, step, seconds, offset=0.0):
@@ -33,12 +35,98 @@ def test_records_of_one_rate_are_kept_as_they_are(tmp_path, spec):
     assert log.intake.rows == sum(one.intake.rows for one in alone)
 
 
-def test_records_of_different_rates_share_the_coarser_one(tmp_path, spec):
-    paths = [record(tmp_path / "a.csv", 0.002, 5), record(tmp_path / "b.csv", 0.0013, 5)]
+def test_records_of_different_rates_share_the_finest_one(tmp_path, spec):
+    """None loses what it shows: 2 ms and 13 ms on a grid of 1.3 ms, as their closed forms have it."""
+    steps = (0.002, 0.0013, 0.013)
+    paths = [record(tmp_path / f"{k}.csv", step, 5) for k, step in enumerate(steps)]
     log = read_logs(paths, spec)
-    assert log.sample_time == 0.002
-    a, b = log.segments[1]
-    assert np.abs(log.positions[a:b, 0] - 0.1 * np.sin(3 * 0.002 * np.arange(b - a))).max() < 1e-5
+    assert log.sample_time == 0.0013
+    for a, b in log.segments:
+        t = 0.0013 * np.arange(b - a)
+        assert np.abs(log.positions[a:b, 0] - 0.1 * np.sin(3 * t)).max() < 1e-6
+        assert np.abs(np.diff(log.positions[a:b, 0], 2) / 0.0013**2 + 0.9 * np.sin(3 * t[1:-1])).max() < 0.02
+    assert [one.sample_time for one in log.records] == list(steps)
+    assert log.files == "0.csv, 1.csv, 2.csv" and log.intake.rows == 2500 + 3846 + 385
+    assert not log.intake.resampled and log.intake.jitter < 1e-6
+    found = {f.topic: f for f in preflight(log, spec)}
+    assert found["sample rate"].figures["records"] == 3 and "76.92 to 769.2 Hz" in found["sample rate"].words
+    assert "in 1 of them a reversal" in found["sample rate"].words
+
+
+def test_a_common_step_that_keeps_the_experiment_below_what_is_fitted(tmp_path, spec, monkeypatch):
+    monkeypatch.setattr(joined, "MOST_SAMPLES", 2000)
+    paths = [record(tmp_path / "a.csv", 0.002, 5), record(tmp_path / "b.csv", 0.02, 5)]
+    log = read_logs(paths, spec)
+    assert log.sample_time == pytest.approx(14 / 2000, rel=1e-2) and log.size <= 2001
+
+
+def test_joints_are_no_gaps(tmp_path, spec):
+    """Ten records of a second: none is long enough alone, and all together are an experiment."""
+    paths = []
+    for k in range(10):
+        t = 0.002 * np.arange(500) + k
+        made = {"t": t, "x": 0.1 * np.sin(np.pi * t), "v": 0.1 * np.pi * np.cos(np.pi * t)}
+        made["w"] = -2 * 0.1 * np.pi**2 * np.sin(np.pi * t) + 3 * np.sign(made["v"])
+        paths.append(write_csv(tmp_path / f"{k}.csv", made, fmt="%.15g"))
+    log = read_logs(paths, spec)
+    found = {f.topic: f for f in preflight(log, spec)}
+    assert len(log.joints) == len(log.gaps) == 9
+    assert "gaps" not in found and "5000 samples over 9.98 s, in 10 records" in found["duration"].words
+    assert found["duration"].severity == "info"
+    assert found["sign and scale of w"].figures["factor"] == pytest.approx(1, abs=0.05)
+    part, _ = excerpt(log, 4000)
+    assert set(part.joints) == set(part.gaps)
+
+
+def test_short_records_are_an_experiment_together(tmp_path, spec):
+    """Fifteen records of 0.8 s: a segment of five periods of the cut-off would not fit into one of them."""
+    (tmp_path / "meta.yaml").write_text("cutoff_hz: 6\n")
+    paths = []
+    for k in range(15):
+        t = 0.002 * np.arange(400) + 0.37 * k
+        paths.append(write_csv(tmp_path / f"{k}.csv", {"t": t, "x": np.sin(9 * t), "w": np.cos(9 * t)}, fmt="%.15g"))
+    log = read_logs(paths, spec)
+    made = record_of(smooth_motion(log), log)
+    assert len(made.start) >= 12 and made.length >= 12
+    for start in made.start:
+        assert any(a <= start and start + made.length <= b for a, b in log.segments)
+
+
+def test_a_few_seconds_are_cut_into_shorter_segments(tmp_path, spec):
+    """Two records of 3.3 s at 10 Hz: five segments of 0.5 s fit into each, and twelve are needed."""
+    (tmp_path / "meta.yaml").write_text("cutoff_hz: 10\n")
+    paths = []
+    for k in range(2):
+        t = 0.002 * np.arange(1650)
+        paths.append(write_csv(tmp_path / f"{k}.csv", {"t": t, "x": np.sin(9 * t), "w": np.cos(9 * t)}, fmt="%.15g"))
+    log = read_logs(paths, spec)
+    made = record_of(smooth_motion(log), log)
+    assert len(made.start) >= 12 and 0.25 <= made.length * 0.002 < 0.5
+    for start in made.start:
+        assert any(a <= start and start + made.length <= b for a, b in log.segments)
+
+
+def test_all_files_are_named(tmp_path, spec):
+    paths = [record(tmp_path / f"run_{k:03}.csv", 0.1, 1) for k in range(3)]
+    with pytest.raises(BadInput, match=r"run_000\.csv, run_001\.csv, run_002\.csv: .* samples over"):
+        smooth_motion(read_logs(paths, spec))
+
+
+def test_steady_speeds_are_what_they_are(tmp_path, spec):
+    """A ladder of speeds, each of its own rate, with waves of the turn: no inertia is to be learnt from it."""
+    paths = []
+    for k, speed in enumerate((-0.4, -0.2, -0.1, 0.1, 0.2, 0.4)):
+        t = 0.02 / abs(speed) * 0.2 * np.arange(400)
+        v = speed * (1 + 0.02 * np.sin(40 * speed * t))
+        w = 3 * np.sign(speed) + 2 * speed + 2 * np.sin(40 * speed * t)
+        paths.append(write_csv(tmp_path / f"{k}.csv", {"t": t, "v": v, "w": w}, fmt="%.15g"))
+    log = read_logs(paths, spec)
+    found = {f.topic: f for f in preflight(log, spec)}
+    assert found["steady speeds of x"].severity == "info"
+    assert found["steady speeds of x"].figures["share"] > 0.95
+    assert "in 6 of its 6 records" in found["steady speeds of x"].words
+    assert not any("times the declared inertia" in f.words for f in found.values())
+    assert not [f.words for f in found.values() if f.severity == "problem"]
 
 
 def test_one_record_is_itself(tmp_path, spec):

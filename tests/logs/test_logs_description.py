@@ -73,6 +73,12 @@ def test_refusals(tmp_path, spec, text):
     assert REFUSED[text] in str(caught.value)
 
 
+def test_a_name_half_of_which_is_another_is_not_suggested(tmp_path, spec):
+    with pytest.raises(BadInput, match="no column `th`, which") as caught:
+        read_log(write_csv(tmp_path / "a.csv", rows(1)), spec, description=described(tmp_path, "columns: {x: th}\n"))
+    assert caught.value.nearest is None
+
+
 def test_precedence(tmp_path):
     made = rows(1)
     table = {"t": made["t"], "w": made["w"], **{n: np.full(500, k) for k, n in enumerate(["x", "s", "d", "o"])}}

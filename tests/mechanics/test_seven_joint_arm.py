@@ -6,7 +6,6 @@ import importlib.util
 import json
 import subprocess
 import sys
-import time
 from fractions import Fraction
 from pathlib import Path
 
@@ -14,17 +13,15 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from codegen.pipeline import derive, generate
-from codegen.stability.certificate.certify import Certificate
+from codegen.pipeline import derive
+from codegen.stability.certificate.certify import spectral_rate
 from mechanics.robots import SPECS
 
 SPEC = SPECS / "seven_joint_arm.yaml"
 
 
-@pytest.fixture(scope="module")
-def generated(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("arm") / "seven_joint_arm"
-    return folder, generate(SPEC, folder, uncertified=True)
+GENERATED = SPECS.parent / "generated" / "seven_joint_arm"
+"""As committed; tests/compiled/test_goldens.py sees that it is current."""
 
 
 def _load(folder: Path):
@@ -36,37 +33,32 @@ def _load(folder: Path):
     return twin
 
 
-def test_psi_of_the_arm_is_short_fast_and_stable() -> None:
-    start = time.process_time()
+def test_psi_of_the_arm_is_short_and_stable() -> None:
     analysis = derive(SPEC)
-    assert time.process_time() - start < 5
     assert analysis.stable and analysis.spectral_abscissa < 0
     assert max(len(str(entry)) for entry in analysis.dynamics.jacobian) < 400
     assert not analysis.points.missing
 
 
-def test_a_certificate_by_structure_says_what_it_assumes(generated) -> None:
-    _, result = generated
-    assert isinstance(result.outcome, Certificate)
-    content = result.outcome.content
+def test_a_certificate_by_structure_says_what_it_assumes() -> None:
+    content = json.loads((GENERATED / "certificate.json").read_text(encoding="utf-8"))
     figures = next(line for line in content["assumptions"] if "not enclosed over the envelope" in line)
     assert "a climb from the worst" in figures
     assert content["claim"].startswith("By the structure of the observer, for every mass matrix")
     low, high = (float(Fraction(x)) for x in content["variables"]["sigma"])
     assert 1.9 < low < 2.0 and 37 < high < 39  # the roots of 4.2 and 1300 1/s with 10 % added
-    assert 0.5 * result.outcome.spectral_rate < result.outcome.decay_rate < result.outcome.spectral_rate
+    spectral = spectral_rate(derive(SPEC))
+    assert 0.5 * spectral < float(Fraction(content["decay_rate"])) < spectral
 
 
-def test_the_manifest_names_the_robot_file(generated) -> None:
-    folder, _ = generated
-    manifest = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
+def test_the_manifest_names_the_robot_file() -> None:
+    manifest = json.loads((GENERATED / "manifest.json").read_text(encoding="utf-8"))
     assert manifest["robot"]["file"] == "seven_joint_arm.urdf" and len(manifest["robot"]["sha256"]) == 64
 
 
-def test_the_python_twin_does_what_the_equations_say(generated) -> None:
+def test_the_python_twin_does_what_the_equations_say() -> None:
     """A step of the GTO written with NumPy on Pinocchio's M and h."""
-    folder, _ = generated
-    twin = _load(folder)
+    twin = _load(GENERATED)
     model = pin.buildModelFromUrdf(str(SPECS / "seven_joint_arm.urdf"))
     data, dynamics = model.createData(), derive(SPEC).dynamics
     system, gains = dynamics.observer.system, dynamics.observer.gains
@@ -99,16 +91,15 @@ def test_the_python_twin_does_what_the_equations_say(generated) -> None:
         z_v, z_f = z_v + h * (-kv * v_hat + acceleration), z_f + h * (-k2 * acceleration)
 
 
-def test_the_c_compiles_without_a_warning(generated, tmp_path: Path) -> None:
-    folder, _ = generated
+def test_the_c_compiles_without_a_warning(tmp_path: Path) -> None:
     flags = ["-std=c99", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-ffp-contract=off"]
-    sources = [str(folder / "seven_joint_arm.c"), str(folder / "example_main.c")]
+    sources = [str(GENERATED / "seven_joint_arm.c"), str(GENERATED / "example_main.c")]
     command = ["gcc", *flags, *sources, "-o", str(tmp_path / "arm"), "-lm"]
     assert subprocess.run(command, capture_output=True, text=True, check=False).stderr == ""
     samples = np.random.default_rng(3).uniform(-1, 1, (5, 14))
     lines = "".join(" ".join(repr(float(value)) for value in row) + "\n" for row in samples)
     done = subprocess.run([tmp_path / "arm"], input=lines, capture_output=True, text=True, check=True)
-    twin = _load(folder)
+    twin = _load(GENERATED)
     names, state = list(twin.Inputs.__dataclass_fields__), None
     for row, line in zip(samples, done.stdout.splitlines()[-5:], strict=True):
         inputs = twin.Inputs(**dict(zip(names, map(float, row), strict=True)))

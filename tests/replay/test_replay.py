@@ -128,7 +128,8 @@ def test_npy_out_has_the_same_numbers_and_its_units_beside_it(tmp_path: Path) ->
 def test_without_a_compiler_the_twin_steps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     log = write_csv(tmp_path / "log.csv", record(500))
     pipeline.replay(SPEC, log, tmp_path / "a.csv")
-    monkeypatch.setenv("CC", str(tmp_path / "none"))
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setenv("PATH", str(tmp_path / "none"))
     result = pipeline.replay(SPEC, log, tmp_path / "b.csv")
     assert "twin" in result.engine
     assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()

@@ -61,10 +61,10 @@ class Case:
         return render_report(self.spec, self.diagnosis, self.models, FILES)
 
 
-def diagnosed(folder: Path, text: str, truth: str) -> Case:
-    """Simulate a spec with ``truth`` for its effects, and diagnose the log with the spec as it is."""
+def diagnosed(folder: Path, text: str, truth: str, level: float = 3) -> Case:
+    """Simulate a spec with ``truth`` for its effects and a level, and diagnose the log with the spec as it is."""
     spec = parse_spec(text, folder / "spec.yaml")
-    real = parse_spec(text.replace("effects: []", truth), folder / "real.yaml")
+    real = parse_spec(text.replace("effects: []", truth).replace("a: 3,", f"a: {level},"), folder / "real.yaml")
     path = folder / "log.csv"
     write_log(path, spec, simulate(real, add_declared_effects(build_system(real), real)))
     return Case(spec, *diagnose_log(spec, build_system(spec), read_log(path, spec)))
@@ -72,8 +72,8 @@ def diagnosed(folder: Path, text: str, truth: str) -> Case:
 
 @pytest.fixture(scope="session")
 def lacking(tmp_path_factory: pytest.TempPathFactory) -> Case:
-    """One coordinate; the spec lacks an offset, and its words try to break out of the page."""
-    return diagnosed(tmp_path_factory.mktemp("lacking"), SLIDE, OFFSET)
+    """One coordinate; the spec lacks an offset, its level is off, and its words try to break out of the page."""
+    return diagnosed(tmp_path_factory.mktemp("lacking"), SLIDE, OFFSET, 3.3)
 
 
 @pytest.fixture(scope="session")

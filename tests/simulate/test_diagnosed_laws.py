@@ -29,6 +29,7 @@ def spec(folder: Path, law: str) -> Path:
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("plant", "law"), [("dahl", "dahl"), ("lorentzian", "hess_soom_lag"), ("lorentzian", "ruina")])
 def test_diagnosis_goes_through_and_tells(tmp_path: Path, plant: str, law: str):
     log = pipeline.simulate(spec(tmp_path, plant), tmp_path / "log.csv").path

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import time as clock
 from dataclasses import replace
 from pathlib import Path
 
@@ -21,7 +20,7 @@ from codegen.simulate import free_run, free_run_rmse, simulate_open_loop
 from codegen.spec.model import DeclaredEffect
 from codegen.spec.reader import read_spec
 
-from .machines import arm, one_mass
+from .machines import one_mass
 
 PRACTICE = Path(__file__).parents[3] / "shared" / "practice"
 DELAYED = "effects: [{kind: input_delay, on: w, parameters: {T: 0.0037}}]"
@@ -76,20 +75,6 @@ def test_short_logs_and_wrong_shapes():
         free_run(system, time[:1], x[:1], v[:1], w[:1])
     with pytest.raises(ValueError, match="positions"):
         free_run(system, time, x[1:], v, w)
-
-
-@pytest.mark.parametrize(("make", "count", "limit"), [(one_mass, 25_000, 1.0), (arm, 12_000, 3.0)])
-def test_speed(make, count: int, limit: float):
-    _, system = make(a=0.1)
-    n, m = system.degrees_of_freedom, len(system.inputs)
-    time = 0.002 * np.arange(count)
-    w, still = np.tile(np.sin(time)[:, None], (1, m)), np.zeros((count, n))
-    seconds = []
-    for _ in range(3):
-        begin = clock.perf_counter()
-        free_run_rmse(system, time, still, still, w)
-        seconds.append(clock.perf_counter() - begin)
-    assert min(seconds) < limit
 
 
 def practice_cases() -> list[Path]:

@@ -38,6 +38,7 @@ def estimated(name: str, duration: float, levels: dict[str, float]):
     return log, np.array(rows)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("start", [30.0, pytest.param(70.0, marks=pytest.mark.slow)])
 def test_dfo_finds_level_and_hysteresis_of_the_reset_integrator(start: float):
     log, rows = estimated("one_mass_dfo", 2.5, {"rail_a": start})
@@ -52,6 +53,7 @@ def test_dfo_finds_level_and_hysteresis_of_the_reset_integrator(start: float):
     assert np.sqrt(np.mean((force / 50 - rows[:, 0])[late] ** 2)) < 0.001
 
 
+@pytest.mark.slow
 def test_gdfo_keeps_both_forces_of_the_two_masses():
     log, rows = estimated("two_mass_gdfo", 2, {})
     for contact, level in enumerate((10, 20)):

@@ -120,7 +120,7 @@ FAULTS: dict[str, Fault] = {
     "coordinates that move alike": (CONSTRAINTS, WHEEL, ALIKE, "coordinate x2 moves the bodies only as the", None),
     "a force on no body": (CONSTRAINTS, "    block: {x: w}", "    blok: {x: w}", "unknown body `blok`", "block"),
     "a torque for a force": (CONSTRAINTS, "{x: w}", "{x: w*l}", "force on block `w*l` in N*m; expected N", None),
-    "a force of an unknown name": (CONSTRAINTS, "{x: w}", "{x: -k*wheel_z}", "unknown name `wheel_z`", "wheel_y"),
+    "a force of an unknown name": (CONSTRAINTS, "{x: w}", "{x: -k*wheel_z}", "unknown name `wheel_z`", "wheel_x"),
     "a contradiction": (CONSTRAINTS, "    - wheel_y - l\n", "    - wheel_y - 2*l\n", "contradictory: equation 1", None),
     "two equations against each other": (CONSTRAINTS, "    - wheel_x - l*wheel_angle\n", "    - wheel_y - 2*l\n",
                                          "as the equations before it and the positions", None),

@@ -265,9 +265,16 @@ def test_exact_number_refuses(words: str) -> None:
         exact_number(words, PLACE)
 
 
+@given(st.integers(-(10**15), 10**15), st.integers(-200, 200))
+def test_a_number_of_up_to_fifteen_digits_is_the_decimal(digits: int, power: int) -> None:
+    assert exact_number(f"{digits}e{power}", PLACE) == digits * sympy.Integer(10) ** power
+
+
 @given(st.decimals(allow_nan=False, allow_infinity=False, min_value=-(10**20), max_value=10**20, places=12))
-def test_exact_number_is_the_decimal(number: Any) -> None:
-    assert exact_number(str(number), PLACE) == sympy.Rational(*number.as_integer_ratio())
+def test_a_longer_number_is_what_the_nearest_double_prints(number: Any) -> None:
+    """The decimal that stands in the generated code, which the checker reads there."""
+    found, double = exact_number(str(number), PLACE), int(number * 10**12) / 10**12
+    assert Fraction(int(found.p), int(found.q)) == Fraction(repr(double))
 
 
 @settings(max_examples=300, deadline=None)

@@ -150,7 +150,7 @@ def test_names_become_identifiers(name: str, expected: str) -> None:
     ("section", "words"),
     [
         ("urdf: none.urdf", ":2: urdf: `"),
-        ("urdf: {file: none.urdf}", "cannot be read"),
+        ("urdf: {file: none.urdf}", "none.urdf`: no such file"),
         ("urdf: {path: arm.urdf}", "unknown key `path`"),
         ("urdf: 3", "`3` as a file"),
         ("urdf: {gravity: [0, 0, -9.81]}", "`None` as a file"),

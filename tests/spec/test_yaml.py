@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from codegen.errors import BadInput
+from codegen.input_files import LARGEST_TEXT
 from codegen.spec import parse_spec, read_spec
-from codegen.spec.yaml_text import LARGEST, dump, load_mapping
+from codegen.spec.yaml_text import dump, load_mapping
 
 from .faults import GOOD
 
@@ -72,7 +73,7 @@ def test_an_alias_bomb_is_refused_quickly() -> None:
 
 def test_files_that_are_none(tmp_path: Path) -> None:
     cases = {"latin.yaml": GOOD.encode().replace(b"a test", b"\xe9t\xe9"), "empty.yaml": b"", "nul.yaml": b"\x00\x01"}
-    cases["huge.yaml"] = b"#" * (LARGEST + 1)
+    cases["huge.yaml"] = b"#" * (LARGEST_TEXT + 1)
     for name, data in cases.items():
         (tmp_path / name).write_bytes(data)
         with pytest.raises(BadInput, match=name):

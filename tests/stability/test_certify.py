@@ -161,6 +161,7 @@ UNSTABLE = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", UNSTABLE)
 def test_unstable_gains_never_get_a_certificate(kind: str) -> None:
     """50 random unstable sets a kind; the counterexample's eigenvalues are NumPy's, of a matrix written by hand."""

@@ -6,6 +6,7 @@ The plant is exact: within a sample the input is held, so the mass is moved by c
 from __future__ import annotations
 
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,7 @@ from codegen.rounding_bound import rounding_bounds
 from codegen.spec import parse_spec, read_spec
 from codegen.stability.analysis import analyse
 from codegen.stability.bound.domain_bound import DomainBound
-from codegen.stability.bound.error_bound import error_bounds
+from codegen.stability.bound.error_bound import error_bounds, rounding_share
 from codegen.stability.certificate.certify import Certificate, Refusal, certify
 
 ROOT = Path(__file__).parents[2]
@@ -244,6 +245,7 @@ def test_a_domain_that_begins_too_low_has_no_bound() -> None:
         assert bound.least_slip_speed == pytest.approx(enough.least_slip_speed)
 
 
+@pytest.mark.slow
 def test_no_code_is_generated_for_a_domain_without_a_bound(tmp_path: Path) -> None:
     """And what the refusal proposes is accepted."""
     text = (ROOT / "specs" / "one_mass_domain.yaml").read_text("utf-8")
@@ -297,7 +299,7 @@ def test_rounding_in_single_precision_is_bounded() -> None:
     assert isinstance(double.outcome, Certificate)
     found = rounding_bounds(double.spec, double.analysis, double.outcome, double.bounds)
     assert not isinstance(found, str), found
-    assert found["double"].adds < 1e-6 < found["single"].adds
+    assert 0 < found["double"].adds < 1e-6 < found["single"].adds
     assert isinstance(double.bound, DomainBound) and double.bound.inside is not None
     assert found["single"].inside is not None and found["single"].inside > double.bound.inside + found["single"].output
     x, v, w, level, _ = journeys(150, 1500, 9, double.h, double.edge)
@@ -314,6 +316,24 @@ def test_rounding_in_single_precision_is_bounded() -> None:
         kept += int(settled.sum())
     print(far, kept, found)
     assert kept > 1000 and 0.01 * found["single"].adds < far <= found["single"].adds
+
+
+def test_what_rounding_adds_is_no_difference_of_two_bounds() -> None:
+    """The bounds with and without it stop at different samples: their difference may be below zero, this never is."""
+    machine = Machine(level="a_rail: [20, 40], x: [-2, 2], v: [-4, 4], w: [-80, 80]")
+    assert isinstance(machine.outcome, Certificate)
+    observer, zero = machine.analysis.dynamics.observer, Fraction(0)
+    states = len(observer.errors)
+    assert rounding_share(observer, machine.outcome, (zero, [zero] * states)) == [0.0]
+    previous = 0.0
+    for size in (Fraction(1, 10**18), Fraction(1, 10**12), Fraction(1, 10**6)):
+        more = (size, [size] * states)
+        (share,) = rounding_share(observer, machine.outcome, more) or [-1.0]
+        with_it = error_bounds(machine.spec, machine.analysis, machine.outcome, more)
+        assert not isinstance(with_it, str)
+        assert share > previous
+        assert with_it[0].worst <= machine.bounds.steady + share  # what the disturbances do attain
+        previous = share
 
 
 def test_rounding_needs_ranges() -> None:

@@ -80,6 +80,7 @@ def test_the_figures_matter() -> None:
     assert rates[0] > rates[1] and rates[0] > rates[2] and rates[3:] == [0.0, 0.0]
 
 
+@pytest.mark.slow
 def test_v_falls_on_the_arm_of_pinocchio() -> None:
     """M, the slopes of the Coriolis forces and the next posture by Pinocchio, along random motions of the envelope."""
     spec = parse_spec(SPEC.read_text("utf-8"), SPEC)

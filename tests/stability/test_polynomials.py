@@ -14,10 +14,13 @@ from observers.machines import ONE_MASS, machine
 from codegen.errors import BadInput
 from codegen.mechanics import build_system
 from codegen.observers import build_observer
-from codegen.spec import parse_spec
+from codegen.readable import analysis_json
+from codegen.spec import parse_spec, read_spec
 from codegen.spec.functions import Magnitude
 from codegen.stability.analysis import Analysis, analyse
 from codegen.stability.certificate.exact import schur_stable
+from codegen.stability.factors import written_conditions
+from codegen.stability.operating_points import evaluate
 from codegen.stability.polynomials import bilinear, characteristic_polynomial, hurwitz_determinant, jury, routh_hurwitz
 
 H = sympy.Symbol("h", positive=True)
@@ -62,6 +65,101 @@ def test_routh_and_jury_agree_with_the_roots(order: int) -> None:
             used, stable = used + 1, stable + int((radius < 1).all())
     assert used >= 400
     assert stable >= 5
+
+
+def printed(order: int) -> tuple[Any, Any]:
+    """The lines that are printed, in continuous and in sampled time, over free coefficients."""
+    c = sympy.symbols(f"k0:{order}", real=True)
+    full = [sympy.Integer(1), *c]
+    routh = written_conditions(routh_hurwitz(full), full, full, set())
+    step = written_conditions(jury(full, H), full, full, {H})
+    return sympy.lambdify(c, [e for _, e in routh]), sympy.lambdify([*c, H], [e for _, e in step])
+
+
+@pytest.mark.parametrize("orders", [(1,), (2,), (3,), (4,), (5,), (1, 2), (2, 2), (1, 1, 3)])
+def test_the_lines_printed_hold_just_where_the_roots_say_so(orders: tuple[int, ...]) -> None:
+    """Each list by itself, for polynomials of one and of several factors; the roots by NumPy of their product."""
+    lines = [printed(order) for order in orders]
+    generator = np.random.default_rng(list(orders))
+    counts = {True: 0, False: 0}
+    for _ in range(300):
+        h = float(generator.uniform(0.1, 1.5))
+        parts = [np.real(np.poly(random_roots(order, generator) * generator.choice([0.4, 1]))) for order in orders]
+        whole = np.array([1.0])
+        for part in parts:
+            whole = np.polymul(whole, part)
+        roots = np.roots(whole)
+        radius = np.abs(1 + h * roots)
+        if np.abs(roots.real).min() < EDGE or np.abs(radius - 1).min() < EDGE:
+            continue
+        routh = all(value > 0 for (left, _), part in zip(lines, parts, strict=True) for value in left(*part[1:]))
+        step = all(value > 0 for (_, right), part in zip(lines, parts, strict=True) for value in right(*part[1:], h))
+        assert routh == (roots.real < 0).all()
+        assert step == (radius < 1).all()
+        counts[step] += 1
+    assert min(counts.values()) >= 5 and sum(counts.values()) >= 250
+
+
+@pytest.mark.parametrize("name", ["one_mass_dfo", "rig_dfob"])
+def test_the_value_of_a_condition_is_exact_beside_a_fast_rate(name: str) -> None:
+    """c0 = -det of Psi by Leibniz in fractions; in doubles one_mass_dfo had -2.2e-11 where f = 0 makes it zero."""
+    spec = read_spec(Path(__file__).parents[2] / "specs" / "thesis" / f"{name}.yaml")
+    found = analyse(spec, build_observer(spec, build_system(spec)))
+    exact = []
+    for matrix in evaluate(found.dynamics, found.dynamics.in_force(found.dynamics.jacobian), found.points):
+        (a, b, c), (d, e, f), (g, h, i) = ([Fraction(float(x)) for x in row] for row in matrix)
+        exact.append(-(a * e * i + b * f * g + c * d * h - c * e * g - b * d * i - a * f * h))
+    printed = {c.name: c.value for c in found.routh}
+    assert printed["c0"] == float(min(exact)) == 0
+    assert sum(0 < x < Fraction(1, 10**6) for x in exact) > 3
+
+
+TRACKERS = {
+    ("one_mass", "to"): "{{K_1: {2}, K_2: {4}, K_v: {0}}}",
+    ("two_mass", "gto"): "{{K_1: [{2}, {3}], K_2: [[{4}, {3}], [{2}, {5}]], K_v: [{0}, {1}]}}",
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "integration"),
+    [*[("one_mass", "to", step) for step in ("euler", "semi_implicit", "exponential")], ("two_mass", "gto", "euler")],
+)
+def test_jury_s_lines_alone_say_whether_a_machine_s_step_is_stable(name: str, kind: str, integration: str) -> None:
+    """Gains K_2 of either sign: where only the sign of a gain is wrong, one of Jury's own lines fails."""
+    generator = np.random.default_rng(list(f"{name}{kind}{integration}".encode()))
+    seen = set()
+    for sign in (-1, -1, 1):
+        values = [*generator.uniform(1, 60, 2), *generator.uniform(-9, 9, 2), *sign * generator.uniform(1, 60, 2)]
+        gains = TRACKERS[name, kind].format(*[f"{v:.4f}" for v in values])
+        section = (
+            f"{{kind: {kind}, velocity: estimated, gains: {gains}, sample_time: 0.003, integration: {integration}}}"
+        )
+        spec, system = machine(name, section)
+        found = analyse(spec, build_observer(spec, system))
+        radius = max(
+            np.abs(np.linalg.eigvals(np.eye(len(a)) + 0.003 * a)).max() for a in _numbers(found, found.dynamics.sampled)
+        )
+        assert all(c.holds for c in found.jury) == (radius < 1), (values, radius)
+        at = {**found.dynamics.observer.values, sympy.Symbol("h", real=True): sympy.Rational(3, 1000)}
+        lines = [c.expression.subs(at) for c in found.jury]
+        if all(line.is_number for line in lines):
+            assert all(line > 0 for line in lines) == (radius < 1)
+        seen.add(bool(radius < 1))
+    assert False in seen
+
+
+def test_a_positive_gain_of_a_tracker_fails_one_of_jury_s_lines() -> None:
+    """rig_to with K_2 = +10 grows by 1.085 a sample; every one of the Jury lines that were printed used to hold."""
+    path = Path(__file__).parents[2] / "specs" / "thesis" / "rig_to.yaml"
+    text = path.read_text("utf-8")
+    assert "K_2: -10" in text
+    for gain, stable in (("-10", True), ("10", False)):
+        spec = parse_spec(text.replace("K_2: -10", f"K_2: {gain}"), path)
+        found = analyse(spec, build_observer(spec, build_system(spec)))
+        assert (found.spectral_radius < 1) == stable == all(c.holds for c in found.jury)
+        shown = analysis_json(found)["jury"]
+        assert all(line["holds"] for line in shown) == stable
+    assert [line["greater_than_zero"] for line in shown if not line["holds"]] == ["-K_1 - K_2*K_v"]
 
 
 def test_the_exact_table_agrees_with_the_roots() -> None:

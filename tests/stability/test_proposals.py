@@ -7,13 +7,15 @@ from __future__ import annotations
 
 import json
 import re
+from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from cli.command import SPECS, stiction
 
-from codegen import pipeline
+from codegen import generation, pipeline
 from codegen.stability.certificate.certify import Certificate, Proposal, Proposals, Refusal
 from codegen.stability.remedies import proposals
 
@@ -92,11 +94,13 @@ def test_tracker(tmp_path: Path) -> None:
     assert -100 < gains["K_2"] < -90  # hK_v = 1/2, J = 1, so Jury's last condition is h²|K_2 K_v| < hK_v: |K_2| < 100
 
 
+@pytest.mark.slow
 def test_two_masses(tmp_path: Path) -> None:
     found = proposed(write(tmp_path, "two_mass", TWO, "gains: {K_F: [50000, 70000], K_v: [100, 1000]}"))
     assert found.sample_time is not None and found.gains is not None
 
 
+@pytest.mark.slow
 def test_guarded_cfo(tmp_path: Path) -> None:
     """The proposed gains must leave the domain a bound too, or a fresh run would refuse it."""
     found = proposed(write(tmp_path, "one_mass_domain", ONE, "gains: {K_F: 10, K_v: 3000}"))
@@ -117,6 +121,7 @@ def test_a_wrong_sign_is_turned(tmp_path: Path, name: str, old: str, wrong: str)
     assert found.gains.line == (old.replace("[500, 700]", "[[500, 0], [0, 700]]"))
 
 
+@pytest.mark.slow
 def test_where_nothing_helps(tmp_path: Path) -> None:
     """A DFO learns nothing of its level where the force is zero, whatever the gains."""
     path = write(tmp_path, "thesis/one_mass_dfo", DFO, DFO)
@@ -130,6 +135,40 @@ def test_one_that_is_too_large(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     path = write(tmp_path, "one_mass", ONE, "gains: {K_F: 20000, K_v: 100}")
     assert proposed(path) == Proposals(None, None, "2 error components, and a search is made up to 1")
     assert "tried: 2 error components" in stiction("certify", path).err
+
+
+def test_nothing_is_proposed_that_the_gate_refuses(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The proof of the sampled error stands at many gains, but the checker takes none for one of the code."""
+    bound = generation.checker.bound
+
+    def refuse(top: Any, sources: Any, spec: Any) -> Any:
+        if sources:
+            raise generation.checker.Refused("`matrix` is not how the twin moves its error")
+        return bound(top, sources, spec)
+
+    path = write(tmp_path, "one_mass", ONE, "gains: {K_F: 11, K_v: 100}")
+    monkeypatch.setattr(generation.checker, "bound", refuse)
+    content = json.loads(stiction("certify", path, "--json").out)
+    assert "is not how the twin moves its error" in content["reason"]
+    assert content["proposals"]["gains"] is None and content["proposals"]["sample_time"] is None
+    assert content["sample_times"] == {}
+
+
+def test_a_proposal_is_passed_over_where_the_gate_refuses_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The longest sample time with a proof is not bound to its code here: the next shorter one is proposed."""
+    path = write(tmp_path, "one_mass", ONE, "gains: {K_F: 10, K_v: 3000}")
+    before = proposed(path).sample_time
+    assert before is not None
+    bound = generation.checker.bound
+
+    def refuse_one(top: Any, sources: Any, spec: Any) -> Any:
+        if sources and top["sample_time"] == Fraction(repr(before.sample_time)):
+            raise generation.checker.Refused("`matrix` is not how the twin moves its error")
+        return bound(top, sources, spec)
+
+    monkeypatch.setattr(generation.checker, "bound", refuse_one)
+    after = proposed(path).sample_time
+    assert after is not None and after.sample_time < before.sample_time
 
 
 def test_text_and_json(tmp_path: Path) -> None:

@@ -101,6 +101,7 @@ def test_a_thousand_unstable_gain_sets_are_refused_with_a_proof() -> None:
     unstable_sets(1000)
 
 
+@pytest.mark.slow
 def test_no_refutation_of_what_is_true() -> None:
     """The limit of a stable set with a rate below the spectral one, or another sign, point or direction, is refused."""
     found = outcome(

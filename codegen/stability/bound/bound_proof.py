@@ -12,6 +12,7 @@ import sympy
 
 from codegen.checker import newtons
 from codegen.friction.law import DynamicLaw
+from codegen.numerics import numerical
 from codegen.observers.equations import Observer
 from codegen.spec.model import Spec
 from codegen.stability.analysis import Analysis
@@ -28,6 +29,7 @@ DIGITS = 6
 MARGIN = Decimal("1.00002")  # the checker sums until less than half of that is left
 
 
+@numerical("the bound on the error")
 def with_bounds(spec: Spec, analysis: Analysis, certificate: Certificate, sources: dict[str, bytes]) -> Certificate:
     """The certificate with the bounds on the friction errors, as far as the checker accepts their proof.
 

@@ -159,6 +159,30 @@ def error_bounds(
     return tuple(result)
 
 
+def rounding_share(
+    observer: Observer, certificate: Certificate, rounding: tuple[Fraction, list[Fraction]]
+) -> list[float] | None:
+    """What rounding adds to the long-run bound of each friction error: the bound of these disturbances alone.
+
+    The errors are linear in the disturbances, so the bound with rounding is at most the bound without it and this sum,
+    which has no difference in it. None where it is not known.
+
+    Args:
+        rounding: of the measured positions, and of each state in a step.
+    """
+    response = error_response(observer)
+    if isinstance(response, str):
+        return None
+    n, m = observer.system.degrees_of_freedom, response.step.rows
+    zero = Fraction(0)
+    none = {"noise": [zero] * n, "displacement": [zero] * n, "velocity": [zero] * n}
+    none |= {"acceleration": [zero] * n, "friction": [zero] * (m - n)}
+    sizes = with_rounding(none, response, *rounding)
+    counts = {cause: [size > 0 for size in each] for cause, each in sizes.items()}
+    sums = column_sums(response, counts, Tail(certificate))
+    return None if sums is None else [b.bound for b in steady_bounds(response, sums, sizes)[n:]]
+
+
 def refuse_empty_domain(spec: Spec, observer: Observer, bounds: tuple[ErrorBound, ...] | str) -> None:
     """Raise BadInput for a domain in which there is no bound, so that no code says that it holds."""
     guarded = observer.domain

@@ -15,6 +15,7 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.checker import verify
+from codegen.friction import DynamicLaw
 from codegen.spec.model import Spec
 from codegen.stability.analysis import Analysis
 from codegen.stability.certificate.decimals import rounded, rounded_matrix, texts
@@ -149,6 +150,7 @@ def _content(
     reversals = [_reversal(together, analysis, contact, fall) for contact in range(len(observer.signs))]
     words = {"observer": observer, "reversals": [r for r in reversals if r], "rate": float(rate), "period": float(h)}
     words |= {"turning": turning, "slow": slow, "astray": None if slow is None else slow.known_stray}
+    words["stateful"] = [(c.name, c.law.name) for c in observer.system.contacts if isinstance(c.law, DynamicLaw)]
     words |= {"variables": {v.name: (float(lo), float(hi)) for v, (lo, hi) in family.variables.items()}}
     return {
         **base,
@@ -184,7 +186,10 @@ def _reversal(
     flips = [k for k, e in enumerate(observer.errors) if e.contact == contact]
     if not observer.level_errors or not flips:
         return None
-    return turn_cost(matrices, observer.system.contacts[contact].name, flips, fall)
+    try:
+        return turn_cost(matrices, observer.system.contacts[contact].name, flips, fall)
+    except (np.linalg.LinAlgError, OverflowError):  # P is nearly singular: nothing is said of a reversal
+        return None
 
 
 def turn_cost(

@@ -14,6 +14,7 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.checker import verify
+from codegen.exact_numbers import geometric
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.stability.certificate.family import PI, Family, NotEnclosable
 from codegen.stability.certificate.prefix import rational_text, to_prefix
@@ -174,7 +175,7 @@ def _sampled_ranges(family: Family, parameters: list[sympy.Symbol]) -> list[tupl
 
 def _samples(low: float, high: float) -> NDArray[np.float64]:
     """Even points of a range, and points that crowd towards zero, where friction changes fastest."""
-    near = np.geomspace(1e-4, 1.0, 60)
+    near = geometric(1e-4, 1.0, 60)
     around = np.concatenate([low * near, high * near]) if low < 0 < high else low + (high - low) * near
     return np.unique(np.concatenate([np.linspace(low, high, 65), around]))
 

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh, matrix_balance, solve_continuous_lyapunov, solve_discrete_lyapunov
 from scipy.spatial import ConvexHull
 
+from codegen.stability.certificate.centre import climbed, slower_until
 from codegen.stability.certificate.lmi import fall, feasible
 
 Array = NDArray[np.float64]
-BISECTIONS = 9
 LARGEST_HULL = 4
 
 
@@ -43,11 +43,10 @@ def common_lyapunov(
     if limit <= 0:
         return None
     scale = balance(matrices)
-    scaled = [a * scale[None, :] / scale[:, None] for a in extreme(matrices)]
-    if len(scaled) == 1 and structure is None:
-        found = _single(scaled[0], h, limit)
-    else:
-        found = _several(scaled, h, limit, structure)
+    few, scaled = ([a * scale[None, :] / scale[:, None] for a in each] for each in (extreme(matrices), matrices))
+    found = (
+        _single(few[0], h, limit) if len(few) == 1 and structure is None else _several(few, scaled, h, limit, structure)
+    )
     if found is None:
         return None
     p, alpha = found
@@ -98,21 +97,18 @@ def _single(a: Array, h: float, limit: float) -> tuple[Array, float] | None:
 
 
 def _several(
-    matrices: Sequence[Array], h: float, limit: float, structure: NDArray[np.bool_] | None
+    few: Sequence[Array], matrices: Sequence[Array], h: float, limit: float, structure: NDArray[np.bool_] | None
 ) -> tuple[Array, float] | None:
-    """For a family: the linear matrix inequality at growing α by bisection."""
-    low, high, best = 0.0, limit, None
-    for _ in range(BISECTIONS):
-        alpha = (low + high) / 2 if best is not None else low + (high - low) / 4
-        p = _feasible(matrices, h, alpha, structure)
-        if p is None:
-            high = alpha
-        else:
-            shown = rate_of(p, matrices, h)
-            low, best = max(alpha, shown), (p, shown * 0.9999)
-        if high < 1e-4 * limit:
-            break
-    return best
+    """For a family: the linear matrix inequality at falling α, and from the first that is met on by centres.
+
+    Args:
+        few: of the matrices, those that are no mixture of others; which these are may hang on the last bit.
+    """
+    first = slower_until(lambda alpha: _feasible(few, h, alpha, structure), limit)
+    if first is None:
+        return None
+    p, shown = climbed(*first, np.array(matrices), h, lambda p: rate_of(p, matrices, h), structure)
+    return p, shown * 0.9999
 
 
 def rate_of(p: Array, matrices: Sequence[Array], h: float) -> float:

@@ -13,6 +13,7 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
+from codegen.exact_numbers import geometric, powers_of_ten
 from codegen.stability.analysis import Analysis
 from codegen.stability.certificate.decimals import rounded
 from codegen.stability.operating_points import evaluate_columns, matrix_function
@@ -78,6 +79,11 @@ def extremes(analysis: Analysis, k: float, gain: Array) -> Extremes | None:
     )
 
 
+def _bell(dice: np.random.Generator, shape: tuple[int, ...]) -> Array:
+    """Random numbers of mean 0 and variance 1 without a logarithm, which machines round differently."""
+    return np.asarray(dice.uniform(-1, 1, (3, *shape)).sum(axis=0))
+
+
 def _up(value: float) -> Any:
     return rounded(value * (1 + 10.0 ** (1 - DIGITS)), DIGITS) if value else sympy.Integer(0)
 
@@ -108,19 +114,19 @@ class _Machine:
         third, count = POINTS // 3, len(self.speeds)
         ends = dice.integers(0, 2, (third, count))
         points[:third, self.speeds] = self.ends[self.speeds, :][np.arange(count), ends]
-        points[third : 2 * third, self.speeds] *= 10 ** -dice.uniform(0, DECADES, (third, count))
+        points[third : 2 * third, self.speeds] *= powers_of_ten(-dice.uniform(0, DECADES, (third, count)))
         return np.asarray(np.vstack([points, self.analysis.points.values]))
 
     def climb(self, measure: Callable[[Array], Array], points: Array, dice: np.random.Generator) -> float:
         """The largest value found from the best of these points on."""
         best = points[np.argsort(measure(points))[-KEPT:]]
-        for reach in np.geomspace(0.2, 0.005, ROUNDS):
+        for reach in geometric(0.2, 0.005, ROUNDS):
             width = reach * (self.ends[:, 1] - self.ends[:, 0])
             moved = np.repeat(best, CHILDREN, axis=0)
-            scaled = moved * np.exp(reach * dice.normal(size=moved.shape))  # near standstill a step is a factor
-            moved = np.where(
-                dice.random((len(moved), 1)) < SCALED, scaled, moved + width * dice.normal(size=moved.shape)
-            )
+            step = reach * _bell(dice, moved.shape)
+            scaled = moved * (1 + step + step**2 / 2)  # near standstill a step is a factor
+            shifted = moved + width * _bell(dice, moved.shape)
+            moved = np.where(dice.random((len(moved), 1)) < SCALED, scaled, shifted)
             moved = np.clip(moved, self.ends[:, 0], self.ends[:, 1])
             both = np.vstack([best, moved])
             best = both[np.argsort(measure(both))[-KEPT:]]

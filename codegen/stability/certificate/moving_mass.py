@@ -32,6 +32,7 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
+from codegen.exact_numbers import geometric
 from codegen.mechanics.system import Matrix
 from codegen.spec.model import symbol
 from codegen.stability.analysis import Analysis
@@ -105,7 +106,7 @@ def certified_mode(h: Any, k: Any, found: Extremes) -> MovingMass | None:
         kappa = rounded(share * found.slowest / float(k), 3)
         step = mode_step(h, k, found, kappa, beta)
         function = _numbers(step)
-        sampled = [_corners(function, s, s)[0] for s in np.geomspace(float(ends[0]), float(ends[1]), MODES)]
+        sampled = [_corners(function, s, s)[0] for s in geometric(float(ends[0]), float(ends[1]), MODES)]
         proposal = common_lyapunov(sampled, float(h), np.eye(3, dtype=bool))
         if proposal is not None and (best is None or proposal[1] > best[0]):
             best = proposal[1], kappa, step, proposal[0]

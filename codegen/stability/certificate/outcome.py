@@ -113,6 +113,7 @@ class Refusal:
         proof: the refutation as the checker accepts it, or None.
         proposals: what would be certified; None where that was not asked for.
         regions: what is certified of parts of the envelope, and through them; None where there are no such.
+        unbound: whether a proof was found, and the checker did not take it for one of the generated code.
     """
 
     reason: str
@@ -124,6 +125,7 @@ class Refusal:
     proof: Mapping[str, Any] | None = None
     proposals: Proposals | None = None
     regions: Regions | None = None
+    unbound: bool = False
 
     @property
     def proofs(self) -> dict[str, str]:

@@ -54,6 +54,7 @@ class Regions:
         must_grow: whether it is proved that no V is free of growth (``rising``).
         passes_zero: whether the envelope has a friction state of zero.
         whole: files whose region holds the whole envelope.
+        levels: (name, value, unit) of the true friction levels for which alone all of it is proved.
     """
 
     proofs: Mapping[str, Mapping[str, Any]]
@@ -64,6 +65,7 @@ class Regions:
     must_grow: bool
     passes_zero: bool = True
     whole: tuple[str, ...] = ()
+    levels: tuple[tuple[str, Any, str], ...] = ()
 
     @property
     def words(self) -> dict[str, str]:
@@ -149,6 +151,7 @@ class _Maker:
             self.passes_zero and none_without_growth(self.along),
             self.passes_zero,
             tuple(name for name in FALLING if name in ordered and self._holds_envelope(ordered[name])),
+            self.analysis.dynamics.observer.declared_levels,
         )
 
     def base(self, family: Family) -> dict[str, Any]:
@@ -189,7 +192,14 @@ class _Maker:
         return [turn_cost([[exact]], name, [names.index(f"e_a_{name}")], fall) for name in contacts]
 
     def _words(self, kind: str, content: Mapping[str, Any], rate: float, h: float) -> dict[str, Any]:
-        words = {"kind": kind, "rate": rate, "period": h, "axes": self.along.axes, "reversals": content["reversals"]}
+        words = {
+            "kind": kind,
+            "rate": rate,
+            "period": h,
+            "axes": self.along.axes,
+            "observer": self.analysis.dynamics.observer,
+        }
+        words |= {"reversals": content["reversals"]}
         words |= {"variables": content["variables"]}
         more = render("text/region_assumptions.j2", **words).splitlines()
         return {

@@ -16,11 +16,13 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
+from codegen.stability.certificate import centre
 from codegen.stability.certificate.along_friction import AlongFriction, Box, ContactAxes
+from codegen.stability.certificate.centre import Group
 from codegen.stability.certificate.enclosure import Enclosure, exact_ranges
 from codegen.stability.certificate.family import Family
 from codegen.stability.certificate.lyapunov import decay_rate_limit
-from codegen.stability.certificate.several_rates import Group, common_at, fastest, shown_rates
+from codegen.stability.certificate.several_rates import common_at, fastest, middle_at, shown_rates
 
 Array = NDArray[np.float64]
 KEPT, KEPT_BESIDE = 0.5, 0.4
@@ -176,7 +178,7 @@ class RegionSearch:
         t = _bisected(lambda t: holds(share, t), slow, 1.0, geometric=True) if holds(share, slow) else slow
         family, stack = self._family(box(share, t))
         limit = decay_rate_limit(stack, self.h)
-        best = fastest(stack, self.h, limit) if limit > 0 else None
+        best = fastest(stack, self.h, limit, near=centre.NEAR) if limit > 0 else None  # few digits must do for its P
         return None if best is None else Region("presliding", family, *best)
 
     def _through_zero(self, sliding: Family, stack: list[Array], rate: float) -> list[Region]:
@@ -186,7 +188,7 @@ class RegionSearch:
         claims: list[tuple[str, list[Group]]] = [("weak", []), ("passing", [(stack, KEPT * rate)])]
         for kind, beside in claims:
             growth = self._growth(beside, whole)
-            p = common_at([*beside, (whole, -growth)], self.h)
+            p = middle_at([*beside, (whole, -growth)], self.h)
             if p is None:
                 continue
             shown = float(shown_rates(p, np.array(whole), self.h).min())

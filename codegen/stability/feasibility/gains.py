@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from codegen.errors import BadInput
 from codegen.mechanics.system import System
+from codegen.numerics import numerical
 from codegen.observers import Observer
 from codegen.spec.model import Spec
 from codegen.stability.error_dynamics import derive_error_dynamics
@@ -104,6 +105,7 @@ class Feasibility:
     noise_share: Array
 
 
+@numerical("which gains are stable")
 def assess(spec: Spec, system: System, over: Sequence[str] = ()) -> Feasibility:
     """Assess the gains of a spec's observer.
 

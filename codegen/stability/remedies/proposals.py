@@ -1,11 +1,12 @@
 """What to change where a spec is refused: the longest sample time, or the nearest gains, that are certified.
 
-The search looks at eigenvalues over the operating points; what is handed out went through ``certify`` and the checker.
+The search looks at eigenvalues over the operating points. What is handed out passed the gate that refused the spec: its
+files were generated, its certificate found, and the checker took the one for that of the others.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import product
@@ -18,13 +19,13 @@ from numpy.typing import NDArray
 from codegen.checker import verify
 from codegen.errors import BadInput, Place
 from codegen.mechanics.system import System
+from codegen.numerics import numerical
 from codegen.observers import build_observer
 from codegen.spec.expression import exact_number
 from codegen.spec.free_gains import gain_entries, with_gains
 from codegen.spec.model import Spec
 from codegen.stability.analysis import Analysis, analyse
-from codegen.stability.bound.error_bound import error_bounds, refuse_empty_domain
-from codegen.stability.certificate.certify import Certificate, Proposal, Proposals, beyond_checker, certify
+from codegen.stability.certificate.certify import Certificate, Proposal, Proposals, Refusal, beyond_checker, certify
 from codegen.stability.certificate.enclosure import enclose_family
 from codegen.stability.certificate.family import NotEnclosable, build_family
 from codegen.stability.feasibility.axes import AROUND, GainAxis, gain_axes, sample_time_axis
@@ -34,12 +35,17 @@ from codegen.text import render
 
 Array = NDArray[np.float64]
 Numbers = Mapping[tuple[str, tuple[int, ...]], float]
+Gate = Callable[[Spec], Certificate | Refusal]
+"""What refused the spec: all that is generated from a spec, and its certificate bound to the code."""
+
 LARGEST = 8
 """Error components up to which a search is made."""
 MOST_VERTICES, MOST_VERTICES_UNDECIDED = 150, 32
 """The same for vertices of A's family; fewer where each point is stable, since then no eigenvalue guides the search."""
 ATTEMPTS, ATTEMPTS_VARYING = 9, 2
 """How often ``certify`` is tried for each proposal: where A is one matrix, and where it varies over the envelope."""
+MOST_UNBOUND = 2
+"""After so many that have a proof but do not pass the gate, no more are tried: it refuses the code, not the gains."""
 SHORTER = 1e-5
 SHARES = (0.995, 0.9, 0.7, 0.5, 0.25, 0.1)
 INSIDE = (0.05, 0.2, 0.7)
@@ -49,7 +55,8 @@ DIGITS = 3
 SIGN_COSTS = np.log(10.0)
 
 
-def propose(spec: Spec, system: System) -> Proposals:
+@numerical("gains or a sample time that would be certified")
+def propose(spec: Spec, system: System, gate: Gate) -> Proposals:
     """The largest sample time and the nearest gains that are certified in place of those of a refused spec.
 
     Gains are near where the factors on them are small: the distance is the sum of the factors' |log|, over gains taken
@@ -57,13 +64,14 @@ def propose(spec: Spec, system: System) -> Proposals:
 
     Args:
         system: of the spec, with declared effects.
+        gate: every proposal passed it.
     """
     analysis = analyse(spec, build_observer(spec, system))
     count = len(analysis.dynamics.observer.errors)
     if beyond := beyond_checker(analysis.dynamics.observer):
         return _skipped(beyond)
     if count > LARGEST:
-        return replace(_too_large("error components", count, LARGEST), measured=_measured(spec, system))
+        return replace(_too_large("error components", count, LARGEST), measured=_measured(spec, system, gate))
     try:
         held = build_family(analysis.dynamics, analysis.points.ranges)
     except (NotEnclosable, TypeError) as error:
@@ -81,7 +89,7 @@ def propose(spec: Spec, system: System) -> Proposals:
     if vertices > limit:
         return _too_large("vertices of Psi over the envelope", vertices, limit)
     tried = ATTEMPTS if vertices == 1 else ATTEMPTS_VARYING
-    return Proposals(_first("sample_time", times[:tried], system), _first("gains", sets[:tried], system))
+    return Proposals(_first("sample_time", times[:tried], system, gate), _first("gains", sets[:tried], system, gate))
 
 
 def _too_large(what: str, count: int, limit: int) -> Proposals:
@@ -92,30 +100,34 @@ def _skipped(why: str) -> Proposals:
     return Proposals(None, None, why)
 
 
-def _first(key: str, specs: Sequence[Spec], system: System) -> Proposal | None:
-    """The first of these specs that is certified, and its line under ``key`` in the observer section."""
+def _first(key: str, specs: Sequence[Spec], system: System, gate: Gate) -> Proposal | None:
+    """The first of these specs that passes the gate, and its line under ``key`` in the observer section."""
+    unbound = 0
     for spec in specs:
         with suppress(BadInput):
             analysis = analyse(spec, build_observer(spec, system))
-            found = certify(spec, analysis, {}, "certify", further=False)
+            if not isinstance(certify(spec, analysis, {}, "certify", further=False), Certificate):
+                continue  # the gate would refuse it too, and look for regions
+            found = gate(spec)
             if isinstance(found, Certificate):
-                if (observer := analysis.dynamics.observer).domain is not None:
-                    refuse_empty_domain(spec, observer, error_bounds(spec, analysis, found))
                 assert spec.observer is not None
                 h, gains = float(spec.observer.sample_time), spec.observer.gains
                 line = render("text/proposed_line.j2", key=key, h=h, gains=gains).strip()
                 where = spec.place("observer.gains")
                 return Proposal(line, h, {name: _numbers(raw, where) for name, raw in gains.items()}, found.decay_rate)
+            unbound += 1
+            if unbound == MOST_UNBOUND:
+                return None
     return None
 
 
-def _measured(spec: Spec, system: System) -> Proposal | None:
+def _measured(spec: Spec, system: System, gate: Gate) -> Proposal | None:
     """The spec's gains with measured velocity: a tracker's then have a certificate by structure, for any M(x)."""
     choice = spec.observer
     if choice is None or choice.velocity != "estimated":
         return None
     gains = {name: raw for name, raw in choice.gains.items() if name != "K_v"}
-    return _first("velocity", [replace(spec, observer=replace(choice, velocity="measured", gains=gains))], system)
+    return _first("velocity", [replace(spec, observer=replace(choice, velocity="measured", gains=gains))], system, gate)
 
 
 def _numbers(raw: Any, where: Place) -> Any:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from codegen.checker import verify
 from codegen.errors import BadInput
 from codegen.mechanics.system import System
+from codegen.numerics import numerical
 from codegen.observers import build_observer
 from codegen.observers.integration import INTEGRATIONS
 from codegen.spec.model import Spec
@@ -42,6 +43,7 @@ SLOWEST = 1e-3
 Array = NDArray[np.float64]
 
 
+@numerical("the largest sample times")
 def largest_sample_times(spec: Spec, system: System, outcome: Certificate | Refusal | None = None) -> dict[str, float]:
     """Integration → the largest sample time in s that was certified, within 1 %; inf where 1000 s still is.
 

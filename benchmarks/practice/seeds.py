@@ -1,0 +1,105 @@
+"""Score on fresh practice cases: ``make practice SEED=11 COUNT=60 TIER=both``.
+
+Makes the set with the shared generator, diagnoses every case as a user would, scores it, keeps the score in seeds.json
+and writes the table of all seeds into docs/practice.md. Cases and results that are there already are not made again;
+results lie in a folder for each version of the code, so a run that was stopped goes on, and versions do not mix.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from pydantic import TypeAdapter
+
+from benchmarks.practice.cases import ROOT, TIERS
+from benchmarks.practice.fresh import Draw, Unavailable, failed_draws, fresh_cases
+from benchmarks.practice.runs import code_version, diagnosed, result_in
+from benchmarks.practice.tally import AS_WELL, Tally, tally
+from codegen.files import write_atomically
+from codegen.text import render
+
+PAGE = ROOT / "docs" / "practice.md"
+KEPT = Path(__file__).parent / "seeds.json"
+BEGIN, END = "<!-- fresh seeds: written by `make practice SEED=…` -->", "<!-- end of fresh seeds -->"
+ADAPTER: TypeAdapter[list[Tally]] = TypeAdapter(list[Tally])
+
+
+def kept(file: Path = KEPT) -> list[Tally]:
+    """The scores so far."""
+    return ADAPTER.validate_json(file.read_bytes()) if file.exists() else []
+
+
+def with_tally(scores: Sequence[Tally], new: Tally) -> list[Tally]:
+    """The scores with one more, in place of that of the same set and code; sorted by tier, seed and count."""
+    order = {tier: k for k, tier in enumerate(TIERS)}
+    others = [score for score in scores if score.key != new.key]
+    return sorted([*others, new], key=lambda s: (order[s.tier], s.seed, s.count))
+
+
+def section(scores: Sequence[Tally]) -> str:
+    """The part of the page between its marks, with them."""
+    tiers: list[dict[str, Any]] = []
+    for tier in TIERS:
+        own = [score for score in scores if score.tier == tier]
+        if own:
+            names = list(dict.fromkeys(name for score in own for name in score.rates))
+            tiers.append({"tier": tier, "scores": own, "names": names})
+    text = render("text/practice_seeds.md.j2", tiers=tiers, as_well=round(100 * (AS_WELL - 1)))
+    return f"{BEGIN}\n{text}{END}\n"
+
+
+def with_section(page: str, new: str) -> str:
+    """A page with the section in place of the one that it has, or before its second heading."""
+    if BEGIN in page:
+        before, rest = page.split(BEGIN, 1)
+        return before + new + rest.split(f"{END}\n", 1)[1]
+    before, heading, rest = page.partition("\n## ")
+    return f"{before}\n{new}{heading}{rest}" if heading else f"{page}\n{new}"
+
+
+def run(draw: Draw, out: Path, jobs: int, again: bool) -> Tally:
+    """Make, diagnose and score one set.
+
+    Raises:
+        Unavailable: where its cases cannot be made.
+    """
+    cases, code = fresh_cases(draw, out, jobs), code_version()
+    folder = out / "fresh" / code / draw.folder
+    runs = []
+    for case in cases:
+        runs.append(diagnosed(case.name, case.folder, case.folder / "spec.yaml", folder / case.name, again))
+        verdict = result_in(folder / case.name)["verdict"]
+        print(f"{draw.seed} {case.title}  {runs[-1].cpu_s:.1f} s of CPU  {verdict}", flush=True)
+    key = (draw.seed, draw.count, draw.tier, code)
+    return tally(key, folder, cases, runs, len(failed_draws(draw, out)))
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seed", type=int, required=True, help="one that nobody looked at while tuning")
+    parser.add_argument("--count", type=int, default=60, help="cases a tier")
+    parser.add_argument("--tier", choices=[*TIERS, "both"], default="standard")
+    parser.add_argument("--out", type=Path, default=ROOT / "practice_results")
+    parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)), help="processes of the generator")
+    parser.add_argument("--again", action="store_true", help="diagnose what is there already")
+    args = parser.parse_args()
+    scores = kept()
+    for tier in TIERS if args.tier == "both" else (args.tier,):
+        try:
+            found = run(Draw(args.seed, args.count, tier), args.out.resolve(), args.jobs, args.again)
+        except Unavailable as why:
+            parser.exit(1, f"practice: {why}\n")
+        scores = with_tally(scores, found)
+        write_atomically(KEPT, json.dumps([asdict(s) for s in scores], indent=1, ensure_ascii=False) + "\n")
+        write_atomically(PAGE, with_section(PAGE.read_text(), section(scores)))
+    print(section(scores))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,45 @@
+"""A rate with the interval that so few trials leave."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from scipy.stats import binomtest
+
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True)
+class Rate:
+    """Hits among trials."""
+
+    hits: int
+    trials: int
+
+    @property
+    def share(self) -> float | None:
+        """None of nothing."""
+        return self.hits / self.trials if self.trials else None
+
+    @property
+    def interval(self) -> tuple[float, float] | None:
+        """Wilson's interval of the true rate; None of nothing."""
+        if not self.trials:
+            return None
+        found = binomtest(self.hits, self.trials).proportion_ci(CONFIDENCE, method="wilson")
+        return float(found.low), float(found.high)
+
+    def __str__(self) -> str:
+        if self.interval is None:
+            return "–"
+        low, high = self.interval
+        return (
+            f"{self.hits} of {self.trials}: {100 * self.hits / self.trials:.0f} % ({100 * low:.0f} … {100 * high:.0f})"
+        )
+
+
+def rate(marks: Iterable[bool]) -> Rate:
+    """How many of the marks are set."""
+    counted = list(marks)
+    return Rate(sum(counted), len(counted))

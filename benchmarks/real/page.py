@@ -1,0 +1,102 @@
+"""The table of docs/data_NAME.md, between its markers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from benchmarks.real.runs import kept, result
+from benchmarks.real.sets import PAGES, SETS, Diagnosed
+from codegen.errors import BadInput
+from codegen.files import write_atomically
+
+BEGIN, END = "<!-- python -m benchmarks.real: begin -->", "<!-- python -m benchmarks.real: end -->"
+MODELS = ("declared", "refit", "augmented")
+HEAD = (
+    "| training → test | verdict | force error: declared / refit / augmented | free run | expert, held out |\n"
+    "|---|---|---|---|---|\n"
+)
+MISSING = "| {words} | not run | | | {expert} |\n"
+
+
+def page_of(set_name: str) -> Path:
+    """The page of a set."""
+    return PAGES / f"data_{set_name}.md"
+
+
+def table(set_name: str, out: Path) -> str:
+    """One row a diagnosis, of what earlier runs left in ``out``."""
+    return HEAD + "".join(row(run, out / set_name / run.name) for run in SETS[set_name])
+
+
+def row(run: Diagnosed, out: Path) -> str:
+    """One diagnosis."""
+    left, found = kept(out), result(out)
+    if left is None or (found is None and not left.failure):
+        return MISSING.format(words=run.words, expert=run.expert)
+    if found is None:
+        return f"| {run.words} | no verdict: {_cell(left.failure)} | | | {run.expert} |\n"
+    forces = _forces(found["error"])
+    if left.means:
+        forces += f"<br>means of the logs: {' / '.join(f'{1e3 * v:.3g}' for v in left.means)} mN·m"
+    return f"| {run.words} | {_verdict(found)} | {forces} | {_free_runs(found)} | {run.expert} |\n"
+
+
+def replaced(page: str, text: str, name: str) -> str:
+    """A page with another table between its markers.
+
+    Raises:
+        BadInput: if the page has not exactly one pair of markers.
+    """
+    if page.count(BEGIN) != 1 or page.count(END) != 1 or page.index(BEGIN) > page.index(END):
+        raise BadInput(name, "no table to replace", f"`{BEGIN}` and behind it `{END}`, once each")
+    before, rest = page.split(BEGIN)
+    return f"{before}{BEGIN}\n{text}{END}{rest.split(END)[1]}"
+
+
+def write(set_name: str, out: Path) -> None:
+    """Put the table of a set into its page."""
+    page = page_of(set_name)
+    write_atomically(page, replaced(page.read_text(encoding="utf-8"), table(set_name, out), page.name))
+
+
+def _verdict(found: Mapping[str, Any]) -> str:
+    named = [f"{e['kind']} on {_place(e['on'])}: {_values(e)}" for e in found["effects"]]
+    return f"`{found['verdict']}`" + (f": {'; '.join(named)}" if named else "")
+
+
+def _place(on: object) -> str:
+    return ", ".join(map(str, on)) if isinstance(on, list) else str(on)
+
+
+def _values(effect: Mapping[str, Any]) -> str:
+    units = effect.get("units", {})
+    each = (f"{name} = {value:.3g} {units.get(name, '')}" for name, value in effect["parameters"].items())
+    return ", ".join(words.strip() for words in each)
+
+
+def _forces(error: Mapping[str, Mapping[str, Any]]) -> str:
+    return " / ".join(_percent(error[m]["relative_force_error"]) for m in MODELS)
+
+
+def _free_runs(found: Mapping[str, Any]) -> str:
+    """RMS of the position restarted every so often, a line a coordinate."""
+    lines = []
+    for i, c in enumerate(found["data"]["coordinates"]):
+        each = [found["error"][m]["free_run_position_rmse_by_coordinate"][i] for m in MODELS]
+        lines.append(" / ".join("diverges" if v is None else f"{v:.3g}" for v in each) + f" {c['unit']}")
+    return "<br>".join(lines)
+
+
+def _percent(share: float | None) -> str:
+    return "–" if share is None else f"{100 * share:.3g} %"
+
+
+def _cell(words: str) -> str:
+    return words.replace("|", "\\|").replace("\n", " ")
+
+
+def unknown(names: Sequence[str]) -> list[str]:
+    """Names that are no set."""
+    return sorted(set(names) - set(SETS))

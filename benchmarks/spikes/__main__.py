@@ -1,0 +1,120 @@
+"""Write docs/spikes.md anew: known effects put into real logs by ../shared/practice/spike.py.
+
+``python -m benchmarks.spikes [--set emps …] [--share 3 10 20] [--kinds cogging …]``: every kind that can be spiked, in
+every set of benchmarks/real/sets.yaml that is here. Each plain and spiked log is diagnosed as a user would, 15 to 40 s
+of CPU each; what is there already is not made again. The page is written where everything was asked for (and with
+--write); otherwise the text is printed only.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from benchmarks.practice.cases import ROOT
+from benchmarks.practice.fresh import Unavailable
+from benchmarks.practice.runs import code_version
+from benchmarks.real.spiked import real_sets
+from benchmarks.spikes.outcome import FALSE, NEAR, OUTCOMES, Outcome, Spike, named, outcome_of, spike_of, totals
+from benchmarks.spikes.runs import SPIKE, Bench, kinds_for
+from codegen.files import write_atomically
+from codegen.text import render
+
+PAGE = ROOT / "docs" / "spikes.md"
+SHARES = (3.0, 10.0, 20.0)
+
+
+@dataclass(frozen=True)
+class Row:
+    """One spike and what became of it."""
+
+    kind: str
+    percent: float
+    spike: Spike
+    outcome: Outcome
+
+
+@dataclass(frozen=True)
+class Part:
+    """One set: what its log got as it is, and its spikes."""
+
+    name: str
+    verdict: str
+    own: tuple[str, ...]
+    rows: tuple[Row, ...]
+
+
+def part(bench: Bench, kinds: Sequence[str], shares: Sequence[float], again: bool) -> Part:
+    """Diagnose a set, plain and spiked."""
+    plain = bench.diagnosis(kinds[0], 0, again)
+    print(f"{bench.name}  as it is  {plain['verdict']} {', '.join(named(plain))}", flush=True)
+    rows = []
+    for kind in kinds:
+        for percent in shares:
+            spiked = bench.diagnosis(kind, percent, again)
+            truth, own = bench.truth(kind, percent)
+            spike = spike_of(truth, own, bench.one.refitted.get(kind, ""))
+            rows.append(Row(kind, percent, spike, outcome_of(spike, plain, spiked)))
+            said = ", ".join(rows[-1].outcome.said)
+            print(f"{bench.name}  {kind} {percent:g} %  {rows[-1].outcome.outcome}  {said}", flush=True)
+    return Part(bench.name, plain["verdict"], named(plain), tuple(rows))
+
+
+def page(parts: Sequence[Part], shares: Sequence[float], absent: Sequence[str], code: str) -> str:
+    """The text of docs/spikes.md."""
+    rows = [row for one in parts for row in one.rows]
+    by_share = [(percent, [r.outcome for r in rows if r.percent == percent]) for percent in shares]
+    return render(
+        "text/spikes.md.j2",
+        parts=parts,
+        shares=shares,
+        totals=[(percent, totals(some)) for percent, some in by_share],
+        counts=[(words, [sum(o.outcome == words for o in some) for _, some in by_share]) for words in OUTCOMES],
+        by_kind=[
+            (kind, [totals([r.outcome for r in rows if (r.kind, r.percent) == (kind, p)])["detected"] for p in shares])
+            for kind in dict.fromkeys(r.kind for r in rows)
+        ],
+        absent=absent,
+        code=code,
+        near=round(100 * NEAR),
+        false=FALSE,
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--set", nargs="+", dest="sets", metavar="SET", default=[])
+    parser.add_argument("--share", nargs="+", type=float, metavar="PERCENT", default=list(SHARES))
+    parser.add_argument("--kinds", nargs="+", metavar="KIND", default=[])
+    parser.add_argument("--out", type=Path, default=ROOT / "practice_results" / "spikes")
+    parser.add_argument("--again", action="store_true", help="diagnose what is there already")
+    parser.add_argument("--write", action="store_true", help="write the page although not everything was asked for")
+    args = parser.parse_args()
+    if not SPIKE.is_file():
+        print(f"spikes: {SPIKE} is not here; nothing can be put into a log")
+        return
+    out = args.out.resolve()
+    try:
+        chosen = real_sets(args.sets)
+    except KeyError as name:
+        parser.error(f"no such set: {name}; there are {', '.join(real_sets())}")
+    absent = [name for name, one in chosen.items() if not one.is_here]
+    parts = []
+    try:
+        for name, one in chosen.items():
+            kinds = [kind for kind in kinds_for(one, out) if not args.kinds or kind in args.kinds]
+            if name not in absent and kinds:
+                parts.append(part(Bench(name, one, out), kinds, args.share, args.again))
+    except (Unavailable, RuntimeError) as why:
+        parser.exit(1, f"spikes: {why}\n")
+    text = page(parts, args.share, absent, code_version())
+    print(text)
+    whole = not (args.sets or args.kinds or absent) and tuple(args.share) == SHARES
+    if whole or args.write:
+        write_atomically(PAGE, text)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,165 @@
+"""What a diagnosis makes of a spike, beside what it made of the log as it is.
+
+The machine may have the effect already, or one that hides it. So right is a verdict that names the spike in addition
+to, or in place of, what the plain log got, with the parameter own + spike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from benchmarks.rates import Rate, rate
+from codegen.effects import CATALOGUE
+
+NEAR = 0.3
+"""A parameter is right that is off by no more than this share of the spike, or whose interval has own + spike."""
+DETECTED, TAKEN, EXTRA = "detected", "taken by the refit", "detected, and a wrong name"
+WITH, WITHOUT = "ambiguous with it", "ambiguous without it"
+PLAIN, WRONG = "as the plain log", "wrong name"
+OTHERS = ("unknown", "none", "unfit", "refused")
+OUTCOMES = (DETECTED, TAKEN, EXTRA, WITH, WITHOUT, PLAIN, WRONG, *OTHERS)
+SENSED, FALSE = (DETECTED, TAKEN, EXTRA), (EXTRA, WRONG)
+MULTIPLIES = ("input_gain",)
+"""Own and spike are factors."""
+
+
+@dataclass(frozen=True)
+class Spike:
+    """A known effect in a log.
+
+    Attributes:
+        parameter, size: its strength, SI.
+        accepted: kinds that name it rightly: its own and its exact twins.
+        own: what least squares finds of it in the log as it is; None where that was not computed, or where the spec
+            declares a parameter for the same force, which least squares finds with it.
+        refitted: parameter of the spec whose refit takes the same force, with `-` before it for the other sign; or "".
+    """
+
+    kind: str
+    parameter: str
+    size: float
+    accepted: frozenset[str]
+    own: float | None = None
+    refitted: str = ""
+
+    @property
+    def expected(self) -> float:
+        """own + spike."""
+        if self.kind in MULTIPLIES:
+            return self.size * (1.0 if self.own is None else self.own)
+        return self.size + (self.own or 0.0)
+
+    @property
+    def strength(self) -> float:
+        """How far it moves its parameter from what it is without an effect."""
+        return abs(self.size - (1.0 if self.kind in MULTIPLIES else 0.0))
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of one spike.
+
+    Attributes:
+        outcome: of ``OUTCOMES``. said: the names of the verdict.
+        found: the parameter that it was named with; None where it was not, or under a twin's name.
+        near: whether that is own + spike.
+    """
+
+    outcome: str
+    said: tuple[str, ...]
+    found: float | None = None
+    near: bool | None = None
+
+
+def spike_of(truth: Mapping[str, Any], own: float | None, refitted: str) -> Spike:
+    """The spike of a truth.json; its strength is the first parameter of the kind in the catalogue.
+
+    Args:
+        own, refitted: as in ``Spike``; the first is left out where there is the second.
+    """
+    (effect,), (twins,) = truth["effects"], truth["equivalents"]
+    name = CATALOGUE[effect["kind"]].parameters[0].name
+    accepted = frozenset({effect["kind"], *(twin["kind"] for twin in twins)})
+    return Spike(effect["kind"], name, float(effect["parameters"][name]), accepted, None if refitted else own, refitted)
+
+
+def outcome_of(spike: Spike, plain: Mapping[str, Any], spiked: Mapping[str, Any]) -> Outcome:
+    """From the diagnoses of the log as it is and of the log with the spike."""
+    verdict, said = spiked["verdict"], named(spiked)
+    if verdict == "ambiguous":
+        return Outcome(WITH if any(_is_spike(spike, kind) for kind in said) else WITHOUT, said)
+    before = named(plain)
+    it = next((e for e in spiked["effects"] if verdict == "effect" and _is_spike(spike, e["kind"])), None)
+    wrong = verdict == "effect" and any(not _is_spike(spike, kind) and kind not in before for kind in said)
+    if it is not None and not _unchanged(spike, plain, it):
+        value = it["parameters"].get(spike.parameter) if it["kind"] == spike.kind else None
+        near = None if value is None else _near(spike, value, it.get("intervals", {}).get(spike.parameter))
+        return Outcome(EXTRA if wrong else DETECTED, said, value, near)
+    if wrong:
+        return Outcome(WRONG, said)
+    if _taken(spike, plain, spiked):
+        return Outcome(TAKEN, said)
+    return Outcome(PLAIN if verdict == "effect" else verdict, said)
+
+
+def named(diagnosis: Mapping[str, Any]) -> tuple[str, ...]:
+    """The kinds of a verdict `effect`, or those that tie on the verdict `ambiguous`."""
+    if diagnosis["verdict"] == "effect":
+        return tuple(effect["kind"] for effect in diagnosis["effects"])
+    if diagnosis["verdict"] != "ambiguous":
+        return ()
+    pairs = (diagnosis.get("separation") or {}).get("pairs", [])
+    tied = [pair[side]["kind"] for pair in pairs for side in ("first", "other")]
+    return tuple(dict.fromkeys(tied)) or tuple(c["kind"] for c in diagnosis["candidates"][:2])
+
+
+def totals(outcomes: Sequence[Outcome]) -> dict[str, Rate]:
+    """Sensitivity and wrong names of some spikes, in words."""
+    sensed = [o for o in outcomes if o.outcome in SENSED]
+    return {
+        "detected": Rate(len(sensed), len(outcomes)),
+        "with the parameter own + spike": rate(bool(o.near) for o in sensed if o.near is not None),
+        "ambiguous with it": rate(o.outcome == WITH for o in outcomes),
+        "wrong names": rate(o.outcome in FALSE for o in outcomes),
+    }
+
+
+def _is_spike(spike: Spike, kind: str) -> bool:
+    """Whether a name is right: the kind, a twin, or a richer form of it."""
+    return kind in spike.accepted or (kind in CATALOGUE and CATALOGUE[kind].refines == spike.kind)
+
+
+def _unchanged(spike: Spike, plain: Mapping[str, Any], it: Mapping[str, Any]) -> bool:
+    """Whether the plain log got this name too, with a parameter that is nearer to this one than own + spike is."""
+    if plain["verdict"] != "effect":
+        return False
+    own = next((e for e in plain["effects"] if e["kind"] == it["kind"]), None)
+    if own is None or spike.parameter not in own["parameters"] or it["kind"] != spike.kind:
+        return own is not None
+    before, after = float(own["parameters"][spike.parameter]), float(it["parameters"][spike.parameter])
+    both = before * spike.size if spike.kind in MULTIPLIES else before + spike.size
+    return abs(after - before) <= abs(after - both)
+
+
+def _near(spike: Spike, value: float, interval: Sequence[float | None] | None) -> bool:
+    if abs(value - spike.expected) <= NEAR * spike.strength:
+        return True
+    low, high = interval or (None, None)
+    return low is not None and high is not None and low <= spike.expected <= high
+
+
+def _taken(spike: Spike, plain: Mapping[str, Any], spiked: Mapping[str, Any]) -> bool:
+    """Whether a parameter with a tolerance moved by the spike: the refit has taken it, and there is nothing to name."""
+    name, sign = spike.refitted.lstrip("-"), -1 if spike.refitted.startswith("-") else 1
+    if not name:
+        return False
+    values = [d.get("values", {}).get(name, {}).get(_adopted(d)) for d in (plain, spiked)]
+    if None in values:
+        return False
+    return abs(values[1] - values[0] - sign * spike.size) <= NEAR * spike.strength
+
+
+def _adopted(diagnosis: Mapping[str, Any]) -> str:
+    return "augmented" if diagnosis["verdict"] == "effect" else "refit"

@@ -1,0 +1,117 @@
+"""Spiked logs by the shared spike.py, and their diagnoses; what is there already is not made again."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import json
+import os
+import subprocess
+import sys
+from dataclasses import asdict, dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from benchmarks.practice.cases import PRACTICE
+from benchmarks.practice.fresh import environment
+from benchmarks.practice.runs import code_version, diagnosed_logs, result_in
+from benchmarks.real.spiked import Readable, RealSet, readable
+from codegen.effects import CATALOGUE
+from codegen.effects.declare import places_of
+from codegen.files import write_atomically
+from codegen.mechanics import System, build_system
+from codegen.spec import read_spec
+
+SPIKE = PRACTICE / "spike.py"
+UNSIZED = ("encoder_eccentricity",)
+"""Moves the reading and not the force, so it has no share of the drive force."""
+
+
+@dataclass(frozen=True, eq=False)
+class Bench:
+    """A real set with all that is made of it.
+
+    Attributes:
+        out: folder of all spikes and their results.
+    """
+
+    name: str
+    one: RealSet
+    out: Path
+
+    @property
+    def results(self) -> Path:
+        return self.out / code_version() / self.name
+
+    @property
+    def logs(self) -> Readable:
+        return readable(self.one, self.out / "logs" / self.name)
+
+    def case(self, kind: str, percent: float) -> Path:
+        """The folder of the log with a spike, named by all that decides it; a share of 0 is the log as it is."""
+        decides = json.dumps(asdict(self.one), sort_keys=True) + SPIKE.read_text() + self.one.spec_file.read_text()
+        mark = hashlib.sha256(decides.encode()).hexdigest()[:8]
+        name = f"{kind}_{percent:g}" if percent else "plain"
+        return self.out / "cases" / self.name / f"{name}_{mark}"
+
+    def diagnosis(self, kind: str, percent: float, again: bool) -> dict[str, Any]:
+        """Of the log with a spike."""
+        case, logs = self.case(kind, percent), self.logs
+        if not (case / "truth.json").is_file():
+            _make(self.one, logs, case, kind, percent, self.out)
+        names = ["train.csv", "test.csv", *(f"test{k}.csv" for k in range(2, len(logs.train) + len(logs.test)))]
+        files = [case / name for name in names[: len(logs.train) + len(logs.test)]]
+        train, test = files[: len(logs.train)], files[len(logs.train) :]
+        out = self.results / case.name
+        diagnosed_logs(case.name, logs.spec, train, test, out, again, logs.description)
+        return result_in(out)
+
+    def truth(self, kind: str, percent: float) -> tuple[dict[str, Any], float | None]:
+        """truth.json, and what least squares finds of the effect in the log as it is."""
+        case = self.case(kind, percent)
+        checked = case / "check.json"
+        own = json.loads(checked.read_text()).get("own") if checked.is_file() else None
+        return json.loads((case / "truth.json").read_text()), own
+
+
+def kinds_for(one: RealSet, out: Path) -> list[str]:
+    """The kinds that can be put into a log by their share and make sense in this set's system."""
+    system = build_system(read_spec(one.spec_file))
+    return [kind for kind in spikable(out) if kind not in UNSIZED and _applies(kind, system)]
+
+
+@cache
+def spikable(out: Path) -> list[str]:
+    """The kinds that spike.py knows."""
+    words = "import json, spike; print(json.dumps(sorted(spike.STRENGTH)))"
+    found: list[str] = json.loads(_spike_python(["-c", words], out))
+    return found
+
+
+def _applies(kind: str, system: System) -> bool:
+    effect = CATALOGUE[kind]
+    return any(effect.applies(system, k) for k in range(len(places_of(effect, system))))
+
+
+def _make(one: RealSet, logs: Readable, case: Path, kind: str, percent: float, out: Path) -> None:
+    command = [str(SPIKE), *map(str, [*logs.train, *logs.test]), "-o", str(case), "--kind", kind]
+    command += ["--position", "=".join(logs.position), "--input", "=".join(logs.input), "--time", logs.time[1]]
+    command += ["--time-scale", repr(logs.time_scale), "--gain", repr(one.gain), "--contact", one.contact]
+    command += ["--cutoff", repr(one.cutoff_hz), "--share", repr(percent / 100)]
+    command += [f"--set={name}={value!r}" for name, value in one.settings.get(kind, {}).items()]
+    said = _spike_python([*command, *(["--check"] if percent else [])], out)
+    for line in said.splitlines():
+        if line.startswith(f"{kind} {{"):
+            write_atomically(case / "check.json", line.split(" ", 1)[1] + "\n")
+
+
+def _spike_python(command: list[str], out: Path) -> str:
+    """What a script beside spike.py prints; by the generator's Python where ours has no PyYAML."""
+    own = importlib.util.find_spec("yaml") is not None
+    python = sys.executable if own else str(environment(out.parent))
+    variables = {**os.environ, "PYTHONPATH": str(SPIKE.parent), "PYTHONDONTWRITEBYTECODE": "1"}
+    done = subprocess.run([python, *command], capture_output=True, text=True, env=variables)
+    if done.returncode:
+        raise RuntimeError(f"spike.py failed: {' '.join(done.stderr.split()[-40:])}")
+    return done.stdout

@@ -1,0 +1,85 @@
+"""Write docs/calibration.md and its picture anew: false alarms on surrogates of every practice log and real set.
+
+``python -m benchmarks.surrogates [--group standard hard emps …] [--only LOG …] [--count 4]``. A log costs one diagnosis
+as it is and one a surrogate, without report and certificate; the page states the CPU time of one. Results are kept, one
+file a log and a folder for each version of the code: a larger --count adds to what is there. The page is written where
+every log was asked for (and with --write); otherwise the text is printed only.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+from benchmarks.practice.cases import ROOT, TIERS
+from benchmarks.practice.runs import code_version
+from benchmarks.surrogates.picture import picture
+from benchmarks.surrogates.runs import Trials, sources, table, trials_of
+from benchmarks.surrogates.surrogate import BLOCK_S, WAYS
+from codegen.diagnosis.credit import ALPHA
+from codegen.errors import BadInput
+from codegen.files import write_all
+from codegen.text import render
+
+PAGE, PICTURE = "calibration.md", "calibration.svg"
+REAL = "real sets"
+
+
+def page(found: Sequence[Trials], code: str) -> dict[str, str]:
+    """File → text, below docs/."""
+    curves = {
+        way: {
+            group: [t.p for one in found for t in one.trials if t.way == way and _curve(one.group) == group]
+            for group in dict.fromkeys(_curve(one.group) for one in found)
+        }
+        for way in WAYS
+    }
+    alarms = [(one.name, t) for one in found for t in one.trials if t.verdict == "effect"]
+    text = render(
+        "text/calibration.md.j2",
+        rows=table(found, ALPHA),
+        alarms=[(name, t.way, t.named, t.p) for name, t in alarms],
+        without=[one.name for one in found if not one.trials],
+        alpha=ALPHA,
+        block=BLOCK_S,
+        code=code,
+        picture=PICTURE,
+    )
+    return {PAGE: text, PICTURE: picture(curves, ALPHA)}
+
+
+def _curve(group: str) -> str:
+    return group if group in TIERS else REAL
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--group", nargs="+", metavar="GROUP", default=[], help="standard, hard, or a real set")
+    parser.add_argument("--only", nargs="+", metavar="LOG", default=[], help="standard/case_0001, or a real set")
+    parser.add_argument("--count", type=int, default=4, help="surrogates a log, by signs and by order in turn")
+    parser.add_argument("--out", type=Path, default=ROOT / "practice_results" / "surrogates")
+    parser.add_argument("--again", action="store_true", help="run what is there already")
+    parser.add_argument("--write", action="store_true", help="write the page although not every log was asked for")
+    args = parser.parse_args()
+    chosen = sources(args.group, args.only)
+    if not chosen:
+        parser.exit(0, "surrogates: no such log is here\n")
+    code, found = code_version(), []
+    for source in chosen:
+        file = args.out.resolve() / code / f"{source.name.replace('/', '_')}.json"
+        try:
+            found.append(trials_of(source, file, args.count, args.again))
+        except BadInput as why:
+            print(f"{source.name}  {why}", flush=True)
+            continue
+        said = ", ".join(f"{t.way} {t.verdict} {t.p:.2g} ({t.cpu_s:.0f} s)" for t in found[-1].trials)
+        print(f"{source.name}  as it is {found[-1].plain}; {said}", flush=True)
+    files = page(found, code)
+    print(files[PAGE])
+    if not (args.group or args.only) or args.write:
+        write_all(ROOT / "docs", files)
+
+
+if __name__ == "__main__":
+    main()

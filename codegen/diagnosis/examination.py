@@ -1,0 +1,141 @@
+"""What the rounds found → what is said and written: effects and values that pass the checks which would refuse them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+from codegen.diagnosis import credit
+from codegen.diagnosis.adoption import Refit, settle
+from codegen.diagnosis.answer import Answer
+from codegen.diagnosis.conclusion import force_agrees, named_effects, takes_its_own
+from codegen.diagnosis.estimate import estimate
+from codegen.diagnosis.limits import at_limit
+from codegen.diagnosis.models import with_effects, with_values
+from codegen.diagnosis.output_error import Shot
+from codegen.diagnosis.problem import Problem
+from codegen.diagnosis.reservations import objections, remarks
+from codegen.diagnosis.results import ErrorFigures, FoundEffect, Verdict
+from codegen.diagnosis.rounds import Outcome
+from codegen.diagnosis.search import Search
+from codegen.diagnosis.veto import Admitted, Option, admitted
+from codegen.mechanics.system import System
+
+Measured = Callable[[System], ErrorFigures]
+
+
+def examine(
+    search: Search, standing: Search, outcome: Outcome, problem: Problem, verdict: Verdict, measured: Measured
+) -> Answer:
+    """Settle the values, examine the effects, and let the held-out data refuse what is worse than the declared model.
+
+    Args:
+        standing: the search on whose segments the outcome's last fit is.
+        verdict: of the rounds.
+    """
+    system = search.system
+    declared = measured(system)
+    if verdict == "unfit":
+        refit = with_values(system, _values(outcome.base))
+        figures = measured(refit)
+        return Answer(verdict, (), refit, refit, (declared, figures, figures))
+    base = settle(search, outcome.base, problem, system)
+    chosen = admitted(_options(system, base, "refitted values"), declared, measured)
+    refit = system if chosen.option is None else chosen.option.system
+    plain = Answer(
+        verdict,
+        (),
+        refit,
+        refit,
+        (declared, *2 * (chosen.figures,)),
+        () if chosen.refusals else base.errors,
+        remarks=(*base.notes, *_refused(chosen)),
+    )
+    if not outcome.parts:
+        return plain
+    return _with_effects(standing, outcome, problem, plain, measured)
+
+
+def _with_effects(standing: Search, outcome: Outcome, problem: Problem, plain: Answer, measured: Measured) -> Answer:
+    system, verdict = standing.system, plain.verdict
+    shot, found, against = _examined(standing, outcome.final, problem, plain.refit, verdict == "effect")
+    if against:
+        return replace(plain, verdict=without_effects(outcome), effects=found, against=against)
+    richer = settle(standing, shot, problem, with_effects(system, found))
+    options = _options(with_effects(system, found), richer, "the effect with refitted values")
+    if verdict == "effect" and not force_agrees(problem, plain.refit, options[0].system):
+        verdict = "unknown"
+    if verdict == "effect" and not takes_its_own(outcome, problem, plain.refit, options[0].system, found):
+        words = "a smooth curve over its own variable explains twice as much of the residual force as the law does"
+        return replace(plain, verdict="unknown", effects=found, against=(words,))
+    if verdict == "unknown":
+        return replace(plain, verdict=verdict, effects=found)
+    said = tuple(w for f, p in zip(found, shot.runner.trial.parts, strict=True) for w in remarks(f, p, problem))
+    if verdict == "ambiguous":
+        augmented = options[0].system
+        figures = (*plain.figures[:2], measured(augmented))
+        return replace(
+            plain, effects=found, augmented=augmented, figures=figures, errors=richer.errors, remarks=plain.remarks
+        )
+    chosen = admitted(options, plain.figures[0], measured)
+    if chosen.option is None:
+        return replace(plain, verdict="unknown", effects=found, against=chosen.refusals)
+    return replace(
+        plain,
+        effects=found,
+        augmented=chosen.option.system,
+        figures=(*plain.figures[:2], chosen.figures),
+        errors=() if chosen.refusals else richer.errors,
+        remarks=(*said, *richer.notes, *_refused(chosen)),
+    )
+
+
+def _examined(
+    search: Search, final: Shot, problem: Problem, refit: System, strict: bool
+) -> tuple[Shot, tuple[FoundEffect, ...], tuple[str, ...]]:
+    """The polished fit with those effects that nothing speaks against; where none is left, all and what does.
+
+    Args:
+        strict: whether to look for objections.
+    """
+    while True:
+        shot, other = search.polished(final)
+        parts = shot.runner.trial.parts
+        named = named_effects(parts, estimate(shot, other), refit)
+        found = tuple(replace(f, at_limit=marks) for f, marks in zip(named, at_limit(shot), strict=True))
+        spoken = [objections(f, p, problem) if strict else [] for f, p in zip(found, parts, strict=True)]
+        if not any(spoken):
+            return shot, found, ()
+        if all(spoken):
+            return shot, found, tuple(w for words in spoken for w in words)
+        final = search.without(final, next(k for k, words in enumerate(spoken) if words))
+
+
+def without_effects(outcome: Outcome) -> Verdict:
+    """The verdict where no effect is credited: whether the refit leaves more than noise, and no small share."""
+    base = outcome.base
+    far = credit.level(base) > credit.NEAR_NOISE or credit.share_far(base) > credit.FEW
+    return "unknown" if far and credit.misfit(base) > credit.LEAST_SIZE else "none"
+
+
+def _options(system: System, refit: Refit, words: str) -> list[Option]:
+    """From the values that the training log prefers to the declared ones, each once."""
+    tried: list[Option] = []
+    ways: Sequence[tuple[str, Mapping[str, float]]] = (
+        (words, refit.mapping()),
+        (f"{words} of friction levels alone", refit.mapping(refit.levels)),
+        ("the declared values", refit.mapping(refit.declared)),
+    )
+    for name, values in ways:
+        if all(values != option.values for option in tried):
+            tried.append(Option(name, with_values(system, values), values))
+    return tried
+
+
+def _refused(chosen: Admitted) -> tuple[str, ...]:
+    return tuple(f"{words}: not adopted" for words in chosen.refusals)
+
+
+def _values(shot: Shot) -> dict[str, float]:
+    trial = shot.runner.trial
+    return {s.name: float(v) for s, v in zip(trial.moved, trial.split(shot.theta)[0], strict=True)}

@@ -1,0 +1,252 @@
+"""One joint of an arm at a time: its free run with the measured motion of all other joints imposed.
+
+The rigid-body forces of an arm are smooth and dear. Along a measured motion they are numbers at every sample; a free
+run of one joint stays near that motion, so their slopes by the joint's own position and speed say the rest:
+
+    M_ii x_i'' = f_i(t) + k_i(t) (x_i − x̂_i) + d_i(t) (v_i − v̂_i) + e_i
+
+with e_i the inputs, effects and friction of joint i as they are, and f_i the row's force less Σ_j M_ij x̂_j''. M_ii does
+not depend on x_i in a tree of joints. What a joint does not
+explain stays at that joint, and a log that moves one joint alone is one joint's log.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import casadi
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+
+from codegen.diagnosis.shooting import Record
+from codegen.diagnosis.signals import central_difference
+from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.computed import ComputedEntry
+from codegen.mechanics.system import Matrix, System
+
+Array = NDArray[np.float64]
+
+_NAMES = ("mass", "force", "stiffness", "damping", "position", "speed")
+SIGNALS = tuple(sympy.Symbol(f"imposed_{name}", real=True) for name in _NAMES)
+MASS, FORCE, STIFFNESS, DAMPING, POSITION, SPEED = SIGNALS
+KEPT = 4
+"""Records whose signals are kept."""
+
+
+def is_separable(system: System) -> bool:
+    """Whether joints can be run one at a time: computed rigid-body terms, and as many contacts on each joint alone."""
+    n = system.degrees_of_freedom
+    touched = [[i for i in range(n) if system.distribution[i, c] != 0] for c in range(len(system.contacts))]
+    counts = [touched.count([i]) for i in range(n)]
+    alone = all(len(rows) == 1 for rows in touched) and len(set(counts)) == 1
+    return n > 1 and alone and not system.sensor_errors and bool(system.mass_matrix.atoms(ComputedEntry))
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """One joint as a system of one coordinate.
+
+    Attributes:
+        index: of its coordinate. contacts: indices of its contacts.
+        inputs: those of the arm that act here; others: positions and speeds of other joints that its effects know.
+        system: its inputs are ``inputs``, SIGNALS and ``others``, filled up to the same number for all joints.
+    """
+
+    index: int
+    contacts: tuple[int, ...]
+    inputs: tuple[sympy.Symbol, ...]
+    others: tuple[sympy.Symbol, ...]
+    system: System
+
+
+def joint_of(system: System, index: int) -> Joint:
+    """A joint of a system that ``is_separable``, with the effects that the system has there."""
+    contacts = tuple(c for c in range(len(system.contacts)) if system.distribution[index, c] != 0)
+    x, v = system.positions[index], system.velocities[index]
+    force = _written(system.force[index]) + FORCE + STIFFNESS * (x - POSITION) + DAMPING * (v - SPEED)
+    mass = _written(system.mass_matrix[index, index]) + MASS
+    own = [system.contacts[c] for c in contacts]
+    used = set().union(force.free_symbols, mass.free_symbols)
+    used |= set().union(*(c.extra_level.free_symbols | c.extra_force.free_symbols for c in own))
+    inputs = tuple(w for w in system.inputs if w in used)
+    others = tuple(s for s in (*system.positions, *system.velocities) if s in used - {x, v})
+    return Joint(
+        index,
+        contacts,
+        inputs,
+        others,
+        replace(
+            system,
+            positions=(x,),
+            velocities=(v,),
+            inputs=(*inputs, *SIGNALS, *others),
+            position_units=(system.position_units[index],),
+            input_units=("1",) * (len(inputs) + len(SIGNALS) + len(others)),
+            mass_matrix=Matrix([[mass]]),
+            force=Matrix([force]),
+            distribution=Matrix([[system.distribution[index, c] for c in contacts]]),
+            contacts=tuple(own),
+            actuators={},
+            transmissions=(),
+        ),
+    )
+
+
+def _written(expression: sympy.Expr) -> sympy.Expr:
+    """The terms of a sum that are written down, without those that are computed from the arm's bodies."""
+    return sympy.Add(*[term for term in sympy.Add.make_args(expression) if not term.has(ComputedEntry)])
+
+
+def _computed(expression: sympy.Expr) -> sympy.Expr:
+    return sympy.Add(*[term for term in sympy.Add.make_args(expression) if term.has(ComputedEntry)])
+
+
+@dataclass(frozen=True, eq=False)
+class Along:
+    """Rigid-body terms along one measured motion, all (N, n) over samples and joints.
+
+    Attributes:
+        force, mass: at the declared values; force_slopes, mass_slopes: (N, n, P) by the free parameters.
+        stiffness, damping: slopes of the force by the joint's own position and speed.
+    """
+
+    positions: Array
+    velocities: Array
+    force: Array
+    mass: Array
+    force_slopes: Array
+    mass_slopes: Array
+    stiffness: Array
+    damping: Array
+    _held: dict[tuple[int, int], Array] = field(default_factory=dict)
+
+    def loads(self, joint: int, off: Array) -> tuple[Array, Array]:
+        """(N,) mass and force of a joint, with the free parameters ``off`` their declared values."""
+        mass, force = self.mass[:, joint], self.force[:, joint]
+        if not off.any():
+            return mass, force
+        return mass + self.mass_slopes[:, joint] @ off, force + self.force_slopes[:, joint] @ off
+
+    def held(self, joint: int, substeps: int) -> Array:
+        """(N substeps, 4) of what no parameter moves: stiffness, damping, position and speed."""
+        if (joint, substeps) not in self._held:
+            rows = (self.stiffness, self.damping, self.positions, self.velocities)
+            self._held[joint, substeps] = np.column_stack([between(r[:, joint], substeps) for r in rows])
+        return self._held[joint, substeps]
+
+    @cached_property
+    def felt(self) -> NDArray[np.bool_]:
+        """(n, P) whether a joint feels a free parameter."""
+        return np.asarray((self.force_slopes != 0).any(axis=0) | (self.mass_slopes != 0).any(axis=0))
+
+
+@dataclass(eq=False)
+class RigidTerms:
+    """The computed terms of a system, to be evaluated along records.
+
+    Attributes:
+        parameters: free symbols in the computed terms.
+    """
+
+    system: System
+    parameters: tuple[sympy.Symbol, ...]
+    _kept: list[tuple[Array, Along]] = field(default_factory=list)
+
+    @property
+    def declared(self) -> Array:
+        return np.array([float(self.system.values[s]) for s in self.parameters])
+
+    def along(self, record: Record) -> Along:
+        """The terms along a record's smoothed motion; what was computed for the same motion serves again."""
+        for positions, along in self._kept:
+            if positions is record.positions:
+                return along
+        made = self._along(record)
+        self._kept = [*self._kept[1 - KEPT :], (record.positions, made)]
+        return made
+
+    def _along(self, record: Record) -> Along:
+        system, n = self.system, self.system.degrees_of_freedom
+        acceleration = central_difference(record.velocities, record.sample_time)
+        x, v, a = (casadi.SX.sym(name, n) for name in "xva")
+        p = casadi.SX.sym("p", len(self.parameters))
+        names: dict[sympy.Symbol, Any] = {s: casadi.SX(float(value)) for s, value in system.values.items()}
+        names |= {s: p[k] for k, s in enumerate(self.parameters)}
+        names |= {s: x[i] for i, s in enumerate(system.positions)} | {s: v[i] for i, s in enumerate(system.velocities)}
+        names |= {s: a[i] for i, s in enumerate(system.accelerations)}
+        terms = to_casadi(Matrix([*_forces(system), *_masses(system)]), names)
+        force, mass = casadi.densify(terms[:n]), casadi.densify(terms[n:])
+        slopes = [casadi.densify(casadi.vec(casadi.jacobian(value, p))) for value in (force, mass)]
+        own = [casadi.vertcat(*[casadi.jacobian(force[i], s[i]) for i in range(n)]) for s in (x, v)]
+        outputs = [force, mass, *(casadi.densify(o) for o in own), *slopes]
+        function = casadi.Function("along", [x, v, a, p], outputs)
+        count, free = len(record.positions), len(self.parameters)
+        at = np.repeat(self.declared[:, None], count, axis=1)
+        raw = function.map(count)(record.positions.T, record.velocities.T, acceleration.T, at)
+        plain = [np.ascontiguousarray(np.array(r).T) for r in raw]
+        by_parameter = [np.ascontiguousarray(r.reshape(count, free, n).transpose(0, 2, 1)) for r in plain[4:]]
+        return Along(
+            record.positions,
+            record.velocities,
+            plain[0],
+            plain[1],
+            by_parameter[0],
+            by_parameter[1],
+            plain[2],
+            plain[3],
+        )
+
+
+def _forces(system: System) -> list[sympy.Expr]:
+    """The computed force on each joint less what the acceleration of the other joints takes."""
+    n, mass = system.degrees_of_freedom, system.mass_matrix
+    taken = [
+        sympy.Add(*[mass[i, j] * a for j, a in enumerate(system.accelerations) if j != i and mass[i, j] != 0])
+        for i in range(n)
+    ]
+    return [_computed(system.force[i]) - taken[i] for i in range(n)]
+
+
+def _masses(system: System) -> list[sympy.Expr]:
+    return [_computed(system.mass_matrix[i, i]) for i in range(system.degrees_of_freedom)]
+
+
+def rigid_terms(system: System, moved: Sequence[sympy.Symbol]) -> RigidTerms:
+    """Of a system that ``is_separable``, with those of ``moved`` that its computed terms depend on."""
+    own = Matrix([*_forces(system), *_masses(system)])
+    return RigidTerms(system, tuple(s for s in moved if own.has(s)))
+
+
+def columns_of(
+    joint: Joint, system: System, drive: Array, along: Along, off: Array, substeps: int, width: int
+) -> Array:
+    """(N substeps, width) the joint's inputs, and what is imposed, interpolated to the middle of each step.
+
+    Args:
+        drive: (N substeps, inputs of the arm), effective.
+        width: the columns behind those of this joint are zero.
+    """
+    columns = np.zeros((len(drive), width))
+    first = len(joint.inputs)
+    columns[:, :first] = drive[:, [system.inputs.index(w) for w in joint.inputs]]
+    mass, force = along.loads(joint.index, off)
+    columns[:, first] = between(mass, substeps)
+    columns[:, first + 1] = between(force, substeps)
+    columns[:, first + 2 : first + len(SIGNALS)] = along.held(joint.index, substeps)
+    motion: Mapping[sympy.Symbol, Array] = dict(zip(system.positions, along.positions.T, strict=True)) | dict(
+        zip(system.velocities, along.velocities.T, strict=True)
+    )
+    for k, s in enumerate(joint.others):
+        columns[:, first + len(SIGNALS) + k] = between(motion[s], substeps)
+    return columns
+
+
+def between(values: Array, substeps: int) -> Array:
+    """(N substeps,) values (N,) at samples, interpolated to the middle of each step; the last one is held."""
+    share = (np.arange(substeps) + 0.5) / substeps
+    rise = np.diff(values, append=values[-1:])
+    return np.asarray((values[:, None] + rise[:, None] * share).ravel())

@@ -1,0 +1,183 @@
+"""How much of a force residual a flexible regression explains over one variable or all, with no law and no name.
+
+For each coordinate the low-passed residual r of a model is regressed on cubic B-splines of one variable at a time
+(speed, position, load, acceleration, rate of the input, time, distance since the last reversal), on a line of its
+spectrum, and on all of them together. The penalty on second differences of the weights is chosen by cross-validation,
+and every share is 1 − Σ(r − r̂)²/Σr² on parts of the log that the weights were not fitted to. A law with a name should
+explain most of what its own variable can; what no variable explains is noise to this log.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import BSpline
+
+from codegen.diagnosis.balance import slip_velocities
+from codegen.diagnosis.measure import drive_force
+from codegen.diagnosis.residual import Masks, inverse_dynamics_residual
+from codegen.diagnosis.results import Remainder
+from codegen.diagnosis.signals import Motion, central_difference
+from codegen.mechanics.system import System
+
+Array = NDArray[np.float64]
+
+CHUNKS, FOLDS = 48, 8
+"""The log in pieces of equal length; every eighth piece is held out together."""
+KNOTS = 14
+POSITION_KNOTS = 40
+MOST_ROWS = 6000
+PENALTIES = (1e-6, 1e-3, 1e-1, 1e1)
+"""On squared second differences of the weights, over the mean diagonal of the normal matrix."""
+DEGREE = 3
+LEAST_ROWS = 200
+BESIDE, LEAST_PERIODS = 2, 6
+"""Of a line in the spectrum: bins beside it, which a change of its amplitude fills; periods that the log holds."""
+SLIDING = 0.03
+"""Share of a contact's 95 % speed from which on it slides for sure: slower, friction may balance any load."""
+
+
+def remainders(system: System, motion: Motion, used: Masks) -> tuple[Remainder, ...]:
+    """Of a model along a motion, one a coordinate.
+
+    Args:
+        used: samples away from standstill, ends and gaps.
+    """
+    residual = inverse_dynamics_residual(system, motion)
+    drive = motion.low_pass(drive_force(system, motion))
+    acting = np.maximum(np.abs(drive), np.abs(drive - residual))  # a passive coordinate has the load of its inertia
+    found = []
+    for i in range(system.degrees_of_freedom):
+        rows = sliding(system, motion, used, i)
+        found.append(_remainder(residual[:, i], acting[:, i], rows, remainder_columns(system, motion, residual, i)))
+    return tuple(found)
+
+
+def sliding(system: System, motion: Motion, used: Masks, i: int) -> NDArray[np.bool_]:
+    """(N,) samples at which every contact on a coordinate slides for sure."""
+    slip = np.abs(slip_velocities(system, motion))
+    touching = [c for c in range(slip.shape[1]) if system.distribution[i, c] != 0]
+    fast = [slip[:, c] >= SLIDING * float(np.quantile(slip[:, c], 0.95)) for c in touching]
+    return np.asarray(np.logical_and.reduce([used.rows[:, i], *fast]))
+
+
+def explained_over(residual: Array, rows: NDArray[np.bool_], columns: Sequence[Array]) -> float:
+    """Share of the squared residual that these columns, (N, m) each, explain on held-out parts; at least 0."""
+    kept = _thinned(rows)
+    if kept.sum() < LEAST_ROWS:
+        return 0.0
+    chunk = _chunks(kept)
+    return max(0.0, _held_out_share(residual[kept], [c[kept] for c in columns], chunk))
+
+
+def _remainder(r: Array, drive: Array, rows: NDArray[np.bool_], variables: Mapping[str, Array]) -> Remainder:
+    if rows.sum() < LEAST_ROWS:
+        return Remainder(float("nan"), float("nan"), 0.0)
+    rms, driven = (float(np.sqrt(np.mean(y[rows] ** 2))) for y in (r, drive))
+    over = {name: explained_over(r, rows, [columns]) for name, columns in variables.items()}
+    together = explained_over(r, rows, list(variables.values()))
+    return Remainder(rms, rms / driven if driven > 0 else float("inf"), max([together, *over.values()]), over)
+
+
+def remainder_columns(system: System, motion: Motion, residual: Array, i: int) -> dict[str, Array]:
+    """(N, m) columns by variable; the load is the predicted one, so that noise of the input does not explain itself."""
+    x, v, a = motion.positions[:, i], motion.velocities[:, i], motion.accelerations[:, i]
+    drive = motion.low_pass(drive_force(system, motion))
+    rate = motion.low_pass(central_difference(drive[:, [i]], motion.sample_time))[:, 0]
+    load = drive[:, i] - residual[:, i]
+    touching = [c for c in range(system.distribution.shape[1]) if system.distribution[i, c] != 0]
+    slip = slip_velocities(system, motion)[:, touching[0]] if touching else v
+    sign = motion.low_pass(np.sign(slip)[:, None])[:, 0]
+    along = splines(x, POSITION_KNOTS)
+    return {
+        "speed": np.column_stack([splines(slip, KNOTS), splines(v, KNOTS), sign]),
+        "position": np.column_stack([along, along * sign[:, None]]),
+        "load": np.column_stack([splines(load, KNOTS), splines(np.abs(load), KNOTS) * sign[:, None]]),
+        "acceleration": splines(a, KNOTS),
+        "input rate": splines(rate, KNOTS),
+        "time": splines(motion.time, KNOTS),
+        "distance since reversal": splines(since_reversal(x, v), KNOTS) * sign[:, None],
+        "frequency": line(residual[:, i], motion),
+    }
+
+
+def line(residual: Array, motion: Motion) -> Array:
+    """(N, m) sines and cosines at the highest peak of the spectrum below the cutoff, and at ``BESIDE`` bins beside."""
+    count, h = len(residual), motion.sample_time
+    power = np.abs(np.fft.rfft(np.where(motion.usable, residual, 0.0))) ** 2
+    frequencies = np.fft.rfftfreq(count, h)
+    seen = (frequencies > LEAST_PERIODS / (count * h)) & (frequencies < motion.cutoff_hz)
+    if not seen.any():
+        return np.ones((count, 1))
+    peak = int(np.argmax(np.where(seen, power, 0.0)))
+    turns = [2 * np.pi * frequencies[k] * motion.time for k in range(max(1, peak - BESIDE), peak + BESIDE + 1)]
+    return np.column_stack([f(turn) for turn in turns for f in (np.sin, np.cos)])
+
+
+def since_reversal(x: Array, v: Array) -> Array:
+    """(N,) square root of the distance gone since the velocity last changed its sign."""
+    turned = np.concatenate([[0], np.flatnonzero(np.diff(np.sign(v)) != 0) + 1])
+    last = turned[np.searchsorted(turned, np.arange(len(x)), side="right") - 1]
+    return np.asarray(np.sqrt(np.abs(x - x[last])))
+
+
+def splines(z: Array, knots: int) -> Array:
+    """(N, m) cubic B-splines of a signal, their knots at its quantiles."""
+    inner = np.unique(np.quantile(z, np.linspace(0, 1, knots)))
+    if len(inner) < 3 or inner[-1] - inner[0] <= 1e-12 * max(abs(inner[0]), abs(inner[-1]), 1e-300):
+        return np.ones((len(z), 1))
+    wide = inner[-1] - inner[0]
+    inner = inner[np.concatenate([[True], np.diff(inner) > 1e-6 * wide])]
+    inner[-1] = max(inner[-1], float(z.max()))
+    t = np.concatenate([[inner[0]] * DEGREE, inner, [inner[-1]] * DEGREE])
+    return np.asarray(BSpline.design_matrix(np.clip(z, inner[0], inner[-1]), t, DEGREE).toarray())
+
+
+def _thinned(rows: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """At most ``MOST_ROWS`` of the true entries, evenly."""
+    places = np.flatnonzero(rows)
+    kept = np.zeros_like(rows)
+    kept[places[:: max(1, len(places) // MOST_ROWS)]] = True
+    return kept
+
+
+def _chunks(kept: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """The fold of each kept row: by its piece of the log, every ``FOLDS``-th piece together."""
+    places = np.flatnonzero(kept)
+    piece = (places - places[0]) * CHUNKS // max(1, places[-1] - places[0] + 1)
+    return np.asarray(piece % FOLDS)
+
+
+def _held_out_share(y: Array, groups: Sequence[Array], fold: NDArray[np.int64]) -> float:
+    """By ridge regression with the penalty, of ``PENALTIES``, that is best on the held-out parts."""
+    a = np.hstack([*groups, np.ones((len(y), 1))])
+    roughness = _roughness([g.shape[1] for g in groups])
+    grams = np.array([a[fold == f].T @ a[fold == f] for f in range(FOLDS)])
+    rights = np.array([a[fold == f].T @ y[fold == f] for f in range(FOLDS)])
+    gram, right = grams.sum(axis=0), rights.sum(axis=0)
+    size = float(np.trace(gram)) / len(gram)
+    total, best = float(y @ y), np.inf
+    small = 1e-9 * size * np.eye(len(gram))
+    for penalty in PENALTIES:
+        error = 0.0
+        for f in range(FOLDS):
+            weights = np.linalg.lstsq(
+                gram - grams[f] + penalty * size * roughness + small, right - rights[f], rcond=None
+            )[0]
+            left = y[fold == f] - a[fold == f] @ weights
+            error += float(left @ left)
+        best = min(best, error)
+    return 1 - best / total if total > 0 else 0.0
+
+
+def _roughness(widths: Sequence[int]) -> Array:
+    """Squared second differences of the weights of each group, and a little of the weights themselves."""
+    total = np.zeros((sum(widths) + 1, sum(widths) + 1))
+    start = 0
+    for width in widths:
+        bend = np.diff(np.eye(width), 2, axis=0) if width > 2 else np.zeros((0, width))
+        total[start : start + width, start : start + width] = bend.T @ bend + 1e-3 * np.eye(width)
+        start += width
+    return total

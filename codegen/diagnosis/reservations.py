@@ -1,0 +1,98 @@
+"""What speaks against an effect that the rounds credit, or must be said with it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codegen.diagnosis.problem import Problem
+from codegen.diagnosis.results import FoundEffect
+from codegen.diagnosis.signals import Motion
+from codegen.diagnosis.trial import Part
+from codegen.effects import CATALOGUE
+from codegen.mechanics.system import System
+
+WHOLE_TURN = 2 * np.pi
+MOST_SPEED = 0.95
+
+
+def objections(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
+    """Why an effect is not credited, in words: it may be absent, or its period was never passed."""
+    words = []
+    sizes = _intervals_of_size(found)
+    if sizes and all(low <= neutral <= high for low, high, neutral in sizes.values()):
+        listed = ", ".join(f"{name} ({low:.3g} to {high:.3g})" for name, (low, high, _) in list(sizes.items())[:3])
+        words.append(f"the 95 % interval of {listed} holds the value at which {found.kind} is absent")
+    if never_passed(problem.system, problem.motion, part, found.parameters):
+        stroke, period = _stroke(problem.system, problem.motion, part), found.parameters["period"]
+        unit = found.units["period"]
+        words.append(
+            f"{found.kind} has a period of {period:.3g} {unit}, but the log travels {stroke:.3g} {unit} there: "
+            "less than one period does not show that it repeats"
+        )
+    return words
+
+
+def never_passed(system: System, motion: Motion, part: Part, parameters: Mapping[str, float]) -> bool:
+    """Whether an effect has a period that is longer than the way that the log travels, and no known turn."""
+    period = parameters.get("period", 0.0)
+    return period > _stroke(system, motion, part) and not _known_turn(system, part, period)
+
+
+def remarks(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
+    """What the log does not cover of an effect that is credited."""
+    words = []
+    stroke, period = _stroke(problem.system, problem.motion, part), found.parameters.get("period", 0.0)
+    if period > stroke and _known_turn(problem.system, part, period):
+        unit = found.units["period"]
+        words.append(f"{found.kind} on {found.on} is seen over {stroke:.3g} of {period:.3g} {unit} of its turn only")
+    covered = {"{q}/s": _top_speed(problem, part), "s": float(np.ptp(problem.motion.time))}
+    for p in CATALOGUE[found.kind].with_parameters(list(found.parameters)).parameters:
+        most = covered.get(p.unit)
+        if most is None or p.neutral is not None or not found.parameters[p.name] > most:
+            continue
+        unit = found.units[p.name]
+        words.append(
+            f"{p.name} = {found.parameters[p.name]:.3g} {unit} of {found.kind} on {found.on} lies beyond what the log "
+            f"covers ({most:.3g} {unit}): only the start of its shape is seen"
+        )
+    return words
+
+
+def _intervals_of_size(found: FoundEffect) -> dict[str, tuple[float, float, float]]:
+    """Name → interval and neutral value of the parameters that scale an effect."""
+    effect = CATALOGUE[found.kind].with_parameters(list(found.parameters))
+    return {
+        p.name: (*found.intervals[p.name], p.neutral)
+        for p in effect.parameters
+        if p.neutral is not None and p.name in found.intervals
+    }
+
+
+def _known_turn(system: System, part: Part, period: float) -> bool:
+    """Whether a period is that of a whole turn of an angle, which needs no log to be known."""
+    on_angle = CATALOGUE[part.kind].sits_on in ("coordinate", "sensor") and system.position_units[part.place] == "rad"
+    return on_angle and abs(period - WHOLE_TURN) <= 1e-9 * WHOLE_TURN
+
+
+def _stroke(system: System, motion: Motion, part: Part) -> float:
+    if not motion.usable.any():
+        return 0.0
+    return float(np.ptp((motion.positions @ _direction(system, part))[motion.usable]))
+
+
+def _top_speed(problem: Problem, part: Part) -> float:
+    motion = problem.motion
+    return float(np.quantile(np.abs(motion.velocities @ _direction(problem.system, part)), MOST_SPEED))
+
+
+def _direction(system: System, part: Part) -> NDArray[np.float64]:
+    """What the place of an effect is, as a sum of coordinates; a contact's slip where it is the same everywhere."""
+    if CATALOGUE[part.kind].sits_on == "contact":
+        column = system.distribution[:, part.place].subs(system.values)
+        return np.array([float(c) if c.is_number else 1.0 for c in column])
+    direction = np.zeros(system.degrees_of_freedom)
+    direction[part.place if CATALOGUE[part.kind].sits_on in ("coordinate", "sensor", "axis") else 0] = 1.0
+    return direction

@@ -1,0 +1,172 @@
+"""Numbers that are not what they mean: signed ones stored unsigned, counters that start anew, rows that repeat.
+
+What a description says is mended; what it does not say and can be seen is found, with the words that would mend it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from codegen.errors import BadInput, nearest_name
+from codegen.logs.description import LogDescription
+from codegen.logs.finding import Finding
+from codegen.logs.log import Array
+from codegen.logs.source import Columns, listing, shown
+from codegen.logs.term import Term
+
+WIDTHS = (16, 32)
+NEAR_AN_END = 0.25
+"""Signed numbers stored unsigned lie in this share of the range at either end, and none between."""
+WRAP_SIZE = 0.05
+"""By so much of its range a counter's jump may miss the whole of it, beside the motion in one row."""
+FEW_JUMPS = 0.1
+REACH, MOVING_STEPS = 3, 1.5
+"""Rows to either side over which a motion is seen, and measuring steps a row that make it one."""
+REPEATS_TOLD, REPEATS_WARNED = 0.005, 0.05
+
+
+def mended(raw: Columns, description: LogDescription) -> Columns:
+    """The columns with signed numbers as such and counters that go on.
+
+    Args:
+        raw: columns as they stand in the file.
+    """
+    values = raw.values
+    for name, bits in description.signed.items():
+        for j in _where(raw.names, name):
+            values = values.copy() if values is raw.values else values
+            values[:, j] = _signed(values[:, j], bits)
+    for name, period in description.unwrap.items():
+        for j in _where(raw.names, name):
+            values = values.copy() if values is raw.values else values
+            finite = np.isfinite(values[:, j])
+            values[finite, j] = np.unwrap(values[finite, j], period=period)
+    return Columns(raw.file, raw.names, values, raw.lines)
+
+
+def require_columns(names: Sequence[str], description: LogDescription) -> None:
+    """Refuse a column to mend that the file has not.
+
+    Raises:
+        BadInput: at the description's key.
+    """
+    for key, columns in (("signed16", description.signed), ("unwrap", description.unwrap)):
+        for column in columns:
+            if column not in names:
+                bits = description.signed.get(column) if key == "signed16" else None
+                place = description.place("signed32" if bits == 32 else key)
+                expected = f"one of the columns {listing(names)}"
+                raise BadInput(place, f"no column `{shown(column)}`", expected, nearest_name(column, names))
+
+
+def counter_findings(raw: Columns, terms: Mapping[str, Term]) -> list[tuple[tuple[str, ...], Finding]]:
+    """What the numbers of a file's columns show of how they were stored.
+
+    Args:
+        raw: columns as they stand in the file, mended where the description says so.
+
+    Returns:
+        The symbols that a column stands for, and the finding.
+    """
+    found: list[tuple[tuple[str, ...], Finding]] = []
+    for j, name in enumerate(raw.names):
+        values = raw.values[:, j]
+        values = values[np.isfinite(values)]
+        symbols = tuple(s for s, term in terms.items() if name in term.columns)
+        if len(values) < 2 or "t" in symbols or not np.array_equal(values, np.round(values)):
+            continue
+        told = _stored_unsigned(name, values, symbols) or _starts_anew(name, values, symbols)
+        if told is not None:
+            found.append((symbols, told))
+    return found
+
+
+def repeats(data: Array, steps: Sequence[float]) -> tuple[float, float]:
+    """Shares of the rows, and of the rows in motion, that are equal to the row before.
+
+    Args:
+        data: (N, c) positions, and velocities if they were logged.
+        steps: (n) smallest step of each position, 0 where none is visible. A row is in motion where some position moves
+            by more than such a step in each row near by.
+    """
+    same = (data[1:] == data[:-1]).all(axis=1)
+    reach = 2 * REACH + 1
+    if len(data) <= reach:
+        return float(same.mean()), 0.0
+    far = np.abs(data[reach:, : len(steps)] - data[:-reach, : len(steps)])
+    moving = (far > MOVING_STEPS * reach * np.asarray(steps)).any(axis=1)
+    near = same[REACH : len(data) - 1 - REACH][moving]
+    return float(same.mean()), float(near.mean()) if len(near) else 0.0
+
+
+def repeat_finding(share: float, in_motion: float) -> list[Finding]:
+    """What there is to say of rows that repeat the one before: a bus that was read faster than it has news."""
+    if max(share, in_motion) < REPEATS_TOLD:
+        return []
+    figures = {"share": share, "in_motion": in_motion}
+    words = (
+        f"{share:.1%} of the rows have the motion of the row before ({in_motion:.1%} of those in fast motion): "
+        "stale where the machine moves, natural where it stands still or its measuring step is coarse."
+    )
+    if in_motion < REPEATS_WARNED:
+        return [Finding("info", "stale rows", words, figures)]
+    words += " A delay of a row or two, and what is faster than that, cannot be told from it."
+    return [Finding("warning", "stale rows", words, figures)]
+
+
+def _where(names: Sequence[str], name: str) -> list[int]:
+    return [j for j, other in enumerate(names) if other == name]
+
+
+def _signed(values: Array, bits: int) -> Array:
+    return np.asarray(np.where(values >= 2.0 ** (bits - 1), values - 2.0**bits, values))
+
+
+def _stored_unsigned(name: str, values: Array, symbols: Sequence[str]) -> Finding | None:
+    """Integers near either end of the unsigned range, and none between."""
+    for bits in WIDTHS:
+        whole = 2.0**bits
+        high = values >= whole / 2
+        if values.min() < 0 or values.max() >= whole or not high.any():
+            continue
+        if not (np.minimum(values, whole - values) <= NEAR_AN_END * whole).all():
+            continue
+        signed = _signed(values, bits)
+        if not high.all() and np.abs(np.diff(signed)).sum() >= 0.5 * np.abs(np.diff(values)).sum():
+            continue
+        share, least = float(high.mean()), float(values[high].min())
+        words = (
+            f"The column {name}, from which {_and(symbols)} is taken, holds signed {bits}-bit numbers stored as if "
+            f"they were unsigned: {share:.1%} of its values lie between {least:.0f} and {values.max():.0f}, where "
+            f"small negative ones are meant. Say `signed{bits}: [{name}]` in the log description."
+        )
+        figures = {"share": share, "least": least, "largest": float(values.max()), "bits": float(bits)}
+        return Finding("problem", f"numbers of {_and(symbols)}", words, figures)
+    return None
+
+
+def _starts_anew(name: str, values: Array, symbols: Sequence[str]) -> Finding | None:
+    """Jumps by nearly the whole range of a counter between rows that else move little."""
+    moves = np.diff(values)
+    for bits in WIDTHS:
+        whole = 2.0**bits
+        jumps = np.abs(np.abs(moves) - whole) <= WRAP_SIZE * whole
+        if not jumps.any() or jumps.mean() > FEW_JUMPS:
+            continue
+        rest = np.abs(moves[~jumps])
+        if len(rest) and rest.max() > whole / 4:
+            continue
+        count = int(jumps.sum())
+        words = (
+            f"The column {name}, from which {_and(symbols)} is taken, jumps by about 2^{bits} {count} times, as a "
+            f"counter of {bits} bits that starts anew. Say `unwrap: {{{name}: {whole:.0f}}}` in the log description."
+        )
+        figures = {"count": float(count), "size": whole}
+        return Finding("problem", f"numbers of {_and(symbols)}", words, figures)
+    return None
+
+
+def _and(symbols: Sequence[str]) -> str:
+    return " and ".join(symbols)

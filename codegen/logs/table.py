@@ -1,0 +1,296 @@
+"""How a text file holds its table: separator, header line, line of units, first row; found, or as a description says.
+
+The rows are found first: the first lines of numbers that have equally many fields. The header is the line above them,
+or the one above a line of units. What stands before the header is left alone.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from codegen.errors import BadInput, Place
+from codegen.logs.source import listing, shown
+from codegen.spec.units import parse_unit
+
+EXPECTED = "a CSV log: a header line with names, then rows of numbers"
+LONGEST_LINE = 1_000_000
+LINES_SEARCHED = 1000
+"""Lines at the start of a file among which the first rows of numbers must stand."""
+ROWS_ALIKE = 3
+SEPARATORS = (",", ";", "\t")
+LONGEST_UNIT = 24
+MISSING = {"", "na", "n/a", "nan", "null", "none", "-"}
+NUMBER = re.compile(
+    r"[+-]?(\d+\.?\d*([eE][+-]?\d+)?|\.\d+([eE][+-]?\d+)?|inf|infinity|nan)\Z", re.ASCII | re.IGNORECASE
+)
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where a table stands in a text file.
+
+    Attributes:
+        names: of the columns; a column without a name is called by its number, counted from 1.
+        line: of the header, or of the first row where there is no header; counted from 1.
+        first: index of the first line behind header and units.
+        delimiter: one character, or empty for white space.
+        wrapped: whether each line is the first field of a comma-separated one, as a spreadsheet writes a file that it
+            has not split.
+        units: name → what the line of units says.
+        notes: what was found where the header is not the first line, in plain words.
+    """
+
+    names: tuple[str, ...]
+    line: int
+    first: int
+    delimiter: str
+    wrapped: bool = False
+    units: tuple[tuple[str, str], ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class _Rows:
+    """The first rows of numbers: index of the first one, and how lines are split."""
+
+    index: int
+    delimiter: str
+    wrapped: bool
+    width: int
+
+
+def find_layout(file: str, lines: Sequence[str], header: int | None, named: Sequence[str]) -> Layout:
+    """Find the table.
+
+    Args:
+        lines: of the file, or of its beginning.
+        header: line of the header counted from 1, 0 for a file without one; None if nobody said.
+        named: names for the columns of a file without a header, in their order; empty if nobody said.
+
+    Raises:
+        BadInput: for no header and no numbers, two lines that may be the header, or a header that is not there.
+    """
+    start = next(iter(_significant(lines)), None)
+    if start is None and header is None:
+        raise BadInput(Place(file), "comments and no header", EXPECTED)
+    if header:
+        return _at(file, lines, header)
+    plain = None if start is None or header == 0 else _first_line(file, lines, start)
+    if plain is not None and _is_table(lines, plain):
+        return plain
+    rows = _find_rows(file, lines)
+    if rows is None:
+        if plain is not None and len(plain.names) == 1 and len(plain.names[0].split()) > 1:
+            found = f"one column `{shown(plain.names[0])}`"
+            raise BadInput(Place(file, plain.line), found, "names separated by comma, semicolon or tab")
+        if plain is not None:
+            return plain
+        raise BadInput(Place(file), f"no rows of numbers in its first {LINES_SEARCHED} lines", EXPECTED)
+    above = None if header == 0 else _above(file, lines, rows)
+    if above is not None:
+        return above
+    if plain is not None and rows.index > plain.line - 1:
+        return plain  # a header of another length: the row says so
+    return _without_header(file, lines, rows, named)
+
+
+def unwrapped(line: str) -> tuple[str, str]:
+    """A line of a wrapped file: the line that was meant, and what stands behind it."""
+    try:
+        first, *rest = next(csv.reader([line]), [""]) or [""]
+    except csv.Error:
+        return line, ""
+    return first, " ".join(text for text in rest if text.strip())
+
+
+def fields(text: str, delimiter: str, place: Place) -> list[str]:
+    """The fields of a line.
+
+    Raises:
+        BadInput: if it cannot be split.
+    """
+    if not delimiter:
+        return text.split()
+    try:
+        return next(csv.reader([text], delimiter=delimiter, skipinitialspace=True), [""])
+    except csv.Error as error:
+        raise BadInput(place, f"a line that cannot be split ({error})", EXPECTED) from None
+
+
+def _significant(lines: Sequence[str]) -> Iterator[int]:
+    """Indices of the lines that are neither blank nor a comment."""
+    return (i for i, line in enumerate(lines) if (text := line.strip()) and text[0] != "#")
+
+
+def _is_number(text: str) -> bool:
+    return NUMBER.match(text.strip()) is not None
+
+
+def _is_row(texts: Sequence[str]) -> bool:
+    return any(map(_is_number, texts)) and all(_is_number(t) or t.strip().lower() in MISSING for t in texts)
+
+
+def _split(line: str, delimiter: str, wrapped: bool = False) -> list[str]:
+    """The fields of a line that may be anything; empty where it cannot be split."""
+    if len(line) > LONGEST_LINE:
+        return []
+    try:
+        found = fields(unwrapped(line)[0] if wrapped else line, delimiter, Place(""))
+    except BadInput:
+        return []
+    while len(found) > 1 and not found[-1].strip():
+        found.pop()
+    return found
+
+
+def _named(texts: Sequence[str]) -> tuple[str, ...]:
+    return tuple(text.strip() or str(k + 1) for k, text in enumerate(texts))
+
+
+def _first_line(file: str, lines: Sequence[str], index: int) -> Layout | None:
+    """The first line as the header, or the comment above numbers; None where it holds numbers and has no names."""
+    line, place = lines[index], Place(file, index + 1)
+    if len(line) > LONGEST_LINE:
+        raise BadInput(place, f"a line of {len(line)} characters", f"{EXPECTED}; at most {LONGEST_LINE} a line")
+    delimiter = _delimiter(line)
+    texts = fields(line, delimiter, place)
+    if not all(_is_number(t) for t in texts):
+        return Layout(_named(_split(line, delimiter) or texts), index + 1, index + 1, delimiter)
+    comment = next((i for i in range(index - 1, -1, -1) if lines[i].strip().startswith("#")), None)
+    if comment is not None:
+        names = fields(lines[comment].strip().lstrip("#"), delimiter, Place(file, comment + 1))
+        if len(names) == len(texts) and not any(map(_is_number, names)):
+            return Layout(_named(names), comment + 1, index, delimiter)
+    return None
+
+
+def _delimiter(header: str) -> str:
+    """The separator that stands most often in the header; a comma if none does."""
+    return max(SEPARATORS, key=header.count)
+
+
+def _is_table(lines: Sequence[str], layout: Layout) -> bool:
+    """Whether the line behind a header has a number for it and as many fields; true for no line."""
+    for i in _significant(lines[layout.first :]):
+        texts = _split(lines[layout.first + i], layout.delimiter)
+        return len(layout.names) > 1 and len(texts) == len(layout.names) and any(map(_is_number, texts))
+    return True
+
+
+def _find_rows(file: str, lines: Sequence[str]) -> _Rows | None:
+    places = []
+    for i in _significant(lines):
+        places.append(i)
+        if len(places) == LINES_SEARCHED:
+            break
+    for wrapped in (False, True):
+        for delimiter in (*SEPARATORS, ""):
+            alike: list[int] = []
+            width = 0
+            for i in places:
+                texts = _split(lines[i], delimiter, wrapped)
+                if len(texts) < 2 or not _is_row(texts):
+                    alike = []
+                    continue
+                alike = [*alike, i] if alike and len(texts) == width else [i]
+                width = len(texts)
+                if len(alike) == ROWS_ALIKE or (len(alike) == 2 and i == places[-1]):
+                    return _Rows(alike[0], delimiter, wrapped, width)
+    return None
+
+
+def _above(file: str, lines: Sequence[str], rows: _Rows) -> Layout | None:
+    """The header above the first rows, or above a line of units; None where no line has a name for each column."""
+    split = {i: _names_of(line, rows) for i, line in enumerate(lines[: rows.index]) if line.strip()}
+    above = [i for i, texts in split.items() if texts or not lines[i].lstrip().startswith("#")][-2:]
+    near = [i for i in reversed(above) if split[i]]
+    if not near or near[0] != above[-1]:
+        return None
+    at = near[0]
+    units: tuple[tuple[str, str], ...] = ()
+    if len(near) == 2:
+        lower, upper = split[near[0]], split[near[1]]
+        if _are_units(lower):
+            at, units = near[1], tuple(zip(_named(upper), (_bare(u) for u in lower), strict=True))
+        elif not lines[near[1]].lstrip().startswith("#"):
+            found = f"two lines that may be the header, this one and line {near[1] + 1} (`{shown(lines[near[1]])}`)"
+            expected = f"`header: {near[0] + 1}` or `header: {near[1] + 1}` in a log description"
+            raise BadInput(Place(file, near[0] + 1), found, expected)
+    return _told(lines, Layout(_named(split[at]), at + 1, rows.index, rows.delimiter, rows.wrapped, units))
+
+
+def _names_of(line: str, rows: _Rows) -> list[str]:
+    """A line's fields if it can be the header of the rows: as many, one of them a text and none a number."""
+    texts = _split(line.strip().removeprefix("#"), rows.delimiter, rows.wrapped)
+    if len(texts) != rows.width or any(map(_is_number, texts)) or not any(t.strip() for t in texts):
+        return []
+    return texts
+
+
+def _told(lines: Sequence[str], layout: Layout) -> Layout:
+    """With words on what was found where it is not plain."""
+    words = []
+    if any(line.strip() for line in lines[: layout.line - 1]):
+        words.append(f"the header is line {layout.line} ({listing(layout.names)}), {layout.line - 1} lines before it")
+    if layout.units:
+        words.append(f"a line of units under the header ({listing([u or '-' for _, u in layout.units])})")
+    if layout.wrapped:
+        words.append("every line ends in commas, as a spreadsheet leaves them behind a table it has not split")
+    return Layout(layout.names, layout.line, layout.first, layout.delimiter, layout.wrapped, layout.units, tuple(words))
+
+
+def _are_units(texts: Sequence[str]) -> bool:
+    """Whether all texts that are not empty are units, with or without brackets."""
+    given = [_bare(t) for t in texts if t.strip()]
+    return bool(given) and all(map(_is_unit, given))
+
+
+def _bare(text: str) -> str:
+    return text.strip().strip("[](){}").strip()
+
+
+def _is_unit(text: str) -> bool:
+    if text in ("-", "%", "1", ""):
+        return True
+    if len(text) > LONGEST_UNIT:
+        return False
+    try:
+        parse_unit(text, Place(""))
+    except BadInput:
+        return False
+    return True
+
+
+def _at(file: str, lines: Sequence[str], header: int) -> Layout:
+    """The header that a description names by its line."""
+    count = len(lines) - (not lines[-1])
+    if header > count or not lines[header - 1].strip():
+        found = "a blank line" if header <= count else f"{count} lines"
+        raise BadInput(Place(file, min(header, count)), found, f"the header on line {header}, as described")
+    rows = _find_rows(file, lines[header:])
+    line = lines[header - 1].strip().removeprefix("#")
+    delimiter, wrapped = (rows.delimiter, rows.wrapped) if rows else (_delimiter(line), False)
+    names = _named(_split(line, delimiter, wrapped))
+    first = header
+    units: tuple[tuple[str, str], ...] = ()
+    for i in _significant(lines[header:]):
+        texts = _split(lines[header + i], delimiter, wrapped)
+        if len(texts) == len(names) and not any(map(_is_number, texts)):
+            first, units = header + i + 1, tuple(zip(names, (_bare(t) for t in texts), strict=True))
+        break
+    return _told(lines, Layout(names, header, first, delimiter, wrapped, units))
+
+
+def _without_header(file: str, lines: Sequence[str], rows: _Rows, named: Sequence[str]) -> Layout:
+    place = Place(file, rows.index + 1)
+    if named and len(named) != rows.width:
+        found = f"{rows.width} columns without a header line"
+        raise BadInput(place, found, f"{len(named)}, one for each of {listing(named)}")
+    names = tuple(named) or tuple(str(k + 1) for k in range(rows.width))
+    words = "the file has no header line: its columns go by their numbers, counted from 1"
+    if named:
+        words = f"the file has no header line: its columns are {listing(names)} as described"
+    return Layout(names, rows.index + 1, rows.index, rows.delimiter, rows.wrapped, (), (words,))

@@ -1,0 +1,72 @@
+"""The ways in which a unit is written, brought to one: ASCII factors joined by * and /, powers after ^.
+
+pint reads some of them as something else: ``Nm`` as a yarn's count, ``Pas`` as several pascals, ``ftlb`` as a femto
+troy pound. Everything after this module sees ``N*m``.
+"""
+
+from __future__ import annotations
+
+import re
+
+_SIGNS = str.maketrans(
+    {"·": ".", "⋅": ".", "∙": ".", "×": "*", "−": "-", "–": "-", "‑": "-", "\N{MICRO SIGN}": "u", "μ": "u"}
+    | {"\N{OHM SIGN}": "ohm", "Ω": "ohm", "°": "deg", "′": "arcmin", "″": "arcsec"}
+)
+_RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
+_JOINED = {"Nm": "N*m", "Nms": "N*m*s", "Ns": "N*s", "Vs": "V*s", "As": "A*s", "Ws": "W*s", "Js": "J*s", "Pas": "Pa*s"}
+_JOINED |= {f"{prefix}Nm": f"{prefix}N*m" for prefix in ("m", "u", "c", "da", "k", "M")}
+_JOINED |= {f"N{prefix}m": f"N*{prefix}m" for prefix in ("m", "c")} | {"kgm": "kg*m", "gcm": "g*cm", "kgcm": "kg*cm"}
+_JOINED |= {"kgfcm": "kgf*cm", "kgfm": "kgf*m", "gfcm": "gf*cm", "ozin": "oz*in", "ozfin": "ozf*in", "lbin": "lb*in"}
+_JOINED |= {"lbfin": "lbf*in", "inlb": "in*lb", "inlbf": "in*lbf", "ftlb": "ft*lb", "ftlbf": "ft*lbf", "lbft": "lb*ft"}
+_JOINED |= {"lbfft": "lbf*ft", "ftoz": "ft*oz"}
+_POWERED = ("m", "s", "g", "in", "ft", "cm", "mm", "rad", "kgm", "gcm", "kgcm", "Nm", "ozin", "lbin", "lbft")
+_COMPOUND = re.compile(
+    r"(?P<over>/\s*)?(?P<words>[A-Za-z_]\w*+(?:-[A-Za-z_]\w*+)*)(?P<power>\s*(?:\^|\*\*)\s*(?:-?\d+|\([^()]*\)))?"
+)
+_AMBIGUOUS = re.compile(r"/\s*[A-Za-z_]\w*+(?:\^-?\d+)?\s*\.\s*[A-Za-z_]")
+_POWER = r"(?:\^|\*\*)\s*(?:-?\d{1,2}(?:\.\d{1,4})?|\(\s*-?\d{1,2}\s*(?:/\s*\d{1,2}\s*)?\))(?!\s*(?:\^|\*\*|\d))"
+_PLAIN = re.compile(rf"(?:[A-Za-z_]\w*+|(?<!\w)1(?!\w)|{_POWER}|[*/() .])*+")
+
+
+class Unreadable(ValueError):
+    """The text is no unit; ``meant`` is the nearest that is one, or empty."""
+
+    def __init__(self, expected: str, meant: str = "") -> None:
+        super().__init__(expected)
+        self.expected, self.meant = expected, meant
+
+
+def with_plain_signs(text: str) -> str:
+    """The same in ASCII where that has a sign for it: ``kg–cm²`` as ``kg-cm^2``."""
+    return re.sub(r"[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+", lambda raised: "^" + raised[0].translate(_RAISED), text).translate(_SIGNS)
+
+
+def spelled(text: str) -> str:
+    """A unit in ASCII: ``mN·m/A`` as ``mN*m/A``, ``kg·m²`` and ``kgm2`` as ``kg*m^2``, ``oz-in²`` as ``oz*in^2``.
+
+    A name that is several units is one factor: ``rad/Nm`` is ``rad/(N*m)``.
+
+    Raises:
+        Unreadable: for characters that no unit has, numbers that are no powers, and a/b·c, which may mean two things.
+    """
+    plain = with_plain_signs(text)
+    if _AMBIGUOUS.search(plain):
+        meant = re.sub(r"/\s*([^/*() ]+)", lambda below: f"/({below[1].replace('.', '*')})", plain)
+        raise Unreadable("parentheses around what stands below the line", meant)
+    plain = _COMPOUND.sub(_compound, re.sub(r"(?<=[A-Za-z_\d])\s*\.\s*(?=[A-Za-z_])", "*", plain))
+    if len(plain) > 200 or not plain.isascii() or not _PLAIN.fullmatch(plain):
+        raise Unreadable("a unit such as N*m, kg*m^2 or 1")
+    return plain
+
+
+def _compound(found: re.Match[str]) -> str:
+    """A name, or names joined by hyphens, with * between its factors; in parentheses below a line."""
+    parts = [_factors(word) for word in found["words"].split("-")]
+    product, over = "*".join(parts) + (found["power"] or ""), found["over"] or ""
+    return f"{over}({product})" if over and "*" in product.replace("**", "^") else over + product
+
+
+def _factors(word: str) -> str:
+    """One word: ``Nm`` as ``N*m``, ``m2`` as ``m^2``."""
+    name, digit = (word[:-1], f"^{word[-1]}") if word[-1] in "23" and word[:-1] in _POWERED else (word, "")
+    return _JOINED.get(name, name) + digit

@@ -1,0 +1,114 @@
+"""What a YAML file may be made of, counted while it is read as a stream of events and before anything is built.
+
+The loader takes time exponential in the depth of keys that are mappings, and aliases can stand for more values than
+memory holds.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Any
+
+from ruamel.yaml import YAML
+from ruamel.yaml.events import (
+    AliasEvent,
+    DocumentStartEvent,
+    MappingEndEvent,
+    MappingStartEvent,
+    ScalarEvent,
+    SequenceEndEvent,
+    SequenceStartEvent,
+)
+
+from codegen.errors import BadInput, Place
+
+MOST_NODES = 50_000
+"""The loader takes about 0.1 ms for each, so 5 s."""
+DEEPEST = 20
+MOST_MERGES = 100
+"""Keys `<<`; the loader takes time that grows with the square of their number."""
+LONGEST_KEY = 100
+LONGEST_NUMBER = 4000
+_LONG_NUMBER = re.compile(rf"\d{{{LONGEST_NUMBER},}}")
+
+
+@dataclass
+class _Open:
+    """A mapping or list that has not ended.
+
+    Attributes:
+        anchor: its name for aliases, or None.
+        keys: of a mapping, those so far; None for a list.
+        key_next: whether the next node is a key.
+        nodes: in it so far, with itself and aliases written out.
+    """
+
+    anchor: str | None
+    keys: set[str] | None
+    key_next: bool
+    nodes: int = 1
+
+
+def refuse_monsters(yaml: YAML, text: str, file: str) -> None:
+    """Raise BadInput for keys that are not plain words, a key that stands twice, and too many or too deep values.
+
+    Raises:
+        BadInput: at the line.
+        ruamel.yaml.error.YAMLError: for text that is not YAML.
+    """
+    counted: dict[str, int] = {}
+    merges = 0
+    stack = [_Open(None, None, False)]
+    for event in yaml.parse(text):
+        line = event.start_mark.line + 1
+        inner = stack[-1]
+        match event:
+            case DocumentStartEvent():
+                counted.clear()
+            case ScalarEvent():
+                merges += event.value == "<<" and inner.key_next
+                if merges > MOST_MERGES:
+                    raise BadInput(Place(file, line), f"more than {MOST_MERGES} keys `<<`", "the values themselves")
+                _scalar(event, inner, Place(file, line))
+                counted.update({event.anchor: 1} if event.anchor else {})
+                inner.nodes += 1
+            case AliasEvent():
+                if inner.key_next:
+                    raise BadInput(Place(file, line), f"the alias `*{event.anchor}` as a key", "a word")
+                if any(event.anchor == node.anchor for node in stack):
+                    found = f"the alias `*{event.anchor}` in what it stands for: a node that contains itself"
+                    raise BadInput(Place(file, line), found, "plain YAML without recursive aliases")
+                inner.nodes += counted.get(event.anchor, 1)
+            case MappingStartEvent() | SequenceStartEvent():
+                if inner.key_next:
+                    kind = "mapping" if isinstance(event, MappingStartEvent) else "list"
+                    raise BadInput(Place(file, line), f"a {kind} as a key", "a word before the colon")
+                if len(stack) > DEEPEST:
+                    found = f"more than {DEEPEST} lists and mappings in one another"
+                    raise BadInput(Place(file, line), found, "a spec, whose entries lie six deep")
+                mapping = isinstance(event, MappingStartEvent)
+                stack.append(_Open(event.anchor, set() if mapping else None, mapping))
+                continue
+            case MappingEndEvent() | SequenceEndEvent():
+                stack.pop()
+                counted.update({inner.anchor: inner.nodes} if inner.anchor else {})
+                stack[-1].nodes += inner.nodes
+            case _:
+                continue
+        top = stack[-1]
+        top.key_next = top.keys is not None and not top.key_next
+        if top.nodes > MOST_NODES:
+            raise BadInput(Place(file, line), "too many values, aliases written out", f"at most {MOST_NODES} in a file")
+
+
+def _scalar(event: Any, inner: _Open, place: Place) -> None:
+    text = event.value
+    if _LONG_NUMBER.search(text):
+        raise BadInput(place, "a number of thousands of digits", f"at most {LONGEST_NUMBER} digits")
+    if inner.key_next and inner.keys is not None:
+        if len(text) > LONGEST_KEY:
+            raise BadInput(place, f"a key of {len(text)} characters", f"at most {LONGEST_KEY}")
+        if text in inner.keys:
+            raise BadInput(place, f"duplicate key `{text}`", "each key once")
+        inner.keys.add(text)

@@ -1,0 +1,141 @@
+"""What a diagnosis makes of a spike, judged beside that of the log as it is."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from benchmarks.rates import Rate
+from benchmarks.real.spiked import real_sets
+from benchmarks.spikes.__main__ import Part, Row, page
+from benchmarks.spikes.outcome import (
+    DETECTED,
+    EXTRA,
+    PLAIN,
+    TAKEN,
+    WITH,
+    WITHOUT,
+    WRONG,
+    Outcome,
+    Spike,
+    outcome_of,
+    spike_of,
+    totals,
+)
+from tests.benchmarks.diagnoses import diagnosis, effect
+
+COGGING = Spike("cogging", "amplitude", 10.0, frozenset({"cogging"}), own=1.0)
+NOTHING = diagnosis("none")
+WEAR = effect("viscous_asymmetry", "rail", d_b=-31.0)
+WORN = diagnosis("effect", WEAR)
+
+
+def wave(amplitude: float) -> dict[str, Any]:
+    return effect("cogging", amplitude=amplitude)
+
+
+@pytest.mark.parametrize(
+    ("plain", "spiked", "expected"),
+    [
+        (NOTHING, diagnosis("effect", wave(11.0)), DETECTED),
+        (WORN, diagnosis("effect", WEAR, wave(11.0)), DETECTED),
+        (WORN, diagnosis("effect", wave(11.0)), DETECTED),
+        (NOTHING, diagnosis("effect", effect("cogging_harmonics", a1=11.0)), DETECTED),
+        (NOTHING, diagnosis("effect", wave(11.0), effect("spring", k=1.0)), EXTRA),
+        (NOTHING, diagnosis("effect", effect("spring", k=1.0)), WRONG),
+        (WORN, diagnosis("effect", WEAR, effect("spring", k=1.0)), WRONG),
+        (WORN, WORN, PLAIN),
+        (NOTHING, diagnosis("ambiguous", tied=["spring", "cogging"]), WITH),
+        (NOTHING, diagnosis("ambiguous", tied=["spring", "offset", "cogging"]), WITHOUT),
+        (NOTHING, diagnosis("unknown", tied=["cogging"]), "unknown"),
+        (WORN, NOTHING, "none"),
+    ],
+)
+def test_the_outcome_of_a_spike(plain: dict[str, Any], spiked: dict[str, Any], expected: str) -> None:
+    assert outcome_of(COGGING, plain, spiked).outcome == expected
+
+
+def test_rivals_are_those_that_the_separation_names() -> None:
+    pairs = [{"first": {"kind": "spring"}, "other": {"kind": k}} for k in ("offset", "cogging")]
+    tied = {**diagnosis("ambiguous", tied=["spring", "offset"]), "separation": {"pairs": pairs}}
+    assert outcome_of(COGGING, NOTHING, tied) == Outcome(WITH, ("spring", "offset", "cogging"))
+
+
+def test_a_name_that_the_plain_log_got_counts_only_where_its_parameter_moved_by_the_spike() -> None:
+    plain = diagnosis("effect", wave(4.0))
+    assert outcome_of(COGGING, plain, diagnosis("effect", wave(5.0))).outcome == PLAIN
+    assert outcome_of(COGGING, plain, diagnosis("effect", wave(13.0))).outcome == DETECTED
+
+
+@pytest.mark.parametrize(("found", "near"), [(11.0, True), (13.9, True), (8.1, True), (16.0, False), (7.0, False)])
+def test_the_parameter_is_own_and_spike(found: float, near: bool) -> None:
+    assert outcome_of(COGGING, NOTHING, diagnosis("effect", wave(found))).near is near
+
+
+def test_an_interval_that_holds_it_is_enough() -> None:
+    broad = {**wave(16.0), "intervals": {"amplitude": [10.5, 21.5]}}
+    assert outcome_of(COGGING, NOTHING, diagnosis("effect", broad)).near is True
+
+
+def test_a_gain_is_multiplied() -> None:
+    gain = Spike("input_gain", "gain", 1.1, frozenset({"input_gain"}), own=1.0)
+    assert (gain.expected, gain.strength) == (1.1, pytest.approx(0.1))
+    spiked = [diagnosis("effect", effect("input_gain", "u", gain=g)) for g in (1.12, 1.0)]
+    for said in spiked:
+        said["effects"][0]["intervals"] = {}
+    assert [outcome_of(gain, NOTHING, said).near for said in spiked] == [True, False]
+
+
+@pytest.mark.parametrize(("sign", "moved", "outcome"), [("-", -5.0, TAKEN), ("", 5.0, TAKEN), ("", -5.0, "none")])
+def test_what_a_parameter_with_a_tolerance_takes_needs_no_name(sign: str, moved: float, outcome: str) -> None:
+    truth = {
+        "effects": [{"kind": "offset", "on": "x", "parameters": {"f0": 5.5}}],
+        "equivalents": [[{"kind": "coulomb_asymmetry", "on": "rail", "parameters": {"d": -5.5}}]],
+    }
+    spike = spike_of(truth, 3.0, f"{sign}offset")
+    assert (spike.accepted, spike.own, spike.expected) == ({"offset", "coulomb_asymmetry"}, None, 5.5)
+    plain, spiked = diagnosis("none", offset=-3.0), diagnosis("none", offset=-3.0 + moved)
+    assert outcome_of(spike, plain, spiked).outcome == outcome
+    wrong = diagnosis("effect", effect("spring", k=1.0), offset=-3.0 + moved)
+    assert outcome_of(spike, plain, wrong).outcome == WRONG
+
+
+def test_a_twin_is_right_and_has_no_parameter_to_compare() -> None:
+    spike = Spike("offset", "f0", 5.5, frozenset({"offset", "coulomb_asymmetry"}))
+    said = diagnosis("effect", effect("coulomb_asymmetry", "rail", d=-5.5))
+    assert outcome_of(spike, NOTHING, said) == Outcome(DETECTED, ("coulomb_asymmetry",), None, None)
+
+
+def test_totals_count_detections_and_false_names_apart() -> None:
+    found = [Outcome(o, (), 1.0 if near is not None else None, near) for o, near in OUTCOMES_SEEN]
+    assert totals(found) == {
+        "detected": Rate(4, 8),
+        "with the parameter own + spike": Rate(2, 3),
+        "ambiguous with it": Rate(1, 8),
+        "wrong names": Rate(2, 8),
+    }
+    rows = tuple(Row("cogging", 10.0, COGGING, one) for one in found)
+    text = page([Part("rig", "none", (), rows)], (10.0,), ["elsewhere"], "abc")
+    assert "| detected | 4 of 8: 50 % (22 … 78) | " in text and "| cogging | 4 of 8 | " in text
+    assert "| cogging | 10 % | detected | – | amplitude | 1, off | 11 = 1 + 10 |" in text
+    assert "Not here, so not in these tables: elsewhere." in text
+
+
+OUTCOMES_SEEN = (
+    (DETECTED, True),
+    (DETECTED, False),
+    (EXTRA, True),
+    (TAKEN, None),
+    (WRONG, None),
+    (WITH, None),
+    (PLAIN, None),
+    ("none", None),
+)
+
+
+def test_the_sets_are_data_and_an_unknown_name_is_refused() -> None:
+    emps = real_sets(["emps"])["emps"]
+    assert (emps.input, emps.gain, emps.contact, emps.cutoff_hz) == ({"u": "vir"}, 35.1507, "rail", 20.0)
+    with pytest.raises(KeyError):
+        real_sets(["nowhere"])

@@ -1,0 +1,88 @@
+"""Surrogates keep the motion and the size of the residual, and take the law out of it; their p is counted."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from benchmarks.rates import Rate
+from benchmarks.surrogates.__main__ import PAGE, PICTURE, page
+from benchmarks.surrogates.picture import LEAST, picture, steps
+from benchmarks.surrogates.runs import Trial, Trials, table
+from benchmarks.surrogates.surrogate import WAYS, Way, scrambled, surrogate
+from codegen.diagnosis.problem import Problem
+from codegen.diagnosis.residual import inverse_dynamics_residual
+from codegen.diagnosis.signals import smooth_motion
+from tests.diagnosis.stage import log_of, stage, system_of
+
+MADE = 8
+SPRING = "[{kind: spring, on: x, parameters: {k: 30}}]"
+
+
+def test_signs_turn_whole_blocks_and_the_order_keeps_them() -> None:
+    residual = np.arange(1.0, 15.0)[:, None] * np.array([1.0, 2.0])
+    signs = scrambled(residual, 4, "signs", np.random.default_rng(1)) / residual
+    assert {tuple(np.unique(block)) for block in np.split(signs[:12], 3)} <= {(1.0,), (-1.0,)}
+    assert {-1.0, 1.0} == set(np.unique(scrambled(np.ones((400, 1)), 4, "signs", np.random.default_rng(1))))
+    orders = [scrambled(residual, 4, "order", np.random.default_rng(k)) for k in range(5)]
+    for order in orders:
+        assert sorted(order[0:12:4, 0]) == [1, 5, 9] and np.array_equal(order[12:], residual[12:])
+        assert np.array_equal(np.diff(order[:4], axis=0), np.diff(residual[:4], axis=0))
+    assert len({tuple(order[:, 0]) for order in orders}) > 1
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_a_surrogate_has_the_motion_the_residuals_size_and_no_spring(way: Way, tmp_path: Path) -> None:
+    log, system = log_of(stage(SPRING), tmp_path, "log.csv"), system_of(stage())
+    made = [surrogate(log, system, way, np.random.default_rng(k)) for k in range(MADE)]
+    assert all(np.array_equal(one.positions, log.positions) for one in made)
+    before = smooth_motion(log)
+    used = Problem(system, before, {}).masks.rows[:, 0]
+    x = before.positions[used, 0]
+    residual, *others = [inverse_dynamics_residual(system, smooth_motion(one))[used, 0] for one in (log, *made)]
+    assert float(residual @ x / (x @ x)) == pytest.approx(30, rel=0.02)  # the drive makes up for the spring
+    # Signs and order are random: one surrogate may keep some of the spring, on the average nothing is left of it.
+    assert abs(np.mean([r @ x / (x @ x) for r in others])) < 10
+    # Blocks meet in steps, which the low-pass rounds off; in another order some of them meet standstill, which stays.
+    sizes = [np.sqrt(np.mean(r**2) / np.mean(residual**2)) for r in others]
+    assert 0.6 < np.mean(sizes) < 1.15
+    again = surrogate(log, system, way, np.random.default_rng(0))
+    assert np.array_equal(again.inputs, made[0].inputs)
+
+
+def found() -> list[Trials]:
+    """Two practice logs and a real one."""
+    trials = [
+        Trial("signs", "none", 0.5, (), 10.0),
+        Trial("order", "effect", 0.004, ("spring",), 20.0),
+        Trial("signs", "none", 0.05, (), 30.0),
+    ]
+    one, two = Trials("standard", "standard/case_0001", "none", tuple(trials)), trials[1:2]
+    return [one, Trials("standard", "standard/case_0002", "effect", tuple(two)), Trials("rig", "rig", "unfit", ())]
+
+
+def test_the_table_counts_credit_and_p_apart() -> None:
+    rows = table(found(), 0.01)
+    assert [(r["group"], r["way"], r["logs"]) for r in rows] == [("standard", "signs", 1), ("standard", "order", 2)]
+    signs, order = rows
+    assert (signs["credited"], signs["at_alpha"], signs["at_ten"]) == (Rate(0, 2), Rate(0, 2), Rate(1, 2))
+    assert (order["credited"], order["at_alpha"], order["cpu"]) == (Rate(2, 2), Rate(2, 2), 20.0)
+    assert signs["cpu"] == 20.0 and signs["verdicts"] == [("none", 2)]
+
+
+def test_the_page_names_each_false_alarm_and_what_could_not_be_tried() -> None:
+    files = page(found(), "abc")
+    assert "- standard/case_0002, order: spring (p = 0.004)" in files[PAGE]
+    assert "Without a surrogate, as log and model do not fit together: rig." in files[PAGE]
+    assert f"]({PICTURE})" in files[PAGE]
+
+
+def test_the_picture_is_the_empirical_distribution_and_the_same_each_time() -> None:
+    assert steps([0.5, 0.0, 0.5, 0.1]) == ([LEAST, 0.1, 0.5, 0.5, 1.0], [0.25, 0.5, 0.75, 1.0, 1.0])
+    ways = {"signs": {"standard": [0.5, 0.02, 0.7], "real sets": []}, "order": {"standard": [0.9], "real sets": []}}
+    one, two = picture(ways, 0.01), picture(ways, 0.01)
+    assert one == two
+    assert ElementTree.fromstring(one).tag.endswith("svg")

@@ -1,0 +1,128 @@
+"""An arm joint by joint: each joint's free run with the others as measured, against the arm's own simulation."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mechanics.robots import TWO_LINKS
+
+from codegen.diagnosis.attempt import Attempt, every_part
+from codegen.diagnosis.credit import level
+from codegen.diagnosis.diagnose import _uncertain
+from codegen.diagnosis.imposed import is_separable
+from codegen.diagnosis.problem import Problem
+from codegen.diagnosis.record import record_of
+from codegen.diagnosis.search import Search, search_on
+from codegen.diagnosis.signals import smooth_motion
+from codegen.logs import Log
+from codegen.spec import Spec, parse_spec
+from tests.diagnosis.stage import log_of, stage, system_of
+
+ARM = """name: arm
+urdf: {file: arm.urdf%s}
+friction:
+  contacts:
+    - {name: q_1, law: coulomb, a: 0.4, unit: N*m}
+    - {name: q_2, law: coulomb, a: 0.7, unit: N*m}
+"""
+MOVING = """effects: [%s]
+simulation:
+  duration: 16
+  sample_time: 0.004
+  reference: {q_1: "0.9*sin(1.3*t) - 1.2", q_2: "0.8*sin(2.1*t) + 0.3*sin(5*t)"}
+  position_gain: {w_q_1: 300, w_q_2: 120}
+  velocity_gain: {w_q_1: 40, w_q_2: 12}
+  position_noise: {q_1: 2e-5, q_2: 2e-5}
+"""
+DRAG = "{kind: viscous, on: [q_2], parameters: {b: 0.4}}"
+HEAVIER = re.sub(r'mass value="([^"]+)"', lambda m: f'mass value="{1.2 * float(m[1]):g}"', TWO_LINKS)
+
+
+def logged(folder: Path, effect: str = "", urdf: str = TWO_LINKS) -> Log:
+    (folder / "arm.urdf").write_text(urdf)
+    return log_of(parse_spec(ARM % "" + MOVING % effect, folder / "plant.yaml"), folder, "log.csv")
+
+
+def search_of(spec: Spec, log: Log) -> Search:
+    motion = smooth_motion(log)
+    system, deviations = _uncertain(spec, system_of(spec), log)
+    return search_on(Problem(system, motion, deviations), lambda share: record_of(motion, log, share))
+
+
+def arm(folder: Path, more: str = "") -> Spec:
+    return parse_spec(ARM % more, folder / "arm.yaml")
+
+
+def by_joint(search: Search) -> np.ndarray:
+    """(2,) RMS of measured less predicted over the noise, of each joint, with the values of the spec."""
+    runner = search.runners([search.nothing])[0]
+    error = (search.record.targets - runner.run(search.declared, search.record.at_rest))[..., 0]
+    return np.sqrt((error**2).reshape(len(search.record.start), 2, -1).mean(axis=(0, 2))) / search.record.noise
+
+
+def test_a_joint_alone_moves_as_in_the_whole_arm(tmp_path: Path) -> None:
+    """A run is ten times the noise off, since starts are smoothed: with the true values as the whole arm's is."""
+    log = logged(tmp_path)
+    search = search_of(arm(tmp_path), log)
+    assert search.rigid is not None
+    alone = by_joint(search)
+    together = replace(search, rigid=None, record=replace(search.record, joints=None))
+    runner = together.runners([together.nothing])[0]
+    error = together.record.targets - runner.run(together.declared, together.record.at_rest)
+    whole = np.sqrt((error**2).mean(axis=(0, 1))) / together.record.noise
+    assert (alone < 2 * whole).all(), (alone, whole)
+
+
+def test_what_a_joint_lacks_shows_at_that_joint(tmp_path: Path) -> None:
+    log = logged(tmp_path)
+    right = by_joint(search_of(arm(tmp_path), log))
+    log = logged(tmp_path, DRAG)
+    lacking = by_joint(search_of(arm(tmp_path), log))
+    assert lacking[1] > 10 * right[1]
+    assert lacking[0] < 1.5 * right[0]
+
+
+def test_only_joints_with_something_left_are_tried(tmp_path: Path) -> None:
+    log = logged(tmp_path, DRAG)
+    search = search_of(arm(tmp_path), log)
+    base = search.refit()
+    tried = Attempt(search, base, tuple(every_part(search, ())), lambda share: None)
+    assert {p.effect.coordinate(search.system, p.place) for p in tried.parts} == {1}
+    (k,) = [k for k, p in enumerate(tried.parts) if p.kind == "viscous"]
+    found = tried.fitted(tried.screened(k))
+    assert found.parameters["b"] == pytest.approx(0.4, rel=0.02)
+    assert len(found.shot.residual) == len(base.residual)
+    assert found.shot.cost < 0.7 * base.cost
+
+
+def test_masses_within_their_tolerance_are_refitted(tmp_path: Path) -> None:
+    """The log is of links a fifth heavier than the spec's file says."""
+    log = logged(tmp_path, urdf=HEAVIER)
+    (tmp_path / "arm.urdf").write_text(TWO_LINKS)
+    held = search_of(arm(tmp_path), log)
+    free = search_of(arm(tmp_path, ", tolerance: {mass: 20 %, inertia: 20 %}"), log)
+    assert len(free.moved) > len(held.moved)
+    one, other = held.refit(), free.refit()
+    assert other.cost < 0.2 * one.cost
+    assert level(other) < 3
+
+
+def test_a_spec_without_a_robot_file_is_run_as_a_whole() -> None:
+    assert not is_separable(system_of(stage()))
+
+
+def test_a_parameter_that_changes_nothing_stays(tmp_path: Path) -> None:
+    """A joint's candidate is fitted on that joint's rows, on which the other joints' levels have no slope at all."""
+    log = logged(tmp_path, DRAG)
+    search = search_of(arm(tmp_path), log)
+    base = search.refit()
+    parts = [p for p in every_part(search, ()) if (p.kind, p.on) == ("stribeck", "q_2")]
+    tried = Attempt(search, base, tuple(parts), lambda share: None)
+    screened = tried.screened(0)
+    assert screened is not None
+    index = [s.name for s in search.moved].index("q_1_a")
+    assert screened[1].theta[index] == base.theta[index]

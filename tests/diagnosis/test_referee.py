@@ -1,0 +1,49 @@
+"""The regression without laws: shares against those that the making of the data fixes, and what it must not see."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from codegen.diagnosis.problem import Problem
+from codegen.diagnosis.referee import explained_over, remainders, since_reversal, splines
+from codegen.diagnosis.signals import smooth_motion
+from tests.diagnosis.stage import log_of, stage, system_of
+
+COUNT = 6000
+TIME = np.linspace(0.0, 30.0, COUNT)
+X = np.sin(1.3 * TIME) + 0.4 * np.sin(4.1 * TIME)
+EVERY = np.ones(COUNT, dtype=bool)
+
+
+@pytest.mark.parametrize("noise", [0.1, 0.5, 2.0])
+def test_a_function_of_one_variable_is_explained_up_to_the_noise(noise: float) -> None:
+    shape = np.tanh(4 * X)
+    r = shape + noise * np.random.default_rng(3).normal(size=COUNT)
+    share = np.mean(shape**2) / (np.mean(shape**2) + noise**2)
+    assert explained_over(r, EVERY, [splines(X, 14)]) == pytest.approx(share, abs=0.03)
+    assert explained_over(r, EVERY, [splines(np.random.default_rng(4).normal(size=COUNT), 14)]) < 0.01
+
+
+def test_noise_is_explained_by_nothing_however_many_columns_there_are() -> None:
+    r = np.random.default_rng(5).normal(size=COUNT)
+    assert explained_over(r, EVERY, [splines(X, 40), splines(TIME, 14), splines(np.gradient(X), 14)]) < 0.01
+
+
+def test_the_distance_since_a_reversal_starts_anew_at_each() -> None:
+    x = np.array([0.0, 1.0, 4.0, 3.0, 2.0, 2.5])
+    v = np.array([1.0, 1.0, 1.0, -1.0, -1.0, 1.0])
+    assert since_reversal(x, v) == pytest.approx(np.sqrt([0, 1, 4, 0, 1, 0]))
+
+
+def test_a_spring_that_is_lacking_is_told_over_position(tmp_path: Path) -> None:
+    """And nothing of material size where nothing is lacking."""
+    left = {}
+    for name, effects in (("spring", "[{kind: spring, on: x, parameters: {k: 30}}]"), ("none", "[]")):
+        log = log_of(stage(effects), tmp_path, f"{name}.csv")
+        problem = Problem(system_of(stage()), smooth_motion(log), {})
+        (left[name],) = remainders(problem.system, problem.motion, problem.masks)
+    assert left["spring"].over["position"] > 0.95 and left["spring"].material > 0.1
+    assert left["none"].material < 0.02

@@ -1,0 +1,125 @@
+"""What speaks against an effect, what is said with it, and which values are no estimates."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from codegen.diagnosis import examination
+from codegen.diagnosis.diagnose import diagnose_log
+from codegen.diagnosis.limits import at_limit
+from codegen.diagnosis.output_error import Shot
+from codegen.diagnosis.problem import Problem
+from codegen.diagnosis.reservations import objections, remarks
+from codegen.diagnosis.results import FoundEffect
+from codegen.diagnosis.signals import smooth_motion
+from codegen.diagnosis.trial import part_of
+from codegen.effects import CATALOGUE
+from codegen.logs import Log
+from codegen.report import render_report
+from tests.diagnosis.stage import log_of, stage, system_of
+from tests.diagnosis.test_adoption import search_of
+
+UNITS = {"amplitude": "N", "period": "m", "phase": "rad", "k": "N/m", "delta": "N", "v_s": "m/s", "T": "s", "gain": "1"}
+SURE = {"amplitude": (1.4, 1.6), "k": (17.0, 19.0), "delta": (1.9, 2.1), "gain": (1.05, 1.15)}
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory: pytest.TempPathFactory) -> Log:
+    """14 s between −0.258 and 0.258 m, at most 0.8 m/s."""
+    return log_of(stage("[{kind: spring, on: x, parameters: {k: 18}}]"), tmp_path_factory.mktemp("log"), "train.csv")
+
+
+def said(log: Log, kind: str, **values: float) -> tuple[list[str], list[str]]:
+    system = system_of(stage())
+    on = {"contact": "rail", "input": "w"}.get(CATALOGUE[kind].sits_on, "x")
+    intervals = {name: SURE[name] for name in values if name in SURE}
+    found = FoundEffect(kind, on, values, {name: UNITS[name] for name in values}, (), intervals)
+    problem = Problem(system, smooth_motion(log), {})
+    part = part_of(CATALOGUE[kind], 0, system)
+    return objections(found, part, problem), remarks(found, part, problem)
+
+
+def test_a_period_longer_than_the_stroke_is_not_credited(log: Log) -> None:
+    stroke = np.ptp(log.positions[500:-500])  # without the second at each end that is not used
+    for period, credited in ((0.9 * stroke, True), (1.1 * stroke, False), (1.78 * stroke, False)):
+        for kind in ("cogging", "position_dependent_friction", "encoder_eccentricity"):
+            against, _ = said(log, kind, amplitude=1.5, period=period, phase=0.3)
+            assert (against == []) == credited, kind
+    assert "less than one period" in against[0] and f"travels {stroke:.3g} m" in against[0]
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "values"), [("spring", "k", {"k": 18.0}), ("input_gain", "gain", {"gain": 1.1})]
+)
+def test_an_interval_that_holds_the_neutral_value_speaks_against_an_effect(
+    kind: str, name: str, values: dict[str, float], log: Log, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert said(log, kind, **values) == ([], [])
+    monkeypatch.setitem(SURE, name, (-0.14, 1.80))
+    (words,), _ = said(log, kind, **values)
+    assert "-0.14 to 1.8" in words and "absent" in words
+
+
+def test_a_shape_beyond_what_the_log_covers_is_said(log: Log) -> None:
+    assert said(log, "stribeck", delta=2.0, v_s=0.05) == ([], [])
+    against, (words,) = said(log, "stribeck", delta=2.0, v_s=5.0)
+    assert against == [] and "v_s = 5 m/s" in words and "beyond what the log covers" in words
+    assert said(log, "friction_drift", delta=2.0, T=4.0) == ([], [])
+    assert "T = 40 s" in said(log, "friction_drift", delta=2.0, T=40.0)[1][0]
+
+
+def test_a_value_at_the_end_of_its_reach_is_marked(log: Log) -> None:
+    """A period may move by a factor exp(0.2) from where its fit starts; the start is far from any wave."""
+    search, _ = search_of(stage(), log)
+    base = search.refit()
+    part = part_of(CATALOGUE["cogging"], 0, search.system)
+    start = {"amplitude": 2.0, "period": 0.3, "phase": 0.0}
+    raw = search.exchanged(base, base.theta, [part], [start])
+    first = replace(raw, theta=np.append(base.theta, part.inward(start)))
+    trial = first.runner.trial
+    _, reach = search.sizes(trial, first.theta)
+    place = len(trial.moved) + part.names.index("period")
+    fitted = search.fit_from(first.runner, first.theta, base, 10, [])
+    moved = abs(fitted.theta[place] - first.theta[place])
+    assert (at_limit(fitted) == [("period",)]) == bool(moved >= 0.999 * reach[place])
+    held = replace(fitted, limited=np.arange(len(fitted.theta)) == place)
+    assert at_limit(held) == [("period",)]
+    assert at_limit(replace(held, limited=np.zeros(len(fitted.theta), dtype=bool))) == [()]
+
+
+def test_a_value_at_a_bound_is_marked(log: Log) -> None:
+    search, _ = search_of(stage(), log)
+    base = search.refit()
+    part = part_of(CATALOGUE["compliance"], 0, search.system)
+    for fraction, marks in ((0.5, ()), (0.9999, ("load_fraction",)), (1e-4, ("load_fraction",))):
+        values = {"k": 8000.0, "c": 20.0, "load_fraction": fraction}
+        trial = search.nothing.with_part(part)
+        theta = trial.theta(base.theta, [values])
+        shot = replace(
+            base, runner=replace(base.runner, trial=trial), theta=theta, limited=np.zeros(len(theta), dtype=bool)
+        )
+        assert at_limit(shot) == [marks]
+
+
+def test_a_limit_is_told_in_sentence_json_and_table(log: Log, monkeypatch: pytest.MonkeyPatch) -> None:
+    def marked(shot: Shot) -> list[tuple[str, ...]]:
+        return [(part.names[0],) for part in shot.runner.trial.parts]
+
+    monkeypatch.setattr(examination, "at_limit", marked)
+    diagnosis, models = diagnose_log(stage(), system_of(stage()), log)
+    assert diagnosis.effects[0].at_limit == ("k",)
+    assert "N/m, at its limit)" in diagnosis.sentence
+    assert diagnosis.as_json()["effects"][0]["at_limit"] == ["k"]
+    assert '<span class="limit">at its limit</span>' in render_report(stage(), diagnosis, models)
+
+
+def test_no_candidate_is_accepted_with_a_period_that_was_never_passed(log: Log) -> None:
+    """A piece of a long wave fits a spring's line: it would come first, be refused, and hide the spring."""
+    diagnosis, _ = diagnose_log(stage(), system_of(stage()), log)
+    stroke = np.ptp(log.positions[500:-500])
+    long = [c for c in diagnosis.candidates if c.parameters.get("period", 0.0) > stroke]
+    assert long and not any(c.accepted for c in long)
+    assert [e.kind for e in diagnosis.effects] == ["spring"]

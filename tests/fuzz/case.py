@@ -1,0 +1,61 @@
+"""What a case is: files, and the calls that are made on them one after the other as long as they give a result."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from .verdict import MOST_SECONDS, Verdict, judged
+
+Call = Callable[[], object]
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A call.
+
+    Attributes:
+        name: the verb.
+        call: takes the files of the folder that one stands in.
+        border: the same through the whole command, which is asked where ``call`` fails: it is the border of a verb that
+            no other exception crosses, and the screen on which nothing unprintable stands.
+        seconds: of processor time that it may take.
+    """
+
+    name: str
+    call: Call
+    border: Call | None = None
+    seconds: float = MOST_SECONDS
+
+
+@dataclass(frozen=True)
+class Case:
+    """Files of a user's, by name, the damaged one first, and the stages that read them."""
+
+    files: Mapping[str, bytes]
+    stages: tuple[Stage, ...]
+
+
+def run(case: Case, folder: Path) -> tuple[str, Verdict]:
+    """The last stage that was reached, and what became of it. The folder holds the case's files alone."""
+    here = Path.cwd()
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    for name, content in case.files.items():
+        (folder / name).write_bytes(content)
+    os.chdir(folder)
+    try:
+        verdict, name = Verdict("result"), "none"
+        for stage in case.stages:
+            name = stage.name
+            verdict = judged(stage.call, case.files, stage.seconds)
+            if verdict.kind in ("exception", "message", "screen") and stage.border is not None:
+                verdict = judged(stage.border, case.files, stage.seconds)
+            if verdict.kind != "result":
+                break
+        return name, verdict
+    finally:
+        os.chdir(here)

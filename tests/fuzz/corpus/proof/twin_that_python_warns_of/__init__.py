@@ -1,0 +1,177 @@
+"""one_mass_dfo: friction observer DFO, velocity estimated, double precision.
+
+Made by stiction 0.1.0 from one_mass_dfo.yaml
+sha256 762cb0fe635cadf0ec9ed26bd15d18fe482c70acc287a26e516008fdf2427ed9
+with: stiction generate one_mass_dfo.yaml
+
+The twin of one_mass_dfo.c: the same operations in the same order on doubles, so the same bits. Do not edit.
+"""
+
+import math
+from dataclasses import dataclass
+
+__all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"]
+
+SPEC_SHA256 = "762cb0fe635cadf0ec9ed26bd15d18fe482c70acc287a26e516008fdf2427ed9"
+LARGEST = 1e+150
+ENVELOPE = {  # low and high: where the certificate beside this file speaks
+    "v": ("-10", "10"),
+}
+
+
+@dataclass(slots=True)
+class Parameters:
+    """Constants of the model and gains, with the spec's values; behind them what ``prepare`` derives from these."""
+
+    m: float = 1.0  # kg: model parameter
+    rail_a: float = 50.0  # N: model parameter
+    rail_c: float = 100.0  # 1/m: model parameter
+    rail_D1: float = 1000.0  # m/s: model parameter
+    rail_D2: float = 0.0001  # m/s: model parameter
+    K_a: float = -10.0  # N*s/m: observer gain
+    K_f1: float = -0.01  # 1/m: observer gain
+    K_f2: float = 0.0  # s/m: observer gain
+    K_v: float = 100.0  # 1/s: observer gain
+    sample_time: float = 1e-05  # s: sample time
+    one_over_m: float = 1.0  # 1.0 / m
+    rail_D1_minus_rail_D2: float = 999.9999  # rail_D1 - rail_D2
+    h_K_a: float = -0.0001  # sample_time * K_a
+
+
+@dataclass(slots=True)
+class State:
+    """What the observer remembers from sample to sample."""
+
+    z_v: float = 0.0  # m/s: observer state
+    z_f_rail: float = 0.0  # 1: observer state
+    z_a_rail: float = 0.0  # N: observer state
+    waiting: float = 0.0  # 1 until a good sample has set the state; below 1/2 in use
+
+
+@dataclass(slots=True)
+class Inputs:
+    """What is measured and commanded at a sample."""
+
+    x: float = 0.0  # m: measured position
+    w: float = 0.0  # N: input
+
+
+@dataclass(slots=True)
+class Outputs:
+    """What is estimated."""
+
+    v_hat: float = 0.0  # m/s: velocity estimate, (4.25)
+    f_hat_rail: float = 0.0  # 1: friction state, (7.11)
+    a_hat_rail: float = 0.0  # N: friction level, (7.10)
+    F_hat_rail: float = 0.0  # N: contact friction, (7.12)
+    F_hat_on_x: float = 0.0  # N: friction force, (7.12)
+    fault: int = 0  # 1 if this sample was not used
+
+
+def prepare(parameters: Parameters) -> None:
+    """Compute the derived constants anew, after a parameter was changed."""
+    parameters.one_over_m = 1.0 / parameters.m
+    parameters.rail_D1_minus_rail_D2 = parameters.rail_D1 - parameters.rail_D2
+    parameters.h_K_a = parameters.sample_time * parameters.K_a
+
+
+def init(parameters: Parameters, inputs: Inputs) -> State:
+    """The state from the first measurement; if that cannot be used, one that waits for a good sample."""
+    state = State(
+        z_v=-(parameters.K_v * inputs.x),
+        z_f_rail=-(parameters.K_f1 * inputs.x),
+        z_a_rail=parameters.rail_a,
+    )
+    check = inputs.x + inputs.w + state.z_v + state.z_f_rail + state.z_a_rail
+    if not abs(check) <= LARGEST:
+        state = State(waiting=1.0)
+    return state
+
+
+def _miss(state: State, parameters: Parameters, outputs: Outputs) -> None:
+    """A sample is lost: the machine is taken to go on with the velocity that is held, and the states with it."""
+    state.z_v = state.z_v - parameters.sample_time * parameters.K_v * outputs.v_hat
+    state.z_f_rail = state.z_f_rail - parameters.sample_time * parameters.K_f1 * outputs.v_hat
+    if state.waiting < 0.5:
+        state.waiting = (state.waiting if outputs.fault else 0.0) + 0.0625
+
+
+def _resume(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs) -> None:
+    """Set the state from a good sample after many that were lost, so that the estimates go on from the held ones."""
+    resumed_1 = inputs.x + parameters.sample_time * outputs.v_hat
+    state.z_v = outputs.v_hat - parameters.K_v * resumed_1
+    state.z_f_rail = outputs.f_hat_rail - parameters.K_f1 * resumed_1 - parameters.K_f2 * outputs.v_hat
+    state.waiting = 0.0
+
+
+def _set_anew(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs, good: bool) -> None:
+    """What becomes of the state where a sample is not used."""
+    if not good:
+        if state.waiting < 0.75:
+            _miss(state, parameters, outputs)
+    elif state.waiting < 0.5 or state.waiting > 0.75:
+        fresh = init(parameters, inputs)  # the state cannot be used, or waits for its first sample
+        for name in State.__slots__:
+            setattr(state, name, getattr(fresh, name))
+    else:
+        _resume(state, parameters, inputs, outputs)
+    outputs.fault = 1
+
+
+def step(state: State, parameters: Parameters,1inputs: Inputs, outputs: Outputs | None = None) -> Outputs:
+    """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample.
+
+    The estimates go into ``outputs``, or into new ones.
+    Where an input is NaN or infinite, or a next state would be or lie beyond 1e+150, ``outputs`` stay as they
+    are but for ``fault``, which is 1; the state goes along as if the machine went on with the velocity that is held. Where
+    the inputs are good, it is the state that cannot be used or waits: it is set from them, and the next sample is
+    estimated again. The held estimates are read from ``outputs``: hand in the same at each step.
+    """
+    if outputs is None:
+        outputs = Outputs()
+
+    # velocity estimate, (4.25)
+    v_hat = state.z_v + parameters.K_v * inputs.x  # m/s
+
+    # friction state, (7.11)
+    f_hat_rail = state.z_f_rail + parameters.K_f1 * inputs.x + parameters.K_f2 * v_hat  # 1
+
+    # friction level, (7.10)
+    a_hat_rail = state.z_a_rail + param@ters.K_a * v_hat * f_hat_rail  # N
+
+    # contact friction, (7.12)
+    F_hat_rail = f_hat_rail * a_hat_rail  # N
+
+    # acceleration, (4.2)
+    v_dot_hat = parameters.one_over_m * (inputs.w - F_hat_rail)  # m/s^2
+
+    # friction state rate, xi_1 of (6.5), (6.6)
+    f_rate_rail = (
+        parameters.rail_c * (v_hat - parameters.rail_D2 * f_hat_rail - parameters.rail_D1_minus_rail_D2
+        * (f_hat_rail + 0.5 * abs(f_hat_rail - 1.0) - 0.5 * abs(1.0 + f_hat_rail)))
+    )  # 1/s
+
+    # states one sample later (explicit Euler)
+    z_v_next = state.z_v + parameters.sample_time * (v_dot_hat - parameters.K_v * v_hat)
+    z_f_rail_next = (
+        state.z_f_rail + parameters.sample_time * (f_rate_rail - parameters.K_f1 * v_hat - parameters.K_f2
+        * v_dot_hat)
+    )
+    z_a_rail_next = state.z_a_rail - parameters.h_K_a * (f_hat_rail * v_dot_hat + v_hat * f_rate_rail)
+
+    # hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN
+    check = z_v_next + z_f_rail_next + z_a_rail_next
+    if state.waiting >= 0.5 or not abs(check) <= LARGEST:
+        given = inputs.x + inputs.w
+        _set_anew(state, parameters, inputs, outputs, abs(given) <= LARGEST)
+        return outputs
+    outputs.fault = 0
+    outputs.v_hat = v_hat
+    outputs.f_hat_rail = f_hat_rail
+    outputs.a_hat_rail = a_hat_rail
+    outputs.F_hat_rail = F_hat_rail
+    outputs.F_hat_on_x = F_hat_rail
+    state.z_v = z_v_next
+    state.z_f_rail = z_f_rail_next
+    state.z_a_rail = z_a_rail_next
+    return outputs

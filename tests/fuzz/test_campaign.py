@@ -1,0 +1,55 @@
+"""A minute of damaged files: so many of each family, each a result or one clear error; `make fuzz` runs an hour."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from .broken_cases import CALLS
+from .campaign import Campaign, campaign, families, table
+from .corpus_cases import folders
+
+COUNTS = {"spec": 100, "log": 200, "robot": 40, "proof": 40}
+
+
+@pytest.mark.parametrize("family", COUNTS)
+def test_damaged_files_give_a_result_or_one_clear_error(family: str) -> None:
+    found = campaign(family, 0, COUNTS[family])
+    assert found.failures == [], table([found])
+    assert found.cases == COUNTS[family]
+    assert min(found.of("result"), found.of("error")) > COUNTS[family] / 20 or family == "proof"
+
+
+def test_a_campaign_notices_every_way_to_fail_and_keeps_what_is_needed_to_see_it_again(tmp_path: Path) -> None:
+    found = campaign("broken", 0, len(CALLS), keep=tmp_path)
+    assert found.cases == len(CALLS)
+    failures = {told.seed: told.verdict.kind for told in found.failures}
+    wanted = {k: kind for k, (_, kind) in enumerate(CALLS.values()) if kind not in ("result", "error")}
+    assert failures == wanted
+    assert (found.of("result"), found.of("error")) == (3, 1)
+    assert len(list(tmp_path.rglob("what.txt"))) == len(wanted)
+    (words,) = (tmp_path / "broken").glob("exception-*/3/what.txt")
+    assert words.read_text().splitlines()[:3] == ["broken 3", "call", "exception"]
+    assert (words.parent / "s.yaml").read_bytes() == b"name: x\n"
+    assert "1 broken exception: ZeroDivisionError outside (stage call; seeds 3)" in table([found])
+
+
+@pytest.mark.parametrize("family", COUNTS)
+def test_cases_are_the_same_again(family: str) -> None:
+    make = families()[family]
+    for seed in range(20):
+        assert make(seed).files == make(seed).files
+
+
+def test_faults_that_were_found_stay_mended() -> None:
+    found = campaign("corpus", 0, len(folders()))
+    assert found.failures == [], "\n".join([table([found]), *(str(folders()[told.seed]) for told in found.failures)])
+    assert found.cases == len(folders())
+    assert {path.parent.name for path in folders()} == {"spec", "log", "robot", "proof"}
+
+
+def test_a_table_counts() -> None:
+    one = Campaign("spec")
+    one.counts.update({("check", "result"): 2, ("derive", "result"): 1, ("check", "error"): 4})
+    assert table([one]).splitlines()[1].split() == ["spec", "7", "3", "4", "0"]

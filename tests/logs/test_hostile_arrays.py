@@ -1,0 +1,182 @@
+"""Hostile .npy and .mat files: one message, and never more memory than is stated."""
+
+from __future__ import annotations
+
+import io
+import pickle
+import resource
+import struct
+import subprocess
+import sys
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
+from scipy.io import savemat
+from slider_log import rows
+
+from codegen.errors import BadInput
+from codegen.logs import read_log, read_logs
+from codegen.logs import source as log_source
+from codegen.logs.npy_header import LONGEST, read_header
+
+FIELDS = "[('t', '<f8'), ('x', '<f8'), ('w', '<f8')]"
+
+
+def npy(header: str | bytes, body: bytes = b"", version: int = 1) -> bytes:
+    data = header.encode("latin-1") if isinstance(header, str) else header
+    return b"\x93NUMPY" + bytes([version, 0]) + struct.pack("<H" if version == 1 else "<I", len(data)) + data + body
+
+
+def described(descr: str = FIELDS, shape: str = "(2,)", order: str = "False") -> str:
+    return f"{{'descr': {descr}, 'fortran_order': {order}, 'shape': {shape}, }}\n"
+
+
+HOSTILE = {
+    "unclosed": (npy("{'descr': [('t', "), "no description"),
+    "unclosed text": (npy("{'descr': '''"), "no description"),
+    "brackets": (npy("(" * 9000), "no description"),
+    "signs": (npy("{'descr': " + "-" * 9000 + "1}"), "without names|no description"),
+    "a call": (npy(described("__import__('os').abort()")), "without names|no description"),
+    "a huge length": (npy(described(shape=f"({'9' * 18},)")), "bytes, where its header speaks of"),
+    "a longer length": (npy(described(shape=f"({'9' * 30},)")), "lengths cannot be read"),
+    "a negative length": (npy(described(shape="(-1,)")), "lengths cannot be read"),
+    "a length that is true": (npy(described(shape="(True,)")), "lengths cannot be read"),
+    "three dimensions": (npy(described("'<f8'", shape="(2, 2, 2)")), "3 dimensions"),
+    "a wide table": (npy(described("'<f8'", shape="(2, 99999)")), "99999 columns"),
+    "a table by columns": (npy(described("'<f8'", shape="(2, 3)", order="True"), bytes(48)), "ascontiguousarray"),
+    "two dimensions": (npy(described(shape="(2, 2)")), "not of one dimension"),
+    "no dimension": (npy(described(shape="()")), "not of one dimension"),
+    "objects": (npy(described("'|O'"), pickle.dumps([1])), "pickled objects"),
+    "an object": (npy(described("[('t', '<f8'), ('x', '|O')]"), pickle.dumps([1])), "pickled objects"),
+    "text": (npy(described("[('t', '<U9')]")), "a field of type <U9"),
+    "void": (npy(described("[('t', '|V999999999')]")), "a field of type|names"),
+    "a field of arrays": (npy(described("[('t', '<f8', (9,))]")), "names"),
+    "no names": (npy(described("'<f8'")), "without names"),
+    "names twice": (npy(described("[('t', '<f8'), ('t', '<f8')]")), "a name of its own"),
+    "no field": (npy(described("[]")), "without names"),
+    "a key twice": (npy(described()[:-2] + "'shape': (2,)}"), "no description|lengths"),
+    "a key less": (npy("{'descr': " + FIELDS + "}"), "a header without fortran_order and shape"),
+    "a long header": (npy(b" " * (LONGEST + 1), version=2), "a header of 65537 bytes"),
+    "a longer header": (b"\x93NUMPY\x02\0\xff\xff\xff\xff", "a header of 4294967295 bytes"),
+    "version 9": (npy(described(), version=9), "version 9"),
+    "not UTF-8": (npy(b"\xff", version=3), "utf-8"),
+    "shorter": (npy(described(), bytes(40)), "bytes, where its header speaks of"),
+    "empty": (b"", "no .npy file"),
+    "a pickle": (pickle.dumps([1]), "no .npy file"),
+}
+
+
+@pytest.mark.parametrize("case", HOSTILE)
+def test_an_npy_file(tmp_path, spec, case):
+    data, words = HOSTILE[case]
+    (tmp_path / "a.npy").write_bytes(data)
+    with pytest.raises(BadInput, match=words) as told:
+        read_log(tmp_path / "a.npy", spec)
+    assert len(str(told.value)) < 500
+
+
+def test_no_object_is_unpickled(tmp_path, spec, monkeypatch):
+    trace = tmp_path / "trace"
+    np.save(tmp_path / "a.npy", np.array([(1.0, Path(trace))], dtype=[("t", "f8"), ("x", "O")]), allow_pickle=True)
+    monkeypatch.setattr(pickle, "load", lambda *a, **k: trace.write_text("loaded"))
+    with pytest.raises(BadInput, match="pickled objects, which are never read"):
+        read_log(tmp_path / "a.npy", spec)
+    assert not trace.exists()
+
+
+@pytest.mark.parametrize("version", [(1, 0), (2, 0), (3, 0)])
+def test_the_header_that_numpy_writes(version):
+    dtype = np.dtype([("t", "<f8"), ("x 2", ">f4"), ("it's", "<i2"), ("flag", "|b1"), ("u", "|u1")])
+    array = np.zeros(7, dtype=dtype)
+    stream = io.BytesIO()
+    np.lib.format.write_array(stream, array, version=version)
+    stream.seek(0)
+    header = read_header(stream)
+    assert header.dtype == dtype and header.rows == 7 and header.offset == stream.getbuffer().nbytes - array.nbytes
+
+
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.text(alphabet="{}[](),:' \"\\<>|=fiubOU0123456789descrfotan_hpT", max_size=120), st.sampled_from([1, 2, 3]))
+@example(described(), 1)
+def test_any_header(tmp_path, spec, header, version):
+    (tmp_path / "f.npy").write_bytes(npy(header.encode(), bytes(48), version))
+    with pytest.raises(BadInput):
+        read_log(tmp_path / "f.npy", spec)
+
+
+def mat(*elements: bytes) -> bytes:
+    return b"MATLAB 5.0".ljust(124) + b"\x00\x01IM" + b"".join(elements)
+
+
+def compressed(name: str, count: int, said: int | None = None) -> bytes:
+    """A vector of zeros, packed; ``said`` is the size that it gives."""
+    name_part = struct.pack("<II", 1, len(name)) + name.encode().ljust(-(-len(name) // 8) * 8, b"\0")
+    parts = struct.pack("<IIII", 6, 8, 6, 0) + struct.pack("<IIii", 5, 8, count, 1) + name_part
+    size = len(parts) + 8 + 8 * count
+    packer = zlib.compressobj(1)
+    packed = packer.compress(
+        struct.pack("<II", 14, size if said is None else said) + parts + struct.pack("<II", 9, 8 * count)
+    )
+    block = bytes(1 << 20)
+    for start in range(0, 8 * count, len(block)):
+        packed += packer.compress(block[: 8 * count - start])
+    packed += packer.flush()
+    return struct.pack("<II", 15, len(packed)) + packed
+
+
+def test_all_elements_of_a_mat_file_count(tmp_path, spec, monkeypatch):
+    (tmp_path / "a.mat").write_bytes(mat(*(compressed(name, 10_000) for name in "txw")))
+    with pytest.raises(BadInput, match="time"):  # it can be read, and its time stands still
+        read_log(tmp_path / "a.mat", spec)
+    monkeypatch.setattr(log_source, "LARGEST", 200_000)
+    with pytest.raises(BadInput, match=r"240\d\d\d bytes when unpacked; .* at most 200000 bytes"):
+        read_log(tmp_path / "a.mat", spec)
+
+
+def test_an_element_is_no_longer_than_it_says(tmp_path, spec):
+    (tmp_path / "a.mat").write_bytes(mat(compressed("t", 10_000, said=64)))
+    with pytest.raises(BadInput, match="cut off, or longer than it says"):
+        read_log(tmp_path / "a.mat", spec)
+
+
+def test_many_elements(tmp_path, spec):
+    (tmp_path / "a.mat").write_bytes(mat(struct.pack("<II", 14, 0) * 20_000))
+    with pytest.raises(BadInput, match="more than 10000 variables"):
+        read_log(tmp_path / "a.mat", spec)
+
+
+def test_all_logs_of_a_call_count(tmp_path, spec, monkeypatch):
+    made = rows()
+    for name in ("a.mat", "b.mat"):
+        savemat(tmp_path / name, made)
+    size = (tmp_path / "a.mat").stat().st_size
+    monkeypatch.setattr(log_source, "LARGEST", size + 100)
+    assert read_log(tmp_path / "a.mat", spec).size
+    with pytest.raises(BadInput, match=r"b\.mat: \d+ bytes when unpacked, \d+ bytes with the other logs"):
+        read_logs([tmp_path / "a.mat", tmp_path / "b.mat"], spec)
+
+
+def test_a_bomb_in_little_memory(tmp_path):
+    """1.8 GB in less than 10 MB, read by a process that may have 1.5 GB."""
+    (tmp_path / "a.mat").write_bytes(mat(*[compressed("x", 5_000_000)] * 45))
+    assert (tmp_path / "a.mat").stat().st_size < 10_000_000
+    code = """
+import sys
+from pathlib import Path
+from codegen.errors import BadInput
+from codegen.logs import Allowance, LogDescription
+from codegen.logs.mat_file import open_mat
+try:
+    open_mat(Path(sys.argv[1]), Allowance(), LogDescription())
+except BadInput as error:
+    print(error)
+"""
+    limit = lambda: resource.setrlimit(resource.RLIMIT_AS, (1_500_000_000,) * 2)  # noqa: E731
+    command = [sys.executable, "-c", code, str(tmp_path / "a.mat")]
+    env = {"OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": str(Path(__file__).parents[2])}
+    done = subprocess.run(command, capture_output=True, text=True, check=False, preexec_fn=limit, env=env)
+    assert "bytes when unpacked" in done.stdout, done.stderr

@@ -1,0 +1,219 @@
+"""JSON and .npz logs: what is read from them, and one message for what is not."""
+
+from __future__ import annotations
+
+import io
+import json
+import pickle
+import struct
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from slider_log import rows
+
+from codegen.errors import BadInput
+from codegen.logs import FORMATS, read_log
+from codegen.logs import source as log_source
+
+MADE = {name: values[:200] for name, values in rows().items()}
+RECORDS = [dict(zip(MADE, map(float, row), strict=True)) for row in zip(*MADE.values(), strict=True)]
+LISTS = {name: values.tolist() for name, values in MADE.items()}
+TABLES = {
+    "a list of records": (RECORDS, ""),
+    "records beside scalars": ({"mass": 2, "name": "rig", "entries": RECORDS}, ""),
+    "an object of lists": (LISTS, ""),
+    "an object of lists beside scalars": ({"mass": 2, **LISTS}, ""),
+    "an object of lists under a key": ({"mass": 2, "data": LISTS}, ""),
+    "a list of rows": ([list(r.values()) for r in RECORDS], "columns: {t: 1, x: 2, v: 3, w: 4}\n"),
+    "one of two tables": ({"a": RECORDS[:5], "b": RECORDS}, "records: b\n"),
+}
+
+
+@pytest.mark.parametrize("case", TABLES)
+def test_json(tmp_path, spec, case):
+    content, about = TABLES[case]
+    (tmp_path / "a.json").write_text(json.dumps(content))
+    (tmp_path / "meta.yaml").write_text(about or "missing: refuse\n")
+    log = read_log(tmp_path / "a.json", spec)
+    assert np.array_equal(log.positions[:, 0], MADE["x"]) and np.array_equal(log.inputs[:, 0], MADE["w"])
+    assert np.array_equal(log.velocities[:, 0], MADE["v"])
+
+
+def test_json_words_for_numbers(tmp_path, spec):
+    entries = [{"t": k / 100, "x": k % 2 == 0, "w": k} for k in range(8)] + [{"t": 0.08, "x": None, "w": 8}]
+    (tmp_path / "a.json").write_text(json.dumps(entries))
+    (tmp_path / "meta.yaml").write_text("missing: fill\n")
+    with pytest.raises(BadInput, match=r"a\.json: x\(9\): 1 of 9 values are not finite.*at most 1%"):
+        read_log(tmp_path / "a.json", spec)
+    (tmp_path / "a.json").write_text(json.dumps(entries[:8]))
+    assert read_log(tmp_path / "a.json", spec).positions[:4, 0].tolist() == [1, 0, 1, 0]
+
+
+REFUSED = {
+    "": "an empty file",
+    "{": "a.json:1: no JSON",
+    "[1, 2]": "no list of records",
+    "3": "no list of records",
+    '{"a": []}': "no list of records",
+    "[" * 100_000: "no JSON that can be read",
+    "[" + "9" * 5000 + "]": "no JSON that can be read",
+    '[{"t": 0}, 3]': "entry 1 is `3`; expected an object, as the first one",
+    "[[1, 2], [1]]": "entry 1 is `[1]`; expected a list of 2",
+    '{"a": [{"t": 0}], "b": [{"t": 0}]}': "2 tables, under a, b; expected `records: KEY`",
+    '{"t": [0, 1], "x": [1]}': "1 values; expected 2 values as in `t`",
+    '[{"t": 0, "x": "abc", "w": 1}, {"t": 1, "x": 2, "w": 1}]': '[0].x: `"abc"`; expected a number',
+    '[{"t": 0, "w": 1}, {"t": 1, "w": 1}]': "no column `x`",
+    '[{"t": 0, "x": 1e999, "w": 1}, {"t": 1, "x": 0, "w": 1}]': "not finite",
+    '[{"t": 0, "x": 1' + "0" * 400 + ', "w": 1}, {"t": 1, "x": 0, "w": 1}]': "not finite",
+}
+
+
+@pytest.mark.parametrize("text", REFUSED, ids=lambda t: t[:30])
+def test_json_refusals(tmp_path, spec, text):
+    (tmp_path / "a.json").write_text(text)
+    with pytest.raises(BadInput) as told:
+        read_log(tmp_path / "a.json", spec)
+    assert REFUSED[text] in str(told.value) and "\n" not in str(told.value) and len(str(told.value)) < 500
+
+
+def test_json_is_counted_before_it_is_parsed(tmp_path, spec, monkeypatch):
+    (tmp_path / "a.json").write_text("[" + "{}," * 10_000 + "{}]")
+    monkeypatch.setattr(log_source, "LARGEST", 1_000_000)
+    monkeypatch.setattr(json, "loads", lambda text: pytest.fail("parsed"))
+    with pytest.raises(BadInput, match=r"4\d{6} bytes when unpacked; .* at most 1000000 bytes"):
+        read_log(tmp_path / "a.json", spec)
+
+
+KEYS = st.sampled_from(["t", "x", "w", "v", ""])
+VALUES = st.recursive(
+    st.none() | st.booleans() | st.floats() | st.text(max_size=3),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(KEYS, inner, max_size=4),
+    max_leaves=20,
+)
+
+
+@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(VALUES)
+def test_any_json(tmp_path, spec, content):
+    (tmp_path / "f.json").write_text(json.dumps(content))
+    try:
+        log = read_log(tmp_path / "f.json", spec)
+    except BadInput as error:
+        assert "\n" not in str(error)
+    else:
+        assert np.isfinite(log.positions).all()
+
+
+PACKED = {
+    "plain": lambda path: np.savez(path, **MADE),
+    "compressed": lambda path: np.savez_compressed(path, **MADE, mass=2.0, names=np.array(["a"])),
+    "columns and rows": lambda path: np.savez(
+        path, **{k: v.reshape((1, -1) if k == "x" else (-1, 1)) for k, v in MADE.items()}
+    ),
+}
+
+
+@pytest.mark.parametrize("case", PACKED)
+def test_npz(tmp_path, spec, case):
+    PACKED[case](tmp_path / "a.npz")
+    log = read_log(tmp_path / "a.npz", spec)
+    assert np.array_equal(log.positions[:, 0], MADE["x"]) and np.array_equal(log.inputs[:, 0], MADE["w"])
+    assert np.array_equal(log.velocities[:, 0], MADE["v"]) and log.sample_time == 0.002
+
+
+@pytest.mark.parametrize("order", ["C", "F"])
+def test_npz_tables(tmp_path, spec, order):
+    table = np.array(list(MADE.values()), order=order).T
+    fields = np.zeros(200, dtype=[("x", "f4"), ("w", "i2")])
+    fields["x"], fields["w"] = MADE["x"], np.arange(200)
+    np.savez(tmp_path / "a.npz", run=table, raw=fields)
+    log = read_log(tmp_path / "a.npz", spec, columns={"t": "run.1", "x": "raw.x", "v": "run.3", "w": "run_4 + 0*raw_w"})
+    assert np.allclose(log.positions[:, 0], MADE["x"], atol=1e-7) and np.allclose(log.inputs[:, 0], MADE["w"])
+    assert np.array_equal(log.velocities[:, 0], MADE["v"])
+
+
+def test_npy_tables_without_names(tmp_path, spec):
+    np.save(tmp_path / "a.npy", np.column_stack(list(MADE.values())))
+    with pytest.raises(BadInput, match="no column `t`, and no header line"):
+        read_log(tmp_path / "a.npy", spec)
+    log = read_log(tmp_path / "a.npy", spec, columns={"t": "1", "x": "2", "w": "4"})
+    assert np.array_equal(log.inputs[:, 0], MADE["w"])
+
+
+def archive(members: dict[str, bytes], packing: int = zipfile.ZIP_DEFLATED) -> bytes:
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w", packing) as made:
+        for name, data in members.items():
+            made.writestr(name, data)
+    return stream.getvalue()
+
+
+def array(values: np.ndarray, said: str | None = None) -> bytes:
+    stream = io.BytesIO()
+    np.lib.format.write_array(stream, values, allow_pickle=True)
+    data = stream.getvalue()
+    return data if said is None else data.replace(str(values.shape).encode(), said.encode())
+
+
+GOOD = {name: array(values) for name, values in MADE.items()}
+DAMAGED = archive({f"{n}.npy": d for n, d in GOOD.items()}, 0).replace(GOOD["x"][200:260], b"\xff" * 60)
+LONG = archive({f"{k}.npy": b"" for k in range(20_000)})
+HOSTILE = {
+    "no archive": (b"PK\3\4 and no more", "no zip archive"),
+    "cut off": (archive({"t.npy": GOOD["t"]})[:-30], "no zip archive"),
+    "nothing in it": (archive({}), "no vector among its members: no array"),
+    "objects": (archive({"t.npy": array(np.array([Path("a")]))}), r"t \(pickled objects, which are never read\)"),
+    "text": (archive({"t.npy": array(np.array(["a"]))}), "no vector"),
+    "no header": (archive({"t.npy": b"x"}), "no .npy file"),
+    "shorter than it says": (
+        archive({f"{n}.npy": array(v, "(300,)") for n, v in MADE.items()}),
+        "an array that is cut off",
+    ),
+    "longer than it says": (archive({f"{n}.npy": array(v, "(100,)") for n, v in MADE.items()}), "longer than it says"),
+    "huge": (archive({f"{n}.npy": array(v, f"({'9' * 14},)") for n, v in MADE.items()}), "bytes when unpacked"),
+    "other lengths": (archive({f"{n}.npy": array(v[:9] if n == "x" else v) for n, v in MADE.items()}), "9 values"),
+    "packed otherwise": (archive({"t.npy": GOOD["t"]}, zipfile.ZIP_LZMA), "packing 14"),
+    "many members": (LONG, "a list of too many members"),
+    "a damaged member": (DAMAGED, "damaged"),
+    "a damaged list": (archive({"t.npy": GOOD["t"]}).replace(b"PK\1\2", b"PK\7\7"), "damaged archive"),
+}
+
+
+@pytest.mark.parametrize("case", HOSTILE)
+def test_hostile_archives(tmp_path, spec, case, monkeypatch):
+    monkeypatch.setattr(pickle, "load", lambda *a, **k: pytest.fail("unpickled"))
+    data, words = HOSTILE[case]
+    (tmp_path / "a.npz").write_bytes(data)
+    with pytest.raises(BadInput, match=words) as told:
+        read_log(tmp_path / "a.npz", spec)
+    assert len(str(told.value)) < 500
+
+
+def test_an_archive_is_counted_before_it_is_unpacked(tmp_path, spec, monkeypatch):
+    np.savez_compressed(tmp_path / "a.npz", **{n: np.zeros(1_000_000) for n in "txw"})
+    assert (tmp_path / "a.npz").stat().st_size < 50_000
+    monkeypatch.setattr(log_source, "LARGEST", 40_000_000)
+    with pytest.raises(BadInput, match=r"480\d{5} bytes when unpacked"):
+        read_log(tmp_path / "a.npz", spec)
+
+
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.integers(0, 1 << 30), st.binary(min_size=1, max_size=8))
+def test_any_damage_to_an_archive(tmp_path, spec, at, patch):
+    data = bytearray(archive({f"{n}.npy": array(v[:20]) for n, v in MADE.items()}))
+    at %= len(data)
+    data[at : at + len(patch)] = patch
+    (tmp_path / "f.npz").write_bytes(data)
+    try:
+        read_log(tmp_path / "f.npz", spec)
+    except BadInput as error:
+        assert "\n" not in str(error)
+
+
+def test_all_formats_are_registered():
+    assert {".json", ".npz", ".npy", ".csv", ".txt", ".mat"} <= set(FORMATS)
+    assert struct.calcsize("<4s4H2LH") == 22  # the end record that the list's length is taken from

@@ -1,0 +1,171 @@
+"""Columns that are not plain SI numbers: units, expressions, counters, files side by side, a speed alone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from slider_log import LEVEL, rows, write_csv
+
+from codegen.errors import BadInput
+from codegen.logs import preflight, read_log
+
+
+def about(path, text):
+    (path / "meta.yaml").write_text(text)
+
+
+def found(log, spec):
+    return {f.topic: f for f in preflight(log, spec)}
+
+
+def test_units_by_name(tmp_path, spec):
+    made = rows(2)
+    table = {"t": made["t"] * 1e3, "x": made["x"] * 1e3, "v": made["v"] * 60, "w": made["w"] / 4.4482216152605}
+    path = write_csv(tmp_path / "a.csv", table, fmt="%.17g")
+    about(tmp_path, "units: {t: ms, x: mm, v: m/min, w: lbf}\n")
+    log = read_log(path, spec)
+    assert log.sample_time == 0.002 and np.allclose(log.positions[:, 0], made["x"], rtol=1e-12)
+    assert np.allclose(log.velocities[:, 0], made["v"], rtol=1e-12)
+    assert np.allclose(log.inputs[:, 0], made["w"], rtol=1e-12)
+    about(tmp_path, "units: {t: ms, x: mm, v: m/min, w: lbf}\nscale: {w: -2}\n")
+    assert np.allclose(read_log(path, spec).inputs[:, 0], -2 * made["w"], rtol=1e-12)
+    for text, words in {
+        "units: {x: deg}\n": r"meta\.yaml:1: units\.x: unit deg, of a pure number.*; expected a unit of x",
+        "units: {x: millimetre3}\n": r"meta\.yaml:1: units\.x: unit `millimetre3`",
+        "units: {y: mm}\n": r"meta\.yaml:1: units\.y: unknown name `y`; expected one of t, x, v, w",
+        "units: {w: [N]}\n": r"meta\.yaml:1: units: ",
+    }.items():
+        about(tmp_path, text)
+        with pytest.raises(BadInput, match=words):
+            read_log(path, spec)
+
+
+def test_expressions_of_columns(tmp_path, spec):
+    made = rows(2)
+    table = {
+        "t": made["t"],
+        "x": made["x"],
+        "load (raw)": made["w"] * 885 / 7,
+        "volts": 0 * made["t"] + 7,
+        "on": made["t"] > 1,
+    }
+    path = write_csv(tmp_path / "a.csv", table, fmt="%.17g")
+    about(tmp_path, "columns: {w: load__raw_*volts/885*on}\n")
+    assert np.allclose(read_log(path, spec).inputs[:, 0], made["w"] * (made["t"] > 1))
+    about(tmp_path, "columns: {w: abs(load__raw_)/885 - sqrt(volts)*sgn(x)}\n")
+    other = np.abs(made["w"]) / 7 - np.sqrt(7) * np.sign(made["x"])
+    assert np.allclose(read_log(path, spec).inputs[:, 0], other)
+    for text, words in {
+        "w: lode*volts": r"meta\.yaml:1: columns\.w: unknown name `lode` in `lode\*volts`",
+        "w: load*volts/0": r"meta\.yaml:1: columns\.w: |unknown name `load`",
+        "w: volts/0": "divides by zero",
+        "w: 2*3": r"no column `2\*3`",
+        "w: __import__('os').system('x')": "no column",
+        "w: volts**volts": "no column|exponent",
+        "w: volts/(on - on)": "divides by zero|finite",
+        "w: log(volts - 7)": "not finite",
+    }.items():
+        about(tmp_path, f'columns: {{"{text.split(": ")[0]}": "{text.split(": ", 1)[1]}"}}\n')
+        with pytest.raises(BadInput, match=words):
+            read_log(path, spec)
+
+
+@pytest.mark.parametrize("bits", [16, 32])
+def test_signed_numbers_stored_unsigned(tmp_path, spec, bits):
+    made = rows(20)
+    counts = np.round(made["w"] * 100)
+    path = write_csv(tmp_path / "a.csv", {**made, "w": counts % 2**bits}, fmt="%.17g")
+    about(tmp_path, "scale: {w: 0.01}\n")
+    told = found(read_log(path, spec), spec)
+    assert told["numbers of w"].severity == "problem" and f"Say `signed{bits}: [w]`" in told["numbers of w"].words
+    assert told["numbers of w"].figures["share"] == pytest.approx(np.mean(counts < 0))
+    assert "not judged" in told["sign and scale of w"].words and "flipped" not in str(told)
+    about(tmp_path, f"scale: {{w: 0.01}}\nsigned{bits}: w\n")
+    log = read_log(path, spec)
+    assert np.allclose(log.inputs[:, 0], counts / 100) and "numbers of w" not in found(log, spec)
+    about(tmp_path, f"signed{bits}: [ww]\n")
+    with pytest.raises(BadInput, match=rf"signed{bits}: no column `ww`; expected one of the columns t, x, v, w"):
+        read_log(path, spec)
+
+
+def test_numbers_that_are_large_are_not_blamed(tmp_path, spec):
+    made = rows(20)
+    for counts in (np.round(30000 + 9000 * made["w"] / 5), np.round(made["w"] * 1000), np.round(60000 + made["w"])):
+        log = read_log(write_csv(tmp_path / "a.csv", {**made, "w": counts}), spec)
+        assert ("numbers of w" in found(log, spec)) == (counts.min() > 50000)  # all near the end: may be, and is told
+
+
+def test_counters_that_start_anew(tmp_path, spec):
+    made = rows(20)
+    counts = np.round(made["x"] * 1e6 + 20_000)
+    path = write_csv(tmp_path / "a.csv", {"t": made["t"], "x": counts % 65536, "w": made["w"]}, fmt="%.17g")
+    about(tmp_path, "scale: {x: 1e-6}\n")
+    told = found(read_log(path, spec), spec)
+    assert "starts anew. Say `unwrap: {x: 65536}`" in told["numbers of x"].words
+    about(tmp_path, "scale: {x: 1e-6}\nunwrap: {x: 65536}\n")
+    log = read_log(path, spec)
+    assert np.allclose(np.diff(log.positions[:, 0]), np.diff(counts) * 1e-6)
+    assert "numbers of x" not in found(log, spec)
+    turned = {"t": made["t"], "x": (made["t"] * 0.7) % (2 * np.pi), "w": made["w"]}
+    path = write_csv(tmp_path / "b.csv", turned, fmt="%.17g")
+    (tmp_path / "meta.yaml").unlink()
+    assert "`unwrap: {COLUMN: 6.282}`" in found(read_log(path, spec), spec)["jumps of x"].words
+    about(tmp_path, "unwrap: {x: 2*pi}\n")
+    assert np.allclose(np.diff(read_log(path, spec).positions[:, 0]), 0.7 * 0.002)
+    for text in ("unwrap: {x: 0}\n", "unwrap: {x: a}\n", "unwrap: {x: 1/0}\n", "unwrap: [x]\n"):
+        about(tmp_path, text)
+        with pytest.raises(BadInput, match=r"meta\.yaml:1: unwrap"):
+            read_log(path, spec)
+
+
+def test_stale_rows(tmp_path, spec):
+    made = rows(20)
+    late = np.arange(10000) // 4 * 4  # a bus with news every fourth row
+    stale = {"t": made["t"], **{n: made[n][late] for n in "xvw"}}
+    finding = found(read_log(write_csv(tmp_path / "a.csv", stale), spec), spec)["stale rows"]
+    assert finding.severity == "warning" and finding.figures["share"] == pytest.approx(0.75, abs=0.001)
+    still = {"t": made["t"], "x": np.where(made["t"] < 10, 0.1, 0.1 + made["x"]), "w": made["w"] * (made["t"] > 10)}
+    finding = found(read_log(write_csv(tmp_path / "a.csv", still), spec), spec)["stale rows"]
+    assert finding.severity == "info" and finding.figures["in_motion"] < 0.01
+
+
+def test_a_speed_alone(tmp_path, spec):
+    made = rows(20)
+    path = write_csv(tmp_path / "a.csv", {n: made[n] for n in "tvw"}, fmt="%.17g")
+    log = read_log(path, spec)
+    assert np.allclose(log.positions[:, 0], made["x"] - made["x"][0], atol=1e-6)
+    assert np.array_equal(log.velocities[:, 0], made["v"])
+    assert any("the position is the integral of the measured speed v" in n for n in log.notes)
+    assert found(log, spec)["sign and scale of w"].figures["factor"] == pytest.approx(1, abs=0.02)
+    path = write_csv(tmp_path / "a.csv", {"t": made["t"], "pos": made["x"], "v": made["v"], "w": made["w"]})
+    with pytest.raises(BadInput, match="no column `x`; expected one of the columns t, pos, v, w"):
+        read_log(path, spec)  # a column is left that may be the position
+
+
+def test_files_side_by_side(tmp_path, spec):
+    made = rows(2)
+    path = write_csv(tmp_path / "pos.csv", {"1": made["x"]} | {"y": made["x"]}, fmt="%.17g")
+    np.savez(tmp_path / "force.npz", y=made["w"])
+    text = "beside: {force: force.npz}\nsample_time: 0.002\ncolumns: {x: y, w: force.y}\n"
+    about(tmp_path, text)
+    log = read_log(path, spec)
+    assert np.allclose(log.positions[:, 0], made["x"]) and np.allclose(log.inputs[:, 0], made["w"])
+    assert log.sample_time == 0.002
+    about(tmp_path, text.replace("force.y", "-force_y"))
+    assert np.allclose(read_log(path, spec).inputs[:, 0], -made["w"])
+    np.savez(tmp_path / "force.npz", y=made["w"][:-1])
+    with pytest.raises(BadInput, match=r"force\.npz: 999 rows; expected 1000 as in .*pos\.csv"):
+        read_log(path, spec)
+    about(tmp_path, text.replace("force.npz", "none.npz"))
+    with pytest.raises(BadInput, match=r"none\.npz: no such file"):
+        read_log(path, spec)
+    about(tmp_path, text.replace("force.npz", "pos.csv"))
+    with pytest.raises(BadInput, match=r"beside\.force: `pos\.csv`, the log itself"):
+        read_log(path, spec)
+
+
+def test_gravity_that_points_the_other_way_is_told_from_a_flipped_input(tmp_path, spec):
+    made = rows(20)
+    made["w"] = made["w"] + 40 * made["x"]  # a spring that the spec has with the wrong sign
+    log = read_log(write_csv(tmp_path / "a.csv", made, fmt="%.12g"), spec)
+    assert LEVEL and "flipped" not in found(log, spec)["sign and scale of w"].words

@@ -1,0 +1,110 @@
+"""Text tables as instruments and spreadsheets write them: the header is found, or named, or there is none."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from codegen.errors import BadInput
+from codegen.logs import read_log
+
+ROWS = [(0.01 * k, 0.5 * k, -3.0 + k) for k in range(6)]
+
+
+def table(separator: str = ",", end: str = "\n", tail: str = "") -> str:
+    return "".join(separator.join(f"{v:g}" for v in row) + tail + end for row in ROWS)
+
+
+READ = {
+    "preamble": "Date:;2020-07-08\nRate:;100;Hz;x\n\n;w raw\nt;x;w\n" + table(";"),
+    "preamble with a comment": "rig 3\n# a note\nt,x,w\n# another\n" + table(),
+    "units": "t;x;w\ns;m;N\n" + table(";"),
+    "units in brackets": "t,x,w\n[s],[m],[N]\n" + table(),
+    "preamble and units": 'Date:;now\r\nTrigger:;1;"a;b"\r\nt;x;w\r\ns;m;%\r\n' + table(";", "\r\n"),
+    "trailing commas": "t,x,w,,\n" + table(tail=",,"),
+    "trailing commas in rows only": "t,x,w\n" + table(tail=","),
+    "trailing commas in the header only": "t,x,w,\n" + table(),
+    "a spreadsheet around it": 'Trigger:;1,,\n"Names:;""a""",,\nt;x;w,,\ns;m;-,,\n' + table(";", tail=",,"),
+    "comma and blank": "t, x, w\n" + table(", "),
+    "blanks": "t x w\n" + table("   "),
+    "blanks and a comment": "# t x w\n" + table(" "),
+    "tabs": "a preamble\nt\tx\tw\n" + table("\t"),
+    "quotes": '"t","x","w"\n' + "".join(",".join(f'"{v:g}"' for v in row) + "\n" for row in ROWS),
+    "index without a name": ",t,x,w\n" + "".join(f"{k},{line}\n" for k, line in enumerate(table().splitlines())),
+}
+
+
+@pytest.mark.parametrize("ending", [".csv", ".txt"])
+@pytest.mark.parametrize("case", READ)
+def test_the_header_is_found(tmp_path, spec, case, ending):
+    path = tmp_path / f"a{ending}"
+    path.write_bytes(READ[case].encode())
+    log = read_log(path, spec)
+    assert np.allclose(log.positions[:, 0], [r[1] for r in ROWS]) and np.allclose(
+        log.inputs[:, 0], [r[2] for r in ROWS]
+    )
+    assert log.sample_time == pytest.approx(0.01)
+
+
+def test_it_is_said_where_the_header_was_found(tmp_path, spec):
+    (tmp_path / "a.csv").write_text(READ["preamble and units"])
+    notes = read_log(tmp_path / "a.csv", spec).notes
+    assert notes[0] == "the header is line 3 (t, x, w), 2 lines before it"
+    assert notes[1] == "a line of units under the header (s, m, %)"
+    assert any("w in `%`, which is no unit of N: its numbers are taken as they stand" in n for n in notes)
+    (tmp_path / "b.csv").write_text(READ["a spreadsheet around it"].replace(",,\n", ",,was -8\n"))
+    assert any("`was -8` behind line 5 is not read" in n for n in read_log(tmp_path / "b.csv", spec).notes)
+
+
+def test_units_that_the_file_states_are_applied_where_nobody_says_otherwise(tmp_path, spec):
+    (tmp_path / "a.csv").write_text("t,x,w\nms,mm,kN\n" + table())
+    log = read_log(tmp_path / "a.csv", spec)
+    assert log.sample_time == pytest.approx(1e-5)
+    assert log.positions[2, 0] == pytest.approx(1e-3) and log.inputs[0, 0] == pytest.approx(-3000)
+    assert "t is in ms, as the file says: brought to s" in log.notes
+    (tmp_path / "meta.yaml").write_text("scale: {t: 1, x: 2}\nunits: {w: mN}\n")
+    log = read_log(tmp_path / "a.csv", spec)
+    assert log.sample_time == pytest.approx(0.01)
+    assert log.positions[2, 0] == pytest.approx(2) and log.inputs[0, 0] == pytest.approx(-3e-3)
+
+
+def test_columns_by_number(tmp_path, spec):
+    (tmp_path / "a.csv").write_text("# no names\n" + table())
+    about = tmp_path / "about.yaml"
+    for text in (
+        "columns: {t: 1, x: 2, w: 3}\n",
+        "columns: [t, x, w]\n",
+        "header: none\ncolumns: {t: 1, x: 2, w: 3}\n",
+    ):
+        about.write_text(text)
+        log = read_log(tmp_path / "a.csv", spec, description=about)
+        assert np.allclose(log.positions[:, 0], [r[1] for r in ROWS])
+        assert any("no header line" in n for n in log.notes)
+    about.write_text("columns: [t, x]\n")
+    with pytest.raises(BadInput, match=r"a\.csv:2: 3 columns without a header line; expected 2, one for each of t, x"):
+        read_log(tmp_path / "a.csv", spec, description=about)
+    (tmp_path / "b.csv").write_text("t,x,x\n" + table())
+    with pytest.raises(BadInput, match=r"2 columns called `x`; expected .* the column's number, one of 2, 3"):
+        read_log(tmp_path / "b.csv", spec, columns={"w": "3"})
+    assert read_log(tmp_path / "b.csv", spec, columns={"x": "2", "w": "3"}).inputs[0, 0] == -3
+
+
+def test_the_header_by_its_line(tmp_path, spec):
+    (tmp_path / "a.csv").write_text("x,w,t\nt,x,w\n" + table())
+    with pytest.raises(BadInput) as told:
+        read_log(tmp_path / "a.csv", spec)
+    assert "a.csv:2: two lines that may be the header, this one and line 1 (`x,w,t`)" in str(told.value)
+    assert "expected `header: 2` or `header: 1` in a log description" in str(told.value)
+    about = tmp_path / "about.yaml"
+    about.write_text("header: 2\n")
+    assert read_log(tmp_path / "a.csv", spec, description=about).inputs[0, 0] == -3
+    for line, words in ((99, "8 lines; expected the header on line 99"), (0, "counted from 1"), ("x", "a number")):
+        about.write_text(f"header: {line}\n")
+        with pytest.raises(BadInput, match=words):
+            read_log(tmp_path / "a.csv", spec, description=about)
+
+
+def test_a_row_of_another_length_is_told_as_before(tmp_path, spec):
+    (tmp_path / "a.csv").write_text("preamble\nt,x,w\n" + table() + "1,2\n")
+    with pytest.raises(BadInput, match=r"a\.csv:9: 2 values in the row; expected 3"):
+        read_log(tmp_path / "a.csv", spec)

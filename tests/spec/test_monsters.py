@@ -1,0 +1,127 @@
+"""Small YAML files that would take a reader minutes or gigabytes, and what is quoted of large ones."""
+
+from __future__ import annotations
+
+import sys
+from itertools import pairwise
+from pathlib import Path
+from types import FrameType
+
+import pytest
+
+from codegen.errors import LONGEST_PART, BadInput, Place
+from codegen.input_files import LARGEST_TEXT
+from codegen.spec import parse_spec
+from codegen.spec.yaml_limits import DEEPEST, MOST_NODES
+from codegen.spec.yaml_text import load_mapping
+
+
+def repeated(letters: str) -> str:
+    """A list of three, then each nine times the one before."""
+    lines = [f"{b}: &{b} [{', '.join([f'*{a}'] * 9)}]\n" for a, b in pairwise(letters)]
+    return "a: &a [x, x, x]\n" + "".join(lines)
+
+
+MONSTERS = {
+    "keys in keys": ("? " * 25 + "a", 1, "a mapping as a key"),
+    "braces": ("{" * 24 + "a" + "}" * 24, 1, "a mapping as a key"),
+    "a list as a key": ("a: 1\n? [b]\n: c\n", 2, "a list as a key"),
+    "an alias as a key": ("a: &a b\n*a : c\n", 2, "the alias `*a` as a key"),
+    "aliases of aliases": (repeated("abcdefg"), 6, "too many values"),
+    "a duplicate key of aliases": (repeated("abcd") + "e: *d\ne: *d\n", 6, "duplicate key `e`"),
+    "one number written twice": ("0x1: [a]\n1: [b]\n", 2, "duplicate key `1`"),
+    "a number and its text": ("1: a\n'1': b\n", 2, "duplicate key `1`"),
+    "deep lists": ("- " * 500 + "a", 1, f"more than {DEEPEST} lists"),
+    "deep brackets": ("a: " + "[" * 500, 1, f"more than {DEEPEST} lists"),
+    "deep keys": ("\n".join(" " * k + "a:" for k in range(500)), DEEPEST + 1, f"more than {DEEPEST} lists"),
+    "a long key": ("a" * 500 + ": 1\n", 1, "a key of 500 characters"),
+    "itself": ("a: &a\n  b: [*a]\n", 2, "contains itself"),
+    "ranges of lists": ("x1..10000: [" + "a, " * 20 + "]\n", 1, "too many values, ranges written out"),
+    "digits": ("a: [1,\n " + "9" * 5000 + "]\n", 2, "thousands of digits"),
+}
+
+
+@pytest.mark.parametrize("monster", MONSTERS)
+def test_is_refused_in_few_words(monster):
+    text, line, words = MONSTERS[monster]
+    with pytest.raises(BadInput) as told:
+        load_mapping(text, "s.yaml")
+    assert told.value.place == Place("s.yaml", line) and words in str(told.value) and len(str(told.value)) < 300
+
+
+def test_what_is_no_monster():
+    """Deep and repeated, but as a person may write it."""
+    row = "[" + ", ".join(["0"] * 50) + "]"
+    text = f"zero: &zero {row}\nmatrix: [" + ", ".join(["*zero"] * 50) + "]\nmerged: {<<: &m {a: 1}, a: 2}\nagain: *m\n"
+    document, places = load_mapping(text, "s.yaml")
+    assert len(document["matrix"]) == 50 and document["merged"]["a"] == 2 and document["again"] == {"a": 1}
+    assert len(places) < MOST_NODES and places["again"].line == 4
+
+
+def test_a_message_quotes_at_most_200_characters():
+    long = "a" * 10**6
+    for parts in (
+        (Place("s.yaml", 1), f"`{long}` and {long}", "b"),
+        (Place("s.yaml", 1), "found", "b", long),
+        (Place(long, 1, long), "found", "b"),
+        (long, "found", long),
+    ):
+        message = str(BadInput(*parts))
+        runs = [len(word) for word in message.replace("'", " ").replace("`", " ").split()]
+        assert max(runs) <= LONGEST_PART * 3 and len(message) <= 1200 and "…" in message
+    assert len(str(BadInput("s.yaml", f"the key `{long}`", "b"))) < 200
+
+
+def test_a_message_is_one_printable_line():
+    message = str(BadInput("a\udcff\n.yaml", "b\x1b[31m\x00\u202e", "c\td"))
+    assert message == r"a\xff .yaml: b\x1b[31m\x00\u202e; expected c d"
+
+
+def test_many_merge_keys_are_refused() -> None:
+    """The loader's time grows with the square of their number: 3,000 took minutes."""
+    text = "a: &a {b: 1}\n" + "".join(f"k{i}: {{<<: [*a, *a]}}\n" for i in range(3000))
+    with pytest.raises(BadInput, match="more than 100 keys `<<`"):
+        parse_spec(text, Path("merged.yaml"))
+
+
+@pytest.mark.parametrize("name", ["con", "AUX", "nul", "Com1", "lpt9"])
+def test_a_machine_is_no_device_of_windows(name: str) -> None:
+    with pytest.raises(BadInput, match="which no file can have on Windows"):
+        shipped = (Path(__file__).parents[2] / "specs" / "one_mass.yaml").read_text()
+        parse_spec(shipped.replace("name: one_mass", f"name: {name}"), Path("m.yaml"))
+
+
+SLOWEST = {
+    "items": lambda size, values: "a: [" + "1," * (values - 3) + "1]",
+    "keys": lambda size, values: "".join(f"k{k}: 1\n" for k in range(values // 2)),
+    "anchors": lambda size, values: "".join(f"k{k}: &a{k} 1\n" for k in range(values // 2)),
+    "comments": lambda size, values: "a: 1\n" + "# x\n" * (size // 4),
+    "empty lines": lambda size, values: "a: 1\n" + "\n" * size,
+    "words": lambda size, values: "a: " + "x " * (size // 2),
+    "lines of text": lambda size, values: "a: x\n" + "  y\n" * (size // 4),
+    "escapes": lambda size, values: 'a: "' + "\\x41" * (size // 4) + '"',
+}
+
+
+def calls(text: str) -> int:
+    """How many functions run while the text is read: what its time grows with, and the same on every machine."""
+    count = 0
+
+    def counted(frame: FrameType, event: str, argument: object) -> None:
+        nonlocal count
+        count += event in ("call", "c_call")
+
+    before = sys.getprofile()
+    sys.setprofile(counted)
+    try:
+        load_mapping(text, "a.yaml")
+    finally:
+        sys.setprofile(before)
+    return count
+
+
+@pytest.mark.parametrize("case", SLOWEST)
+def test_reading_takes_work_in_proportion_to_size(case: str) -> None:
+    """Twice the text, at most two and a half times the calls: a square would be four times."""
+    short, long = (calls(SLOWEST[case](LARGEST_TEXT // part, MOST_NODES // part)) for part in (200, 100))
+    assert long < 2.5 * short

@@ -1,0 +1,276 @@
+"""Units of data sheets: the factor of each against definitions written out here, and a certificate at each."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from pathlib import Path
+
+import mpmath
+import numpy as np
+import pytest
+import sympy
+
+from codegen.errors import BadInput, Place
+from codegen.generation import generated_files
+from codegen.spec import parse_spec
+from codegen.spec.units import coherent_name, si_factor, unit_name
+from codegen.stability.certificate.certify import Certificate
+
+LB, INCH, G = Fraction("0.45359237"), Fraction("0.0254"), Fraction("9.80665")  # kg, m, m/s^2: by definition
+OZ, FOOT = LB / 16, 12 * INCH
+LBF, OZF, KGF = LB * G, OZ * G, G
+TURN = (Fraction(2), 1)  # 2 pi rad, as a factor and a power of pi
+RPM, DEGREE = (Fraction(2, 60), 1), (Fraction(2, 360), 1)
+
+
+def over(factor: Fraction, angle: tuple[Fraction, int]) -> tuple[Fraction, int]:
+    """A factor by a factor with pi."""
+    return factor / angle[0], -angle[1]
+
+
+# unit as written → (its factor to SI without pi, the power of pi in it, the SI unit)
+UNITS: dict[str, tuple[Fraction | tuple[Fraction, int], str]] = {
+    "g": (Fraction(1, 1000), "kg"),
+    "mg": (Fraction(1, 10**6), "kg"),
+    "lb": (LB, "kg"),
+    "lbm": (LB, "kg"),
+    "oz": (OZ, "kg"),
+    "slug": (LBF / FOOT, "kg"),
+    "tonne": (Fraction(1000), "kg"),
+    "g*cm^2": (Fraction(1, 10**7), "kg*m^2"),
+    "g·cm²": (Fraction(1, 10**7), "kg*m^2"),
+    "kg*cm^2": (Fraction(1, 10**4), "kg*m^2"),
+    "kgcm2": (Fraction(1, 10**4), "kg*m^2"),
+    "kg*mm^2": (Fraction(1, 10**6), "kg*m^2"),
+    "oz*in^2": (OZ * INCH**2, "kg*m^2"),
+    "oz·in²": (OZ * INCH**2, "kg*m^2"),
+    "oz-in^2": (OZ * INCH**2, "kg*m^2"),
+    "lb*in^2": (LB * INCH**2, "kg*m^2"),
+    "lb*ft^2": (LB * FOOT**2, "kg*m^2"),
+    "lbf*in*s^2": (LBF * INCH, "kg*m^2"),
+    "ozf*in*s^2": (OZF * INCH, "kg*m^2"),
+    "mm": (Fraction(1, 1000), "m"),
+    "um": (Fraction(1, 10**6), "m"),
+    "µm": (Fraction(1, 10**6), "m"),
+    "inch": (INCH, "m"),
+    "in": (INCH, "m"),
+    "ft": (FOOT, "m"),
+    "thou": (INCH / 1000, "m"),
+    "mm/rev": (over(Fraction(1, 1000), TURN), "m"),
+    "deg": (DEGREE, "rad"),
+    "arcmin": ((DEGREE[0] / 60, 1), "rad"),
+    "arcsec": ((DEGREE[0] / 3600, 1), "rad"),
+    "rev": (TURN, "rad"),
+    "mrad": (Fraction(1, 1000), "rad"),
+    "rpm": (RPM, "rad/s"),
+    "deg/s": (DEGREE, "rad/s"),
+    "°/s": (DEGREE, "rad/s"),
+    "rev/min": (RPM, "rad/s"),
+    "Hz": (Fraction(1), "Hz"),
+    "kHz": (Fraction(1000), "1/s"),
+    "ms": (Fraction(1, 1000), "s"),
+    "min": (Fraction(60), "s"),
+    "kN": (Fraction(1000), "N"),
+    "lbf": (LBF, "N"),
+    "ozf": (OZF, "N"),
+    "kgf": (KGF, "N"),
+    "mNm": (Fraction(1, 1000), "N*m"),
+    "Ncm": (Fraction(1, 100), "N*m"),
+    "kgf*cm": (KGF / 100, "N*m"),
+    "ozf*in": (OZF * INCH, "N*m"),
+    "lbf*in": (LBF * INCH, "N*m"),
+    "lbf*ft": (LBF * FOOT, "N*m"),
+    "mN*m/A": (Fraction(1, 1000), "N*m/A"),
+    "mNm/A": (Fraction(1, 1000), "N*m/A"),
+    "ozf*in/A": (OZF * INCH, "N*m/A"),
+    "V/krpm": (over(Fraction(1, 1000), RPM), "N*m/A"),
+    "V*s/rad": (Fraction(1), "V*s/rad"),
+    "mV/rpm": (over(Fraction(1, 1000), RPM), "N*m/A"),
+    "N*m/krpm": (over(Fraction(1, 1000), RPM), "N*m*s"),
+    "Nm/krpm": (over(Fraction(1, 1000), RPM), "N*m*s"),
+    "mNm/rpm": (over(Fraction(1, 1000), RPM), "N*m*s"),
+    "N/mm": (Fraction(1000), "N/m"),
+    "N/um": (Fraction(10**6), "N/m"),
+    "lbf/in": (LBF / INCH, "N/m"),
+    "Nm/deg": (over(Fraction(1), DEGREE), "N*m"),
+    "Nm/arcmin": (over(Fraction(60), DEGREE), "N*m"),
+    "N*s/mm": (Fraction(1000), "N*s/m"),
+    "mohm": (Fraction(1, 1000), "ohm"),
+    "mH": (Fraction(1, 1000), "H"),
+    "mA": (Fraction(1, 1000), "A"),
+    "psi": (LBF / INCH**2, "Pa"),
+    "bar": (Fraction(10**5), "Pa"),
+}
+
+
+def factor_of(unit: str) -> tuple[Fraction, int]:
+    factor = UNITS[unit][0]
+    return factor if isinstance(factor, tuple) else (factor, 0)
+
+
+def rounded_once(unit: str, value: Fraction) -> float:
+    """The double nearest to a value in SI, by a hundred digits."""
+    with mpmath.workdps(100):
+        factor, power = factor_of(unit)
+        exact = value * factor
+        return float(mpmath.mpf(exact.numerator) / exact.denominator * mpmath.pi**power)
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_the_factor_of_a_unit_is_that_of_its_definition(unit: str) -> None:
+    factor, power = factor_of(unit)
+    found = si_factor(unit, Place("a.yaml"))
+    if power == 0:
+        assert Fraction(int(found.p), int(found.q)) == factor
+    with mpmath.workdps(60):
+        error = mpmath.mpf(int(found.p)) / int(found.q) / mpmath.pi**power * factor.denominator / factor.numerator - 1
+        assert abs(error) < mpmath.mpf(10) ** -48
+    assert coherent_name(unit, Place("a.yaml")) == UNITS[unit][1]
+
+
+VALUES = ("33.5", "0.123456789", "7e-3", "1234567890.12345")
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_a_value_is_rounded_once(unit: str) -> None:
+    """The value in SI is the decimal that the nearest double prints, and nothing between was rounded."""
+    for value in VALUES:
+        text = MACHINE.format(declared=f"p: {{value: {value}, unit: {unit}}}", mass="m")
+        (found,) = (p.value for p in parse_spec(text, Path("a.yaml")).parameters if p.name == "p")
+        assert Fraction(int(found.p), int(found.q)) == Fraction(repr(rounded_once(unit, Fraction(value))))
+
+
+MACHINE = """
+name: slide
+coordinates: {{x: {{velocity: v, unit: m}}}}
+inputs: {{w: {{unit: N}}}}
+parameters:
+  m: {{value: 2, unit: kg}}
+  {declared}
+mass_matrix: [["{mass}"]]
+force: [w]
+friction: {{distribution: [[1]], contacts: [{{name: rail, a: 5, unit: N}}]}}
+observer: {{kind: cfo, velocity: measured, gains: {{K_F: 10}}, sample_time: 0.001}}
+envelope: {{v: [-5, 5]}}
+"""
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_a_spec_with_this_unit_is_certified(unit: str) -> None:
+    """The mass is scaled by a parameter in the unit over one in SI, so that the error's matrix has the value in it."""
+    size = f"{33.5 / rounded_once(unit, Fraction(1)):.4g}"
+    declared = f"p: {{value: {size}, unit: {unit}}}\n  q: {{value: 33.5, unit: {UNITS[unit][1]}}}"
+    outcome = generated_files(parse_spec(MACHINE.format(declared=declared, mass="m*p/q"), Path("slide.yaml")))[1]
+    assert isinstance(outcome, Certificate), outcome.reason
+
+
+def test_the_rotor_of_a_data_sheet_is_certified() -> None:
+    """33.5 g*cm^2: the float factor of pint, 1.0000000000000001e-07, made it 3.3500000000000003e-06 kg*m^2."""
+    text = """
+name: rotor
+coordinates: {q: {velocity: om, unit: rad}}
+inputs: {i: {unit: A}}
+parameters:
+  Jm: {value: 33.5, unit: g*cm^2}
+  kt: {value: 25.9, unit: mN·m/A}
+mass_matrix: [[Jm]]
+force: [kt*i]
+friction: {distribution: [[1]], contacts: [{name: bearing, a: 0.002, unit: Nm}]}
+observer: {kind: cfo, velocity: estimated, gains: {K_F: 0.0003, K_v: 100}, sample_time: 0.001}
+envelope: {om: [-500, 500]}
+"""
+    spec = parse_spec(text, Path("rotor.yaml"))
+    assert spec.parameters[0].value == sympy.Rational("3.35e-6")
+    files, outcome = generated_files(spec)
+    assert isinstance(outcome, Certificate), outcome.reason
+    assert "Jm: float = 3.35e-06" in files["__init__.py"] and "N*m: " in files["__init__.py"]
+
+
+def test_single_precision_keeps_the_certificate() -> None:
+    """The twin has the value's own digits, which it rounds itself: 33.5 oz are no number of seven digits in kg."""
+    text = MACHINE.format(declared="p: {value: 33.5, unit: oz}", mass="m + p") + "code: {precision: single}\n"
+    files, outcome = generated_files(parse_spec(text, Path("slide.yaml")))
+    assert isinstance(outcome, Certificate), outcome.reason
+    value = repr(rounded_once("oz", Fraction("33.5")))
+    assert f"p: float32 = float32({value})" in files["__init__.py"]
+    assert f"{np.float32(float(value))!s}f" in files["slide.h"] + files["slide.c"]
+
+
+@pytest.mark.parametrize("unit", ["degC", "°C", "degF", "dB"])
+def test_a_unit_with_an_offset_is_refused(unit: str) -> None:
+    with pytest.raises(BadInput):
+        si_factor(unit, Place("a.yaml"))
+
+
+@pytest.mark.parametrize(
+    ("written", "name"),
+    [
+        ("Nm", "N*m"),
+        ("kg·m²", "kg*m^2"),
+        ("1/kgm^2", "1/(kg*m^2)"),
+        ("rad/Nm", "rad/(N*m)"),
+        ("N-m-s/rad", "N*m*s/rad"),
+        ("m·s⁻¹", "m*s^-1"),
+        ("Ω", "ohm"),
+        ("m^0.5", "m^0.5"),
+    ],
+)
+def test_a_unit_is_written_in_one_way(written: str, name: str) -> None:
+    assert unit_name(written, Place("a.yaml")) == name
+
+
+@pytest.mark.parametrize(
+    ("written", "clear"),
+    [
+        *(
+            (unit, "kgf*cm")
+            for unit in ("kg-cm", "kg–cm", "kgcm", "kg·cm", "kg*cm", "kg.cm", "cm-kg", "kg-cm/A", "kgcm/V")
+        ),
+        *((unit, "gf*cm") for unit in ("g-cm", "gcm", "g·cm", "g*cm/A")),
+        *((unit, "kgf*m") for unit in ("kg-m", "kg‑m", "m-kg", "kg-m/A")),
+    ],
+)
+def test_a_torque_in_kilograms_is_refused_with_the_unit_that_is_one(written: str, clear: str) -> None:
+    with pytest.raises(BadInput, match="a torque or a mass times a length; expected one that has one") as told:
+        si_factor(written, Place("a.yaml"))
+    assert told.value.nearest == clear and coherent_name(clear, Place("a.yaml")) == "N*m"
+
+
+@pytest.mark.parametrize(
+    ("written", "factor", "name"),
+    [
+        ("kg*m", 1, "kg*m"),
+        ("kgm", 1, "kg*m"),
+        ("kg-m^2", 1, "kg*m^2"),
+        ("kg–m²", 1, "kg*m^2"),
+        ("kg-m2", 1, "kg*m^2"),
+        ("kg-cm^2", sympy.Rational(1, 10**4), "kg*m^2"),
+        ("g-cm²", sympy.Rational(1, 10**7), "kg*m^2"),
+        ("kg-m/s^2", 1, "kg*m/s^2"),
+        ("kg*cm/s²", sympy.Rational(1, 100), "N"),
+        ("kgf-cm", sympy.Rational(980665, 10**7), "N*m"),
+    ],
+)
+def test_what_no_torque_is_written_as_is_taken(written: str, factor: sympy.Rational, name: str) -> None:
+    place = Place("a.yaml")
+    assert (si_factor(written, place), coherent_name(written, place)) == (factor, name)
+
+
+def test_a_root_is_taken_exactly() -> None:
+    assert si_factor("cm^0.5", Place("a.yaml")) == sympy.Rational(1, 10)
+    assert abs(si_factor("mm^(1/2)", Place("a.yaml")) ** 2 - sympy.Rational(1, 1000)) < sympy.Rational(1, 10**48)
+
+
+@pytest.mark.parametrize("force", ["w - b*v/3", "w - 2/3*b*v", "w - b*v/7 - v*abs(v)*c/3"])
+def test_a_fraction_in_an_expression_keeps_the_certificate(force: str) -> None:
+    """A third is no decimal: code, matrix and proof all have the one that the code prints."""
+    text = MACHINE.format(declared="b: {value: 2, unit: N*s/m}\n  c: {value: 1, unit: N*s^2/m^2}", mass="m")
+    for old, new in (
+        ("force: [w]", f"force: [{force}]"),
+        ("velocity: measured, gains: {K_F: 10}", "velocity: estimated, gains: {K_F: 10, K_v: 100}"),
+    ):
+        assert old in text
+        text = text.replace(old, new)
+    files, outcome = generated_files(parse_spec(text, Path("slide.yaml")))
+    assert isinstance(outcome, Certificate), outcome.reason
+    assert files["__init__.py"]
