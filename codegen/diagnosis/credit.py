@@ -19,6 +19,9 @@ LEAST_SHARE = 0.05
 """A candidate removes at least this share of the squared residual (geometric mean over held-out segments)."""
 LEAST_SIZE = 5e-3
 """Its force is at least this share of the drive force (RMS); where it is no force, its change of the prediction is."""
+LEAST_NET = 1e-3
+"""Of the drive force: what the force of a model with the effect differs by, at least, from that of the refit without.
+An effect may be large while the refitted friction levels take nearly all of it."""
 NEAR_NOISE = 3.0
 """Only a model whose error is within this of the noise is judged by the likelihood that the noise gives it."""
 FAR, FEW = 10.0, 0.05
@@ -67,8 +70,12 @@ class Evidence:
         Args:
             whiteness: share of the candidate's residuals that are independent.
         """
-        signs = 0.5 * erfc(self.t / sqrt(2))
-        return min(1.0, 2 * min(signs, exp(-max(whiteness * self.gain, 0.0))))
+        return min(1.0, 2 * min(random_signs(self.t), exp(-max(whiteness * self.gain, 0.0))))
+
+
+def random_signs(t: float) -> float:
+    """One-sided probability of ``t`` where the gain of each block could as well have had the other sign."""
+    return 0.5 * erfc(t / sqrt(2))
 
 
 def held_out_losses(shot: Shot) -> Array:

@@ -121,7 +121,7 @@ def diagnose_log(
     )
     verdict, refit, augmented = said.verdict, said.refit, said.augmented
     left = remainders(said.adopted or refit, training, problem.masks)
-    if verdict == "unknown" and not outcome.parts and max(r.material for r in left) < material:
+    if verdict == "unknown" and max(r.material for r in left) < material:
         verdict, said = "none", replace(said, verdict="none")
     told, excitation = None, None
     if verdict == "ambiguous":

@@ -77,7 +77,7 @@ def _with_effects(standing: Search, outcome: Outcome, problem: Problem, plain: A
         return replace(
             plain, effects=found, augmented=augmented, figures=figures, errors=richer.errors, remarks=plain.remarks
         )
-    chosen = admitted(options, plain.figures[0], measured)
+    chosen = admitted(options, plain.figures[0], measured, plain.figures[1])
     if chosen.option is None:
         return replace(plain, verdict="unknown", effects=found, against=chosen.refusals)
     return replace(

@@ -1,16 +1,18 @@
-"""What the named effects do to the force residual, against what a flexible regression on their variables explains."""
+"""The second witness: what effects do to the force residual, beside each other and beside a flexible regression."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from math import exp
 
 import numpy as np
 from numpy.typing import NDArray
 
 from codegen.diagnosis.balance import slip_velocities
+from codegen.diagnosis.credit import SIGNED, random_signs
 from codegen.diagnosis.problem import Problem
-from codegen.diagnosis.referee import explained_over, remainder_columns, sliding
+from codegen.diagnosis.referee import LEAST_ROWS, explained_over, remainder_columns, sliding
 from codegen.diagnosis.residual import inverse_dynamics_residual
 from codegen.diagnosis.signals import Motion
 from codegen.effects import CATALOGUE
@@ -28,6 +30,71 @@ VARIABLES = {
     "time": "time",
 }
 """Axis over which an effect is seen best → the referee's variable."""
+
+
+@dataclass(frozen=True)
+class ForceGain:
+    """What the force residual says for one model over another.
+
+    Attributes:
+        left: squared residual that it leaves over what the other leaves, on the coordinate where they differ most.
+        nats: of log-likelihood, of as many residuals as are independent.
+        t: sum of what blocks of the log gain over the root of the sum of their squares.
+    """
+
+    left: float
+    nats: float
+    t: float
+
+    @property
+    def p(self) -> float:
+        """One-sided probability of such a gain where the model is no better: by random signs and by the likelihood.
+
+        The larger of the two. The likelihood ratio holds where the other model is true, the signs of blocks where
+        both lack something.
+        """
+        return max(random_signs(self.t), exp(-max(self.nats, 0.0)))
+
+
+def force_gain(problem: Problem, before: Array, after: Array) -> ForceGain:
+    """For residuals ``after`` over ``before``, both (N, n) by ``fair_residual``.
+
+    The residual is low-passed, so a log of T seconds holds 2 f T values below the cutoff f; of those as many count as
+    their correlation leaves independent.
+    """
+    motion, rows = problem.motion, problem.masks.rows
+    rate = 2 * motion.cutoff_hz * motion.sample_time
+    left, nats, blocks = 1.0, 0.0, np.zeros(SIGNED)
+    for i in range(rows.shape[1]):
+        if rows[:, i].sum() < LEAST_ROWS:
+            continue
+        b, a = (np.where(rows[:, i], r[:, i], 0.0) for r in (before, after))
+        whole = max(float(b @ b), float(a @ a), 1e-300)
+        ratio = max(float(a @ a), 1e-12 * whole) / max(float(b @ b), 1e-12 * whole)
+        share = independent(a[:: max(1, round(1 / rate))])
+        nats -= 0.5 * share * min(rate, 1.0) * float(rows[:, i].sum()) * float(np.log(ratio))
+        blocks += [float(part.sum()) / whole for part in np.array_split(b**2 - a**2, SIGNED)]
+        if abs(np.log(ratio)) > abs(np.log(left)):
+            left = ratio
+    spread = float(np.sqrt((blocks**2).sum()))
+    return ForceGain(left, nats, float(blocks.sum()) / spread if spread > 0 else 0.0)
+
+
+def independent(values: Array) -> float:
+    """Share of values that count as independent: (1 − φ)/(1 + φ) with φ the correlation of neighbours."""
+    power = float(values @ values)
+    phi = min(max(float(values[1:] @ values[:-1]) / power, 0.0), 0.99) if power > 0 else 0.0
+    return (1 - phi) / (1 + phi)
+
+
+def fair_residual(problem: Problem, system: System) -> Array:
+    """(N, n) low-passed force residual of a system, its friction levels refitted to it on each coordinate."""
+    residual = inverse_dynamics_residual(system, problem.motion)
+    columns = [
+        without_levels(system, problem.motion, problem.masks.rows[:, i], residual[:, i], i)
+        for i in range(residual.shape[1])
+    ]
+    return np.stack(columns, axis=1)
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import sympy
 
 from codegen.diagnosis.results import FoundEffect
+from codegen.diagnosis.trial import Part
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import effect_symbols, places_of, unit_words
 from codegen.mechanics.system import System
@@ -32,3 +33,11 @@ def with_effects(system: System, found: Sequence[FoundEffect]) -> System:
         )
         system = effect.add(system, place, symbols)
     return system
+
+
+def model_of(
+    system: System, values: Mapping[str, float], parts: Sequence[Part], found: Sequence[Mapping[str, float]]
+) -> System:
+    """The system with refitted values, and each part declared in it with the parameters that were found for it."""
+    effects = [FoundEffect(p.kind, p.on, dict(one), {}) for p, one in zip(parts, found, strict=True)]
+    return with_effects(with_values(system, values), effects)

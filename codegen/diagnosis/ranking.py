@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,8 @@ from numpy.typing import NDArray
 from codegen.diagnosis import credit
 from codegen.diagnosis.attempt import Found, attempt
 from codegen.diagnosis.credit import Evidence, evidence, held_out_losses, independent_share, level, noise_loss, size_of
-from codegen.diagnosis.models import with_effects
+from codegen.diagnosis.force_witness import ForceGain, fair_residual, force_gain
+from codegen.diagnosis.models import model_of, with_effects
 from codegen.diagnosis.output_error import Shot
 from codegen.diagnosis.reservations import never_passed
 from codegen.diagnosis.residual import inverse_dynamics_residual
@@ -20,11 +22,14 @@ from codegen.diagnosis.search import Search
 from codegen.diagnosis.trial import Part
 from codegen.effects import CATALOGUE
 from codegen.effects.family import is_anew
+from codegen.mechanics.system import System
 
 Array = NDArray[np.float64]
 
 STRUCTURE_SIZE = 2e-3
 """Least change of the prediction by an effect that adds states."""
+FORCE_SHARE = 0.1
+"""Of α, for the force residual's own test."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +43,7 @@ class Ranked:
         why_not: the test that it fails, in words; empty where it passes all.
         unsure: whether that test is the probability alone: beside another effect it may still pass.
         p: probability of such gains without an effect, for one candidate of the round or another; α is its bound.
+        witness: its force residual.
     """
 
     found: Found
@@ -48,6 +54,36 @@ class Ranked:
     why_not: str
     unsure: bool = False
     p: float = 1.0
+    witness: Witness | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Witness:
+    """The force residual of a fit, computed where it is asked for."""
+
+    search: Search
+    shot: Shot
+
+    @cached_property
+    def system(self) -> System:
+        trial = self.shot.runner.trial
+        moved, found = trial.split(self.shot.theta)
+        values = dict(zip((s.name for s in trial.moved), map(float, moved), strict=True))
+        return model_of(self.search.system, values, trial.parts, found)
+
+    @cached_property
+    def residual(self) -> Array:
+        """(N, n) with the friction levels of the fit."""
+        return inverse_dynamics_residual(self.system, self.search.motion)
+
+    @cached_property
+    def fair(self) -> Array:
+        """(N, n) with the friction levels that suit it best."""
+        return fair_residual(self.search.problem, self.system)
+
+    def over(self, other: Witness) -> ForceGain:
+        """What the force residual says for this fit over another."""
+        return force_gain(self.search.problem, other.fair, self.fair)
 
 
 def run_round(search: Search, current: Shot, parts: Sequence[Part], tell: Callable[[float], None]) -> list[Ranked]:
@@ -56,35 +92,63 @@ def run_round(search: Search, current: Shot, parts: Sequence[Part], tell: Callab
     before = held_out_losses(base)
     kept = base.residual.shape[1]
     floor = noise_loss(base) / len(before)
-    ranked = []
+    ranked, without = [], Witness(search, base)
     for found in attempt(soft, base, parts, tell):
         losses = held_out_losses(found.shot)
         one = evidence(before, losses, kept, floor)
         ratio = level(found.shot) / level(base)
         size = weight_of(search, found, base)
-        why_not = _why_not(search, found, one, size)
+        witness = Witness(search, found.shot)
+        why_not = _why_not(search, found, one, size) or too_alike(without, witness, found)
         p = chance(search, found.shot, one, len(parts))
+        p = p if why_not else with_force(p, without, witness, len(parts))
         unsure = not why_not and p > credit.ALPHA
         if unsure:
             why_not = f"better on {one.won} of {one.blocks} blocks of held-out segments only (t = {one.t:.2g})"
-        ranked.append(Ranked(found, one, losses, ratio, size, why_not, unsure, p))
+        ranked.append(Ranked(found, one, losses, ratio, size, why_not, unsure, p, witness))
     return sorted(ranked, key=lambda r: (bool(r.why_not) and not r.unsure, r.found.shot.cost))
 
 
 def ties(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
-    """Candidates that the data do not tell from the best one at ``TIE_LEVEL``, twins left out."""
-    best = ranked[0]
+    """Candidates that neither free runs nor the force residual tell from the best one, twins left out."""
+    return [other for other in _tied(search, ranked[0], ranked) if not _preferred(ranked[0], other)]
+
+
+def _tied(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked]:
+    """Those that free runs do not tell from one of them, twins left out."""
     same = {(best.found.part.kind, best.found.part.on), *twins(best.found.part, best.found)}
     kept, white = best.found.shot.residual.shape[1], whiteness(search, best.found.shot)
     tied = []
-    for other in ranked[1:]:
-        if (other.why_not and not other.unsure) or _is_one_of(other.found, same):
+    for other in ranked:
+        if other is best or (other.why_not and not other.unsure) or _is_one_of(other.found, same):
             continue
         if 1 - other.evidence.share > credit.TIE_RATIO * (1 - best.evidence.share):
             continue
         if evidence(other.losses, best.losses, kept).p(white) > credit.TIE_LEVEL:
             tied.append(other)
     return tied
+
+
+def led_by_force(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
+    """The candidates with that one first which the force residual prefers among the best and those that tie with it.
+
+    Free runs weigh slow errors, the force residual fast ones: what one leaves open the other may tell. Far from the
+    noise a second effect may be lacking, which the force residual may take for another: there the order stays.
+    """
+    best = ranked[0]
+    if level(best.found.shot) > credit.NEAR_NOISE:
+        return list(ranked)
+    for other in _tied(search, best, ranked):
+        if _preferred(other, best):
+            best = other
+    return [best, *(r for r in ranked if r is not best)]
+
+
+def _preferred(one: Ranked, other: Ranked) -> bool:
+    if one.witness is None or other.witness is None:
+        return False
+    gain = one.witness.over(other.witness)
+    return gain.left < 1 and gain.p <= credit.TIE_LEVEL
 
 
 def twins(part: Part, found: Found) -> list[tuple[str, str]]:
@@ -105,6 +169,21 @@ def chance(search: Search, shot: Shot, e: Evidence, candidates: int) -> float:
     return min(1.0, candidates * e.p(whiteness(search, shot)))
 
 
+def with_force(p: float, before: Witness, after: Witness, candidates: int) -> float:
+    """Probability by either witness, the force residual asked where free runs leave doubt.
+
+    Free runs of a model that is far from the data diverge in some segments and agree in others, whatever is added to
+    it. Of the probability that may be wrong, the force residual has a tenth (weighted Bonferroni).
+    """
+    free = min(1.0, p / (1 - FORCE_SHARE))
+    if free <= credit.ALPHA:
+        return free
+    gain = after.over(before)
+    if gain.left > 1 - credit.LEAST_SHARE:
+        return free
+    return min(free, candidates * gain.p / FORCE_SHARE)
+
+
 def whiteness(search: Search, shot: Shot) -> float:
     """Share of the residuals that count as independent; 0 far from the noise, where no likelihood holds."""
     soft = float(shot.runner.record.noise[0] / search.record.noise[0])
@@ -118,7 +197,10 @@ def credible(search: Search, before: Shot, after: Shot, candidates: int) -> bool
     losses = held_out_losses(base)
     floor = noise_loss(base) / len(losses)
     one = evidence(losses, held_out_losses(richer), base.residual.shape[1], floor)
-    return one.share >= credit.LEAST_SHARE and chance(search, richer, one, candidates) <= credit.ALPHA
+    if one.share < credit.LEAST_SHARE:
+        return False
+    p = chance(search, richer, one, candidates)
+    return with_force(p, Witness(search, before), Witness(search, after), candidates) <= credit.ALPHA
 
 
 def weight_of(search: Search, found: Found, base: Shot) -> float:
@@ -131,6 +213,16 @@ def weight_of(search: Search, found: Found, base: Shot) -> float:
     declared = FoundEffect(found.part.kind, found.part.on, found.parameters, {})
     richer = inverse_dynamics_residual(with_effects(system, [declared]), search.motion)
     return search.drive.share(richer - search.drive.residual)
+
+
+def too_alike(before: Witness, after: Witness, found: Found) -> str:
+    """Words where the effect's force is what the refitted values take already, to within ``LEAST_NET``."""
+    if found.trial.adds_states:
+        return ""
+    net = before.search.drive.share(after.residual - before.residual)
+    if net >= credit.LEAST_NET:
+        return ""
+    return f"changes the force by {100 * net:.2g} % of the drive force beside refitted values: too little to matter"
 
 
 def _why_not(search: Search, found: Found, e: Evidence, size: float) -> str:

@@ -11,7 +11,7 @@ from codegen.diagnosis import credit
 from codegen.diagnosis.attempt import Found, attempt, every_part
 from codegen.diagnosis.credit import evidence, held_out_losses, level, noise_loss
 from codegen.diagnosis.output_error import Shot
-from codegen.diagnosis.ranking import Ranked, admissible, credible, run_round, ties, whiteness
+from codegen.diagnosis.ranking import Ranked, admissible, credible, led_by_force, run_round, ties, whiteness
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.trial import Part
 from codegen.effects import CATALOGUE
@@ -67,6 +67,7 @@ def find_effects(search: Search, tell: Progress, refit_only: bool = False) -> Ou
         possible = [r for r in ranked if not r.why_not or r.unsure]
         if not possible:
             break
+        possible = led_by_force(search, possible)
         tied = ties(search, possible)
         current = search.rebased(possible[0].found.shot)
         rivals = rivals if turn else tied

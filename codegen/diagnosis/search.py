@@ -62,6 +62,11 @@ class Search:
     def drive(self) -> Drive:
         return Drive(self.system, self.motion)
 
+    @cached_property
+    def problem(self) -> Problem:
+        """The declared system on the motion of the record."""
+        return Problem(self.system, self.motion, {})
+
     @property
     def nothing(self) -> Trial:
         return Trial(self.system, (), self.moved)

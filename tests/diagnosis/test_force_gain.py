@@ -1,0 +1,82 @@
+"""The force residual as the second witness: what it says for one model over another, and what refitted levels take."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from codegen.diagnosis.attempt import Found
+from codegen.diagnosis.credit import ALPHA
+from codegen.diagnosis.force_witness import force_gain
+from codegen.diagnosis.problem import Problem
+from codegen.diagnosis.ranking import Witness, too_alike, with_force
+from codegen.diagnosis.record import record_of
+from codegen.diagnosis.search import Search, search_on
+from codegen.diagnosis.signals import smooth_motion
+from codegen.diagnosis.trial import part_of
+from codegen.effects import CATALOGUE
+from codegen.logs import Log
+from tests.diagnosis.stage import log_of, stage, system_of
+
+ONE_WAY = "0.25*t + 0.02*sin(2*pi*0.7*t)"
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory: pytest.TempPathFactory) -> Log:
+    return log_of(stage(), tmp_path_factory.mktemp("log"), "train.csv")
+
+
+def problem_of(log: Log) -> Problem:
+    return Problem(system_of(stage()), smooth_motion(log), {})
+
+
+def search_in(log: Log) -> Search:
+    problem = problem_of(log)
+    return search_on(problem, partial(record_of, problem.motion, log))
+
+
+def test_nats_are_those_of_as_many_residuals_as_the_band_holds(log: Log) -> None:
+    """White residuals whose size falls by a tenth: n/2 ln(1.21), n = 2 f T of the samples that are used."""
+    problem = problem_of(log)
+    white = np.random.default_rng(1).normal(size=(len(problem.motion.time), 1))
+    gain = force_gain(problem, 1.1 * white, white)
+    seconds = problem.masks.rows.sum() * problem.motion.sample_time
+    assert gain.left == pytest.approx(1 / 1.21)
+    assert gain.nats == pytest.approx(problem.motion.cutoff_hz * seconds * np.log(1.21), rel=0.15)
+    assert force_gain(problem, white, 1.1 * white).p == 1.0
+
+
+def test_two_models_that_are_as_good_are_told_apart_as_rarely_as_stated(log: Log) -> None:
+    problem, draw = problem_of(log), np.random.default_rng(2)
+    shape = (len(problem.motion.time), 1)
+    p = [force_gain(problem, draw.normal(size=shape), draw.normal(size=shape)).p for _ in range(400)]
+    for alpha in (0.05, 0.2):
+        assert np.mean(np.array(p) <= alpha) <= alpha
+
+
+def test_an_offset_that_a_level_takes_is_alike_where_the_motion_never_turns(tmp_path: Path, log: Log) -> None:
+    for some, alike in ((log_of(stage(reference=ONE_WAY), tmp_path, "one_way.csv"), True), (log, False)):
+        search = search_in(some)
+        base = search.refit()
+        trial = base.runner.trial.with_part(part_of(CATALOGUE["offset"], 0, search.system))
+        moved = base.theta.copy()
+        moved[0] -= 1.0
+        shot = replace(base, runner=replace(base.runner, trial=trial), theta=np.append(moved, -1.0))
+        before, after = Witness(search, base), Witness(search, shot)
+        assert bool(too_alike(before, after, Found(trial, shot))) is alike
+
+
+def test_the_force_residual_decides_where_free_runs_leave_doubt(log: Log) -> None:
+    """A spring of 18 N/m that is there: p = 0.05 by free runs; and the same for one that is not."""
+    search = search_in(log)
+    base = search.refit()
+    trial = base.runner.trial.with_part(part_of(CATALOGUE["spring"], 0, search.system))
+    lacking = replace(base, runner=replace(base.runner, trial=trial), theta=np.append(base.theta, 18.0))
+    declared, false = Witness(search, base), Witness(search, lacking)
+    assert with_force(0.05, declared, false, 20) > ALPHA
+    assert with_force(0.05, false, declared, 20) < ALPHA
+    assert with_force(0.001, declared, false, 20) == pytest.approx(0.001 / 0.9)
