@@ -6,11 +6,12 @@ from collections.abc import Collection, Iterator, Sequence
 from math import isfinite
 
 from codegen.diagnosis.answer import Answer
-from codegen.diagnosis.credit import FAR, LEAST_SHARE, NEAR_NOISE, level, share_far
+from codegen.diagnosis.credit import FAR, LEAST_SHARE, NEAR_NOISE, TIE_LEVEL, level, share_far
 from codegen.diagnosis.estimate import Estimate
-from codegen.diagnosis.force_witness import force_evidence
+from codegen.diagnosis.force_witness import fair_residual, force_evidence, force_gain
 from codegen.diagnosis.limits import at_limit
 from codegen.diagnosis.measure import Window, force_errors
+from codegen.diagnosis.output_error import Shot
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.ranking import Ranked, twins
 from codegen.diagnosis.results import Candidate, FoundEffect, Remainder, Verdict
@@ -102,16 +103,27 @@ def verdict_of(outcome: Outcome, faults: bool) -> Verdict:
     return "ambiguous" if outcome.rivals else "effect"
 
 
-def force_agrees(problem: Problem, refit: System, augmented: System) -> bool:
+def force_agrees(final: Shot, problem: Problem, refit: System, augmented: System) -> bool:
     """The second witness: what free runs credit must remove as much of the squared force residual as is asked of them.
 
-    Backlash has none: in the gap the load is free, and where it is there no log tells.
+    Backlash has none: in the gap the load is free, and where it is there no log tells. Where the free runs leave
+    nothing but the noise, the force residual is mostly noise of the differentiation: there it must not contradict; and
+    of a load behind a spring, whose motion is derived from that noise, nothing is asked.
+
+    Args:
+        final: the fit with the effects.
     """
     if any(t.gap != 0 for t in augmented.transmissions):
         return True
+    near = level(final) <= NEAR_NOISE
+    if near and augmented.transmissions:
+        return True
     window = Window(0, len(problem.motion.time))
     before, after = (force_errors(s, problem.motion, problem.masks, window)[2] for s in (refit, augmented))
-    return after**2 <= (1 - LEAST_SHARE) * before**2
+    if after**2 <= (1 - LEAST_SHARE) * before**2:
+        return True
+    without, beside = (fair_residual(problem, s) for s in (refit, augmented))
+    return near and force_gain(problem, beside, without).p > TIE_LEVEL
 
 
 def takes_its_own(

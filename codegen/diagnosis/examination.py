@@ -63,7 +63,7 @@ def _with_effects(standing: Search, outcome: Outcome, problem: Problem, plain: A
         return replace(plain, verdict=without_effects(outcome), effects=found, against=against)
     richer = settle(standing, shot, problem, with_effects(system, found))
     options = _options(with_effects(system, found), richer, "the effect with refitted values")
-    if verdict == "effect" and not force_agrees(problem, plain.refit, options[0].system):
+    if verdict == "effect" and not force_agrees(outcome.final, problem, plain.refit, options[0].system):
         verdict = "unknown"
     if verdict == "effect" and not takes_its_own(outcome, problem, plain.refit, options[0].system, found):
         words = "a smooth curve over its own variable explains twice as much of the residual force as the law does"
@@ -77,7 +77,10 @@ def _with_effects(standing: Search, outcome: Outcome, problem: Problem, plain: A
         return replace(
             plain, effects=found, augmented=augmented, figures=figures, errors=richer.errors, remarks=plain.remarks
         )
-    chosen = admitted(options, plain.figures[0], measured, plain.figures[1])
+    without = plain.figures[1]
+    if options[0].system.transmissions:  # the motion of a load is derived from the noise of the differentiation
+        without = replace(without, force_rms_rows=tuple(float("nan") for _ in without.force_rms_rows))
+    chosen = admitted(options, plain.figures[0], measured, without)
     if chosen.option is None:
         return replace(plain, verdict="unknown", effects=found, against=chosen.refusals)
     return replace(

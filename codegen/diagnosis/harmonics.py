@@ -85,7 +85,7 @@ def with_harmonics(search: Search, outcome: Outcome, problem: Problem) -> tuple[
     """
     standing = search
     near, base, final = search, outcome.base, outcome.final
-    if final is not base and not force_agrees(problem, _system(search, base), _system(search, final)):
+    if final is not base and not force_agrees(final, problem, _system(search, base), _system(search, final)):
         final = base  # what predicts by coasting need not be beaten
     if level(base) > NEAR:
         near = replace(search, record=search.shorter(SHORTEST), shorter=lambda share: search.shorter(SHORTEST * share))
