@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.diagnosis.coverage import survey
-from codegen.diagnosis.credit import noise_loss
+from codegen.diagnosis.credit import NEAR_NOISE, level, noise_loss
+from codegen.diagnosis.force_start import ForceStart
 from codegen.diagnosis.models import with_values
 from codegen.diagnosis.one_joint import of_joint, rows_of, started_as
 from codegen.diagnosis.output_error import Shot, again, fit, raw_slopes, state_slopes
@@ -20,6 +21,7 @@ from codegen.diagnosis.search import ROUNDS, Search
 from codegen.diagnosis.trial import Part, Trial, part_of
 from codegen.effects.family import candidates
 from codegen.effects.register import is_own
+from codegen.effects.start import Covered
 
 Array = NDArray[np.float64]
 
@@ -92,6 +94,7 @@ class Attempt:
 
     Attributes:
         starts: by index of the part, where they were looked for already.
+        forced: by index of the part, where the force residual starts it: a stage of an actuator, above the noise.
         couplings: by coordinate, the spring between motor and load that was fitted there.
         few: by joint of an arm that is run joint by joint, else under None: what parts there are first tried beside.
         least_gain: by which a part with a rough loss must lower the cost at its start for its search to be worth it.
@@ -104,6 +107,7 @@ class Attempt:
     done: int = 0
     couplings: dict[int, dict[str, float]] = field(default_factory=dict)
     starts: dict[int, list[tuple[float, Array]]] = field(default_factory=dict)
+    forced: dict[int, Array] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         joints = {self._joint(part) for part in self.parts}
@@ -117,6 +121,8 @@ class Attempt:
         names = [s.name for s in self.search.moved]
         refit = with_values(self.search.system, dict(zip(names, self.levels, strict=True)))
         self.survey = survey(refit, self.search.motion)
+        if level(self.base) > NEAR_NOISE and not self.search.rigid:
+            self.forced = self._by_force()
 
     def promising(self, indices: Sequence[int], pool: ThreadPoolExecutor) -> list[int]:
         """Of these parts those to be fitted: the best by what one linear step from their best start gains.
@@ -132,13 +138,21 @@ class Attempt:
         self.done += len(indices) - len(chosen)
         return chosen
 
+    def _by_force(self) -> dict[int, Array]:
+        """One after the other: CasADi builds expressions in one thread."""
+        start = ForceStart(self.search.problem, self.base)
+        found = {k: start.best(self.trials[k], self.covered(part)) for k, part in enumerate(self.parts)}
+        return {k: theta for k, theta in found.items() if theta is not None}
+
+    def covered(self, part: Part) -> Covered:
+        """What the log covers where a part sits."""
+        return self.survey.covered(part, self.levels, self.search.record.noise, self.couplings.get(part.place))
+
     def _starts(self, k: int) -> list[tuple[float, Array]]:
         """(cost by one linear step, theta) of the best starts of part ``k`` on few segments."""
         few, part = self._few(k), self.parts[k]
         runner = replace(self.runners[k], record=few.shot.runner.record)
-        noise = self.search.record.noise
-        covered = self.survey.covered(part, self.levels, noise, self.couplings.get(part.place))
-        return starting_points(runner, few.shot, few.raw, covered, 3 if len(part.names) > 2 else 2)
+        return starting_points(runner, few.shot, few.raw, self.covered(part), 3 if len(part.names) > 2 else 2)
 
     def screened(self, k: int) -> tuple[int, Shot] | None:
         """Part ``k`` fitted on few segments from its best starts; None where none is worth it."""
@@ -151,7 +165,8 @@ class Attempt:
         elif part.effect.scaling and starts:
             enough = few.shot.cost - AS_GOOD * max(few.shot.cost - starts[0][0], 0.0)
             starts = [starts[0], *(s for s in starts[1:] if s[0] < enough)]
-        fits = [self.search.fit_from(runner, theta, few.shot, FIRST_ROUNDS, few.raw) for _, theta in starts]
+        thetas = [theta for _, theta in starts] + ([self.forced[k]] if k in self.forced else [])
+        fits = [self.search.fit_from(runner, theta, few.shot, FIRST_ROUNDS, few.raw) for theta in thetas]
         self._tell_one_more()
         if not fits:
             return None

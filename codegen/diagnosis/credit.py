@@ -21,7 +21,8 @@ LEAST_SIZE = 5e-3
 """Its force is at least this share of the drive force (RMS); where it is no force, its change of the prediction is."""
 LEAST_NET = 1e-3
 """Of the drive force: what the force of a model with the effect differs by, at least, from that of the refit without.
-An effect may be large while the refitted friction levels take nearly all of it."""
+An effect may be large while the refitted friction levels take nearly all of it. Of one that adds states: what it
+changes the prediction by, over what the drive force does to it."""
 NEAR_NOISE = 3.0
 """Only a model whose error is within this of the noise is judged by the likelihood that the noise gives it."""
 FAR, FEW = 10.0, 0.05

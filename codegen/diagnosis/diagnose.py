@@ -21,7 +21,7 @@ from codegen.diagnosis.record import record_of
 from codegen.diagnosis.referee import remainders
 from codegen.diagnosis.replay import compare_residuals
 from codegen.diagnosis.results import Diagnosis, FoundEffect
-from codegen.diagnosis.rounds import Outcome, find_effects
+from codegen.diagnosis.rounds import Outcome, find_effects, within_reach
 from codegen.diagnosis.search import Search, search_on
 from codegen.diagnosis.separation import separate
 from codegen.diagnosis.signals import SHORTEST_TEST_S, Motion, smooth_motion
@@ -107,7 +107,8 @@ def diagnose_log(
     search = search_on(problem, lambda share: record_of(training, log, share))
     tell("refit", 0.05)
     faults = any(f.severity == "problem" for f in findings["train"])
-    outcome = find_effects(search, lambda k, share: tell(f"effect {k + 1}", 0.1 + 0.25 * (k + share)), faults)
+    search, base = within_reach(search)
+    outcome = find_effects(search, base, lambda k, share: tell(f"effect {k + 1}", 0.1 + 0.25 * (k + share)), faults)
     outcome, standing = with_harmonics(search, outcome, problem) if not faults else (outcome, search)
     tell("values and held-out error", 0.78)
     judge = Problem(system, other, {})

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
 import sympy
+from numpy.typing import NDArray
 
 from codegen.diagnosis.results import FoundEffect
-from codegen.diagnosis.trial import Part
+from codegen.diagnosis.trial import Trial
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import effect_symbols, places_of, unit_words
 from codegen.mechanics.system import System
+
+Array = NDArray[np.float64]
 
 
 def with_values(system: System, refitted: Mapping[str, float]) -> System:
@@ -35,9 +39,9 @@ def with_effects(system: System, found: Sequence[FoundEffect]) -> System:
     return system
 
 
-def model_of(
-    system: System, values: Mapping[str, float], parts: Sequence[Part], found: Sequence[Mapping[str, float]]
-) -> System:
-    """The system with refitted values, and each part declared in it with the parameters that were found for it."""
-    effects = [FoundEffect(p.kind, p.on, dict(one), {}) for p, one in zip(parts, found, strict=True)]
-    return with_effects(with_values(system, values), effects)
+def model_of(trial: Trial, theta: Array) -> System:
+    """The system with what a fit's vector says: refitted values, and each part declared with its parameters."""
+    moved, found = trial.split(theta)
+    values = dict(zip((s.name for s in trial.moved), map(float, moved), strict=True))
+    effects = [FoundEffect(p.kind, p.on, one, {}) for p, one in zip(trial.parts, found, strict=True)]
+    return with_effects(with_values(trial.system, values), effects)

@@ -26,8 +26,6 @@ from codegen.mechanics.system import System
 
 Array = NDArray[np.float64]
 
-STRUCTURE_SIZE = 2e-3
-"""Least change of the prediction by an effect that adds states."""
 FORCE_SHARE = 0.1
 """Of α, for the force residual's own test."""
 
@@ -66,10 +64,7 @@ class Witness:
 
     @cached_property
     def system(self) -> System:
-        trial = self.shot.runner.trial
-        moved, found = trial.split(self.shot.theta)
-        values = dict(zip((s.name for s in trial.moved), map(float, moved), strict=True))
-        return model_of(self.search.system, values, trial.parts, found)
+        return model_of(self.shot.runner.trial, self.shot.theta)
 
     @cached_property
     def residual(self) -> Array:
@@ -230,7 +225,7 @@ def _why_not(search: Search, found: Found, e: Evidence, size: float) -> str:
         return "makes the error on held-out segments no smaller"
     if e.share < credit.LEAST_SHARE:
         return f"removes {100 * e.share:.2g} % of the squared residual on held-out segments"
-    if size < (STRUCTURE_SIZE if found.trial.adds_states else credit.LEAST_SIZE):
+    if size < (credit.LEAST_NET if found.trial.adds_states else credit.LEAST_SIZE):
         return f"its force is {100 * size:.2g} % of the drive force: too little to matter"
     if not admissible(search, found):
         return "fits only with values that are not physical"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
 
@@ -13,11 +13,14 @@ from codegen.diagnosis.credit import evidence, held_out_losses, level, noise_los
 from codegen.diagnosis.output_error import Shot
 from codegen.diagnosis.ranking import Ranked, admissible, credible, led_by_force, run_round, ties, whiteness
 from codegen.diagnosis.search import Search
+from codegen.diagnosis.shooting import Record
 from codegen.diagnosis.trial import Part
 from codegen.effects import CATALOGUE
 from codegen.effects.family import kinds_of
 
 MOST_EFFECTS = 3
+WILD, SHORTEST = 100.0, 0.25
+"""Error of the refit in noise above which segments are halved, down to this share of their length."""
 SWAPPED = 6
 PAIRED = 5
 """Best of the first round that are tried in pairs, where the best alone leaves far more than the noise."""
@@ -53,9 +56,32 @@ class Outcome:
         return self.final.runner.trial.parts
 
 
-def find_effects(search: Search, tell: Progress, refit_only: bool = False) -> Outcome:
-    """Rounds of candidates until none is credited; none at all where ``refit_only``."""
-    base = current = confirmed = search.refit()
+def within_reach(search: Search) -> tuple[Search, Shot]:
+    """The search on segments so short that free runs stay near the measured motion, and its refit.
+
+    An error grows along a free run with the square of time, in a chaotic machine faster: a run that has left the
+    motion tells candidates apart no more, and its slopes lead nowhere. Segments are halved while the refit leaves more
+    than ``WILD`` times the noise.
+    """
+    near, base, share = search, search.refit(), 1.0
+    while level(base) > WILD and share > SHORTEST:
+        share /= 2
+        near = replace(search, record=search.shorter(share), shorter=partial(_shorter, search, share))
+        base = near.refit()
+    return near, base
+
+
+def _shorter(search: Search, factor: float, share: float) -> Record:
+    return search.shorter(factor * share)
+
+
+def find_effects(search: Search, base: Shot, tell: Progress, refit_only: bool = False) -> Outcome:
+    """Rounds of candidates until none is credited; none at all where ``refit_only``.
+
+    Args:
+        base: the refit of the declared structure.
+    """
+    current = confirmed = base
     first: list[Ranked] = []
     rivals: list[Ranked] = []
     for turn in range(0 if refit_only else MOST_EFFECTS):

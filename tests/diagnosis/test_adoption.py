@@ -54,7 +54,9 @@ def shaken(log: Log, seed: int, size: float) -> Log:
 
 def refitted(monkeypatch: pytest.MonkeyPatch, spec: Spec, train: Log, test: Log | None) -> tuple[Diagnosis, Models]:
     """A diagnosis that looks for no effect."""
-    monkeypatch.setattr(diagnose, "find_effects", lambda search, tell, faults: find_effects(search, tell, True))
+    monkeypatch.setattr(
+        diagnose, "find_effects", lambda search, base, tell, faults: find_effects(search, base, tell, True)
+    )
     return diagnose_log(spec, system_of(spec), train, test)
 
 

@@ -71,5 +71,7 @@ def test_nothing_is_searched_where_only_a_refit_is_asked_for(tmp_path: Path) -> 
     log = log_of(stage("[]", 4.5), tmp_path, "log.csv")
     motion, system = smooth_motion(log), system_of(stage())
     search = search_on(Problem(system, motion, {}), lambda share: record_of(motion, log, share))
-    outcome = find_effects(search, lambda turn, share: pytest.fail("a candidate was tried"), refit_only=True)
+    outcome = find_effects(
+        search, search.refit(), lambda turn, share: pytest.fail("a candidate was tried"), refit_only=True
+    )
     assert outcome.parts == () and outcome.base.theta[0] == pytest.approx(4.5, rel=0.01)

@@ -1,0 +1,57 @@
+"""Starts by least squares on the force residual, against the values that made the log."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from codegen.diagnosis.attempt import Attempt
+from codegen.diagnosis.force_start import ForceStart
+from codegen.diagnosis.problem import Problem
+from codegen.diagnosis.record import record_of
+from codegen.diagnosis.search import Search, search_on
+from codegen.diagnosis.signals import smooth_motion
+from codegen.diagnosis.trial import part_of
+from codegen.effects import CATALOGUE
+from codegen.logs import Log
+from tests.diagnosis.stage import log_of, stage, system_of
+
+LACKING = {
+    "dead_zone": {"width": 2.5},
+    "saturation": {"limit": 12.0},
+    "input_gain": {"gain": 0.7},
+    "input_delay": {"T": 0.02},
+    "actuator_lag": {"tau": 0.03},
+}
+
+
+@pytest.mark.parametrize("kind", LACKING)
+def test_the_stage_and_the_levels_are_those_of_the_plant(tmp_path: Path, kind: str) -> None:
+    """The log was made with the stage and a level of 5.5 N; declared are 4 N and no stage."""
+    words = ", ".join(f"{name}: {value}" for name, value in LACKING[kind].items())
+    log = log_of(stage(f"[{{kind: {kind}, on: w, parameters: {{{words}}}}}]", 5.5), tmp_path, "train.csv")
+    search = search_in(log)
+    base, part = search.refit(), part_of(CATALOGUE[kind], 0, search.system)
+    trial = base.runner.trial.with_part(part)
+    covered = Attempt(search, base, (part,), lambda share: None).covered(part)
+    theta = ForceStart(search.problem, base).best(trial, covered)
+    assert theta is not None
+    moved, (parameters,) = trial.split(theta)
+    assert parameters == pytest.approx(LACKING[kind], rel=0.1)
+    assert moved[0] == pytest.approx(5.5, rel=0.05)
+
+
+def test_what_is_no_stage_of_an_actuator_has_no_such_start(tmp_path: Path) -> None:
+    search = search_in(log_of(stage(), tmp_path, "train.csv"))
+    base = search.refit()
+    for kind in ("spring", "compliance", "stribeck", "encoder_eccentricity"):
+        part = part_of(CATALOGUE[kind], 0, search.system)
+        covered = Attempt(search, base, (part,), lambda share: None).covered(part)
+        assert ForceStart(search.problem, base).best(base.runner.trial.with_part(part), covered) is None
+
+
+def search_in(log: Log) -> Search:
+    problem = Problem(system_of(stage()), smooth_motion(log), {})
+    return search_on(problem, partial(record_of, problem.motion, log))
