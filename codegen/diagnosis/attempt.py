@@ -94,7 +94,7 @@ class Attempt:
 
     Attributes:
         starts: by index of the part, where they were looked for already.
-        forced: by index of the part, where the force residual starts it: a stage of an actuator, above the noise.
+        forced: by index of the part, where the force residual starts it, above the noise.
         couplings: by coordinate, the spring between motor and load that was fitted there.
         few: by joint of an arm that is run joint by joint, else under None: what parts there are first tried beside.
         least_gain: by which a part with a rough loss must lower the cost at its start for its search to be worth it.
@@ -107,7 +107,7 @@ class Attempt:
     done: int = 0
     couplings: dict[int, dict[str, float]] = field(default_factory=dict)
     starts: dict[int, list[tuple[float, Array]]] = field(default_factory=dict)
-    forced: dict[int, Array] = field(default_factory=dict)
+    forced: dict[int, list[Array]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         joints = {self._joint(part) for part in self.parts}
@@ -138,11 +138,16 @@ class Attempt:
         self.done += len(indices) - len(chosen)
         return chosen
 
-    def _by_force(self) -> dict[int, Array]:
+    def _by_force(self) -> dict[int, list[Array]]:
         """One after the other: CasADi builds expressions in one thread."""
-        start = ForceStart(self.search.problem, self.base)
-        found = {k: start.best(self.trials[k], self.covered(part)) for k, part in enumerate(self.parts)}
-        return {k: theta for k, theta in found.items() if theta is not None}
+        start, found = ForceStart(self.search.problem, self.base), {}
+        for k, part in enumerate(self.parts):
+            covered = self.covered(part)
+            stage = start.best(self.trials[k], covered)
+            others = part.effect.suggested(covered)
+            found[k] = [np.append(self.base.theta, part.inward(values)) for values in others]
+            found[k] += [] if stage is None else [stage]
+        return found
 
     def covered(self, part: Part) -> Covered:
         """What the log covers where a part sits."""
@@ -165,7 +170,7 @@ class Attempt:
         elif part.effect.scaling and starts:
             enough = few.shot.cost - AS_GOOD * max(few.shot.cost - starts[0][0], 0.0)
             starts = [starts[0], *(s for s in starts[1:] if s[0] < enough)]
-        thetas = [theta for _, theta in starts] + ([self.forced[k]] if k in self.forced else [])
+        thetas = [*(theta for _, theta in starts), *self.forced.get(k, [])]
         fits = [self.search.fit_from(runner, theta, few.shot, FIRST_ROUNDS, few.raw) for theta in thetas]
         self._tell_one_more()
         if not fits:
