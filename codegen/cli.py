@@ -333,7 +333,8 @@ def main() -> None:
     try:
         app()
     except BadInput as error:
-        errors.print("error: " + " ".join(str(error).split()), style="red")
+        for each in error.all:
+            errors.print("error: " + " ".join(str(each).split()), style="red")
         sys.exit(2)
     except BrokenPipeError:
         sys.exit(1)

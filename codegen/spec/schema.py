@@ -9,6 +9,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict
 
+from codegen.spec.quantity import split_quantity
+
 
 def _expression_like(value: object) -> object:
     if isinstance(value, bool) or not isinstance(value, (str, int, float)):
@@ -26,6 +28,16 @@ def _number_like(value: object) -> object:
         alone = " alone, without its unit" if isinstance(value, str) and value[:1].isdigit() else ""
         raise ValueError(f"expected a number{alone}") from None
     return str(value)
+
+
+def _quantity_like(value: object) -> object:
+    """As ``_number_like``, or a number with its unit, which is read where the unit that it must have is known."""
+    if isinstance(value, str) and split_quantity(value) is not None:
+        return value
+    try:
+        return _number_like(value)
+    except ValueError:
+        raise ValueError("expected a number, or one with its unit such as 1 ms") from None
 
 
 def _unit_like(value: object) -> object:
@@ -49,6 +61,7 @@ def _as_direction(value: object) -> object:
 
 Text = Annotated[str, BeforeValidator(_expression_like)]
 Number = Annotated[str, BeforeValidator(_number_like)]
+Quantity = Annotated[str, BeforeValidator(_quantity_like)]
 Unit = Annotated[str, BeforeValidator(_unit_like)]
 Range = Annotated[list[Number], BeforeValidator(_range_like)]
 
@@ -148,7 +161,7 @@ class DomainSection(Section):
     """Where the estimate of a (G)CFO is certified through reversals: ``domain: {slip_speed: 0.5, settle: 0.1}``."""
 
     slip_speed: Number
-    settle: Number
+    settle: Quantity
     innovation: Number | None = None
 
 
@@ -156,7 +169,7 @@ class ObserverSection(Section):
     kind: str
     velocity: Literal["measured", "estimated"] = "measured"
     gains: dict[str, Gain]
-    sample_time: Number
+    sample_time: Quantity
     integration: Literal["euler", "semi_implicit", "implicit", "exponential"] = "euler"
     exponent: Number = "1"
     h: Text | None = None
@@ -167,18 +180,18 @@ class ObserverSection(Section):
 class SimulationSection(Section):
     """How ``stiction simulate`` drives the plant: inputs as functions of t, or a reference under feedback."""
 
-    duration: Number
-    sample_time: Number
+    duration: Quantity
+    sample_time: Quantity
     inputs: dict[str, Text] = {}
     reference: dict[str, Text] = {}
     position_gain: dict[str, Number] = {}
     velocity_gain: dict[str, Number] = {}
-    input_limit: dict[str, Number] = {}
-    encoder_step: dict[str, Number] = {}
-    position_noise: dict[str, Number] = {}
+    input_limit: dict[str, Quantity] = {}
+    encoder_step: dict[str, Quantity] = {}
+    position_noise: dict[str, Quantity] = {}
     seed: int = 0
     integral_gain: dict[str, Number] = {}
-    velocity_noise: dict[str, Number] = {}
+    velocity_noise: dict[str, Quantity] = {}
     observer: bool = False
     cancel: Number | None = None
     cancel_delay: int = 0
@@ -188,8 +201,8 @@ class LogSection(Section):
     """How the columns of a log are called; a log description beside the log says more."""
 
     columns: dict[str, str] = {}
-    scale: dict[str, Number] = {}
-    cutoff_hz: Number | None = None
+    scale: dict[str, Quantity] = {}
+    cutoff_hz: Quantity | None = None
     published: dict[str, Text] = {}
 
 
