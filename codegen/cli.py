@@ -63,6 +63,21 @@ def common(
 
 
 @app.command()
+def init(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="of the machine; NAME.yaml is written")],
+    source: Annotated[
+        str | None,
+        typer.Option("--from", metavar="FILE", help="a spec, a shipped one (two_mass), or a robot.urdf"),
+    ] = None,
+) -> None:
+    """Write NAME.yaml, a commented spec to start from."""
+    from codegen.app.init import init
+
+    for path in init(name, source):
+        output.print(str(path))
+
+
+@app.command()
 def check(spec: SpecPath) -> None:
     """Read and validate a spec; print the system in readable form."""
     from codegen.app.check import check, check_text

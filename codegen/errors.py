@@ -62,8 +62,8 @@ class BadInput(Exception):
 
     @property
     def all(self) -> tuple[BadInput, ...]:
-        """This fault and the others, in the order of their lines."""
-        return tuple(sorted((self, *self.others), key=lambda fault: fault.place.line or 0))
+        """This fault and the others, in the order of their lines; those without a line last."""
+        return tuple(sorted((self, *self.others), key=lambda f: (f.place.line is None, f.place.line or 0)))
 
 
 class Faults:

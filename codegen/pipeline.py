@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from codegen.app.check import check
     from codegen.app.derive import derive
     from codegen.app.diagnose import Diagnosed, diagnose
+    from codegen.app.init import init
     from codegen.app.model import Model
     from codegen.app.simulate import simulate
     from codegen.app.verify import verify
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from codegen.simulate.simulated import Simulated
 
 VERBS = {
+    "init": "codegen.app.init",
     "check": "codegen.app.check",
     "derive": "codegen.app.derive",
     "certify": "codegen.app.certify",
@@ -79,6 +81,7 @@ __all__ = [
     "gains",
     "generate",
     "generate_fmu",
+    "init",
     "replay",
     "simulate",
     "verify",
