@@ -78,6 +78,18 @@ def init(
 
 
 @app.command()
+def schema(
+    out: Annotated[
+        Path | None, typer.Option("-o", "--output", parser=named_path, metavar="FILE", help="write it here, as .json")
+    ] = None,
+) -> None:
+    """Print the JSON Schema of a spec, by which an editor completes and checks its keys."""
+    from codegen.app.schema import schema_text, write_schema
+
+    output.print(schema_text() if out is None else f"{write_schema(out)}\n", end="")
+
+
+@app.command()
 def check(spec: SpecPath) -> None:
     """Read and validate a spec; print the system in readable form."""
     from codegen.app.check import check, check_text

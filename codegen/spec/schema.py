@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict
+from pydantic import BaseModel, BeforeValidator, ConfigDict, WithJsonSchema
 
 from codegen.spec.quantity import split_quantity
 
@@ -59,11 +59,32 @@ def _as_direction(value: object) -> object:
     return {value: "1"} if isinstance(value, str) else value
 
 
-Text = Annotated[str, BeforeValidator(_expression_like)]
-Number = Annotated[str, BeforeValidator(_number_like)]
-Quantity = Annotated[str, BeforeValidator(_quantity_like)]
-Unit = Annotated[str, BeforeValidator(_unit_like)]
-Range = Annotated[list[Number], BeforeValidator(_range_like)]
+_DIGITS = r"\s*[-+]?(\d+(_\d+)*\.?(\d+(_\d+)*)?|\.\d+(_\d+)*)([eE][-+]?\d+)?"
+_NUMBER = {"anyOf": [{"type": "number"}, {"type": "string", "pattern": rf"^{_DIGITS}\s*$"}]}
+_QUANTITY = {"anyOf": [{"type": "number"}, {"type": "string", "pattern": rf"^{_DIGITS}(\s*$|\s*([^\W\d_]|1/).*$)"}]}
+_TEXT_OR_LIST = {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}
+_EXPRESSION = {"type": ["string", "number"]}
+
+Text = Annotated[str, BeforeValidator(_expression_like), WithJsonSchema(_EXPRESSION)]
+Number = Annotated[str, BeforeValidator(_number_like), WithJsonSchema(_NUMBER)]
+Quantity = Annotated[str, BeforeValidator(_quantity_like), WithJsonSchema(_QUANTITY)]
+Unit = Annotated[str, BeforeValidator(_unit_like), WithJsonSchema({"anyOf": [{"type": "string"}, {"const": 1}]})]
+Range = Annotated[
+    list[Number],
+    BeforeValidator(_range_like),
+    WithJsonSchema({"type": "array", "items": _NUMBER, "minItems": 2, "maxItems": 2}),
+]
+Names = Annotated[list[str], BeforeValidator(_as_list), WithJsonSchema(_TEXT_OR_LIST)]
+Terms = Annotated[
+    list[Text],
+    BeforeValidator(_as_list),
+    WithJsonSchema({"anyOf": [_EXPRESSION, {"type": "array", "items": _EXPRESSION}]}),
+]
+Direction = Annotated[
+    dict[str, Text],
+    BeforeValidator(_as_direction),
+    WithJsonSchema({"anyOf": [{"type": "string"}, {"type": "object", "additionalProperties": _EXPRESSION}]}),
+]
 
 
 class Section(BaseModel):
@@ -105,8 +126,8 @@ class ContactSection(BaseModel):
     name: str
     law: str = "coulomb"
     unit: Unit
-    bodies: Annotated[list[str], BeforeValidator(_as_list)] | None = None
-    along: Annotated[dict[str, Text], BeforeValidator(_as_direction)] | None = None
+    bodies: Names | None = None
+    along: Direction | None = None
 
 
 class FrictionSection(Section):
@@ -139,13 +160,13 @@ class ConstraintsSection(Section):
 class LagrangianSection(Section):
     """Energies; a list is a sum, one entry a body or a spring."""
 
-    kinetic: Annotated[list[Text], BeforeValidator(_as_list)]
-    potential: Annotated[list[Text], BeforeValidator(_as_list)] = ["0"]
+    kinetic: Terms
+    potential: Terms = ["0"]
 
 
 class EffectSection(Section):
     kind: str
-    on: Annotated[list[str], BeforeValidator(_as_list)]
+    on: Names
     parameters: dict[str, Number]
 
 

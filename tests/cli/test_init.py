@@ -22,7 +22,7 @@ def test_a_new_machine(folder: Path) -> None:
     made = stiction("init", "my_axis")
     assert (made.code, made.out) == (0, "my_axis.yaml\n") and list(contents(folder)) == ["my_axis.yaml"]
     sections = [line for line in Path("my_axis.yaml").read_text().splitlines() if line[:1].isalpha()]
-    assert [line for line in sections if "#" not in line] == ["name: my_axis", "friction:"]
+    assert [line for line in sections if "#" not in line] == ["name: my_axis", "friction:", "observer:"]
     assert read_spec("my_axis.yaml").name == "my_axis"
     assert stiction("check", "my_axis.yaml").code == 0
 

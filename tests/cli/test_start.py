@@ -42,7 +42,7 @@ def test_words_of_the_command_itself_load_no_library(arguments: tuple[str, ...])
     assert loaded(*arguments) == set()
 
 
-@pytest.mark.parametrize("verb", [*VERBS, "init", "demo", "laws", "effects", "audit", "gallery"])
+@pytest.mark.parametrize("verb", [*VERBS, "init", "schema", "demo", "laws", "effects", "audit", "gallery"])
 def test_help_of_a_verb_loads_no_library(verb: str) -> None:
     assert loaded(verb, "--help") == set()
 
