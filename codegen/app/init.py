@@ -24,7 +24,7 @@ def shipped_specs() -> dict[str, Path]:
     """The specs that come with the tool, by path below ``specs/`` without its ending: ``thesis/rig_to``."""
     folder = resource_folder("specs")
     found = {path.relative_to(folder).with_suffix("").as_posix(): path for path in sorted(folder.rglob("*.yaml"))}
-    return {name: path for name, path in found.items() if path.name != "meta.yaml"}
+    return {name: path for name, path in found.items() if _NAME_LINE.search(path.read_text())}
 
 
 @verb

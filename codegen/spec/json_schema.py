@@ -20,9 +20,5 @@ def json_schema() -> dict[str, Any]:
     required = [key for key in schema["required"] if key not in OF_A_ROBOT]
     robot = {"required": ["urdf"], "properties": {"urdf": {"not": {"type": "null"}}}}
     choice = {"if": robot, "else": {"required": list(OF_A_ROBOT)}}
-    return {
-        "$schema": DIALECT,
-        **schema,
-        "title": "A machine, its friction and its observer",
-        "required": required,
-    } | choice
+    title = "A machine, its friction and its observer"
+    return {"$schema": DIALECT, **schema, **choice, "title": title, "required": required}

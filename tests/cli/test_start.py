@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -64,3 +65,17 @@ def test_simulate_by_steps_loads_no_solver_and_no_pictures(tmp_path: Path) -> No
 
 def test_the_version() -> None:
     assert stiction("--version").out == stiction("version").out == f"{VERSION}\n"
+
+
+def test_a_file_of_the_users_called_codegen_is_not_run(tmp_path: Path) -> None:
+    """The command is a script in another folder than the user's: Python looks for modules beside the script."""
+    work, bin_folder = tmp_path / "work", tmp_path / "bin"
+    work.mkdir()
+    bin_folder.mkdir()
+    (work / "codegen.py").write_text("raise SystemExit('the user's own')")
+    script = bin_folder / "stiction"
+    script.write_text("from codegen.start import main\nmain()\n")
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    command = [sys.executable, str(script), "--version"]
+    done = subprocess.run(command, cwd=work, env=environment, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (0, f"{VERSION}\n")
