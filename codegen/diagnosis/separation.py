@@ -29,7 +29,9 @@ from codegen.effects.family import kinds_of
 from codegen.errors import BadInput
 from codegen.logs import Log
 from codegen.mechanics.system import System
-from codegen.simulate import Feedback, Sensors, run_loop, sampled
+from codegen.simulate.controller import Feedback, sampled
+from codegen.simulate.observed_loop import run_loop
+from codegen.simulate.sensors import Sensors
 
 Array = NDArray[np.float64]
 
