@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -18,6 +16,7 @@ from codegen.diagnosis.one_joint import of_joint, rows_of, started_as
 from codegen.diagnosis.output_error import Shot, again, fit, raw_slopes, state_slopes
 from codegen.diagnosis.screen import settled, starting_points
 from codegen.diagnosis.search import ROUNDS, Search
+from codegen.diagnosis.side_by_side import side_by_side
 from codegen.diagnosis.trial import Part, Trial, part_of
 from codegen.effects.family import candidates
 from codegen.effects.register import is_own
@@ -43,7 +42,6 @@ POLISHES, MOVING = 4, 0.01
 """Fresh slopes of the segments' starts for each of those, at most so often, while the cost falls by such a share."""
 JOINED = 2
 """Steps on all joints of an arm, once a part is fitted on its own."""
-WORKERS = max(1, min(2, os.cpu_count() or 1))
 
 Progress = Callable[[float], None]
 
@@ -75,16 +73,15 @@ def attempt(search: Search, base: Shot, parts: Sequence[Part], tell: Progress) -
     """Each part added to the base's trial and fitted; best first."""
     tried = Attempt(search, base, tuple(parts), tell)
     parts = tried.parts
-    with ThreadPoolExecutor(WORKERS) as pool:
-        smooth = [k for k, part in enumerate(parts) if not part.effect.rough]
-        screened = [s for s in pool.map(tried.screened, tried.promising(smooth, pool)) if s]
-        gains = sorted(map(tried.gain, screened), reverse=True)
-        tried.least_gain = max([0.0, *gains[FITTED - 1 : FITTED]])
-        rough = [k for k in range(len(parts)) if k not in smooth]
-        screened += [s for s in pool.map(tried.screened, rough) if s]
-        screened.sort(key=tried.gain, reverse=True)
-        kept = [s for rank, s in enumerate(screened) if rank < FITTED or is_own(parts[s[0]].kind)]
-        found = list(pool.map(tried.fitted, kept))
+    smooth = [k for k, part in enumerate(parts) if not part.effect.rough]
+    screened = [s for s in side_by_side(tried.screened, tried.promising(smooth)) if s]
+    gains = sorted(map(tried.gain, screened), reverse=True)
+    tried.least_gain = max([0.0, *gains[FITTED - 1 : FITTED]])
+    rough = [k for k in range(len(parts)) if k not in smooth]
+    screened += [s for s in side_by_side(tried.screened, rough) if s]
+    screened.sort(key=tried.gain, reverse=True)
+    kept = [s for rank, s in enumerate(screened) if rank < FITTED or is_own(parts[s[0]].kind)]
+    found = side_by_side(tried.fitted, kept)
     return sorted(found, key=lambda f: f.shot.cost)
 
 
@@ -124,12 +121,12 @@ class Attempt:
         if level(self.base) > NEAR_NOISE and not self.search.rigid:
             self.forced = self._by_force()
 
-    def promising(self, indices: Sequence[int], pool: ThreadPoolExecutor) -> list[int]:
+    def promising(self, indices: Sequence[int]) -> list[int]:
         """Of these parts those to be fitted: the best by what one linear step from their best start gains.
 
         An effect that nothing scales starts from a coarse grid of values, which says too little: it is always fitted.
         """
-        starts = dict(zip(indices, pool.map(self._starts, indices), strict=True))
+        starts = dict(zip(indices, side_by_side(self._starts, indices), strict=True))
         self.starts |= starts
         gains = {k: self._few(k).shot.cost - starts[k][0][0] if starts[k] else -np.inf for k in indices}
         scaled = [k for k in indices if self.parts[k].effect.scaling and not is_own(self.parts[k].kind)]

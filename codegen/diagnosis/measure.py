@@ -53,7 +53,8 @@ def force_errors(system: System, motion: Motion, used: Masks, window: Window) ->
     per_row = tuple(float(np.sqrt(s.mean())) if len(s) else float("nan") for s in squares)
     pooled = np.concatenate(squares)
     drive = motion.low_pass(drive_force(system, motion))
-    left, driven = (float(power(system, motion, np.where(rows, r, 0.0)).sum()) for r in (residual, drive))
+    inverse = inverse_mass(system, motion)
+    left, driven = (float(_power(inverse, np.where(rows, r, 0.0)).sum()) for r in (residual, drive))
     relative = float(np.sqrt(left / driven)) if driven > 0 else float("inf")
     return per_row, float(np.sqrt(pooled.mean())) if len(pooled) else float("nan"), relative
 
@@ -116,6 +117,8 @@ def inverse_mass(system: System, motion: Motion) -> Array:
     """(N, n, n) M(x)⁻¹ along a motion."""
     columns = [Matrix(system.mass_matrix[:, j]) for j in range(system.degrees_of_freedom)]
     mass = evaluate_forces(system, columns, motion).transpose(1, 2, 0)
+    if (mass == mass[:1]).all():  # one inverse serves all samples
+        return np.broadcast_to(np.linalg.pinv(mass[:1], hermitian=True), mass.shape)
     return np.asarray(np.linalg.pinv(mass, hermitian=True))
 
 
