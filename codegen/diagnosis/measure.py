@@ -62,6 +62,8 @@ def free_run_errors(system: System, motion: Motion, window: Window, restart_s: f
     """RMS of predicted less raw position on each coordinate, restarted from the low-passed measured state."""
     error = free_run_series(system, motion, restart_s)[window.start : window.stop]
     usable = motion.usable[window.start : window.stop] & ~np.isnan(error).any(axis=1)
+    if motion.counted is not None:
+        usable &= motion.counted[window.start : window.stop]
     if not usable.any() or not np.isfinite(error[usable]).all():
         return [float("inf")] * error.shape[1]
     return [float(e) for e in np.sqrt(np.mean(error[usable] ** 2, axis=0))]

@@ -54,7 +54,8 @@ def masks(system: System, motion: Motion, noise_speed: float = 0.0) -> Masks:
     """Samples to use: away from ends, gaps and standstill.
 
     At standstill friction takes any value within its level, so sgn(0) would be wrong; those samples are left out with
-    the filter's reach around them. Quick crossings of zero stay.
+    the filter's reach around them. Quick crossings of zero stay. Of a record on a grid finer than its own, only so many
+    samples are used as it has.
     """
     slip = slip_velocities(system, motion)
     reach = max(1, round(0.35 / (motion.cutoff_hz * motion.sample_time)))
@@ -68,6 +69,8 @@ def masks(system: System, motion: Motion, noise_speed: float = 0.0) -> Masks:
         for i in range(system.degrees_of_freedom):
             if system.distribution[i, c] != 0:
                 rows[:, i] &= ~widened
+    if motion.counted is not None:
+        rows &= motion.counted[:, None]
     return Masks(rows, stuck)
 
 

@@ -59,6 +59,7 @@ def _thinned(log: Log, every: int) -> Log:
         velocities=None if log.velocities is None else log.velocities[kept],
         inputs=inputs,
         sample_time=log.sample_time * every,
+        counted=None if log.counted is None else log.counted[: count * every].reshape(count, every).any(axis=1),
         gaps=gaps,
         joints=_thin_ranges(log.joints, every, count),
     )
@@ -87,6 +88,7 @@ def _stretch(log: Log, start: int, stop: int) -> Log:
         positions=log.positions[start:stop],
         velocities=None if log.velocities is None else log.velocities[start:stop],
         inputs=log.inputs[start:stop],
+        counted=None if log.counted is None else log.counted[start:stop],
         gaps=_cut_ranges(log.gaps, start, stop),
         joints=_cut_ranges(log.joints, start, stop),
     )
