@@ -64,7 +64,8 @@ def _with_effects(standing: Search, outcome: Outcome, problem: Problem, plain: A
     richer = settle(standing, shot, problem, with_effects(system, found))
     options = _options(with_effects(system, found), richer, "the effect with refitted values")
     if verdict == "effect" and not force_agrees(outcome.final, problem, plain.refit, options[0].system):
-        verdict = "unknown"
+        words = "the squared residual force of the training log does not fall by it as it should"
+        return replace(plain, verdict="unknown", effects=found, against=(words,))
     if verdict == "effect" and not takes_its_own(outcome, problem, plain.refit, options[0].system, found):
         words = "a smooth curve over its own variable explains twice as much of the residual force as the law does"
         return replace(plain, verdict="unknown", effects=found, against=(words,))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from math import exp
 
@@ -105,14 +105,11 @@ class ForceEvidence:
         coordinate: index.
         removed: share of the refit's squared residual that the augmented model removes.
         own: share of it that a flexible regression on the effects' own variables explains on held-out parts.
-        others: other variable → (share that it explains alone, share that it explains together with what the effects
-            changed).
     """
 
     coordinate: int
     removed: float
     own: float
-    others: Mapping[str, tuple[float, float]]
 
 
 def force_evidence(
@@ -128,14 +125,8 @@ def force_evidence(
         used = sliding(refit, motion, problem.masks, i)
         r, left = (without_levels(refit, motion, used, y[:, i], i) for y in (before, after))
         removed = 1 - float(np.sum(left[used] ** 2) / max(float(np.sum(r[used] ** 2)), 1e-300))
-        shape = (r - left)[:, None]
-        others = {
-            name: (explained_over(r, used, [columns]), explained_over(r, used, [columns, shape]))
-            for name, columns in variables.items()
-            if name not in own
-        }
         together = explained_over(r, used, [variables[name] for name in sorted(own)])
-        found.append(ForceEvidence(i, removed, together, others))
+        found.append(ForceEvidence(i, removed, together))
     return found
 
 
