@@ -13,7 +13,7 @@ from codegen.diagnosis.balance import slip_velocities
 from codegen.diagnosis.credit import SIGNED, random_signs
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.referee import LEAST_ROWS, explained_over, remainder_columns, sliding
-from codegen.diagnosis.residual import inverse_dynamics_residual
+from codegen.diagnosis.residual import residual_at_drive
 from codegen.diagnosis.signals import Motion
 from codegen.effects import CATALOGUE
 from codegen.mechanics.system import System
@@ -89,7 +89,7 @@ def independent(values: Array) -> float:
 
 def fair_residual(problem: Problem, system: System) -> Array:
     """(N, n) low-passed force residual of a system, its friction levels refitted to it on each coordinate."""
-    residual = inverse_dynamics_residual(system, problem.motion)
+    residual = residual_at_drive(system, problem.motion)
     columns = [
         without_levels(system, problem.motion, problem.masks.rows[:, i], residual[:, i], i)
         for i in range(residual.shape[1])
@@ -117,7 +117,7 @@ def force_evidence(
 ) -> list[ForceEvidence]:
     """Of effects of these kinds, on each coordinate on which they are seen."""
     motion = problem.motion
-    before, after = (inverse_dynamics_residual(s, motion) for s in (refit, augmented))
+    before, after = (residual_at_drive(s, motion) for s in (refit, augmented))
     own = {VARIABLES[CATALOGUE[kind].seen_over] for kind in kinds}
     found = []
     for i in sorted(set(acting)):

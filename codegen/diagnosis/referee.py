@@ -17,7 +17,7 @@ from scipy.interpolate import BSpline
 
 from codegen.diagnosis.balance import slip_velocities
 from codegen.diagnosis.measure import drive_force
-from codegen.diagnosis.residual import Masks, inverse_dynamics_residual
+from codegen.diagnosis.residual import Masks, residual_at_drive
 from codegen.diagnosis.results import Remainder
 from codegen.diagnosis.signals import Motion, central_difference
 from codegen.mechanics.system import System
@@ -48,7 +48,7 @@ def remainders(system: System, motion: Motion, used: Masks) -> tuple[Remainder, 
     Args:
         used: samples away from standstill, ends and gaps.
     """
-    residual = inverse_dynamics_residual(system, motion)
+    residual = residual_at_drive(system, motion)
     drive = motion.low_pass(drive_force(system, motion))
     acting = np.maximum(np.abs(drive), np.abs(drive - residual))  # a passive coordinate has the load of its inertia
     found = []

@@ -24,6 +24,8 @@ Array = NDArray[np.float64]
 
 STICK_SHARE = 0.004
 """A slip slower than this share of its own 95 % speed counts as standstill."""
+LEAST_LEFT = 1e-6
+"""Of the drive force: less is as good as nothing."""
 LONGEST_CROSSING_S = 0.03
 """A reversal passes through standstill faster than this; whatever lasts longer is stick."""
 
@@ -78,6 +80,30 @@ def inverse_dynamics_residual(system: System, motion: Motion, filtered: bool = T
     """g − M a − U λ at every sample, (N, n), with the system's own friction levels; low-passed unless told not to."""
     raw = _balance(system, motion)
     return motion.low_pass(raw) if filtered else raw
+
+
+def residual_at_drive(system: System, motion: Motion) -> Array:
+    """The low-passed residual, (N, n), over the share of the drive force that friction leaves to the motion.
+
+    Friction that follows the measured drive force takes as much of the residual away as of that force: with all of it
+    taken, nothing is left to be wrong. The same where no friction follows the drive.
+    """
+    return np.asarray(inverse_dynamics_residual(system, motion) / drive_left(system, motion))
+
+
+def drive_left(system: System, motion: Motion) -> Array:
+    """(n,) RMS of what the inputs change in g − U λ over that of what they change in g; at most 1."""
+    n = system.degrees_of_freedom
+    if not any(c.force.has(w) for c in system.contacts for w in system.inputs):
+        return np.ones(n)
+    off = dict.fromkeys(system.inputs, 0)
+    columns = [Matrix(f - f.subs(off)) for f in (Matrix(system.commanded(system.force)), system.equation_error)]
+    inputs = effective_inputs(system, motion)
+    drive, net = (motion.low_pass(f) for f in evaluate_forces(system, columns, motion, inputs))
+    used = motion.usable
+    driven = np.sqrt(np.mean(drive[used] ** 2, axis=0))
+    left = np.sqrt(np.mean(net[used] ** 2, axis=0))
+    return np.asarray(np.clip(np.where(driven > 0, left / np.where(driven > 0, driven, 1.0), 1.0), LEAST_LEFT, 1.0))
 
 
 def _balance(system: System, motion: Motion) -> Array:
