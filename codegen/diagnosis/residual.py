@@ -92,7 +92,10 @@ def residual_at_drive(system: System, motion: Motion) -> Array:
 
 
 def drive_left(system: System, motion: Motion) -> Array:
-    """(n,) RMS of what the inputs change in g − U λ over that of what they change in g; at most 1."""
+    """(n,) median of what the inputs change in g − U λ over that of what they change in g; at most 1.
+
+    Medians, since at a crawl the sign of the speed is noise, and friction then adds to the drive.
+    """
     n = system.degrees_of_freedom
     if not any(c.force.has(w) for c in system.contacts for w in system.inputs):
         return np.ones(n)
@@ -100,9 +103,8 @@ def drive_left(system: System, motion: Motion) -> Array:
     columns = [Matrix(f - f.subs(off)) for f in (Matrix(system.commanded(system.force)), system.equation_error)]
     inputs = effective_inputs(system, motion)
     drive, net = (motion.low_pass(f) for f in evaluate_forces(system, columns, motion, inputs))
-    used = motion.usable
-    driven = np.sqrt(np.mean(drive[used] ** 2, axis=0))
-    left = np.sqrt(np.mean(net[used] ** 2, axis=0))
+    used = motion.usable if motion.counted is None else motion.usable & motion.counted
+    driven, left = (np.median(np.abs(f[used]), axis=0) for f in (drive, net))
     return np.asarray(np.clip(np.where(driven > 0, left / np.where(driven > 0, driven, 1.0), 1.0), LEAST_LEFT, 1.0))
 
 

@@ -109,8 +109,10 @@ def test_friction_that_follows_the_measured_drive_does_not_explain_its_noise(tmp
     assert drive_left(declared, motion) == pytest.approx([1.0])
     u, v = motion.inputs[:, 0], motion.velocities[:, 0]
     net, drive = (motion.low_pass(f)[motion.usable] for f in (u - 0.97 * np.abs(u) * np.sign(v), u))
-    left = float(np.sqrt(np.mean(net**2) / np.mean(drive**2)))
-    assert drive_left(trap, motion)[0] == pytest.approx(left, rel=0.02) and left < 0.1
+    left = float(np.sqrt(np.mean(net**2) / np.mean(drive**2)))  # the speed has one sign
+    assert drive_left(trap, motion)[0] == pytest.approx(left, rel=0.05) and left < 0.1
+    crawl = replace(motion, velocities=motion.velocities * np.where(np.arange(len(v)) % 500 < 100, -1.0, 1.0)[:, None])
+    assert drive_left(trap, crawl)[0] < 0.1
     raw = rms(inverse_dynamics_residual(trap, motion)) / rms(inverse_dynamics_residual(declared, motion))
     fair = rms(residual_at_drive(trap, motion)) / rms(residual_at_drive(declared, motion))
     assert raw < 0.1 and fair > 0.95
