@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from math import isfinite
+from math import isfinite, sqrt
 
 from codegen.diagnosis.answer import Answer
 from codegen.diagnosis.credit import FAR, LEAST_SHARE, NEAR_NOISE, TIE_LEVEL, level, share_far
@@ -29,7 +29,7 @@ TABLE_SIZE = 12
 MOST = 0.5
 """Share that a law removes, at least, of what a flexible regression on its own variable explains of the residual."""
 SOME = 0.1
-"""Of the square of what is left: a smaller share that a variable explains is not told."""
+"""Of the square of what is left: a smaller share that a variable explains is told only if its force is material."""
 DOUBTFUL = ("jitter", "sample rate", "missing values", "repeated rows")
 """Topics of the preflight that can make a residual by themselves."""
 
@@ -41,11 +41,13 @@ def sentence(
     findings: Sequence[Finding],
     outcome: Outcome,
     left: Sequence[Remainder],
+    material: float,
 ) -> str:
     """The verdict in words; its figures are of the coordinate on which the first effect acts.
 
     Args:
         findings: of the preflight of the training log. left: what the model that is written leaves, by coordinate.
+        material: share of the RMS of the drive force from which on a force matters.
     """
     most = max(range(len(left)), key=lambda k: left[k].share if isfinite(left[k].share) else -1.0)
     i = acts_on(said.effects[0], system) if said.effects else 0
@@ -73,9 +75,16 @@ def sentence(
         near_noise=NEAR_NOISE,
         left=left[most] if isfinite(left[most].share) else None,
         left_on=system.positions[most].name if system.degrees_of_freedom > 1 else "",
-        some=SOME,
+        over=told(left[most], material),
+        material=material,
     )
     return words.strip()
+
+
+def told(left: Remainder, material: float) -> list[tuple[str, float]]:
+    """Variables that explain much of the square of what is left, or a material force; the best first."""
+    many = [(name, share) for name, share in left.over.items() if share >= SOME or left.share * sqrt(share) >= material]
+    return sorted(many, key=lambda one: -one[1])
 
 
 def acts_on(effect: FoundEffect, system: System) -> int:
@@ -101,6 +110,15 @@ def verdict_of(outcome: Outcome, faults: bool) -> Verdict:
     if not outcome.parts:
         return "unknown" if outcome.unexplained else "none"
     return "ambiguous" if outcome.rivals else "effect"
+
+
+def is_small(left: Sequence[Remainder], material: float) -> bool:
+    """Whether what a nameless curve explains of the residual force is nowhere a material share of the drive force.
+
+    Coordinates that move too little to be judged are left out; where none is judged nothing is called small.
+    """
+    judged = [r.material for r in left if isfinite(r.material)]
+    return bool(judged) and max(judged) < material
 
 
 def force_agrees(final: Shot, problem: Problem, refit: System, augmented: System) -> bool:

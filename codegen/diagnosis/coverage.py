@@ -20,10 +20,10 @@ from codegen.mechanics.system import Matrix, System
 
 Array = NDArray[np.float64]
 
-BINS = 4096
+BINS = 16384
 PADDING = 16
 """Frequencies of the scan are a sixteenth of a turn over the whole span apart."""
-LEAST_TURNS = 1.0
+LEAST_TURNS, MOST_TURNS = 1.0, 2000.0
 KEPT_PERIODS = 3
 KEPT_RESONANCES = 2
 
@@ -119,7 +119,7 @@ def _periods(sits_on: str, x: Array, v: Array, y: Array, used: NDArray[np.bool_]
     density = np.bincount(place[used], weights=weights, minlength=BINS)
     power = np.abs(np.fft.rfft(density, PADDING * BINS)) ** 2
     turns = np.arange(len(power)) / PADDING
-    power[(turns < LEAST_TURNS) | (turns > min(400.0, used.sum() / 8))] = 0.0
+    power[(turns < LEAST_TURNS) | (turns > min(MOST_TURNS, used.sum() / 8))] = 0.0
     peaks = [
         k
         for k in np.argsort(-power)[:200]

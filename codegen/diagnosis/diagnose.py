@@ -9,7 +9,7 @@ from typing import Any
 import sympy
 
 from codegen.diagnosis.augment import augmented_text
-from codegen.diagnosis.conclusion import as_effect, candidates, sentence, verdict_of
+from codegen.diagnosis.conclusion import as_effect, candidates, is_small, sentence, verdict_of
 from codegen.diagnosis.credit import ALPHA, BLOCKS, level, share_far
 from codegen.diagnosis.examination import examine
 from codegen.diagnosis.harmonics import with_harmonics
@@ -122,7 +122,7 @@ def diagnose_log(
     )
     verdict, refit, augmented = said.verdict, said.refit, said.augmented
     left = remainders(said.adopted or refit, training, problem.masks)
-    if verdict == "unknown" and max(r.material for r in left) < material:
+    if verdict == "unknown" and is_small(left, material):
         verdict, said = "none", replace(said, verdict="none")
     told, excitation = None, None
     if verdict == "ambiguous":
@@ -141,7 +141,7 @@ def diagnose_log(
     rivals = [as_effect(r, refit) for r in outcome.rivals]
     diagnosis = Diagnosis(
         verdict=verdict,
-        sentence=sentence(system, said, rivals, findings["train"], outcome, left),
+        sentence=sentence(system, said, rivals, findings["train"], outcome, left, material),
         effects=said.effects if verdict == "effect" else (),
         candidates=candidates(outcome, system, verdict),
         declared=said.figures[0],
@@ -181,6 +181,8 @@ def _restrict(motion: Motion, start: int, stop: int) -> Motion:
         name: getattr(motion, name)[start:stop]
         for name in ("time", "positions", "velocities", "accelerations", "inputs", "commands", "usable", "measured")
     }
+    if motion.counted is not None:
+        cut["counted"] = motion.counted[start:stop]
     if stop < len(motion.time):
         cut["usable"] = cut["usable"].copy()
         cut["usable"][-round(1 / (motion.cutoff_hz * motion.sample_time)) :] = False

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.diagnosis.balance import evaluate_forces
-from codegen.diagnosis.residual import Masks, effective_inputs, inverse_dynamics_residual
+from codegen.diagnosis.residual import Masks, effective_inputs, inverse_dynamics_residual, residual_at_drive
 from codegen.diagnosis.results import ErrorFigures
 from codegen.diagnosis.signals import TRIM_S, Motion, central_difference
 from codegen.mechanics.system import Matrix, System
@@ -43,9 +43,10 @@ def measure(system: System, motion: Motion, used: Masks, window: Window) -> Erro
 def force_errors(system: System, motion: Motion, used: Masks, window: Window) -> tuple[tuple[float, ...], float, float]:
     """RMS of the low-passed residual by coordinate and over all, and its norm over that of the drive force.
 
-    The norm is that of ``power``; entries at standstill count as zero in both.
+    Both at the drive: friction that follows the drive force makes neither smaller by that alone. The norm is that of
+    ``power``; entries at standstill count as zero in both.
     """
-    residual = inverse_dynamics_residual(system, motion)
+    residual = residual_at_drive(system, motion)
     inside = np.zeros(len(motion.time), dtype=bool)
     inside[window.start : window.stop] = True
     rows = used.rows & inside[:, None]
@@ -63,6 +64,8 @@ def free_run_errors(system: System, motion: Motion, window: Window, restart_s: f
     """RMS of predicted less raw position on each coordinate, restarted from the low-passed measured state."""
     error = free_run_series(system, motion, restart_s)[window.start : window.stop]
     usable = motion.usable[window.start : window.stop] & ~np.isnan(error).any(axis=1)
+    if motion.counted is not None:
+        usable &= motion.counted[window.start : window.stop]
     if not usable.any() or not np.isfinite(error[usable]).all():
         return [float("inf")] * error.shape[1]
     return [float(e) for e in np.sqrt(np.mean(error[usable] ** 2, axis=0))]

@@ -17,7 +17,7 @@ from scipy.interpolate import BSpline
 
 from codegen.diagnosis.balance import slip_velocities
 from codegen.diagnosis.measure import drive_force
-from codegen.diagnosis.residual import Masks, inverse_dynamics_residual
+from codegen.diagnosis.residual import Masks, residual_at_drive
 from codegen.diagnosis.results import Remainder
 from codegen.diagnosis.signals import Motion, central_difference
 from codegen.mechanics.system import System
@@ -35,6 +35,9 @@ DEGREE = 3
 LEAST_ROWS = 200
 BESIDE, LEAST_PERIODS = 2, 6
 """Of a line in the spectrum: bins beside it, which a change of its amplitude fills; periods that the log holds."""
+REPEATED = 2.0
+"""What the held-out parts gain together over the root of the sum of their squares, at least: were nothing explained,
+each gain could as well have the other sign."""
 SLIDING = 0.03
 """Share of a contact's 95 % speed from which on it slides for sure: slower, friction may balance any load."""
 
@@ -45,7 +48,7 @@ def remainders(system: System, motion: Motion, used: Masks) -> tuple[Remainder, 
     Args:
         used: samples away from standstill, ends and gaps.
     """
-    residual = inverse_dynamics_residual(system, motion)
+    residual = residual_at_drive(system, motion)
     drive = motion.low_pass(drive_force(system, motion))
     acting = np.maximum(np.abs(drive), np.abs(drive - residual))  # a passive coordinate has the load of its inertia
     found = []
@@ -65,19 +68,30 @@ def sliding(system: System, motion: Motion, used: Masks, i: int) -> NDArray[np.b
 
 def explained_over(residual: Array, rows: NDArray[np.bool_], columns: Sequence[Array]) -> float:
     """Share of the squared residual that these columns, (N, m) each, explain on held-out parts; at least 0."""
+    return max(0.0, float(_gains(residual, rows, columns).sum()))
+
+
+def repeated_share(residual: Array, rows: NDArray[np.bool_], columns: Sequence[Array]) -> float:
+    """The same where the held-out parts agree that there is one; else 0."""
+    gains = _gains(residual, rows, columns)
+    share, spread = float(gains.sum()), float(np.sqrt((gains**2).sum()))
+    return share if share > 0 and share >= REPEATED * spread else 0.0
+
+
+def _gains(residual: Array, rows: NDArray[np.bool_], columns: Sequence[Array]) -> Array:
+    """(FOLDS,) of the squared residual, what is explained on each held-out part."""
     kept = _thinned(rows)
     if kept.sum() < LEAST_ROWS:
-        return 0.0
-    chunk = _chunks(kept)
-    return max(0.0, _held_out_share(residual[kept], [c[kept] for c in columns], chunk))
+        return np.zeros(FOLDS)
+    return _held_out_gains(residual[kept], [c[kept] for c in columns], _chunks(kept))
 
 
 def _remainder(r: Array, drive: Array, rows: NDArray[np.bool_], variables: Mapping[str, Array]) -> Remainder:
     if rows.sum() < LEAST_ROWS:
         return Remainder(float("nan"), float("nan"), 0.0)
     rms, driven = (float(np.sqrt(np.mean(y[rows] ** 2))) for y in (r, drive))
-    over = {name: explained_over(r, rows, [columns]) for name, columns in variables.items()}
-    together = explained_over(r, rows, list(variables.values()))
+    over = {name: repeated_share(r, rows, [columns]) for name, columns in variables.items()}
+    together = repeated_share(r, rows, list(variables.values()))
     return Remainder(rms, rms / driven if driven > 0 else float("inf"), max([together, *over.values()]), over)
 
 
@@ -150,26 +164,30 @@ def _chunks(kept: NDArray[np.bool_]) -> NDArray[np.int64]:
     return np.asarray(piece % FOLDS)
 
 
-def _held_out_share(y: Array, groups: Sequence[Array], fold: NDArray[np.int64]) -> float:
-    """By ridge regression with the penalty, of ``PENALTIES``, that is best on the held-out parts."""
+def _held_out_gains(y: Array, groups: Sequence[Array], fold: NDArray[np.int64]) -> Array:
+    """(FOLDS,) shares of y'y by which each held-out part falls.
+
+    By ridge regression with the penalty, of ``PENALTIES``, that is best on the held-out parts.
+    """
     a = np.hstack([*groups, np.ones((len(y), 1))])
     roughness = _roughness([g.shape[1] for g in groups])
     grams = np.array([a[fold == f].T @ a[fold == f] for f in range(FOLDS)])
     rights = np.array([a[fold == f].T @ y[fold == f] for f in range(FOLDS)])
     gram, right = grams.sum(axis=0), rights.sum(axis=0)
     size = float(np.trace(gram)) / len(gram)
-    total, best = float(y @ y), np.inf
+    before = np.array([float(y[fold == f] @ y[fold == f]) for f in range(FOLDS)])
+    total, best = float(before.sum()), np.full(FOLDS, np.inf)
     small = 1e-9 * size * np.eye(len(gram))
     for penalty in PENALTIES:
-        error = 0.0
+        after = np.zeros(FOLDS)
         for f in range(FOLDS):
             weights = np.linalg.lstsq(
                 gram - grams[f] + penalty * size * roughness + small, right - rights[f], rcond=None
             )[0]
             left = y[fold == f] - a[fold == f] @ weights
-            error += float(left @ left)
-        best = min(best, error)
-    return 1 - best / total if total > 0 else 0.0
+            after[f] = float(left @ left)
+        best = after if after.sum() < best.sum() else best
+    return (before - best) / total if total > 0 else np.zeros(FOLDS)
 
 
 def _roughness(widths: Sequence[int]) -> Array:
