@@ -77,10 +77,11 @@ def over_rows(function: casadi.Function, rows: Array) -> Array:
     arguments = np.zeros((whole, function.size1_in(0)))
     arguments[:count], arguments[count:] = rows, rows[-1:]
     results = np.empty((whole, width))
-    buffer, evaluate = function.map(size).buffer()
+    mapped: Any = function.map(size)  # its stub lacks the form of set_arg that takes memory
+    buffer, evaluate = mapped.buffer()
     for k in range(0, whole, size):
-        buffer.set_arg(0, memoryview(arguments[k : k + size]))
-        buffer.set_res(0, memoryview(results[k : k + size]))
+        buffer.set_arg(0, arguments[k : k + size].data)
+        buffer.set_res(0, results[k : k + size].data)
         evaluate()
     return results[:count]
 
