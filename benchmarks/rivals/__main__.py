@@ -19,6 +19,7 @@ from benchmarks.practice.fresh import Unavailable
 from benchmarks.rivals.axis import FACTOR, FRICTION_FACTOR
 from benchmarks.rivals.logs import REAL, RIGHT, WRONG, Pair, pairs
 from benchmarks.rivals.runs import RUN_S, Compared, Errors, compared, is_kept
+from codegen.effects import CATALOGUE
 from codegen.files import write_atomically
 from codegen.text import render
 
@@ -74,9 +75,9 @@ def main() -> None:
         return
     rows: list[Row] = []
     asked, out = pairs(args.kinds, args.only), args.out.resolve()
-    sample = asked + [pair for pair in pairs(args.kinds) if pair.title not in {p.title for p in asked}]
-    absent = [pair.title for pair in sample if pair not in asked and not is_kept(pair, out)]
-    for pair in [pair for pair in sample if pair.title not in absent]:
+    shown = [pair for pair in pairs(len(CATALOGUE)) if pair in asked or is_kept(pair, out)]
+    absent = [pair.title for pair in pairs(args.kinds) if pair not in shown]
+    for pair in shown:
         try:
             rows.append((pair, compared(pair, out, args.again and pair in asked)))
         except Unavailable as why:
