@@ -45,15 +45,23 @@ def environment(out: Path) -> Path:
     wanted = GENERATOR / "requirements.txt"
     if not wanted.is_file():
         raise Unavailable(f"{GENERATOR} is not here, so there is nothing to make fresh cases with")
-    folder = out / "generator_environment"
+    return environment_with(wanted, out / "generator_environment")
+
+
+def environment_with(wanted: Path, folder: Path) -> Path:
+    """The Python of a virtual environment in ``folder`` that has what a file of requirements names; made on demand.
+
+    Raises:
+        Unavailable: where it cannot be made.
+    """
     python, stamp = folder / "bin" / "python", folder / "made.txt"
     mark = hashlib.sha256(wanted.read_bytes() + sys.version.encode()).hexdigest()
     if stamp.is_file() and stamp.read_text() == mark:
         return python
     print(f"making {folder} with what {wanted} names", flush=True)
-    _run([sys.executable, "-m", "venv", "--clear", str(folder)], "the generator's environment cannot be made")
+    run_tool([sys.executable, "-m", "venv", "--clear", str(folder)], f"{folder} cannot be made")
     install = [str(python), "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r", str(wanted)]
-    _run(install, "what the generator needs cannot be installed")
+    run_tool(install, f"what {wanted} names cannot be installed")
     write_atomically(stamp, mark)
     return python
 
@@ -76,7 +84,7 @@ def fresh_cases(draw: Draw, out: Path, jobs: int) -> list[Case]:
         command += ["--tier", draw.tier, "--out", str(folder), "--jobs", str(jobs)]
         command += ["--only", *map(str, lacking)] if made else []
         print(f"making {len(lacking)} cases in {folder}", flush=True)
-        _run(command, "the generator failed", {"NUMBA_CACHE_DIR": str(out / "generator_environment" / "numba")})
+        run_tool(command, "the generator failed", {"NUMBA_CACHE_DIR": str(out / "generator_environment" / "numba")})
     return cases_in(draw.tier, folder)
 
 
@@ -86,7 +94,12 @@ def failed_draws(draw: Draw, out: Path) -> list[str]:
     return found
 
 
-def _run(command: Sequence[str], fault: str, extra: dict[str, str] | None = None) -> None:
+def run_tool(command: Sequence[str], fault: str, extra: dict[str, str] | None = None) -> str:
+    """What a program prints.
+
+    Raises:
+        Unavailable: where it cannot be started or fails.
+    """
     try:
         done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, **(extra or {})})
     except OSError as error:
@@ -94,3 +107,4 @@ def _run(command: Sequence[str], fault: str, extra: dict[str, str] | None = None
     if done.returncode:
         words = (done.stderr or done.stdout).split()
         raise Unavailable(f"{fault}: {' '.join(words[-LAST_WORDS:])}")
+    return done.stdout

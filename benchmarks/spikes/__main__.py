@@ -3,7 +3,7 @@
 ``python -m benchmarks.spikes [--set emps …] [--share 3 10 20] [--kinds cogging …]``: every kind that can be spiked, in
 every set of benchmarks/real/sets.yaml that is here. Each plain and spiked log is diagnosed as a user would, 15 to 40 s
 of CPU each; what is there already is not made again. The page is written where everything was asked for (and with
---write); otherwise the text is printed only.
+--write); otherwise the text is printed only. With --kept nothing is run: what is there is shown, the rest as not run.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from codegen.text import render
 
 PAGE = ROOT / "docs" / "spikes.md"
 SHARES = (3.0, 10.0, 20.0)
+NOT_RUN = "not run"
 
 
 @dataclass(frozen=True)
@@ -46,13 +47,17 @@ class Part:
     rows: tuple[Row, ...]
 
 
-def part(bench: Bench, kinds: Sequence[str], shares: Sequence[float], again: bool) -> Part:
-    """Diagnose a set, plain and spiked."""
+def part(bench: Bench, kinds: Sequence[str], shares: Sequence[float], again: bool, kept: bool = False) -> Part | None:
+    """Diagnose a set, plain and spiked; with ``kept`` only what was diagnosed already, None where nothing was."""
+    if kept and not bench.is_diagnosed(kinds[0], 0):
+        return None
     plain = bench.diagnosis(kinds[0], 0, again)
     print(f"{bench.name}  as it is  {plain['verdict']} {', '.join(named(plain))}", flush=True)
     rows = []
     for kind in kinds:
         for percent in shares:
+            if kept and not bench.is_diagnosed(kind, percent):
+                continue
             spiked = bench.diagnosis(kind, percent, again)
             truth, own = bench.truth(kind, percent)
             spike = spike_of(truth, own, bench.one.refitted.get(kind, ""))
@@ -62,9 +67,21 @@ def part(bench: Bench, kinds: Sequence[str], shares: Sequence[float], again: boo
     return Part(bench.name, plain["verdict"], named(plain), tuple(rows))
 
 
-def page(parts: Sequence[Part], shares: Sequence[float], absent: Sequence[str], code: str) -> str:
-    """The text of docs/spikes.md."""
+def cell(one: Part, kind: str, percent: float) -> str:
+    """What became of a kind at a share in a set."""
+    return next((r.outcome.outcome for r in one.rows if (r.kind, r.percent) == (kind, percent)), NOT_RUN)
+
+
+def page(
+    parts: Sequence[Part], shares: Sequence[float], absent: Sequence[str], code: str, kinds: Sequence[str] = ()
+) -> str:
+    """The text of docs/spikes.md.
+
+    Args:
+        kinds: all that were asked for; by default those that were run.
+    """
     rows = [row for one in parts for row in one.rows]
+    kinds = list(dict.fromkeys([*kinds, *(r.kind for r in rows)]))
     by_share = [(percent, [r.outcome for r in rows if r.percent == percent]) for percent in shares]
     return render(
         "text/spikes.md.j2",
@@ -74,8 +91,9 @@ def page(parts: Sequence[Part], shares: Sequence[float], absent: Sequence[str], 
         counts=[(words, [sum(o.outcome == words for o in some) for _, some in by_share]) for words in OUTCOMES],
         by_kind=[
             (kind, [totals([r.outcome for r in rows if (r.kind, r.percent) == (kind, p)])["detected"] for p in shares])
-            for kind in dict.fromkeys(r.kind for r in rows)
+            for kind in kinds
         ],
+        cells=[(kind, [cell(one, kind, p) for one in parts for p in shares]) for kind in kinds],
         absent=absent,
         code=code,
         near=round(100 * NEAR),
@@ -90,6 +108,7 @@ def main() -> None:
     parser.add_argument("--kinds", nargs="+", metavar="KIND", default=[])
     parser.add_argument("--out", type=Path, default=ROOT / "practice_results" / "spikes")
     parser.add_argument("--again", action="store_true", help="diagnose what is there already")
+    parser.add_argument("--kept", action="store_true", help="run nothing, show what is there")
     parser.add_argument("--write", action="store_true", help="write the page although not everything was asked for")
     args = parser.parse_args()
     if not SPIKE.is_file():
@@ -101,17 +120,21 @@ def main() -> None:
     except KeyError as name:
         parser.error(f"no such set: {name}; there are {', '.join(real_sets())}")
     absent = [name for name, one in chosen.items() if not one.is_here]
-    parts = []
+    parts: list[Part] = []
+    every: list[str] = []
     try:
         for name, one in chosen.items():
             kinds = [kind for kind in kinds_for(one, out) if not args.kinds or kind in args.kinds]
+            every += kinds
             if name not in absent and kinds:
-                parts.append(part(Bench(name, one, out), kinds, args.share, args.again))
+                found = part(Bench(name, one, out), kinds, args.share, args.again, args.kept)
+                parts += [found] if found is not None else []
+                absent += [name] if found is None else []
     except (Unavailable, RuntimeError) as why:
         parser.exit(1, f"spikes: {why}\n")
-    text = page(parts, args.share, absent, code_version())
+    text = page(parts, args.share, absent, code_version(), every)
     print(text)
-    whole = not (args.sets or args.kinds or absent) and tuple(args.share) == SHARES
+    whole = not (args.sets or args.kinds or absent or args.kept) and tuple(args.share) == SHARES
     if whole or args.write:
         write_atomically(PAGE, text)
 

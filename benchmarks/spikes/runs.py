@@ -67,6 +67,10 @@ class Bench:
         diagnosed_logs(case.name, logs.spec, train, test, out, again, logs.description)
         return result_in(out)
 
+    def is_diagnosed(self, kind: str, percent: float) -> bool:
+        """Whether the log with a spike was diagnosed already, by this code."""
+        return (self.results / self.case(kind, percent).name / "run.json").is_file()
+
     def truth(self, kind: str, percent: float) -> tuple[dict[str, Any], float | None]:
         """truth.json, and what least squares finds of the effect in the log as it is."""
         case = self.case(kind, percent)

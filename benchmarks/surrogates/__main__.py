@@ -26,8 +26,12 @@ PAGE, PICTURE = "calibration.md", "calibration.svg"
 REAL = "real sets"
 
 
-def page(found: Sequence[Trials], code: str) -> dict[str, str]:
-    """File → text, below docs/."""
+def page(found: Sequence[Trials], code: str, here: int = 0) -> dict[str, str]:
+    """File → text, below docs/.
+
+    Args:
+        here: logs that are here; by default those that were run.
+    """
     curves = {
         way: {
             group: [t.p for one in found for t in one.trials if t.way == way and _curve(one.group) == group]
@@ -44,6 +48,8 @@ def page(found: Sequence[Trials], code: str) -> dict[str, str]:
         alpha=ALPHA,
         block=BLOCK_S,
         code=code,
+        run=len(found),
+        here=max(here, len(found)),
         picture=PICTURE,
     )
     return {PAGE: text, PICTURE: picture(curves, ALPHA)}
@@ -75,7 +81,7 @@ def main() -> None:
             continue
         said = ", ".join(f"{t.way} {t.verdict} {t.p:.2g} ({t.cpu_s:.0f} s)" for t in found[-1].trials)
         print(f"{source.name}  as it is {found[-1].plain}; {said}", flush=True)
-    files = page(found, code)
+    files = page(found, code, len(sources()))
     print(files[PAGE])
     if not (args.group or args.only) or args.write:
         write_all(ROOT / "docs", files)

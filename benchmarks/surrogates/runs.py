@@ -108,8 +108,8 @@ def _trial(spec: Spec, system: System, log: Log, test: Log | None, models: Model
     random, way = np.random.default_rng([zlib.crc32(name.encode()), k]), WAYS[k % len(WAYS)]
     cutoff = models.train.motion.cutoff_hz
     before = os.times()
-    made = surrogate(log, models.refit, way, random, cutoff)
-    held_out = None if test is None else surrogate(test, models.refit, way, random, cutoff)
+    made = surrogate(log, models.refit, way, random, cutoff, models.augmented)
+    held_out = None if test is None else surrogate(test, models.refit, way, random, cutoff, models.augmented)
     said = diagnose_log(spec, system, made, held_out)[0]
     after = os.times()
     cpu = sum(after[:4]) - sum(before[:4])

@@ -1,8 +1,9 @@
 """Surrogates of a log: the same motion, the residual's size and colour, and no law between the two.
 
-The force residual of the refitted model is cut into blocks; each block gets a random sign, or all
-are put into a random order. (Shifted around within itself, a block keeps its mean, and so a law over position that is
-slower than the block.) The change goes back into the logged input, as the shared spike.py does it.
+The force residual of the model that a diagnosis ends with is cut into blocks; each block gets a random sign, or all
+are put into a random order; and that takes the place of the residual of the refitted model. (Shifted around within
+itself, a block keeps its mean, and so a law over position that is slower than the block.) The change goes back into the
+logged input, as the shared spike.py does it.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from codegen.diagnosis.balance import evaluate_forces
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.residual import inverse_dynamics_residual
-from codegen.diagnosis.signals import smooth_motion
+from codegen.diagnosis.signals import SHORTEST_TEST_S, smooth_motion
 from codegen.logs import Log
 from codegen.mechanics.system import Matrix, System
 
@@ -28,18 +29,29 @@ BLOCK_S = 1.0
 """Longer than the segments of a diagnosis: a disturbance may outlast one of those."""
 
 
-def surrogate(log: Log, refit: System, way: Way, random: np.random.Generator, cutoff_hz: float | None = None) -> Log:
+def surrogate(
+    log: Log,
+    refit: System,
+    way: Way,
+    random: np.random.Generator,
+    cutoff_hz: float | None = None,
+    augmented: System | None = None,
+) -> Log:
     """A surrogate of a log.
 
     Args:
-        refit: the declared model with refitted values, whose residual it is.
+        refit: the declared model with refitted values, which lacks nothing in the surrogate.
         cutoff_hz: of the low-pass on the residual; by default as a diagnosis chooses it.
+        augmented: the model whose residual is cut and put in place of that of the refit; by default the refit. It has
+            what a diagnosis credits, so that blocks cannot bring that along.
     """
-    motion = smooth_motion(log, cutoff_hz)
+    motion = smooth_motion(log, cutoff_hz, SHORTEST_TEST_S)
     used = Problem(refit, motion, {}).masks.rows
-    residual = np.where(used, inverse_dynamics_residual(refit, motion), 0.0)
+    residual, left = (
+        np.where(used, inverse_dynamics_residual(system, motion), 0.0) for system in (refit, augmented or refit)
+    )
     length = max(2, round(BLOCK_S / log.sample_time))
-    changed = np.where(used, scrambled(residual, length, way, random), 0.0)
+    changed = np.where(used, scrambled(left, length, way, random), 0.0)
     return replace(log, inputs=log.inputs + input_change(refit, log, changed - residual, cutoff_hz))
 
 
@@ -56,7 +68,7 @@ def scrambled(residual: Array, length: int, way: Way, random: np.random.Generato
 
 def input_change(system: System, log: Log, force: Array, cutoff_hz: float | None = None) -> Array:
     """(N, m) what the inputs must do more for these generalised forces, (N, n); forces without an input stay out."""
-    motion = smooth_motion(log, cutoff_hz)
+    motion = smooth_motion(log, cutoff_hz, SHORTEST_TEST_S)
     slopes = [Matrix(system.force.diff(w)) for w in system.inputs]
     matrix = evaluate_forces(system, slopes, motion).transpose(1, 2, 0)
     return np.asarray((np.linalg.pinv(matrix) @ force[:, :, None])[:, :, 0])

@@ -133,7 +133,7 @@ def test_a_set_that_is_there_is_not_made_again(tmp_path: Path, monkeypatch: pyte
         (folder / "index.json").write_text('{"failed": []}')
 
     monkeypatch.setattr(fresh, "environment", lambda out: tmp_path / "python")
-    monkeypatch.setattr(fresh, "_run", make)
+    monkeypatch.setattr(fresh, "run_tool", make)
     for name in ("case_0000",):
         (folder / name).mkdir(parents=True)
         (folder / name / "truth.json").write_text("{}")
@@ -148,7 +148,7 @@ def test_where_the_generator_cannot_run_the_reason_is_said(tmp_path: Path, monke
     with pytest.raises(Unavailable, match="is not here"):
         fresh.environment(tmp_path)
     with pytest.raises(Unavailable, match="it failed: so it is"):
-        fresh._run(["/bin/sh", "-c", "echo so it is >&2; exit 3"], "it failed")
+        fresh.run_tool(["/bin/sh", "-c", "echo so it is >&2; exit 3"], "it failed")
 
 
 def test_a_score_without_a_result_has_no_time() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -51,6 +52,27 @@ def test_a_surrogate_has_the_motion_the_residuals_size_and_no_spring(way: Way, t
     assert 0.6 < np.mean(sizes) < 1.15
     again = surrogate(log, system, way, np.random.default_rng(0))
     assert np.array_equal(again.inputs, made[0].inputs)
+
+
+def test_what_the_augmented_model_explains_is_not_in_a_surrogate(tmp_path: Path) -> None:
+    log, system, whole = log_of(stage(SPRING), tmp_path, "log.csv"), system_of(stage()), system_of(stage(SPRING))
+    before = smooth_motion(log)
+    used = Problem(system, before, {}).masks.rows[:, 0]
+    for k, way in enumerate(WAYS):
+        made = surrogate(log, system, way, np.random.default_rng(k), augmented=whole)
+        left = inverse_dynamics_residual(system, smooth_motion(made))[used, 0]
+        own = inverse_dynamics_residual(whole, before)[used, 0]
+        # The spring's force is gone altogether; what is left is as small as what the whole model leaves.
+        assert np.sqrt(np.mean(left**2)) < 3 * np.sqrt(np.mean(own**2))
+
+
+def test_a_log_that_is_long_enough_to_test_on_has_a_surrogate(tmp_path: Path) -> None:
+    log = log_of(stage(SPRING), tmp_path, "log.csv")
+    some = slice(0, round(3.5 / log.sample_time))
+    short = replace(log, time=log.time[some], positions=log.positions[some], inputs=log.inputs[some])
+    made = [surrogate(short, system_of(stage()), "signs", np.random.default_rng(k), 20.0) for k in range(MADE)]
+    assert all(one.inputs.shape == short.inputs.shape for one in made)
+    assert not all(np.array_equal(one.inputs, short.inputs) for one in made)  # three blocks may all keep their sign
 
 
 def found() -> list[Trials]:

@@ -1,0 +1,77 @@
+"""The logs on which the rivals are compared: practice logs of one axis, and two real ones."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from benchmarks.practice.cases import Case, cases
+from benchmarks.real.spiked import RealSet, real_sets
+from benchmarks.rivals.axis import axis_of
+from codegen.effects.declare import add_declared_effects
+from codegen.logs import Log, read_logs
+from codegen.mechanics import System, build_system
+from codegen.spec import Spec, read_spec
+
+WRONG, RIGHT, REAL = "structure wrong", "structure right", "real log"
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A training log and a test log with their model.
+
+    Attributes:
+        group: of ``WRONG``, ``RIGHT``, ``REAL``. lacks: what the model lacks; empty where that is nothing or unknown.
+        spec_file, train, test, description: as ``stiction diagnose`` is given them.
+    """
+
+    group: str
+    title: str
+    lacks: str
+    spec_file: Path
+    train: list[Path]
+    test: list[Path]
+    description: Path | None
+
+    def read(self) -> tuple[Spec, System, Log, Log]:
+        """Spec, declared system, training log and test log."""
+        spec = read_spec(self.spec_file)
+        logs = [read_logs(files, spec, description=self.description) for files in (self.train, self.test)]
+        return spec, add_declared_effects(build_system(spec), spec), logs[0], logs[1]
+
+
+def pairs(kinds: int, only: Sequence[str] = ()) -> list[Pair]:
+    """The sample: logs of one axis that MuJoCo can be told, in order.
+
+    Without an effect all of the standard tier; with one the first log of each of so many kinds; real sets with a test
+    log.
+
+    Args:
+        only: titles, in place of the sample.
+    """
+    found: list[Pair] = []
+    seen: set[str] = set()
+    for case in cases(["standard"]):
+        if case.group not in ("single", "none") or not _has_axis(case):
+            continue
+        kind = "" if case.group == "none" else str(case.truth["effects"][0]["kind"])
+        if case.title in only or (not only and (not kind or (kind not in seen and len(seen) < kinds))):
+            found.append(_of_case(case, kind))
+        seen |= {kind} - {""}
+    chosen = {f"real/{name}": one for name, one in real_sets().items() if one.is_here and one.test}
+    return found + [_of_set(title, one) for title, one in chosen.items() if not only or title in only]
+
+
+def _has_axis(case: Case) -> bool:
+    spec = read_spec(case.folder / "spec.yaml")
+    return len(spec.coordinates) == 1 and axis_of(build_system(spec), spec.name) is not None
+
+
+def _of_case(case: Case, kind: str) -> Pair:
+    spec, train, test = (case.folder / name for name in ("spec.yaml", "train.csv", "test.csv"))
+    return Pair(WRONG if kind else RIGHT, case.title, kind, spec, [train], [test], None)
+
+
+def _of_set(title: str, one: RealSet) -> Pair:
+    return Pair(REAL, title, "", one.spec_file, one.files(one.train), one.files(one.test), one.description_file)
