@@ -241,10 +241,14 @@ def diagnose(
     description: Description = None,
     column: Columns = None,
     propose: Annotated[bool, typer.Option("--propose", help="where nothing known fits, a term by PySINDy")] = False,
+    material: Annotated[
+        str | None,
+        typer.Option("--material", metavar="SHARE", help="of the drive force: less is immaterial; 2% by default"),
+    ] = None,
 ) -> None:
     """Find the effect that the model lacks; write diagnosis.json, spec.yaml (augmented) and report.html."""
     with progress("reading", lines=True) as tell:
-        result = pipeline.diagnose(spec, log, test, out, description, _columns(column or []), tell, propose)
+        result = pipeline.diagnose(spec, log, test, out, description, _columns(column or []), tell, propose, material)
     output.print(render("text/diagnosed.txt.j2", result=result, d=result.diagnosis, paths=True), end="")
     raise typer.Exit(REFUSED if result.diagnosis.verdict == "unfit" else 0)
 

@@ -41,13 +41,15 @@ def sentence(
     findings: Sequence[Finding],
     outcome: Outcome,
     left: Sequence[Remainder],
+    material: float,
 ) -> str:
     """The verdict in words; its figures are of the coordinate on which the first effect acts.
 
     Args:
         findings: of the preflight of the training log. left: what the model that is written leaves, by coordinate.
+        material: share of the drive force from which on a force matters; variables are named of more alone.
     """
-    most = max(range(len(left)), key=lambda k: left[k].share if isfinite(left[k].share) else -1.0)
+    most = worst(left, material)
     i = acts_on(said.effects[0], system) if said.effects else 0
     by_force = all(isfinite(f.force_rms_rows[i]) for f in said.figures)
     declared, refit, augmented = (f.force_rms_rows[i] if by_force else f.free_run_rmse_rows[i] for f in said.figures)
@@ -74,8 +76,20 @@ def sentence(
         left=left[most] if isfinite(left[most].share) else None,
         left_on=system.positions[most].name if system.degrees_of_freedom > 1 else "",
         some=SOME,
+        material=material,
     )
     return words.strip()
+
+
+def worst(left: Sequence[Remainder], material: float) -> int:
+    """Index of the coordinate on which most structure of material size is left; where there is none, most force."""
+
+    def rank(k: int) -> tuple[bool, float]:
+        one = left[k]
+        structured = one.nature(material) == "structured"
+        return structured, (one.material if structured else one.share if isfinite(one.share) else -1.0)
+
+    return max(range(len(left)), key=rank)
 
 
 def acts_on(effect: FoundEffect, system: System) -> int:

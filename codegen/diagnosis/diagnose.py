@@ -20,7 +20,7 @@ from codegen.diagnosis.proposal import propose_terms, refuse_without_pysindy
 from codegen.diagnosis.record import record_of
 from codegen.diagnosis.referee import remainders
 from codegen.diagnosis.replay import compare_residuals
-from codegen.diagnosis.results import Diagnosis, FoundEffect
+from codegen.diagnosis.results import MATERIAL, Diagnosis, FoundEffect
 from codegen.diagnosis.rounds import Outcome, find_effects, within_reach
 from codegen.diagnosis.search import Search, search_on
 from codegen.diagnosis.separation import separate
@@ -36,9 +36,6 @@ from codegen.spec.kinematics import KinematicTree
 from codegen.spec.model import Spec
 
 HELD_OUT_SHARE = 0.3
-MATERIAL = 0.02
-"""Of the RMS of the drive force: structure that is smaller is told as what is left, and not called unknown."""
-
 Progress = Callable[[str, float], None]
 
 
@@ -141,7 +138,7 @@ def diagnose_log(
     rivals = [as_effect(r, refit) for r in outcome.rivals]
     diagnosis = Diagnosis(
         verdict=verdict,
-        sentence=sentence(system, said, rivals, findings["train"], outcome, left),
+        sentence=sentence(system, said, rivals, findings["train"], outcome, left, material),
         effects=said.effects if verdict == "effect" else (),
         candidates=candidates(outcome, system, verdict),
         declared=said.figures[0],
@@ -158,6 +155,7 @@ def diagnose_log(
         remarks=said.remarks,
         at_limit=at_zero,
         remainder=left,
+        material=material,
         proposal=propose_terms(refit, problem, judge, window) if propose and verdict == "unknown" else None,
     )
     tell("done", 1.0)

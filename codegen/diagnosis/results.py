@@ -14,6 +14,11 @@ Interval = tuple[float, float]
 Verdict = Literal["effect", "none", "ambiguous", "unknown", "unfit"]
 """``unfit``: the preflight found log and spec not to fit together, so nothing is said of effects."""
 
+MATERIAL = 0.02
+"""Of the RMS of the drive force: structure that is smaller is told as what is left, and not called unknown."""
+Nature = Literal["immaterial", "noise", "structured"]
+"""Of what a model leaves: too small to matter, large but not predicted by the motion, or predicted by it."""
+
 
 @dataclass(frozen=True)
 class FoundEffect:
@@ -138,6 +143,12 @@ class Remainder:
         """RMS of the explained part over the RMS of the drive force."""
         return self.share * sqrt(max(self.structured, 0.0))
 
+    def nature(self, limit: float) -> Nature:
+        """What it is, where a force of less than ``limit`` of the drive force is immaterial."""
+        if not self.share >= limit:
+            return "immaterial"
+        return "structured" if self.material >= limit else "noise"
+
     @property
     def variable(self) -> str:
         """The variable that explains most."""
@@ -183,6 +194,7 @@ class Diagnosis:
         separation: of candidates that tie, on the verdict ``ambiguous``.
         proposal: of terms for the residual, on the verdict ``unknown`` where it was asked for.
         remainder: what the credited model leaves of the training log's force, one a coordinate.
+        material: share of the RMS of the drive force from which on a force matters.
     """
 
     verdict: Verdict
@@ -204,6 +216,7 @@ class Diagnosis:
     remarks: tuple[str, ...] = ()
     at_limit: tuple[str, ...] = ()
     remainder: tuple[Remainder, ...] = ()
+    material: float = MATERIAL
 
     def as_json(self) -> dict[str, Any]:
         """Plain objects for diagnosis.json; infinities become null."""
@@ -274,10 +287,13 @@ class Diagnosis:
                 "relative_difference": _finite(self.agreement.relative_difference),
                 "samples": self.agreement.samples,
             },
+            "material": self.material,
             "remainder": [
                 {
+                    "is": r.nature(self.material),
                     "residual_force_rms": _finite(r.rms),
                     "share_of_drive_force": _finite(r.share),
+                    "predicted_share_of_drive_force": _finite(r.material),
                     "explained_by_all_variables": _finite(r.structured),
                     "explained_over": {name: _finite(share) for name, share in r.over.items()},
                 }
