@@ -4,7 +4,8 @@ For each coordinate the low-passed residual r of a model is regressed on cubic B
 (speed, position, load, acceleration, rate of the input, time, distance since the last reversal), on a line of its
 spectrum, and on all of them together. The penalty on second differences of the weights is chosen by cross-validation,
 and every share is 1 − Σ(r − r̂)²/Σr² on parts of the log that the weights were not fitted to. A law with a name should
-explain most of what its own variable can; what no variable explains is noise to this log.
+explain most of what its own variable can; what no variable explains is noise to this log. What a constant explains is
+told apart, since every variable explains it too.
 """
 
 from __future__ import annotations
@@ -15,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
-from codegen.diagnosis.balance import slip_velocities
+from codegen.diagnosis.balance import evaluate_forces, slip_velocities
 from codegen.diagnosis.measure import drive_force
 from codegen.diagnosis.residual import Masks, inverse_dynamics_residual
 from codegen.diagnosis.results import Remainder
 from codegen.diagnosis.signals import Motion, central_difference
-from codegen.mechanics.system import System
+from codegen.mechanics.system import Matrix, System
 
 Array = NDArray[np.float64]
 
@@ -46,13 +47,31 @@ def remainders(system: System, motion: Motion, used: Masks) -> tuple[Remainder, 
         used: samples away from standstill, ends and gaps.
     """
     residual = inverse_dynamics_residual(system, motion)
-    drive = motion.low_pass(drive_force(system, motion))
-    acting = np.maximum(np.abs(drive), np.abs(drive - residual))  # a passive coordinate has the load of its inertia
+    acting = acting_force(system, motion)
     found = []
     for i in range(system.degrees_of_freedom):
         rows = sliding(system, motion, used, i)
         found.append(_remainder(residual[:, i], acting[:, i], rows, remainder_columns(system, motion, residual, i)))
     return tuple(found)
+
+
+def acting_force(system: System, motion: Motion) -> Array:
+    """(N, n) low-passed force of the inputs on each coordinate; on one that no input reaches, its row of M a."""
+    drive = motion.low_pass(drive_force(system, motion))
+    idle = ~np.any(drive != 0, axis=0)
+    if idle.any():
+        row = Matrix(system.mass_matrix * Matrix(list(system.accelerations)))
+        drive[:, idle] = motion.low_pass(evaluate_forces(system, [row], motion)[0])[:, idle]
+    return drive
+
+
+def predicted_load(system: System, motion: Motion, residual: Array) -> Array:
+    """(N, n) the acting force less the residual, so that noise of the input does not explain itself.
+
+    On a coordinate that no input reaches the residual is in no input, and the acting force is it.
+    """
+    reached = np.any(drive_force(system, motion) != 0, axis=0)
+    return np.asarray(acting_force(system, motion) - np.where(reached, residual, 0.0))
 
 
 def sliding(system: System, motion: Motion, used: Masks, i: int) -> NDArray[np.bool_]:
@@ -76,17 +95,19 @@ def _remainder(r: Array, drive: Array, rows: NDArray[np.bool_], variables: Mappi
     if rows.sum() < LEAST_ROWS:
         return Remainder(float("nan"), float("nan"), 0.0)
     rms, driven = (float(np.sqrt(np.mean(y[rows] ** 2))) for y in (r, drive))
+    constant = explained_over(r, rows, [np.ones((len(r), 1))])
     over = {name: explained_over(r, rows, [columns]) for name, columns in variables.items()}
-    together = explained_over(r, rows, list(variables.values()))
-    return Remainder(rms, rms / driven if driven > 0 else float("inf"), max([together, *over.values()]), over)
+    together = max(explained_over(r, rows, list(variables.values())), *over.values(), constant)
+    beyond = {name: max(0.0, share - constant) for name, share in over.items()}
+    share = rms / driven if driven > 0 else float("inf")
+    return Remainder(rms, share, together, {"constant": constant} | beyond)
 
 
 def remainder_columns(system: System, motion: Motion, residual: Array, i: int) -> dict[str, Array]:
-    """(N, m) columns by variable; the load is the predicted one, so that noise of the input does not explain itself."""
+    """(N, m) columns by variable of one coordinate; the load is the predicted one."""
     x, v, a = motion.positions[:, i], motion.velocities[:, i], motion.accelerations[:, i]
-    drive = motion.low_pass(drive_force(system, motion))
-    rate = motion.low_pass(central_difference(drive[:, [i]], motion.sample_time))[:, 0]
-    load = drive[:, i] - residual[:, i]
+    rate = motion.low_pass(central_difference(acting_force(system, motion)[:, [i]], motion.sample_time))[:, 0]
+    load = predicted_load(system, motion, residual)[:, i]
     touching = [c for c in range(system.distribution.shape[1]) if system.distribution[i, c] != 0]
     slip = slip_velocities(system, motion)[:, touching[0]] if touching else v
     sign = motion.low_pass(np.sign(slip)[:, None])[:, 0]

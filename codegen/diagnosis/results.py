@@ -130,7 +130,8 @@ class Remainder:
         rms: of the low-passed force residual, in the coordinate's force unit.
         share: the same over the RMS of the drive force.
         structured: share of its square that all variables together explain on held-out parts.
-        over: variable → share of its square that this variable alone explains on held-out parts.
+        over: variable → share of its square that this variable alone explains on held-out parts, beyond what a constant
+            does, which is told as ``constant``.
     """
 
     rms: float
@@ -148,11 +149,6 @@ class Remainder:
         if not self.share >= limit:
             return "immaterial"
         return "structured" if self.material >= limit else "noise"
-
-    @property
-    def variable(self) -> str:
-        """The variable that explains most."""
-        return max(self.over, key=lambda name: self.over[name]) if self.over else ""
 
 
 @dataclass(frozen=True)

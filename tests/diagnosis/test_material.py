@@ -34,6 +34,8 @@ def test_variables_are_named_only_where_what_follows_them_is_material() -> None:
     assert not any(name in words(left) for left in (SMALL, NOISE) for name in ("load", "speed"))
     assert "81 % of its mean square follows from load, 30 % follows from position." in words(SHAPED)
     assert "speed" not in words(SHAPED)
+    pushed = Remainder(2.0, 0.2, 0.9, {"constant": 0.7, "speed": 0.2})
+    assert "70 % of its mean square is constant, 20 % follows from speed." in words(pushed)
     assert "20 % of its mean square follows from all variables together." in words(SPREAD)
     assert "on q1 (RMS)" in words(SHAPED, left_on="q1")
     assert "smooth curve" not in words(SHAPED)
