@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from math import isfinite
 
 from codegen.diagnosis.answer import Answer
@@ -14,7 +14,7 @@ from codegen.diagnosis.measure import Window, force_errors
 from codegen.diagnosis.output_error import Shot
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.ranking import Ranked, twins
-from codegen.diagnosis.results import Candidate, FoundEffect, Remainder, Verdict
+from codegen.diagnosis.results import Candidate, FoundEffect, Remainder, Round, Verdict
 from codegen.diagnosis.rounds import Outcome
 from codegen.diagnosis.trial import Part
 from codegen.effects import CATALOGUE
@@ -169,10 +169,21 @@ def named_effects(parts: Sequence[Part], estimated: Estimate, system: System) ->
 
 def candidates(outcome: Outcome, system: System, verdict: Verdict) -> tuple[Candidate, ...]:
     """The table of candidates, best first; a user's own effects are in it whatever became of them."""
-    ranked = _listed(outcome)
+    ranked = _listed(outcome, outcome.first)
     kept = [r for k, r in enumerate(ranked) if k < TABLE_SIZE or is_own(r.found.part.kind)]
     tried = {(r.found.part.kind, r.found.part.on) for r in ranked}
     return (*(_candidate(r) for r in kept), *_not_tried(system, tried, verdict))
+
+
+def rounds(outcome: Outcome) -> tuple[Round, ...]:
+    """The rounds after the first, with what they were beside."""
+    return tuple(
+        Round(
+            tuple((p.kind, p.on) for p in later.beside),
+            tuple(_candidate(r) for r in _listed(outcome, later.ranked)[:TABLE_SIZE]),
+        )
+        for later in outcome.later
+    )
 
 
 def _not_tried(system: System, tried: Collection[tuple[str, str]], verdict: Verdict) -> Iterator[Candidate]:
@@ -197,19 +208,32 @@ def _not_tried(system: System, tried: Collection[tuple[str, str]], verdict: Verd
             yield Candidate(kind, on, {}, none, none, 0, 0, None, False, why, (), own=True, p=none)
 
 
-def _listed(outcome: Outcome) -> list[Ranked]:
-    """The first round, with the effects first that stand at the end: another may look better while one is lacking."""
-    order = {(p.kind, p.on): k for k, p in enumerate(outcome.parts)}
+def _listed(outcome: Outcome, ranked: Sequence[Ranked]) -> list[Ranked]:
+    """A round, with the effects first that stand at the end, and their rivals.
+
+    Another may look better while one is lacking.
+    """
+    order = {(p.kind, p.on): k for k, p in enumerate([*outcome.parts, *(r.found.part for r in outcome.rivals)])}
     order |= {(CATALOGUE[p.kind].refines, p.on): k for k, p in enumerate(outcome.parts)}
-    return sorted(outcome.first, key=lambda r: order.get((r.found.part.kind, r.found.part.on), len(order)))
+    return sorted(ranked, key=lambda r: order.get((r.found.part.kind, r.found.part.on), len(order)))
 
 
 def as_effect(ranked: Ranked, system: System) -> FoundEffect:
     """A candidate as an effect, with the values of the first round."""
-    part = ranked.found.part
+    return _effect_of(ranked.found.part, ranked.found.parameters, system)
+
+
+def first_effect(shot: Shot, system: System) -> FoundEffect:
+    """The first effect of a fit, with its values beside the others."""
+    trial = shot.runner.trial
+    return _effect_of(trial.parts[0], trial.split(shot.theta)[1][0], system)
+
+
+def _effect_of(part: Part, values: Mapping[str, float], system: System) -> FoundEffect:
     effect = CATALOGUE[part.kind].with_parameters(part.names)
-    units = unit_words(effect, part.place, system)
-    return FoundEffect(part.kind, part.on, ranked.found.parameters, units, tuple(effect.twins(system, part.place)))
+    return FoundEffect(
+        part.kind, part.on, values, unit_words(effect, part.place, system), tuple(effect.twins(system, part.place))
+    )
 
 
 def _candidate(r: Ranked) -> Candidate:

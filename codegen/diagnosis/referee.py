@@ -87,8 +87,16 @@ def explained_over(residual: Array, rows: NDArray[np.bool_], columns: Sequence[A
     kept = _thinned(rows)
     if kept.sum() < LEAST_ROWS:
         return 0.0
-    chunk = _chunks(kept)
-    return max(0.0, _held_out_share(residual[kept], [c[kept] for c in columns], chunk))
+    return max(0.0, _cross_validated(residual[kept], [c[kept] for c in columns], _chunks(kept))[0])
+
+
+def smooth_curve(residual: Array, rows: NDArray[np.bool_], columns: Array) -> Array:
+    """(N,) the curve over one variable's columns that is fitted to all rows, by the penalty that is best held out."""
+    kept = _thinned(rows)
+    if kept.sum() < LEAST_ROWS:
+        return np.full(len(residual), np.nan)
+    weights = _cross_validated(residual[kept], [columns[kept]], _chunks(kept))[1]
+    return np.asarray(np.column_stack([columns, np.ones(len(columns))]) @ weights)
 
 
 def _remainder(r: Array, drive: Array, rows: NDArray[np.bool_], variables: Mapping[str, Array]) -> Remainder:
@@ -103,23 +111,35 @@ def _remainder(r: Array, drive: Array, rows: NDArray[np.bool_], variables: Mappi
     return Remainder(rms, share, together, {"constant": constant} | beyond)
 
 
-def remainder_columns(system: System, motion: Motion, residual: Array, i: int) -> dict[str, Array]:
-    """(N, m) columns by variable of one coordinate; the load is the predicted one."""
-    x, v, a = motion.positions[:, i], motion.velocities[:, i], motion.accelerations[:, i]
-    rate = motion.low_pass(central_difference(acting_force(system, motion)[:, [i]], motion.sample_time))[:, 0]
-    load = predicted_load(system, motion, residual)[:, i]
+def variables_of(system: System, motion: Motion, residual: Array, i: int) -> dict[str, Array]:
+    """(N,) variables of one coordinate over which a residual may have a shape; the load is the predicted one."""
+    x, v = motion.positions[:, i], motion.velocities[:, i]
+    rate = central_difference(acting_force(system, motion)[:, [i]], motion.sample_time)
     touching = [c for c in range(system.distribution.shape[1]) if system.distribution[i, c] != 0]
-    slip = slip_velocities(system, motion)[:, touching[0]] if touching else v
-    sign = motion.low_pass(np.sign(slip)[:, None])[:, 0]
-    along = splines(x, POSITION_KNOTS)
     return {
-        "speed": np.column_stack([splines(slip, KNOTS), splines(v, KNOTS), sign]),
+        "speed": slip_velocities(system, motion)[:, touching[0]] if touching else v,
+        "position": x,
+        "load": predicted_load(system, motion, residual)[:, i],
+        "acceleration": motion.accelerations[:, i],
+        "input rate": motion.low_pass(rate)[:, 0],
+        "time": motion.time,
+        "distance since reversal": since_reversal(x, v),
+    }
+
+
+def remainder_columns(system: System, motion: Motion, residual: Array, i: int) -> dict[str, Array]:
+    """(N, m) columns by variable of one coordinate."""
+    over = variables_of(system, motion, residual, i)
+    sign = motion.low_pass(np.sign(over["speed"])[:, None])[:, 0]
+    along, load = splines(over["position"], POSITION_KNOTS), over["load"]
+    return {
+        "speed": np.column_stack([splines(over["speed"], KNOTS), splines(motion.velocities[:, i], KNOTS), sign]),
         "position": np.column_stack([along, along * sign[:, None]]),
         "load": np.column_stack([splines(load, KNOTS), splines(np.abs(load), KNOTS) * sign[:, None]]),
-        "acceleration": splines(a, KNOTS),
-        "input rate": splines(rate, KNOTS),
-        "time": splines(motion.time, KNOTS),
-        "distance since reversal": splines(since_reversal(x, v), KNOTS) * sign[:, None],
+        "acceleration": splines(over["acceleration"], KNOTS),
+        "input rate": splines(over["input rate"], KNOTS),
+        "time": splines(over["time"], KNOTS),
+        "distance since reversal": splines(over["distance since reversal"], KNOTS) * sign[:, None],
         "frequency": line(residual[:, i], motion),
     }
 
@@ -171,15 +191,19 @@ def _chunks(kept: NDArray[np.bool_]) -> NDArray[np.int64]:
     return np.asarray(piece % FOLDS)
 
 
-def _held_out_share(y: Array, groups: Sequence[Array], fold: NDArray[np.int64]) -> float:
-    """By ridge regression with the penalty, of ``PENALTIES``, that is best on the held-out parts."""
+def _cross_validated(y: Array, groups: Sequence[Array], fold: NDArray[np.int64]) -> tuple[float, Array]:
+    """Ridge regression with the penalty, of ``PENALTIES``, that is best on the held-out parts.
+
+    Returns:
+        The share of Σy² that it explains there, and its weights on all of them, the last one of a constant.
+    """
     a = np.hstack([*groups, np.ones((len(y), 1))])
     roughness = _roughness([g.shape[1] for g in groups])
     grams = np.array([a[fold == f].T @ a[fold == f] for f in range(FOLDS)])
     rights = np.array([a[fold == f].T @ y[fold == f] for f in range(FOLDS)])
     gram, right = grams.sum(axis=0), rights.sum(axis=0)
     size = float(np.trace(gram)) / len(gram)
-    total, best = float(y @ y), np.inf
+    total, best, chosen = float(y @ y), np.inf, PENALTIES[0]
     small = 1e-9 * size * np.eye(len(gram))
     for penalty in PENALTIES:
         error = 0.0
@@ -189,8 +213,10 @@ def _held_out_share(y: Array, groups: Sequence[Array], fold: NDArray[np.int64]) 
             )[0]
             left = y[fold == f] - a[fold == f] @ weights
             error += float(left @ left)
-        best = min(best, error)
-    return 1 - best / total if total > 0 else 0.0
+        if error < best:
+            best, chosen = error, penalty
+    weights = np.linalg.lstsq(gram + chosen * size * roughness + small, right, rcond=None)[0]
+    return (1 - best / total if total > 0 else 0.0), weights
 
 
 def _roughness(widths: Sequence[int]) -> Array:
