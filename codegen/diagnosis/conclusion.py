@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from math import isfinite
 
+from codegen.diagnosis.advice import Separation
 from codegen.diagnosis.answer import Answer
 from codegen.diagnosis.credit import FAR, LEAST_SHARE, NEAR_NOISE, TIE_LEVEL, level, share_far
 from codegen.diagnosis.estimate import Estimate
@@ -42,12 +43,14 @@ def sentence(
     outcome: Outcome,
     left: Sequence[Remainder],
     material: float,
+    told: Separation | None = None,
 ) -> str:
     """The verdict in words; its figures are of the coordinate on which the first effect acts.
 
     Args:
         findings: of the preflight of the training log. left: what the model that is written leaves, by coordinate.
         material: share of the drive force from which on a force matters; variables are named of more alone.
+        told: how rivals could be told apart.
     """
     most = worst(left, material)
     i = acts_on(said.effects[0], system) if said.effects else 0
@@ -77,6 +80,7 @@ def sentence(
         left_on=system.positions[most].name if system.degrees_of_freedom > 1 else "",
         some=SOME,
         material=material,
+        told=told,
     )
     return words.strip()
 

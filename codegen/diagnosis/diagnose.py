@@ -141,7 +141,7 @@ def diagnose_log(
     rivals[: len(tied[1:])] = [first_effect(shot, refit) for shot in tied[1:]]
     diagnosis = Diagnosis(
         verdict=verdict,
-        sentence=sentence(system, said, rivals, findings["train"], outcome, left, material),
+        sentence=sentence(system, said, rivals, findings["train"], outcome, left, material, told),
         effects=said.effects if verdict == "effect" else (),
         candidates=candidates(outcome, system, verdict),
         declared=said.figures[0],

@@ -8,8 +8,9 @@ from typing import Any
 import pytest
 
 from codegen.diagnosis import diagnose
+from codegen.diagnosis.advice import MotionTried, Separation, SetupTried
 from codegen.diagnosis.conclusion import worst
-from codegen.diagnosis.results import Remainder
+from codegen.diagnosis.results import FoundEffect, Remainder
 from codegen.errors import BadInput
 from codegen.text import render
 from tests.cli.command import is_one_message, stiction
@@ -39,6 +40,20 @@ def test_variables_are_named_only_where_what_follows_them_is_material() -> None:
     assert "20 % of its mean square follows from all variables together." in words(SPREAD)
     assert "on q1 (RMS)" in words(SHAPED, left_on="q1")
     assert "smooth curve" not in words(SHAPED)
+
+
+def test_an_ambiguous_verdict_says_what_would_tell() -> None:
+    spring = FoundEffect("spring", "x", {"k": 3.0}, {"k": "N/m"}, intervals={"k": (2.0, 4.0)})
+    drag = FoundEffect("viscous", "rail", {"b": 2.123456}, {"b": "N*s/m"})
+    tried = (SetupTried("load", "a constant force of 3 N on x", 30.0, 1.0), SetupTried("none", "the same", 2.0, 1.0))
+    motion = MotionTried("chirp up and down", 10.0, 1.0, 12.0)
+    given = {"verdict": "ambiguous", "effects": (spring,), "rivals": (drag,)}
+    both = words(SMALL, told=Separation((), (motion,), motion, {}, 10.0, tried), **given)
+    assert "cannot tell spring on x (k = 3 N/m) from viscous on rail (b = 2.123 N*s/m). What would tell: " in both
+    assert "another motion, chirp up and down (excitation.csv); or this motion again with a constant force of" in both
+    change = words(SMALL, told=Separation((), (motion,), None, {}, 10.0, tried), **given)
+    assert "What would tell: this motion again with a constant force of 3 N on x." in change
+    assert "What would tell" not in words(SMALL, told=Separation((), (), None, {}, 10.0, tried[1:]), **given)
 
 
 def test_another_limit_makes_another_nature() -> None:
