@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from math import isfinite
+from math import isfinite, sqrt
 
 from codegen.diagnosis.advice import Separation
 from codegen.diagnosis.answer import Answer
@@ -30,7 +30,7 @@ TABLE_SIZE = 12
 MOST = 0.5
 """Share that a law removes, at least, of what a flexible regression on its own variable explains of the residual."""
 SOME = 0.1
-"""Of the square of what is left: a smaller share that a variable explains is not told."""
+"""Of the square of what is left: a smaller share that a variable explains is told only if its force is material."""
 DOUBTFUL = ("jitter", "sample rate", "missing values", "repeated rows")
 """Topics of the preflight that can make a residual by themselves."""
 
@@ -43,14 +43,14 @@ def sentence(
     outcome: Outcome,
     left: Sequence[Remainder],
     material: float,
-    told: Separation | None = None,
+    experiment: Separation | None = None,
 ) -> str:
     """The verdict in words; its figures are of the coordinate on which the first effect acts.
 
     Args:
         findings: of the preflight of the training log. left: what the model that is written leaves, by coordinate.
         material: share of the drive force from which on a force matters; variables are named of more alone.
-        told: how rivals could be told apart.
+        experiment: how rivals could be told apart.
     """
     most = worst(left, material)
     i = acts_on(said.effects[0], system) if said.effects else 0
@@ -78,11 +78,17 @@ def sentence(
         near_noise=NEAR_NOISE,
         left=left[most] if isfinite(left[most].share) else None,
         left_on=system.positions[most].name if system.degrees_of_freedom > 1 else "",
-        some=SOME,
+        over=told(left[most], material),
         material=material,
-        told=told,
+        experiment=experiment,
     )
     return words.strip()
+
+
+def told(left: Remainder, material: float) -> list[tuple[str, float]]:
+    """Variables that explain much of the square of what is left, or a material force; the best first."""
+    many = [(name, share) for name, share in left.over.items() if share >= SOME or left.share * sqrt(share) >= material]
+    return sorted(many, key=lambda one: -one[1])
 
 
 def worst(left: Sequence[Remainder], material: float) -> int:

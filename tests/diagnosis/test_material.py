@@ -9,7 +9,7 @@ import pytest
 
 from codegen.diagnosis import diagnose
 from codegen.diagnosis.advice import MotionTried, Separation, SetupTried
-from codegen.diagnosis.conclusion import worst
+from codegen.diagnosis.conclusion import told, worst
 from codegen.diagnosis.results import FoundEffect, Remainder
 from codegen.errors import BadInput
 from codegen.text import render
@@ -19,13 +19,14 @@ from tests.diagnosis.stage import log_of, stage
 SMALL = Remainder(0.1, 0.006, 0.8, {"load": 0.8, "speed": 0.3})
 NOISE = Remainder(3.0, 0.1, 0.03, {"load": 0.03})
 SHAPED = Remainder(2.0, 0.05, 0.9, {"load": 0.81, "speed": 0.05, "position": 0.3})
-SPREAD = Remainder(2.0, 0.2, 0.2, {"load": 0.08})
+SPREAD = Remainder(2.0, 0.2, 0.02, {"load": 0.008})
 
 
 def words(left: Remainder, **given: Any) -> str:
     """The sentence of a log without an effect, of which this is left."""
     none: dict[str, Any] = {"verdict": "none", "effects": (), "against": (), "errors": (), "remarks": (), "doubts": ()}
-    return render("text/verdict.j2", **none | {"left": left, "left_on": "", "some": 0.1, "material": 0.02} | given)
+    shown = none | {"left": left, "left_on": "", "material": 0.02} | given
+    return render("text/verdict.j2", over=told(left, shown["material"]), **shown)
 
 
 def test_variables_are_named_only_where_what_follows_them_is_material() -> None:
@@ -37,7 +38,9 @@ def test_variables_are_named_only_where_what_follows_them_is_material() -> None:
     assert "speed" not in words(SHAPED)
     pushed = Remainder(2.0, 0.2, 0.9, {"constant": 0.7, "speed": 0.2})
     assert "70 % of its mean square is constant, 20 % follows from speed." in words(pushed)
-    assert "20 % of its mean square follows from all variables together." in words(SPREAD)
+    forceful = Remainder(1.0, 0.3, 0.06, {"input rate": 0.06, "speed": 0.0})  # 0.3·√0.06 is 7 % of the drive force
+    assert "6 % of its mean square follows from input rate." in words(forceful)
+    assert "2 % of its mean square follows from all variables together." in words(SPREAD)
     assert "on q1 (RMS)" in words(SHAPED, left_on="q1")
     assert "smooth curve" not in words(SHAPED)
 
@@ -48,12 +51,12 @@ def test_an_ambiguous_verdict_says_what_would_tell() -> None:
     tried = (SetupTried("load", "a constant force of 3 N on x", 30.0, 1.0), SetupTried("none", "the same", 2.0, 1.0))
     motion = MotionTried("chirp up and down", 10.0, 1.0, 12.0)
     given = {"verdict": "ambiguous", "effects": (spring,), "rivals": (drag,)}
-    both = words(SMALL, told=Separation((), (motion,), motion, {}, 10.0, tried), **given)
+    both = words(SMALL, experiment=Separation((), (motion,), motion, {}, 10.0, tried), **given)
     assert "cannot tell spring on x (k = 3 N/m) from viscous on rail (b = 2.123 N*s/m). What would tell: " in both
     assert "another motion, chirp up and down (excitation.csv); or this motion again with a constant force of" in both
-    change = words(SMALL, told=Separation((), (motion,), None, {}, 10.0, tried), **given)
+    change = words(SMALL, experiment=Separation((), (motion,), None, {}, 10.0, tried), **given)
     assert "What would tell: this motion again with a constant force of 3 N on x." in change
-    assert "What would tell" not in words(SMALL, told=Separation((), (), None, {}, 10.0, tried[1:]), **given)
+    assert "What would tell" not in words(SMALL, experiment=Separation((), (), None, {}, 10.0, tried[1:]), **given)
 
 
 def test_another_limit_makes_another_nature() -> None:

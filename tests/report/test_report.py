@@ -155,6 +155,17 @@ def test_the_law_stands_beside_the_curve_that_knows_none(lacking: Case) -> None:
     assert percent(found.law) in ReadPage(lacking.html).text
 
 
+def test_a_law_that_is_not_credited_and_a_rival_are_drawn_too(lacking: Case) -> None:
+    refused = replace(lacking.diagnosis, verdict="unknown", effects=())
+    (found,) = law_evidence(refused, lacking.models)
+    assert found.law > 0.9
+    drag = FoundEffect("quadratic_drag", "x", {"c": 0.02}, {"c": "N*s^2/m^2"})
+    tied = replace(lacking.diagnosis, verdict="ambiguous", effects=(), rivals=(drag,))
+    first, rival = law_evidence(tied, lacking.models)
+    assert (first.law, rival.kind) == (law_evidence(lacking.diagnosis, lacking.models)[0].law, "quadratic_drag")
+    assert rival.law < 0.1 and rival.smooth > 0.9  # the curve shows what a wrong law does not take
+
+
 def test_what_is_left_stands_in_a_table(lacking: Case, monkeypatch: pytest.MonkeyPatch) -> None:
     (left,) = lacking.diagnosis.remainder
     text = ReadPage(lacking.html).text
