@@ -21,6 +21,8 @@ Flags = NDArray[np.bool_]
 MOST_POINTS = 4000
 BUCKETS = 900
 BINS = 32
+BINS_OVER = {"position": 96}
+"""Waves over position may be short."""
 LEAST_IN_BIN = 20
 LONGEST_SEGMENT_S = 4.0
 SHORTEST_SEGMENT = 64
@@ -126,7 +128,10 @@ def _model_residual(
     kept = thin(np.flatnonzero(rows))
     period = float(time[1] - time[0])
     return ModelResidual(
-        over={name: (Curve(x[kept], residual[kept]), bin_means(x[rows], residual[rows])) for name, x in over.items()},
+        over={
+            name: (Curve(x[kept], residual[kept]), bin_means(x[rows], residual[rows], BINS_OVER.get(name, BINS)))
+            for name, x in over.items()
+        },
         by_time=_envelope(time, residual, rows),
         spectrum=_spectrum(residual, rows, period, cutoff_hz),
     )
