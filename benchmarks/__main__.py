@@ -16,7 +16,7 @@ from benchmarks.result import Row
 
 ROWS = (
     *("two_mass", "two_link_arm", "seven_joint_arm", "chain", "cortex_m"),
-    *("gain_study", "generation_time", "python_twin"),
+    *("gain_study", "generation_time", "python_twin", "start_time"),
 )
 
 

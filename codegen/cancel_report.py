@@ -19,6 +19,7 @@ from codegen.readable_cancellation import cancellation_json, cancellation_view, 
 from codegen.simulate.hunting import Hunting, hunting
 from codegen.spec import Spec, read_spec
 from codegen.spec.model import CancellationChoice
+from codegen.text import render
 
 NUMBERS = "cancellation.json"
 
@@ -98,3 +99,8 @@ def cancel(
     text = json.dumps(report.content, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
     write_all(Path(folder), {NUMBERS: text})
     return replace(report, files=(Path(folder) / NUMBERS,))
+
+
+def cancel_text(report: CancelReport) -> str:
+    """The report in words."""
+    return render("text/cancel.txt.j2", **report.view)

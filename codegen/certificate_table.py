@@ -7,9 +7,9 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
+from codegen.app.certify import Certified, certify_in_full
 from codegen.checker import verify as checker
 from codegen.files import write_atomically
-from codegen.pipeline import Certified, certify_in_full
 from codegen.spec import read_spec
 from codegen.stability.certificate.certify import Certificate, Refusal
 from codegen.text import render

@@ -1,4 +1,7 @@
-"""The command ``stiction``: verbs only. Parse, call, print."""
+"""The command ``stiction``: its verbs and their options. Parse, call, print.
+
+A verb imports its work when it runs: help, the version and a wrong word need none of the libraries.
+"""
 
 from __future__ import annotations
 
@@ -11,21 +14,11 @@ from typing import Annotated
 
 import typer
 
-from codegen import pipeline
-from codegen.checker import newtons as checker
-from codegen.checker import verify as verifier
 from codegen.cli_pages import pages
-from codegen.demo import run_demo
-from codegen.effects.register import load_effects
 from codegen.errors import TRACEBACK, BadInput, InternalError
 from codegen.files import named_path
 from codegen.input_files import identity
-from codegen.readable import analysis_json, analysis_latex, analysis_view, model_view
-from codegen.readable_certificate import certified_json, certified_text
-from codegen.readable_gains import gains_view
-from codegen.stability.certificate.certify import Refusal
-from codegen.terminal import errors, output, progress, without_library_warnings
-from codegen.text import render
+from codegen.terminal import errors, output, without_library_warnings
 from codegen.version import VERSION
 
 REFUSED, STALE, INTERNAL, INTERRUPTED = 3, 4, 70, 130
@@ -35,6 +28,8 @@ app = typer.Typer(
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
+    rich_markup_mode=None,  # plain help takes a tenth of a second less
+    context_settings={"max_content_width": 120},
 )
 app.add_typer(pages)
 
@@ -45,22 +40,63 @@ Columns = Annotated[
 ]
 
 
+def _print_version(asked: bool) -> None:
+    if asked:
+        output.print(VERSION)
+        raise typer.Exit
+
+
 @app.callback()
 def common(
     effects: Annotated[
         list[Path] | None,
         typer.Option("--effects", metavar="FILE", help="a Python file with effects of your own; it is run"),
     ] = None,
+    version: Annotated[
+        bool, typer.Option("--version", help="print the version", is_eager=True, callback=_print_version)
+    ] = False,
 ) -> None:
     """Friction observers from a specification: derived, certified, generated, and checked against measured data."""
-    for path in effects or []:
-        load_effects(path)
+    if effects:
+        from codegen.effects.register import load_effects
+
+        for path in effects:
+            load_effects(path)
+
+
+@app.command()
+def init(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="of the machine; NAME.yaml is written")],
+    source: Annotated[
+        str | None,
+        typer.Option("--from", metavar="FILE", help="a spec, a shipped one (two_mass), or a robot.urdf"),
+    ] = None,
+) -> None:
+    """Write NAME.yaml, a commented spec to start from."""
+    from codegen.app.init import init
+
+    for path in init(name, source):
+        output.print(str(path))
+
+
+@app.command()
+def schema(
+    out: Annotated[
+        Path | None, typer.Option("-o", "--output", parser=named_path, metavar="FILE", help="write it here, as .json")
+    ] = None,
+) -> None:
+    """Print the JSON Schema of a spec, by which an editor completes and checks its keys."""
+    from codegen.app.schema import schema_text, write_schema
+
+    output.print(schema_text() if out is None else f"{write_schema(out)}\n", end="")
 
 
 @app.command()
 def check(spec: SpecPath) -> None:
     """Read and validate a spec; print the system in readable form."""
-    output.print(render("text/check.txt.j2", **model_view(pipeline.check(spec))), end="")
+    from codegen.app.check import check, check_text
+
+    output.print(check_text(check(spec)), end="")
 
 
 @app.command()
@@ -70,13 +106,14 @@ def derive(
     as_json: Annotated[bool, typer.Option("--json", help="print JSON")] = False,
 ) -> None:
     """Derive Ψ, its characteristic polynomial and the gain conditions."""
-    analysis = pipeline.derive(spec)
+    from codegen.app.derive import derive, derive_text
+    from codegen.readable import analysis_json
+
+    analysis = derive(spec)
     if as_json:
         output.print(json.dumps(analysis_json(analysis), indent=1, ensure_ascii=False))
-    elif latex:
-        output.print(render("text/derive.tex.j2", **analysis_latex(analysis)), end="")
     else:
-        output.print(render("text/derive.txt.j2", **analysis_view(analysis)), end="")
+        output.print(derive_text(analysis, latex), end="")
 
 
 @app.command()
@@ -89,14 +126,16 @@ def certify(
     as_json: Annotated[bool, typer.Option("--json", help="print JSON")] = False,
 ) -> None:
     """Certify the sampled observer over the envelope, or say why not, with a counterexample and what would be."""
-    found = pipeline.certify_in_full(spec, out)
-    outcome, refused = found.outcome, isinstance(found.outcome, Refusal)
-    target = None if out is None or isinstance(outcome, Refusal) else pipeline.write_certificate(outcome, out)
+    from codegen.app.certify import certify_in_full, write_certificate
+    from codegen.readable_certificate import certified_json, certified_text
+
+    found = certify_in_full(spec, out)
+    target = None if out is None or found.certificate is None else write_certificate(found.certificate, out)
     if as_json:
         output.print(json.dumps(certified_json(found), indent=1, ensure_ascii=False, allow_nan=False))
     else:
-        (errors if refused else output).print(certified_text(found, target), end="")
-    raise typer.Exit(REFUSED if refused else 0)
+        (errors if found.certificate is None else output).print(certified_text(found, target), end="")
+    raise typer.Exit(REFUSED if found.certificate is None else 0)
 
 
 @app.command()
@@ -111,9 +150,14 @@ def verify(
 
     Exit status: 0 verified and bound to the code beside it; 5 verified, but bound to no code; 3 refused.
     """
+    from codegen.checker import newtons as checker
+    from codegen.checker.verify import NO_CODE
+
     status = checker.main([str(certificate)] + (["--spec", str(spec)] if spec is not None else []))
-    if status in (0, verifier.NO_CODE) and smt is not None:
-        output.print(str(pipeline.write_smt(certificate, smt)))
+    if status in (0, NO_CODE) and smt is not None:
+        from codegen.app.write_smt import write_smt
+
+        output.print(str(write_smt(certificate, smt)))
     raise typer.Exit(status)
 
 
@@ -143,8 +187,11 @@ def generate(
     fmi: Annotated[str, typer.Option("--fmi", metavar="VERSION", help="of the FMU: 3.0 or 2.0")] = "3.0",
 ) -> None:
     """Write C, Python, certificate and README into generated/NAME/, or NAME.fmu."""
+    from codegen.fmu import GeneratedFmu, fmu_text, generate_fmu
+    from codegen.generation import Generated, Overrides, generate, generated_text
+
     fmu = target == ["fmu"]
-    overrides = pipeline.Overrides(precision, fault, () if fmu else tuple(target or ()))
+    overrides = Overrides(precision, fault, () if fmu else tuple(target or ()))
     if out is not None and len(specs) > 1:
         raise BadInput("-o", f"one folder for {len(specs)} specs", "one spec with -o, or several without")
     again = next((spec for k, spec in enumerate(specs) if identity(spec) in map(identity, specs[:k])), None)
@@ -152,18 +199,16 @@ def generate(
         raise BadInput(str(again), "the same spec again", "each spec once")
     code = 0
     for spec in specs:
-        result: pipeline.Generated | pipeline.GeneratedFmu
+        made: Generated | GeneratedFmu
         if fmu:
-            result = pipeline.generate_fmu(spec, out, fmi, check_only, uncertified, overrides)
+            made = generate_fmu(spec, out, fmi, check_only, uncertified, overrides)
+            output.print(fmu_text(made, check_only, uncertified), end="")
         else:
-            result = pipeline.generate(spec, out, check_only, uncertified, overrides)
-        refused = isinstance(result.outcome, Refusal)
-        given = {"result": result, "refused": refused, "check_only": check_only, "uncertified": uncertified}
-        template = "generated_fmu" if fmu else "generated"
-        output.print(render(f"text/{template}.txt.j2", **given), end="")
-        if check_only and result.stale:
+            made = generate(spec, out, check_only, uncertified, overrides)
+            output.print(generated_text(made, check_only, uncertified), end="")
+        if check_only and made.stale:
             code = STALE
-        elif refused and not uncertified:
+        elif made.refused and not uncertified:
             code = code or REFUSED
     raise typer.Exit(code)
 
@@ -184,11 +229,13 @@ def gains(
     as_json: Annotated[bool, typer.Option("--json", help="print JSON")] = False,
 ) -> None:
     """Show which gains are stable, with what margin, and suggest some; for free gains or around chosen ones."""
-    report = pipeline.gains(spec, out, over or ())
+    from codegen.gain_report import gains, gains_text
+
+    report = gains(spec, out, over or ())
     if as_json:
         output.print(json.dumps(report.content, indent=1, ensure_ascii=False, allow_nan=False))
     else:
-        output.print(render("text/gains.txt.j2", files=report.files, **gains_view(report.feasibility)), end="")
+        output.print(gains_text(report), end="")
     raise typer.Exit(REFUSED if report.feasibility.infeasible is not None else 0)
 
 
@@ -202,12 +249,15 @@ def cancel(
     as_json: Annotated[bool, typer.Option("--json", help="print JSON")] = False,
 ) -> None:
     """Say which friction the inputs can cancel, why, and by which input."""
+    from codegen.cancel_report import cancel, cancel_text
+    from codegen.progress import progress
+
     with progress() as tell:
-        report = pipeline.cancel(spec, out, hunt, lambda share: tell("simulate", share))
+        report = cancel(spec, out, hunt, lambda share: tell("simulate", share))
     if as_json:
         output.print(json.dumps(report.content, indent=1, ensure_ascii=False, allow_nan=False))
     else:
-        output.print(render("text/cancel.txt.j2", **report.view), end="")
+        output.print(cancel_text(report), end="")
     raise typer.Exit(REFUSED if report.refusal is not None else 0)
 
 
@@ -220,9 +270,12 @@ def simulate(
     method: Annotated[str, typer.Option("--method", help="steps, or events: slow, exact between events")] = "steps",
 ) -> None:
     """Write a log from the plant of the spec, with its declared effects."""
+    from codegen.app.simulate import simulate, simulated_notes
+    from codegen.progress import progress
+
     with progress() as tell:
-        result = pipeline.simulate(spec, out, lambda share: tell("simulate", share), method)
-    errors.print(render("text/simulated_notes.txt.j2", s=result), end="")
+        result = simulate(spec, out, lambda share: tell("simulate", share), method)
+    errors.print(simulated_notes(result), end="")
     output.print(str(result.path))
 
 
@@ -247,9 +300,12 @@ def diagnose(
     ] = None,
 ) -> None:
     """Find the effect that the model lacks; write diagnosis.json, spec.yaml (augmented) and report.html."""
+    from codegen.app.diagnose import diagnose, diagnosed_text
+    from codegen.progress import progress
+
     with progress("reading", lines=True) as tell:
-        result = pipeline.diagnose(spec, log, test, out, description, _columns(column or []), tell, propose, material)
-    output.print(render("text/diagnosed.txt.j2", result=result, d=result.diagnosis, paths=True), end="")
+        result = diagnose(spec, log, test, out, description, _columns(column or []), tell, propose, material)
+    output.print(diagnosed_text(result), end="")
     raise typer.Exit(REFUSED if result.diagnosis.verdict == "unfit" else 0)
 
 
@@ -265,8 +321,10 @@ def replay(
     only: Annotated[list[str] | None, typer.Option("--only", metavar="OUTPUT", help="write this output")] = None,
 ) -> None:
     """Run the generated observer over a log at compiled speed; write its estimates."""
-    result = pipeline.replay(spec, log, out, description, _columns(column or []), only or ())
-    output.print(render("text/replayed.txt.j2", r=result), end="")
+    from codegen.log_replay import replay, replayed_text
+
+    result = replay(spec, log, out, description, _columns(column or []), only or ())
+    output.print(replayed_text(result), end="")
 
 
 @app.command()
@@ -276,6 +334,9 @@ def demo(
     ),
 ) -> None:
     """Run the main job on the embedded default: a belt-driven axis with an effect that its spec lacks."""
+    from codegen.demo import run_demo
+    from codegen.progress import progress
+
     with progress() as tell:
         run_demo(out, output.print, tell)
 
@@ -305,7 +366,8 @@ def main() -> None:
     try:
         app()
     except BadInput as error:
-        errors.print("error: " + " ".join(str(error).split()), style="red")
+        for each in error.all:
+            errors.print("error: " + " ".join(str(each).split()), style="red")
         sys.exit(2)
     except BrokenPipeError:
         sys.exit(1)

@@ -8,8 +8,7 @@ from typing import Annotated
 import typer
 
 from codegen.files import named_path
-from codegen.terminal import output, progress
-from codegen.text import render
+from codegen.terminal import output
 
 pages = typer.Typer()
 
@@ -22,7 +21,8 @@ def laws(
     ] = None,
 ) -> None:
     """List the friction laws, or write their page with a picture of each."""
-    from codegen.report.laws import law_groups, write_laws  # with matplotlib, a second that other verbs need not pay
+    from codegen.report.laws import law_groups, write_laws
+    from codegen.text import render
 
     if out is None:
         output.print(render("text/laws.txt.j2", groups=law_groups()), end="")
@@ -38,10 +38,8 @@ def effects(
     ] = None,
 ) -> None:
     """List the effects that a model may lack, or write their page with a picture of each."""
-    from codegen.report.effects import (
-        effect_views,
-        write_effects,
-    )  # SciPy and the simulator cost a second that the other verbs need not pay
+    from codegen.report.effects import effect_views, write_effects
+    from codegen.text import render
 
     if out is None:
         output.print(render("text/effects.txt.j2", effects=effect_views()), end="")
@@ -58,6 +56,7 @@ def audit(
 ) -> None:
     """Hold the printed formulas of the thesis against our own derivation of them."""
     from codegen.audit import audit_summary, run_audit, write_audit
+    from codegen.progress import progress
 
     with progress() as tell:
         findings = run_audit(progress=lambda share: tell("audit", share))
@@ -77,6 +76,7 @@ def gallery(
 ) -> None:
     """Run the figures of the thesis, and check what its text says of them."""
     from codegen.gallery import gallery_summary, run_gallery, write_gallery
+    from codegen.progress import progress
 
     with progress() as tell:
         results = run_gallery(only or (), lambda share: tell("gallery", share))

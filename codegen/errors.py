@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 TRACEBACK = "STICTION_TRACEBACK"
 """The environment variable that adds the traceback to an internal error."""
 LONGEST_QUOTE = 120
 """Characters of what a message quotes."""
+LONGEST_NUMBER = 25
+"""Digits of a number that a message shows in full."""
 LONGEST_PART = 200
 """Characters of where, of what was found, and of the nearest right thing; three times that of what was expected."""
 
@@ -43,15 +46,46 @@ class BadInput(Exception):
         expected: what would have been right.
         nearest: the closest right thing, if there is one.
         about: the name in the generated code that it is about, where ``place`` could not be known.
+
+    Attributes:
+        others: further faults of the same file, found at the same time.
     """
 
     def __init__(
         self, place: Place | str, found: str, expected: str, nearest: str | None = None, about: str | None = None
     ) -> None:
+        self.others: tuple[BadInput, ...] = ()
         self.place = place if isinstance(place, Place) else Place(place)
         self.found, self.expected, self.nearest, self.about = found, expected, nearest, about
         message = f"{self.place}: {brief(found)}; expected {brief(expected, 3 * LONGEST_PART)}"
         super().__init__(f"{message} (did you mean {brief(nearest)!r}?)" if nearest else message)
+
+    @property
+    def all(self) -> tuple[BadInput, ...]:
+        """This fault and the others, in the order of their lines; those without a line last."""
+        return tuple(sorted((self, *self.others), key=lambda f: (f.place.line is None, f.place.line or 0)))
+
+
+class Faults:
+    """The faults of a file, noted one by one and raised together."""
+
+    def __init__(self) -> None:
+        self.noted: list[BadInput] = []
+
+    @contextmanager
+    def noting(self) -> Iterator[None]:
+        """A part of the work that others do not depend on: its fault is noted and does not end the work."""
+        try:
+            yield
+        except BadInput as fault:
+            self.noted.append(fault)
+
+    def raise_noted(self) -> None:
+        """Raise the first fault, with the others in it, where there is one."""
+        if self.noted:
+            first, *others = {str(fault): fault for fault in self.noted}.values()
+            first.others = tuple(others)
+            raise first
 
 
 class InternalError(Exception):
@@ -86,9 +120,8 @@ def brief(text: str, longest: int = LONGEST_PART) -> str:
     """The same on one line of printable characters, with what is quoted in it, or a number, cut where it is long."""
     short = text if len(text) <= 20 * longest else f"{text[: 10 * longest]} … {text[-longest:]}"
     printable = "".join(c if c.isprintable() else " " if c.isspace() else _escaped(c) for c in short)
-    quoted = re.sub(
-        rf"`[^`]{{{LONGEST_QUOTE},}}`|\d{{{LONGEST_QUOTE},}}", lambda m: f"{m[0][:70]} … {m[0][-20:]}", printable
-    )
+    numbered = re.sub(rf"\d{{{LONGEST_NUMBER + 1},}}", lambda m: f"{m[0][:12]} … {m[0][-4:]}", printable)
+    quoted = re.sub(rf"`[^`]{{{LONGEST_QUOTE},}}`", lambda m: f"{m[0][:70]} … {m[0][-20:]}", numbered)
     return quoted if len(quoted) <= longest else f"{quoted[: longest - 43]} … {quoted[-40:]}"
 
 

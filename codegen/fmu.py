@@ -13,6 +13,7 @@ from codegen.generation import Overrides, generated_program
 from codegen.input_files import LARGEST_GENERATED, read_bytes
 from codegen.spec import read_spec
 from codegen.stability.certificate.certify import Certificate, Refusal
+from codegen.text import render
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,10 @@ class GeneratedFmu:
     members: tuple[str, ...]
     outcome: Certificate | Refusal
     stale: bool = False
+
+    @property
+    def refused(self) -> bool:
+        return isinstance(self.outcome, Refusal)
 
 
 def _on_disk(path: Path) -> bytes | None:
@@ -75,3 +80,9 @@ def generate_fmu(
     if isinstance(outcome, Certificate) or uncertified:
         write_all(target.parent, {target.name: fmu.data})
     return GeneratedFmu(target, version, members, outcome)
+
+
+def fmu_text(made: GeneratedFmu, check_only: bool, uncertified: bool) -> str:
+    """What was written or is not current, in words."""
+    given = {"refused": made.refused, "check_only": check_only, "uncertified": uncertified}
+    return render("text/generated_fmu.txt.j2", result=made, **given)

@@ -13,10 +13,11 @@ from codegen.effects.declare import add_declared_effects
 from codegen.files import refuse_foreign, refuse_target, write_all
 from codegen.mechanics import build_system
 from codegen.numerics import require_finite
-from codegen.readable_gains import gains_json
+from codegen.readable_gains import gains_json, gains_view
 from codegen.spec import read_spec
 from codegen.stability.feasibility.gains import Feasibility, assess
 from codegen.stability.feasibility.stated import suggested_text
+from codegen.text import render
 
 MAP, NUMBERS, SPEC = "gains.png", "gains.json", "spec.yaml"
 
@@ -65,3 +66,8 @@ def gains(path: str | Path, folder: str | Path | None = None, over: Sequence[str
         files[SPEC] = suggested_text(spec, report.axes, report.suggestion)
     write_all(Path(folder), files, (NUMBERS,))
     return GainReport(report, tuple(Path(folder) / name for name in files))
+
+
+def gains_text(report: GainReport) -> str:
+    """The report in words."""
+    return render("text/gains.txt.j2", files=report.files, **gains_view(report.feasibility))

@@ -13,13 +13,13 @@ from codegen.cancellation import with_cancellation
 from codegen.checker import newtons
 from codegen.checker import verify as checker
 from codegen.emit import ALWAYS, PRINTERS
-from codegen.emit.package import Header, emit_manifest, emit_readme, emit_sources, make_header, proof_lines
+from codegen.emit.package import Header, emit_manifest, emit_readme, emit_sources, proof_lines
 from codegen.errors import BadInput, nearest_name
 from codegen.files import refuse_target, remove, sha256, write_all, write_atomically
+from codegen.generable import header_of
 from codegen.input_files import LARGEST_GENERATED, is_there, read_or_none, read_text
 from codegen.numerics import numerical
 from codegen.observers import Observer, observer_of
-from codegen.observers.shape import refuse_infinite_slope
 from codegen.program import Program, build_program
 from codegen.program.model import FAULTS, PRECISIONS
 from codegen.spec import Spec, read_spec
@@ -29,8 +29,7 @@ from codegen.stability.analysis import analyse
 from codegen.stability.bound.bound_proof import with_bounds
 from codegen.stability.certificate.certify import PROOFS, Certificate, Refusal, json_text, withdrawn
 from codegen.stability.certificate.certify import certify as certify_analysis
-from codegen.stability.certificate.prefix import rational_text
-from codegen.stability.certificate.region_proofs import REGION_PROOFS
+from codegen.stability.certificate.region_files import REGION_PROOFS
 from codegen.text import render
 
 CHOSEN = ("splits", "lyapunov_matrix", "slow", "decay_rate", "reversals", "along")  # by the solver, in a certificate
@@ -53,6 +52,10 @@ class Generated:
     files: Mapping[str, str]
     outcome: Certificate | Refusal
     stale: tuple[str, ...] = ()
+
+    @property
+    def refused(self) -> bool:
+        return isinstance(self.outcome, Refusal)
 
 
 @dataclass(frozen=True)
@@ -129,6 +132,12 @@ def generate(
     return Generated(target, files, outcome)
 
 
+def generated_text(made: Generated, check_only: bool, uncertified: bool) -> str:
+    """What was written or is not current, in words."""
+    given = {"refused": made.refused, "check_only": check_only, "uncertified": uncertified}
+    return render("text/generated.txt.j2", result=made, **given)
+
+
 def generated_files(spec: Spec, overrides: Overrides | None = None) -> tuple[dict[str, str], Certificate | Refusal]:
     """All files of generated/NAME, and the certificate or refusal."""
     _, files, outcome = generated_program(spec, overrides)
@@ -167,18 +176,11 @@ def _places(program: Program) -> dict[str, str]:
     return inputs | {name: f"outputs.{program.reference(name)}" for name, _, _ in program.outputs}
 
 
-def refuse_ungenerable(spec: Spec, observer: Observer) -> None:
-    """Raise BadInput, at its line, for what ``generate`` would refuse before it comes to the proof."""
-    _sources(spec, observer, Overrides())
-    refuse_infinite_slope(spec)
-
-
 @numerical("the generated step")
 def _sources(spec: Spec, observer: Observer, overrides: Overrides) -> tuple[Program, Header, dict[str, str]]:
     with placed(spec):
         program = build_program(with_cancellation(spec, observer), spec.code)
-        envelope = {name: (rational_text(low), rational_text(high)) for name, (low, high) in spec.envelope.items()}
-        header = make_header(spec.path.name, spec.sha256, spec.source, spec.robot, overrides.options, envelope)
+        header = header_of(spec, overrides.options)
         return program, header, emit_sources(program, header, overrides.printers)
 
 

@@ -12,9 +12,11 @@ from codegen.files import refuse_target
 from codegen.numerics import numerical
 from codegen.observers import Observer, observer_of
 from codegen.program import Program, build_program
-from codegen.replay import Replayed, engine_for, replay_log
+from codegen.replay.engine import engine_for
+from codegen.replay.over_log import Replayed, replay_log
 from codegen.replay.samples import Samples
 from codegen.spec import Spec, read_spec
+from codegen.text import render
 
 
 @verb
@@ -54,3 +56,8 @@ def _program(spec: Spec, observer: Observer) -> Program:
 
 
 __all__ = ["Replayed", "replay"]
+
+
+def replayed_text(replayed: Replayed) -> str:
+    """What was written, and how fast."""
+    return render("text/replayed.txt.j2", r=replayed)

@@ -6,38 +6,13 @@ from typing import Any
 
 import sympy
 
-from codegen.pipeline import Model
 from codegen.spec.functions import Magnitude
 from codegen.stability.analysis import Analysis
-from codegen.stability.certificate.certify import beyond_checker
 from codegen.stability.conditions import Condition
 from codegen.stability.modes import Modes
 
 LONGEST_ENTRY = 60
 """Operations up to which an entry of a printed matrix is written out."""
-
-
-def model_view(model: Model) -> dict[str, Any]:
-    """What ``stiction check`` prints."""
-    system = model.system
-    values = [(s.name, float(v), system.units[s]) for s, v in system.values.items()]
-    slips = dict(zip([c.name for c in system.contacts], system.slip_velocity, strict=True))
-    return {
-        "spec": model.spec,
-        "system": system,
-        "mass": [[str(e) for e in system.mass_matrix.row(i)] for i in range(system.mass_matrix.rows)],
-        "force": [str(e) for e in system.force],
-        "contacts": [
-            (c.name, str(slips[c.name]), str(c.force.subs(c.slip, sympy.Symbol("u", real=True))), c.unit)
-            for c in system.contacts
-        ],
-        "values": values,
-        "observer": model.observer,
-        "uncertifiable": beyond_checker(model.observer) if model.observer else "",
-        "gains": [(s.name, float(v), model.observer.gain_units[s]) for s, v in model.observer.gains.items()]
-        if model.observer
-        else [],
-    }
 
 
 def analysis_view(analysis: Analysis) -> dict[str, Any]:

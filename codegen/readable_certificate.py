@@ -7,7 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from codegen.pipeline import Certified
+from codegen.app.certify import Certified
 from codegen.stability.certificate.certify import Certificate, Refusal
 from codegen.stability.certificate.region_proofs import Regions
 from codegen.text import render

@@ -17,6 +17,7 @@ HEAD = (
     "| training → test | verdict | force error: declared / refit / augmented | free run | expert, held out |\n"
     "|---|---|---|---|---|\n"
 )
+SAID = "In the words of the diagnosis:"
 MISSING = "| {words} | not run | | | {expert} |\n"
 
 
@@ -26,8 +27,10 @@ def page_of(set_name: str) -> Path:
 
 
 def table(set_name: str, out: Path) -> str:
-    """One row a diagnosis, of what earlier runs left in ``out``."""
-    return HEAD + "".join(row(run, out / set_name / run.name) for run in SETS[set_name])
+    """One row a diagnosis, of what earlier runs left in ``out``, and below what is said of each."""
+    rows = "".join(row(run, out / set_name / run.name) for run in SETS[set_name])
+    said = "".join(words(run, out / set_name / run.name) for run in SETS[set_name])
+    return HEAD + rows + (f"\n{SAID}\n\n{said}" if said else "")
 
 
 def row(run: Diagnosed, out: Path) -> str:
@@ -41,6 +44,12 @@ def row(run: Diagnosed, out: Path) -> str:
     if left.means:
         forces += f"<br>means of the logs: {' / '.join(f'{1e3 * v:.3g}' for v in left.means)} mN·m"
     return f"| {run.words} | {_verdict(found)} | {forces} | {_free_runs(found)} | {run.expert} |\n"
+
+
+def words(run: Diagnosed, out: Path) -> str:
+    """The verdict of one diagnosis in the tool's own words, as an item of a list; empty where there is none."""
+    found = result(out)
+    return "" if found is None else f"- {run.words}: {' '.join(found['sentence'].split())}\n"
 
 
 def replaced(page: str, text: str, name: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import resource
 import subprocess
 import sys
 import time
@@ -21,7 +22,7 @@ class Kept:
     """What came of a diagnosis.
 
     Attributes:
-        wall_s: of the process, from its start to its end.
+        wall_s: of the process, from its start to its end. cpu_s: that it took of all cores.
         failure: its last words where it gave no verdict; else empty.
         means: of steady logs, RMS of their mean residual force by declared, refit and augmented model.
     """
@@ -29,6 +30,7 @@ class Kept:
     wall_s: float
     failure: str
     means: list[float] = field(default_factory=list)
+    cpu_s: float = 0.0
 
 
 def command(set_name: str, run: Diagnosed, out: Path) -> list[str]:
@@ -46,18 +48,24 @@ def diagnosed(set_name: str, run: Diagnosed, out: Path) -> Kept:
     (out / "run.json").unlink(missing_ok=True)
     from benchmarks.real.steady import mean_errors  # SciPy and CasADi, which a page of kept results does not need
 
-    start = time.perf_counter()
+    start, before = time.perf_counter(), _children_cpu()
     done = subprocess.run(
         [sys.executable, "-m", "codegen.cli", *command(set_name, run, out)], capture_output=True, text=True, cwd=ROOT
     )
-    wall = time.perf_counter() - start
+    wall, cpu = time.perf_counter() - start, _children_cpu() - before
     failure = ""
     if done.returncode not in (0, EXIT_UNFIT):
         (out / "diagnosis.json").unlink(missing_ok=True)  # of an earlier run
         failure = f"exit code {done.returncode}: {' '.join(done.stderr.split()[-60:])}"
-    kept = Kept(wall, failure, mean_errors(set_name, run, out) if run.steady and not failure else [])
+    kept = Kept(wall, failure, mean_errors(set_name, run, out) if run.steady and not failure else [], cpu)
     write_atomically(out / "run.json", json.dumps(asdict(kept), indent=1))
     return kept
+
+
+def _children_cpu() -> float:
+    """Seconds that all ended child processes took."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def kept(out: Path) -> Kept | None:

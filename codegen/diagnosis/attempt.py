@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -18,6 +16,7 @@ from codegen.diagnosis.one_joint import of_joint, rows_of, started_as
 from codegen.diagnosis.output_error import Shot, again, fit, raw_slopes, state_slopes
 from codegen.diagnosis.screen import settled, starting_points
 from codegen.diagnosis.search import ROUNDS, Search
+from codegen.diagnosis.side_by_side import side_by_side
 from codegen.diagnosis.trial import Part, Trial, part_of
 from codegen.effects.family import candidates
 from codegen.effects.register import is_own
@@ -43,7 +42,6 @@ POLISHES, MOVING = 4, 0.01
 """Fresh slopes of the segments' starts for each of those, at most so often, while the cost falls by such a share."""
 JOINED = 2
 """Steps on all joints of an arm, once a part is fitted on its own."""
-WORKERS = max(1, min(2, os.cpu_count() or 1))
 
 Progress = Callable[[float], None]
 
@@ -75,16 +73,15 @@ def attempt(search: Search, base: Shot, parts: Sequence[Part], tell: Progress) -
     """Each part added to the base's trial and fitted; best first."""
     tried = Attempt(search, base, tuple(parts), tell)
     parts = tried.parts
-    with ThreadPoolExecutor(WORKERS) as pool:
-        smooth = [k for k, part in enumerate(parts) if not part.effect.rough]
-        screened = [s for s in pool.map(tried.screened, tried.promising(smooth, pool)) if s]
-        gains = sorted(map(tried.gain, screened), reverse=True)
-        tried.least_gain = max([0.0, *gains[FITTED - 1 : FITTED]])
-        rough = [k for k in range(len(parts)) if k not in smooth]
-        screened += [s for s in pool.map(tried.screened, rough) if s]
-        screened.sort(key=tried.gain, reverse=True)
-        kept = [s for rank, s in enumerate(screened) if rank < FITTED or is_own(parts[s[0]].kind)]
-        found = list(pool.map(tried.fitted, kept))
+    smooth = [k for k, part in enumerate(parts) if not part.effect.rough]
+    screened = [s for s in side_by_side(tried.screened, tried.promising(smooth)) if s]
+    gains = sorted(map(tried.gain, screened), reverse=True)
+    tried.least_gain = max([0.0, *gains[FITTED - 1 : FITTED]])
+    rough = [k for k in range(len(parts)) if k not in smooth]
+    screened += [s for s in side_by_side(tried.screened, rough) if s]
+    screened.sort(key=tried.gain, reverse=True)
+    kept = [s for rank, s in enumerate(screened) if rank < FITTED or is_own(parts[s[0]].kind)]
+    found = side_by_side(tried.fitted, kept)
     return sorted(found, key=lambda f: f.shot.cost)
 
 
@@ -94,7 +91,7 @@ class Attempt:
 
     Attributes:
         starts: by index of the part, where they were looked for already.
-        forced: by index of the part, where the force residual starts it: a stage of an actuator, above the noise.
+        forced: by index of the part, where the force residual starts it, above the noise.
         couplings: by coordinate, the spring between motor and load that was fitted there.
         few: by joint of an arm that is run joint by joint, else under None: what parts there are first tried beside.
         least_gain: by which a part with a rough loss must lower the cost at its start for its search to be worth it.
@@ -107,7 +104,7 @@ class Attempt:
     done: int = 0
     couplings: dict[int, dict[str, float]] = field(default_factory=dict)
     starts: dict[int, list[tuple[float, Array]]] = field(default_factory=dict)
-    forced: dict[int, Array] = field(default_factory=dict)
+    forced: dict[int, list[Array]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         joints = {self._joint(part) for part in self.parts}
@@ -124,12 +121,12 @@ class Attempt:
         if level(self.base) > NEAR_NOISE and not self.search.rigid:
             self.forced = self._by_force()
 
-    def promising(self, indices: Sequence[int], pool: ThreadPoolExecutor) -> list[int]:
+    def promising(self, indices: Sequence[int]) -> list[int]:
         """Of these parts those to be fitted: the best by what one linear step from their best start gains.
 
         An effect that nothing scales starts from a coarse grid of values, which says too little: it is always fitted.
         """
-        starts = dict(zip(indices, pool.map(self._starts, indices), strict=True))
+        starts = dict(zip(indices, side_by_side(self._starts, indices), strict=True))
         self.starts |= starts
         gains = {k: self._few(k).shot.cost - starts[k][0][0] if starts[k] else -np.inf for k in indices}
         scaled = [k for k in indices if self.parts[k].effect.scaling and not is_own(self.parts[k].kind)]
@@ -138,11 +135,16 @@ class Attempt:
         self.done += len(indices) - len(chosen)
         return chosen
 
-    def _by_force(self) -> dict[int, Array]:
+    def _by_force(self) -> dict[int, list[Array]]:
         """One after the other: CasADi builds expressions in one thread."""
-        start = ForceStart(self.search.problem, self.base)
-        found = {k: start.best(self.trials[k], self.covered(part)) for k, part in enumerate(self.parts)}
-        return {k: theta for k, theta in found.items() if theta is not None}
+        start, found = ForceStart(self.search.problem, self.base), {}
+        for k, part in enumerate(self.parts):
+            covered = self.covered(part)
+            stage = start.best(self.trials[k], covered)
+            others = part.effect.suggested(covered)
+            found[k] = [np.append(self.base.theta, part.inward(values)) for values in others]
+            found[k] += [] if stage is None else [stage]
+        return found
 
     def covered(self, part: Part) -> Covered:
         """What the log covers where a part sits."""
@@ -165,7 +167,7 @@ class Attempt:
         elif part.effect.scaling and starts:
             enough = few.shot.cost - AS_GOOD * max(few.shot.cost - starts[0][0], 0.0)
             starts = [starts[0], *(s for s in starts[1:] if s[0] < enough)]
-        thetas = [theta for _, theta in starts] + ([self.forced[k]] if k in self.forced else [])
+        thetas = [*(theta for _, theta in starts), *self.forced.get(k, [])]
         fits = [self.search.fit_from(runner, theta, few.shot, FIRST_ROUNDS, few.raw) for theta in thetas]
         self._tell_one_more()
         if not fits:

@@ -11,7 +11,7 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.diagnosis.signals import Motion, central_difference
-from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.casadi_form import over_rows, to_casadi
 from codegen.mechanics.system import TIME, Matrix, System
 from codegen.simulate.sensor_error import SensorError
 
@@ -47,8 +47,7 @@ def evaluate_forces(
     w = motion.inputs if inputs is None else inputs
     since = (motion.time - motion.time[0])[:, None]
     at = np.hstack([*true_motion(system, motion), w, since])
-    flat = np.asarray(function.map(len(at))(at.T))
-    return np.ascontiguousarray(flat.reshape(len(columns), n, len(at)).transpose(0, 2, 1))
+    return np.ascontiguousarray(over_rows(function, at).reshape(len(at), len(columns), n).transpose(1, 0, 2))
 
 
 def true_motion(system: System, motion: Motion) -> tuple[Array, Array, Array]:

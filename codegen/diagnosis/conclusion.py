@@ -127,6 +127,15 @@ def verdict_of(outcome: Outcome, faults: bool) -> Verdict:
     return "ambiguous" if outcome.rivals else "effect"
 
 
+def is_small(left: Sequence[Remainder], material: float) -> bool:
+    """Whether what a nameless curve explains of the residual force is nowhere a material share of the drive force.
+
+    Coordinates that move too little to be judged are left out; where none is judged nothing is called small.
+    """
+    judged = [r.material for r in left if isfinite(r.material)]
+    return bool(judged) and max(judged) < material
+
+
 def force_agrees(final: Shot, problem: Problem, refit: System, augmented: System) -> bool:
     """The second witness: what free runs credit must remove as much of the squared force residual as is asked of them.
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from codegen.diagnosis.measure import drive_force
 from codegen.diagnosis.residual import inverse_dynamics_residual
+from codegen.diagnosis.resonance import resonances
 from codegen.diagnosis.signals import Motion
 from codegen.diagnosis.trial import Part
 from codegen.effects import CATALOGUE
@@ -19,11 +20,12 @@ from codegen.mechanics.system import Matrix, System
 
 Array = NDArray[np.float64]
 
-BINS = 4096
+BINS = 16384
 PADDING = 16
 """Frequencies of the scan are a sixteenth of a turn over the whole span apart."""
-LEAST_TURNS = 1.0
+LEAST_TURNS, MOST_TURNS = 1.0, 2000.0
 KEPT_PERIODS = 3
+KEPT_RESONANCES = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +76,7 @@ class Survey:
             cutoff_hz=m.cutoff_hz,
             periods=partial(_periods, _sits_on(part), x, v, y, m.usable, span),
             coupling=coupling,
+            resonances=partial(_resonances, self.residual[:, i], m, i, float(self.mass[i, i])),
         )
 
 
@@ -98,6 +101,16 @@ def _sits_on(part: Part) -> str:
     return CATALOGUE[part.kind].sits_on
 
 
+def _resonances(y: Array, motion: Motion, i: int, inertia: float) -> tuple[dict[str, float], ...]:
+    """As stiffness, damping and share of the inertia of coordinate ``i``."""
+    found = resonances(y, motion.accelerations[:, i], inertia, motion, KEPT_RESONANCES)
+    loads = [(r, r.share * inertia) for r in found]
+    return tuple(
+        {"k": load * r.frequency**2, "c": 2 * r.damping_ratio * r.frequency * load, "load_fraction": r.share}
+        for r, load in loads
+    )
+
+
 def _periods(sits_on: str, x: Array, v: Array, y: Array, used: NDArray[np.bool_], span: float) -> tuple[float, ...]:
     """By what a wave multiplies there: the direction of slip, the square of speed, or nothing."""
     carrier = {"contact": np.sign(v), "sensor": v**2}.get(sits_on, np.ones_like(v))
@@ -106,7 +119,7 @@ def _periods(sits_on: str, x: Array, v: Array, y: Array, used: NDArray[np.bool_]
     density = np.bincount(place[used], weights=weights, minlength=BINS)
     power = np.abs(np.fft.rfft(density, PADDING * BINS)) ** 2
     turns = np.arange(len(power)) / PADDING
-    power[(turns < LEAST_TURNS) | (turns > min(400.0, used.sum() / 8))] = 0.0
+    power[(turns < LEAST_TURNS) | (turns > min(MOST_TURNS, used.sum() / 8))] = 0.0
     peaks = [
         k
         for k in np.argsort(-power)[:200]

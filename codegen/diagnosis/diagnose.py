@@ -9,7 +9,7 @@ from typing import Any
 import sympy
 
 from codegen.diagnosis.augment import augmented_text
-from codegen.diagnosis.conclusion import as_effect, candidates, first_effect, rounds, sentence, verdict_of
+from codegen.diagnosis.conclusion import as_effect, candidates, first_effect, is_small, rounds, sentence, verdict_of
 from codegen.diagnosis.credit import ALPHA, BLOCKS, level, share_far
 from codegen.diagnosis.examination import examine
 from codegen.diagnosis.harmonics import with_harmonics
@@ -120,7 +120,7 @@ def diagnose_log(
     )
     verdict, refit, augmented = said.verdict, said.refit, said.augmented
     left = remainders(said.adopted or refit, training, problem.masks)
-    if verdict == "unknown" and max(r.material for r in left) < material:
+    if verdict == "unknown" and is_small(left, material):
         verdict, said = "none", replace(said, verdict="none")
     tied, told, excitation = [], None, None
     if verdict == "ambiguous":
@@ -185,6 +185,8 @@ def _restrict(motion: Motion, start: int, stop: int) -> Motion:
         name: getattr(motion, name)[start:stop]
         for name in ("time", "positions", "velocities", "accelerations", "inputs", "commands", "usable", "measured")
     }
+    if motion.counted is not None:
+        cut["counted"] = motion.counted[start:stop]
     if stop < len(motion.time):
         cut["usable"] = cut["usable"].copy()
         cut["usable"][-round(1 / (motion.cutoff_hz * motion.sample_time)) :] = False

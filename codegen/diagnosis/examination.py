@@ -63,34 +63,31 @@ def _with_effects(standing: Search, outcome: Outcome, problem: Problem, plain: A
         return replace(plain, verdict=without_effects(outcome), effects=found, against=against)
     richer = settle(standing, shot, problem, with_effects(system, found))
     options = _options(with_effects(system, found), richer, "the effect with refitted values")
-    if verdict == "effect" and not force_agrees(outcome.final, problem, plain.refit, options[0].system):
-        verdict = "unknown"
+    if verdict in ("effect", "ambiguous") and not force_agrees(outcome.final, problem, plain.refit, options[0].system):
+        words = "the squared residual force of the training log does not fall by it as it should"
+        return replace(plain, verdict="unknown", effects=found, against=(words,))
     if verdict == "effect" and not takes_its_own(outcome, problem, plain.refit, options[0].system, found):
         words = "a smooth curve over its own variable explains twice as much of the residual force as the law does"
         return replace(plain, verdict="unknown", effects=found, against=(words,))
     if verdict == "unknown":
         return replace(plain, verdict=verdict, effects=found)
-    said = tuple(w for f, p in zip(found, shot.runner.trial.parts, strict=True) for w in remarks(f, p, problem))
-    if verdict == "ambiguous":
-        augmented = options[0].system
-        figures = (*plain.figures[:2], measured(augmented))
-        return replace(
-            plain, effects=found, augmented=augmented, figures=figures, errors=richer.errors, remarks=plain.remarks
-        )
     without = plain.figures[1]
     if options[0].system.transmissions:  # the motion of a load is derived from the noise of the differentiation
         without = replace(without, force_rms_rows=tuple(float("nan") for _ in without.force_rms_rows))
     chosen = admitted(options, plain.figures[0], measured, without)
     if chosen.option is None:
         return replace(plain, verdict="unknown", effects=found, against=chosen.refusals)
-    return replace(
+    written = replace(
         plain,
         effects=found,
         augmented=chosen.option.system,
         figures=(*plain.figures[:2], chosen.figures),
         errors=() if chosen.refusals else richer.errors,
-        remarks=(*said, *richer.notes, *_refused(chosen)),
     )
+    if verdict == "ambiguous":
+        return written
+    said = tuple(w for f, p in zip(found, shot.runner.trial.parts, strict=True) for w in remarks(f, p, problem))
+    return replace(written, remarks=(*said, *richer.notes, *_refused(chosen)))
 
 
 def _examined(

@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 
 from codegen.diagnosis.search import Search
 from codegen.mechanics.system import System
-from codegen.simulate import Feedback, run_loop, sampled
+from codegen.simulate.controller import Feedback, sampled
 from codegen.simulate.loop_run import LoopRun
+from codegen.simulate.observed_loop import run_loop
 
 Array = NDArray[np.float64]
 

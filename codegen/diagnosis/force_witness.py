@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from math import exp
 
@@ -13,7 +13,7 @@ from codegen.diagnosis.balance import slip_velocities
 from codegen.diagnosis.credit import SIGNED, random_signs
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.referee import LEAST_ROWS, explained_over, remainder_columns, sliding
-from codegen.diagnosis.residual import inverse_dynamics_residual
+from codegen.diagnosis.residual import residual_at_drive
 from codegen.diagnosis.signals import Motion
 from codegen.effects import CATALOGUE
 from codegen.mechanics.system import System
@@ -89,7 +89,7 @@ def independent(values: Array) -> float:
 
 def fair_residual(problem: Problem, system: System) -> Array:
     """(N, n) low-passed force residual of a system, its friction levels refitted to it on each coordinate."""
-    residual = inverse_dynamics_residual(system, problem.motion)
+    residual = residual_at_drive(system, problem.motion)
     columns = [
         without_levels(system, problem.motion, problem.masks.rows[:, i], residual[:, i], i)
         for i in range(residual.shape[1])
@@ -105,14 +105,11 @@ class ForceEvidence:
         coordinate: index.
         removed: share of the refit's squared residual that the augmented model removes.
         own: share of it that a flexible regression on the effects' own variables explains on held-out parts.
-        others: other variable → (share that it explains alone, share that it explains together with what the effects
-            changed).
     """
 
     coordinate: int
     removed: float
     own: float
-    others: Mapping[str, tuple[float, float]]
 
 
 def force_evidence(
@@ -120,7 +117,7 @@ def force_evidence(
 ) -> list[ForceEvidence]:
     """Of effects of these kinds, on each coordinate on which they are seen."""
     motion = problem.motion
-    before, after = (inverse_dynamics_residual(s, motion) for s in (refit, augmented))
+    before, after = (residual_at_drive(s, motion) for s in (refit, augmented))
     own = {VARIABLES[CATALOGUE[kind].seen_over] for kind in kinds}
     found = []
     for i in sorted(set(acting)):
@@ -128,14 +125,8 @@ def force_evidence(
         used = sliding(refit, motion, problem.masks, i)
         r, left = (without_levels(refit, motion, used, y[:, i], i) for y in (before, after))
         removed = 1 - float(np.sum(left[used] ** 2) / max(float(np.sum(r[used] ** 2)), 1e-300))
-        shape = (r - left)[:, None]
-        others = {
-            name: (explained_over(r, used, [columns]), explained_over(r, used, [columns, shape]))
-            for name, columns in variables.items()
-            if name not in own
-        }
         together = explained_over(r, used, [variables[name] for name in sorted(own)])
-        found.append(ForceEvidence(i, removed, together, others))
+        found.append(ForceEvidence(i, removed, together))
     return found
 
 

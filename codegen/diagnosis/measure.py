@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.diagnosis.balance import evaluate_forces
-from codegen.diagnosis.residual import Masks, effective_inputs, inverse_dynamics_residual
+from codegen.diagnosis.residual import Masks, effective_inputs, inverse_dynamics_residual, residual_at_drive
 from codegen.diagnosis.results import ErrorFigures
 from codegen.diagnosis.signals import TRIM_S, Motion, central_difference
 from codegen.mechanics.system import Matrix, System
@@ -43,9 +43,10 @@ def measure(system: System, motion: Motion, used: Masks, window: Window) -> Erro
 def force_errors(system: System, motion: Motion, used: Masks, window: Window) -> tuple[tuple[float, ...], float, float]:
     """RMS of the low-passed residual by coordinate and over all, and its norm over that of the drive force.
 
-    The norm is that of ``power``; entries at standstill count as zero in both.
+    Both at the drive: friction that follows the drive force makes neither smaller by that alone. The norm is that of
+    ``power``; entries at standstill count as zero in both.
     """
-    residual = inverse_dynamics_residual(system, motion)
+    residual = residual_at_drive(system, motion)
     inside = np.zeros(len(motion.time), dtype=bool)
     inside[window.start : window.stop] = True
     rows = used.rows & inside[:, None]
@@ -53,7 +54,8 @@ def force_errors(system: System, motion: Motion, used: Masks, window: Window) ->
     per_row = tuple(float(np.sqrt(s.mean())) if len(s) else float("nan") for s in squares)
     pooled = np.concatenate(squares)
     drive = motion.low_pass(drive_force(system, motion))
-    left, driven = (float(power(system, motion, np.where(rows, r, 0.0)).sum()) for r in (residual, drive))
+    inverse = inverse_mass(system, motion)
+    left, driven = (float(_power(inverse, np.where(rows, r, 0.0)).sum()) for r in (residual, drive))
     relative = float(np.sqrt(left / driven)) if driven > 0 else float("inf")
     return per_row, float(np.sqrt(pooled.mean())) if len(pooled) else float("nan"), relative
 
@@ -62,6 +64,8 @@ def free_run_errors(system: System, motion: Motion, window: Window, restart_s: f
     """RMS of predicted less raw position on each coordinate, restarted from the low-passed measured state."""
     error = free_run_series(system, motion, restart_s)[window.start : window.stop]
     usable = motion.usable[window.start : window.stop] & ~np.isnan(error).any(axis=1)
+    if motion.counted is not None:
+        usable &= motion.counted[window.start : window.stop]
     if not usable.any() or not np.isfinite(error[usable]).all():
         return [float("inf")] * error.shape[1]
     return [float(e) for e in np.sqrt(np.mean(error[usable] ** 2, axis=0))]
@@ -116,6 +120,8 @@ def inverse_mass(system: System, motion: Motion) -> Array:
     """(N, n, n) M(x)⁻¹ along a motion."""
     columns = [Matrix(system.mass_matrix[:, j]) for j in range(system.degrees_of_freedom)]
     mass = evaluate_forces(system, columns, motion).transpose(1, 2, 0)
+    if (mass == mass[:1]).all():  # one inverse serves all samples
+        return np.broadcast_to(np.linalg.pinv(mass[:1], hermitian=True), mass.shape)
     return np.asarray(np.linalg.pinv(mass, hermitian=True))
 
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from codegen.diagnosis.side_by_side import side_by_side
 from codegen.diagnosis.trial import Runner
 
 Array = NDArray[np.float64]
@@ -112,14 +113,15 @@ def state_slopes(runner: Runner, theta: Array, offsets: Array) -> Starts:
     noise = record.of_starts(record.noise)
     base = means(runner, runner.run(theta, offsets))
     duration = runner.record.length * runner.record.sample_time
-    columns = []
-    for k in range(2 * n):
+
+    def slope(k: int) -> Array:
         size = 3 * noise[:, k % n] / (1.0 if k < n else duration)
         moved = offsets.copy()
         moved[:, k] += size
-        columns.append((base - means(runner, runner.run(theta, moved))) / size[:, None])
-    slopes = np.stack(columns, axis=2)
-    speed = record.of_starts(np.quantile(np.abs(record.velocities), 0.95, axis=0))
+        return np.asarray((base - means(runner, runner.run(theta, moved))) / size[:, None])
+
+    slopes = np.stack(side_by_side(slope, range(2 * n)), axis=2)
+    speed = record.of_starts(record.top_speed)
     width = np.hstack([WIDE * noise, np.maximum(WIDE * noise / duration, SPEED_SHARE * speed)])
     normal = np.einsum("skp,skq->spq", slopes, slopes) + width[:, :, None] ** -2.0 * np.eye(2 * n)
     return Starts(slopes, np.linalg.solve(normal, slopes.transpose(0, 2, 1)), width)
@@ -186,9 +188,7 @@ def fit(
         taken: dict[int, Array] = dict(enumerate(known))
         if turn and (price > 0).sum() > MANY:
             taken |= {int(k): slopes[k] for k in np.flatnonzero(price > 0)}
-        slopes = [
-            taken[k] if k in taken else _slope(runner, theta, offsets, now, k, sizes[k]) for k in range(len(theta))
-        ]
+        slopes = _slopes(runner, theta, offsets, now, sizes, taken)
         columns = np.stack([starts.project(s, slope=True) for s in slopes]) if slopes else np.zeros((0, *flat.shape))
         if turn == rounds or not slopes:
             break
@@ -222,6 +222,16 @@ def fit(
     return Shot(runner, theta, offsets, flat, columns, starts, price, centre, limited, tempering)
 
 
+def _slopes(
+    runner: Runner, theta: Array, offsets: Array, now: Array, sizes: Array, taken: Mapping[int, Array]
+) -> list[Array]:
+    """By every parameter; those ``taken`` are known."""
+    missing = [k for k in range(len(theta)) if k not in taken]
+    found = side_by_side(lambda k: _slope(runner, theta, offsets, now, k, sizes[k]), missing)
+    known = {**taken, **dict(zip(missing, found, strict=True))}
+    return [known[k] for k in range(len(theta))]
+
+
 def _slope(runner: Runner, theta: Array, offsets: Array, now: Array, k: int, size: float) -> Array:
     moved = theta.copy()
     step = STEP * max(size, 1e-12)
@@ -233,7 +243,7 @@ def raw_slopes(shot: Shot) -> list[Array]:
     """Slopes (S, K n) of the prediction by every parameter, the starts' part left in."""
     now = means(shot.runner, shot.runner.run(shot.theta, shot.offsets))
     sizes = np.maximum(np.abs(shot.theta), 1e-3)
-    return [_slope(shot.runner, shot.theta, shot.offsets, now, k, sizes[k]) for k in range(len(shot.theta))]
+    return _slopes(shot.runner, shot.theta, shot.offsets, now, sizes, {})
 
 
 def again(

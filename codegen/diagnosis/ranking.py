@@ -16,7 +16,7 @@ from codegen.diagnosis.force_witness import ForceGain, fair_residual, force_gain
 from codegen.diagnosis.models import model_of, with_effects
 from codegen.diagnosis.output_error import Shot
 from codegen.diagnosis.reservations import never_passed
-from codegen.diagnosis.residual import inverse_dynamics_residual
+from codegen.diagnosis.residual import drive_left, inverse_dynamics_residual
 from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.trial import Part
@@ -95,6 +95,7 @@ def run_round(search: Search, current: Shot, parts: Sequence[Part], tell: Callab
         size = weight_of(search, found, base)
         witness = Witness(search, found.shot)
         why_not = _why_not(search, found, one, size) or too_alike(without, witness, found)
+        why_not = why_not or by_the_drive_itself(without, witness)
         p = chance(search, found.shot, one, len(parts))
         p = p if why_not else with_force(p, without, witness, len(parts))
         unsure = not why_not and p > credit.ALPHA
@@ -233,6 +234,19 @@ def _why_not(search: Search, found: Found, e: Evidence, size: float) -> str:
         return "its period is longer than the way that the log travels: less than one period shows no repetition"
     here = CATALOGUE[found.part.kind].coordinate(search.system, found.part.place)
     return found.part.effect.unseen(found.parameters, float(search.record.noise[here]))
+
+
+def by_the_drive_itself(before: Witness, after: Witness) -> str:
+    """Words where friction that follows the drive force explains it by itself.
+
+    With the measured drive on both sides of the balance, such friction takes noise and structure away as it takes the
+    drive away: what counts is the residual over the share of the drive that is left.
+    """
+    motion = before.search.motion
+    left, had = drive_left(after.system, motion), drive_left(before.system, motion)
+    if np.all(left >= (1 - credit.LEAST_SHARE) * had) or after.over(before).left <= 1 - credit.LEAST_SHARE:
+        return ""
+    return f"leaves {100 * left.min():.2g} % of the drive force to the motion, and of that no more is explained"
 
 
 def admissible(search: Search, found: Found) -> bool:

@@ -65,15 +65,23 @@ def record_of(motion: Motion, log: Log, shorter: float = 1.0) -> Record:
 
 
 def _starts(motion: Motion, usable: NDArray[np.bool_], stretches: list[tuple[int, int]], length: int) -> list[int]:
-    """Where segments of ``length`` samples start: within one stretch each, where the machine moves fastest near by."""
+    """Where segments of ``length`` samples start: within one stretch each, where the machine moves fastest near by.
+
+    Of a record on a grid finer than its own there are so many segments as it has samples for.
+    """
     h, count = motion.sample_time, len(motion.time)
     speed = np.abs(motion.velocities)
     top = np.quantile(speed, 0.95, axis=0)
     share = speed / np.where(top > 0, top, 1.0)
     edge = min(round(EDGE_S / h), count // 20)
     reach, starts = length // 4, []
+    own = np.arange(count + 1) if motion.counted is None else np.concatenate([[0], np.cumsum(motion.counted)])
     for first, last in stretches:
+        taken = own[first]
         for k in range(max(first, edge) + reach, min(last, count - edge) - length - reach, length):
+            if own[k + length] - taken < length:
+                continue
+            taken = own[k + length]
             start = k - reach + int(np.argmax(share[k - reach : k + reach + 1].min(axis=1)))
             if usable[start : start + length].all() and share[start : start + length].max() > STILL:
                 starts.append(start)

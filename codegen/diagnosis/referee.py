@@ -18,7 +18,7 @@ from scipy.interpolate import BSpline
 
 from codegen.diagnosis.balance import evaluate_forces, slip_velocities
 from codegen.diagnosis.measure import drive_force
-from codegen.diagnosis.residual import Masks, inverse_dynamics_residual
+from codegen.diagnosis.residual import Masks, residual_at_drive
 from codegen.diagnosis.results import Remainder
 from codegen.diagnosis.signals import Motion, central_difference
 from codegen.mechanics.system import Matrix, System
@@ -36,6 +36,9 @@ DEGREE = 3
 LEAST_ROWS = 200
 BESIDE, LEAST_PERIODS = 2, 6
 """Of a line in the spectrum: bins beside it, which a change of its amplitude fills; periods that the log holds."""
+REPEATED = 2.0
+"""What the held-out parts gain together over the root of the sum of their squares, at least: were nothing explained,
+each gain could as well have the other sign."""
 SLIDING = 0.03
 """Share of a contact's 95 % speed from which on it slides for sure: slower, friction may balance any load."""
 
@@ -46,7 +49,7 @@ def remainders(system: System, motion: Motion, used: Masks) -> tuple[Remainder, 
     Args:
         used: samples away from standstill, ends and gaps.
     """
-    residual = inverse_dynamics_residual(system, motion)
+    residual = residual_at_drive(system, motion)
     acting = acting_force(system, motion)
     found = []
     for i in range(system.degrees_of_freedom):
@@ -84,10 +87,22 @@ def sliding(system: System, motion: Motion, used: Masks, i: int) -> NDArray[np.b
 
 def explained_over(residual: Array, rows: NDArray[np.bool_], columns: Sequence[Array]) -> float:
     """Share of the squared residual that these columns, (N, m) each, explain on held-out parts; at least 0."""
+    return max(0.0, float(_gains(residual, rows, columns).sum()))
+
+
+def repeated_share(residual: Array, rows: NDArray[np.bool_], columns: Sequence[Array]) -> float:
+    """The same where the held-out parts agree that there is one; else 0."""
+    gains = _gains(residual, rows, columns)
+    share, spread = float(gains.sum()), float(np.sqrt((gains**2).sum()))
+    return share if share > 0 and share >= REPEATED * spread else 0.0
+
+
+def _gains(residual: Array, rows: NDArray[np.bool_], columns: Sequence[Array]) -> Array:
+    """(FOLDS,) of the squared residual, what is explained on each held-out part."""
     kept = _thinned(rows)
     if kept.sum() < LEAST_ROWS:
-        return 0.0
-    return max(0.0, _cross_validated(residual[kept], [c[kept] for c in columns], _chunks(kept))[0])
+        return np.zeros(FOLDS)
+    return _cross_validated(residual[kept], [c[kept] for c in columns], _chunks(kept))[0]
 
 
 def smooth_curve(residual: Array, rows: NDArray[np.bool_], columns: Array) -> Array:
@@ -103,9 +118,9 @@ def _remainder(r: Array, drive: Array, rows: NDArray[np.bool_], variables: Mappi
     if rows.sum() < LEAST_ROWS:
         return Remainder(float("nan"), float("nan"), 0.0)
     rms, driven = (float(np.sqrt(np.mean(y[rows] ** 2))) for y in (r, drive))
-    constant = explained_over(r, rows, [np.ones((len(r), 1))])
-    over = {name: explained_over(r, rows, [columns]) for name, columns in variables.items()}
-    together = max(explained_over(r, rows, list(variables.values())), *over.values(), constant)
+    constant = repeated_share(r, rows, [np.ones((len(r), 1))])
+    over = {name: repeated_share(r, rows, [columns]) for name, columns in variables.items()}
+    together = max(repeated_share(r, rows, list(variables.values())), *over.values(), constant)
     beyond = {name: max(0.0, share - constant) for name, share in over.items()}
     share = rms / driven if driven > 0 else float("inf")
     return Remainder(rms, share, together, {"constant": constant} | beyond)
@@ -191,11 +206,11 @@ def _chunks(kept: NDArray[np.bool_]) -> NDArray[np.int64]:
     return np.asarray(piece % FOLDS)
 
 
-def _cross_validated(y: Array, groups: Sequence[Array], fold: NDArray[np.int64]) -> tuple[float, Array]:
+def _cross_validated(y: Array, groups: Sequence[Array], fold: NDArray[np.int64]) -> tuple[Array, Array]:
     """Ridge regression with the penalty, of ``PENALTIES``, that is best on the held-out parts.
 
     Returns:
-        The share of Σy² that it explains there, and its weights on all of them, the last one of a constant.
+        (FOLDS,) shares of y'y by which each held-out part falls, and the weights on all, the last one of a constant.
     """
     a = np.hstack([*groups, np.ones((len(y), 1))])
     roughness = _roughness([g.shape[1] for g in groups])
@@ -203,20 +218,21 @@ def _cross_validated(y: Array, groups: Sequence[Array], fold: NDArray[np.int64])
     rights = np.array([a[fold == f].T @ y[fold == f] for f in range(FOLDS)])
     gram, right = grams.sum(axis=0), rights.sum(axis=0)
     size = float(np.trace(gram)) / len(gram)
-    total, best, chosen = float(y @ y), np.inf, PENALTIES[0]
+    before = np.array([float(y[fold == f] @ y[fold == f]) for f in range(FOLDS)])
+    total, best, chosen = float(before.sum()), np.full(FOLDS, np.inf), PENALTIES[0]
     small = 1e-9 * size * np.eye(len(gram))
     for penalty in PENALTIES:
-        error = 0.0
+        after = np.zeros(FOLDS)
         for f in range(FOLDS):
             weights = np.linalg.lstsq(
                 gram - grams[f] + penalty * size * roughness + small, right - rights[f], rcond=None
             )[0]
             left = y[fold == f] - a[fold == f] @ weights
-            error += float(left @ left)
-        if error < best:
-            best, chosen = error, penalty
+            after[f] = float(left @ left)
+        if after.sum() < best.sum():
+            best, chosen = after, penalty
     weights = np.linalg.lstsq(gram + chosen * size * roughness + small, right, rcond=None)[0]
-    return (1 - best / total if total > 0 else 0.0), weights
+    return ((before - best) / total if total > 0 else np.zeros(FOLDS)), weights
 
 
 def _roughness(widths: Sequence[int]) -> Array:

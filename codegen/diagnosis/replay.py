@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import ModuleType
-from typing import Any
 
 import numpy as np
 import sympy
@@ -17,8 +15,8 @@ from codegen.diagnosis.signals import Motion
 from codegen.emit.package import emit_sources, make_header
 from codegen.mechanics.system import System
 from codegen.observers import build_observer
-from codegen.program import Program, build_program
-from codegen.replay.twin import inputs_of, load_twin, values_of
+from codegen.program import build_program
+from codegen.replay.engine import compiled_engine
 from codegen.spec.model import ObserverChoice, Spec
 
 Array = NDArray[np.float64]
@@ -41,37 +39,19 @@ def tracking_choice(system: System, motion: Motion, bandwidth: float) -> Observe
     return ObserverChoice("gto", "estimated", gains, sympy.Rational(f"{motion.sample_time:.12g}"), sympy.Integer(1))
 
 
-def replay(twin: ModuleType, program: Program, rows: Array, outputs: list[str]) -> Array:
-    """Run a twin over samples.
-
-    Args:
-        twin: a generated module of ``program``.
-        rows: (N, inputs) in the order of its Inputs.
-        outputs: names of the outputs wanted.
-
-    Returns:
-        (N, len(outputs)).
-    """
-    parameters: Any = twin.Parameters()
-    state: Any = None
-    result = np.empty((len(rows), len(outputs)))
-    for k, row in enumerate(rows.tolist()):
-        inputs = inputs_of(twin, program, row)
-        if state is None:
-            state = twin.init(parameters, inputs)
-        result[k] = values_of(twin.step(state, parameters, inputs), program, outputs)
-    return result
-
-
 def tracked_friction(spec: Spec, system: System, motion: Motion, bandwidth: float) -> Array:
     """(N, n) generalised friction as the generated tracking observer sees it."""
     choice = tracking_choice(system, motion, bandwidth)
     observer = build_observer(replace(spec, observer=choice), system)
     program = build_program(observer)
-    source = emit_sources(program, make_header(spec.path.name, spec.sha256, ""))["__init__.py"]
+    engine = compiled_engine(
+        program, emit_sources(program, make_header(spec.path.name, spec.sha256, ""), ("c",)), False
+    )
     rows = np.hstack([motion.measured, motion.commands])[:MOST_SAMPLES]
-    names = [f"F_hat_on_{x.name}" for x in system.positions]
-    return replay(load_twin(source, f"{spec.name}_tracking"), program, rows, names)
+    engine.start(rows[0])
+    estimates, _ = engine.run(rows)
+    names = [name for name, _, _ in program.outputs]
+    return estimates[:, [names.index(f"F_hat_on_{x.name}") for x in system.positions]]
 
 
 def compare_residuals(spec: Spec, system: System, motion: Motion) -> Agreement | None:

@@ -24,6 +24,8 @@ Array = NDArray[np.float64]
 
 STICK_SHARE = 0.004
 """A slip slower than this share of its own 95 % speed counts as standstill."""
+LEAST_LEFT = 1e-6
+"""Of the drive force: less is as good as nothing."""
 LONGEST_CROSSING_S = 0.03
 """A reversal passes through standstill faster than this; whatever lasts longer is stick."""
 
@@ -54,7 +56,8 @@ def masks(system: System, motion: Motion, noise_speed: float = 0.0) -> Masks:
     """Samples to use: away from ends, gaps and standstill.
 
     At standstill friction takes any value within its level, so sgn(0) would be wrong; those samples are left out with
-    the filter's reach around them. Quick crossings of zero stay.
+    the filter's reach around them. Quick crossings of zero stay. Of a record on a grid finer than its own, only so many
+    samples are used as it has.
     """
     slip = slip_velocities(system, motion)
     reach = max(1, round(0.35 / (motion.cutoff_hz * motion.sample_time)))
@@ -68,6 +71,8 @@ def masks(system: System, motion: Motion, noise_speed: float = 0.0) -> Masks:
         for i in range(system.degrees_of_freedom):
             if system.distribution[i, c] != 0:
                 rows[:, i] &= ~widened
+    if motion.counted is not None:
+        rows &= motion.counted[:, None]
     return Masks(rows, stuck)
 
 
@@ -75,6 +80,32 @@ def inverse_dynamics_residual(system: System, motion: Motion, filtered: bool = T
     """g − M a − U λ at every sample, (N, n), with the system's own friction levels; low-passed unless told not to."""
     raw = _balance(system, motion)
     return motion.low_pass(raw) if filtered else raw
+
+
+def residual_at_drive(system: System, motion: Motion) -> Array:
+    """The low-passed residual, (N, n), over the share of the drive force that friction leaves to the motion.
+
+    Friction that follows the measured drive force takes as much of the residual away as of that force: with all of it
+    taken, nothing is left to be wrong. The same where no friction follows the drive.
+    """
+    return np.asarray(inverse_dynamics_residual(system, motion) / drive_left(system, motion))
+
+
+def drive_left(system: System, motion: Motion) -> Array:
+    """(n,) median of what the inputs change in g − U λ over that of what they change in g; at most 1.
+
+    Medians, since at a crawl the sign of the speed is noise, and friction then adds to the drive.
+    """
+    n = system.degrees_of_freedom
+    if not any(c.force.has(w) for c in system.contacts for w in system.inputs):
+        return np.ones(n)
+    off = dict.fromkeys(system.inputs, 0)
+    columns = [Matrix(f - f.subs(off)) for f in (Matrix(system.commanded(system.force)), system.equation_error)]
+    inputs = effective_inputs(system, motion)
+    drive, net = (motion.low_pass(f) for f in evaluate_forces(system, columns, motion, inputs))
+    used = motion.usable if motion.counted is None else motion.usable & motion.counted
+    driven, left = (np.median(np.abs(f[used]), axis=0) for f in (drive, net))
+    return np.asarray(np.clip(np.where(driven > 0, left / np.where(driven > 0, driven, 1.0), 1.0), LEAST_LEFT, 1.0))
 
 
 def _balance(system: System, motion: Motion) -> Array:

@@ -137,9 +137,9 @@ class Remainder:
     Attributes:
         rms: of the low-passed force residual, in the coordinate's force unit.
         share: the same over the RMS of the drive force.
-        structured: share of its square that all variables together explain on held-out parts.
+        structured: share of its square that all variables together, or one of them, explain on held-out parts.
         over: variable → share of its square that this variable alone explains on held-out parts, beyond what a constant
-            does, which is told as ``constant``.
+            does, which is told as ``constant``; 0 where these parts do not agree that it explains any.
     """
 
     rms: float

@@ -129,6 +129,7 @@ def find_effects(search: Search, base: Shot, tell: Progress, refit_only: bool = 
         current = pruned(search, current, 1)
         single = _single(search, current)
         current, rivals = (current, rivals) if single is None else (single, [])
+        current, rivals = standing(search, base, current, rivals, len(first))
     lost = current is base and not refit_only
     lost = lost and (level(base) > credit.NEAR_NOISE or credit.share_far(base) > credit.FEW)
     return Outcome(
@@ -199,6 +200,20 @@ def pruned(search: Search, shot: Shot, candidates: int, spared: int = 0) -> Shot
             without = search.without(shot, k)
             shot = shot if worth_it(search, without, shot, candidates) else without
     return shot
+
+
+def standing(
+    search: Search, base: Shot, current: Shot, rivals: Sequence[Ranked], candidates: int
+) -> tuple[Shot, list[Ranked]]:
+    """A fit of which effects were dropped, and its rivals; the refit where what is left is not credited over it.
+
+    Two effects may be credited together of which neither is on its own. A rival that was tried beside an effect is
+    none of an effect that stands alone.
+    """
+    alone = len(current.runner.trial.parts) == 1
+    if alone and not credible(search, base, current, candidates):
+        return base, []
+    return current, [r for r in rivals if not alone or len(r.found.trial.parts) == 1]
 
 
 def at_noise(shot: Shot) -> bool:

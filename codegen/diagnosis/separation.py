@@ -30,7 +30,7 @@ from codegen.effects.family import kinds_of
 from codegen.errors import BadInput
 from codegen.logs import Log
 from codegen.mechanics.system import System
-from codegen.simulate import Sensors
+from codegen.simulate.sensors import Sensors
 
 Array = NDArray[np.float64]
 

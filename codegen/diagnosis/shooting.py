@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
 from itertools import zip_longest
 from typing import Any
 
@@ -23,7 +24,9 @@ from codegen.text import render
 Array = NDArray[np.float64]
 Indices = NDArray[np.int32]
 
-FLAGS = ("-O2", "-fno-math-errno", "-fno-trapping-math")
+FLAGS = ("-O1", "-fno-math-errno", "-fno-trapping-math")
+"""Of -O1, -O2 and -O3 all give the same bits; at -O1 gcc 12 compiles faster and the step takes about half the time."""
+KEPT_LIBRARIES = 32
 _AT_REST = 1e-30
 WARM_S = 1.0
 STEPS_PER_PERIOD = 50
@@ -55,7 +58,7 @@ class Record:
     length: int
     joints: tuple[int, ...] | None = None
 
-    @property
+    @cached_property
     def targets(self) -> Array:
         """(S, L, n) measured positions of each segment, or (S joints, L, 1)."""
         return self.by_row(np.asarray(self.measured[self.start[:, None] + np.arange(self.length)]))
@@ -80,6 +83,11 @@ class Record:
     def of_starts(self, values: Array) -> Array:
         """(n,) values as they hold for the rows, (1, n) or (S joints, 1)."""
         return values[None] if self.joints is None else np.tile(values[list(self.joints)], len(self.start))[:, None]
+
+    @cached_property
+    def top_speed(self) -> Array:
+        """(n,) 95 % speeds."""
+        return np.asarray(np.quantile(np.abs(self.velocities), 0.95, axis=0))
 
     @property
     def at_rest(self) -> Array:
@@ -143,7 +151,7 @@ class Shooter:
         self.states = max(len(owners(s)) for s in systems)
         inputs = driven or [len(s.inputs) for s in systems]
         source = shooting_source(systems, self.free, self.loads, self.states, inputs)
-        library = load_library(compile_shared({"shooting.c": source}, ["shooting.c"], FLAGS))
+        library = _library(source)
         self._follow, self._shoot = library.follow, library.shoot
         self._follow.restype = self._shoot.restype = None
 
@@ -200,6 +208,12 @@ class Shooter:
         return ctypes.c_int(model), loads, *(_pointer(array) for array in (p, sigma, split, coupling, states))
 
 
+@lru_cache(maxsize=KEPT_LIBRARIES)
+def _library(source: str) -> ctypes.CDLL:
+    """Compiled and loaded; fits of the same models follow each other."""
+    return load_library(compile_shared({"shooting.c": source}, ["shooting.c"], FLAGS))
+
+
 def shooting_source(
     systems: Sequence[System],
     free: Sequence[Sequence[sympy.Symbol]],
@@ -209,10 +223,12 @@ def shooting_source(
 ) -> str:
     """The C of all systems' terms and the loops over segments."""
     generator = casadi.CodeGenerator("models", {"with_header": False, "main": False})
-    names = []
+    kept = 0
     for k, (system, symbols) in enumerate(zip(systems, free, strict=True)):
-        generator.add(terms_function(f"model_{k}", system, symbols))
-        names.append(f"model_{k}")
+        place, model = terms_functions(str(k), system, symbols)
+        generator.add(place)
+        generator.add(model)
+        kept = max(kept, model.size1_in("kept"))
         if states:
             generator.add(law_function(f"laws_{k}", system, symbols, states))
     one = systems[0]
@@ -224,7 +240,8 @@ def shooting_source(
         contacts=len(one.contacts),
         sweeps=SWEEPS,
         models=generator.dump(),
-        names=names,
+        names=range(len(systems)),
+        kept=kept,
         loads=loads,
         states=states,
         owners=[owners(system) for system in systems],
@@ -254,15 +271,20 @@ def _set_valued_level(contact: ContactFriction) -> sympy.Expr:
     return contact.extra_level if law_terms(contact) is not None else contact.law_level + contact.extra_level
 
 
-def terms_function(name: str, system: System, free: Sequence[sympy.Symbol]) -> Any:
-    """CasADi (x, v, w, t, p) → (M, g, U, levels forward, levels backward, smooth friction), all dense."""
+def terms_functions(name: str, system: System, free: Sequence[sympy.Symbol]) -> tuple[Any, Any]:
+    """Two CasADi functions, all results dense.
+
+    Returns:
+        place_NAME (x, w, t, p) → (M, U, kept), and model_NAME (x, v, w, t, p, kept) → (g, levels forward, levels
+        backward, smooth friction): what velocities do not change is computed once for several of them.
+    """
     n = system.degrees_of_freedom
     x, v, w = casadi.SX.sym("x", n), casadi.SX.sym("v", n), casadi.SX.sym("w", len(system.inputs))
     t, p = casadi.SX.sym("t"), casadi.SX.sym("p", len(free))
     names: dict[sympy.Symbol, Any] = {s: casadi.SX(float(value)) for s, value in system.values.items()}
     names |= {s: x[i] for i, s in enumerate(system.positions)} | {s: v[i] for i, s in enumerate(system.velocities)}
     names |= {s: w[i] for i, s in enumerate(system.inputs)} | {s: p[i] for i, s in enumerate(free)} | {TIME: t}
-    distribution = casadi.densify(to_casadi(system.distribution, names))
+    mass, distribution = (casadi.densify(to_casadi(m, names)) for m in (system.mass_matrix, system.distribution))
     slip = casadi.mtimes(distribution.T, v)
     forward, backward, smooth = [], [], []
     for c, contact in enumerate(system.contacts):
@@ -271,9 +293,14 @@ def terms_function(name: str, system: System, free: Sequence[sympy.Symbol]) -> A
         forward.append(to_casadi(level, names | {contact.slip: speed}))
         backward.append(to_casadi(level, names | {contact.slip: -speed}))
         smooth.append(to_casadi(contact.extra_force, names | {contact.slip: slip[c]}))
-    outputs = [to_casadi(system.mass_matrix, names), to_casadi(system.force, names), distribution]
-    outputs += [casadi.vertcat(*rows) for rows in (forward, backward, smooth)]
-    return casadi.Function(name, [x, v, w, t, p], [casadi.densify(o) for o in outputs])
+    outputs = [to_casadi(system.force, names), *(casadi.vertcat(*rows) for rows in (forward, backward, smooth))]
+    still = casadi.vertcat(x, w, t, p)
+    moving, pieces, values = casadi.extract_parametric([casadi.densify(o) for o in outputs], still, {})
+    kept = casadi.vertcat(*pieces) if pieces else casadi.SX.sym("kept", 0)
+    before = casadi.vertcat(*values) if values else casadi.SX(0, 1)
+    place = casadi.Function(f"place_{name}", [x, w, t, p], [mass, distribution, casadi.densify(before)])
+    words = ["x", "v", "w", "t", "p", "kept"], ["force", "forward", "backward", "smooth"]
+    return place, casadi.Function(f"model_{name}", [x, v, w, t, p, kept], moving, *words)
 
 
 def _times(record: Record) -> tuple[Any, Any]:

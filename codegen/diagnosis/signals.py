@@ -6,6 +6,7 @@ the model on; a coarse one is put on every term of the force balance alike, so t
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +28,10 @@ CUTOFFS_HZ = (20.0, 14.0, 10.0, 7.0, 5.0, 3.5, 2.5)
 """Where nobody says the cutoff: the highest of these, at most a tenth of the sample rate, with little noise."""
 NOISE_SHARE = 0.05
 """Noise in the low-passed acceleration over that acceleration, at most, on every coordinate."""
+FASTER_HZ = (80.0, 56.0, 40.0, 28.0)
+"""Cutoffs for a motion that is mostly faster than the usual one lets through, such as a motor's cogging at speed."""
+MOSTLY_FASTER = 0.5
+"""Of a coordinate's squared acceleration at the faster cutoff: what the usual one must lose for it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +47,8 @@ class Motion:
         cutoff_hz, fine_hz: of the coarse and the fine filter.
         usable: (N,) samples away from the ends and from gaps.
         measured: (N, n) the raw positions.
+        counted: (N,) samples that stand for a row of the log; between them its grid is finer than the record was.
+            None where all do.
     """
 
     time: Array
@@ -55,6 +62,7 @@ class Motion:
     fine_hz: float
     usable: NDArray[np.bool_]
     measured: Array
+    counted: NDArray[np.bool_] | None = None
 
     def low_pass(self, signals: Array) -> Array:
         """The coarse filter along the first axis."""
@@ -106,6 +114,7 @@ def smooth_motion(log: Log, cutoff_hz: float | None = None, shortest_s: float = 
         fine,
         usable,
         log.positions,
+        log.counted,
     )
 
 
@@ -113,18 +122,28 @@ def quiet_cutoff(positions: Array, h: float) -> float:
     """The highest admitted cutoff in Hz at which the acceleration is motion and not noise.
 
     The noise is what lies above a fifth of the sample rate, taken as white: low-passed at f its second derivative has
-    the RMS σ (2πf)² √(2fh/5).
+    the RMS σ (2πf)² √(2fh/5). Above 20 Hz only where most of the acceleration lies there.
     """
     above = positions - low_pass(positions, 0.2 / h, h)
     noise = np.std(above, axis=0) / np.sqrt(0.6)
-    for cutoff in CUTOFFS_HZ:
-        if cutoff > 0.1 / h:
-            continue
-        smooth = low_pass(positions, cutoff, h)
-        acceleration = np.std(central_difference(central_difference(smooth, h), h), axis=0)
-        if np.all(noise * (2 * np.pi * cutoff) ** 2 * np.sqrt(2 * cutoff * h / 5) <= NOISE_SHARE * acceleration):
-            return cutoff
-    return min(CUTOFFS_HZ[-1], 0.1 / h)
+
+    def quiet(cutoffs: Sequence[float]) -> tuple[float, Array] | None:
+        for cutoff in cutoffs:
+            if cutoff > 0.1 / h:
+                continue
+            smooth = low_pass(positions, cutoff, h)
+            acceleration = np.std(central_difference(central_difference(smooth, h), h), axis=0)
+            if np.all(noise * (2 * np.pi * cutoff) ** 2 * np.sqrt(2 * cutoff * h / 5) <= NOISE_SHARE * acceleration):
+                return cutoff, acceleration
+        return None
+
+    usual = quiet(CUTOFFS_HZ)
+    if usual is None:
+        return min(CUTOFFS_HZ[-1], 0.1 / h)
+    faster = quiet(FASTER_HZ)
+    if faster is not None and np.any(usual[1] ** 2 < MOSTLY_FASTER * faster[1] ** 2):
+        return faster[0]
+    return usual[0]
 
 
 def central_difference(signals: Array, h: float) -> Array:

@@ -170,7 +170,7 @@ class Runner:
             numbers[self._arguments],
             trial.structures.at(numbers),
             record,
-            gain * self._drive(numbers),
+            self._drive(numbers) if gain == 1.0 else gain * self._drive(numbers),
             self.substeps,
             trial.sensors.true(record.states, numbers) + record.of_segments(offsets),
         )

@@ -55,6 +55,9 @@ class Compliance(Effect):
         """Lightly damped resonances from a seventh to six times the cutoff, with a third or two of the inertia."""
         return [_coupling(covered, *where) for where in product(FREQUENCIES, LOADS, DAMPING_RATIOS[:1])]
 
+    def suggested(self, covered: Covered) -> list[dict[str, float]]:
+        return [dict(one) for one in covered.resonances()]
+
     def coupling(self, values: Mapping[str, float]) -> dict[str, float] | None:
         return dict(values)
 

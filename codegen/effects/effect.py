@@ -179,6 +179,10 @@ class Effect(ABC):
         grids = [q.start(covered) if q.start else [s * covered.size(q.unit) for s in SHARES] for q in shapes]
         return [{q.name: float(v) for q, v in zip(shapes, values, strict=True)} for values in product(*grids)]
 
+    def suggested(self, covered: Covered) -> list[dict[str, float]]:
+        """Values that the force residual suggests: a fit starts from each, however it looks before the fit."""
+        return []
+
     def twins(self, system: System, place: int) -> list[tuple[str, str]]:
         """(kind, on) of effects that give the same motion once friction levels may be refitted."""
         return []

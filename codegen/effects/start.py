@@ -24,6 +24,8 @@ class Covered:
         sample_time, duration: s. cutoff_hz: below it the log shows accelerations.
         periods: asked for only where it is needed: distances after which the residual repeats itself.
         coupling: k, c and load_fraction of the compliance that was fitted at this place, where one was.
+        resonances: asked for only where they are needed: k, c and load_fraction of loads behind springs that the
+            residual suggests.
     """
 
     force: float
@@ -38,6 +40,7 @@ class Covered:
     cutoff_hz: float
     periods: Callable[[], Sequence[float]] = tuple
     coupling: Mapping[str, float] | None = None
+    resonances: Callable[[], Sequence[Mapping[str, float]]] = tuple
 
     @property
     def half_span(self) -> float:

@@ -13,7 +13,7 @@ from codegen.files import sha256
 from codegen.program import Program
 from codegen.program.lower import lower
 from codegen.program.model import LARGEST
-from codegen.stability.certificate.region_proofs import REGION_PROOFS
+from codegen.stability.certificate.region_files import REGION_PROOFS
 from codegen.text import render
 
 

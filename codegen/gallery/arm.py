@@ -15,7 +15,7 @@ from codegen.gallery.runs import Gains, plant_of, watch
 from codegen.gallery.setting import Setting
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.observers import build_observer
-from codegen.simulate import LoopRun
+from codegen.simulate.loop_run import LoopRun
 from codegen.spec.model import Spec
 from codegen.stability.error_dynamics import derive_error_dynamics
 

@@ -16,8 +16,10 @@ from codegen.gallery.runs import Gains, plant_of
 from codegen.gallery.setting import Setting, from_zero, simulation_of, without_friction
 from codegen.mechanics import build_system
 from codegen.observers import build_observer
-from codegen.simulate import Cancellation, LoopRun, generated_observer, run_loop
 from codegen.simulate.declared_control import declared_controller
+from codegen.simulate.loop_run import LoopRun
+from codegen.simulate.observed_loop import run_loop
+from codegen.simulate.observer_in_loop import Cancellation, generated_observer
 from codegen.spec.model import Spec
 
 PUSHED = (np.array([0.0, 0.0]), np.array([0.0, 1.0]))

@@ -9,7 +9,7 @@ from typing import Any
 from codegen.gallery.measures import Reading
 from codegen.gallery.runs import Gains
 from codegen.gallery.setting import Setting
-from codegen.simulate import LoopRun
+from codegen.simulate.loop_run import LoopRun
 from codegen.spec.model import Spec
 
 AS_DRAWN = Setting("as drawn")

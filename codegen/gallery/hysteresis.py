@@ -13,7 +13,7 @@ from codegen.gallery.figure import Plot, Runs
 from codegen.gallery.measures import Mask, Reading, after, friction_error, position_error, ratio, ripple, rms
 from codegen.gallery.runs import Gains, ideal_run, pid_run, servo_run, tuned_pid
 from codegen.gallery.setting import Setting
-from codegen.simulate import LoopRun
+from codegen.simulate.loop_run import LoopRun
 from codegen.spec.model import Spec
 
 NAMES = ("CFO", "TO", "DFO")

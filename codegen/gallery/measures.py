@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen.simulate import LoopRun
+from codegen.simulate.loop_run import LoopRun
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -17,7 +17,7 @@ from codegen.gallery.runs import Gains, ideal_run, pid_run, plant_of, servo_run,
 from codegen.gallery.setting import Setting, from_zero, observer_choice, simulation_of, with_observer
 from codegen.mechanics.system import System
 from codegen.observers import build_observer
-from codegen.simulate import LoopRun
+from codegen.simulate.loop_run import LoopRun
 from codegen.spec.functions import Sgn
 from codegen.spec.model import Spec, symbol
 from codegen.stability.analysis import analyse

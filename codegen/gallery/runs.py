@@ -15,8 +15,11 @@ from codegen.gallery.setting import Setting, from_zero, simulation_of, without_f
 from codegen.mechanics import build_system
 from codegen.mechanics.system import System
 from codegen.observers import build_observer
-from codegen.simulate import Cancellation, LoopRun, Sample, generated_observer, run_loop
+from codegen.simulate.controller import Sample
 from codegen.simulate.declared_control import declared_controller
+from codegen.simulate.loop_run import LoopRun
+from codegen.simulate.observed_loop import run_loop
+from codegen.simulate.observer_in_loop import Cancellation, generated_observer
 from codegen.spec.model import Spec
 
 Array = NDArray[np.float64]

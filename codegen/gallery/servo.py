@@ -21,7 +21,7 @@ from codegen.gallery.measures import (
 from codegen.gallery.runs import Gains, ideal_run, pid_run, servo_run, tuned_pid
 from codegen.gallery.servo_pictures import LETTERS, draw_cancelled, draw_friction, draw_responses
 from codegen.gallery.setting import Setting, observer_choice, with_observer
-from codegen.simulate import LoopRun
+from codegen.simulate.loop_run import LoopRun
 from codegen.spec.model import Spec
 
 PRINTED_NOISE = 0.1

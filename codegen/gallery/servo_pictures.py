@@ -10,7 +10,7 @@ from codegen.gallery import drawing as d
 from codegen.gallery.figure import Runs
 from codegen.gallery.measures import position_error
 from codegen.gallery.runs import plant_of
-from codegen.simulate import LoopRun
+from codegen.simulate.loop_run import LoopRun
 from codegen.spec.model import Spec
 
 LETTERS = "abcd"

@@ -13,7 +13,7 @@ from codegen.gallery.figure import Plot, Runs
 from codegen.gallery.measures import Array, Reading, after, overshoot, ratio, rms
 from codegen.gallery.runs import Gains, watch
 from codegen.gallery.setting import Setting, observer_choice, with_observer
-from codegen.simulate import LoopRun
+from codegen.simulate.loop_run import LoopRun
 from codegen.spec.model import Spec
 
 TRANSIENT = 2.0

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import casadi
 import numpy as np
 
+from codegen.logs.audit_position import audit_position
 from codegen.logs.audit_scale import Outside, audit_scale, furthest_outside, partial
 from codegen.logs.finding import Finding
 from codegen.logs.log import Array, Flags, Log
@@ -84,6 +85,10 @@ def audit_force(log: Log, spec: Spec, motion: Motion, steady: frozenset[int] = f
     if not log.intake.doubted:
         off = audit_scale(given, forces.inertia, forces.rest, forces.friction, forces.motion, spec, steady)
     yield from off
+    if not off and not log.intake.doubted:
+        parts = forces.inertia, forces.rest, forces.friction, forces.motion
+        off = list(audit_position(given, *parts, spec, steady))
+        yield from off
     if not off:  # beside a motion in another unit an input cannot be judged
         yield from _inputs(forces, spec, outside, log.intake.doubted)
         yield from _undriven(forces, spec, outside)

@@ -9,7 +9,7 @@ from typing import Protocol
 from codegen.errors import BadInput, Place, nearest_name
 from codegen.logs.description import LogDescription
 from codegen.logs.source import listing, shown
-from codegen.logs.term import Term, find_term, identifier
+from codegen.logs.term import OPERATORS, Term, find_term, identifier
 from codegen.spec.model import Spec
 from codegen.spec.units import describe, dimension, parse_unit, si_factor
 
@@ -107,6 +107,11 @@ def _absent(symbol: str, text: str, origin: Place | str | None, names: Sequence[
     if list(names) == [str(k + 1) for k in range(len(names))]:  # no header line
         said = said or ", and no header line"
         wanted = f"`columns: {{{symbol}: NUMBER}}` in a log description, NUMBER from 1 to {len(names)}"
+    as_written = [name for name in names if name in text and name != identifier(name)]
+    if as_written and OPERATORS & set(text):
+        longest = max(as_written, key=len)
+        wanted = f"an expression, in which `{shown(longest)}` is written `{identifier(longest)}`"
+        return BadInput(place, f"no column `{shown(text)}`{said}", wanted)
     if origin is None and symbol == "t":
         wanted += ", or `sample_time: SECONDS` there"
     return BadInput(place, f"no column `{shown(text)}`{said}", wanted, _nearest(text, names))

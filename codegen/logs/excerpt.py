@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from codegen.logs.finding import Finding
-from codegen.logs.log import Log
+from codegen.logs.log import Flags, Log
 
 Ranges = tuple[tuple[int, int], ...]
 
@@ -59,9 +59,15 @@ def _thinned(log: Log, every: int) -> Log:
         velocities=None if log.velocities is None else log.velocities[kept],
         inputs=inputs,
         sample_time=log.sample_time * every,
+        counted=None if log.counted is None else _any_of(log.counted[: count * every], every),
         gaps=gaps,
         joints=_thin_ranges(log.joints, every, count),
     )
+
+
+def _any_of(flags: Flags, every: int) -> Flags:
+    """(N / every,) whether any of so many neighbours is true."""
+    return np.asarray(flags.reshape(-1, every).any(axis=1), dtype=bool)
 
 
 def _thin_ranges(ranges: Ranges, every: int, count: int) -> Ranges:
@@ -87,6 +93,7 @@ def _stretch(log: Log, start: int, stop: int) -> Log:
         positions=log.positions[start:stop],
         velocities=None if log.velocities is None else log.velocities[start:stop],
         inputs=log.inputs[start:stop],
+        counted=None if log.counted is None else log.counted[start:stop],
         gaps=_cut_ranges(log.gaps, start, stop),
         joints=_cut_ranges(log.joints, start, stop),
     )

@@ -10,7 +10,7 @@ import numpy as np
 from codegen.errors import BadInput
 from codegen.logs.excerpt import MOST_SAMPLES
 from codegen.logs.finding import Finding
-from codegen.logs.log import Array, Intake, Log
+from codegen.logs.log import Array, Flags, Intake, Log
 
 PAUSE_S = 2.0
 SAME_STEP = 1e-6
@@ -64,7 +64,12 @@ def _common_step(logs: Sequence[Log]) -> float:
 
 def _brought(log: Log, other: Log) -> Log:
     """A record on the experiment's grid, with what was found of it at its own rate."""
-    return replace(other, intake=log.intake, notes=log.notes)
+    counted = np.ones(other.size, dtype=bool)
+    if log.sample_time > other.sample_time:  # a finer grid makes no data
+        places = np.round((log.time - other.time[0]) / other.sample_time).astype(int)
+        counted[:] = False
+        counted[np.clip(places, 0, other.size - 1)] = True
+    return replace(other, intake=log.intake, notes=log.notes, counted=counted)
 
 
 def _refuse_other(one: Log, other: Log) -> None:
@@ -84,6 +89,9 @@ def _appended(one: Log, other: Log) -> Log:
     velocities = None
     if one.velocities is not None and other.velocities is not None:
         velocities = np.vstack([one.velocities, np.gradient(bridge, h, axis=0), other.velocities])
+    counted = None
+    if one.counted is not None or other.counted is not None:
+        counted = np.concatenate([_counted(one), np.zeros(pause, dtype=bool), _counted(other)])
     moved = tuple((a + shift, b + shift) for a, b in other.gaps)
     notes = [n for n in other.notes if n not in one.notes]
     return replace(
@@ -97,7 +105,12 @@ def _appended(one: Log, other: Log) -> Log:
         gaps=(*one.gaps, (size, shift), *moved),
         joints=(*one.joints, (size, shift)),
         intake=_merged(one.intake, other.intake),
+        counted=counted,
     )
+
+
+def _counted(log: Log) -> Flags:
+    return np.ones(log.size, dtype=bool) if log.counted is None else log.counted
 
 
 def _name(one: str, other: str) -> str:

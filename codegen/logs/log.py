@@ -66,6 +66,8 @@ class Log:
         records: the records of an experiment, each at its own rate; empty for a single one.
         intake: figures of the raw file.
         description: the log's description, for what else it says (noise, trim, restart).
+        counted: (N,) samples that stand for a row of their own; of a record that was put on a finer grid not all do,
+            since interpolation makes no data. None where all do.
     """
 
     path: Path
@@ -84,6 +86,7 @@ class Log:
     records: tuple[Log, ...] = ()
     intake: Intake = field(default_factory=Intake)
     description: LogDescription = field(default_factory=LogDescription)
+    counted: Flags | None = None
 
     @property
     def size(self) -> int:

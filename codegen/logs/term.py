@@ -16,7 +16,7 @@ from codegen.logs.source import Columns
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.spec.expression import Expression, parse_expression
 
-_OPERATORS = set("+-*/(")
+OPERATORS = set("+-*/(")
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ def find_term(text: str, names: Sequence[str], place: Place) -> Term | None:
     if text.isascii() and text.isdigit() and 1 <= int(text[:9]) <= len(names):
         name = names[int(text) - 1]
         return Term(text, (name if names.count(name) == 1 else text,))
-    if not _OPERATORS & set(text):
+    if not OPERATORS & set(text):
         return None
     try:
         parsed = parse_expression(text, place)

@@ -7,10 +7,17 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import casadi
+import numpy as np
 import sympy
+from numpy.typing import NDArray
 
 from codegen.mechanics.computed import ComputedEntry
 from codegen.spec.functions import Magnitude, Sgn
+
+Array = NDArray[np.float64]
+
+_ROWS = 200
+"""Evaluated at once by ``over_rows``: few enough that arguments and results stay in the cache."""
 
 _FUNCTIONS: dict[Any, Callable[[Any], Any]] = {
     sympy.sin: casadi.sin,
@@ -50,6 +57,32 @@ def to_casadi(expression: Any, names: Mapping[sympy.Symbol, Any]) -> Any:
             result[i, j] = _scalar(entry, scope)
         return result
     return _scalar(expression, scope)
+
+
+def over_rows(function: casadi.Function, rows: Array) -> Array:
+    """A function of one column at many of them, without copies between NumPy and CasADi.
+
+    Args:
+        function: one dense argument (k, 1) → one dense result (r, 1).
+        rows: (N, k).
+
+    Returns:
+        (N, r).
+    """
+    count, width = len(rows), function.size1_out(0)
+    if not count or not width:
+        return np.zeros((count, width))
+    size = max(1, min(_ROWS, count))
+    whole = -(-count // size) * size
+    arguments = np.zeros((whole, function.size1_in(0)))
+    arguments[:count], arguments[count:] = rows, rows[-1:]
+    results = np.empty((whole, width))
+    buffer, evaluate = function.map(size).buffer()
+    for k in range(0, whole, size):
+        buffer.set_arg(0, memoryview(arguments[k : k + size]))
+        buffer.set_res(0, memoryview(results[k : k + size]))
+        evaluate()
+    return results[:count]
 
 
 def _scalar(e: Any, scope: _Scope) -> Any:

@@ -11,11 +11,8 @@ import heapq
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
-
 from codegen.program.arrays import Element
+from codegen.program.components import strong_components
 from codegen.program.graph import Node
 
 SHORTEST = 4
@@ -175,12 +172,9 @@ def _without_circles(runs: list[Run]) -> list[Run]:
     edges = {(k, of[u]) for k, run in enumerate(runs) for v in run.values for u in v.uses if of[u] != k}
     if not edges:
         return runs
-    rows, columns = np.array(sorted(edges)).T
-    graph = coo_matrix((np.ones(len(rows)), (rows, columns)), shape=(len(runs), len(runs)))
-    _, labels = connected_components(graph, connection="strong")
     groups: dict[int, list[Run]] = {}
-    for label, run in zip(labels, runs, strict=True):
-        groups.setdefault(int(label), []).append(run)
+    for label, run in zip(strong_components(len(runs), edges), runs, strict=True):
+        groups.setdefault(label, []).append(run)
     result = []
     for group in groups.values():
         if len(group) > 1 and all(r.loop and (r.first, r.stop) == (group[0].first, group[0].stop) for r in group):

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen.compiler import find_compiler, load_library
+from codegen.compiler import compile_shared, find_compiler, load_library
 from codegen.emit.interface import has_fault, real_type
 from codegen.program import Program
 from codegen.replay.cache import cached_library
@@ -54,13 +54,17 @@ def engine_for(program: Program, files: Mapping[str, str]) -> Engine:
     return compiled_engine(program, files) if find_compiler() else twin_engine(program, files)
 
 
-def compiled_engine(program: Program, files: Mapping[str, str]) -> Engine:
+def compiled_engine(program: Program, files: Mapping[str, str], kept: bool = True) -> Engine:
     """The generated C as a shared library.
+
+    Args:
+        files: name → text, of the C at least.
+        kept: whether the library is kept for later runs: not where the code is of one log alone.
 
     Raises:
         BadInput: where there is no compiler, or it refuses the code.
     """
-    return _Compiled(program, files)
+    return _Compiled(program, files, kept)
 
 
 def twin_engine(program: Program, files: Mapping[str, str]) -> Engine:
@@ -69,13 +73,14 @@ def twin_engine(program: Program, files: Mapping[str, str]) -> Engine:
 
 
 class _Compiled:
-    def __init__(self, program: Program, files: Mapping[str, str]) -> None:
+    def __init__(self, program: Program, files: Mapping[str, str], kept: bool) -> None:
         name, header = program.name, files[f"{program.name}.h"]
         self.name, self.holds = "compiled C", has_fault(header)
         loop = f"{name}_replay.c"
         text = render("replay/replay.c.j2", program=program, real=real_type(header), fault=self.holds)
         sources = {f"{name}.h": header, f"{name}.c": files[f"{name}.c"], loop: text}
-        library = load_library(cached_library(sources, (f"{name}.c", loop)))
+        make = cached_library if kept else compile_shared
+        library = load_library(make(sources, (f"{name}.c", loop)))
         size = getattr(library, f"{name}_replay_size")
         size.restype, size.argtypes = ctypes.c_size_t, []
         self._start, self._run = getattr(library, f"{name}_replay_start"), getattr(library, f"{name}_replay_run")

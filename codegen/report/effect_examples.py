@@ -13,7 +13,7 @@ from codegen.effects import Effect
 from codegen.effects.declare import effect_symbols, places_of
 from codegen.friction.coulomb import Coulomb
 from codegen.mechanics.system import ContactFriction, Matrix, System
-from codegen.simulate import simulate_open_loop
+from codegen.simulate.plant import simulate_open_loop
 from codegen.simulate.sensor_error import SensorError
 from codegen.spec.model import symbol
 

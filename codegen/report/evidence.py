@@ -18,7 +18,7 @@ from codegen.diagnosis.force_witness import VARIABLES, without_levels
 from codegen.diagnosis.models import with_effects, with_values
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.referee import explained_over, remainder_columns, sliding, smooth_curve, variables_of
-from codegen.diagnosis.residual import inverse_dynamics_residual
+from codegen.diagnosis.residual import residual_at_drive
 from codegen.diagnosis.results import Diagnosis, FoundEffect
 from codegen.effects import CATALOGUE
 from codegen.mechanics.system import System
@@ -85,10 +85,10 @@ def law_evidence(diagnosis: Diagnosis, models: Models) -> tuple[LawEvidence, ...
 def _evidence(problem: Problem, without: System, whole: System, effect: FoundEffect) -> LawEvidence:
     motion, i = problem.motion, acts_on(effect, problem.system)
     variable = VARIABLES[CATALOGUE[effect.kind].seen_over]
-    raw = inverse_dynamics_residual(without, motion)
+    raw = residual_at_drive(without, motion)
     used = sliding(without, motion, problem.masks, i)
     before = without_levels(without, motion, used, raw[:, i], i)
-    after = without_levels(without, motion, used, inverse_dynamics_residual(whole, motion)[:, i], i)
+    after = without_levels(without, motion, used, residual_at_drive(whole, motion)[:, i], i)
     x = variables_of(without, motion, raw, i)
     columns = remainder_columns(without, motion, raw, i)[variable]
     square = max(float(np.sum(before[used] ** 2)), 1e-300)

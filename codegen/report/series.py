@@ -12,7 +12,7 @@ from scipy.signal import welch
 from codegen.diagnosis.diagnose import Models
 from codegen.diagnosis.measure import free_run_series
 from codegen.diagnosis.referee import predicted_load
-from codegen.diagnosis.residual import inverse_dynamics_residual
+from codegen.diagnosis.residual import residual_at_drive
 from codegen.mechanics.system import System
 
 Array = NDArray[np.float64]
@@ -92,10 +92,10 @@ def held_out_series(models: Models, names: Sequence[str]) -> HeldOutSeries:
     systems: list[System] = [getattr(models, name) for name in names]
     motion, used = models.test.motion, models.test.masks
     window = slice(models.window.start, models.window.stop)
-    residuals = [inverse_dynamics_residual(system, motion)[window] for system in systems]
+    residuals = [residual_at_drive(system, motion)[window] for system in systems]
     runs = [free_run_series(system, motion)[window] for system in systems]
     time = motion.time[window] - motion.time[window][0]
-    load = predicted_load(models.refit, motion, inverse_dynamics_residual(models.refit, motion))
+    load = predicted_load(models.refit, motion, residual_at_drive(models.refit, motion))
     over = {
         "velocity": motion.velocities[window],
         "position": motion.positions[window],

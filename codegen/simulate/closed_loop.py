@@ -12,11 +12,12 @@ from codegen.cancellation import cancelling_outputs, with_cancellation
 from codegen.errors import BadInput
 from codegen.mechanics.system import System
 from codegen.numerics import numerical
-from codegen.observers import Observer, observer_of
-from codegen.simulate.declared_control import control_loops, declared_controller, input_limit
+from codegen.observers import observer_of
+from codegen.simulate.declared_control import declared_controller, input_limit
 from codegen.simulate.loop_run import LoopRun
 from codegen.simulate.observed_loop import Method, run_loop
 from codegen.simulate.observer_in_loop import Cancellation, ObserverInLoop, generated_observer
+from codegen.simulate.runnable import steps_a_sample
 from codegen.simulate.sensors import Sensors
 from codegen.simulate.simulable import refuse_unsimulable
 from codegen.spec.model import CancellationChoice, Simulation, Spec
@@ -103,32 +104,7 @@ def generated_in_loop(spec: Spec, simulation: Simulation, twin: bool = False) ->
         BadInput: for a spec without an observer, or a sample time that does not divide the observer's.
     """
     observer = observer_of(spec)
-    return generated_observer(
-        spec, with_cancellation(spec, observer), _steps_a_sample(spec, simulation, observer), twin
-    )
-
-
-@numerical("the motion that `simulation` asks for")
-def refuse_unrunnable(spec: Spec, system: System, observer: Observer | None) -> None:
-    """Raise BadInput, at its line, for what ``simulate`` would refuse before the first step."""
-    if spec.simulation is None:
-        return
-    refuse_unsimulable(spec, system)
-    control_loops(spec, spec.simulation)
-    if spec.simulation.observer and observer is not None:
-        _steps_a_sample(spec, spec.simulation, observer)
-
-
-def _steps_a_sample(spec: Spec, simulation: Simulation, observer: Observer) -> int:
-    """The observer's sample time over the simulation's."""
-    ratio = float(observer.sample_time) / simulation.sample_time
-    every = round(ratio)
-    if every < 1 or abs(ratio / every - 1) > 1e-9:
-        found = f"{simulation.sample_time:g} s, and {float(observer.sample_time):g} s of the observer"
-        raise BadInput(
-            spec.place("simulation.sample_time"), found, "a sample time that the observer's is a whole multiple of"
-        )
-    return every
+    return generated_observer(spec, with_cancellation(spec, observer), steps_a_sample(spec, simulation, observer), twin)
 
 
 def _cancellation(simulation: Simulation, system: System) -> Cancellation | None:

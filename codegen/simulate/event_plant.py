@@ -8,7 +8,6 @@ from typing import Any
 import casadi
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import solve_ivp
 
 from codegen.errors import BadInput
 from codegen.mechanics.casadi_form import to_casadi
@@ -80,6 +79,8 @@ class EventPlant:
             self._until(marks[piece], marks[piece + 1], w, mode)
 
     def _until(self, now: float, end: float, w: Array, mode: Mode) -> None:
+        from scipy.integrate import solve_ivp  # half a second that the method of steps need not pay
+
         for _ in range(_MOST_EVENTS):
             watched = range(len(mode.directions))
             found = solve_ivp(

@@ -8,7 +8,6 @@ from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import lsq_linear
 
 Array = NDArray[np.float64]
 ROUNDING = 1e-9
@@ -115,6 +114,8 @@ def _holding(own: Array, needed: Array, forward: Array, backward: Array) -> Arra
         # A force that is the rounding of its neighbours' is none: what it holds would creep.
         tiny = np.abs(np.diag(own) * force) <= _FAINT * (np.abs(own) @ np.abs(force))
         return np.where(tiny, 0.0, force)
+    from scipy.optimize import lsq_linear  # half a second, and seldom needed
+
     room = np.finfo(float).tiny
     within = lsq_linear(own, needed, (-backward - room, forward + room), method="bvls", tol=1e-14).x
     if np.max(np.abs(own @ within - needed)) <= ROUNDING * (np.max(np.abs(needed)) + np.finfo(float).tiny):

@@ -6,7 +6,7 @@ import casadi
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.casadi_form import over_rows, to_casadi
 from codegen.mechanics.system import System
 
 Array = NDArray[np.float64]
@@ -48,5 +48,4 @@ class SensorError:
 
 
 def _over(function: casadi.Function, at: Array) -> Array:
-    rows = np.atleast_2d(at)
-    return np.asarray(function(rows.T).full().T, dtype=float).reshape(at.shape)
+    return over_rows(function, np.atleast_2d(at)).reshape(at.shape)

@@ -80,9 +80,9 @@ def parse_expression(text: str | int | float, place: Place) -> Expression:
         place: where it stands, for messages.
 
     Raises:
-        BadInput: if the text is not an expression of numbers, names, + - * / ** and the listed functions.
+        BadInput: if the text is not an expression of numbers, names, + - * / ** (or ^) and the listed functions.
     """
-    words = " ".join(str(text).split())
+    words = " ".join(str(text).split()).replace("^", "**")
     if not words:
         raise BadInput(place, "an empty expression", "an expression such as `m*g*sin(q)`")
     if not words.isascii():  # Python would read a full-width x as x
@@ -119,8 +119,6 @@ def _check(node: ast.expr, text: str, place: Place, depth: int = 1) -> None:
                 raise BadInput(place, f"the name `{name}`", "letters, digits and _, starting with a letter")
         case ast.UnaryOp(op=ast.UAdd() | ast.USub(), operand=operand):
             _check(operand, text, place, depth + 1)
-        case ast.BinOp(op=ast.BitXor()):
-            raise BadInput(place, f"`{what}` uses ^", "** for powers", what.replace("^", "**"))
         case ast.BinOp(left=left, op=op, right=right) if type(op) in _OPERATORS:
             _check(left, text, place, depth + 1)
             _check(right, text, place, depth + 1)

@@ -10,7 +10,8 @@ from codegen.spec.expression import Expression
 from codegen.spec.model import Coordinate, Input
 from codegen.spec.motion import Body, position_name, rate_name
 from codegen.spec.schema import SpecDocument
-from codegen.spec.units import Dimension, describe, dimension, dimension_of, parse_unit
+from codegen.spec.si_units import Dimension
+from codegen.spec.units import describe, dimension, dimension_of, parse_unit
 
 
 class Units:

@@ -9,6 +9,7 @@ from codegen.errors import BadInput, Place, nearest_name
 from codegen.spec.expression import exact_number, parse_expression
 from codegen.spec.free_gains import read_free_gains
 from codegen.spec.model import Contact, DomainChoice, ObserverChoice, symbol
+from codegen.spec.quantity import read_quantity
 from codegen.spec.schema import ObserverSection
 
 SLIP_SPEED = "s"
@@ -30,7 +31,7 @@ def read_observer(
     """
     if section is None:
         return None
-    period = exact_number(section.sample_time, place("observer.sample_time"))
+    period = read_quantity(section.sample_time, "s", place("observer.sample_time"))
     if period <= 0:
         raise BadInput(place("observer.sample_time"), f"sample time {section.sample_time}", "a positive time in s")
     exponent = exact_number(section.exponent, place("observer.exponent"))
@@ -57,7 +58,7 @@ def _domain(section: ObserverSection, place: Callable[[str], Place]) -> DomainCh
         where, text = place(f"observer.domain.{key}"), getattr(given, key)
         if text is None:
             raise BadInput(where, "nothing", "a number, or no such key")
-        numbers[key] = exact_number(text, where)
+        numbers[key] = read_quantity(text, "s", where) if key == "settle" else exact_number(text, where)
         if not numbers[key] > 0:
             raise BadInput(where, f"{key} {text}", "a positive number")
     return DomainChoice(**numbers)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, ParamSpec, TypeVar
 
-from codegen.errors import BadInput, Place, nearest_name
+from codegen.errors import BadInput, Faults, Place, nearest_name
 from codegen.input_files import read_text
 from codegen.spec.cancellation_section import read_cancellation
 from codegen.spec.expression import exact_number
@@ -25,6 +25,7 @@ from codegen.spec.motion import Sliding
 from codegen.spec.motion_section import read_motion
 from codegen.spec.observer_section import read_observer
 from codegen.spec.printed import printed
+from codegen.spec.quantity import read_quantity
 from codegen.spec.reserved import is_device, is_identifier, is_macro, reserved, shadows_header
 from codegen.spec.schema import SpecDocument
 from codegen.spec.share import read_share
@@ -34,6 +35,9 @@ from codegen.spec.urdf_section import expand_robot
 from codegen.spec.validation import validate
 from codegen.spec.yaml_text import load_mapping, plain
 
+Given = ParamSpec("Given")
+Result = TypeVar("Result")
+
 
 def read_spec(path: str | Path) -> Spec:
     """Read and validate a spec file.
@@ -42,7 +46,7 @@ def read_spec(path: str | Path) -> Spec:
         path: the YAML file.
 
     Raises:
-        BadInput: for the first thing in it that cannot be used, with file and line.
+        BadInput: for what in it cannot be used, with file and line; ``others`` holds the further faults.
     """
     path = Path(path)
     return parse_spec(read_text(path, "a spec file (YAML)"), path)
@@ -69,28 +73,51 @@ class _Reading:
         return known or Place(str(self.path), None, key)
 
     def spec(self) -> Spec:
-        d = self.document
-        self._name(d.name, "name")
-        self._refuse_splices(d.source)
-        if shadows_header(d.name):
-            found = f"the name `{d.name}`, whose {d.name}.h would hide a header of C"
-            raise BadInput(self.place("name"), found, "another name", f"{d.name}_axis")
-        if is_device(d.name):
-            found = f"the name `{d.name}`, which no file can have on Windows"
-            raise BadInput(self.place("name"), found, "another name", f"{d.name}_axis")
+        d, faults = self.document, Faults()
+        with faults.noting():
+            self._file_name(d.name)
+        with faults.noting():
+            self._refuse_splices(d.source)
         coordinates = tuple(Coordinate(name, c.velocity, c.unit) for name, c in d.coordinates.items())
         if not coordinates:
             raise BadInput(self.place("coordinates"), "no coordinate", "at least one")
         inputs = tuple(Input(name, i.unit) for name, i in d.inputs.items())
-        parameters = tuple(self._parameter(name) for name in d.parameters)
-        self._check_names(coordinates, inputs, parameters)
+        parameters = tuple(p for p in (self._noted(faults, self._parameter, name) for name in d.parameters) if p)
+        self._check_names(coordinates, inputs, d.parameters, faults)
+        for c in coordinates:
+            self._noted(faults, self._si_unit, c.unit, f"coordinates.{c.name}.unit")
+        for i in inputs:
+            self._noted(faults, self._si_unit, i.unit, f"inputs.{i.name}.unit")
+        if faults.noted:  # what stands on names and units is read where these are right
+            for k in range(len(d.friction.contacts)):
+                self._noted(faults, self._contact, k, None)
+            for k in range(len(d.effects)):
+                self._noted(faults, self._effect, k)
+            faults.raise_noted()
         coordinates = tuple(replace(c, unit=self._si_unit(c.unit, f"coordinates.{c.name}.unit")) for c in coordinates)
         inputs = tuple(replace(i, unit=self._si_unit(i.unit, f"inputs.{i.name}.unit")) for i in inputs)
 
         position = {c.name for c in coordinates}
         moving = {c.velocity for c in coordinates} | {i.name for i in inputs}
-        motion = read_motion(d, coordinates, inputs, self.place, self.tree)
-        friction = tuple(self._contact(i, sliding) for i, sliding in enumerate(motion.slidings))
+        motion = self._noted(faults, read_motion, d, coordinates, inputs, self.place, self.tree)
+        slidings = motion.slidings if motion else (None,) * len(d.friction.contacts)
+        contacts = [self._noted(faults, self._contact, i, sliding) for i, sliding in enumerate(slidings)]
+        friction = tuple(contact for contact in contacts if contact)
+        effects = [self._noted(faults, self._effect, i) for i in range(len(d.effects))]
+        observer = cancellation = None
+        if len(friction) == len(contacts):
+            observer = self._noted(faults, read_observer, d.observer, friction, self.place)
+            cancellation = self._noted(faults, read_cancellation, d.cancellation, friction, self.place)
+        envelope = self._envelope(
+            {*position, *moving, *(f"{k}_{c.name}" for k in "af" for c in d.friction.contacts)}
+            | {name for c in coordinates for name in (f"{c.velocity}_dot", f"{c.name}_noise")}
+            | {f"f_{c.name}_dot" for c in d.friction.contacts},
+            faults,
+        )
+        simulation = self._noted(faults, read_simulation, d.simulation, coordinates, inputs, self.place)
+        log = self._noted(faults, self._log, _units(coordinates, inputs))
+        faults.raise_noted()
+        assert motion is not None and log is not None
         return Spec(
             name=d.name,
             source=d.source,
@@ -102,21 +129,36 @@ class _Reading:
             distribution=motion.distribution,
             form=motion.form,
             contacts=friction,
-            effects=tuple(self._effect(i) for i in range(len(d.effects))),
-            observer=read_observer(d.observer, friction, self.place),
-            envelope=self._envelope(
-                {*position, *moving, *(f"{k}_{c.name}" for k in "af" for c in friction)}
-                | {name for c in coordinates for name in (f"{c.velocity}_dot", f"{c.name}_noise")}
-                | {f"f_{c.name}_dot" for c in friction}
-            ),
-            simulation=read_simulation(d.simulation, coordinates, inputs, self.place),
-            log=self._log({"t", *position, *moving}),
+            effects=tuple(effect for effect in effects if effect),
+            observer=observer,
+            envelope=envelope,
+            simulation=simulation,
+            log=log,
             text=self.text,
             path=self.path,
             places=self.places,
             code=CodeChoice(d.code.precision, d.code.fault),
-            cancellation=read_cancellation(d.cancellation, friction, self.place),
+            cancellation=cancellation,
         )
+
+    def _noted(
+        self, faults: Faults, read: Callable[Given, Result], *given: Given.args, **named: Given.kwargs
+    ) -> Result | None:
+        """What ``read`` gives; None where it refuses, and its fault is noted."""
+        try:
+            return read(*given, **named)
+        except BadInput as fault:
+            faults.noted.append(fault)
+            return None
+
+    def _file_name(self, name: str) -> None:
+        self._name(name, "name")
+        if shadows_header(name):
+            found = f"the name `{name}`, whose {name}.h would hide a header of C"
+            raise BadInput(self.place("name"), found, "another name", f"{name}_axis")
+        if is_device(name):
+            found = f"the name `{name}`, which no file can have on Windows"
+            raise BadInput(self.place("name"), found, "another name", f"{name}_axis")
 
     def _name(self, name: str, key: str) -> None:
         if not is_identifier(name) or len(name) > 60:
@@ -135,17 +177,20 @@ class _Reading:
                 found = "a line that ends in a backslash, or in ??/, which C reads as one"
                 raise BadInput(self.place("source"), found, "a book, paper or note in plain words")
 
-    def _check_names(self, coordinates: Iterable[Coordinate], inputs: Iterable[Input], parameters: Any) -> None:
+    def _check_names(
+        self, coordinates: Iterable[Coordinate], inputs: Iterable[Input], parameters: Iterable[str], faults: Faults
+    ) -> None:
         seen: dict[str, str] = {}
         named = [(c.name, f"coordinates.{c.name}") for c in coordinates]
         named += [(c.velocity, f"coordinates.{c.name}.velocity") for c in coordinates]
-        named += [(i.name, f"inputs.{i.name}") for i in inputs] + [(p.name, f"parameters.{p.name}") for p in parameters]
+        named += [(i.name, f"inputs.{i.name}") for i in inputs] + [(name, f"parameters.{name}") for name in parameters]
         for name, key in named:
-            self._name(name, key)
-            if name in seen:
-                found = f"the name `{name}`, which {self.place(seen[name])} has already"
-                raise BadInput(self.place(key), found, "a name for each of the two")
-            seen[name] = key
+            with faults.noting():
+                self._name(name, key)
+                if name in seen:
+                    found = f"the name `{name}`, which {self.place(seen[name])} has already"
+                    raise BadInput(self.place(key), found, "a name for each of the two")
+            seen.setdefault(name, key)
 
     def _si_unit(self, text: str, key: str) -> str:
         """The name of a unit in which code takes and returns values."""
@@ -182,22 +227,23 @@ class _Reading:
         values = {k: self._number(v, f"{key}.parameters.{k}") for k, v in section.parameters.items()}
         return DeclaredEffect(section.kind, tuple(section.on), values)
 
-    def _envelope(self, names: set[str]) -> dict[str, tuple[Any, Any]]:
-        result = {}
-        for name, (low, high) in self.document.envelope.items():
-            key = f"envelope.{name}"
-            if name not in names:
-                raise BadInput(
-                    self.place(key),
-                    f"unknown name `{name}`",
-                    "a coordinate, velocity or input, with _dot or _noise behind it, or a_ or f_ with a contact's name",
-                    nearest_name(name, names),
-                )
-            bounds = self._number(low, f"{key}[0]"), self._number(high, f"{key}[1]")
-            if not bounds[0] < bounds[1]:
-                raise BadInput(self.place(key), f"[{low}, {high}]", "a range [low, high] with low < high")
-            result[name] = bounds
-        return result
+    def _envelope(self, names: set[str], faults: Faults) -> dict[str, tuple[Any, Any]]:
+        ranges = {name: self._noted(faults, self._range, name, names) for name in self.document.envelope}
+        return {name: bounds for name, bounds in ranges.items() if bounds is not None}
+
+    def _range(self, name: str, names: set[str]) -> tuple[Any, Any]:
+        key, (low, high) = f"envelope.{name}", self.document.envelope[name]
+        if name not in names:
+            raise BadInput(
+                self.place(key),
+                f"unknown name `{name}`",
+                "a coordinate, velocity or input, with _dot or _noise behind it, or a_ or f_ with a contact's name",
+                nearest_name(name, names),
+            )
+        bounds = self._number(low, f"{key}[0]"), self._number(high, f"{key}[1]")
+        if not bounds[0] < bounds[1]:
+            raise BadInput(self.place(key), f"[{low}, {high}]", "a range [low, high] with low < high")
+        return bounds
 
     def _known(self, names: Iterable[str], known: set[str], key: str) -> None:
         for name in names:
@@ -207,12 +253,21 @@ class _Reading:
                     self.place(f"{key}.{name}"), f"unknown name `{name}`", expected, nearest_name(name, known)
                 )
 
-    def _log(self, names: set[str]) -> LogColumns:
+    def _log(self, units: Mapping[str, str]) -> LogColumns:
         section = self.document.log
         if section is None:
             return LogColumns()
-        self._known(section.columns, names, "log.columns")
-        self._known(section.scale, names, "log.scale")
-        scale = {k: float(self._number(v, f"log.scale.{k}")) for k, v in section.scale.items()}
-        cutoff = float(self._number(section.cutoff_hz, "log.cutoff_hz")) if section.cutoff_hz else None
+        self._known(section.columns, set(units), "log.columns")
+        self._known(section.scale, set(units), "log.scale")
+        scale = {k: float(read_quantity(v, units[k], self.place(f"log.scale.{k}"))) for k, v in section.scale.items()}
+        place = self.place("log.cutoff_hz")
+        cutoff = float(read_quantity(section.cutoff_hz, "1/s", place)) if section.cutoff_hz else None
         return LogColumns(dict(section.columns), scale, cutoff, dict(section.published))
+
+
+def _units(coordinates: Iterable[Coordinate], inputs: Iterable[Input]) -> dict[str, str]:
+    """The SI unit of everything that a log may hold."""
+    units = {"t": "s"} | {i.name: i.unit for i in inputs}
+    for c in coordinates:
+        units |= {c.name: c.unit, c.velocity: f"{c.unit}/s"}
+    return units

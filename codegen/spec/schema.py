@@ -7,7 +7,9 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict
+from pydantic import BaseModel, BeforeValidator, ConfigDict, WithJsonSchema
+
+from codegen.spec.quantity import split_quantity
 
 
 def _expression_like(value: object) -> object:
@@ -26,6 +28,16 @@ def _number_like(value: object) -> object:
         alone = " alone, without its unit" if isinstance(value, str) and value[:1].isdigit() else ""
         raise ValueError(f"expected a number{alone}") from None
     return str(value)
+
+
+def _quantity_like(value: object) -> object:
+    """As ``_number_like``, or a number with its unit, which is read where the unit that it must have is known."""
+    if isinstance(value, str) and split_quantity(value) is not None:
+        return value
+    try:
+        return _number_like(value)
+    except ValueError:
+        raise ValueError("expected a number, or one with its unit such as 1 ms") from None
 
 
 def _unit_like(value: object) -> object:
@@ -47,10 +59,32 @@ def _as_direction(value: object) -> object:
     return {value: "1"} if isinstance(value, str) else value
 
 
-Text = Annotated[str, BeforeValidator(_expression_like)]
-Number = Annotated[str, BeforeValidator(_number_like)]
-Unit = Annotated[str, BeforeValidator(_unit_like)]
-Range = Annotated[list[Number], BeforeValidator(_range_like)]
+_DIGITS = r"\s*[-+]?(\d+(_\d+)*\.?(\d+(_\d+)*)?|\.\d+(_\d+)*)([eE][-+]?\d+)?"
+_NUMBER = {"anyOf": [{"type": "number"}, {"type": "string", "pattern": rf"^{_DIGITS}\s*$"}]}
+_QUANTITY = {"anyOf": [{"type": "number"}, {"type": "string", "pattern": rf"^{_DIGITS}(\s*$|\s*([^\W\d_]|1/).*$)"}]}
+_TEXT_OR_LIST = {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}
+_EXPRESSION = {"type": ["string", "number"]}
+
+Text = Annotated[str, BeforeValidator(_expression_like), WithJsonSchema(_EXPRESSION)]
+Number = Annotated[str, BeforeValidator(_number_like), WithJsonSchema(_NUMBER)]
+Quantity = Annotated[str, BeforeValidator(_quantity_like), WithJsonSchema(_QUANTITY)]
+Unit = Annotated[str, BeforeValidator(_unit_like), WithJsonSchema({"anyOf": [{"type": "string"}, {"const": 1}]})]
+Range = Annotated[
+    list[Number],
+    BeforeValidator(_range_like),
+    WithJsonSchema({"type": "array", "items": _NUMBER, "minItems": 2, "maxItems": 2}),
+]
+Names = Annotated[list[str], BeforeValidator(_as_list), WithJsonSchema(_TEXT_OR_LIST)]
+Terms = Annotated[
+    list[Text],
+    BeforeValidator(_as_list),
+    WithJsonSchema({"anyOf": [_EXPRESSION, {"type": "array", "items": _EXPRESSION}]}),
+]
+Direction = Annotated[
+    dict[str, Text],
+    BeforeValidator(_as_direction),
+    WithJsonSchema({"anyOf": [{"type": "string"}, {"type": "object", "additionalProperties": _EXPRESSION}]}),
+]
 
 
 class Section(BaseModel):
@@ -92,8 +126,8 @@ class ContactSection(BaseModel):
     name: str
     law: str = "coulomb"
     unit: Unit
-    bodies: Annotated[list[str], BeforeValidator(_as_list)] | None = None
-    along: Annotated[dict[str, Text], BeforeValidator(_as_direction)] | None = None
+    bodies: Names | None = None
+    along: Direction | None = None
 
 
 class FrictionSection(Section):
@@ -126,13 +160,13 @@ class ConstraintsSection(Section):
 class LagrangianSection(Section):
     """Energies; a list is a sum, one entry a body or a spring."""
 
-    kinetic: Annotated[list[Text], BeforeValidator(_as_list)]
-    potential: Annotated[list[Text], BeforeValidator(_as_list)] = ["0"]
+    kinetic: Terms
+    potential: Terms = ["0"]
 
 
 class EffectSection(Section):
     kind: str
-    on: Annotated[list[str], BeforeValidator(_as_list)]
+    on: Names
     parameters: dict[str, Number]
 
 
@@ -148,7 +182,7 @@ class DomainSection(Section):
     """Where the estimate of a (G)CFO is certified through reversals: ``domain: {slip_speed: 0.5, settle: 0.1}``."""
 
     slip_speed: Number
-    settle: Number
+    settle: Quantity
     innovation: Number | None = None
 
 
@@ -156,7 +190,7 @@ class ObserverSection(Section):
     kind: str
     velocity: Literal["measured", "estimated"] = "measured"
     gains: dict[str, Gain]
-    sample_time: Number
+    sample_time: Quantity
     integration: Literal["euler", "semi_implicit", "implicit", "exponential"] = "euler"
     exponent: Number = "1"
     h: Text | None = None
@@ -167,18 +201,18 @@ class ObserverSection(Section):
 class SimulationSection(Section):
     """How ``stiction simulate`` drives the plant: inputs as functions of t, or a reference under feedback."""
 
-    duration: Number
-    sample_time: Number
+    duration: Quantity
+    sample_time: Quantity
     inputs: dict[str, Text] = {}
     reference: dict[str, Text] = {}
     position_gain: dict[str, Number] = {}
     velocity_gain: dict[str, Number] = {}
-    input_limit: dict[str, Number] = {}
-    encoder_step: dict[str, Number] = {}
-    position_noise: dict[str, Number] = {}
+    input_limit: dict[str, Quantity] = {}
+    encoder_step: dict[str, Quantity] = {}
+    position_noise: dict[str, Quantity] = {}
     seed: int = 0
     integral_gain: dict[str, Number] = {}
-    velocity_noise: dict[str, Number] = {}
+    velocity_noise: dict[str, Quantity] = {}
     observer: bool = False
     cancel: Number | None = None
     cancel_delay: int = 0
@@ -188,8 +222,8 @@ class LogSection(Section):
     """How the columns of a log are called; a log description beside the log says more."""
 
     columns: dict[str, str] = {}
-    scale: dict[str, Number] = {}
-    cutoff_hz: Number | None = None
+    scale: dict[str, Quantity] = {}
+    cutoff_hz: Quantity | None = None
     published: dict[str, Text] = {}
 
 

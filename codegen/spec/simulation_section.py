@@ -9,6 +9,7 @@ import sympy
 from codegen.errors import BadInput, Place, nearest_name
 from codegen.spec.expression import exact_number, parse_expression
 from codegen.spec.model import Coordinate, Input, Simulation, symbol
+from codegen.spec.quantity import read_quantity
 from codegen.spec.schema import SimulationSection
 
 MOST_SAMPLES = 1e7
@@ -33,12 +34,12 @@ def read_simulation(
     if section is None:
         return None
     coordinates = tuple(coordinates)
-    positions, velocities = {c.name for c in coordinates}, {c.velocity for c in coordinates}
+    inputs, positions = tuple(inputs), {c.name for c in coordinates}
     entries = {i.name for i in inputs}
     time = {"t": symbol("t")}
 
-    def number(text: str, key: str) -> float:
-        return float(exact_number(text, place(key)))
+    def number(text: str, key: str, unit: str) -> float:
+        return float(read_quantity(text, unit, place(key)) if unit else exact_number(text, place(key)))
 
     def known(name: str, names: set[str]) -> Mapping[str, str]:
         key = f"simulation.{name}"
@@ -49,11 +50,12 @@ def read_simulation(
                 raise BadInput(place(f"{key}.{entry}"), f"unknown name `{entry}`", expected, nearest_name(entry, names))
         return values
 
-    def numbers(name: str, names: set[str]) -> dict[str, float]:
-        return {k: number(v, f"simulation.{name}.{k}") for k, v in known(name, names).items()}
+    def numbers(name: str, names: set[str], units: Mapping[str, str] | None = None) -> dict[str, float]:
+        own = units or {}
+        return {k: number(v, f"simulation.{name}.{k}", own.get(k, "")) for k, v in known(name, names).items()}
 
-    def magnitudes(name: str, names: set[str], zero: bool = True) -> dict[str, float]:
-        values = numbers(name, names)
+    def magnitudes(name: str, units: Mapping[str, str], zero: bool = True) -> dict[str, float]:
+        values = numbers(name, set(units), units)
         for k, value in values.items():
             if value < 0 or (value == 0 and not zero):
                 what = "zero or a positive number" if zero else "a positive number; no entry means no limit"
@@ -66,8 +68,8 @@ def read_simulation(
             for k, v in known(name, names).items()
         }
 
-    duration = number(section.duration, "simulation.duration")
-    period = number(section.sample_time, "simulation.sample_time")
+    duration = number(section.duration, "simulation.duration", "s")
+    period = number(section.sample_time, "simulation.sample_time", "s")
     for key, value in (("duration", duration), ("sample_time", period)):
         if value <= 0:
             raise BadInput(place(f"simulation.{key}"), f"{value:g} s", "a positive time in s")
@@ -82,12 +84,12 @@ def read_simulation(
         functions("reference", entries | positions),
         numbers("position_gain", entries),
         numbers("velocity_gain", entries),
-        magnitudes("input_limit", entries, zero=False),
-        magnitudes("encoder_step", positions),
-        magnitudes("position_noise", positions),
+        magnitudes("input_limit", {i.name: i.unit for i in inputs}, zero=False),
+        magnitudes("encoder_step", {c.name: c.unit for c in coordinates}),
+        magnitudes("position_noise", {c.name: c.unit for c in coordinates}),
         section.seed,
         numbers("integral_gain", entries),
-        magnitudes("velocity_noise", velocities),
+        magnitudes("velocity_noise", {c.velocity: f"{c.unit}/s" for c in coordinates}),
         section.observer,
         _cancelled(section, place),
         section.cancel_delay,

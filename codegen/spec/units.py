@@ -1,4 +1,4 @@
-"""Units through pint: values to SI, and the dimension of an expression.
+"""Units: values to SI, and the dimension of an expression. What ``si_units`` does not know is read by pint.
 
 A spec is computed in coherent SI units. A parameter may be given in any unit and is converted; coordinates and
 inputs are declared in SI, since generated code takes and returns them as they are.
@@ -12,31 +12,17 @@ import re
 from collections.abc import Mapping
 from fractions import Fraction
 from functools import cache
-from tokenize import TokenError
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import pint
 import sympy
 
 from codegen.errors import BadInput, Place, nearest_name
 from codegen.spec.expression import Expression
+from codegen.spec.si_units import Dimension, SiUnit, si_unit
 from codegen.spec.unit_text import Unreadable, spelled, with_plain_signs
 
-Dimension = Any
-"""pint's dimensionality mapping, such as {[length]: 1, [time]: -1}; hashable."""
-
-
-_MALFORMED = (
-    pint.PintError,
-    ArithmeticError,
-    AssertionError,
-    AttributeError,
-    LookupError,
-    SyntaxError,
-    TypeError,
-    ValueError,
-    TokenError,
-)  # what pint lets through on malformed text
+if TYPE_CHECKING:
+    import pint
 
 _WRITTEN = re.compile(r"(?!.*(/\*|\*/|//))[A-Za-z0-9µμΩ\u2126Å\u212bℓΔ⁰¹²³⁴-⁹*/^_ .()-]*")
 """The letters of a unit, which generated files print in comments."""
@@ -74,6 +60,8 @@ _HIGHEST_POWER = 20
 @cache
 def registry() -> pint.UnitRegistry[Any]:
     """The one unit registry of the process. Its factors are exact fractions, with pi to fifty digits."""
+    import pint  # with its definitions most of a second, and few specs need it
+
     made: pint.UnitRegistry[Any] = pint.UnitRegistry(non_int_type=Fraction, autoconvert_offset_to_baseunit=False)
     for definition in _DEFINED:
         made.define(definition)
@@ -90,8 +78,20 @@ def _parse(text: str) -> Any:
     """A pint unit from text that ``spelled`` gave.
 
     Raises:
-        ValueError, and what pint raises: for an unknown name, a high power, or an offset, as degC has.
+        ValueError: for an unknown name, a high power, or an offset, as degC has.
     """
+    from tokenize import TokenError
+
+    from pint import PintError
+
+    malformed = (ArithmeticError, AssertionError, AttributeError, LookupError, SyntaxError, TypeError, TokenError)
+    try:
+        return _checked(text)
+    except (PintError, *malformed) as error:  # what pint lets through on malformed text
+        raise ValueError(text) from error
+
+
+def _checked(text: str) -> Any:
     unit = registry().parse_units(text)
     powers = registry().Quantity(1, unit).unit_items()
     if any(abs(power) > _HIGHEST_POWER for _, power in powers):
@@ -101,8 +101,8 @@ def _parse(text: str) -> Any:
     return unit
 
 
-def parse_unit(text: str, place: Place) -> Any:
-    """A pint unit from its text.
+def parse_unit(text: str, place: Place) -> SiUnit | Any:
+    """A unit from its text: an SiUnit, or pint's.
 
     Raises:
         BadInput: for text that is no unit, or may mean two, or one with an offset (degC).
@@ -116,8 +116,8 @@ def parse_unit(text: str, place: Place) -> Any:
         if re.search(pattern, plain) or re.search(pattern, with_plain_signs(str(text))):
             raise BadInput(place, f"unit `{text}`, {meanings}", "one that has one meaning", meant)
     try:
-        return _parse(plain)
-    except _MALFORMED:
+        return si_unit(plain) or _parse(plain)
+    except ValueError:
         nearest = nearest_name(str(text), _CALLED)
         raise BadInput(place, f"unit `{text}`", "a unit such as N*m, kg*m^2 or 1", nearest) from None
 
@@ -133,8 +133,10 @@ def unit_name(text: str, place: Place) -> str:
 
 
 def dimension(unit: Any) -> Dimension:
-    """The dimensionality of a pint unit."""
-    return registry().Quantity(1, unit).dimensionality
+    """The dimension of a unit that ``parse_unit`` gave."""
+    if isinstance(unit, SiUnit):
+        return unit.dimension
+    return Dimension({name: Fraction(power) for name, power in registry().Quantity(1, unit).dimensionality.items()})
 
 
 def si_factor(text: str, place: Place) -> sympy.Rational:
@@ -142,8 +144,11 @@ def si_factor(text: str, place: Place) -> sympy.Rational:
 
     Exact; where pi or a root is in it (deg, rpm, cm^0.5), a fraction that agrees with it to some fifty digits.
     """
+    unit = parse_unit(text, place)
+    if isinstance(unit, SiUnit):
+        return sympy.Rational(unit.factor.numerator, unit.factor.denominator)
     factor = sympy.S.One
-    for name, power in registry().Quantity(1, parse_unit(text, place)).unit_items():
+    for name, power in registry().Quantity(1, unit).unit_items():
         one = registry().Quantity(1, name).to_base_units().magnitude
         factor *= sympy.Rational(one) ** sympy.Rational(power)  # pint takes roots in floating point
     return factor if factor.is_Rational else sympy.Rational(str(factor.evalf(50)))
@@ -164,9 +169,9 @@ def coherent_name(text: str, place: Place) -> str:
     """The SI unit that a value of this unit is converted to: the unit itself where it is coherent already."""
     if si_factor(text, place) == 1:
         return unit_name(text, place)
-    unit = parse_unit(text, place)
-    wanted, base = dimension(unit), dict(registry().Quantity(1, unit).to_base_units().unit_items())
-    turning = base.get("radian") == 1  # pint has the radian as a base unit of dimension 1
+    wanted = dimension(parse_unit(text, place))
+    turning = "rad" in text or not isinstance(parse_unit(text, place), SiUnit)
+    turning = turning and base_units(text, place).get("radian") == 1
     if wanted == _none():
         return "rad" if turning else "1"
     if wanted == _none() / dimension(parse_unit("s", place)):
@@ -174,8 +179,18 @@ def coherent_name(text: str, place: Place) -> str:
     return describe(wanted)
 
 
+def base_units(text: str, place: Place) -> Mapping[str, Any]:
+    """Exponents of the SI base units by pint's names, with the radian, which has no dimension, among them.
+
+    Raises:
+        BadInput: as ``parse_unit``.
+    """
+    parse_unit(text, place)
+    return dict(registry().Quantity(1, _parse(spelled(text))).to_base_units().unit_items())
+
+
 def _none() -> Dimension:
-    return registry().dimensionless.dimensionality
+    return Dimension({})
 
 
 def dimension_of(expression: Expression, dimensions: Mapping[str, Dimension]) -> Dimension | None:
@@ -203,7 +218,7 @@ def describe(d: Dimension | None) -> str:
     if named:
         return named
     symbol = {"[length]": "m", "[mass]": "kg", "[time]": "s", "[current]": "A", "[temperature]": "K"}
-    parts = [symbol.get(k, k) + (f"^{float(p):g}" if p != 1 else "") for k, p in sorted(d.items(), key=str) if p]
+    parts = [symbol.get(k, k) + (f"^{float(p):g}" if p != 1 else "") for k, p in sorted(d.powers, key=str)]
     return "*".join(parts)
 
 

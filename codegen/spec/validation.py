@@ -1,4 +1,4 @@
-"""A YAML mapping against its pydantic shape, with the first fault told at its line."""
+"""A YAML mapping against its pydantic shape, with every fault at its line."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
 
 from codegen.errors import BadInput, Place, nearest_name
 
@@ -30,19 +31,41 @@ def validate(model: type[Model], data: Any, places: Mapping[str, Place], file: s
     """Read ``data`` as ``model``.
 
     Raises:
-        BadInput: for the first thing that does not fit: a missing key, an unknown key, a wrong type.
+        BadInput: for what does not fit: a missing key, an unknown key, a wrong type; ``others`` holds the further ones.
     """
     try:
         return model.model_validate(data)
     except ValidationError as error:
-        raise _explain(error, model, places, file) from None
+        found = error.errors()
+        first, *others = [_explain(fault, found, model, places, file) for fault in _distinct(found, model)]
+        first.others = tuple(others)
+        raise first from None
 
 
-def _explain(error: ValidationError, model: type[BaseModel], places: Mapping[str, Place], file: str) -> BadInput:
-    # An unknown key explains the missing one beside it (a typing error), so it is told first; of a gain that is a
-    # mapping, what is wrong with its range.
-    faults = sorted(error.errors(), key=lambda e: (e["type"] != "extra_forbidden", e["loc"][-1:] != ("free",)))
-    fault = faults[0]
+def _distinct(errors: list[ErrorDetails], model: type[BaseModel]) -> list[ErrorDetails]:
+    """One error for each fault of the author, the unknown keys first.
+
+    Of the alternatives of a union one is told: of a gain that is a mapping, what is wrong with its range. An unknown
+    key that is nearly the name of a missing one beside it is that key, misspelt.
+    """
+    ordered = sorted(errors, key=lambda e: (e["type"] != "extra_forbidden", e["loc"][-1:] != ("free",)))
+    chosen: dict[tuple[int | str, ...], ErrorDetails] = {}
+    meant: set[tuple[int | str, ...]] = set()
+    for fault in ordered:
+        loc = fault["loc"]
+        if fault["type"] == "extra_forbidden":
+            parent = [s for s in loc[:-1] if isinstance(s, int) or not _is_variant(s)]
+            meant.add((*loc[:-1], nearest_name(str(loc[-1]), _known_keys(model, parent)) or ""))
+        elif fault["type"] == "missing" and loc in meant:
+            continue
+        variant = next((k for k, s in enumerate(loc) if _is_variant(s)), len(loc))
+        chosen.setdefault(loc[:variant], fault)
+    return list(chosen.values())
+
+
+def _explain(
+    fault: ErrorDetails, faults: list[ErrorDetails], model: type[BaseModel], places: Mapping[str, Place], file: str
+) -> BadInput:
     steps = [s for s in fault["loc"] if isinstance(s, int) or not _is_variant(s)]
     key = ""
     for step in steps:

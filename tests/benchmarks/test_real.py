@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from benchmarks.real.page import BEGIN, END, page_of, replaced, row, table
+from benchmarks.real.page import BEGIN, END, SAID, page_of, replaced, row, table, words
 from benchmarks.real.runs import command, kept
 from benchmarks.real.sets import DATA, SETS, SPECS, Diagnosed
 from benchmarks.real.steady import mean_errors
@@ -28,6 +28,7 @@ def error(force: float, *free: float | None) -> dict[str, Any]:
 def found(**more: Any) -> dict[str, Any]:
     return {
         "verdict": "effect",
+        "sentence": "The log shows | it.\nSo it is.",
         "effects": [{"kind": "coupling", "on": ["q1", "q2"], "parameters": {"c": 1.23456}, "units": {"c": "N*m*s"}}],
         "error": {
             "declared": error(0.5, 0.1, 2.0),
@@ -66,6 +67,15 @@ def test_a_row_of_a_refusal_has_its_words_and_one_that_was_not_run_says_so(tmp_p
     )
     assert row(RUN, tmp_path / "none") == "| a → b | not run | | | 9 % |\n"
     assert kept(tmp_path / "none") is None
+
+
+def test_below_the_rows_stands_what_is_said_of_each(tmp_path: Path) -> None:
+    assert words(RUN, left(tmp_path / "one", found())) == "- a → b: The log shows | it. So it is.\n"
+    assert words(RUN, tmp_path / "none") == ""
+    name, (first, *_) = next(iter(SETS.items()))
+    assert SAID not in table(name, tmp_path / "nothing")
+    left(tmp_path / name / first.name, found())
+    assert table(name, tmp_path).endswith(f"\n\n{SAID}\n\n- {first.words}: The log shows | it. So it is.\n")
 
 
 def test_the_table_takes_the_place_of_the_old_one(tmp_path: Path) -> None:

@@ -88,8 +88,9 @@ def test_what_is_not_ours_is_not_replaced(mine, arguments, words):
     before = contents(mine)
     with (
         patch("codegen.gain_report.assess", side_effect=AssertionError),
-        patch("codegen.pipeline.simulate_plant", side_effect=AssertionError),
-        patch("codegen.pipeline.generated_files", side_effect=AssertionError),
+        patch("codegen.app.simulate.simulate_plant", side_effect=AssertionError),
+        patch("codegen.app.certify.generated_files", side_effect=AssertionError),
+        patch("codegen.app.diagnose.generated_files", side_effect=AssertionError),
     ):
         result = stiction(*arguments)
     assert is_one_message(result) and words in result.err, result
@@ -190,7 +191,7 @@ def test_reader_that_goes_away(folder):
 
 
 def test_interrupt(folder):
-    with patch("codegen.cli.pipeline.simulate", side_effect=KeyboardInterrupt):
+    with patch("codegen.app.simulate.simulate", side_effect=KeyboardInterrupt):
         result = stiction("simulate", ONE, "-o", "log.csv")
     assert result.code == 130 and "Traceback" not in result.err
 
@@ -220,6 +221,7 @@ def test_an_interrupt_while_libraries_are_loaded():
         "    if name == 'sympy': signal.raise_signal(signal.SIGINT)\n"
         "    return load(name, *rest)\n"
         "builtins.__import__ = slow\n"
+        "import sys; sys.argv = ['stiction', 'check', 'specs/one_mass.yaml']\n"
         "from codegen.start import main; main()"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, cwd=SPECS.parent, check=False)

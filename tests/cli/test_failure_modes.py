@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from codegen.logs import preflight, read_log
-from codegen.simulate import simulate, write_log
+from codegen.simulate.closed_loop import simulate
+from codegen.simulate.loop_run import write_log
 from codegen.spec import read_spec
 from tests.diagnosis.stage import stage, system_of
 

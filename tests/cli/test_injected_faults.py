@@ -26,7 +26,8 @@ import sympy
 from sympy.matrices.exceptions import NonInvertibleMatrixError
 from sympy.matrices.matrixbase import MatrixBase
 
-import codegen.cli
+import codegen.app.derive
+import codegen.text
 from codegen import pipeline
 from codegen.errors import InternalError
 
@@ -79,7 +80,7 @@ OF_THE_TOOL: dict[str, tuple[Any, str, Exception]] = {
     "np.concatenate": (np, "concatenate", MemoryError("injected")),
     "json.loads": (json, "loads", RecursionError("injected")),
     "json.dumps": (json, "dumps", ValueError("injected")),
-    "render": (codegen.cli, "render", KeyError("injected")),
+    "render": (codegen.text, "render", KeyError("injected")),
 }
 FILES: dict[str, tuple[Any, str, Exception]] = {
     "ruamel load": (ruamel.yaml.YAML, "load", AssertionError("injected")),
@@ -208,7 +209,7 @@ def test_a_fault_of_any_verb_is_told(run, verb, fault):
 
 def test_an_internal_error_is_no_bad_input(made, monkeypatch):
     monkeypatch.chdir(made)
-    with injected(pipeline, "analyse", TypeError("injected")):
+    with injected(codegen.app.derive, "analyse", TypeError("injected")):
         result = stiction("derive", "s.yaml")
         assert result.code == 70 and result.out == ""
         assert result.err.startswith("internal error: `derive` on s.yaml ended in TypeError: injected\n")
@@ -223,14 +224,14 @@ def test_an_internal_error_is_no_bad_input(made, monkeypatch):
 def test_an_interrupt(made, monkeypatch):
     """Ctrl-C is no error: no words but those of the shell, and the exit status of the signal."""
     monkeypatch.chdir(made)
-    with injected(pipeline, "analyse", KeyboardInterrupt()):
+    with injected(codegen.app.derive, "analyse", KeyboardInterrupt()):
         result = stiction("derive", "s.yaml")
     assert result.code == 128 + signal.SIGINT and "Traceback" not in result.err and "error" not in result.err
 
 
 def test_no_memory(made, monkeypatch):
     monkeypatch.chdir(made)
-    with injected(pipeline, "analyse", MemoryError()):
+    with injected(codegen.app.derive, "analyse", MemoryError()):
         result = stiction("derive", "s.yaml")
     assert result.code == 70 and "MemoryError: there is not enough memory" in result.err and "too small" in result.err
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from codegen import terminal
-from codegen.terminal import progress
+from codegen import progress as told
+from codegen.progress import progress
 
 
 @pytest.fixture
 def clock(monkeypatch) -> list[float]:
     now = [100.0]
-    monkeypatch.setattr(terminal.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(told.time, "monotonic", lambda: now[0])
     return now
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from codegen.effects.declare import add_declared_effects
 from codegen.mechanics.build import build_system
-from codegen.simulate import simulate
+from codegen.simulate.closed_loop import simulate
 from codegen.spec.reader import parse_spec
 
 from .build import Built

@@ -9,7 +9,8 @@ from codegen.diagnosis.results import Diagnosis
 from codegen.effects.declare import add_declared_effects
 from codegen.logs import Log, read_log
 from codegen.mechanics import System, build_system
-from codegen.simulate import simulate, write_log
+from codegen.simulate.closed_loop import simulate
+from codegen.simulate.loop_run import write_log
 from codegen.spec import Spec, parse_spec
 
 STAGE = """\

@@ -207,6 +207,17 @@ def test_held_out_data_refuse_an_effect_that_is_worse_there(tmp_path: Path) -> N
     assert diagnosis.candidates[0].kind == "spring" and diagnosis.candidates[0].accepted
 
 
+@pytest.mark.slow
+def test_held_out_data_refuse_the_best_of_several_that_tie_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """That this or that is missing is a claim as well: not where the best of them makes both errors worse."""
+    spring = "[{kind: spring, on: x, parameters: {k: 18}}]"
+    train = log_of(stage(spring), tmp_path, "train.csv")
+    test = log_of(stage("[]", 4.0, TEST, 10.0), tmp_path, "test.csv")
+    monkeypatch.setattr(diagnose, "verdict_of", lambda outcome, faults: "ambiguous")
+    diagnosis, _ = diagnose_log(stage(), system_of(stage()), train, test)
+    assert diagnosis.verdict == "unknown" and "on held-out data the effect" in diagnosis.sentence
+
+
 def test_an_effect_whose_interval_holds_zero_is_not_credited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def wide(shot: Shot, other: Shot | None = None) -> Estimate:
         found = estimate(shot, other)

@@ -12,14 +12,17 @@ import pytest
 from codegen.diagnosis.attempt import Found
 from codegen.diagnosis.credit import ALPHA
 from codegen.diagnosis.force_witness import force_gain
+from codegen.diagnosis.models import with_values
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.ranking import Witness, too_alike, with_force
 from codegen.diagnosis.record import record_of
+from codegen.diagnosis.residual import drive_left, inverse_dynamics_residual, masks, residual_at_drive
 from codegen.diagnosis.search import Search, search_on
 from codegen.diagnosis.signals import smooth_motion
 from codegen.diagnosis.trial import part_of
 from codegen.effects import CATALOGUE
 from codegen.logs import Log
+from codegen.mechanics import System
 from tests.diagnosis.stage import log_of, stage, system_of
 
 ONE_WAY = "0.25*t + 0.02*sin(2*pi*0.7*t)"
@@ -80,3 +83,46 @@ def test_the_force_residual_decides_where_free_runs_leave_doubt(log: Log) -> Non
     assert with_force(0.05, declared, false, 20) > ALPHA
     assert with_force(0.05, false, declared, 20) < ALPHA
     assert with_force(0.001, declared, false, 20) == pytest.approx(0.001 / 0.9)
+
+
+STEADY = "0.25*t"
+
+
+def by_load(mu: float, share: float = 1.0) -> System:
+    """The stage with friction that follows the drive, and so much of its own friction."""
+    system = system_of(stage(f"[{{kind: load_dependent_friction, on: rail, parameters: {{mu: {mu}}}}}]"))
+    named = {s.name: float(v) for s, v in system.values.items()}
+    return with_values(system, {"rail_a": share * named["rail_a"], "b": share * named["b"]})
+
+
+def test_friction_that_follows_the_measured_drive_does_not_explain_its_noise(tmp_path: Path) -> None:
+    """At a steady speed friction is all of the drive: `a share of the drive` leaves that share of any residual."""
+    plain = log_of(stage(reference=STEADY), tmp_path, "plain.csv")
+    noise = 0.4 * np.random.default_rng(4).normal(size=plain.inputs.shape)
+    motion = smooth_motion(replace(plain, inputs=plain.inputs + noise))
+    declared, trap = system_of(stage()), by_load(0.97, 0.03)
+    used = masks(declared, motion).rows[:, 0]
+
+    def rms(residual: np.ndarray) -> float:
+        return float(np.sqrt(np.mean(residual[used, 0] ** 2)))
+
+    assert drive_left(declared, motion) == pytest.approx([1.0])
+    u, v = motion.inputs[:, 0], motion.velocities[:, 0]
+    net, drive = (motion.low_pass(f)[motion.usable] for f in (u - 0.97 * np.abs(u) * np.sign(v), u))
+    left = float(np.sqrt(np.mean(net**2) / np.mean(drive**2)))  # the speed has one sign
+    assert drive_left(trap, motion)[0] == pytest.approx(left, rel=0.05) and left < 0.1
+    crawl = replace(motion, velocities=motion.velocities * np.where(np.arange(len(v)) % 500 < 100, -1.0, 1.0)[:, None])
+    assert drive_left(trap, crawl)[0] < 0.1
+    raw = rms(inverse_dynamics_residual(trap, motion)) / rms(inverse_dynamics_residual(declared, motion))
+    fair = rms(residual_at_drive(trap, motion)) / rms(residual_at_drive(declared, motion))
+    assert raw < 0.1 and fair > 0.95
+
+
+def test_friction_that_does_follow_the_drive_still_explains_it(tmp_path: Path) -> None:
+    effect = "[{kind: load_dependent_friction, on: rail, parameters: {mu: 0.3}}]"
+    motion = smooth_motion(log_of(stage(effect), tmp_path, "load.csv"))
+    declared, true = system_of(stage()), by_load(0.3)
+    used = masks(declared, motion).rows[:, 0]
+    before, after = (residual_at_drive(s, motion)[used, 0] for s in (declared, true))
+    assert 0.6 < drive_left(true, motion)[0] <= 1.0
+    assert np.mean(after**2) < 0.05 * np.mean(before**2)

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from codegen.diagnosis import diagnose
+from codegen.app import diagnose
 from codegen.diagnosis.advice import MotionTried, Separation, SetupTried
 from codegen.diagnosis.conclusion import told, worst
 from codegen.diagnosis.results import FoundEffect, Remainder

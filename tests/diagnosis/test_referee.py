@@ -7,12 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from codegen.diagnosis.conclusion import is_small, told
 from codegen.diagnosis.problem import Problem
-from codegen.diagnosis.referee import explained_over, remainders, since_reversal, sliding, splines
+from codegen.diagnosis.referee import explained_over, remainders, repeated_share, since_reversal, sliding, splines
+from codegen.diagnosis.results import Remainder
 from codegen.diagnosis.signals import smooth_motion
 from codegen.logs import read_log
 from codegen.resources import resource_folder
-from codegen.simulate import simulate, write_log
+from codegen.simulate.closed_loop import simulate
+from codegen.simulate.loop_run import write_log
 from codegen.spec import parse_spec
 from tests.diagnosis.stage import log_of, stage, system_of
 
@@ -71,3 +74,29 @@ def test_a_coordinate_that_no_input_reaches_has_the_load_of_its_inertia(tmp_path
     truth = system_of(plant)
     noise = remainders(truth, problem.motion, problem.masks)[0]
     assert noise.over["load"] < 0.5
+
+
+def test_a_share_in_which_the_held_out_parts_do_not_agree_is_none() -> None:
+    """A step in one place of a curve, passed once, is no function that repeats; the same step passed often is."""
+    generator = np.random.default_rng(11)
+    noise = generator.normal(size=COUNT)
+    for z, known in ((X, True), (generator.normal(size=COUNT), False)):
+        r = 0.3 * np.sign(X) + noise
+        share = repeated_share(r, EVERY, [splines(z, 14)])
+        assert share == (explained_over(r, EVERY, [splines(z, 14)]) if known else 0.0)
+    lone = np.where(np.arange(COUNT) < COUNT // 40, 3.0, 0.0) + noise
+    few = repeated_share(lone, EVERY, [splines(TIME, 40)])
+    assert few == 0.0 < explained_over(lone, EVERY, [splines(TIME, 40)])
+
+
+def test_the_sentence_names_a_variable_by_its_force_and_not_only_by_its_share() -> None:
+    left = Remainder(1.0, 0.3, 0.06, {"input rate": 0.06, "speed": 0.0, "load": 0.002})
+    assert told(left, 0.02) == [("input rate", 0.06)]
+    assert told(Remainder(1.0, 0.01, 0.5, {"load": 0.2, "speed": 0.5}), 0.02) == [("speed", 0.5), ("load", 0.2)]
+
+
+def test_what_is_left_is_small_where_every_coordinate_that_can_be_judged_says_so() -> None:
+    nothing, some, unseen = Remainder(1.0, 0.1, 0.01), Remainder(1.0, 0.1, 0.09), Remainder(np.nan, np.nan, 0.0)
+    assert is_small([nothing], 0.02) and not is_small([some], 0.02) and is_small([some], 0.04)
+    assert is_small([nothing, unseen], 0.02) and is_small([unseen, nothing], 0.02)
+    assert not is_small([unseen, some], 0.02) and not is_small([unseen], 0.02)

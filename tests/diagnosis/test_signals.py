@@ -37,6 +37,19 @@ def test_smooth_motion_recovers_velocity_and_acceleration(tmp_path: Path) -> Non
     assert np.sqrt(np.mean((motion.low_pass(motion.accelerations)[used, 0] - a[used]) ** 2)) < 5e-3 * np.abs(a).max()
 
 
+def test_the_cutoff_rises_where_most_of_the_acceleration_lies_above_twenty_hertz() -> None:
+    """A motor at 5 rad/s with 72 waves a turn: 57 Hz. The same waves too small to matter, or hidden in noise: 20 Hz."""
+    h, generator = 0.001, np.random.default_rng(8)
+    t = np.arange(0, 16, h)
+    slow, fast = 5 * t + 0.05 * np.sin(2 * np.pi * 0.7 * t), np.sin(72 * 5 * t)
+    found = [
+        quiet_cutoff((slow + wave * fast + noise * generator.normal(size=len(t)))[:, None], h)
+        for wave, noise in ((1e-3, 1e-6), (1e-6, 1e-7), (0.0, 1e-7))
+    ]
+    assert found == [80.0, 20.0, 20.0]
+    assert quiet_cutoff((slow + 1e-3 * fast + 1e-3 * generator.normal(size=len(t)))[:, None], h) <= 20.0
+
+
 def test_a_log_that_is_too_short_is_refused(tmp_path: Path) -> None:
     log = log_of(stage(duration=2.0), tmp_path, "short.csv")
     with pytest.raises(BadInput, match=r"short.csv.*at least 4 s"):

@@ -13,8 +13,9 @@ from simulate.machines import ONE_MASS
 from codegen.effects.declare import add_declared_effects
 from codegen.errors import BadInput
 from codegen.mechanics import System, build_system
-from codegen.simulate import simulate, simulate_open_loop
+from codegen.simulate.closed_loop import simulate
 from codegen.simulate.event_plant import EventPlant
+from codegen.simulate.plant import simulate_open_loop
 from codegen.simulate.sensor_error import SensorError
 from codegen.spec import parse_spec
 

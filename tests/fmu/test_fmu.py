@@ -20,8 +20,8 @@ from codegen.emit.package import emit_sources, make_header
 from codegen.errors import BadInput
 from codegen.observers import observer_of
 from codegen.program import Program, build_program
-from codegen.replay import compiled_engine, load_twin
-from codegen.replay.twin import fill, inputs_of, values_of
+from codegen.replay.engine import compiled_engine
+from codegen.replay.twin import fill, inputs_of, load_twin, values_of
 from codegen.spec import read_spec
 from codegen.spec.model import CodeChoice
 from fmu import unit as driven

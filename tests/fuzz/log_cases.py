@@ -22,8 +22,8 @@ from codegen.emit.package import emit_sources, make_header
 from codegen.logs import preflight, read_log
 from codegen.observers import observer_of
 from codegen.program import Program, build_program
-from codegen.replay import engine_for, replay_log
-from codegen.replay.engine import Engine
+from codegen.replay.engine import Engine, engine_for
+from codegen.replay.over_log import replay_log
 from codegen.replay.samples import Samples
 from codegen.spec import Spec, parse_spec
 

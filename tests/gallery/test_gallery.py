@@ -26,7 +26,7 @@ from codegen.gallery.rig import CHAPTER_3, NAMES
 from codegen.gallery.runs import ideal_run, reference_of, servo_run
 from codegen.gallery.setting import Setting, simulation_of, with_observer, without_friction
 from codegen.gallery.statement import read_figures
-from codegen.simulate import LoopRun
+from codegen.simulate.loop_run import LoopRun
 
 ROOT = Path(__file__).parents[2]
 CHAPTERS = {1: "12", 2: "345", 3: "234", 4: "3457", 5: "1", 6: "1", 7: "12", 8: "3456"}

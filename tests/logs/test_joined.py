@@ -146,3 +146,22 @@ def test_records_that_do_not_go_together(tmp_path, spec):
     paths = [record(tmp_path / "a.csv", 0.002, 5), record(tmp_path / "other" / "b.csv", 0.002, 5)]
     with pytest.raises(BadInput, match="cutoff_hz"):
         read_logs(paths, spec)
+
+
+def test_a_slow_record_on_a_fine_grid_weighs_what_its_own_samples_weigh(tmp_path, spec):
+    """30 s at 20 Hz beside 10 s at 500 Hz: 600 rows beside 5000, on a grid that has six times as many."""
+    slow, fast = record(tmp_path / "a.csv", 0.05, 30), record(tmp_path / "b.csv", 0.002, 10)
+    log = read_logs([slow, fast], spec)
+    (a, b), (c, d) = log.segments
+    assert b - a > 4000 and log.counted is not None
+    assert log.counted[a:b].sum() == 600 and log.counted[c:d].all() and not log.counted[b:c].any()
+    motion = smooth_motion(log, 6.0)
+    own = np.flatnonzero(motion.counted[a:b])
+    assert np.abs(log.sample_time * own - 0.05 * np.arange(600)).max() <= log.sample_time
+    made = record_of(motion, log)
+    of_slow = sum(start < b for start in made.start)
+    of_fast = len(made.start) - of_slow
+    assert 0 < of_slow * made.length <= 600 < 2000 < of_fast * made.length
+    part, _ = excerpt(log, 6000)
+    assert part.counted.shape == (6000,)
+    assert read_logs([fast], spec).counted is None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -118,3 +119,14 @@ def test_time_from_the_sample_rate(tmp_path, spec):
     del made["t"]
     log = read_log(write_csv(tmp_path / "a.csv", made), spec, description=described(tmp_path, "sample_rate_hz: 500\n"))
     assert log.sample_time == 0.002 and log.size == 1000 and "no column t" in log.notes[0]
+
+
+@pytest.mark.parametrize(("text", "name", "written"), [("F cmd*2", "F cmd", "F_cmd"), ("-2*F.cmd", "F.cmd", "F_cmd")])
+def test_an_expression_with_a_name_as_it_stands_in_the_file_is_told_how_to_write_it(
+    tmp_path, spec, text, name, written
+):
+    made = {"t": [0.0, 0.1], "x": [0.0, 1.0], name: [1.0, 2.0]}
+    log = write_csv(tmp_path / "a.csv", made)
+    (tmp_path / "meta.yaml").write_text(f"columns: {{w: {text}}}\n")
+    with pytest.raises(BadInput, match=f"an expression, in which `{re.escape(name)}` is written `{written}`"):
+        read_log(log, spec)

@@ -178,3 +178,39 @@ def test_where_friction_does_not_tell_the_envelope_does(tmp_path):
     small = findings(tmp_path, {**made, "x": made["x"] / 1000}, text)["envelope of v"]
     assert small.severity == "warning" and "is its scale right?" in small.words
     assert findings(tmp_path, {**made, "w": made["w"] / 1000}, text)["sign and scale of w"].severity == "problem"
+
+
+PENDULUM = """name: pendulum
+coordinates: {q: {velocity: v, unit: rad}}
+inputs: {u: {unit: N*m}}
+parameters: {J: {value: 0.17, unit: kg*m^2}, G: {value: 3.4, unit: N*m}}
+mass_matrix: [[J]]
+force: [u - G*sin(q)]
+friction: {distribution: [[1]], contacts: [{name: joint, a: 0.15, unit: N*m}]}
+"""
+
+
+def test_an_input_computed_from_the_position_is_told(tmp_path):
+    """Gravity compensation, moved by hand; with a torque that moves the arm the same motion is a good log."""
+    t = np.arange(15000) / 500
+    q = -1.5 + 1.2 * np.sin(0.5 * t) + 0.4 * np.sin(1.3 * t + 1)
+    v, a = np.gradient(q, t), np.gradient(np.gradient(q, t), t)
+    noise = 0.003 * np.random.default_rng(1).normal(size=len(t))
+    found = findings(tmp_path, {"t": t, "q": q, "u": 3.31 * np.sin(q) + noise}, PENDULUM)
+    words = found["input computed from q"]
+    assert words.severity == "problem" and "in no column" in words.words
+    assert words.figures["share"] < 0.005 and words.figures["taken"] > 0.05
+    driven = 3.4 * np.sin(q) + 0.17 * a + 0.15 * np.sign(v) + noise
+    assert {f.severity for f in findings(tmp_path, {"t": t, "q": q, "u": driven}, PENDULUM).values()} == {"info"}
+
+
+def test_a_free_swing_against_a_spring_of_the_controller_is_a_good_log(tmp_path):
+    """The input is a function of the position there too; friction of another size than declared explains the swing."""
+    h, q, v, rows_ = 0.001, 1.2, 0.0, []
+    for k in range(20000):
+        u = -8.0 * q
+        rows_.append((h * k, q, u))
+        v += h * (u - 3.4 * np.sin(q) - 0.05 * v - 0.04 * np.tanh(v / 0.01)) / 0.17
+        q += h * v
+    t, q, u = np.array(rows_).T
+    assert "input computed from q" not in findings(tmp_path, {"t": t, "q": q, "u": u}, PENDULUM)

@@ -17,7 +17,9 @@ from codegen.logs import stream
 from codegen.logs.stream import open_stream
 from codegen.observers import observer_of
 from codegen.program import build_program
-from codegen.replay import compiled_engine, load_twin, samples, twin_engine
+from codegen.replay import samples
+from codegen.replay.engine import compiled_engine, twin_engine
+from codegen.replay.twin import load_twin
 from codegen.spec import read_spec
 from codegen.spec.model import CodeChoice
 

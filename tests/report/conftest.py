@@ -15,7 +15,8 @@ from codegen.logs import read_log
 from codegen.mechanics import build_system
 from codegen.report import render_report
 from codegen.resources import resource_folder
-from codegen.simulate import simulate, write_log
+from codegen.simulate.closed_loop import simulate
+from codegen.simulate.loop_run import write_log
 from codegen.spec import Spec, parse_spec
 
 SLIDE = """\

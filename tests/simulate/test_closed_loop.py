@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from codegen.errors import BadInput
-from codegen.simulate import simulate, simulate_open_loop, write_log
+from codegen.simulate.closed_loop import simulate
+from codegen.simulate.loop_run import write_log
+from codegen.simulate.plant import simulate_open_loop
 from codegen.simulate.sensors import VELOCITY_FILTER_SAMPLES
 
 from .machines import arm, one_mass, two_mass

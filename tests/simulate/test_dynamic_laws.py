@@ -8,7 +8,9 @@ from scipy.integrate import solve_ivp
 
 from codegen.errors import BadInput
 from codegen.friction import LAWS, MemoryLaw
-from codegen.simulate import Plant, free_run, simulate, simulate_open_loop
+from codegen.simulate.closed_loop import simulate
+from codegen.simulate.free_run import free_run
+from codegen.simulate.plant import Plant, simulate_open_loop
 
 from . import stiff_integrator as exact
 from .machines import ONE_MASS, TWO_MASS, machine, two_mass

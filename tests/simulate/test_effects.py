@@ -8,7 +8,7 @@ from math import exp, pi, sin
 import numpy as np
 import pytest
 
-from codegen.simulate import simulate_open_loop
+from codegen.simulate.plant import simulate_open_loop
 
 from .event_integrator import Mass, integrate
 from .machines import one_mass

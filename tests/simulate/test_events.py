@@ -9,9 +9,11 @@ from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
 from codegen.errors import BadInput
-from codegen.simulate import Feedback, run_loop, simulate_open_loop
+from codegen.simulate.controller import Feedback
 from codegen.simulate.event_plant import EventPlant
 from codegen.simulate.mode_search import Limits, NoMode, find_mode
+from codegen.simulate.observed_loop import run_loop
+from codegen.simulate.plant import simulate_open_loop
 
 from .event_integrator import Mass, integrate
 from .machines import ONE_MASS, arm, machine, one_mass, two_mass

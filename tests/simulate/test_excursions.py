@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen.simulate import simulate
+from codegen.simulate.closed_loop import simulate
 from codegen.simulate.excursions import excursions
 from tests.cli.command import stiction
 from tests.compiled.specs import SPECS

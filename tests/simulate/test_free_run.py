@@ -16,7 +16,8 @@ from codegen.effects import CATALOGUE
 from codegen.effects.declare import add_declared_effects
 from codegen.mechanics.build import build_system
 from codegen.mechanics.system import System
-from codegen.simulate import free_run, free_run_rmse, simulate_open_loop
+from codegen.simulate.free_run import free_run, free_run_rmse
+from codegen.simulate.plant import simulate_open_loop
 from codegen.spec.model import DeclaredEffect
 from codegen.spec.reader import read_spec
 

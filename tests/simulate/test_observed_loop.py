@@ -10,15 +10,12 @@ import pytest
 
 from codegen.errors import BadInput
 from codegen.observers import observer_of
-from codegen.simulate import (
-    Cancellation,
-    Feedback,
-    Sensors,
-    generated_observer,
-    run_loop,
-    simulate,
-    write_log,
-)
+from codegen.simulate.closed_loop import simulate
+from codegen.simulate.controller import Feedback
+from codegen.simulate.loop_run import write_log
+from codegen.simulate.observed_loop import run_loop
+from codegen.simulate.observer_in_loop import Cancellation, generated_observer
+from codegen.simulate.sensors import Sensors
 
 from .event_integrator import Mass, integrate
 from .machines import one_mass, two_mass

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from codegen.simulate import simulate, simulate_open_loop
+from codegen.simulate.closed_loop import simulate
+from codegen.simulate.plant import simulate_open_loop
 
 from .event_integrator import Mass, integrate
 from .machines import arm, one_mass, two_mass

@@ -13,7 +13,7 @@ from codegen.mechanics import build_system
 from codegen.observers import build_observer
 from codegen.program import build_program
 from codegen.replay.twin import load_twin
-from codegen.simulate import simulate
+from codegen.simulate.closed_loop import simulate
 from codegen.spec import read_spec
 
 THESIS = Path(__file__).parents[2] / "specs" / "thesis"

@@ -49,7 +49,13 @@ FAULTS: dict[str, tuple[str, str, str, str | None]] = {
     "a value for a mapping": ("{value: 30, unit: N/m}", "30", "a mapping with tolerance, unit, value", None),
     "velocity guessed": ("velocity: estimated", "velocity: guessed", "'measured' or 'estimated'", None),
     "velocity misspelt": ("velocity: estimated", "velocity: estimate", "'measured' or 'estimated'", "estimated"),
-    "a number with its unit": ("0.001\n", "1 ms\n", "`1 ms`; expected a number alone, without its unit", None),
+    "a number with another unit": (
+        "0.001\n",
+        "1 mm\n",
+        "`1 mm`, in m; expected a number in s",
+        None,
+    ),
+    "a number with its unit": ("value: 2,", "value: 2 kg,", "`2 kg`; expected a number alone, without its unit", None),
     # shapes
     "mass matrix not square": ("  - [0, J]", "  - [0]", "2 rows of 1/2; expected 2 by 2", None),
     "mass matrix too small": ("  - [0, J]\n", "", "1 rows of 2; expected 2 by 2", None),

@@ -238,10 +238,9 @@ def test_refused_with_file_and_line(words: str) -> None:
     assert REFUSED[words] in message
 
 
-def test_a_power_sign_of_other_languages_is_explained() -> None:
-    with pytest.raises(BadInput) as told:
-        exact("x1^2")
-    assert told.value.nearest == "x1**2"
+def test_a_power_has_either_sign_as_in_units() -> None:
+    assert exact("x1^2") == exact("x1**2")
+    assert exact("-2^2") == -4 and exact("2^3^2") == 512
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from codegen.emit.entries import inputs_of, outputs_of, parameters_of, states_of
 from codegen.emit.header import Header
 from codegen.emit.language import Language
 from codegen.emit.loops import LoopStyle
-from codegen.emit.view import Style, view
+from codegen.emit.view import CodeView, Style, view
 from codegen.program import Code, Program
 from codegen.program.model import LARGEST
 from codegen.text import render
@@ -49,8 +49,12 @@ def c_words(program: Program, code: Code, header: Header) -> dict[str, Any]:
     }
 
 
-def emit_c(program: Program, code: Code, header: Header) -> dict[str, str]:
-    """NAME.h, NAME.c, example_main.c, CMakeLists.txt and NAME.mk."""
+def c_view(program: Program, code: Code) -> tuple[CodeView, Language]:
+    """Every expression in C.
+
+    Raises:
+        BadInput: for a number that C has no literal for.
+    """
     language = c_language(program)
     real = "float" if language.single else "double"
     loops = LoopStyle(struct_formats(""), "{name}", "{name}", f"const {real} {{name}}", declares=True, indent=4)
@@ -63,7 +67,12 @@ def emit_c(program: Program, code: Code, header: Header) -> dict[str, str]:
         f"    const {real} {{name}} = ",
         loops=loops,
     )
-    words = c_words(program, code, header) | {"view": view(program, code, style)}
+    return view(program, code, style), language
+
+
+def emit_c(program: Program, code: Code, header: Header) -> dict[str, str]:
+    """NAME.h, NAME.c, example_main.c, CMakeLists.txt and NAME.mk."""
+    words = c_words(program, code, header) | {"view": c_view(program, code)[0]}
     return {
         f"{program.name}.h": render("c/observer.h.j2", **words),
         f"{program.name}.c": render("c/observer.c.j2", **words),

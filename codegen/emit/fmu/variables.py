@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from codegen.emit.interface import FAULT, has_fault
 from codegen.errors import BadInput, Place
 from codegen.program import Program
-from codegen.spec.units import parse_unit, registry
+from codegen.spec.units import base_units
 
 PERIOD = "sample_time"
 TIME = "time"
@@ -109,10 +109,10 @@ def units_of(variables: Sequence[Variable]) -> tuple[Unit, ...]:
 
 def _unit(name: str) -> Unit:
     try:
-        unit = parse_unit(name, Place(name))
+        exponents = base_units(name, Place(name))
     except BadInput:
         return Unit(name, ())
-    powers = {_SI.get(base, ""): power for base, power in registry().Quantity(1.0, unit).to_base_units().unit_items()}
+    powers = {_SI.get(base, ""): power for base, power in exponents.items()}
     if "" in powers or any(float(p) != int(p) for p in powers.values()):
         return Unit(name, ())
     return Unit(name, tuple((base, int(powers[base])) for base in _SI.values() if powers.get(base)))

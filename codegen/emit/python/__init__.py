@@ -6,7 +6,7 @@ from codegen.emit.entries import inputs_of, outputs_of, parameters_of, states_of
 from codegen.emit.header import Header
 from codegen.emit.language import Language
 from codegen.emit.loops import LoopStyle
-from codegen.emit.view import Style, view
+from codegen.emit.view import CodeView, Style, view
 from codegen.program import Code, Program
 from codegen.program.model import LARGEST
 from codegen.text import render
@@ -23,8 +23,12 @@ def python_language(program: Program) -> Language:
     return Language(calls, single, "float32({digits})" if single else "{digits}", "(", ")", narrows=single)
 
 
-def emit_python(program: Program, code: Code, header: Header) -> dict[str, str]:
-    """__init__.py."""
+def python_view(program: Program, code: Code) -> tuple[CodeView, Language]:
+    """Every expression in Python.
+
+    Raises:
+        BadInput: for a number that Python has no literal for.
+    """
     language = python_language(program)
     structs = {struct: f"{struct}.{{name}}" for struct in ("parameters", "state", "outputs")}
     structs["inputs"] = "float32(inputs.{name})" if language.single else "inputs.{name}"
@@ -37,7 +41,12 @@ def emit_python(program: Program, code: Code, header: Header) -> dict[str, str]:
         "    {name} = ",
         loops=LoopStyle(structs, "{name}", "{name}", "{name}", declares=False, indent=4),
     )
-    printed = view(program, code, style)
+    return view(program, code, style), language
+
+
+def emit_python(program: Program, code: Code, header: Header) -> dict[str, str]:
+    """__init__.py."""
+    printed, language = python_view(program, code)
     real = "float32" if language.single else "float"
     text = render(
         "python/observer.py.j2",

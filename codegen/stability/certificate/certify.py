@@ -11,14 +11,11 @@ from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 from itertools import islice
-from pathlib import Path
 from typing import Any
 
 from codegen.checker import verify
 from codegen.errors import BadInput
-from codegen.input_files import read_text
 from codegen.numerics import numerical
-from codegen.observers.equations import Observer
 from codegen.spec.model import Spec
 from codegen.stability.analysis import Analysis
 from codegen.stability.certificate.content import Found, frame, proved
@@ -29,6 +26,7 @@ from codegen.stability.certificate.outcome import PROOFS, Certificate, Proposal,
 from codegen.stability.certificate.refute import rational_points, refute, slowest_point
 from codegen.stability.certificate.region_proofs import Regions, find_regions
 from codegen.stability.certificate.search import proposals_for
+from codegen.stability.certificate.size import beyond_checker
 from codegen.stability.certificate.structure import by_structure
 from codegen.stability.certificate.turning import none_through_turns, through_turns, turns
 from codegen.text import render
@@ -39,10 +37,8 @@ __all__ = [
     "Proposal",
     "Proposals",
     "Refusal",
-    "beyond_checker",
     "certify",
     "json_text",
-    "read_certificate",
     "spectral_rate",
     "withdrawn",
 ]
@@ -148,14 +144,6 @@ def _vouched(analysis: Analysis, content: Mapping[str, Any]) -> Certificate:
     return Certificate(content, rate, spectral_rate(analysis), facts, by_structure=True)
 
 
-def beyond_checker(observer: Observer) -> str:
-    """Why an observer is too large for the checker, in words that say the limit; empty where it is not."""
-    count = len(observer.errors)
-    return (
-        "" if count <= verify.MAX_SIZE else render("text/beyond_checker.j2", count=count, limit=verify.MAX_SIZE).strip()
-    )
-
-
 def spectral_rate(analysis: Analysis) -> float:
     """The largest decay rate that any P could show, from the worst operating point alone, 1/s."""
     radius, h = analysis.spectral_radius, float(analysis.dynamics.observer.sample_time)
@@ -199,12 +187,3 @@ def _undecided(analysis: Analysis, why: str, narrower: bool = True) -> Refusal:
 def withdrawn(analysis: Analysis, why: str) -> Refusal:
     """In place of a certificate that turned out not to be about the code."""
     return replace(_undecided(analysis, why, narrower=False), unbound=True)
-
-
-def read_certificate(path: Path) -> str:
-    """The text of a certificate file.
-
-    Raises:
-        BadInput: if it cannot be read.
-    """
-    return read_text(path, "a certificate (JSON)", verify.MAX_TEXT)

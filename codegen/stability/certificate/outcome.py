@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from codegen.stability.certificate.region_proofs import REGION_PROOFS, Regions
+from codegen.stability.certificate.region_files import REGION_PROOFS
+from codegen.stability.certificate.region_proofs import Regions
 
 if TYPE_CHECKING:
     from codegen.stability.bound.error_bound import ErrorBound

@@ -24,19 +24,11 @@ from codegen.stability.certificate.content import Found, frame, proved_alike, tu
 from codegen.stability.certificate.family import Family, NotEnclosable
 from codegen.stability.certificate.lyapunov import decay_rate_limit
 from codegen.stability.certificate.refute import SLACK, refuted_at
+from codegen.stability.certificate.region_files import REGION_PROOFS
 from codegen.stability.certificate.regions import Region, RegionSearch
 from codegen.stability.certificate.rising import none_without_growth
 from codegen.text import render
 
-REGION_PROOFS = (
-    "sliding.json",
-    "sliding_limit.json",
-    "presliding.json",
-    "presliding_back.json",
-    "weak.json",
-    "passing.json",
-    "recovery.json",
-)
 FALLING = ("sliding.json", "presliding.json", "presliding_back.json")
 ZERO = 1e-6
 

@@ -25,9 +25,10 @@ from codegen.spec.expression import exact_number
 from codegen.spec.free_gains import gain_entries, with_gains
 from codegen.spec.model import Spec
 from codegen.stability.analysis import Analysis, analyse
-from codegen.stability.certificate.certify import Certificate, Proposal, Proposals, Refusal, beyond_checker, certify
+from codegen.stability.certificate.certify import Certificate, Proposal, Proposals, Refusal, certify
 from codegen.stability.certificate.enclosure import enclose_family
 from codegen.stability.certificate.family import NotEnclosable, build_family
+from codegen.stability.certificate.size import beyond_checker
 from codegen.stability.feasibility.axes import AROUND, GainAxis, gain_axes, sample_time_axis
 from codegen.stability.feasibility.family import Family, Settings
 from codegen.stability.feasibility.region import LINE, bisect, stable

@@ -22,7 +22,7 @@ from codegen.observers.integration import INTEGRATIONS
 from codegen.spec.model import Spec
 from codegen.stability.analysis import Analysis, analyse
 from codegen.stability.certificate.along_friction import Box, along_friction
-from codegen.stability.certificate.certify import Certificate, Refusal, beyond_checker
+from codegen.stability.certificate.certify import Certificate, Refusal
 from codegen.stability.certificate.content import Found, frame, proved
 from codegen.stability.certificate.enclosure import Cells, enclose_family
 from codegen.stability.certificate.family import Family, NotEnclosable, build_family
@@ -30,6 +30,7 @@ from codegen.stability.certificate.lyapunov import common_lyapunov, decay_rate_l
 from codegen.stability.certificate.region_proofs import Regions
 from codegen.stability.certificate.regions import one_cell
 from codegen.stability.certificate.several_rates import common_at, shown_rates
+from codegen.stability.certificate.size import beyond_checker
 from codegen.stability.operating_points import evaluate_columns, matrix_function
 
 ANY = 1e3

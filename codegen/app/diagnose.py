@@ -1,0 +1,118 @@
+"""``stiction diagnose``: the effect that a model lacks, found in a measured log."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from codegen.app.model import model_of
+from codegen.border import verb
+from codegen.diagnosis.diagnose import diagnose_log
+from codegen.diagnosis.results import MATERIAL, CertificateChange, Diagnosis
+from codegen.errors import BadInput, Place
+from codegen.files import refuse_foreign, refuse_target, write_all
+from codegen.generable import refuse_ungenerable
+from codegen.generation import generated_files, refuse_hand_written
+from codegen.input_files import identity, read_text
+from codegen.logs import Allowance, read_logs
+from codegen.report import render_report
+from codegen.spec import parse_spec, read_spec
+from codegen.spec.free_gains import refuse_free_gains
+from codegen.spec.robot_file import LARGEST as LARGEST_URDF
+from codegen.spec.share import read_part
+from codegen.stability.certificate.certify import Certificate, Refusal
+from codegen.text import render
+
+Progress = Callable[[str, float], None]
+DIAGNOSIS_FILES = ("diagnosis.json", "spec.yaml", "report.html", "excitation.csv")
+
+
+@dataclass(frozen=True)
+class Diagnosed:
+    """What ``diagnose`` found and where it is written."""
+
+    diagnosis: Diagnosis
+    folder: Path
+    files: tuple[str, ...]
+
+
+@verb
+def diagnose(
+    path: str | Path,
+    log: str | Path | Sequence[str | Path],
+    test: str | Path | Sequence[str | Path] | None = None,
+    out: str | Path | None = None,
+    description: str | Path | None = None,
+    columns: Mapping[str, str] | None = None,
+    progress: Progress | None = None,
+    propose: bool = False,
+    material: str | float | None = None,
+) -> Diagnosed:
+    """Find the effect that a model lacks, write the augmented spec and the report, and generate again.
+
+    Args:
+        log, test: measured logs, each one file or the several of one experiment; without ``test`` the last part of
+            ``log`` is held out.
+        out: folder for DIAGNOSIS_FILES and generated/NAME; by default named after the first log.
+        description, columns: how the logs name their columns. propose: terms for an unknown residual, by PySINDy.
+        material: share of the RMS of the drive force from which on what is left matters, 0.02 or "2 %"; 2 % by default.
+
+    Raises:
+        BadInput: for a bad spec, log or share, or a folder where we would replace what is not ours; then nothing is
+            written.
+    """
+    matters = MATERIAL if material is None else read_part(str(material), Place("--material"))
+    logs, tests = _files(log), _files(test)
+    for file in tests:
+        if identity(file) in {identity(other) for other in logs}:
+            expected = "another log, or none: the end of LOG is then held out"
+            raise BadInput(str(file), "the training log itself as --test", expected)
+    folder = Path(out) if out is not None else Path(f"{Path(logs[0]).stem}_diagnosis")
+    read = {"the spec itself": Path(path)} | {f"the log {file}": Path(file) for file in (*logs, *tests)}
+    for name in DIAGNOSIS_FILES:
+        refuse_target(folder / name, read)
+    refuse_foreign(folder, "spec.yaml", ("diagnosis.json",))
+    model = model_of(read_spec(path))
+    refuse_free_gains(model.spec)
+    if model.observer is not None:
+        refuse_ungenerable(model.spec, model.observer)
+    allowance = Allowance()
+    train = read_logs(logs, model.spec, description=description, columns=columns, allowance=allowance)
+    held_out = None
+    if tests:
+        held_out = read_logs(tests, model.spec, description=description, columns=columns, allowance=allowance)
+    diagnosis, models = diagnose_log(model.spec, model.system, train, held_out, progress, propose, matters)
+    files: dict[str, str] = {"spec.yaml": models.spec_text}
+    if model.observer is not None:
+        augmented = parse_spec(models.spec_text, model.spec.path.parent / "spec.yaml")
+        before = generated_files(model.spec)[1]
+        generated, after = generated_files(augmented)
+        refuse_hand_written(folder / "generated" / augmented.name, generated)
+        diagnosis = replace(diagnosis, certificate=CertificateChange(_rate(before), _rate(after)))
+        files |= {f"generated/{augmented.name}/{name}": text for name, text in generated.items()}
+    if model.spec.robot is not None and not {"..", "/"} & {*Path(model.spec.robot[0]).parts}:
+        name = model.spec.robot[0]
+        files[name] = read_text(model.spec.path.parent / name, "a robot description (URDF)", LARGEST_URDF)
+    if models.excitation is not None:
+        files["excitation.csv"] = models.excitation
+    files["diagnosis.json"] = json.dumps(diagnosis.as_json(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    files["report.html"] = render_report(model.spec, diagnosis, models, {name: name for name in files})
+    write_all(folder, files, ("diagnosis.json", "manifest.json"))
+    return Diagnosed(diagnosis, folder, tuple(files))
+
+
+def _files(given: str | Path | Sequence[str | Path] | None) -> Sequence[str | Path]:
+    if given is None:
+        return ()
+    return (given,) if isinstance(given, (str, Path)) else tuple(given)
+
+
+def _rate(outcome: Certificate | Refusal) -> float | str:
+    return outcome.decay_rate if isinstance(outcome, Certificate) else outcome.reason
+
+
+def diagnosed_text(diagnosed: Diagnosed, paths: bool = True) -> str:
+    """The diagnosis in words; with ``paths``, the files that were written."""
+    return render("text/diagnosed.txt.j2", result=diagnosed, d=diagnosed.diagnosis, paths=paths)

@@ -1,0 +1,107 @@
+"""``stiction init``: a spec to start from, new, copied from another, or made for a robot file."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+from codegen.border import verb
+from codegen.errors import BadInput, Place, nearest_name
+from codegen.files import refuse_target, write_all
+from codegen.input_files import is_there, read_text
+from codegen.resources import resource_folder
+from codegen.spec import parse_spec
+from codegen.spec.reserved import is_identifier
+from codegen.spec.robot_file import LARGEST
+from codegen.spec.urdf import read_kinematic_tree
+from codegen.text import render
+
+_NAME_LINE = re.compile(r"^name:[ \t]*[^#\n]*?(?=[ \t]*(?:#|$))", re.MULTILINE)
+
+
+def shipped_specs() -> dict[str, Path]:
+    """The specs that come with the tool, by path below ``specs/`` without its ending: ``thesis/rig_to``."""
+    folder = resource_folder("specs")
+    found = {path.relative_to(folder).with_suffix("").as_posix(): path for path in sorted(folder.rglob("*.yaml"))}
+    return {name: path for name, path in found.items() if _NAME_LINE.search(path.read_text())}
+
+
+@verb
+def init(name: str, source: str | Path | None = None, folder: str | Path = ".") -> tuple[Path, ...]:
+    """Write NAME.yaml, a commented spec that ``check`` accepts.
+
+    Args:
+        name: of the machine, and of the file.
+        source: a spec, a shipped one by its name (``specs/two_mass.yaml`` or ``two_mass``), or a robot description;
+            None for a new machine of one mass.
+        folder: where it is written.
+
+    Returns:
+        The files: the spec, and the robot file that it names where that did not lie there.
+
+    Raises:
+        BadInput: for a name that none can have, a source that cannot be used, or a file that is there already.
+    """
+    if not is_identifier(name):
+        raise BadInput("NAME", f"`{name}`", "letters, digits and _, starting with a letter, such as my_axis")
+    target = Path(folder) / f"{name}.yaml"
+    refuse_target(target)
+    if is_there(target):
+        raise BadInput(str(target), "a file that is there already", "another name, or another folder")
+    if source is None:
+        files = {target.name: render("text/new_spec.j2", name=name)}
+        parse_spec(files[target.name], target)
+    elif Path(source).suffix.lower() == ".urdf":
+        files = _of_robot(name, Path(source))
+    else:
+        files = _of_spec(name, _found(source))
+    _refuse_other_robot(Path(folder), files)
+    write_all(Path(folder), files)
+    return tuple(Path(folder) / file for file in files)
+
+
+def _found(source: str | Path) -> Path:
+    """The file of a spec: one that is there, or a shipped one."""
+    if is_there(Path(source)):
+        return Path(source)
+    shipped = shipped_specs()
+    asked = str(source).removeprefix("specs/").removesuffix(".yaml")
+    if asked not in shipped:
+        listed = [known for known in shipped if "/" not in known]
+        expected = f"a file that is there, or a shipped spec: {', '.join(listed)}, or one of thesis/ and gallery/"
+        raise BadInput("--from", f"`{source}`, no such file", expected, nearest_name(asked, shipped))
+    return shipped[asked]
+
+
+def _of_spec(name: str, path: Path) -> dict[str, str]:
+    """A copy of a spec under another name, with its robot file."""
+    text = _NAME_LINE.sub(f"name: {name}", read_text(path, "a spec file (YAML)"), count=1)
+    spec = parse_spec(text, path)
+    if spec.name != name:
+        raise BadInput(Place(str(path)), f"the name `{spec.name}` on no line of its own", "a line `name: …`")
+    files = {f"{name}.yaml": text}
+    if spec.robot is not None:
+        robot = path.parent / spec.robot[0]
+        if robot.name != spec.robot[0]:
+            raise BadInput(spec.place("urdf"), f"`{spec.robot[0]}`, in another folder", "a robot file beside the spec")
+        files[robot.name] = read_text(robot, "a robot description (URDF)", LARGEST)
+    return files
+
+
+def _of_robot(name: str, path: Path) -> dict[str, str]:
+    """A spec for the joints of a robot file."""
+    text = read_text(path, "a robot description (URDF)", LARGEST)
+    joints = read_kinematic_tree(path, Place(str(path))).bodies
+    written = render("text/new_robot_spec.j2", name=name, file=json.dumps(path.name), joints=joints)
+    parse_spec(written, path.parent / f"{name}.yaml")
+    return {f"{name}.yaml": written, path.name: text}
+
+
+def _refuse_other_robot(folder: Path, files: dict[str, str]) -> None:
+    """Drop a robot file that lies there already; raise BadInput where it is another one of that name."""
+    for file in [file for file in files if not file.endswith(".yaml")]:
+        if is_there(folder / file):
+            if read_text(folder / file, "a robot description (URDF)", LARGEST) != files[file]:
+                raise BadInput(str(folder / file), "another robot file of that name", "another folder")
+            del files[file]

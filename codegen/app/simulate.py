@@ -1,0 +1,45 @@
+"""``stiction simulate``: a log of the plant of a spec."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from codegen.app.model import model_of
+from codegen.border import verb
+from codegen.errors import BadInput, nearest_name
+from codegen.files import refuse_target
+from codegen.simulate.closed_loop import simulate as simulate_plant
+from codegen.simulate.observed_loop import METHODS
+from codegen.simulate.simulated import Simulated, write_simulated
+from codegen.spec import read_spec
+from codegen.text import render
+
+
+@verb
+def simulate(
+    path: str | Path,
+    out: str | Path,
+    progress: Callable[[float], None] | None = None,
+    method: str = "steps",
+) -> Simulated:
+    """Write a log of the plant of a spec, with its declared effects, driven as its ``simulation:`` section says.
+
+    Args:
+        method: of the plant: ``steps``, or ``events`` for the slow reference.
+
+    Raises:
+        BadInput: for a bad spec or one without ``simulation:``, another method, or a file that is not to be written.
+    """
+    chosen = next((known for known in METHODS if known == method), None)
+    if chosen is None:
+        raise BadInput("--method", f"`{method}`", " or ".join(METHODS), nearest_name(method, METHODS))
+    target = Path(out)
+    refuse_target(target, {"the spec itself": Path(path)}, (".csv", ".txt"))
+    model = model_of(read_spec(path))
+    return write_simulated(target, model.spec, simulate_plant(model.spec, model.system, progress, method=chosen))
+
+
+def simulated_notes(simulated: Simulated) -> str:
+    """What is to be said of a log beside its path; often nothing."""
+    return render("text/simulated_notes.txt.j2", s=simulated)
