@@ -294,13 +294,17 @@ def diagnose(
     description: Description = None,
     column: Columns = None,
     propose: Annotated[bool, typer.Option("--propose", help="where nothing known fits, a term by PySINDy")] = False,
+    material: Annotated[
+        str | None,
+        typer.Option("--material", metavar="SHARE", help="of the drive force: less is immaterial; 2% by default"),
+    ] = None,
 ) -> None:
     """Find the effect that the model lacks; write diagnosis.json, spec.yaml (augmented) and report.html."""
     from codegen.app.diagnose import diagnose, diagnosed_text
     from codegen.progress import progress
 
     with progress("reading", lines=True) as tell:
-        result = diagnose(spec, log, test, out, description, _columns(column or []), tell, propose)
+        result = diagnose(spec, log, test, out, description, _columns(column or []), tell, propose, material)
     output.print(diagnosed_text(result), end="")
     raise typer.Exit(REFUSED if result.diagnosis.verdict == "unfit" else 0)
 

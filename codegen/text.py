@@ -16,6 +16,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined, Undefined
 from markupsafe import Markup
 
 from codegen.resources import resource_folder
+from codegen.significant import with_deserved_digits
 from codegen.user_text import PRINTED, UserText, terminal_text
 
 LANGUAGES = {
@@ -58,6 +59,7 @@ def environment(language: str = WORDS) -> Environment:
     made.filters["zip2"] = lambda a, b: list(zip(a, b, strict=True))
     made.filters["zip3"] = lambda a, b, c: list(zip(a, b, c, strict=True))
     made.filters["column_widths"] = lambda rows: [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    made.filters["by_interval"] = with_deserved_digits
     made.filters["decimal"] = lambda exact: f"{float(Fraction(exact)):.6g}"
     return made
 

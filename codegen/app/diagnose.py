@@ -10,8 +10,8 @@ from pathlib import Path
 from codegen.app.model import model_of
 from codegen.border import verb
 from codegen.diagnosis.diagnose import diagnose_log
-from codegen.diagnosis.results import CertificateChange, Diagnosis
-from codegen.errors import BadInput
+from codegen.diagnosis.results import MATERIAL, CertificateChange, Diagnosis
+from codegen.errors import BadInput, Place
 from codegen.files import refuse_foreign, refuse_target, write_all
 from codegen.generable import refuse_ungenerable
 from codegen.generation import generated_files, refuse_hand_written
@@ -21,6 +21,7 @@ from codegen.report import render_report
 from codegen.spec import parse_spec, read_spec
 from codegen.spec.free_gains import refuse_free_gains
 from codegen.spec.robot_file import LARGEST as LARGEST_URDF
+from codegen.spec.share import read_part
 from codegen.stability.certificate.certify import Certificate, Refusal
 from codegen.text import render
 
@@ -47,6 +48,7 @@ def diagnose(
     columns: Mapping[str, str] | None = None,
     progress: Progress | None = None,
     propose: bool = False,
+    material: str | float | None = None,
 ) -> Diagnosed:
     """Find the effect that a model lacks, write the augmented spec and the report, and generate again.
 
@@ -55,10 +57,13 @@ def diagnose(
             ``log`` is held out.
         out: folder for DIAGNOSIS_FILES and generated/NAME; by default named after the first log.
         description, columns: how the logs name their columns. propose: terms for an unknown residual, by PySINDy.
+        material: share of the RMS of the drive force from which on what is left matters, 0.02 or "2 %"; 2 % by default.
 
     Raises:
-        BadInput: for a bad spec or log, or a folder where we would replace what is not ours; nothing is written then.
+        BadInput: for a bad spec, log or share, or a folder where we would replace what is not ours; then nothing is
+            written.
     """
+    matters = MATERIAL if material is None else read_part(str(material), Place("--material"))
     logs, tests = _files(log), _files(test)
     for file in tests:
         if identity(file) in {identity(other) for other in logs}:
@@ -78,7 +83,7 @@ def diagnose(
     held_out = None
     if tests:
         held_out = read_logs(tests, model.spec, description=description, columns=columns, allowance=allowance)
-    diagnosis, models = diagnose_log(model.spec, model.system, train, held_out, progress, propose)
+    diagnosis, models = diagnose_log(model.spec, model.system, train, held_out, progress, propose, matters)
     files: dict[str, str] = {"spec.yaml": models.spec_text}
     if model.observer is not None:
         augmented = parse_spec(models.spec_text, model.spec.path.parent / "spec.yaml")

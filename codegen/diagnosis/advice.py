@@ -9,6 +9,9 @@ from typing import Any
 
 from codegen.effects.declare import written_place
 
+WORTH = 2.0
+"""A change of the machine is proposed where it separates so many times what the same motion does again."""
+
 
 @dataclass(frozen=True)
 class Likeness:
@@ -43,6 +46,23 @@ class MotionTried:
 
 
 @dataclass(frozen=True)
+class SetupTried:
+    """A change of the machine under which the log's path is followed again, in simulation.
+
+    Attributes:
+        kind: none, load, payload, mounting, speed or temperature. words: what is changed.
+        separation: least distance over the pairs with the best candidate, in standard deviations of what it leaves,
+            where every candidate is fitted to this log and that one together.
+        largest_input: that the path takes then.
+    """
+
+    kind: str
+    words: str
+    separation: float
+    largest_input: float
+
+
+@dataclass(frozen=True)
 class Separation:
     """How candidates that tie could be told apart.
 
@@ -50,6 +70,8 @@ class Separation:
         alike: the first of them with each other one.
         tried: motions, in order. chosen: the cheapest that separates; None where none does.
         references: of the chosen motion, coordinate → expression of t. needed: the separation asked for.
+        changes: of the machine, on the log's own path, the one that separates most first; none where a candidate has
+            states of its own.
     """
 
     alike: tuple[Likeness, ...]
@@ -57,9 +79,21 @@ class Separation:
     chosen: MotionTried | None
     references: Mapping[str, str]
     needed: float
+    changes: tuple[SetupTried, ...] = ()
+
+    @property
+    def change(self) -> SetupTried | None:
+        """The change that separates most, where it separates enough and more than the same motion does again."""
+        again = next((c.separation for c in self.changes if c.kind == "none"), 0.0)
+        best = self.changes[0] if self.changes else None
+        enough = best is not None and best.kind != "none" and best.separation >= max(self.needed, WORTH * again)
+        return best if enough else None
 
     def as_json(self) -> dict[str, Any]:
         """Plain objects."""
+
+        def change(c: SetupTried) -> dict[str, Any]:
+            return {"kind": c.kind, "what": c.words, "separation": c.separation, "largest_input": c.largest_input}
 
         def motion(m: MotionTried) -> dict[str, Any]:
             return {"name": m.name, "duration_s": m.duration, "energy": m.energy, "separation": m.separation}
@@ -78,6 +112,8 @@ class Separation:
             "separation_needed": self.needed,
             "motion": None if self.chosen is None else motion(self.chosen) | {"reference": dict(self.references)},
             "tried": [motion(m) for m in self.tried],
+            "change": None if self.change is None else change(self.change),
+            "changes": [change(c) for c in self.changes],
         }
 
 

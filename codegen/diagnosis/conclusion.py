@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from math import isfinite, sqrt
 
+from codegen.diagnosis.advice import Separation
 from codegen.diagnosis.answer import Answer
 from codegen.diagnosis.credit import FAR, LEAST_SHARE, NEAR_NOISE, TIE_LEVEL, level, share_far
 from codegen.diagnosis.estimate import Estimate
@@ -14,7 +15,7 @@ from codegen.diagnosis.measure import Window, force_errors
 from codegen.diagnosis.output_error import Shot
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.ranking import Ranked, twins
-from codegen.diagnosis.results import Candidate, FoundEffect, Remainder, Verdict
+from codegen.diagnosis.results import Candidate, FoundEffect, Remainder, Round, Verdict
 from codegen.diagnosis.rounds import Outcome
 from codegen.diagnosis.trial import Part
 from codegen.effects import CATALOGUE
@@ -42,14 +43,16 @@ def sentence(
     outcome: Outcome,
     left: Sequence[Remainder],
     material: float,
+    experiment: Separation | None = None,
 ) -> str:
     """The verdict in words; its figures are of the coordinate on which the first effect acts.
 
     Args:
         findings: of the preflight of the training log. left: what the model that is written leaves, by coordinate.
-        material: share of the RMS of the drive force from which on a force matters.
+        material: share of the drive force from which on a force matters; variables are named of more alone.
+        experiment: how rivals could be told apart.
     """
-    most = max(range(len(left)), key=lambda k: left[k].share if isfinite(left[k].share) else -1.0)
+    most = worst(left, material)
     i = acts_on(said.effects[0], system) if said.effects else 0
     by_force = all(isfinite(f.force_rms_rows[i]) for f in said.figures)
     declared, refit, augmented = (f.force_rms_rows[i] if by_force else f.free_run_rmse_rows[i] for f in said.figures)
@@ -77,6 +80,7 @@ def sentence(
         left_on=system.positions[most].name if system.degrees_of_freedom > 1 else "",
         over=told(left[most], material),
         material=material,
+        experiment=experiment,
     )
     return words.strip()
 
@@ -85,6 +89,17 @@ def told(left: Remainder, material: float) -> list[tuple[str, float]]:
     """Variables that explain much of the square of what is left, or a material force; the best first."""
     many = [(name, share) for name, share in left.over.items() if share >= SOME or left.share * sqrt(share) >= material]
     return sorted(many, key=lambda one: -one[1])
+
+
+def worst(left: Sequence[Remainder], material: float) -> int:
+    """Index of the coordinate on which most structure of material size is left; where there is none, most force."""
+
+    def rank(k: int) -> tuple[bool, float]:
+        one = left[k]
+        structured = one.nature(material) == "structured"
+        return structured, (one.material if structured else one.share if isfinite(one.share) else -1.0)
+
+    return max(range(len(left)), key=rank)
 
 
 def acts_on(effect: FoundEffect, system: System) -> int:
@@ -173,10 +188,21 @@ def named_effects(parts: Sequence[Part], estimated: Estimate, system: System) ->
 
 def candidates(outcome: Outcome, system: System, verdict: Verdict) -> tuple[Candidate, ...]:
     """The table of candidates, best first; a user's own effects are in it whatever became of them."""
-    ranked = _listed(outcome)
+    ranked = _listed(outcome, outcome.first)
     kept = [r for k, r in enumerate(ranked) if k < TABLE_SIZE or is_own(r.found.part.kind)]
     tried = {(r.found.part.kind, r.found.part.on) for r in ranked}
     return (*(_candidate(r) for r in kept), *_not_tried(system, tried, verdict))
+
+
+def rounds(outcome: Outcome) -> tuple[Round, ...]:
+    """The rounds after the first, with what they were beside."""
+    return tuple(
+        Round(
+            tuple((p.kind, p.on) for p in later.beside),
+            tuple(_candidate(r) for r in _listed(outcome, later.ranked)[:TABLE_SIZE]),
+        )
+        for later in outcome.later
+    )
 
 
 def _not_tried(system: System, tried: Collection[tuple[str, str]], verdict: Verdict) -> Iterator[Candidate]:
@@ -201,19 +227,32 @@ def _not_tried(system: System, tried: Collection[tuple[str, str]], verdict: Verd
             yield Candidate(kind, on, {}, none, none, 0, 0, None, False, why, (), own=True, p=none)
 
 
-def _listed(outcome: Outcome) -> list[Ranked]:
-    """The first round, with the effects first that stand at the end: another may look better while one is lacking."""
-    order = {(p.kind, p.on): k for k, p in enumerate(outcome.parts)}
+def _listed(outcome: Outcome, ranked: Sequence[Ranked]) -> list[Ranked]:
+    """A round, with the effects first that stand at the end, and their rivals.
+
+    Another may look better while one is lacking.
+    """
+    order = {(p.kind, p.on): k for k, p in enumerate([*outcome.parts, *(r.found.part for r in outcome.rivals)])}
     order |= {(CATALOGUE[p.kind].refines, p.on): k for k, p in enumerate(outcome.parts)}
-    return sorted(outcome.first, key=lambda r: order.get((r.found.part.kind, r.found.part.on), len(order)))
+    return sorted(ranked, key=lambda r: order.get((r.found.part.kind, r.found.part.on), len(order)))
 
 
 def as_effect(ranked: Ranked, system: System) -> FoundEffect:
     """A candidate as an effect, with the values of the first round."""
-    part = ranked.found.part
+    return _effect_of(ranked.found.part, ranked.found.parameters, system)
+
+
+def first_effect(shot: Shot, system: System) -> FoundEffect:
+    """The first effect of a fit, with its values beside the others."""
+    trial = shot.runner.trial
+    return _effect_of(trial.parts[0], trial.split(shot.theta)[1][0], system)
+
+
+def _effect_of(part: Part, values: Mapping[str, float], system: System) -> FoundEffect:
     effect = CATALOGUE[part.kind].with_parameters(part.names)
-    units = unit_words(effect, part.place, system)
-    return FoundEffect(part.kind, part.on, ranked.found.parameters, units, tuple(effect.twins(system, part.place)))
+    return FoundEffect(
+        part.kind, part.on, values, unit_words(effect, part.place, system), tuple(effect.twins(system, part.place))
+    )
 
 
 def _candidate(r: Ranked) -> Candidate:

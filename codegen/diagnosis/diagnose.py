@@ -9,7 +9,7 @@ from typing import Any
 import sympy
 
 from codegen.diagnosis.augment import augmented_text
-from codegen.diagnosis.conclusion import as_effect, candidates, is_small, sentence, verdict_of
+from codegen.diagnosis.conclusion import as_effect, candidates, first_effect, is_small, rounds, sentence, verdict_of
 from codegen.diagnosis.credit import ALPHA, BLOCKS, level, share_far
 from codegen.diagnosis.examination import examine
 from codegen.diagnosis.harmonics import with_harmonics
@@ -20,11 +20,12 @@ from codegen.diagnosis.proposal import propose_terms, refuse_without_pysindy
 from codegen.diagnosis.record import record_of
 from codegen.diagnosis.referee import remainders
 from codegen.diagnosis.replay import compare_residuals
-from codegen.diagnosis.results import Diagnosis, FoundEffect
+from codegen.diagnosis.results import MATERIAL, Diagnosis, FoundEffect
 from codegen.diagnosis.rounds import Outcome, find_effects, within_reach
 from codegen.diagnosis.search import Search, search_on
-from codegen.diagnosis.separation import separate
+from codegen.diagnosis.separation import separate, tied_fits
 from codegen.diagnosis.signals import SHORTEST_TEST_S, Motion, smooth_motion
+from codegen.diagnosis.standing import beside_the_others
 from codegen.effects.declare import add_declared_effects
 from codegen.logs import Finding, Log, excerpt, preflight
 from codegen.mechanics import build_system
@@ -36,9 +37,6 @@ from codegen.spec.kinematics import KinematicTree
 from codegen.spec.model import Spec
 
 HELD_OUT_SHARE = 0.3
-MATERIAL = 0.02
-"""Of the RMS of the drive force: structure that is smaller is told as what is left, and not called unknown."""
-
 Progress = Callable[[str, float], None]
 
 
@@ -124,10 +122,11 @@ def diagnose_log(
     left = remainders(said.adopted or refit, training, problem.masks)
     if verdict == "unknown" and is_small(left, material):
         verdict, said = "none", replace(said, verdict="none")
-    told, excitation = None, None
+    tied, told, excitation = [], None, None
     if verdict == "ambiguous":
-        tell("motion that separates", 0.85)
-        told, excitation = separate(search, outcome, log, spec.envelope)
+        tell("experiment that separates", 0.85)
+        tied = tied_fits(search, outcome)
+        told, excitation = separate(search, outcome, tied, log, spec.envelope)
     tell("tracking observer", 0.93)
     agreement = compare_residuals(spec, system, training)
 
@@ -139,9 +138,10 @@ def diagnose_log(
     adopted = {} if said.adopted is None else {s.name: float(said.adopted.values[s]) for s in moved}
     text = augmented_text(spec, said.effects if verdict == "effect" else [], adopted, system)
     rivals = [as_effect(r, refit) for r in outcome.rivals]
+    rivals[: len(tied[1:])] = [first_effect(shot, refit) for shot in tied[1:]]
     diagnosis = Diagnosis(
         verdict=verdict,
-        sentence=sentence(system, said, rivals, findings["train"], outcome, left, material),
+        sentence=sentence(system, said, rivals, findings["train"], outcome, left, material, told),
         effects=said.effects if verdict == "effect" else (),
         candidates=candidates(outcome, system, verdict),
         declared=said.figures[0],
@@ -153,11 +153,15 @@ def diagnose_log(
         agreement=agreement,
         findings={name: tuple(_words(f) for f in some) for name, some in findings.items()},
         certificate=None,
+        later_rounds=rounds(outcome),
+        standing=beside_the_others(standing, outcome),
+        rivals=tuple(rivals) if verdict == "ambiguous" else (),
         separation=told,
         parameter_errors=said.errors,
         remarks=said.remarks,
         at_limit=at_zero,
         remainder=left,
+        material=material,
         proposal=propose_terms(refit, problem, judge, window) if propose and verdict == "unknown" else None,
     )
     tell("done", 1.0)

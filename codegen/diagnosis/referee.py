@@ -4,7 +4,8 @@ For each coordinate the low-passed residual r of a model is regressed on cubic B
 (speed, position, load, acceleration, rate of the input, time, distance since the last reversal), on a line of its
 spectrum, and on all of them together. The penalty on second differences of the weights is chosen by cross-validation,
 and every share is 1 − Σ(r − r̂)²/Σr² on parts of the log that the weights were not fitted to. A law with a name should
-explain most of what its own variable can; what no variable explains is noise to this log.
+explain most of what its own variable can; what no variable explains is noise to this log. What a constant explains is
+told apart, since every variable explains it too.
 """
 
 from __future__ import annotations
@@ -15,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
-from codegen.diagnosis.balance import slip_velocities
+from codegen.diagnosis.balance import evaluate_forces, slip_velocities
 from codegen.diagnosis.measure import drive_force
 from codegen.diagnosis.residual import Masks, residual_at_drive
 from codegen.diagnosis.results import Remainder
 from codegen.diagnosis.signals import Motion, central_difference
-from codegen.mechanics.system import System
+from codegen.mechanics.system import Matrix, System
 
 Array = NDArray[np.float64]
 
@@ -49,13 +50,31 @@ def remainders(system: System, motion: Motion, used: Masks) -> tuple[Remainder, 
         used: samples away from standstill, ends and gaps.
     """
     residual = residual_at_drive(system, motion)
-    drive = motion.low_pass(drive_force(system, motion))
-    acting = np.maximum(np.abs(drive), np.abs(drive - residual))  # a passive coordinate has the load of its inertia
+    acting = acting_force(system, motion)
     found = []
     for i in range(system.degrees_of_freedom):
         rows = sliding(system, motion, used, i)
         found.append(_remainder(residual[:, i], acting[:, i], rows, remainder_columns(system, motion, residual, i)))
     return tuple(found)
+
+
+def acting_force(system: System, motion: Motion) -> Array:
+    """(N, n) low-passed force of the inputs on each coordinate; on one that no input reaches, its row of M a."""
+    drive = motion.low_pass(drive_force(system, motion))
+    idle = ~np.any(drive != 0, axis=0)
+    if idle.any():
+        row = Matrix(system.mass_matrix * Matrix(list(system.accelerations)))
+        drive[:, idle] = motion.low_pass(evaluate_forces(system, [row], motion)[0])[:, idle]
+    return drive
+
+
+def predicted_load(system: System, motion: Motion, residual: Array) -> Array:
+    """(N, n) the acting force less the residual, so that noise of the input does not explain itself.
+
+    On a coordinate that no input reaches the residual is in no input, and the acting force is it.
+    """
+    reached = np.any(drive_force(system, motion) != 0, axis=0)
+    return np.asarray(acting_force(system, motion) - np.where(reached, residual, 0.0))
 
 
 def sliding(system: System, motion: Motion, used: Masks, i: int) -> NDArray[np.bool_]:
@@ -83,36 +102,59 @@ def _gains(residual: Array, rows: NDArray[np.bool_], columns: Sequence[Array]) -
     kept = _thinned(rows)
     if kept.sum() < LEAST_ROWS:
         return np.zeros(FOLDS)
-    return _held_out_gains(residual[kept], [c[kept] for c in columns], _chunks(kept))
+    return _cross_validated(residual[kept], [c[kept] for c in columns], _chunks(kept))[0]
+
+
+def smooth_curve(residual: Array, rows: NDArray[np.bool_], columns: Array) -> Array:
+    """(N,) the curve over one variable's columns that is fitted to all rows, by the penalty that is best held out."""
+    kept = _thinned(rows)
+    if kept.sum() < LEAST_ROWS:
+        return np.full(len(residual), np.nan)
+    weights = _cross_validated(residual[kept], [columns[kept]], _chunks(kept))[1]
+    return np.asarray(np.column_stack([columns, np.ones(len(columns))]) @ weights)
 
 
 def _remainder(r: Array, drive: Array, rows: NDArray[np.bool_], variables: Mapping[str, Array]) -> Remainder:
     if rows.sum() < LEAST_ROWS:
         return Remainder(float("nan"), float("nan"), 0.0)
     rms, driven = (float(np.sqrt(np.mean(y[rows] ** 2))) for y in (r, drive))
+    constant = repeated_share(r, rows, [np.ones((len(r), 1))])
     over = {name: repeated_share(r, rows, [columns]) for name, columns in variables.items()}
-    together = repeated_share(r, rows, list(variables.values()))
-    return Remainder(rms, rms / driven if driven > 0 else float("inf"), max([together, *over.values()]), over)
+    together = max(repeated_share(r, rows, list(variables.values())), *over.values(), constant)
+    beyond = {name: max(0.0, share - constant) for name, share in over.items()}
+    share = rms / driven if driven > 0 else float("inf")
+    return Remainder(rms, share, together, {"constant": constant} | beyond)
+
+
+def variables_of(system: System, motion: Motion, residual: Array, i: int) -> dict[str, Array]:
+    """(N,) variables of one coordinate over which a residual may have a shape; the load is the predicted one."""
+    x, v = motion.positions[:, i], motion.velocities[:, i]
+    rate = central_difference(acting_force(system, motion)[:, [i]], motion.sample_time)
+    touching = [c for c in range(system.distribution.shape[1]) if system.distribution[i, c] != 0]
+    return {
+        "speed": slip_velocities(system, motion)[:, touching[0]] if touching else v,
+        "position": x,
+        "load": predicted_load(system, motion, residual)[:, i],
+        "acceleration": motion.accelerations[:, i],
+        "input rate": motion.low_pass(rate)[:, 0],
+        "time": motion.time,
+        "distance since reversal": since_reversal(x, v),
+    }
 
 
 def remainder_columns(system: System, motion: Motion, residual: Array, i: int) -> dict[str, Array]:
-    """(N, m) columns by variable; the load is the predicted one, so that noise of the input does not explain itself."""
-    x, v, a = motion.positions[:, i], motion.velocities[:, i], motion.accelerations[:, i]
-    drive = motion.low_pass(drive_force(system, motion))
-    rate = motion.low_pass(central_difference(drive[:, [i]], motion.sample_time))[:, 0]
-    load = drive[:, i] - residual[:, i]
-    touching = [c for c in range(system.distribution.shape[1]) if system.distribution[i, c] != 0]
-    slip = slip_velocities(system, motion)[:, touching[0]] if touching else v
-    sign = motion.low_pass(np.sign(slip)[:, None])[:, 0]
-    along = splines(x, POSITION_KNOTS)
+    """(N, m) columns by variable of one coordinate."""
+    over = variables_of(system, motion, residual, i)
+    sign = motion.low_pass(np.sign(over["speed"])[:, None])[:, 0]
+    along, load = splines(over["position"], POSITION_KNOTS), over["load"]
     return {
-        "speed": np.column_stack([splines(slip, KNOTS), splines(v, KNOTS), sign]),
+        "speed": np.column_stack([splines(over["speed"], KNOTS), splines(motion.velocities[:, i], KNOTS), sign]),
         "position": np.column_stack([along, along * sign[:, None]]),
         "load": np.column_stack([splines(load, KNOTS), splines(np.abs(load), KNOTS) * sign[:, None]]),
-        "acceleration": splines(a, KNOTS),
-        "input rate": splines(rate, KNOTS),
-        "time": splines(motion.time, KNOTS),
-        "distance since reversal": splines(since_reversal(x, v), KNOTS) * sign[:, None],
+        "acceleration": splines(over["acceleration"], KNOTS),
+        "input rate": splines(over["input rate"], KNOTS),
+        "time": splines(over["time"], KNOTS),
+        "distance since reversal": splines(over["distance since reversal"], KNOTS) * sign[:, None],
         "frequency": line(residual[:, i], motion),
     }
 
@@ -164,10 +206,11 @@ def _chunks(kept: NDArray[np.bool_]) -> NDArray[np.int64]:
     return np.asarray(piece % FOLDS)
 
 
-def _held_out_gains(y: Array, groups: Sequence[Array], fold: NDArray[np.int64]) -> Array:
-    """(FOLDS,) shares of y'y by which each held-out part falls.
+def _cross_validated(y: Array, groups: Sequence[Array], fold: NDArray[np.int64]) -> tuple[Array, Array]:
+    """Ridge regression with the penalty, of ``PENALTIES``, that is best on the held-out parts.
 
-    By ridge regression with the penalty, of ``PENALTIES``, that is best on the held-out parts.
+    Returns:
+        (FOLDS,) shares of y'y by which each held-out part falls, and the weights on all, the last one of a constant.
     """
     a = np.hstack([*groups, np.ones((len(y), 1))])
     roughness = _roughness([g.shape[1] for g in groups])
@@ -176,7 +219,7 @@ def _held_out_gains(y: Array, groups: Sequence[Array], fold: NDArray[np.int64]) 
     gram, right = grams.sum(axis=0), rights.sum(axis=0)
     size = float(np.trace(gram)) / len(gram)
     before = np.array([float(y[fold == f] @ y[fold == f]) for f in range(FOLDS)])
-    total, best = float(before.sum()), np.full(FOLDS, np.inf)
+    total, best, chosen = float(before.sum()), np.full(FOLDS, np.inf), PENALTIES[0]
     small = 1e-9 * size * np.eye(len(gram))
     for penalty in PENALTIES:
         after = np.zeros(FOLDS)
@@ -186,8 +229,10 @@ def _held_out_gains(y: Array, groups: Sequence[Array], fold: NDArray[np.int64]) 
             )[0]
             left = y[fold == f] - a[fold == f] @ weights
             after[f] = float(left @ left)
-        best = after if after.sum() < best.sum() else best
-    return (before - best) / total if total > 0 else np.zeros(FOLDS)
+        if after.sum() < best.sum():
+            best, chosen = after, penalty
+    weights = np.linalg.lstsq(gram + chosen * size * roughness + small, right, rcond=None)[0]
+    return ((before - best) / total if total > 0 else np.zeros(FOLDS)), weights
 
 
 def _roughness(widths: Sequence[int]) -> Array:

@@ -14,6 +14,11 @@ Interval = tuple[float, float]
 Verdict = Literal["effect", "none", "ambiguous", "unknown", "unfit"]
 """``unfit``: the preflight found log and spec not to fit together, so nothing is said of effects."""
 
+MATERIAL = 0.02
+"""Of the RMS of the drive force: structure that is smaller is told as what is left, and not called unknown."""
+Nature = Literal["immaterial", "noise", "structured"]
+"""Of what a model leaves: too small to matter, large but not predicted by the motion, or predicted by it."""
+
 
 @dataclass(frozen=True)
 class FoundEffect:
@@ -100,6 +105,14 @@ class Candidate:
 
 
 @dataclass(frozen=True)
+class Round:
+    """A round after the first: candidates, best first, each beside the effects (kind, on) that were found before."""
+
+    beside: tuple[tuple[str, str], ...]
+    candidates: tuple[Candidate, ...]
+
+
+@dataclass(frozen=True)
 class ErrorFigures:
     """The error of one model on held-out data.
 
@@ -125,8 +138,8 @@ class Remainder:
         rms: of the low-passed force residual, in the coordinate's force unit.
         share: the same over the RMS of the drive force.
         structured: share of its square that all variables together, or one of them, explain on held-out parts.
-        over: variable → share of its square that this variable alone explains on held-out parts; 0 where these parts
-            do not agree that it explains any.
+        over: variable → share of its square that this variable alone explains on held-out parts, beyond what a constant
+            does, which is told as ``constant``; 0 where these parts do not agree that it explains any.
     """
 
     rms: float
@@ -139,10 +152,11 @@ class Remainder:
         """RMS of the explained part over the RMS of the drive force."""
         return self.share * sqrt(max(self.structured, 0.0))
 
-    @property
-    def variable(self) -> str:
-        """The variable that explains most."""
-        return max(self.over, key=lambda name: self.over[name]) if self.over else ""
+    def nature(self, limit: float) -> Nature:
+        """What it is, where a force of less than ``limit`` of the drive force is immaterial."""
+        if not self.share >= limit:
+            return "immaterial"
+        return "structured" if self.material >= limit else "noise"
 
 
 @dataclass(frozen=True)
@@ -181,9 +195,13 @@ class Diagnosis:
         parameter_errors: declared values that the log puts away from where their tolerance has them.
         at_limit: names of refitted values at the end of what they may be (a friction level at zero).
         remarks: what a reader of the verdict must know: moves that were refused, what the log does not cover.
+        later_rounds: the rounds after the first.
+        standing: effects of the verdict that were a candidate in no round, each against the fit without it.
+        rivals: of the first effect, which the log does not tell from it, on the verdict ``ambiguous``.
         separation: of candidates that tie, on the verdict ``ambiguous``.
         proposal: of terms for the residual, on the verdict ``unknown`` where it was asked for.
         remainder: what the credited model leaves of the training log's force, one a coordinate.
+        material: share of the RMS of the drive force from which on a force matters.
     """
 
     verdict: Verdict
@@ -199,12 +217,16 @@ class Diagnosis:
     agreement: Agreement | None
     findings: Mapping[str, tuple[str, ...]]
     certificate: CertificateChange | None
+    later_rounds: tuple[Round, ...] = ()
+    standing: tuple[Candidate, ...] = ()
+    rivals: tuple[FoundEffect, ...] = ()
     separation: Separation | None = None
     proposal: Proposal | None = None
     parameter_errors: tuple[ParameterError, ...] = ()
     remarks: tuple[str, ...] = ()
     at_limit: tuple[str, ...] = ()
     remainder: tuple[Remainder, ...] = ()
+    material: float = MATERIAL
 
     def as_json(self) -> dict[str, Any]:
         """Plain objects for diagnosis.json; infinities become null."""
@@ -222,41 +244,13 @@ class Diagnosis:
             "format": "stiction-diagnosis/1",
             "verdict": self.verdict,
             "sentence": self.sentence,
-            "effects": [
-                {
-                    "kind": e.kind,
-                    "on": written_place(e.on),
-                    "parameters": dict(e.parameters),
-                    "intervals": {name: [_finite(a), _finite(b)] for name, (a, b) in e.intervals.items()},
-                    "units": dict(e.units),
-                    "at_limit": list(e.at_limit),
-                    "also": _twins(e.also),
-                }
-                for e in self.effects
+            "effects": [_effect(e) for e in self.effects],
+            "rivals": [_effect(e) for e in self.rivals],
+            "candidates": [_row(c) for c in self.candidates],
+            "later_rounds": [
+                {"beside": _twins(r.beside), "candidates": [_row(c) for c in r.candidates]} for r in self.later_rounds
             ],
-            "candidates": [
-                {
-                    "kind": c.kind,
-                    "on": written_place(c.on),
-                    "parameters": {k: _finite(v) for k, v in c.parameters.items()},
-                    "at_limit": list(c.at_limit),
-                    "also": _twins(c.also),
-                    "own": c.own,
-                    "evidence": {
-                        "held_out_gain": _finite(c.gain),
-                        "t": _finite(c.t),
-                        "p": _finite(c.p),
-                        "blocks_won": c.blocks_won,
-                        "blocks": c.blocks,
-                        "free_run_ratio": None if c.free_run is None else _finite(c.free_run),
-                        "force_ratio": None if c.force is None else _finite(c.force),
-                        "size": _finite(c.size),
-                        "accepted": c.accepted,
-                        "why_not": c.why_not,
-                    },
-                }
-                for c in self.candidates
-            ],
+            "standing": [_row(c) for c in self.standing],
             "error": {"declared": error(self.declared), "refit": error(self.refit), "augmented": error(self.augmented)},
             "relative_force_error_on_training": dict(
                 zip(("declared", "refit", "augmented"), map(_finite, self.training), strict=True)
@@ -275,10 +269,13 @@ class Diagnosis:
                 "relative_difference": _finite(self.agreement.relative_difference),
                 "samples": self.agreement.samples,
             },
+            "material": self.material,
             "remainder": [
                 {
+                    "is": r.nature(self.material),
                     "residual_force_rms": _finite(r.rms),
                     "share_of_drive_force": _finite(r.share),
+                    "predicted_share_of_drive_force": _finite(r.material),
                     "explained_by_all_variables": _finite(r.structured),
                     "explained_over": {name: _finite(share) for name, share in r.over.items()},
                 }
@@ -291,6 +288,41 @@ class Diagnosis:
             "separation": None if self.separation is None else self.separation.as_json(),
             "proposal": None if self.proposal is None else self.proposal.as_json(),
         }
+
+
+def _effect(e: FoundEffect) -> dict[str, Any]:
+    return {
+        "kind": e.kind,
+        "on": written_place(e.on),
+        "parameters": dict(e.parameters),
+        "intervals": {name: [_finite(a), _finite(b)] for name, (a, b) in e.intervals.items()},
+        "units": dict(e.units),
+        "at_limit": list(e.at_limit),
+        "also": _twins(e.also),
+    }
+
+
+def _row(c: Candidate) -> dict[str, Any]:
+    return {
+        "kind": c.kind,
+        "on": written_place(c.on),
+        "parameters": {k: _finite(v) for k, v in c.parameters.items()},
+        "at_limit": list(c.at_limit),
+        "also": _twins(c.also),
+        "own": c.own,
+        "evidence": {
+            "held_out_gain": _finite(c.gain),
+            "t": _finite(c.t),
+            "p": _finite(c.p),
+            "blocks_won": c.blocks_won,
+            "blocks": c.blocks,
+            "free_run_ratio": None if c.free_run is None else _finite(c.free_run),
+            "force_ratio": None if c.force is None else _finite(c.force),
+            "size": _finite(c.size),
+            "accepted": c.accepted,
+            "why_not": c.why_not,
+        },
+    }
 
 
 def _parameter_error(e: ParameterError) -> dict[str, Any]:

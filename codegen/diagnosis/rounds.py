@@ -31,6 +31,14 @@ Progress = Callable[[int, float], None]
 
 
 @dataclass(frozen=True, eq=False)
+class LaterRound:
+    """A round beside effects that were found before: those, and its candidates, best first."""
+
+    beside: tuple[Part, ...]
+    ranked: tuple[Ranked, ...]
+
+
+@dataclass(frozen=True, eq=False)
 class Outcome:
     """What all rounds found.
 
@@ -41,6 +49,7 @@ class Outcome:
         segments: of the record.
         unexplained: whether nothing is credited although the residual is far above the noise, at least in some
             segments, and no small one.
+        later: rounds after the first, whether or not they found anything.
     """
 
     base: Shot
@@ -50,6 +59,7 @@ class Outcome:
     explained: float
     segments: int
     unexplained: bool = False
+    later: tuple[LaterRound, ...] = ()
 
     @property
     def parts(self) -> tuple[Part, ...]:
@@ -84,12 +94,15 @@ def find_effects(search: Search, base: Shot, tell: Progress, refit_only: bool = 
     current = confirmed = base
     first: list[Ranked] = []
     rivals: list[Ranked] = []
+    later: list[LaterRound] = []
     for turn in range(0 if refit_only else MOST_EFFECTS):
         if turn and at_noise(current):
             break
         parts = every_part(search, current.runner.trial.parts)
         ranked = run_round(search, current, parts, partial(tell, turn))
         first = first or ranked
+        if turn:
+            later.append(LaterRound(current.runner.trial.parts, tuple(ranked)))
         possible = [r for r in ranked if not r.why_not or r.unsure]
         if not possible:
             break
@@ -127,6 +140,7 @@ def find_effects(search: Search, base: Shot, tell: Progress, refit_only: bool = 
         explained_share(search, base, current),
         len(search.record.start),
         lost and credit.misfit(base) > credit.LEAST_SIZE,
+        tuple(later),
     )
 
 

@@ -8,11 +8,12 @@ from itertools import groupby
 from typing import Any
 
 import numpy as np
-import sympy
 from numpy.typing import NDArray
 
 from codegen.diagnosis.advice import Likeness, MotionTried, Separation
 from codegen.diagnosis.credit import held_out_losses, independent_share
+from codegen.diagnosis.discrimination import Discrimination, Model
+from codegen.diagnosis.follow import follow
 from codegen.diagnosis.models import with_effects, with_values
 from codegen.diagnosis.motions import ExtraMotion, Reach, library, reach_of, reference_text
 from codegen.diagnosis.output_error import Shot
@@ -29,8 +30,6 @@ from codegen.effects.family import kinds_of
 from codegen.errors import BadInput
 from codegen.logs import Log
 from codegen.mechanics.system import System
-from codegen.simulate.controller import Feedback, sampled
-from codegen.simulate.observed_loop import run_loop
 from codegen.simulate.sensors import Sensors
 
 Array = NDArray[np.float64]
@@ -41,8 +40,6 @@ asks for about five."""
 TRAINED = 0.7
 """Share of the motion that is judged: a diagnosis without a second log holds the rest out."""
 MOST_RIVALS, MOST_ALIKE = 2, 1
-LOOP_SHARE, LOOP_SAMPLES = 0.4, 60
-"""The loop that follows a motion in simulation: its frequency over the coarse cutoff; least samples of its period."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,27 +55,33 @@ class Played:
         return float((self.commands**2).sum() * h)
 
 
+def tied_fits(search: Search, outcome: Outcome) -> list[Shot]:
+    """The best fit, and its rivals in the place of its first effect."""
+    return [outcome.final, *(_in_place(search, outcome, r) for r in outcome.rivals[:MOST_RIVALS])]
+
+
 def separate(
-    search: Search, outcome: Outcome, log: Log, envelope: Mapping[str, tuple[Any, Any]]
+    search: Search, outcome: Outcome, tied: Sequence[Shot], log: Log, envelope: Mapping[str, tuple[Any, Any]]
 ) -> tuple[Separation, str | None]:
     """Tell how alike the tied candidates are, and look for the cheapest motion that tells each from each.
 
     A motion is simulated with one candidate after the other as the truth, under a position loop, with the log's noise
     on the positions; every candidate is then refitted to it, as a diagnosis of it would, and must lose to the truth by
     ``SEPARATED``. Shorter motions are cheaper, and among those of one length the one with the least ∫|w|² dt.
+    Beside them stand changes of the machine on the log's own path; see ``discrimination``.
 
     Args:
-        outcome: with rivals.
+        outcome: with rivals. tied: its fits, see ``tied_fits``.
         envelope: of the spec; the motions stay inside it or inside what the log has shown.
 
     Returns:
         The figures, and the excitation file's text: None where no motion separates them.
     """
-    tied = [outcome.final, *(_in_place(search, outcome, r) for r in outcome.rivals[:MOST_RIVALS])]
     shots = [*tied, *(_in_place(search, outcome, r) for r in _look_alikes(outcome))]
     alike = tuple(_likeness(search, outcome, shots[0], other) for other in tied[1:])
     reach = reach_of(search.system, search.motion, envelope)
     machines = [_machine(shot) for shot in tied]
+    changes = tuple(Discrimination(search, log, [_model(shot) for shot in tied]).tried())
     tried: list[MotionTried] = []
     for motion, played in _cheapest_first(search, machines[0], reach, log.sample_time):
         figures = _try(search, log, shots, machines, reach, motion, played)
@@ -86,8 +89,8 @@ def separate(
         if figures.separation >= SEPARATED:
             names = [x.name for x in search.system.positions]
             texts = {name: reference_text(r) for name, r in zip(names, motion.references, strict=True)}
-            return Separation(alike, tuple(tried), figures, texts, SEPARATED), _csv(search, played)
-    return Separation(alike, tuple(tried), None, {}, SEPARATED), None
+            return Separation(alike, tuple(tried), figures, texts, SEPARATED, changes), _csv(search, played)
+    return Separation(alike, tuple(tried), None, {}, SEPARATED, changes), None
 
 
 def _cheapest_first(search: Search, machine: System, reach: Reach, h: float) -> Iterator[tuple[ExtraMotion, Played]]:
@@ -161,6 +164,14 @@ def _machine(shot: Shot) -> System:
     return with_effects(system, effects)
 
 
+def _model(shot: Shot) -> Model:
+    """A fit by its numbers in SI."""
+    trial = shot.runner.trial
+    moved, found = trial.split(shot.theta)
+    own = [values[name] for part, values in zip(trial.parts, found, strict=True) for name in part.names]
+    return Model(trial, np.append(moved, own), np.append(shot.price[: len(moved)], np.zeros(len(own))))
+
+
 def _try(
     search: Search,
     log: Log,
@@ -192,18 +203,8 @@ def _play(search: Search, machine: System, reach: Reach, motion: ExtraMotion, h:
     """A motion under a position loop; None where it does not stay finite."""
     samples = round(motion.duration / h)
     target, rate = motion.at(h * np.arange(samples, dtype=np.float64))
-    position_gain, velocity_gain = _gains(search, reach, h)
-    controller = Feedback(
-        len(machine.inputs),
-        machine.degrees_of_freedom,
-        reference=sampled(target, h),
-        velocity_reference=sampled(rate, h),
-        position_gain=position_gain,
-        velocity_gain=velocity_gain,
-    )
-    run = run_loop(machine, h, samples, controller, limit=reach.inputs, start=(target[0], np.zeros_like(target[0])))
-    whole = np.isfinite(run.positions).all() and np.isfinite(run.inputs).all()
-    return Played(target, run.inputs, run.positions) if whole else None
+    run = follow(search, machine, target, rate, reach.centre, h, reach.inputs)
+    return None if run is None else Played(target, run.inputs, run.positions)
 
 
 def _measured(search: Search, log: Log, positions: Array, seed: int) -> Array:
@@ -214,18 +215,6 @@ def _measured(search: Search, log: Log, positions: Array, seed: int) -> Array:
     noise = np.where((step > 0) | (said > 0), said, search.record.noise)
     sensors = Sensors(np.broadcast_to(noise, n), np.broadcast_to(step, n))
     return sensors.encoded(positions, sensors.noise(len(positions), n, seed)[0])
-
-
-def _gains(search: Search, reach: Reach, h: float) -> tuple[Array, Array]:
-    """(m, n) gains of a critically damped loop on the coordinates that the inputs reach, by M and ∂g/∂w mid-range."""
-    system = search.system
-    at = dict(system.values) | dict(zip(system.positions, map(float, reach.centre), strict=True))
-    at |= dict.fromkeys((*system.velocities, *system.inputs), 0)
-    mass = np.array(system.mass_matrix.subs(at), dtype=float)
-    reached = np.array(sympy.Matrix(system.force).jacobian(list(system.inputs)).subs(at), dtype=float)
-    frequency = 2 * np.pi * min(LOOP_SHARE * search.motion.cutoff_hz, 1 / (LOOP_SAMPLES * h))
-    inward = np.linalg.pinv(reached) @ mass
-    return frequency**2 * inward, 2 * frequency * inward
 
 
 def _search_there(search: Search, log: Log, played: Played, seed: int) -> Search | None:

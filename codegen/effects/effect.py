@@ -161,6 +161,10 @@ class Effect(ABC):
         """These parameters, or those of the same effect by which it is named where several give it."""
         return dict(values)
 
+    def turned(self, values: Mapping[str, float]) -> dict[str, float]:
+        """The parameters that the effect has where weight acts the other way; the same, unless it is weight."""
+        return dict(values)
+
     def coupling(self, values: Mapping[str, float]) -> dict[str, float] | None:
         """The fitted spring between motor and load (k, c, load_fraction) from which others start; None: it is none."""
         return None

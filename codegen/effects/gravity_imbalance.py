@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import sympy
 
 from codegen.effects.effect import Confusion, EffectParameter, Symbols
@@ -33,3 +35,7 @@ class GravityImbalance(Periodic):
 
     def act(self, system: System, place: int, wave: sympy.Expr) -> System:
         return system.with_force(place, -wave)
+
+    def turned(self, values: Mapping[str, float]) -> dict[str, float]:
+        """Its weight pulls the other way."""
+        return dict(values) | {"G": -values["G"]}

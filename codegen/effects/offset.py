@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from codegen.effects.effect import Confusion, Effect, EffectParameter, Symbols
 from codegen.effects.places import lone_contacts
 from codegen.mechanics.system import System
@@ -23,6 +25,10 @@ class Offset(Effect):
 
     def add(self, system: System, place: int, p: Symbols) -> System:
         return system.with_force(place, p["f0"])
+
+    def turned(self, values: Mapping[str, float]) -> dict[str, float]:
+        """A constant force that does not turn with the machine is weight."""
+        return {"f0": -values["f0"]}
 
     def twins(self, system: System, place: int) -> list[tuple[str, str]]:
         return [("coulomb_asymmetry", system.contacts[c].name) for c in lone_contacts(system, place)]

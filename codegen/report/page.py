@@ -9,26 +9,30 @@ from urllib.parse import quote
 
 from codegen.diagnosis.diagnose import Models
 from codegen.diagnosis.results import Agreement, CertificateChange, Diagnosis
-from codegen.report.pictures import free_run_picture, residual_picture
+from codegen.report.evidence import LawEvidence, law_evidence
+from codegen.report.pictures import COLOURS, law_picture, residual_panels
 from codegen.report.series import MOST_POINTS, held_out_series
 from codegen.report.tables import (
-    candidate_rows,
     effect_views,
     error_rows,
     parameter_error_rows,
     proposal_rows,
     refitted_rows,
+    remainder_rows,
+    round_views,
     separation_view,
     training_row,
 )
 from codegen.report.view import (
     AgreementView,
     CertificateSide,
+    CoordinateView,
     DataView,
     DifferenceLine,
     FileLink,
     FindingGroup,
     FindingView,
+    LawView,
     Page,
     PictureView,
 )
@@ -71,8 +75,12 @@ def page_view(spec: Spec, diagnosis: Diagnosis, models: Models, files: Mapping[s
         refitted=refitted_rows(diagnosis, models.declared),
         parameter_errors=parameter_error_rows(diagnosis),
         remarks=diagnosis.remarks,
+        laws=tuple(_law(e, models) for e in law_evidence(diagnosis, models)),
+        remainder=remainder_rows(diagnosis, models.declared),
+        material=percent(diagnosis.material),
         pictures=_pictures(diagnosis, models),
-        candidates=candidate_rows(diagnosis, models.declared),
+        rounds=round_views(diagnosis, models),
+        leader=" and ".join(f"{e.kind} on {e.on}" for e in models.named),
         separation=separation_view(diagnosis.separation),
         proposal=proposal_rows(diagnosis.proposal),
         agreement=_agreement(diagnosis.agreement),
@@ -85,17 +93,31 @@ def page_view(spec: Spec, diagnosis: Diagnosis, models: Models, files: Mapping[s
 
 
 def _pictures(diagnosis: Diagnosis, models: Models) -> PictureView:
-    series = held_out_series(
-        models, ("refit", "augmented") if diagnosis.verdict in ("effect", "ambiguous") else ("refit",)
-    )
+    same = all(declared == refit for declared, refit, _ in diagnosis.refitted.values())
+    names = ["declared"] if same else ["declared", "refit"]
+    names += ["augmented"] if diagnosis.verdict in ("effect", "ambiguous") else []
+    series = held_out_series(models, names)
     thinned = max(c.samples for c in series.coordinates) > MOST_POINTS
     return PictureView(
-        residual=residual_picture(series),
-        free_run=free_run_picture(series),
+        coordinates=tuple(CoordinateView(c.name, residual_panels(series, c)) for c in series.coordinates),
+        legend=tuple((name, COLOURS[name]) for name in names),
+        same=same,
         cutoff=number(series.cutoff_hz),
         thinned=number(MOST_POINTS) if thinned else "",
-        coordinates=tuple(c.name for c in series.coordinates),
     )
+
+
+def _law(found: LawEvidence, models: Models) -> LawView:
+    unit, force = models.declared.position_units[found.coordinate], models.declared.force_unit(found.coordinate)
+    units = {"speed": f"{unit}/s", "position": unit, "load": force, "acceleration": f"{unit}/s^2", "time": "s"}
+    of = (units.get(found.variable, f"{force}/s"), force)
+
+    def picture(direction: str) -> str:
+        return f"{found.kind} on {found.on}{f', {direction}' if direction else ''}"
+
+    panels = tuple(law_picture(p, found.variable, of, picture(p.direction)) for p in found.panels)
+    shares = (percent(found.smooth), percent(found.law), percent(found.left))
+    return LawView(found.kind, found.on, found.variable, *shares, panels)
 
 
 def _data(diagnosis: Diagnosis) -> DataView:
@@ -144,9 +166,9 @@ def _finding(words: str) -> FindingView:
 
 
 def _difference(spec: Spec, text: str) -> tuple[DifferenceLine, ...]:
-    """Unified diff of the spec against the augmented spec, without its two file names."""
+    """The lines of the spec that change, and what they change to, each place under its line number."""
     before, after = spec.text.splitlines(), text.splitlines()
-    lines = list(difflib.unified_diff(before, after, lineterm="", n=2))[2:]
+    lines = list(difflib.unified_diff(before, after, lineterm="", n=0))[2:]
     return tuple(_difference_line(line) for line in lines)
 
 
@@ -157,7 +179,7 @@ def _difference_line(line: str) -> DifferenceLine:
         case "-":
             return DifferenceLine("removed", line)
         case "@":
-            return DifferenceLine("hunk", line)
+            return DifferenceLine("hunk", f"line {line.split()[1].lstrip('-').partition(',')[0]}")
         case _:
             return DifferenceLine("same", line)
 

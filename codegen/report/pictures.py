@@ -1,84 +1,112 @@
-"""Pictures as SVG: axes and words are vectors, clouds of points a bitmap inside; same data, same bytes."""
+"""Pictures as SVG, a panel each so that a narrow screen shows one a row: axes and words are vectors, clouds of points a
+bitmap inside; same data, same bytes."""
 
 from __future__ import annotations
 
 import base64
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import matplotlib
 import numpy as np
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
-from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
 
+from codegen.report.evidence import LawPanel
 from codegen.report.series import CoordinateSeries, Curve, HeldOutSeries, ModelResidual
 from codegen.report.style import GRID, INK, QUIET, STYLE
 from codegen.report.wording import number, prefixed, unit_text
 
-COLOURS = {"refit": "#e08214", "augmented": "#1f6fb4"}
-DARK = {"refit": "#8c4a00", "augmented": "#0b3c6b"}
-LABELS = {"refit": "refit: nothing added", "augmented": "augmented: effect added"}
-WIDTH_IN, ROW_IN, RUN_ROW_IN, LEGEND_IN = 12.4, 2.75, 1.9, 0.42
-DPI = 130
+COLOURS = {"declared": "#7d848d", "refit": "#e08214", "augmented": "#1f6fb4"}
+DARK = {"declared": "#3b4047", "refit": "#8c4a00", "augmented": "#0b3c6b"}
+SMOOTH, LAW = "#26282b", "#1f6fb4"
+SIZE_IN = (4.3, 2.95)
+"""Of a panel: 410 pixels wide, so that its words stay readable on a screen of 390."""
+EDGES = {"left": 0.185, "right": 0.975, "bottom": 0.185, "top": 0.9}
+DPI = 110
 TICKS_HZ = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
-DOTS: dict[str, Any] = {"markersize": 2.4, "markeredgewidth": 0, "alpha": 0.35, "rasterized": True}
+DOTS: dict[str, Any] = {"markersize": 2.4, "markeredgewidth": 0, "alpha": 0.3, "rasterized": True}
 
 
-def residual_picture(series: HeldOutSeries) -> str:
-    """A row of four panels for each coordinate: residual by velocity, position and time, and its spectrum."""
+@dataclass(frozen=True)
+class Panel:
+    """A picture: what it shows in words, and its data address."""
 
-    def draw(figure: Any) -> None:
-        grid = figure.subplots(len(series.coordinates), 4, squeeze=False)
-        for panels, coordinate in zip(grid, series.coordinates, strict=True):
-            _residual_row(panels, coordinate, series)
-        for axes, title in zip(grid[0], ("by velocity", "by position", "over time", "by frequency"), strict=True):
-            axes.set_title(title, color=INK, loc="left", fontweight="bold")
-        _legend(figure, series, means=True)
-
-    return _svg(draw, ROW_IN * len(series.coordinates) + LEGEND_IN)
+    words: str
+    address: str
 
 
-def free_run_picture(series: HeldOutSeries) -> str:
-    """Predicted less measured position over time, one panel a coordinate."""
+def residual_panels(series: HeldOutSeries, coordinate: CoordinateSeries) -> tuple[Panel, ...]:
+    """The residual force on a coordinate over four variables, time and frequency, and the error of the free run."""
+    force = f"residual in {unit_text(coordinate.force_unit)}"
+    over = (
+        ("velocity", f"{coordinate.velocity} in {unit_text(coordinate.unit)}/s", 1.0),
+        ("position", *_position_axis(coordinate)),
+        ("load", f"load that the refit predicts in {unit_text(coordinate.force_unit)}", 1.0),
+        ("acceleration", f"acceleration in {unit_text(coordinate.unit)}/s²", 1.0),
+    )
 
-    def draw(figure: Any) -> None:
-        grid = figure.subplots(len(series.coordinates), 1, squeeze=False, sharex=True)[:, 0]
-        for axes, coordinate in zip(grid, series.coordinates, strict=True):
-            factor, unit = _scale([c.y for c in coordinate.free_run], coordinate.unit)
-            for name, curve in zip(series.names, coordinate.free_run, strict=True):
-                axes.plot(curve.x, factor * curve.y, color=COLOURS[name], linewidth=0.9, alpha=0.9)
-            _frame(axes, "", f"{coordinate.name} error in {unit_text(unit)}")
-            axes.margins(x=0.005)
-            if not any(np.isfinite(c.y).any() for c in coordinate.free_run):
-                _say(axes, "no prediction stays finite")
-        grid[-1].set_xlabel("time in s")
-        figure.align_ylabels()
-        _legend(figure, series, means=False)
+    def cloud(name: str, label: str, factor: float) -> Callable[[Any], None]:
+        def draw(axes: Any) -> None:
+            _cloud(axes, coordinate, series, lambda m: m.over[name], factor)
+            _frame(axes, label, force)
 
-    return _svg(draw, RUN_ROW_IN * len(series.coordinates) + LEGEND_IN + 0.3)
+        return draw
+
+    def by_time(axes: Any) -> None:
+        for name, model in zip(series.names, coordinate.models, strict=True):
+            axes.plot(model.by_time.x, model.by_time.y, color=COLOURS[name], linewidth=0.7, alpha=0.85)
+        axes.set_ylim(-coordinate.limit, coordinate.limit)
+        axes.margins(x=0.01)
+        _frame(axes, "time in s", force)
+
+    on = coordinate.name
+    return (
+        *(_panel(f"residual on {on} over {name}", cloud(name, label, factor)) for name, label, factor in over),
+        _panel(f"residual on {on} over time", by_time),
+        _panel(f"residual on {on} by frequency", lambda axes: _spectrum(axes, coordinate, series)),
+        _panel(f"free run of {on} over time", lambda axes: _free_run(axes, coordinate, series)),
+    )
 
 
-def _residual_row(panels: Any, coordinate: CoordinateSeries, series: HeldOutSeries) -> None:
-    force = unit_text(coordinate.force_unit)
-    by_velocity, by_position, by_time, by_frequency = panels
-    _cloud(by_velocity, coordinate, series, lambda m: (m.by_velocity, m.mean_by_velocity), 1.0)
-    speed = f"{coordinate.velocity} in {unit_text(coordinate.unit)}/s"
-    _frame(by_velocity, speed, f"residual on {coordinate.name} in {force}")
-    factor, unit = _scale([m.by_position.x for m in coordinate.models], coordinate.unit)
-    _cloud(by_position, coordinate, series, lambda m: (m.by_position, m.mean_by_position), factor)
-    _frame(by_position, f"{coordinate.name} in {unit_text(unit)}", "")
-    for name, model in zip(series.names, coordinate.models, strict=True):
-        by_time.plot(model.by_time.x, model.by_time.y, color=COLOURS[name], linewidth=0.7, alpha=0.85)
-    by_time.set_ylim(-coordinate.limit, coordinate.limit)
-    by_time.margins(x=0.01)
-    _frame(by_time, "time in s", "")
-    _spectrum(by_frequency, coordinate, series)
-    for axes in (by_position, by_time):
-        axes.tick_params(labelleft=False)
+def law_picture(panel: LawPanel, variable: str, units: tuple[str, str], words: str) -> Panel:
+    """Residual without an effect, a smooth curve through it, and what the effect's law takes.
+
+    Args:
+        units: of the variable, of the force.
+    """
+    factor, unit = _scale([panel.samples.x], units[0]) if variable == "position" else (1.0, units[0])
+
+    def draw(axes: Any) -> None:
+        axes.plot(factor * panel.samples.x, panel.samples.y, ".", color=COLOURS["refit"], **DOTS)
+        axes.plot(factor * panel.law.x, panel.law.y, color="white", linewidth=3.6)
+        axes.plot(factor * panel.law.x, panel.law.y, color=LAW, linewidth=1.9)
+        axes.plot(factor * panel.smooth.x, panel.smooth.y, color=SMOOTH, linewidth=1.5, linestyle=(0, (3, 2)))
+        if len(panel.samples.y):
+            inner, outer = np.quantile(np.abs(panel.samples.y), [0.99, 1.0])
+            half = 1.06 * min(float(outer), 1.6 * float(inner)) or 1.0
+            axes.set_ylim(-half, half)
+        _frame(axes, f"{variable} in {unit_text(unit)}" if unit else variable, f"residual in {unit_text(units[1])}")
+
+    return _panel(words, draw)
+
+
+def _free_run(axes: Any, coordinate: CoordinateSeries, series: HeldOutSeries) -> None:
+    factor, unit = _scale([c.y for c in coordinate.free_run], coordinate.unit)
+    for name, curve in zip(series.names, coordinate.free_run, strict=True):
+        axes.plot(curve.x, factor * curve.y, color=COLOURS[name], linewidth=0.9, alpha=0.9)
+    _frame(axes, "time in s", f"error of {coordinate.name} in {unit_text(unit)}")
+    axes.margins(x=0.01)
+    if not any(np.isfinite(c.y).any() for c in coordinate.free_run):
+        _say(axes, "no prediction stays finite")
+
+
+def _position_axis(coordinate: CoordinateSeries) -> tuple[str, float]:
+    factor, unit = _scale([m.over["position"][0].x for m in coordinate.models], coordinate.unit)
+    return f"{coordinate.name} in {unit_text(unit)}", factor
 
 
 def _cloud(
@@ -94,8 +122,8 @@ def _cloud(
         axes.plot(factor * dots.x, dots.y, ".", color=COLOURS[name], **DOTS)
     for name, model in zip(series.names, coordinate.models, strict=True):
         _, mean = pick(model)
-        axes.plot(factor * mean.x, mean.y, color="white", linewidth=3.6, solid_capstyle="round")
-        axes.plot(factor * mean.x, mean.y, color=DARK[name], linewidth=1.9, solid_capstyle="round")
+        axes.plot(factor * mean.x, mean.y, color="white", linewidth=3.2, solid_capstyle="round")
+        axes.plot(factor * mean.x, mean.y, color=DARK[name], linewidth=1.7, solid_capstyle="round")
     axes.set_ylim(-coordinate.limit, coordinate.limit)
 
 
@@ -131,18 +159,7 @@ def _frame(axes: Any, x: str, y: str) -> None:
     if axes.get_yscale() == "linear":
         axes.axhline(0, color=QUIET, linewidth=0.8, zorder=1.5)
         axes.locator_params(axis="both", nbins=5)
-
-
-def _legend(figure: Any, series: HeldOutSeries, means: bool) -> None:
-    """Above all panels, so that it covers no data."""
-    handles, labels = [], []
-    for name in series.names:
-        handles.append(Line2D([], [], color=COLOURS[name], linewidth=3))
-        labels.append(LABELS[name])
-        if means:
-            handles.append(Line2D([], [], color=DARK[name], linewidth=2))
-            labels.append("its mean in bins")
-    figure.legend(handles, labels, loc="outside upper left", ncols=len(handles), frameon=False, handlelength=1.6)
+        axes.ticklabel_format(axis="both", style="sci", scilimits=(-3, 4), useMathText=True)
 
 
 def _say(axes: Any, words: str) -> None:
@@ -151,7 +168,7 @@ def _say(axes: Any, words: str) -> None:
     axes.set_yticks([])
 
 
-def _scale(values: list[Any], unit: str) -> tuple[float, str]:
+def _scale(values: Sequence[Any], unit: str) -> tuple[float, str]:
     finite = np.concatenate([v[np.isfinite(v)] for v in values])
     return prefixed([float(np.abs(finite).max())] if len(finite) else [], unit)
 
@@ -160,15 +177,20 @@ def _squared(unit: str) -> str:
     return f"({unit})²" if "·" in unit else f"{unit}²"
 
 
-def _svg(draw: Callable[[Any], None], height: float) -> str:
-    """A data address of the SVG that ``draw`` makes; only this block sees the style."""
+def _panel(words: str, draw: Callable[[Any], None]) -> Panel:
+    """The SVG that ``draw`` makes on axes, as a data address; only this block sees the style."""
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(STYLE)
-        layout = ConstrainedLayoutEngine(w_pad=0.06, h_pad=0.05, wspace=0.02, hspace=0.04)
-        figure = Figure(figsize=(WIDTH_IN, height), layout=layout, facecolor="white")
+        figure = Figure(figsize=SIZE_IN, facecolor="white")
         FigureCanvasSVG(figure)
-        draw(figure)
+        axes = figure.add_axes((EDGES["left"], EDGES["bottom"], *_extent(EDGES)))
+        draw(axes)
+        axes.set_title(words, color=INK, loc="left", fontweight="bold", fontsize=10.5, x=-0.16)
         buffer = io.BytesIO()
         figure.savefig(buffer, format="svg", dpi=DPI, metadata={"Date": None, "Creator": None})
-    return "data:image/svg+xml;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
+    return Panel(words, "data:image/svg+xml;base64," + base64.b64encode(buffer.getvalue()).decode("ascii"))
+
+
+def _extent(edges: Mapping[str, float]) -> tuple[float, float]:
+    return edges["right"] - edges["left"], edges["top"] - edges["bottom"]

@@ -1,8 +1,8 @@
-"""What the pictures show: residuals, spectra and free-run errors of two models on the held-out window, thinned."""
+"""What the pictures show: residuals, spectra and free-run errors of the models on the held-out window, thinned."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +11,8 @@ from scipy.signal import welch
 
 from codegen.diagnosis.diagnose import Models
 from codegen.diagnosis.measure import free_run_series
-from codegen.diagnosis.residual import inverse_dynamics_residual
+from codegen.diagnosis.referee import predicted_load
+from codegen.diagnosis.residual import residual_at_drive
 from codegen.mechanics.system import System
 
 Array = NDArray[np.float64]
@@ -20,6 +21,8 @@ Flags = NDArray[np.bool_]
 MOST_POINTS = 4000
 BUCKETS = 900
 BINS = 32
+BINS_OVER = {"position": 96}
+"""Waves over position may be short."""
 LEAST_IN_BIN = 20
 LONGEST_SEGMENT_S = 4.0
 SHORTEST_SEGMENT = 64
@@ -41,16 +44,12 @@ class ModelResidual:
     """The residual of one model on one coordinate, away from standstill.
 
     Attributes:
-        by_velocity, by_position: thinned samples.
-        mean_by_velocity, mean_by_position: mean in bins of equal width, NaN in a bin with few samples.
+        over: variable → thinned samples, and their mean in bins of equal width, NaN in a bin with few samples.
         by_time: least and largest value of short stretches, NaN at standstill.
         spectrum: power density (force²/Hz) over Hz, or None where no stretch of motion is long enough.
     """
 
-    by_velocity: Curve
-    by_position: Curve
-    mean_by_velocity: Curve
-    mean_by_position: Curve
+    over: Mapping[str, tuple[Curve, Curve]]
     by_time: Curve
     spectrum: Curve | None
 
@@ -77,7 +76,7 @@ class CoordinateSeries:
 
 @dataclass(frozen=True, eq=False)
 class HeldOutSeries:
-    """All coordinates of the compared models; ``names`` are "refit" and, where something was found, "augmented"."""
+    """All coordinates of the compared models, whose names are those of the attributes of ``Models``."""
 
     names: tuple[str, ...]
     coordinates: tuple[CoordinateSeries, ...]
@@ -93,16 +92,21 @@ def held_out_series(models: Models, names: Sequence[str]) -> HeldOutSeries:
     systems: list[System] = [getattr(models, name) for name in names]
     motion, used = models.test.motion, models.test.masks
     window = slice(models.window.start, models.window.stop)
-    residuals = [inverse_dynamics_residual(system, motion)[window] for system in systems]
+    residuals = [residual_at_drive(system, motion)[window] for system in systems]
     runs = [free_run_series(system, motion)[window] for system in systems]
     time = motion.time[window] - motion.time[window][0]
-    speeds, places = motion.velocities[window], motion.positions[window]
+    load = predicted_load(models.refit, motion, residual_at_drive(models.refit, motion))
+    over = {
+        "velocity": motion.velocities[window],
+        "position": motion.positions[window],
+        "load": load[window],
+        "acceleration": motion.accelerations[window],
+    }
     coordinates = []
     for i, symbol in enumerate(models.refit.positions):
         rows = used.rows[window, i]
-        residual_of = [
-            _model_residual(r[:, i], rows, speeds[:, i], places[:, i], time, motion.cutoff_hz) for r in residuals
-        ]
+        here = {name: values[:, i] for name, values in over.items()}
+        residual_of = [_model_residual(r[:, i], rows, here, time, motion.cutoff_hz) for r in residuals]
         coordinates.append(
             CoordinateSeries(
                 name=symbol.name,
@@ -119,37 +123,37 @@ def held_out_series(models: Models, names: Sequence[str]) -> HeldOutSeries:
 
 
 def _model_residual(
-    residual: Array, rows: Flags, velocity: Array, position: Array, time: Array, cutoff_hz: float
+    residual: Array, rows: Flags, over: Mapping[str, Array], time: Array, cutoff_hz: float
 ) -> ModelResidual:
-    kept = _thin(np.flatnonzero(rows))
+    kept = thin(np.flatnonzero(rows))
     period = float(time[1] - time[0])
     return ModelResidual(
-        by_velocity=Curve(velocity[kept], residual[kept]),
-        by_position=Curve(position[kept], residual[kept]),
-        mean_by_velocity=_bin_means(velocity[rows], residual[rows]),
-        mean_by_position=_bin_means(position[rows], residual[rows]),
+        over={
+            name: (Curve(x[kept], residual[kept]), bin_means(x[rows], residual[rows], BINS_OVER.get(name, BINS)))
+            for name, x in over.items()
+        },
         by_time=_envelope(time, residual, rows),
         spectrum=_spectrum(residual, rows, period, cutoff_hz),
     )
 
 
-def _thin(indices: NDArray[np.int_], most: int = MOST_POINTS) -> NDArray[np.int_]:
+def thin(indices: NDArray[np.int_], most: int = MOST_POINTS) -> NDArray[np.int_]:
     """At most ``most`` of the indices, evenly spread."""
     if len(indices) <= most:
         return indices
     return np.asarray(indices[np.linspace(0, len(indices) - 1, most).round().astype(int)])
 
 
-def _bin_means(x: Array, y: Array) -> Curve:
+def bin_means(x: Array, y: Array, bins: int = BINS) -> Curve:
     """Mean of y in bins of equal width over the inner 99 % of x."""
     if len(x) < LEAST_IN_BIN:
         return Curve(np.empty(0), np.empty(0))
     low, high = np.quantile(x, [0.005, 0.995])
-    edges = np.linspace(low, high if high > low else low + 1, BINS + 1)
-    place = np.clip(np.searchsorted(edges, x, side="right") - 1, -1, BINS)
-    inside = (place >= 0) & (place < BINS)
-    count = np.bincount(place[inside], minlength=BINS)
-    total = np.bincount(place[inside], weights=y[inside], minlength=BINS)
+    edges = np.linspace(low, high if high > low else low + 1, bins + 1)
+    place = np.clip(np.searchsorted(edges, x, side="right") - 1, -1, bins)
+    inside = (place >= 0) & (place < bins)
+    count = np.bincount(place[inside], minlength=bins)
+    total = np.bincount(place[inside], weights=y[inside], minlength=bins)
     mean = np.where(count >= LEAST_IN_BIN, total / np.maximum(count, 1), np.nan)
     return Curve((edges[:-1] + edges[1:]) / 2, mean)
 

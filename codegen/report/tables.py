@@ -6,13 +6,15 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Literal
 
-from codegen.diagnosis.advice import MotionTried, Proposal, Separation
+from codegen.diagnosis.advice import MotionTried, Proposal, Separation, SetupTried
+from codegen.diagnosis.diagnose import Models
 from codegen.diagnosis.results import Candidate, Diagnosis, ErrorFigures, FoundEffect
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import places_of, unit_words
 from codegen.mechanics.system import System
 from codegen.report.view import (
     CandidateRow,
+    ChangeView,
     EffectView,
     ErrorRow,
     MotionView,
@@ -21,12 +23,16 @@ from codegen.report.view import (
     ParameterView,
     ProposedRow,
     RefittedRow,
+    RemainderRow,
+    RoundView,
     SeparationView,
 )
-from codegen.report.wording import change, number, percent, prefixed, unit_text, with_unit
+from codegen.report.wording import change, estimated, joined, number, percent, prefixed, unit_text, with_unit
 
 Quantity = Literal["force", "relative", "position"]
-Outcome = Literal["chosen", "carried", "later", "passed", "rejected"]
+Outcome = Literal["chosen", "carried", "rival", "later", "passed", "rejected"]
+MOST_PARAMETERS = 8
+"""Lines of one candidate in a table; a sum of many waves has three times its orders."""
 Read = Callable[[int, ErrorFigures], float]
 
 
@@ -92,7 +98,7 @@ def effect_views(diagnosis: Diagnosis) -> tuple[EffectView, ...]:
         effect = CATALOGUE[found.kind].with_parameters(list(found.parameters))
         meaning = {p.name: p.meaning for p in effect.parameters}
         parameters = [
-            ParameterView(k, with_unit(v, found.units[k]), meaning[k], _interval(found, k), k in found.at_limit)
+            ParameterView(k, *_estimate(found, k, v), meaning[k], k in found.at_limit)
             for k, v in found.parameters.items()
         ]
         also = tuple(f"{kind} on {on}" for kind, on in found.also)
@@ -100,11 +106,11 @@ def effect_views(diagnosis: Diagnosis) -> tuple[EffectView, ...]:
     return tuple(views)
 
 
-def _interval(found: FoundEffect, name: str) -> str:
-    if name not in found.intervals:
-        return ""
-    low, high = found.intervals[name]
-    return f"{number(low)} to {number(high)}"
+def _estimate(found: FoundEffect, name: str, value: float) -> tuple[str, str]:
+    """Value with unit, and interval; a value at its limit is no estimate and has none."""
+    interval = () if name in found.at_limit else found.intervals.get(name, ())
+    shown, words = estimated(value, interval)
+    return joined(shown, found.units[name]), words
 
 
 def refitted_rows(diagnosis: Diagnosis, system: System) -> tuple[RefittedRow, ...]:
@@ -125,6 +131,21 @@ def refitted_rows(diagnosis: Diagnosis, system: System) -> tuple[RefittedRow, ..
     return tuple(row(name, *values) for name, values in diagnosis.refitted.items())
 
 
+def remainder_rows(diagnosis: Diagnosis, system: System) -> tuple[RemainderRow, ...]:
+    """What the written model leaves on each coordinate of the training log: its size, its nature, and over what."""
+    return tuple(
+        RemainderRow(
+            coordinate=x.name,
+            rms=with_unit(left.rms, system.force_unit(i)),
+            share=percent(left.share),
+            predicted=percent(left.material),
+            nature=left.nature(diagnosis.material),
+            over=tuple((name, percent(share)) for name, share in sorted(left.over.items(), key=lambda p: -p[1])),
+        )
+        for i, (x, left) in enumerate(zip(system.positions, diagnosis.remainder, strict=True))
+    )
+
+
 def parameter_error_rows(diagnosis: Diagnosis) -> tuple[ParameterErrorRow, ...]:
     """Declared values that the log puts away from where their tolerance has them."""
 
@@ -136,8 +157,8 @@ def parameter_error_rows(diagnosis: Diagnosis) -> tuple[ParameterErrorRow, ...]:
             name=e.name,
             declared=with_unit(e.declared, e.unit),
             tolerance=percent(e.tolerance),
-            estimate=with_unit(e.estimate, e.unit),
-            interval=f"{number(e.interval[0])} to {number(e.interval[1])}",
+            estimate=joined(estimated(e.estimate, e.interval)[0], e.unit),
+            interval=estimated(e.estimate, e.interval)[1],
             away=number(e.away, 2),
             force=ratio(e.force, e.blocks_by_force, e.blocks),
             free_run=ratio(e.free_run, e.blocks_by_free_run, e.blocks),
@@ -147,24 +168,34 @@ def parameter_error_rows(diagnosis: Diagnosis) -> tuple[ParameterErrorRow, ...]:
     )
 
 
-def candidate_rows(diagnosis: Diagnosis, system: System) -> tuple[CandidateRow, ...]:
-    """The first round's ranking with evidence."""
+def round_views(diagnosis: Diagnosis, models: Models) -> tuple[RoundView, ...]:
+    """Every round's ranking with evidence, and what of the verdict stands in none of them."""
+    views = [RoundView((), _candidate_rows(diagnosis.candidates, diagnosis, models))]
+    for later in diagnosis.later_rounds:
+        rows = _candidate_rows(later.candidates, diagnosis, models)
+        views.append(RoundView(tuple(_words(place) for place in later.beside), rows))
+    if diagnosis.standing:
+        views.append(RoundView((), _candidate_rows(diagnosis.standing, diagnosis, models), exchanged=True))
+    return tuple(view for view in views if view.rows)
+
+
+def _candidate_rows(candidates: Sequence[Candidate], diagnosis: Diagnosis, models: Models) -> tuple[CandidateRow, ...]:
     return tuple(
         CandidateRow(
             rank=k + 1,
             kind=c.kind,
             on=c.on,
             also=tuple(f"{kind} on {on}" for kind, on in c.also),
-            parameters=_parameters(c, system),
+            parameters=_parameters(c, models.declared),
             gain=percent(c.gain),
             t=number(c.t, 3),
             blocks=f"{c.blocks_won} of {c.blocks}" if c.blocks else "",
             free_run="" if c.free_run is None else number(c.free_run, 3),
-            outcome=_outcome(c, diagnosis),
+            outcome=_outcome(c, diagnosis, models),
             why_not=c.why_not.replace(" -", " −"),
             bar=round(100 * min(max(c.gain, 0.0), 1.0)) if c.gain == c.gain else 0,
         )
-        for k, c in enumerate(diagnosis.candidates)
+        for k, c in enumerate(candidates)
     )
 
 
@@ -178,7 +209,15 @@ def separation_view(separation: Separation | None) -> SeparationView | None:
     )
     chosen = None if separation.chosen is None else _motion(separation.chosen)
     tried = tuple(_motion(m) for m in separation.tried)
-    return SeparationView(pairs, chosen, tuple(separation.references.items()), tried, number(separation.needed))
+    return SeparationView(
+        pairs=pairs,
+        motion=chosen,
+        references=tuple(separation.references.items()),
+        tried=tried,
+        needed=number(separation.needed),
+        changes=tuple(_change(c) for c in separation.changes),
+        change=None if separation.change is None else _change(separation.change),
+    )
 
 
 def proposal_rows(proposal: Proposal | None) -> tuple[ProposedRow, ...]:
@@ -204,19 +243,32 @@ def _motion(motion: MotionTried) -> MotionView:
     return MotionView(motion.name, number(motion.duration), number(motion.energy, 3), number(motion.separation, 3))
 
 
+def _change(tried: SetupTried) -> ChangeView:
+    return ChangeView(tried.words, number(tried.separation, 3), number(tried.largest_input, 3))
+
+
 def _parameters(candidate: Candidate, system: System) -> tuple[str, ...]:
     effect = CATALOGUE[candidate.kind].with_parameters(list(candidate.parameters))
     units = unit_words(effect, places_of(effect, system).index(candidate.on), system)
-    return tuple(
+    words = [
         f"{name} = {with_unit(value, units[name], 3)}{' (at its limit)' if name in candidate.at_limit else ''}"
         for name, value in candidate.parameters.items()
-    )
+    ]
+    if len(words) > MOST_PARAMETERS:
+        words[MOST_PARAMETERS - 1 :] = [f"and {len(words) - MOST_PARAMETERS + 1} more"]
+    return tuple(words)
 
 
-def _outcome(candidate: Candidate, diagnosis: Diagnosis) -> Outcome:
-    named = {(e.kind, e.on) for e in diagnosis.effects}
-    if (candidate.kind, candidate.on) in named:
+def _outcome(candidate: Candidate, diagnosis: Diagnosis, models: Models) -> Outcome:
+    place = (candidate.kind, candidate.on)
+    if diagnosis.verdict == "effect" and place in _places(diagnosis.effects):
         return "chosen" if candidate.accepted else "later"
-    if not candidate.accepted:
-        return "rejected"
-    return "carried" if diagnosis.verdict == "ambiguous" and candidate is diagnosis.candidates[0] else "passed"
+    if diagnosis.verdict == "ambiguous" and place in _places(models.named):
+        return "carried"
+    if diagnosis.verdict == "ambiguous" and place in _places(diagnosis.rivals):
+        return "rival"
+    return "passed" if candidate.accepted else "rejected"
+
+
+def _places(effects: Sequence[FoundEffect]) -> set[tuple[str, str]]:
+    return {(e.kind, e.on) for e in effects}

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from codegen.diagnosis.results import Verdict
+from codegen.diagnosis.results import Nature, Verdict
+from codegen.report.pictures import Panel
 
 
 @dataclass(frozen=True)
@@ -39,8 +40,8 @@ class ParameterView:
 
     name: str
     value: str
+    interval: str
     meaning: str
-    interval: str = ""
     at_limit: bool = False
 
 
@@ -95,13 +96,13 @@ class ParameterErrorRow:
 
 @dataclass(frozen=True)
 class CandidateRow:
-    """A candidate of the first round.
+    """A candidate of one round.
 
     Attributes:
         parameters: name = value unit.
         gain, t, blocks, free_run: evidence in print; ``free_run`` is empty where it was not run.
-        outcome: "chosen", "carried" (by the augmented model while others tie), "later" (rejected at first, added in a
-            later round), "passed" or "rejected".
+        outcome: "chosen", "carried" (by the augmented model while others tie), "rival" (that ties with it), "later"
+            (rejected here, but in the verdict), "passed" or "rejected".
         why_not: in words, for "rejected".
         bar: gain in %, 0 to 100, for the bar behind the number.
     """
@@ -115,9 +116,23 @@ class CandidateRow:
     t: str
     blocks: str
     free_run: str
-    outcome: Literal["chosen", "carried", "later", "passed", "rejected"]
+    outcome: Literal["chosen", "carried", "rival", "later", "passed", "rejected"]
     why_not: str
     bar: int
+
+
+@dataclass(frozen=True)
+class RoundView:
+    """A round of candidates.
+
+    Attributes:
+        beside: effects that were in the model already, in words. exchanged: whether these came in when effects were
+            exchanged, and were compared with the fit without them.
+    """
+
+    beside: tuple[str, ...]
+    rows: tuple[CandidateRow, ...]
+    exchanged: bool = False
 
 
 @dataclass(frozen=True)
@@ -179,14 +194,63 @@ class DataView:
 
 
 @dataclass(frozen=True)
-class PictureView:
-    """Data addresses of the pictures, and what their captions say."""
+class CoordinateView:
+    """The pictures of one coordinate."""
 
-    residual: str
-    free_run: str
+    name: str
+    panels: tuple[Panel, ...]
+
+
+@dataclass(frozen=True)
+class PictureView:
+    """The pictures, and what their caption says.
+
+    Attributes:
+        legend: (model, colour) in the order of drawing.
+        same: whether the refit adopts no value, so that the declared model alone is drawn for both.
+        thinned: how many samples a model are drawn at most; empty where all are.
+    """
+
+    coordinates: tuple[CoordinateView, ...]
+    legend: tuple[tuple[str, str], ...]
+    same: bool
     cutoff: str
     thinned: str
-    coordinates: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class LawView:
+    """An effect beside a curve that knows no law, in print.
+
+    Attributes:
+        smooth, law: share of the mean square of the residual without the effect that the curve predicts on held-out
+            parts, and that the effect takes. left: that the curve still predicts of what the effect leaves.
+    """
+
+    kind: str
+    on: str
+    variable: str
+    smooth: str
+    law: str
+    left: str
+    panels: tuple[Panel, ...]
+
+
+@dataclass(frozen=True)
+class RemainderRow:
+    """What the written model leaves on one coordinate, in print.
+
+    Attributes:
+        share: of the drive force. predicted: by all variables together, as a share of the drive force.
+        over: (variable, share of the mean square), the largest first.
+    """
+
+    coordinate: str
+    rms: str
+    share: str
+    predicted: str
+    nature: Nature
+    over: tuple[tuple[str, str], ...]
 
 
 @dataclass(frozen=True)
@@ -219,14 +283,25 @@ class MotionView:
 
 
 @dataclass(frozen=True)
+class ChangeView:
+    """A change of the machine on the log's own path, in print."""
+
+    words: str
+    separation: str
+    input: str
+
+
+@dataclass(frozen=True)
 class SeparationView:
-    """What would tell tied candidates apart; ``motion`` is None where nothing of the library does."""
+    """What would tell tied candidates apart; ``motion`` and ``change`` are None where none does."""
 
     pairs: tuple[PairView, ...]
     motion: MotionView | None
     references: tuple[tuple[str, str], ...]
     tried: tuple[MotionView, ...]
     needed: str
+    changes: tuple[ChangeView, ...]
+    change: ChangeView | None
 
 
 @dataclass(frozen=True)
@@ -258,8 +333,12 @@ class Page:
     refitted: tuple[RefittedRow, ...]
     parameter_errors: tuple[ParameterErrorRow, ...]
     remarks: tuple[str, ...]
+    laws: tuple[LawView, ...]
+    remainder: tuple[RemainderRow, ...]
+    material: str
     pictures: PictureView
-    candidates: tuple[CandidateRow, ...]
+    rounds: tuple[RoundView, ...]
+    leader: str
     separation: SeparationView | None
     proposal: tuple[ProposedRow, ...]
     agreement: AgreementView | None

@@ -3,24 +3,46 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+
+from codegen.significant import significant_digits
 
 DIGITS = 4
 PREFIXES = (("", 1.0, 0.1), ("m", 1e3, 1e-4), ("µ", 1e6, 0.0))
 """(prefix, factor, least value in SI that is shown with it)."""
 
 
-def number(value: float, digits: int = DIGITS) -> str:
-    """A number with a true minus sign; a word where there is none to show."""
+def number(value: float, digits: int = DIGITS, form: str = "") -> str:
+    """A number with a true minus sign; a word where there is none to show.
+
+    Args:
+        form: ``#`` keeps zeros at the end.
+    """
     if math.isnan(value):
         return "not measured"
     if math.isinf(value):
         return "diverges"
-    text = f"{value:.{digits}g}"
+    text = f"{value:{form}.{digits}g}".removesuffix(".")
     if "e" in text:
         mantissa, exponent = text.split("e")
+        mantissa = mantissa.removesuffix(".")
         text = f"{mantissa}·10{_raised(int(exponent))}"
     return text.replace("-", "−")
+
+
+def estimated(value: float, interval: Sequence[float]) -> tuple[str, str]:
+    """A value and its 95 % interval with the digits that the interval's width lets them have; none where none is."""
+    if not all(map(math.isfinite, interval)):
+        return number(value), "not bounded"
+    if len(interval) != 2 or interval[0] == interval[1]:
+        return number(value), " to ".join(map(number, interval))
+    return _fixed(value, interval), " to ".join(_fixed(end, interval) for end in interval)
+
+
+def _fixed(value: float, interval: Sequence[float]) -> str:
+    """All digits down to the second of the interval's half width, zeros too."""
+    digits = significant_digits(value, interval)
+    return number(float(f"{value:.{digits}g}"), digits, "#")
 
 
 def percent(share: float, digits: int = 3) -> str:
@@ -47,8 +69,13 @@ def unit_text(unit: str) -> str:
 
 def with_unit(value: float, unit: str, digits: int = DIGITS) -> str:
     """Number and unit; no unit where there is no number."""
+    return joined(number(value, digits), unit) if math.isfinite(value) else number(value, digits)
+
+
+def joined(shown: str, unit: str) -> str:
+    """A number in print and its unit."""
     words = unit_text(unit)
-    return f"{number(value, digits)} {words}" if words and math.isfinite(value) else number(value, digits)
+    return f"{shown} {words}" if words else shown
 
 
 def prefixed(values: Iterable[float], unit: str) -> tuple[float, str]:

@@ -9,9 +9,14 @@ import pytest
 
 from codegen.diagnosis.conclusion import is_small, told
 from codegen.diagnosis.problem import Problem
-from codegen.diagnosis.referee import explained_over, remainders, repeated_share, since_reversal, splines
+from codegen.diagnosis.referee import explained_over, remainders, repeated_share, since_reversal, sliding, splines
 from codegen.diagnosis.results import Remainder
 from codegen.diagnosis.signals import smooth_motion
+from codegen.logs import read_log
+from codegen.resources import resource_folder
+from codegen.simulate.closed_loop import simulate
+from codegen.simulate.loop_run import write_log
+from codegen.spec import parse_spec
 from tests.diagnosis.stage import log_of, stage, system_of
 
 COUNT = 6000
@@ -49,6 +54,26 @@ def test_a_spring_that_is_lacking_is_told_over_position(tmp_path: Path) -> None:
         (left[name],) = remainders(problem.system, problem.motion, problem.masks)
     assert left["spring"].over["position"] > 0.95 and left["spring"].material > 0.1
     assert left["none"].material < 0.02
+
+
+def test_a_coordinate_that_no_input_reaches_has_the_load_of_its_inertia(tmp_path: Path) -> None:
+    """Its residual is in no input: taken off the load of zero it would explain itself, and be as large as the drive."""
+    text = (resource_folder("specs") / "two_mass.yaml").read_text(encoding="utf-8")
+    text = text.replace("duration: 30", "duration: 8").replace("sample_time: 0.002", "sample_time: 0.005")
+    pushed = text.replace("effects: []", "effects: [{kind: offset, on: x1, parameters: {f0: 5}}]")
+    spec, plant = (parse_spec(t, tmp_path / "spec.yaml") for t in (text, pushed))
+    write_log(tmp_path / "log.csv", plant, simulate(plant, system_of(plant)))
+    problem = Problem(system_of(spec), smooth_motion(read_log(tmp_path / "log.csv", spec)), {})
+    left = remainders(problem.system, problem.motion, problem.masks)[0]
+    inertia = 10.0 * problem.motion.low_pass(problem.motion.accelerations)[:, 0]  # m1 is 10 kg
+    rows = sliding(problem.system, problem.motion, problem.masks, 0)
+    assert left.rms == pytest.approx(5.0, rel=1e-3)
+    assert left.share == pytest.approx(5.0 / np.sqrt(np.mean(inertia[rows] ** 2)), rel=1e-2)
+    # A push that is always the same is a constant, and no variable's.
+    assert left.over["constant"] > 0.999 and max(s for name, s in left.over.items() if name != "constant") < 0.001
+    truth = system_of(plant)
+    noise = remainders(truth, problem.motion, problem.masks)[0]
+    assert noise.over["load"] < 0.5
 
 
 def test_a_share_in_which_the_held_out_parts_do_not_agree_is_none() -> None:

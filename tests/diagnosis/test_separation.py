@@ -19,7 +19,7 @@ from codegen.diagnosis.ranking import Ranked
 from codegen.diagnosis.record import record_of
 from codegen.diagnosis.rounds import Outcome
 from codegen.diagnosis.search import search_on
-from codegen.diagnosis.separation import separate
+from codegen.diagnosis.separation import separate, tied_fits
 from codegen.diagnosis.signals import smooth_motion
 from codegen.diagnosis.trial import part_of
 from codegen.effects import CATALOGUE
@@ -123,7 +123,7 @@ def test_no_motion_tells_exact_twins_apart(tmp_path: Path) -> None:
     one, two = attempt(search, base, parts, lambda share: None)
     ranked = Ranked(two, Evidence(0.0, 0.0, 0.0, 0, 0), np.zeros(0), 1.0, 1.0, "")
     outcome = Outcome(base, one.shot, (), (ranked,), 1.0, len(search.record.start))
-    told, excitation = separate(search, outcome, log, {})
+    told, excitation = separate(search, outcome, tied_fits(search, outcome), log, {})
     assert told.chosen is None
     assert excitation is None
     assert told.alike[0].angle < 2  # two fits of noisy positions stop a degree apart

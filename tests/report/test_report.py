@@ -8,13 +8,16 @@ from dataclasses import replace
 from typing import Any
 from xml.etree import ElementTree
 
+import html5lib
 import numpy as np
 import pytest
 
-from codegen.diagnosis.results import Agreement, CertificateChange, ErrorFigures
+from codegen.diagnosis.advice import Likeness, Separation, SetupTried
+from codegen.diagnosis.results import Agreement, CertificateChange, ErrorFigures, FoundEffect, Remainder, Round
 from codegen.report import page, render_report
+from codegen.report.evidence import law_evidence
 from codegen.report.series import MOST_POINTS, held_out_series
-from codegen.report.wording import number
+from codegen.report.wording import estimated, number, percent
 
 from .conftest import FILES, Case
 from .reading import ReadPage
@@ -22,8 +25,8 @@ from .reading import ReadPage
 
 def words(case: Case, monkeypatch: pytest.MonkeyPatch, files: dict[str, str] | None = None, **changed: Any) -> str:
     """The page's HTML without pictures, of a diagnosis of which something is changed."""
-    monkeypatch.setattr(page, "residual_picture", lambda series: "")
-    monkeypatch.setattr(page, "free_run_picture", lambda series: "")
+    monkeypatch.setattr(page, "residual_panels", lambda series, coordinate: ())
+    monkeypatch.setattr(page, "law_evidence", lambda diagnosis, models: ())
     return render_report(case.spec, replace(case.diagnosis, **changed), case.models, files)
 
 
@@ -38,13 +41,22 @@ def test_says_what_was_found(lacking: Case) -> None:
     for values in lacking.diagnosis.refitted.values():
         assert all(number(v, 5) in read.text for v in values)
     for effect in lacking.diagnosis.effects:
-        assert all(f"{name} = {number(v)} {effect.units[name]}" in read.text for name, v in effect.parameters.items())
+        for name, value in effect.parameters.items():
+            shown, interval = estimated(value, effect.intervals[name])
+            assert f"{name} = {shown} {effect.units[name]} ({interval}, 95 %)" in read.text
     assert "4.2 %" in read.text and "Filters" in read.text
 
 
 def test_order_of_the_page(lacking: Case) -> None:
     text = ReadPage(lacking.html).text
-    heads = ["Error on held-out data", "Published by others", "What was found", "Refitted values", "leaves over"]
+    heads = [
+        "Error on held-out data",
+        "Published by others",
+        "What was found",
+        "Refitted values",
+        "beside a curve",
+        "leaves over",
+    ]
     heads += ["Candidates and", "Can the residual", "Preflight", "Change of the spec", "Stability certificate"]
     places = [text.index(head) for head in heads]
     assert places == sorted(places)
@@ -103,7 +115,7 @@ def test_nothing_found_is_not_called_right(complete: Case) -> None:
     text = ReadPage(complete.html).text
     assert complete.diagnosis.verdict == "none"
     assert "This does not prove the model right" in text
-    assert "No effect was added" in text and "Only the refit is drawn" in text
+    assert "No effect was added" in text and "No effect is drawn" in text
 
 
 def test_ambiguous_names_no_effect(lacking: Case, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -117,7 +129,111 @@ def test_two_coordinates_have_a_row_each(two_masses: Case) -> None:
         assert f"residual force, RMS on {name}" in read.text and number(value) in read.text
     assert "all coordinates" not in read.text and "mixed" not in read.text
     assert "neither side of a gear" in read.text
-    assert all("x1, x2" in (image["alt"] or "") for image in read.tags("img"))
+    alts = [image["alt"] or "" for image in read.tags("img")]
+    for name in ("x1", "x2"):
+        over = ("velocity", "position", "load", "acceleration", "time")
+        assert all(f"residual on {name} over {variable}, on held-out data" in alts for variable in over)
+
+
+def test_every_model_is_drawn_and_named(lacking: Case, complete: Case) -> None:
+    """The declared one too; one colour serves for both where the refit adopts nothing."""
+    for case, added in ((lacking, True), (complete, False)):
+        same = all(a == b for a, b, _ in case.diagnosis.refitted.values())
+        legend = re.findall(r"</i>([^<]*)</span>", case.html.partition("What the model leaves over")[2])
+        models = ["declared and refit (no other value was adopted)"] if same else ["declared", "refit"]
+        assert legend == models + ["augmented"] * added
+
+
+def test_the_law_stands_beside_the_curve_that_knows_none(lacking: Case) -> None:
+    (found,) = law_evidence(lacking.diagnosis, lacking.models)
+    assert (found.kind, found.on) == (lacking.diagnosis.effects[0].kind, lacking.diagnosis.effects[0].on)
+    assert found.smooth > 0.99 and found.law == pytest.approx(found.smooth, abs=0.01) and found.left < 0.1
+    (panel,) = found.panels
+    seen = np.isfinite(panel.law.y)
+    assert seen.any() and np.allclose(np.abs(panel.law.y[seen]), 1.5, atol=0.05)  # what the plant was pushed with
+    assert np.allclose(panel.smooth.y[seen], panel.law.y[seen], atol=0.1)
+    assert percent(found.law) in ReadPage(lacking.html).text
+
+
+def test_a_law_that_is_not_credited_and_a_rival_are_drawn_too(lacking: Case) -> None:
+    refused = replace(lacking.diagnosis, verdict="unknown", effects=())
+    (found,) = law_evidence(refused, lacking.models)
+    assert found.law > 0.9
+    drag = FoundEffect("quadratic_drag", "x", {"c": 0.02}, {"c": "N*s^2/m^2"})
+    tied = replace(lacking.diagnosis, verdict="ambiguous", effects=(), rivals=(drag,))
+    first, rival = law_evidence(tied, lacking.models)
+    assert (first.law, rival.kind) == (law_evidence(lacking.diagnosis, lacking.models)[0].law, "quadratic_drag")
+    assert rival.law < 0.1 and rival.smooth > 0.9  # the curve shows what a wrong law does not take
+
+
+def test_what_is_left_stands_in_a_table(lacking: Case, monkeypatch: pytest.MonkeyPatch) -> None:
+    (left,) = lacking.diagnosis.remainder
+    text = ReadPage(lacking.html).text
+    assert f"{number(left.rms)} N {percent(left.share)} immaterial" in text
+    assert all(f"{name} {percent(share)}" in text for name, share in left.over.items())
+    large = Remainder(3.0, 0.2, 0.5, {"load": 0.4})
+    assert "20 % structured 14.1 % load 40 %" in ReadPage(words(lacking, monkeypatch, remainder=(large,))).text
+    assert "20 % noise" in ReadPage(words(lacking, monkeypatch, remainder=(large,), material=0.15)).text
+
+
+def test_every_round_and_every_effect_of_the_verdict_is_in_a_table(
+    lacking: Case, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first = lacking.diagnosis.candidates
+    spring = replace(first[0], kind="spring", on="x", parameters={"k": 4.5}, accepted=False, why_not="small", also=())
+    first = tuple(c for c in first if c.kind != "spring")
+    later = Round((("offset", "x"),), (spring,))
+    text = ReadPage(
+        words(lacking, monkeypatch, candidates=first, later_rounds=(later,), standing=(replace(spring, accepted=True),))
+    ).text
+    assert "Round 1: each alone" in text and "Round 2: beside offset on x" in text
+    assert (
+        "Came in when effects were exchanged" in text
+        and text.count("spring on x") == 2
+        and text.count("k = 4.5 N/m") == 2
+    )
+    rivals = tuple(FoundEffect(c.kind, c.on, c.parameters, {"d": "N"}) for c in first[1:2])
+    text = ReadPage(words(lacking, monkeypatch, verdict="ambiguous", effects=(), rivals=rivals)).text
+    assert text.count("tied with the one shown as augmented") == 1
+
+
+def test_what_would_separate_tied_candidates_is_told(lacking: Case, monkeypatch: pytest.MonkeyPatch) -> None:
+    pair = Likeness(("offset", "x"), ("coulomb_asymmetry", "rail"), 0.5, 0.1, "another mounting")
+    tried = (SetupTried("mounting", "upside down", 61.8, 30.0), SetupTried("none", "nothing changed", 0.2, 29.0))
+    told = Separation((pair,), (), None, {}, 10.0, tried)
+    text = ReadPage(words(lacking, monkeypatch, verdict="ambiguous", effects=(), separation=told)).text
+    assert "this one separates most: upside down , and the path of this log again (61.8 standard deviations)" in text
+    assert "upside down 61.8 30 nothing changed 0.2 29" in text
+    text = ReadPage(words(lacking, monkeypatch, separation=replace(told, changes=tried[1:]))).text
+    assert "No change of the machine separates them" in text
+
+
+def test_parameters_at_a_limit_are_marked_and_have_no_interval(lacking: Case, monkeypatch: pytest.MonkeyPatch) -> None:
+    (found,) = lacking.diagnosis.effects
+    (name,) = found.parameters
+    text = ReadPage(words(lacking, monkeypatch, effects=(replace(found, at_limit=(name,)),))).text
+    assert "at its limit" in text and "95 %)" not in text
+
+
+def test_only_lines_that_change_are_in_the_difference(lacking: Case) -> None:
+    """The author's spacing stays, so that a line is changed by what it says alone."""
+    shown = re.findall(r'<span class="(\w+)">(.*)\n</span>', lacking.html)
+    assert {kind for kind, _ in shown} == {"hunk", "added", "removed"}
+    squeezed = {kind: {" ".join(line[1:].split()) for k, line in shown if k == kind} for kind in ("added", "removed")}
+    assert not squeezed["added"] & squeezed["removed"]
+    number_of = lacking.spec.text.splitlines().index(next(t for t in lacking.spec.text.splitlines() if "a: 3," in t))
+    assert ("hunk", f"line {number_of + 1}") in shown
+
+
+@pytest.mark.parametrize("name", ["lacking", "complete", "two_masses"])
+def test_is_html_that_parses_and_scrolls_inside_its_cards(name: str, request: pytest.FixtureRequest) -> None:
+    html = request.getfixturevalue(name).html
+    tree = html5lib.HTMLParser(strict=True, namespaceHTMLElements=False).parse(html)
+    tables = tree.findall(".//table")
+    assert tables and len(tables) == len(tree.findall(".//div[@class='scroll']/table"))
+    assert "width=device-width" in html and ".scroll { overflow-x: auto; }" in html
+    narrow = html.partition("@media (max-width: 700px)")[2]
+    assert ".panels { grid-template-columns: 100%; }" in narrow
 
 
 def test_infinite_and_missing_figures_are_words(lacking: Case, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -155,8 +271,9 @@ def test_pictures_are_svg_that_parses(two_masses: Case) -> None:
 
 
 def test_series_are_thinned_and_keep_the_peaks(two_masses: Case) -> None:
-    series = held_out_series(two_masses.models, ("refit", "augmented"))
+    series = held_out_series(two_masses.models, ("declared", "refit", "augmented"))
     for coordinate in series.coordinates:
         for model in coordinate.models:
-            assert len(model.by_velocity.x) <= MOST_POINTS
-            assert np.nanmax(np.abs(model.by_time.y)) >= np.abs(model.by_velocity.y).max()
+            for dots, _ in model.over.values():
+                assert len(dots.x) <= MOST_POINTS
+                assert np.nanmax(np.abs(model.by_time.y)) >= np.abs(dots.y).max()

@@ -1,0 +1,225 @@
+"""Which change of the machine separates two models by most: discriminating experiments by the models' predictions.
+
+After a change of the machine, model A follows the log's path in simulation. Model B is then fitted to both, this log
+and the simulated one, and what its best fit leaves is how far B is from being able to explain A:
+
+    d² = min over θ_B of  Σ_logs Σ w (r_B(θ_B) − r_A)² + (θ_B − θ̂_B)′ P (θ_B − θ̂_B)
+
+with r the low-passed force residual, w one over the variance of what A leaves on this log, times the share of its
+samples that is independent, and P the prior of the tolerances. The least of both orders counts. (T-optimality of
+Atkinson and Fedorov, with the log at hand as data.) A level that one load takes for friction has to be the same under
+another.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codegen.diagnosis.advice import SetupTried
+from codegen.diagnosis.follow import follow
+from codegen.diagnosis.force_fit import independent_samples
+from codegen.diagnosis.models import with_effects, with_values
+from codegen.diagnosis.problem import Problem
+from codegen.diagnosis.referee import acting_force
+from codegen.diagnosis.residual import inverse_dynamics_residual
+from codegen.diagnosis.results import FoundEffect
+from codegen.diagnosis.search import Search
+from codegen.diagnosis.setups import Setup, setups
+from codegen.diagnosis.signals import Motion, smooth_motion
+from codegen.diagnosis.structure import states
+from codegen.diagnosis.trial import Trial
+from codegen.errors import BadInput
+from codegen.logs import Log
+from codegen.mechanics.system import System
+
+Array = NDArray[np.float64]
+
+STEP = 1e-4
+"""Of a parameter, for its slope."""
+ROUNDS = 2
+"""Gauss–Newton steps of a fit to both logs."""
+MOST_SAMPLES = 6_000
+"""Of the log's path that is followed again."""
+UNCHANGED = Setup("none", "as it was logged")
+FLOOR = 1e-3
+"""Of the RMS of the drive force: a simulated log leaves no noise, a machine always does."""
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """A fit as a function of its numbers.
+
+    Attributes:
+        trial: the declared system with effects. theta: (p,) values of what every fit moves, then the effects' own, SI.
+        price: (p,) prior weights.
+    """
+
+    trial: Trial
+    theta: Array
+    price: Array
+
+    def system(self, theta: Array, setup: Setup, factor: float = 1.0) -> System:
+        """The machine after a change, with friction multiplied by ``factor`` where the change says so."""
+        k, effects = len(self.trial.moved), []
+        values = {s.name: float(v) for s, v in zip(self.trial.moved, theta[:k], strict=True)}
+        if setup.friction is not None:
+            levels = {s.name for c in self.trial.system.contacts for s in c.law_parameters.values()}
+            values = {name: factor * v if name in levels else v for name, v in values.items()}
+        for part in self.trial.parts:
+            own = dict(zip(part.names, map(float, theta[k : k + len(part.names)]), strict=True))
+            effects.append(FoundEffect(part.kind, part.on, setup.values(part, own, factor), {}))
+            k += len(part.names)
+        return with_effects(with_values(setup.base(self.trial.system), values), effects)
+
+
+@dataclass(frozen=True, eq=False)
+class Weighed:
+    """A log, of the machine after a change, and the weights of its force residuals.
+
+    Attributes:
+        problem: with the mask of what slides. weights: (n,) of a sample on each coordinate.
+    """
+
+    setup: Setup
+    problem: Problem
+    weights: Array
+
+    def residual(self, model: Model, theta: Array) -> Array:
+        """(R,) low-passed force residual on all coordinates, by weight; a last number of theta is friction's factor."""
+        numbers, factor = (theta, 1.0) if self.setup.friction is None else (theta[:-1], float(theta[-1]))
+        left = inverse_dynamics_residual(model.system(numbers, self.setup, factor), self.problem.motion)
+        rows = self.problem.masks.rows
+        return np.concatenate([np.sqrt(w) * left[rows[:, i], i] for i, w in enumerate(self.weights)])
+
+    def slopes(self, model: Model, theta: Array, at: Array) -> Array:
+        """(R, p) of the residual, by forward differences from ``at``, the residual at theta."""
+        columns = []
+        for k in range(len(theta)):
+            step = STEP * max(abs(float(theta[k])), 1e-6)
+            moved = theta.copy()
+            moved[k] += step
+            columns.append((self.residual(model, moved) - at) / step)
+        return np.column_stack(columns)
+
+
+@dataclass(frozen=True, eq=False)
+class Discrimination:
+    """The fits that tie, on this log.
+
+    Attributes:
+        search: of the log. models: two at least, the best first.
+    """
+
+    search: Search
+    log: Log
+    models: Sequence[Model]
+
+    @cached_property
+    def problem(self) -> Problem:
+        return Problem(self.search.system, self.search.motion, {})
+
+    def tried(self) -> list[SetupTried]:
+        """Every change with the least separation over the pairs with the best model, largest first."""
+        parts = [p for model in self.models for p in model.trial.parts]
+        if any(_keeps_states(model.trial.changed) for model in self.models):
+            return []
+        found = []
+        for setup in setups(self.search.system, self.search.motion, parts):
+            separation = self._separation(setup)
+            if separation is not None:
+                found.append(SetupTried(setup.kind, setup.words, *separation))
+        return sorted(found, key=lambda tried: -tried.separation)
+
+    def _separation(self, setup: Setup) -> tuple[float, float] | None:
+        """(least distance over the pairs, largest input in it); None where the path cannot be followed."""
+        least, most = float("inf"), 0.0
+        followed: dict[int, tuple[Motion, float] | None] = {}
+        for one, other in ((a, b) for b in range(1, len(self.models)) for a in (0, b)):
+            rival = other if one == 0 else 0
+            if one not in followed:
+                followed[one] = self._follow(self.models[one], setup)
+            path = followed[one]
+            if path is None:
+                return None
+            least = min(least, self._distance(self.models[one], self.models[rival], setup, path[0]))
+            most = max(most, path[1])
+        return least, most
+
+    def _distance(self, truth: Model, rival: Model, setup: Setup, motion: Motion) -> float:
+        again = Problem(self.search.system, motion, {})
+        weights = self._weights(truth)
+        logs = [Weighed(UNCHANGED, self.problem, weights), Weighed(setup, again, weights)]
+        extra = [] if setup.friction is None else [setup.friction]
+        targets = [log.residual(truth, np.append(truth.theta, extra if log.setup is setup else [])) for log in logs]
+        theta, best = np.append(rival.theta, extra), float("inf")
+        centre, price = theta.copy(), np.append(rival.price, np.zeros(len(extra)))
+        count = len(rival.theta)
+        for turn in range(ROUNDS + 1):
+            matrix, vector = np.diag(price), price * (centre - theta)
+            cost = float(price @ (theta - centre) ** 2)
+            for log, target in zip(logs, targets, strict=True):
+                own = theta if log.setup.friction is not None else theta[:count]
+                at = log.residual(rival, own)
+                if not np.isfinite(at).all():
+                    return float(np.sqrt(best)) if np.isfinite(best) else 0.0
+                error = at - target
+                cost += float(error @ error)
+                if turn < ROUNDS:
+                    slopes = log.slopes(rival, own, at)
+                    matrix[: len(own), : len(own)] += slopes.T @ slopes
+                    vector[: len(own)] -= slopes.T @ error
+            best = min(best, cost)
+            if turn < ROUNDS:
+                size = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
+                theta = theta + np.linalg.lstsq(matrix / np.outer(size, size), vector / size, rcond=1e-10)[0] / size
+        return float(np.sqrt(best))
+
+    def _weights(self, truth: Model) -> Array:
+        motion, rows = self.problem.motion, self.problem.masks.rows
+        system = truth.system(truth.theta, UNCHANGED)
+        left = inverse_dynamics_residual(system, motion)
+        acting = acting_force(system, motion)
+        weights = np.zeros(left.shape[1])
+        for i in range(left.shape[1]):
+            own = left[rows[:, i], i]
+            if len(own):
+                floor = FLOOR * float(np.sqrt(np.mean(acting[rows[:, i], i] ** 2)))
+                power = float(np.mean(own**2)) + floor**2
+                weights[i] = independent_samples(own) / len(own) / max(power, 1e-300)
+        return weights
+
+    def _follow(self, truth: Model, setup: Setup) -> tuple[Motion, float] | None:
+        """The log's path as the machine of a model follows it after a change, and the largest input that it takes."""
+        motion, h = self.search.motion, self.search.motion.sample_time
+        samples = min(len(motion.time), MOST_SAMPLES)
+        count = round(samples / setup.pace)
+        at = np.linspace(0, samples - 1, count)
+        path = np.column_stack([np.interp(at, np.arange(samples), x[:samples]) for x in motion.positions.T])
+        rate = np.gradient(path, h, axis=0)
+        machine = truth.system(truth.theta, setup, setup.friction or 1.0)
+        run = follow(self.search, machine, path, rate, path.mean(axis=0), h)
+        if run is None:
+            return None
+        made = replace(
+            self.log,
+            time=h * np.arange(count, dtype=np.float64),
+            positions=run.positions,
+            velocities=None,
+            inputs=run.inputs,
+            gaps=(),
+        )
+        try:
+            return smooth_motion(made, motion.cutoff_hz), float(np.abs(run.inputs).max())
+        except BadInput:
+            return None
+
+
+def _keeps_states(system: System) -> bool:
+    """Whether the force residual needs states that no log holds: what they do to a path is not computed here."""
+    bristles = (c.law.bristle_stiffness(c.law_parameters) for c in system.contacts)
+    return states(system) > 0 or any(stiffness != 0 for stiffness in bristles)

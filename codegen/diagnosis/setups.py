@@ -1,0 +1,109 @@
+"""What can be changed at a machine between two logs of the same motion: load, payload, mounting, speed, temperature.
+
+A log under one load cannot tell friction that grows with the load from a larger Coulomb level, nor one in one mounting
+weight from an offset of the drive. A change of the machine that is known, or that acts on all friction alike, can.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+
+from codegen.diagnosis.measure import drive_force, inverse_mass
+from codegen.diagnosis.signals import Motion
+from codegen.diagnosis.trial import Part
+from codegen.mechanics.system import System
+
+Array = NDArray[np.float64]
+Kind = Literal["none", "load", "payload", "mounting", "speed", "temperature"]
+
+LOAD = 0.5
+"""Of the RMS of the drive force: the constant force of another load."""
+PAYLOAD = 0.5
+"""Of a coordinate's mean inertia."""
+PACES = (0.5, 2.0)
+WARM = 0.7
+"""Of the friction of all contacts: what it may be at another temperature. The fit does not know the figure."""
+MASSES = {"m": "kg", "rad": "kg·m²"}
+DIGITS = 2
+
+
+@dataclass(frozen=True)
+class Setup:
+    """One change of the machine.
+
+    Attributes:
+        words: what a person changes, for a page.
+        pace: of the log's path.
+        force, inertia: known additions, SI, by index of the coordinate.
+        turned: whether weight acts the other way.
+        friction: what the friction of all contacts is multiplied by, a factor that nobody knows; None leaves it.
+    """
+
+    kind: Kind
+    words: str
+    pace: float = 1.0
+    force: Mapping[int, float] | None = None
+    inertia: Mapping[int, float] | None = None
+    turned: bool = False
+    friction: float | None = None
+
+    def base(self, system: System) -> System:
+        """The declared system with what is known of the change."""
+        for i, value in (self.force or {}).items():
+            system = system.with_force(i, sympy.Float(value))
+        for i, value in (self.inertia or {}).items():
+            system = system.with_inertia(i, sympy.Float(value))
+        return system
+
+    def values(self, part: Part, values: Mapping[str, float], factor: float) -> dict[str, float]:
+        """The parameters that an effect has after the change; ``factor`` is that of friction."""
+        changed = part.effect.turned(values) if self.turned else dict(values)
+        if self.friction is None or part.effect.sits_on != "contact":
+            return changed
+        sized = {p.name: p.neutral for p in part.effect.parameters if p.neutral is not None}
+        return {n: sized[n] + factor * (v - sized[n]) if n in sized else v for n, v in changed.items()}
+
+
+def setups(system: System, motion: Motion, parts: Sequence[Part]) -> list[Setup]:
+    """The log's motion again, and every change that fits the machine.
+
+    Args:
+        parts: effects of all models that are to be told apart.
+    """
+    drive = np.sqrt(np.mean(drive_force(system, motion)[motion.usable] ** 2, axis=0))
+    inertia = 1 / np.maximum(np.diagonal(inverse_mass(system, motion).mean(axis=0)), 1e-300)
+    found = [Setup("none", "the same motion again, nothing changed")]
+    for i, x in enumerate(system.positions):
+        force, more = _short(LOAD * drive[i]), _short(PAYLOAD * float(inertia[i]))
+        if force > 0:
+            unit = _words(system.force_unit(i))
+            found.append(Setup("load", f"a constant force of {force:g} {unit} on {x.name}", force={i: force}))
+        if system.position_units[i] in MASSES:
+            unit = MASSES[system.position_units[i]]
+            words = f"{more:g} {unit} more on {x.name}, balanced so that its weight does not pull"
+            found.append(Setup("payload", words, inertia={i: more}))
+    ones = [(part.effect, dict.fromkeys(part.names, 1.0)) for part in parts]
+    if any(effect.turned(values) != values for effect, values in ones):
+        words = "the machine mounted upside down, so that weight pulls the other way"
+        found.append(Setup("mounting", words, turned=True))
+    for pace in PACES:
+        words = "half" if pace < 1 else "twice"
+        found.append(Setup("speed", f"the same path at {words} the speed", pace=pace))
+    if any(part.effect.sits_on == "contact" for part in parts):
+        words = "the machine at another temperature, cold or warm, at which its friction has changed"
+        found.append(Setup("temperature", words, friction=WARM))
+    return found
+
+
+def _short(value: float) -> float:
+    return float(f"{value:.{DIGITS}g}")
+
+
+def _words(unit: str) -> str:
+    return unit.replace("*", "·")

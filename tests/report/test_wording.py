@@ -1,0 +1,32 @@
+"""Numbers in print: the digits that an interval lets a value have."""
+
+from __future__ import annotations
+
+import pytest
+
+from codegen.report.wording import estimated
+from codegen.significant import significant_digits, with_deserved_digits
+
+
+@pytest.mark.parametrize(
+    ("value", "interval", "shown"),
+    [
+        (-1.50031, (-1.5006, -1.49999), ("−1.50031", "−1.50060 to −1.49999")),
+        (12345.0, (11000.0, 13700.0), ("1.23·10⁴", "1.10·10⁴ to 1.37·10⁴")),
+        (0.833333, (-0.14, 1.8), ("0.83", "−0.14 to 1.80")),
+        (100.4, (99.0, 101.0), ("100.4", "99.0 to 101.0")),
+        (0.0412345, (0.04, 0.0424), ("0.0412", "0.0400 to 0.0424")),
+        (3.0, (3.0, 3.0), ("3", "3 to 3")),
+        (4.2, (), ("4.2", "")),
+        (4.2, (float("-inf"), float("inf")), ("4.2", "not bounded")),
+    ],
+)
+def test_two_digits_of_the_half_width(value: float, interval: tuple[float, ...], shown: tuple[str, str]) -> None:
+    assert estimated(value, interval) == shown
+
+
+def test_no_more_digits_than_asked_for() -> None:
+    assert with_deserved_digits(3.39988123, (3.3998, 3.4)) == "3.4"
+    assert with_deserved_digits(0.0412345, (0.02, 0.06)) == "0.041"
+    assert with_deserved_digits(0.0412345, ()) == "0.04123"
+    assert significant_digits(1.0, (-1e6, 1e6)) == 1
