@@ -124,7 +124,7 @@ class Writer:
         if e.is_Integer and e >= 0:
             return str(e)
         if e.is_Symbol:
-            return self._places["sample_time" if e.name == "h" else e.name]
+            return str(self._places["sample_time" if e.name == "h" else e.name])
         if e.is_Pow and e.exp.is_Integer and e.exp > 0:
             return "*".join([self._factor(e.base)] * int(e.exp))
         if e.is_Add or e.is_Mul or e.is_Number:
