@@ -75,7 +75,7 @@ CASES = (
     Case("a parameter is set in the step", "c", SET, f"{SET}        parameters->K_F = 0.0;\n", "parameters.K_F is set"),
     Case("an input is set in the step", "c", SET, f"{SET}        inputs->x = 0.0;\n", "inputs.x is set"),
     Case("the guard's own state is set", "c", SET, f"{SET}        state->waiting = 0.0;\n", "state.waiting is set"),
-    Case("most samples are faults", "c", "check = z_v_next", "check = 1e149 * z_v_next", "check is no plain sum"),
+    Case("most samples are faults", "c", "check = z_v_next", "check = 1e149 * z_v_next", "check is no sum"),
     Case(
         "a fault for what is not large",
         "c",
@@ -94,6 +94,16 @@ CASES = (
     Case("the sign function is another", "c", "(u > 0.0) ?", "(u > 300.0) ?", FORM),
     Case("a macro in the code", "c", "#include <math.h>\n", "#include <math.h>\n#define fabs(u) 0.0\n", FORM),
     Case("a macro in the header", "h", "#ifdef __cplusplus\n", "#define K_F K_v\n#ifdef __cplusplus\n", FORM),
+    Case("a file of a like name is included", "c", '"one_mass.h"', '"one_mass-h"', FORM),
+    Case("a file whose name holds an arrow is included", "c", '"one_mass.h"', '"one_mass->h"', FORM),
+    Case("another library's file is included", "c", "<math.h>", "<math->h>", FORM),
+    Case(
+        "a limit that is infinite",
+        "c",
+        "if (fabs(check) <= 1e+150 && state",
+        "if (fabs(check) <= 1e+999 && state",
+        "check is no sum",
+    ),
     Case("another file is included", "c", "#include <math.h>\n", '#include <math.h>\n#include "more.h"\n', FORM),
     Case(
         "code that some compilers leave out",

@@ -18,10 +18,12 @@ import pytest
 
 from codegen.cancellation import with_cancellation
 from codegen.checker import counterexamples, kernel
+from codegen.generation import generated_program
 from codegen.observers import observer_of
 from codegen.program import build_program
 from codegen.replay.twin import load_twin
-from codegen.spec import read_spec
+from codegen.spec import parse_spec, read_spec
+from codegen.stability.certificate.certify import Certificate
 from codegen.stability.certificate.kernel_form import NotCovered, proof_text
 
 ROOT = Path(__file__).parents[2]
@@ -79,6 +81,24 @@ def test_what_is_shipped_is_proved_of_its_c(name: str) -> None:
 def test_all_that_has_a_certificate_is_proved_or_named_as_left() -> None:
     certified = {path.parent.name for path in GENERATED.glob("*/certificate.json")}
     assert certified == {*PROVED, "chain", *LEFT}
+
+
+@pytest.mark.slow
+def test_a_matrix_that_depends_on_the_signs_is_proved_for_all_of_them(tmp_path: Path) -> None:
+    """With a full K_F the level of one contact follows the other's slip, by the product of their signs."""
+    text = spec_path("two_mass").read_text("utf-8").replace("K_F: [500, 700]", "K_F: [[500, 20], [30, 700]]")
+    spec = parse_spec(text, Path("two_mass.yaml"))
+    program, files, outcome = generated_program(spec)
+    assert isinstance(outcome, Certificate)
+    for end in "ch":
+        (tmp_path / f"two_mass.{end}").write_text(files[f"two_mass.{end}"], "utf-8")
+    made = proof_text(observer_of(spec), program.places, outcome.content)
+    assert "sign.between * sign.ground" in made
+    assert kernel.prove(json.loads(made), tmp_path)[0]
+    with pytest.raises(ValueError, match="does not move the errors"):
+        kernel.prove(json.loads(made.replace("(sign.between * sign.ground)", "(1)")), tmp_path)
+    with pytest.raises(ValueError, match="not positive semidefinite"):
+        kernel.prove(json.loads(made) | {"decay_rate": "5"}, tmp_path)
 
 
 @pytest.mark.parametrize("name", LEFT)

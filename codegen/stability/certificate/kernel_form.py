@@ -39,7 +39,7 @@ def _refuse_uncovered(observer: Observer, content: Mapping[str, Any]) -> None:
     system = observer.system
     if content["along"]:
         raise NotCovered("a refutation")
-    if content["slow"] or content["parameters"]:
+    if content["slow"] or {*content["variables"]} - {s.name for s in observer.signs}:
         raise NotCovered("a matrix or P that depends on the operating point")
     if observer.integration not in ("euler", "semi_implicit") or observer.velocity != "estimated":
         raise NotCovered(f"velocity {observer.velocity} with the step {observer.integration}")
@@ -53,7 +53,9 @@ def _proof(observer: Observer, places: Mapping[str, str], content: Mapping[str, 
     system, write = observer.system, Writer(observer, places)
     force = system.force - observer.true_friction
     acceleration = system.mass_matrix.inv() * force
-    h, size = Fraction(content["sample_time"]), range(len(content["matrix"]))
+    parameters = {p["name"]: _infix(p["expression"], {s.name: write(s) for s in observer.signs})
+                  for p in content["parameters"]}  # fmt: skip
+    h, size = content["sample_time"], range(len(content["matrix"]))
     turned = [observer.signs[e.contact] if e.contact is not None and observer.level_errors else None
               for e in observer.errors]  # fmt: skip
     reversals = [
@@ -74,13 +76,33 @@ def _proof(observer: Observer, places: Mapping[str, str], content: Mapping[str, 
             for e, s, sign in zip(observer.errors, _estimates(observer), turned, strict=True)
         ],
         "states": {write(z): write(text) for z, text in _states(observer).items()} | _held(observer, write),
-        "matrix": [[str((i == j) + h * Fraction(content["matrix"][i][j])) for j in size] for i in size],
+        "matrix": [[_step(i == j, h, content["matrix"][i][j], parameters) for j in size] for i in size],
         "lyapunov_matrix": content["lyapunov_matrix"],
         "box": {},
         "cover": "",
         "decay_rate": content["decay_rate"],
         "reversals": reversals,
     }
+
+
+def _step(diagonal: bool, h: str, entry: Any, parameters: Mapping[str, str]) -> str:
+    """An entry of I + hA."""
+    if isinstance(entry, str) and entry not in parameters:
+        return str(diagonal + Fraction(h) * Fraction(entry))
+    return f"{int(diagonal)} + {h}*{_infix(entry, parameters)}"
+
+
+def _infix(entry: Any, names: Mapping[str, str]) -> str:
+    """A prefix expression of a certificate (docs/certificate.md) as one of the kernel's."""
+    if isinstance(entry, str):
+        return names.get(entry) or f"({entry})"
+    word, *parts = entry
+    texts = [_infix(part, names) for part in parts]
+    if word in ("+", "*"):
+        return f"({f' {word} '.join(texts)})"
+    if word == "neg":
+        return f"(-{texts[0]})"
+    raise NotCovered(f"a matrix with {word}")
 
 
 class Writer:
