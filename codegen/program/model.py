@@ -105,6 +105,14 @@ class Program:
         return name if place is None else f"{place.array}[{place.at}]"
 
     @property
+    def places(self) -> dict[str, str]:
+        """Parameter, state, input or output → its place in the structs: parameters.m, outputs.v_hat[3]."""
+        structs = {"parameters": self.parameters, "state": self.states, "inputs": self.inputs}
+        names = [(struct, f.name) for struct, fields in structs.items() for f in fields]
+        names += [("outputs", name) for name, _, _ in self.outputs]
+        return {name: f"{struct}.{self.reference(name)}" for struct, name in names}
+
+    @property
     def outputs(self) -> tuple[tuple[str, str, str], ...]:
         """(name, unit, meaning) of every output in order."""
         return tuple(

@@ -94,7 +94,8 @@ def test_a_picture_comes_out_the_same_each_time(name: str) -> None:
 
 def test_the_readme_is_short_and_its_spec_is_one() -> None:
     assert len(README.splitlines()) <= 120
-    count = len([p for p in (ROOT / "codegen/checker").glob("*.py") if p.name != "__init__.py"])
+    kernel = ("__init__.py", "kernel.py", "counterexamples.py")
+    count = len([p for p in (ROOT / "codegen/checker").glob("*.py") if p.name not in kernel])
     assert (
         f"[checker](codegen/checker/) of {('seven', 'eight', 'nine', 'ten', 'eleven')[count - 7]} short files" in README
     )

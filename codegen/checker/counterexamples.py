@@ -1,0 +1,272 @@
+"""What the kernel refuses, and why: python3 counterexamples.py generated/one_mass < PROOF.json shows each.
+
+Every case changes the genuine one_mass.c (c), one_mass.h (h) or its proof (p) in one place, so that the theorem of
+kernel.py would be false or would speak of something else than the C that is compiled, or so that it is no proof at all.
+"""
+
+import json
+import sys
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING or __package__:
+    from codegen.checker import kernel
+else:
+    import kernel
+
+
+class Case(NamedTuple):
+    """One change: why it must be refused, the file, the texts before and after, a part of what the kernel answers."""
+
+    why: str
+    file: str
+    old: str
+    new: str
+    answer: str
+
+
+STEP = "z_v_next = state->z_v +"
+LAW = "parameters->one_over_m * (inputs->w - F_hat_rail)"
+SET = "        state->z_v = z_v_next;\n"
+SHOW = "outputs->v_hat = v_hat;"
+NOT_READ, NOT_SHOWN, NOT_MOVED = "cannot be read", "do not show the estimates", "does not move the errors"
+NO_WORD, FORM = "is no expression", "is not of the form that is read"
+
+CASES = (
+    # the law of the code
+    Case(
+        "the code's gain is ten times the header's",
+        "c",
+        "parameters->h_K_F * sign",
+        "10.0 * parameters->h_K_F * sign",
+        NOT_MOVED,
+    ),
+    Case("friction acts the wrong way round", "c", "inputs->w - F_hat_rail", "inputs->w + F_hat_rail", NOT_MOVED),
+    Case(
+        "another law for slow slips",
+        "c",
+        STEP,
+        f"{STEP} (1.0 - one_mass_sign(fabs(v_hat) - 300.0)) * v_hat +",
+        NOT_MOVED,
+    ),
+    Case(
+        "another law for the slowest slips",
+        "c",
+        STEP,
+        f"{STEP} (1.0 - one_mass_sign(fabs(v_hat) - 5.0)) * v_hat +",
+        NOT_MOVED,
+    ),
+    Case(
+        "another law at no point that was looked at",
+        "c",
+        STEP,
+        f"{STEP} (v_hat - 3.0) * (v_hat + 7.0) * v_hat +",
+        NOT_MOVED,
+    ),
+    Case("another law by rounding", "c", STEP, f"{STEP} (v_hat + 1e300 - 1e300 - v_hat) + 1e-9 +", NOT_MOVED),
+    Case("a constant added to the level", "c", "fabs(v_hat); /* N */", "fabs(v_hat) + 5.0; /* N */", NOT_SHOWN),
+    Case("a velocity shown too large", "c", SHOW, "outputs->v_hat = 1.01 * v_hat;", NOT_SHOWN),
+    Case("a velocity that is not shown", "c", SHOW, "", "outputs.v_hat"),
+    Case("gravity that the machine has not", "c", LAW, f"{LAW} - 9.81", NOT_MOVED),
+    Case("a state that is never set", "c", SET, "", NOT_MOVED),
+    Case("a state set by what it was", "c", SET, "        state->z_v = state->z_v;\n", NOT_MOVED),
+    Case("the held output of the last sample is read", "c", LAW, f"{LAW} + outputs->v_hat", "is nothing that is known"),
+    Case("a parameter is set in the step", "c", SET, f"{SET}        parameters->K_F = 0.0;\n", "parameters.K_F is set"),
+    Case("an input is set in the step", "c", SET, f"{SET}        inputs->x = 0.0;\n", "inputs.x is set"),
+    Case("the guard's own state is set", "c", SET, f"{SET}        state->waiting = 0.0;\n", "state.waiting is set"),
+    Case("most samples are faults", "c", "check = z_v_next", "check = 1e149 * z_v_next", "check is no sum"),
+    Case(
+        "a fault for what is not large",
+        "c",
+        "if (fabs(check) <= 1e+150 && state",
+        "if (fabs(check) <= 1e+3 && state",
+        "check is no",
+    ),
+    Case(
+        "another guard",
+        "c",
+        "state->waiting < 0.5) {\n        outputs",
+        "state->waiting < 0.5 && v_hat < 5.0) {\n        outputs",
+        FORM,
+    ),
+    # C that says something else than it seems to
+    Case("the sign function is another", "c", "(u > 0.0) ?", "(u > 300.0) ?", FORM),
+    Case("a macro in the code", "c", "#include <math.h>\n", "#include <math.h>\n#define fabs(u) 0.0\n", FORM),
+    Case("a macro in the header", "h", "#ifdef __cplusplus\n", "#define K_F K_v\n#ifdef __cplusplus\n", FORM),
+    Case("a file of a like name is included", "c", '"one_mass.h"', '"one_mass-h"', FORM),
+    Case("a file whose name holds an arrow is included", "c", '"one_mass.h"', '"one_mass->h"', FORM),
+    Case("another library's file is included", "c", "<math.h>", "<math->h>", FORM),
+    Case(
+        "a limit that is infinite",
+        "c",
+        "if (fabs(check) <= 1e+150 && state",
+        "if (fabs(check) <= 1e+999 && state",
+        "check is no sum",
+    ),
+    Case("another file is included", "c", "#include <math.h>\n", '#include <math.h>\n#include "more.h"\n', FORM),
+    Case(
+        "code that some compilers leave out",
+        "c",
+        "#endif\n\n#if defined(__GNUC__)",
+        "double g;\n#endif\n\n#if defined(__GNUC__)",
+        FORM,
+    ),
+    Case("a global", "c", "void one_mass_prepare(", "double memory;\n\nvoid one_mass_prepare(", FORM),
+    Case(
+        "a function of another name",
+        "c",
+        "void one_mass_prepare(",
+        "double fabs(double u) { return 7.0; }\nvoid one_mass_prepare(",
+        FORM,
+    ),
+    Case("a static in the step", "c", "    const double v_hat =", "    static double v_hat =", NOT_READ),
+    Case("a branch", "c", SET, f"        if (v_hat < 5.0) {{ state->z_v = 0.0; }}\n{SET}", NOT_READ),
+    Case("a choice", "c", LAW, f"({LAW}) * (v_hat < 5.0 ? 1.0 : 2.0)", NO_WORD),
+    Case("a comparison as a number", "c", LAW, f"({LAW}) * (1.0 + (v_hat < 5.0))", NO_WORD),
+    Case("a cast", "c", LAW, f"(int)(-{LAW})", NOT_MOVED),
+    Case("whole numbers divide otherwise", "c", LAW, f"{LAW} + 1 / 2", "is out of place"),
+    Case("an octal number", "c", "- parameters->K_F * fabs", "- 010.0 * fabs", ""),
+    Case(
+        "a decrement that looks like a sum",
+        "c",
+        "= state->z_v + parameters->K_v",
+        "= 0.0 - --state->z_v + parameters->K_v",
+        NO_WORD,
+    ),
+    Case("a comment from // on", "c", LAW, f"{LAW} //* */ 2.0\n", "a comment from // on"),
+    Case("a comment that ends by a trigraph", "c", "/* velocity estimate", "/* *??/\n/ velocity estimate", "??"),
+    Case(
+        "a comment that ends by a backslash",
+        "c",
+        "/* velocity estimate",
+        "/* *\\\n/ double g; /* velocity estimate",
+        NOT_READ,
+    ),
+    Case(
+        "a letter that looks like another",
+        "c",
+        "sign_rail * a_hat",
+        "sign_r\u0430il * a_hat",
+        "letters that are not ASCII",
+    ),
+    Case("a local that hides another", "c", SET, f"        const double z_v_next = 0.0;\n{SET}", "a local after check"),
+    Case("an array beyond its end", "c", STEP, "z_v_next = more[2] + state->z_v +", "is nothing that is known"),
+    Case("a loop without end", "c", SET, f"        for (;;) {{ }}\n{SET}", NOT_READ),
+    Case("text that is run", "c", LAW, "__import__('os')", FORM),
+    # values
+    Case(
+        "the header starts from another derived value",
+        "h",
+        "0.01 /* h_K_F */",
+        "0.02 /* h_K_F */",
+        "prepare gives others",
+    ),
+    Case(
+        "prepare derives another value",
+        "c",
+        "sample_time * parameters->K_F;",
+        "sample_time * parameters->K_v;",
+        "prepare gives others",
+    ),
+    Case("the header has another gain", "h", "10.0, /* K_F */", "100.0, /* K_F */", "prepare gives others"),
+    Case(
+        "a value in braces, and so the next one shifted",
+        "h",
+        "1.0, /* m */",
+        "{ 1.0, 2.0 }, /* m */",
+        "not as their fields",
+    ),
+    Case("an octal value", "h", "10.0, /* K_F */", "012, /* K_F */", "not as their fields"),
+    Case("a value that is none", "h", "10.0, /* K_F */", "NAN, /* K_F */", "not as their fields"),
+    # states
+    Case(
+        "an unstable state that no error covers", "h", "    double z_rail;", "    double z_y;\n    double z_rail;", ""
+    ),
+    # the claim
+    Case("V falls faster than is true", "p", '"279/25"', '"12"', "not positive semidefinite"),
+    Case("V falls so fast that it would be negative", "p", '"279/25"', '"1000"', "V negative"),
+    Case("P is not definite", "p", '"781/50000"', '"0"', "not positive definite"),
+    Case("P is not symmetric", "p", '"22/125"\n  ],', '"23/125"\n  ],', "not symmetric"),
+    Case("the matrix is another", "p", '"9/10"', '"8/10"', NOT_MOVED),
+    Case("growth is too small", "p", '"2735983/1000"', '"2735/1000"', "not positive semidefinite"),
+    Case("dwell is too short", "p", '"352"', '"200"', "not made good"),
+    Case("dwell is no number", "p", '"352"', '"3520000000"', "not made good"),
+    Case("the machine is twice as heavy", "p", '"parameters.m"', '"2*parameters.m"', "is not force"),
+    Case("the machine has a negative mass", "p", '"parameters.m"', '"-parameters.m"', "is not force"),
+    Case(
+        "the machine follows its estimate", "p", "/parameters.m", "/parameters.m + 0.001*outputs.v_hat", "is not force"
+    ),
+    Case(
+        "the level is the declared number", "p", "true.a_rail*sign.rail", "parameters.rail_a*sign.rail", "is not force"
+    ),
+    Case(
+        "the error is scaled by a gain",
+        "p",
+        '"sign": "sign.rail"\n  }\n ],\n "states"',
+        '"sign": "parameters.K_v"\n  }\n ],\n "states"',
+        "not so named",
+    ),
+    Case("the error is of an input", "p", '"outputs.v_hat",\n   "sign"', '"inputs.x",\n   "sign"', "not so named"),
+    Case("a truth of any name", "p", '"truth": "true.v"', '"truth": "v"', "not so named"),
+    Case("the state is another formula", "p", "-parameters.K_v*inputs.x", "-2*parameters.K_v*inputs.x", NOT_SHOWN),
+    Case(
+        "an error is left out",
+        "p",
+        ',\n  "state.z_rail": "parameters.K_F*sign.rail*outputs.v_hat + outputs.a_hat_rail"',
+        "",
+        "not an error for each",
+    ),
+    Case("the sign is of something else", "p", '"sign.rail": "outputs.v_hat"', '"sign.rail": "inputs.x"', ""),
+    Case("the box is of no variable", "p", '"box": {}', '"box": {"true.y": ["0", "1"]}', "box of no free variable"),
+    Case(
+        "the box is of an estimate",
+        "p",
+        '"box": {}',
+        '"box": {"outputs.v_hat": ["0", "1"]}',
+        "box of no free variable",
+    ),
+    Case(
+        "a cut that is none", "p", '"cover": ""', '"cover": ["sign.rail", "2", "", ""]', "is not cut between its ends"
+    ),
+    Case("a cover with a gap", "p", '"cover": ""', '"cover": ["sign.rail", "0", ""]', "not enough values"),
+    Case("a unit of its own", "p", '"cover": ""', '"cover": "", "unit": "mN"', "not just"),
+    Case("a remark of its own", "p", '"cover": ""', '"cover": "", "claim": "rounding adds -7.7e-06 N"', "not just"),
+    Case("a number that is none", "p", '"279/25"', "NaN", ""),
+    Case("a division by zero", "p", '"279/25"', '"1/0"', ""),
+    Case("nested too deeply", "p", '"279/25"', '"' + "(" * 5000 + "1" + ")" * 5000 + '"', ""),
+    Case("a long row of minus signs", "p", '"279/25"', '"' + "- " * 9000 + '1"', ""),
+    Case("a number without an end", "p", '"279/25"', '"' + "9" * 5000 + '"', ""),
+    Case("a power tower", "p", '"279/25"', '"9**9**9"', NO_WORD),
+    Case("text that is run in a proof", "p", '"279/25"', "\"__import__('os')\"", NO_WORD),
+    Case("another machine's folder", "p", '"name": "one_mass"', '"name": "two_mass"', "No such file"),
+    Case("a way out of the folder", "p", '"name": "one_mass"', '"name": "../one_mass/one_mass"', "not a name"),
+    Case("a step that there is not", "p", '"step": "euler"', '"step": "implicit"', ""),
+    Case("another step", "p", '"step": "euler"', '"step": "semi_implicit"', NOT_MOVED),
+)
+
+
+def answer(case: Case, folder: Path, proof: str) -> str:
+    """What the kernel says of the folder's C and this proof with the change, or "proved"."""
+    with tempfile.TemporaryDirectory() as made:
+        for end in "ch":
+            text = (folder / f"one_mass.{end}").read_text("utf-8")
+            changed = text.replace(case.old, case.new, 1) if case.file == end else text
+            (Path(made) / f"one_mass.{end}").write_text(changed, "utf-8")
+        changed = proof.replace(case.old, case.new, 1) if case.file == "p" else proof
+        try:
+            kernel.prove(json.loads(changed), Path(made))
+        except Exception as why:
+            return f"{type(why).__name__}: {why}"
+    return "proved"
+
+
+def main() -> None:
+    """Print every case and the kernel's answer."""
+    proof = sys.stdin.read()
+    for case in CASES:
+        print(f"{case.why}:\n    {answer(case, Path(sys.argv[1]), proof)[:160]}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,299 @@
+"""The kernel: whether a proof is one of the C beside it. Standard library only: python3 kernel.py FOLDER < PROOF.json
+
+THEOREM. Let NAME.c run in exact arithmetic with the values of NAME_PARAMETERS, in samples with fault 0, from any state,
+on any inputs. Let a machine have mass_matrix * acceleration = force by the proof's formulas, its positions be measured
+exactly, x[k+1] = x[k] + h v[k] ("semi_implicit": h v[k+1]), v[k+1] = v[k] + h acceleration[k], all else of it constant.
+While every sign of the proof is 1 or -1, the same in machine and code and from one sample to the next, all of `domain`
+is positive, and the states whose formula holds no estimate are as it says, the errors e = sign * (truth - estimate) of
+all other states move by e[k+1] = matrix e[k]; and V = e'Pe has V[k+1] <= (1 - 2 decay_rate h) V[k] for all in the box.
+Of the errors with one sign turned V is at most `growth` V, and after `dwell` samples without a turn not above V.
+Trusted: this file, Python, and the reader's eyes: the machine printed must be the one he has. Not covered: rounding,
+samples with a fault, what else is in a sample in which a sign turns. Exit status: 0, 4 in the domain alone, 1 refused.
+"""
+
+import ast
+import json
+import re
+import sys
+from fractions import Fraction
+from itertools import product
+from math import comb, lcm
+from pathlib import Path
+from typing import Any
+
+
+def demand(holds: Any, why: str) -> None:
+    if not holds:
+        raise ValueError(why)
+
+
+# LEMMA 1. A polynomial is kept as {monomial: coefficient, not 0}, a monomial being its names, sorted, each as often as
+# its power. Two are the same function of real variables just if they are the same here: comparing decides identities.
+# A name of Poly.signs is 1 or -1, its square is 1, and so pairs of it are left out.
+class Poly(dict[tuple[str, ...], Fraction]):
+    signs: frozenset[str] = frozenset()
+
+    def __add__(self, other: "Poly") -> "Poly":
+        terms = self | {m: self.get(m, 0) + c for m, c in other.items()}
+        return Poly({m: c for m, c in terms.items() if c})
+
+    def __sub__(self, other: "Poly") -> "Poly":
+        return self + term(-1) * other
+
+    def __mul__(self, other: "Poly") -> "Poly":
+        demand(len(self) * len(other) <= 200_000, "a polynomial grows too large")
+        terms: dict[tuple[str, ...], Fraction] = {}
+        for (m, c), (n, d) in product(self.items(), other.items()):
+            twice = self.signs.intersection(m, n)
+            key = tuple(sorted(x for x in m + n if x not in twice))
+            terms[key] = terms.get(key, 0) + c * d
+        return Poly({m: c for m, c in terms.items() if c})
+
+    def names(self) -> set[str]:
+        return {name for m in self for name in m}
+
+    def constant(self) -> Fraction:
+        demand(not self.names(), f"{sorted(self.names())[:3]} in place of a number")
+        return self.get((), Fraction(0))
+
+
+def term(c: Any, *names: str) -> Poly:
+    return Poly({names: Fraction(c)} if c else {})
+
+
+def times(A: Any, B: Any) -> list[list[Poly]]:
+    columns = list(zip(*B, strict=True))
+    return [[sum((a * b for a, b in zip(row, c, strict=True) if a and b), Poly()) for c in columns] for row in A]
+
+
+# LEMMA 2. Let p be the first diagonal entry of a symmetric A, r the rest of its row, B what is left without both. If
+# p > 0, A is positive semidefinite (definite) just if B - r r'/p is; if p = 0, semidefinite just if r = 0 and B is; if
+# p < 0, never. Times p and over the last p, entries that are whole stay whole (Bareiss).
+def positive(A: list[list[Fraction]], definite: bool = False) -> bool:
+    demand([list(column) for column in zip(*A, strict=True)] == A, "a matrix is not symmetric")
+    common, last = lcm(*(x.denominator for row in A for x in row)), 1
+    rest = [[int(x * common) for x in row] for row in A]
+    while rest:
+        (p, *r), *rest = rest
+        if p < 0 or (p == 0 and (definite or any(r))):
+            return False
+        rest = [[(p * x - a * b) // last if p else x for x, b in zip(row, r, strict=True)] for a, *row in rest]
+        last = p or last
+    return True
+
+
+# LEMMA 3. Let x = low (1-t) + high t. Then x^m = x^m (1-t + t)^(d-m) is the sum of b_k C(d,k) t^k (1-t)^(d-k), k = 0..d
+# (Bernstein's form), b_k = sum over j of C(m,j) C(d-m,k-j) high^j low^(m-j) / C(d,k), C = comb; products likewise. The
+# factors of the b_k are >= 0 with the sum 1: a matrix that is semidefinite with every b_k is semidefinite on the cell.
+def bernstein(p: Poly, cell: dict[str, tuple[Fraction, Fraction]], at: dict[str, tuple[int, int]]) -> Fraction:
+    demand(p.names() <= at.keys(), f"{sorted(p.names() - at.keys())[:3]} without a range")
+    total = Fraction(0)
+    for monomial, c in p.items():
+        for x, (k, d) in at.items():
+            m, (low, high), n = monomial.count(x), cell[x], comb(d, k)
+            c *= sum(comb(m, j) * comb(d - m, k - j) * high**j * low ** (m - j) / n for j in range(min(k, m) + 1))
+        total += c
+    return total
+
+
+# LEMMA 4. A cell that is cut between its ends is covered by its two parts: so the leaves of a tree of cuts cover the
+# box without a gap, and what holds on every leaf holds on the box. THE CLAIM, shown or refused, is always the same:
+# the symmetric matrix A of polynomials is positive semidefinite for all variables in the cell.
+def semidefinite(A: list[list[Poly]], cell: dict[str, tuple[Fraction, Fraction]], tree: Any) -> None:
+    if tree == "":
+        degrees = {x: max(m.count(x) for row in A for p in row for m in [*p, ()]) for x in cell}
+        for k in product(*(range(d + 1) for d in degrees.values())):
+            at = {x: (i, d) for i, (x, d) in zip(k, degrees.items(), strict=True) if d}
+            good = positive([[bernstein(p, cell, at) for p in row] for row in A])
+            demand(good, f"a matrix is not positive semidefinite in {[(x, *map(str, cell[x])) for x in cell]}")
+    else:
+        (x, text, below, above), (low, high) = tree, cell[tree[0]]
+        cut = Text({}, {}).value(text).constant()
+        demand(low < cut < high, f"{x} is not cut between its ends")
+        semidefinite(A, cell | {x: (low, cut)}, below)
+        semidefinite(A, cell | {x: (cut, high)}, above)
+
+
+# LEMMA 5. Names, numbers, calls and + - * / ( ), of what EXPRESSION lets pass, mean the same in Python and in C, whose
+# -> is a dot here; whole numbers, which C divides otherwise, stand in indices only. A loop from one number to another
+# is the sequence of its bodies, each with locals of its own. So C that compiles and is read here means what is read.
+EXPRESSION = r"(?!.*(--|\+\+|\*\*|//))[A-Za-z0-9_. ()\[\]+*/-]{1,20000}"
+NUMBER = r"-?(?:0|[1-9][0-9]{0,99})(?:\.[0-9]{0,99})?(?:e[+-]?[0-9]{1,3})?"
+STATEMENT = r"(const double |double |)([A-Za-z_][\w.]*(?:\[\d+\])?) (\+?=) ([^;={}]+); ?|double (\w+)\[(\d{1,4})\]; ?"
+FIELDS = ("name", "step", "positions", "mass_matrix", "force", "acceleration", "signs", "domain", "errors", "states",
+          "matrix", "lyapunov_matrix", "box", "decay_rate", "reversals", "cover")  # fmt: skip
+LOOP = r"for \(int i = (\d{1,4}); i < (\d{1,4}); i\+\+\) \{ ([^{}]*)\} ?"
+
+
+class Text:  # expressions over `names`, and statements that set them; `sign`: what C calls the sign function
+    def __init__(self, names: dict[str, Poly], known: dict[Any, Poly], sign: str = "") -> None:
+        self.names, self.known, self.sign = names, known, sign
+
+    def value(self, text: str) -> Poly:
+        demand(re.fullmatch(EXPRESSION, text), f"{text[:80]!r} is no expression")
+        return self.of(ast.parse(text.strip(), mode="eval").body, text.strip())
+
+    def of(self, node: ast.expr, text: str) -> Poly:
+        if isinstance(node, ast.Constant):
+            digits = text[node.col_offset : node.end_col_offset]
+            demand(re.fullmatch(NUMBER, digits) and not (self.sign and digits.isdigit()), f"{digits} is out of place")
+            return term(Fraction(digits))
+        if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
+            return term(-1) * self.of(node.operand, text)
+        if isinstance(node, ast.BinOp):
+            a, b = self.of(node.left, text), self.of(node.right, text)
+            if isinstance(node.op, ast.Div):
+                return a * term(1 / b.constant())
+            return {ast.Add: Poly.__add__, ast.Sub: Poly.__sub__, ast.Mult: Poly.__mul__}[type(node.op)](a, b)
+        if isinstance(node, ast.Call) and len(node.args) == 1 and not node.keywords:
+            return self.call(ast.unparse(node.func), self.of(node.args[0], text))
+        name = ast.unparse(node)
+        if isinstance(node, ast.Subscript):
+            name = f"{ast.unparse(node.value)}[{Text({}, {}).of(node.slice, text).constant()}]"
+        demand(name in self.names, f"{name[:80]} is nothing that is known here")
+        return self.names[name]
+
+    # LEMMA 6. |p| = sgn(p) p. The sign of p is that of a number, or s or -s where the proof says that p or -p has the
+    # sign s; any other, and the value of any other function, is a new variable, one for each argument: an identity that
+    # holds whatever its value is holds for the right one, and nothing need be known of it.
+    def call(self, name: str, p: Poly) -> Poly:
+        kind = "sgn" if name in ("fabs", self.sign) else name
+        value = self.known.setdefault((kind, frozenset(p.items())), term(1, f"?{kind}{len(self.known)}"))
+        if kind == "sgn" and not p.names():
+            value = term((p.constant() > 0) - (p.constant() < 0))
+        return value * p if name == "fabs" else value
+
+    def run(self, text: str, writable: set[str], read: int = 0) -> None:
+        while loop := re.search(LOOP, text):
+            own, bodies = "|".join(re.findall(r"double (\w+)", loop[3])) or "(?!)", ""
+            for k in range(int(loop[1]), int(loop[2])):
+                bodies += re.sub(rf"\b({own})\b", rf"\1_{k}_", re.sub(r"\bi\b", str(k), loop[3]))
+            text = text[: loop.start()] + bodies + text[loop.end() :]
+        for found in re.finditer(STATEMENT, text, re.ASCII):
+            local, name, way, value, array, size = found.groups()
+            demand(found.start() == read, f"{text[read : read + 80]!r} cannot be read")
+            read, writable = found.end(), writable | {f"{array}[{k}]" for k in range(int(size or 0))}
+            if name:
+                demand(local or name in writable, f"{name} is set")
+                writable = writable | ({name} if local == "double " else set())
+                self.names[name] = (self.names[name] if way == "+=" else Poly()) + self.value(value)
+        demand(read == len(text), f"{text[read : read + 80]!r} cannot be read")
+
+
+# LEMMA 7. Comments aside, the two files are of these forms (a blank: any white space): four structs of doubles, values,
+# functions. No macro, type or global besides can give `step` another meaning, or another value to a parameter.
+BODY = r"(?:[^{}#\"']++|\{(?:[^{}#\"']++|\{[^{}#\"']*+\})*+\})*+"
+STRUCT = r"typedef struct \{ ((?:double \w+(?:\[\d+\])?; )+)(?:int fault; )?\} NAME_"
+HEADER = (r'#ifndef STICTION_UPPER_H\n#define STICTION_UPPER_H\n#ifdef __cplusplus\nextern "C" \{\n#endif\n'
+    rf"{STRUCT}parameters;\n#define UPPER_PARAMETERS \{{ ([^\n]*) \}}\n{STRUCT}state; {STRUCT}inputs; {STRUCT}outputs;"
+    r"(?: void NAME_\w+\([\w\s*,]*\);)*\n#ifdef __cplusplus\n\}\n#endif\n#endif")  # fmt: skip
+SOURCE = (r'#include "NAME\.h"\n#include <math\.h>\n#if defined\(__clang__\)\n#pragma STDC FP_CONTRACT OFF\n#endif\n#'
+    r"if defined\(__GNUC__\)\n#define UPPER_COLD __attribute__\(\(noinline, cold\)\)\n#else\n#define UPPER_COLD\n#endif"
+    r"(?: static inline double NAME_sign\(double u\) \{ return \(u > 0\.0\) \? 1\.0 : \(\(u < 0\.0\) \? -1\.0 : "
+    rf"0\.0\); \}})? void NAME_prepare\(NAME_parameters \*parameters\) \{{({BODY})\}}(?: (?:static )?(?:UPPER_COLD )?"
+    rf"void NAME_\w+\([\w\s*,]*\) \{{{BODY}\}})*? void NAME_step\(NAME_state \*state, const NAME_parameters "
+    r"\*parameters, const NAME_inputs \*inputs, NAME_outputs \*outputs\) \{([^#\"']*)"
+    r"if \(fabs\(check\) <= ([0-9e+]+) && state->waiting < 0\.5\) \{([^#\"']*)outputs->fault = 0; "
+    r"\} else \{ NAME_set_anew\(state, parameters, inputs, outputs\); \} \}")  # fmt: skip
+
+
+def matched(form: str, path: Path) -> list[str]:
+    """What the form's groups are in the file without comments and needless blanks."""
+    text = path.read_text("utf-8").replace("\\\n", "")
+    demand(not re.search(r"[\x00-\x09\x0b-\x1f\x7f-\x9f\\]|\?\?", text), "control characters, a backslash or ??")
+    plain = re.sub(r'/\*.*?\*/|("[^"\n]*"|//)', lambda m: m[1] or " ", text, flags=re.DOTALL)
+    demand("//" not in plain and plain.isascii(), "a comment from // on, or letters that are not ASCII")
+    plain = "\n".join(line for line in (" ".join(line.split()) for line in plain.split("\n")) if line)
+    form = form.replace(" ", r"\s").replace("NAME", path.stem).replace("UPPER", path.stem.upper())
+    demand(found := re.fullmatch(form, plain), f"{path.name} is not of the form that is read")
+    return [" ".join(group.split()).replace("->", ".") for group in found.groups()] if found else []
+
+
+def prove(proof: dict[str, Any], folder: Path) -> tuple[bool, list[str]]:
+    """Whether it is proved without conditions on states, and what it is, in words."""
+    name, signs, errors, formulas = proof["name"], proof["signs"], proof["errors"], proof["states"]
+    demand({*proof} == {*FIELDS} and re.fullmatch("[a-z][a-z0-9_]*", name), f"not a name, or not just {FIELDS}")
+    prepare, before, limit, good = matched(SOURCE, folder / f"{name}.c")
+    first, values, *others = matched(HEADER, folder / f"{name}.h")
+    arrays = [re.findall(r"double (\w+)(?:\[(\d+)\])?;", struct) for struct in (first, *others)]
+    shape = ", ".join(rf"\{{ {', '.join([NUMBER] * int(n))} \}}" if n else NUMBER for _, n in arrays[0])
+    demand(re.fullmatch(shape, values) and "double" not in good, "values not as their fields, or a local after check")
+    kinds = zip(("parameters", "state", "inputs", "outputs"), arrays, strict=True)
+    fields = ([f"{of}.{x}{f'[{k}]' * bool(n)}" for x, n in array for k in range(int(n or 1))] for of, array in kinds)
+    parameters, states, inputs, outputs = fields
+    # Parameters are what `prepare` makes of the values, exactly: the decimals there are that, rounded.
+    stated = dict(zip(parameters, map(Fraction, re.findall(NUMBER, values)), strict=True))
+    code = Text({p: term(x) for p, x in stated.items()}, {}, f"{name}_sign")
+    code.run(prepare, {*parameters})
+    demand(all(abs(code.names[p].constant() - x) <= abs(x) / 2**50 for p, x in stated.items()), "prepare gives others")
+    # Free are inputs, truth, signs, errors, and states without a formula. An estimate is truth less sign * error.
+    truths, estimates, turned = ([e[part] for e in errors] for part in ("truth", "estimate", "sign"))
+    aside = [z for z in states if z not in formulas and z != "state.waiting"]
+    named = {*estimates} <= {*outputs} and all(re.fullmatch(r"(true|sign)\.\w+", x) for x in [*truths, *signs])
+    demand(named and {*turned} <= {"", *signs} and len({*truths}) == len({*estimates}), "errors or signs not so named")
+    Poly.signs, free = frozenset(signs), {*inputs, *truths, *signs, *aside}
+    names = code.names | {x: term(1, x) for x in free} | {"": term(1)}
+    error = [term(1, f"error of {x}") for x in truths]
+    names |= {x: names[t] - names[s] * e for x, t, s, e in zip(estimates, truths, turned, error, strict=True)}
+    # LEMMA 8. From the states that formulas of n estimates give, the n of them that move with an estimate, `step` shows
+    # these same estimates: a map of R^n to R^n that is one-to-one, hence, being polynomial, onto (linear algebra where
+    # it is affine, else Bialynicki-Birula and Rosenlicht 1962). So every state is met, and shows its estimates.
+    claim, hidden = Text(names, {}), {x for e in error for x in e.names()}
+    for s, of in [*signs.items(), *(("", of) for of in proof["domain"])]:
+        for way in (term(-1), term(1)):
+            claim.known["sgn", frozenset((way * claim.value(of)).items())] = way * names[s]
+    start = {z: claim.value(of) for z, of in formulas.items()}
+    moving = [z for z, p in start.items() if hidden & p.names()]
+    demand({*start} <= {*states} - {"state.waiting"} and len(moving) == len(errors), "not an error for each state")
+    code = Text({x: p for x, p in names.items() if x not in outputs} | start, claim.known, code.sign)
+    code.run(before, set())
+    demand(all(abs(c) * 10**9 <= Fraction(limit) <= 10**300 for c in code.names["check"].values()), "check is no sum")
+    code.run(good, {*start, *aside, *outputs})
+    demand(all(code.names[x] == names[x] for x in estimates), "the states do not show the estimates")
+    # The machine a sample later, and the states that show the errors which the matrix gives: they are the code's.
+    mass, phi, P = ([[claim.value(x) for x in row] for row in proof[f"{x}matrix"]] for x in ("mass_", "", "lyapunov_"))
+    rate, h = {v: claim.value(a) for v, a in proof["acceleration"].items()}, names["parameters.sample_time"]
+    pushed = times(mass, [[a] for a in rate.values()]) == [[claim.value(f)] for f in proof["force"]]
+    demand(pushed and positive([[x.constant() for x in row] for row in mass], True), "mass * acceleration is not force")
+    own = {*proof["positions"]} <= {*inputs} and {*proof["positions"].values()} <= {*rate} <= {*truths}
+    demand(own and {x for a in rate.values() for x in a.names()} <= free, "not over the machine's own quantities")
+    later = names | {v: names[v] + h * a for v, a in rate.items()}
+    mean = {"euler": names, "semi_implicit": later}[proof["step"]]
+    later |= {x: term(1, f"{x} later") for x in (*inputs, *aside)}
+    later |= {x: names[x] + h * mean[v] for x, v in proof["positions"].items()}
+    moved = [e for row in times(phi, [[e] for e in error]) for e in row]
+    later |= {x: later[t] - names[s] * e for x, t, s, e in zip(estimates, truths, turned, moved, strict=True)}
+    off = {z: code.names[z] - Text(later, claim.known).value(of) for z, of in formulas.items()}
+    # A term of more than one error is beyond the first order; where such are left, that is said.
+    bad = [z for z, p in off.items() for m in p if z not in moving or sum(x in hidden for x in m) < 2]
+    demand(not bad, f"the matrix does not move the errors: {bad[:3]}")
+    alone = {x for z in aside for x in code.names[z].names() if x in aside or x[0] == "?"}
+    demand(not alone, f"nothing is said of what follows {alone}, and may grow")
+    box = {x: (claim.value(low).constant(), claim.value(high).constant()) for x, (low, high) in proof["box"].items()}
+    fall = 1 - 2 * claim.value(proof["decay_rate"]).constant() * h.constant()
+    definite = positive([[x.constant() for x in row] for row in P], True)
+    demand({*box} <= free and fall > 0 and definite, "box of no free variable, V negative, or P not positive definite")
+    form = times(times(zip(*phi, strict=True), P), phi)
+    gap = [[term(fall) * p - x for p, x in zip(*rows, strict=True)] for rows in zip(P, form, strict=True)]
+    semidefinite(gap, box | dict.fromkeys(signs, (Fraction(-1), Fraction(1))), proof["cover"])
+    for turn in proof["reversals"]:
+        growth, dwell = (claim.value(turn[part]).constant() for part in ("growth", "dwell"))
+        J = [-1 if s == turn["sign"] else 1 for s in turned]
+        gap = [[term(growth - i * j) * p for j, p in zip(J, row, strict=True)] for i, row in zip(J, P, strict=True)]
+        semidefinite(gap, {}, "")
+        demand(dwell in range(10**5) and fall ** int(dwell) * growth <= 1 and turn["sign"] in signs, "not made good")
+    unit = dict(re.findall(r"double (\w+)(?:\[\d+\])?; /\* (\S+): ", (folder / f"{name}.h").read_text("utf-8")))
+    whole = not proof["domain"] and len(moving) == len(formulas)
+    said = [f"{name}: proved{', in its domain' * (not whole)}{', to first order in e' * any(off.values())}"]
+    said += [f"  {field}: {json.dumps(proof[field])}" for field in FIELDS[1:]]
+    said += [f"  V falls to {fall} a sample; errors in {', '.join(unit[re.split(r'[.[]', x)[1]] for x in estimates)}"]
+    return whole, [*said, f"  {', '.join(f'{p} = {x}' for p, x in stated.items())}"]
+
+
+if __name__ == "__main__":
+    try:
+        whole, said = prove(json.load(sys.stdin), Path(sys.argv[1]))
+    except Exception as why:
+        sys.exit(f"refused: {type(why).__name__} {str(why)[:200]}")
+    print(*said, sep="\n")
+    sys.exit(0 if whole else 4)
