@@ -98,11 +98,11 @@ def repeated_share(residual: Array, rows: NDArray[np.bool_], columns: Sequence[A
 
 
 def _gains(residual: Array, rows: NDArray[np.bool_], columns: Sequence[Array]) -> Array:
-    """(FOLDS,) of the squared residual, what is explained on each held-out part."""
+    """(CHUNKS,) of the squared residual, what is explained on each piece of the log while it is held out."""
     kept = _thinned(rows)
     if kept.sum() < LEAST_ROWS:
-        return np.zeros(FOLDS)
-    return _cross_validated(residual[kept], [c[kept] for c in columns], _chunks(kept))[0]
+        return np.zeros(CHUNKS)
+    return _cross_validated(residual[kept], [c[kept] for c in columns], _pieces(kept))[0]
 
 
 def smooth_curve(residual: Array, rows: NDArray[np.bool_], columns: Array) -> Array:
@@ -110,7 +110,7 @@ def smooth_curve(residual: Array, rows: NDArray[np.bool_], columns: Array) -> Ar
     kept = _thinned(rows)
     if kept.sum() < LEAST_ROWS:
         return np.full(len(residual), np.nan)
-    weights = _cross_validated(residual[kept], [columns[kept]], _chunks(kept))[1]
+    weights = _cross_validated(residual[kept], [columns[kept]], _pieces(kept))[1]
     return np.asarray(np.column_stack([columns, np.ones(len(columns))]) @ weights)
 
 
@@ -199,40 +199,41 @@ def _thinned(rows: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return kept
 
 
-def _chunks(kept: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """The fold of each kept row: by its piece of the log, every ``FOLDS``-th piece together."""
+def _pieces(kept: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """The piece of the log in which each kept row lies."""
     places = np.flatnonzero(kept)
-    piece = (places - places[0]) * CHUNKS // max(1, places[-1] - places[0] + 1)
-    return np.asarray(piece % FOLDS)
+    return np.asarray((places - places[0]) * CHUNKS // max(1, places[-1] - places[0] + 1))
 
 
-def _cross_validated(y: Array, groups: Sequence[Array], fold: NDArray[np.int64]) -> tuple[Array, Array]:
+def _cross_validated(y: Array, groups: Sequence[Array], piece: NDArray[np.int64]) -> tuple[Array, Array]:
     """Ridge regression with the penalty, of ``PENALTIES``, that is best on the held-out parts.
 
     Returns:
-        (FOLDS,) shares of y'y by which each held-out part falls, and the weights on all, the last one of a constant.
+        (CHUNKS,) shares of y'y by which each piece falls while its fold is held out, and the weights on all, the last
+        one of a constant.
     """
+    fold = piece % FOLDS
     a = np.hstack([*groups, np.ones((len(y), 1))])
     roughness = _roughness([g.shape[1] for g in groups])
     grams = np.array([a[fold == f].T @ a[fold == f] for f in range(FOLDS)])
     rights = np.array([a[fold == f].T @ y[fold == f] for f in range(FOLDS)])
     gram, right = grams.sum(axis=0), rights.sum(axis=0)
     size = float(np.trace(gram)) / len(gram)
-    before = np.array([float(y[fold == f] @ y[fold == f]) for f in range(FOLDS)])
-    total, best, chosen = float(before.sum()), np.full(FOLDS, np.inf), PENALTIES[0]
+    before = np.bincount(piece, weights=y**2, minlength=CHUNKS)
+    total, best, chosen = float(before.sum()), np.full(CHUNKS, np.inf), PENALTIES[0]
     small = 1e-9 * size * np.eye(len(gram))
     for penalty in PENALTIES:
-        after = np.zeros(FOLDS)
+        after = np.zeros(CHUNKS)
         for f in range(FOLDS):
             weights = np.linalg.lstsq(
                 gram - grams[f] + penalty * size * roughness + small, right - rights[f], rcond=None
             )[0]
             left = y[fold == f] - a[fold == f] @ weights
-            after[f] = float(left @ left)
+            after += np.bincount(piece[fold == f], weights=left**2, minlength=CHUNKS)
         if after.sum() < best.sum():
             best, chosen = after, penalty
     weights = np.linalg.lstsq(gram + chosen * size * roughness + small, right, rcond=None)[0]
-    return ((before - best) / total if total > 0 else np.zeros(FOLDS)), weights
+    return ((before - best) / total if total > 0 else np.zeros(CHUNKS)), weights
 
 
 def _roughness(widths: Sequence[int]) -> Array:
