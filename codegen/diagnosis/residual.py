@@ -83,24 +83,24 @@ def inverse_dynamics_residual(system: System, motion: Motion, filtered: bool = T
 
 
 def residual_at_drive(system: System, motion: Motion) -> Array:
-    """The low-passed residual, (N, n), over the share of the drive force that friction leaves to the motion.
+    """The low-passed residual, (N, n), over the share of the logged drive force that is left to the motion.
 
-    Friction that follows the measured drive force takes as much of the residual away as of that force: with all of it
-    taken, nothing is left to be wrong. The same where no friction follows the drive.
+    Friction that follows the measured drive force takes as much of the residual away as of that force, and so does an
+    actuator with a small gain: with all of it taken, nothing is left to be wrong. The same where nothing takes any.
     """
     return np.asarray(inverse_dynamics_residual(system, motion) / drive_left(system, motion))
 
 
 def drive_left(system: System, motion: Motion) -> Array:
-    """(n,) median of what the inputs change in g − U λ over that of what they change in g; at most 1.
+    """(n,) median of what the inputs change in g − U λ behind the actuators, over that in g as logged; at most 1.
 
     Medians, since at a crawl the sign of the speed is noise, and friction then adds to the drive.
     """
     n = system.degrees_of_freedom
-    if not any(c.force.has(w) for c in system.contacts for w in system.inputs):
+    if not system.actuators and not any(c.force.has(w) for c in system.contacts for w in system.inputs):
         return np.ones(n)
     off = dict.fromkeys(system.inputs, 0)
-    columns = [Matrix(f - f.subs(off)) for f in (Matrix(system.commanded(system.force)), system.equation_error)]
+    columns = [Matrix(f - f.subs(off)) for f in (system.force, system.equation_error)]
     inputs = effective_inputs(system, motion)
     drive, net = (motion.low_pass(f) for f in evaluate_forces(system, columns, motion, inputs))
     used = motion.usable if motion.counted is None else motion.usable & motion.counted

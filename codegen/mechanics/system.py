@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING, Any
 import sympy
 from sympy import ImmutableMatrix
 
+from codegen.errors import Place
 from codegen.friction import FrictionLaw
 from codegen.mechanics.actuator import Actuator, Stage
 from codegen.mechanics.input_matrix import NonlinearInput, input_matrix
 from codegen.mechanics.transmission import Transmission
 from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import symbol
+from codegen.spec.units import dimension, parse_unit
 
 if TYPE_CHECKING:
     Matrix = Any  # SymPy has no types
@@ -162,8 +164,17 @@ class System:
         return tuple(symbol(f"{v.name}_dot") for v in self.velocities)
 
     def force_unit(self, coordinate: int) -> str:
-        """Unit of the generalised force on a coordinate: N on a length, N*m on an angle."""
-        return "N" if self.position_units[coordinate] == "m" else "N*m"
+        """Unit of the generalised force on a coordinate: N on a length, N*m on an angle.
+
+        Where a contact acts on it as it is and has another dimension, such as A of a motor whose torque constant is not
+        known, all forces of the balance have that.
+        """
+        usual = "N" if self.position_units[coordinate] == "m" else "N*m"
+        for k, contact in enumerate(self.contacts):
+            if abs(self.distribution[coordinate, k]) == 1:
+                own, theirs = (dimension(parse_unit(unit, Place(""))) for unit in (contact.unit, usual))
+                return usual if own == theirs else contact.unit
+        return usual
 
     def contact_index(self, name: str) -> int:
         return [c.name for c in self.contacts].index(name)

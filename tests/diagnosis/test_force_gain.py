@@ -126,3 +126,9 @@ def test_friction_that_does_follow_the_drive_still_explains_it(tmp_path: Path) -
     before, after = (residual_at_drive(s, motion)[used, 0] for s in (declared, true))
     assert 0.6 < drive_left(true, motion)[0] <= 1.0
     assert np.mean(after**2) < 0.05 * np.mean(before**2)
+
+
+@pytest.mark.parametrize("gain", [0.3, 0.9, 1.2])
+def test_a_small_gain_leaves_a_share_of_the_drive(gain: float, log: Log) -> None:
+    weak = system_of(stage(f"[{{kind: input_gain, on: w, parameters: {{gain: {gain}}}}}]"))
+    assert drive_left(weak, smooth_motion(log)) == pytest.approx([min(gain, 1.0)])

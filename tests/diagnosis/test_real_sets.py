@@ -29,9 +29,24 @@ def diagnosis(name: str, run_name: str, out: Path) -> dict[str, Any]:
 def test_a_verdict_comes_and_nothing_is_made_worse(name: str, run: str, tmp_path: Path) -> None:
     found = diagnosis(name, run, tmp_path)
     assert found["verdict"] in ("effect", "none", "ambiguous", "unknown", "unfit")
+    declared = found["error"]["declared"]
     if found["verdict"] == "effect":
-        error = found["error"]
-        assert error["augmented"]["relative_force_error"] < error["declared"]["relative_force_error"]
+        assert found["error"]["augmented"]["relative_force_error"] < declared["relative_force_error"]
+    if found["verdict"] != "unfit" and len(found["data"]["coordinates"]) == 1:
+        written = found["error"]["augmented" if found["verdict"] == "effect" else "refit"]
+        for witness in ("residual_force_rms", "free_run_position_rmse"):
+            assert declared[witness] is None or written[witness] <= 1.01 * declared[witness]
+
+
+def test_a_torque_made_from_the_position_is_told(tmp_path: Path) -> None:
+    found = diagnosis("dfki_simple_pendulum", "by_hand", tmp_path)
+    assert found["verdict"] == "unfit" and "is a function of q alone" in found["sentence"]
+
+
+@pytest.mark.parametrize("drive", ["drive_1", "drive_2"])
+def test_friction_that_follows_the_measured_torque_is_no_find(drive: str, tmp_path: Path) -> None:
+    found = diagnosis("rvim_screw_drives", drive, tmp_path)
+    assert not {e["kind"] for e in found["effects"]} & {"load_dependent_friction", "drive_backdrive_friction"}
 
 
 def test_a_load_stored_unsigned_is_named_and_not_the_sign_of_the_input(tmp_path: Path) -> None:

@@ -46,3 +46,18 @@ def test_the_unit_of_a_converted_parameter_is_that_of_its_value(inertia: str, to
 )
 def test_the_name_of_the_si_unit(unit: str, name: str) -> None:
     assert coherent_name(unit, Place("a.yaml")) == name
+
+
+@pytest.mark.parametrize(("unit", "shown"), [("A", "A"), ("N*m", "N*m"), ("J", "N*m"), ("V", "V")])
+def test_a_balance_in_another_unit_than_newtons_is_told_in_it(unit: str, shown: str) -> None:
+    """A motor whose torque constant is not known: inertia in A s², friction and input in A."""
+    base = unit if unit in ("A", "V") else "N*m"
+    text = f"""name: motor
+coordinates: {{q: {{velocity: v, unit: rad}}}}
+inputs: {{u: {{unit: {base}}}}}
+parameters: {{J: {{value: 2e-4, unit: "{base}*s^2"}}}}
+mass_matrix: [[J]]
+force: [u]
+friction: {{distribution: [[1]], contacts: [{{name: c, a: 1, unit: {unit}}}]}}
+"""
+    assert build_system(parse_spec(text, Path("motor.yaml"))).force_unit(0) == shown
