@@ -55,7 +55,7 @@ def force_errors(system: System, motion: Motion, used: Masks, window: Window) ->
     pooled = np.concatenate(squares)
     drive = motion.low_pass(drive_force(system, motion))
     inverse = inverse_mass(system, motion)
-    left, driven = (float(_power(inverse, np.where(rows, r, 0.0)).sum()) for r in (residual, drive))
+    left, driven = (float(power(inverse, np.where(rows, r, 0.0)).sum()) for r in (residual, drive))
     relative = float(np.sqrt(left / driven)) if driven > 0 else float("inf")
     return per_row, float(np.sqrt(pooled.mean())) if len(pooled) else float("nan"), relative
 
@@ -108,14 +108,6 @@ def drive_force(system: System, motion: Motion) -> Array:
     return np.asarray(forces[0])
 
 
-def power(system: System, motion: Motion, forces: Array) -> Array:
-    """(N,) r' M(x)⁻¹ r of generalised forces r, (N, n): the acceleration that a force makes counts, not its number.
-
-    It is the same whatever side of a gear a coordinate is on, and adds no newtons to newton metres.
-    """
-    return _power(inverse_mass(system, motion), forces)
-
-
 def inverse_mass(system: System, motion: Motion) -> Array:
     """(N, n, n) M(x)⁻¹ along a motion."""
     columns = [Matrix(system.mass_matrix[:, j]) for j in range(system.degrees_of_freedom)]
@@ -125,7 +117,14 @@ def inverse_mass(system: System, motion: Motion) -> Array:
     return np.asarray(np.linalg.pinv(mass, hermitian=True))
 
 
-def _power(inverse: Array, forces: Array) -> Array:
+def power(inverse: Array, forces: Array) -> Array:
+    """(N,) r' M(x)⁻¹ r of generalised forces r, (N, n): the acceleration that a force makes counts, not its number.
+
+    It is the same whatever side of a gear a coordinate is on, and adds no newtons to newton metres.
+
+    Args:
+        inverse: as by ``inverse_mass``.
+    """
     return np.asarray((forces * (inverse @ forces[:, :, None])[:, :, 0]).sum(axis=1))
 
 
@@ -154,7 +153,7 @@ class Drive:
         return self._acting(self.motion.low_pass(drive_force(self.system, self.motion)))
 
     def _acting(self, forces: Array) -> float:
-        return float(_power(self._inverse, forces[self.motion.usable]).sum())
+        return float(power(self._inverse, forces[self.motion.usable]).sum())
 
 
 def _substeps(h: float) -> int:

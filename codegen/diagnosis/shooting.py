@@ -24,8 +24,10 @@ from codegen.text import render
 Array = NDArray[np.float64]
 Indices = NDArray[np.int32]
 
-FLAGS = ("-O1", "-fno-math-errno", "-fno-trapping-math")
-"""Of -O1, -O2 and -O3 all give the same bits; at -O1 gcc 12 compiles faster and the step takes about half the time."""
+FLAGS = ("-fno-math-errno", "-fno-trapping-math")
+OF_ONE, OF_MANY = ("-O1",), ("-O3", "-fno-tree-vectorize")
+"""For one coordinate with one contact, and for more, whose loops are worth unrolling. The bits are the same at every
+level; measured with gcc 12, -O2 takes up to twice the time a step, for the vectors and branches that it mends."""
 KEPT_LIBRARIES = 32
 _AT_REST = 1e-30
 WARM_S = 1.0
@@ -151,7 +153,8 @@ class Shooter:
         self.states = max(len(owners(s)) for s in systems)
         inputs = driven or [len(s.inputs) for s in systems]
         source = shooting_source(systems, self.free, self.loads, self.states, inputs)
-        library = _library(source)
+        alone = self.coordinates == 1 and self.contacts <= 1
+        library = _library(source, OF_ONE if alone else OF_MANY)
         self._follow, self._shoot = library.follow, library.shoot
         self._follow.restype = self._shoot.restype = None
 
@@ -209,9 +212,9 @@ class Shooter:
 
 
 @lru_cache(maxsize=KEPT_LIBRARIES)
-def _library(source: str) -> ctypes.CDLL:
+def _library(source: str, level: tuple[str, ...]) -> ctypes.CDLL:
     """Compiled and loaded; fits of the same models follow each other."""
-    return load_library(compile_shared({"shooting.c": source}, ["shooting.c"], FLAGS))
+    return load_library(compile_shared({"shooting.c": source}, ["shooting.c"], (*level, *FLAGS)))
 
 
 def shooting_source(

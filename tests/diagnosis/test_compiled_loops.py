@@ -1,0 +1,71 @@
+"""What the diagnosis evaluates in bulk against the same, one at a time."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any, cast
+
+import casadi
+import numpy as np
+import pytest
+
+from codegen.diagnosis import side_by_side as both
+from codegen.diagnosis.replay import tracked_friction, tracking_choice
+from codegen.diagnosis.signals import Motion
+from codegen.emit.package import emit_sources, make_header
+from codegen.mechanics import build_system
+from codegen.mechanics.casadi_form import over_rows
+from codegen.observers import build_observer
+from codegen.program import build_program
+from codegen.replay.engine import twin_engine
+from codegen.spec import read_spec
+
+
+@pytest.mark.parametrize("count", [0, 1, 199, 200, 401])
+def test_rows_in_bulk_are_the_rows_alone(count: int) -> None:
+    x = casadi.SX.sym("x", 3)
+    function = casadi.Function("f", [x], [casadi.vertcat(casadi.sin(x[0]) * x[1], x[2] / x[0])])
+    rows = np.random.default_rng(1).normal(size=(count, 3))
+    alone = [np.asarray(function(row)).ravel() for row in rows]
+    assert np.array_equal(over_rows(function, rows), np.array(alone).reshape(count, 2))
+    assert np.array_equal(over_rows(function, np.asfortranarray(rows)), np.array(alone).reshape(count, 2))
+
+
+def test_a_function_without_results_has_rows_without_columns() -> None:
+    x = casadi.SX.sym("x", 2)
+    assert over_rows(casadi.Function("none", [x], [casadi.SX(0, 1)]), np.ones((5, 2))).shape == (5, 0)
+
+
+def test_results_stand_in_order_and_calls_within_run_one_after_the_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(both, "WORKERS", 2)
+
+    def within(k: int) -> list[tuple[int, int]]:
+        return both.side_by_side(lambda j: (10 * k + j, threading.get_ident()), range(3))
+
+    found = both.side_by_side(within, range(5))
+    assert [[value for value, _ in some] for some in found] == [[10 * k + j for j in range(3)] for k in range(5)]
+    assert all(len({thread for _, thread in some}) == 1 for some in found)
+    assert threading.get_ident() not in {thread for some in found for _, thread in some}
+
+
+def test_the_compiled_tracking_observer_gives_the_bits_of_its_twin() -> None:
+    spec = read_spec("specs/two_mass.yaml")
+    system, noise = build_system(spec), np.random.default_rng(2)
+    t = 0.001 * np.arange(300)
+    measured = np.column_stack([np.sin(9 * t), 0.3 * np.cos(5 * t)]) + 1e-5 * noise.normal(size=(300, 2))
+    motion = SimpleNamespace(
+        positions=measured, measured=measured, commands=80 * np.sin(7 * t)[:, None], sample_time=0.001,
+        usable=np.ones(300, dtype=bool),
+    )  # fmt: skip
+    given = cast(Motion, cast(Any, motion))
+    observer = build_observer(replace(spec, observer=tracking_choice(system, given, 60.0)), system)
+    program = build_program(observer)
+    twin = twin_engine(program, emit_sources(program, make_header("s", "0", "")))
+    rows = np.hstack([measured, motion.commands])
+    twin.start(rows[0])
+    names = [name for name, _, _ in program.outputs]
+    expected = twin.run(rows)[0][:, [names.index("F_hat_on_x1"), names.index("F_hat_on_x2")]]
+    assert np.isfinite(expected).all() and np.abs(expected).max() > 1
+    assert np.array_equal(tracked_friction(spec, system, given, 60.0), expected)
