@@ -355,6 +355,10 @@ def _columns(pairs: list[str]) -> dict[str, str]:
     return {name.strip(): column.strip() for name, _, column in split.values()}
 
 
+MOST_FAULTS = 20
+"""Of one file that are shown at once."""
+
+
 @without_library_warnings()
 def main() -> None:
     """Run a verb; bad input is one message and exit code 2, a fault of the tool one and 70, never a traceback."""
@@ -366,8 +370,11 @@ def main() -> None:
     try:
         app()
     except BadInput as error:
-        for each in error.all:
+        for each in error.all[:MOST_FAULTS]:
             errors.print("error: " + " ".join(str(each).split()), style="red")
+        if len(error.all) > MOST_FAULTS:
+            more = len(error.all) - MOST_FAULTS
+            errors.print(f"and {more} more, which are shown once these are mended", style="red")
         sys.exit(2)
     except BrokenPipeError:
         sys.exit(1)

@@ -78,3 +78,12 @@ def test_functions_raise_the_first_with_the_others_in_it() -> None:
 def test_a_long_number_is_cut() -> None:
     assert brief(f"the constant {'1234567890' * 12}/7") == "the constant 123456789012 … 7890/7"
     assert brief(str(2**70)) == str(2**70)
+
+
+def test_twenty_faults_at_most_are_shown_and_the_rest_counted(tmp_path: Path) -> None:
+    path = tmp_path / "s.yaml"
+    many = "".join(f"  p{k}: {{value: a, unit: kg}}\n" for k in range(50))
+    path.write_text(ONE.replace("parameters:\n", "parameters:\n" + many, 1))
+    told = stiction("check", path).err.splitlines()
+    assert len(told) == 21 and all(line.startswith("error: ") for line in told[:20])
+    assert told[20] == "and 30 more, which are shown once these are mended"

@@ -25,9 +25,12 @@ LACKING = {
     "input_delay": {"T": 0.02},
     "actuator_lag": {"tau": 0.03},
 }
+SLOWER = ("saturation", "input_gain", "input_delay")
 
 
-@pytest.mark.parametrize("kind", LACKING)
+@pytest.mark.parametrize(
+    "kind", ["dead_zone", "actuator_lag", *(pytest.param(k, marks=pytest.mark.slow) for k in SLOWER)]
+)
 def test_the_stage_and_the_levels_are_those_of_the_plant(tmp_path: Path, kind: str) -> None:
     """The log was made with the stage and a level of 5.5 N; declared are 4 N and no stage."""
     words = ", ".join(f"{name}: {value}" for name, value in LACKING[kind].items())
