@@ -24,7 +24,7 @@ from codegen.diagnosis.results import Diagnosis, ErrorFigures
 from codegen.diagnosis.rounds import find_effects
 from codegen.diagnosis.search import Search, search_on
 from codegen.diagnosis.signals import smooth_motion
-from codegen.diagnosis.veto import FORCE, RUN, worsened
+from codegen.diagnosis.veto import FORCE, RUN, Option, admitted, worsened
 from codegen.logs import Log, read_log
 from codegen.report import render_report
 from codegen.spec import Spec, parse_spec, read_spec
@@ -337,3 +337,16 @@ def test_settled_values_stay_within_reach_of_both_witnesses(rough: tuple[Log, Lo
     refit = settle(search, search.refit(), problem, search.system)
     far = np.abs(refit.values - refit.declared) * np.sqrt(search.price)
     assert (far <= DOUBTFUL).all() and refit.errors == ()
+
+
+@pytest.mark.parametrize(
+    ("force", "run", "admissible"), [(1.0, 1.0, True), (1.04, 0.5, True), (1.06, 0.5, False), (0.5, 1.06, False)]
+)
+def test_an_effect_is_no_worse_than_the_refit_without_it(force: float, run: float, admissible: bool) -> None:
+    """Both are far better than the declared model."""
+    declared, refit, new = (ErrorFigures(f, (f,), 0.1, r, (r,)) for f, r in ((9.0, 9.0), (1.0, 1.0), (force, run)))
+    system = system_of(stage())
+    chosen = admitted([Option("the effect", system, {})], declared, lambda _: new, refit)
+    assert (chosen.option is not None) is admissible
+    assert admitted([Option("the effect", system, {})], declared, lambda _: new).option is not None
+    assert admissible or "than with the refit without" in chosen.refusals[0]

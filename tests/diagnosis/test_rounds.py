@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
 
@@ -33,7 +35,31 @@ def test_one_effect_of_a_pair_stands_alone_only_if_it_is_credited_alone(
     monkeypatch.setattr(rounds, "credible", credible)
     base, one, both = fit(), fit("inertia_error"), fit("inertia_error", "cogging")
     first, second = rival("spring"), rival("inertia_error", "stribeck")
-    assert standing(None, base, both, [first, second], 9) == (both, [first, second]) and not asked  # type: ignore[arg-type]
-    left = standing(None, base, one, [first, second], 9)  # type: ignore[arg-type]
+    none: Any = None
+    assert standing(none, base, both, [first, second], 9) == (both, [first, second]) and not asked
+    left = standing(none, base, one, [first, second], 9)
     assert asked == [(base, one, 9)]
     assert left == ((one, [first]) if alone_is_credited else (base, []))
+
+
+@dataclass(frozen=True)
+class Fake:
+    """A search whose refit leaves an error that grows with the square of the segments' length."""
+
+    record: float
+    shorter: Callable[[float], float]
+
+    def refit(self) -> float:
+        return 1600.0 * self.record**2
+
+
+@pytest.mark.parametrize(("scale", "share"), [(0.05, 1.0), (0.2, 0.5), (1.0, 0.25), (100.0, 0.25)])
+def test_segments_are_halved_while_free_runs_are_far_off(
+    scale: float, share: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """80, 320, 1,600 and 160,000 times the noise at full length; a quarter is the shortest."""
+    monkeypatch.setattr(rounds, "level", lambda error: scale * error)
+    search: Any = Fake(1.0, lambda share: share)
+    near, base = rounds.within_reach(search)
+    assert (near.record, base) == (share, 1600.0 * share**2)
+    assert near.shorter(0.5) == 0.5 * share
