@@ -10,12 +10,12 @@ from pathlib import Path
 
 import numpy as np
 
+from codegen.app.generate import observer_of
+from codegen.base.resources import resource_folder
 from codegen.emit import ALWAYS
 from codegen.emit.package import emit_sources, make_header
-from codegen.generation import observer_of
 from codegen.observers import Observer
 from codegen.program import Program, build_program
-from codegen.resources import resource_folder
 from codegen.spec import Spec, read_spec
 from codegen.spec.model import CodeChoice
 

@@ -11,7 +11,7 @@ from pydantic import TypeAdapter
 from benchmarks.machine import Machine
 from benchmarks.result import Entry, Row, figure
 from benchmarks.text import render
-from codegen.files import write_all
+from codegen.base.files import write_all
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE, RESULTS = "docs/performance.md", "benchmarks/results.json"

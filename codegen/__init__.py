@@ -8,8 +8,8 @@ The stations of the line, each one function with one typed value in and one out:
 See docs/architecture.md.
 """
 
-from codegen.errors import BadInput
-from codegen.version import VERSION
+from codegen.base.errors import BadInput
+from codegen.base.version import VERSION
 
 __all__ = ["VERSION", "BadInput"]
 __version__ = VERSION

@@ -7,24 +7,24 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from codegen.errors import BadInput
-from codegen.lazy import lazily
+from codegen.base.errors import BadInput
+from codegen.base.lazy import lazily
 
 if TYPE_CHECKING:
+    from codegen.app.cancel import CancelReport, cancel
     from codegen.app.certify import Certified, certify, certify_in_full, write_certificate
     from codegen.app.check import check
     from codegen.app.derive import derive
     from codegen.app.diagnose import Diagnosed, diagnose
+    from codegen.app.fmu import GeneratedFmu, generate_fmu
+    from codegen.app.gains import GainReport, gains
+    from codegen.app.generate import Generated, Overrides, generate
     from codegen.app.init import init
     from codegen.app.model import Model
+    from codegen.app.replay import Replayed, replay
     from codegen.app.simulate import simulate
     from codegen.app.verify import verify
     from codegen.app.write_smt import write_smt
-    from codegen.cancel_report import CancelReport, cancel
-    from codegen.fmu import GeneratedFmu, generate_fmu
-    from codegen.gain_report import GainReport, gains
-    from codegen.generation import Generated, Overrides, generate
-    from codegen.log_replay import Replayed, replay
     from codegen.simulate.simulated import Simulated
 
 VERBS = {
@@ -36,25 +36,25 @@ VERBS = {
     "write_certificate": "codegen.app.certify",
     "verify": "codegen.app.verify",
     "write_smt": "codegen.app.write_smt",
-    "generate": "codegen.generation",
-    "generate_fmu": "codegen.fmu",
-    "gains": "codegen.gain_report",
-    "cancel": "codegen.cancel_report",
+    "generate": "codegen.app.generate",
+    "generate_fmu": "codegen.app.fmu",
+    "gains": "codegen.app.gains",
+    "cancel": "codegen.app.cancel",
     "simulate": "codegen.app.simulate",
-    "replay": "codegen.log_replay",
+    "replay": "codegen.app.replay",
     "diagnose": "codegen.app.diagnose",
 }
 """Function → its module."""
 RESULTS = {
     "Model": "codegen.app.model",
     "Certified": "codegen.app.certify",
-    "Generated": "codegen.generation",
-    "Overrides": "codegen.generation",
-    "GeneratedFmu": "codegen.fmu",
-    "GainReport": "codegen.gain_report",
-    "CancelReport": "codegen.cancel_report",
+    "Generated": "codegen.app.generate",
+    "Overrides": "codegen.app.generate",
+    "GeneratedFmu": "codegen.app.fmu",
+    "GainReport": "codegen.app.gains",
+    "CancelReport": "codegen.app.cancel",
     "Simulated": "codegen.simulate.simulated",
-    "Replayed": "codegen.log_replay",
+    "Replayed": "codegen.app.replay",
     "Diagnosed": "codegen.app.diagnose",
 }
 """What they return or take → its module."""

@@ -10,7 +10,7 @@ INTERRUPTED = 130
 def main() -> None:
     """Load the verbs, which takes seconds, and run one."""
     try:
-        from codegen.cli import main as run
+        from codegen.app.cli import main as run
 
         run()
     except KeyboardInterrupt:

@@ -18,13 +18,13 @@ from benchmarks.emps.choice import BLOCKS, Candidate, candidates, mean_predictio
 from benchmarks.emps.floor import FORCE_N, drift_mm, floor, left_out_mm, whole, whole_length
 from benchmarks.emps.models import BY_DIRECTION, STRUCTURES, Model, score
 from benchmarks.emps.records import DATA, FREE_SAMPLES, RECORDS, ROOT, Measured, read
+from codegen.base.errors import BadInput
+from codegen.base.files import write_atomically
+from codegen.base.text import render
 from codegen.diagnosis.diagnose import diagnose_log
-from codegen.errors import BadInput
-from codegen.files import write_atomically
 from codegen.logs import read_log
 from codegen.mechanics import System, build_system
 from codegen.spec import Spec, read_spec
-from codegen.text import render
 
 PAGE = ROOT / "docs" / "data_emps.md"
 BEGIN, END = "<!-- python -m benchmarks.emps: begin -->", "<!-- python -m benchmarks.emps: end -->"

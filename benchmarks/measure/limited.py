@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 from benchmarks.measure.build import Missing
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 
 START_LIMIT = 60.0
 

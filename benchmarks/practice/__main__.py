@@ -19,9 +19,9 @@ from benchmarks.practice.peer import proposed, table, totals
 from benchmarks.practice.runs import TYPICAL, Run, diagnosed, result_in, times, typical
 from benchmarks.practice.score import right, score, summary
 from benchmarks.practice.seeds import PAGE, kept, section, with_section
+from codegen.base.files import write_atomically
+from codegen.base.text import render
 from codegen.diagnosis.credit import ALPHA, LEAST_SHARE, LEAST_SIZE
-from codegen.files import write_atomically
-from codegen.text import render
 
 PARTS = ("diagnosis", "declared", "peer")
 

@@ -12,7 +12,7 @@ from scipy.stats import binomtest
 
 from benchmarks.practice.cases import Case
 from benchmarks.practice.runs import diagnosed, result_in
-from codegen.files import write_atomically
+from codegen.base.files import write_atomically
 
 VERDICTS = ("effect", "ambiguous", "unknown", "none", "unfit", "refused")
 CONFIDENCE = 0.95

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.practice.cases import PRACTICE, Case, cases_in
-from codegen.files import write_atomically
+from codegen.base.files import write_atomically
 
 GENERATOR = PRACTICE / "generator"
 LAST_WORDS = 40

@@ -14,6 +14,7 @@ from pydantic import TypeAdapter
 
 from benchmarks.practice.cases import Case
 from benchmarks.practice.runs import code_version
+from codegen.base.files import write_atomically
 from codegen.diagnosis.advice import ProposedTerms
 from codegen.diagnosis.credit import LEAST_SHARE, LEAST_SIZE
 from codegen.diagnosis.estimate import estimate
@@ -25,7 +26,6 @@ from codegen.diagnosis.record import record_of
 from codegen.diagnosis.search import search_on
 from codegen.diagnosis.signals import smooth_motion
 from codegen.effects.declare import add_declared_effects
-from codegen.files import write_atomically
 from codegen.logs import read_log
 from codegen.mechanics.build import build_system
 from codegen.mechanics.system import System

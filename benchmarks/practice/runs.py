@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.practice.cases import ROOT
-from codegen.files import write_atomically
+from codegen.base.files import write_atomically
 
 EXIT_UNFIT = 3
 TYPICAL = (20_000, 30_000)
@@ -71,7 +71,7 @@ def diagnosed_logs(
     if kept.exists() and not again:
         return Run(**json.loads(kept.read_text()))
     out.mkdir(parents=True, exist_ok=True)
-    command = [sys.executable, "-m", "codegen.cli", "diagnose", str(spec), *map(str, train)]
+    command = [sys.executable, "-m", "codegen.app.cli", "diagnose", str(spec), *map(str, train)]
     command += [word for file in test for word in ("--test", str(file))]
     command += ["--description", str(description)] if description is not None else []
     command += ["-o", str(out)]

@@ -21,8 +21,8 @@ from benchmarks.practice.cases import ROOT, TIERS
 from benchmarks.practice.fresh import Draw, Unavailable, failed_draws, fresh_cases
 from benchmarks.practice.runs import code_version, diagnosed, result_in
 from benchmarks.practice.tally import AS_WELL, Tally, tally
-from codegen.files import write_atomically
-from codegen.text import render
+from codegen.base.files import write_atomically
+from codegen.base.text import render
 
 PAGE = ROOT / "docs" / "practice.md"
 KEPT = Path(__file__).parent / "seeds.json"

@@ -8,8 +8,8 @@ from typing import Any
 
 from benchmarks.real.runs import kept, result
 from benchmarks.real.sets import PAGES, SETS, Diagnosed
-from codegen.errors import BadInput
-from codegen.files import write_atomically
+from codegen.base.errors import BadInput
+from codegen.base.files import write_atomically
 
 BEGIN, END = "<!-- python -m benchmarks.real: begin -->", "<!-- python -m benchmarks.real: end -->"
 MODELS = ("declared", "refit", "augmented")

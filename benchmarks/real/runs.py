@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.real.sets import DATA, ROOT, SPECS, Diagnosed
-from codegen.files import write_atomically
+from codegen.base.files import write_atomically
 
 EXIT_UNFIT = 3
 
@@ -50,7 +50,10 @@ def diagnosed(set_name: str, run: Diagnosed, out: Path) -> Kept:
 
     start, before = time.perf_counter(), _children_cpu()
     done = subprocess.run(
-        [sys.executable, "-m", "codegen.cli", *command(set_name, run, out)], capture_output=True, text=True, cwd=ROOT
+        [sys.executable, "-m", "codegen.app.cli", *command(set_name, run, out)],
+        capture_output=True,
+        text=True,
+        cwd=ROOT,
     )
     wall, cpu = time.perf_counter() - start, _children_cpu() - before
     failure = ""

@@ -12,7 +12,7 @@ from pydantic import TypeAdapter
 from ruamel.yaml import YAML
 
 from benchmarks.practice.cases import ROOT
-from codegen.files import write_all
+from codegen.base.files import write_all
 from codegen.logs import Log, read_log, read_logs
 from codegen.spec import Spec, read_spec
 

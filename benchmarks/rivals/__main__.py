@@ -19,9 +19,9 @@ from benchmarks.practice.fresh import Unavailable
 from benchmarks.rivals.axis import FACTOR, FRICTION_FACTOR
 from benchmarks.rivals.logs import REAL, RIGHT, WRONG, Pair, pairs
 from benchmarks.rivals.runs import RUN_S, Compared, Errors, compared, is_kept
+from codegen.base.files import write_atomically
+from codegen.base.text import render
 from codegen.effects import CATALOGUE
-from codegen.files import write_atomically
-from codegen.text import render
 
 PAGE = ROOT / "docs" / "peers.md"
 KINDS = 6

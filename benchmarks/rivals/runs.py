@@ -16,12 +16,12 @@ from benchmarks.practice.fresh import environment_with, run_tool
 from benchmarks.practice.runs import code_version
 from benchmarks.rivals.axis import axis_of
 from benchmarks.rivals.logs import Pair
+from codegen.base.files import write_atomically
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.measure import measure
 from codegen.diagnosis.models import with_values
 from codegen.diagnosis.proposal import propose_terms
 from codegen.diagnosis.signals import Motion
-from codegen.files import write_atomically
 from codegen.mechanics import System
 
 HERE = Path(__file__).parent

@@ -11,8 +11,8 @@ from benchmarks.model import load
 from benchmarks.peers.casadi_c import casadi_source, step_of
 from benchmarks.peers.symforce_cpp import symforce_header
 from benchmarks.result import OURS, Goal, Row, Table, figure
-from codegen.generation import generated_files
-from codegen.resources import resource_folder
+from codegen.app.generate import generated_files
+from codegen.base.resources import resource_folder
 from codegen.spec import read_spec
 
 SPEC = "seven_joint_arm"

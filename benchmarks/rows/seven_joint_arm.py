@@ -17,7 +17,7 @@ from benchmarks.peers.pinocchio_cpp import pinocchio_peer
 from benchmarks.peers.plain_c import our_peer
 from benchmarks.result import OURS, Entry, Goal, Row, ratio, where_it_goes
 from benchmarks.text import render
-from codegen.resources import resource_folder
+from codegen.base.resources import resource_folder
 
 PINOCCHIO, CASADI = "Pinocchio, C++", "CasADi, `cse`, LDLᵀ written out"
 PANDA = "share/example-robot-data/robots/panda_description/urdf/panda.urdf"

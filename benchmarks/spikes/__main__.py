@@ -19,8 +19,8 @@ from benchmarks.practice.runs import code_version
 from benchmarks.real.spiked import real_sets
 from benchmarks.spikes.outcome import FALSE, NEAR, OUTCOMES, Outcome, Spike, named, outcome_of, spike_of, totals
 from benchmarks.spikes.runs import SPIKE, Bench, kinds_for
-from codegen.files import write_atomically
-from codegen.text import render
+from codegen.base.files import write_atomically
+from codegen.base.text import render
 
 PAGE = ROOT / "docs" / "spikes.md"
 SHARES = (3.0, 10.0, 20.0)

@@ -17,9 +17,9 @@ from benchmarks.practice.cases import PRACTICE
 from benchmarks.practice.fresh import environment
 from benchmarks.practice.runs import code_version, diagnosed_logs, result_in
 from benchmarks.real.spiked import Readable, RealSet, readable
+from codegen.base.files import write_atomically
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import places_of
-from codegen.files import write_atomically
 from codegen.mechanics import System, build_system
 from codegen.spec import read_spec
 

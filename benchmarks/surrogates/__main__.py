@@ -17,10 +17,10 @@ from benchmarks.practice.runs import code_version
 from benchmarks.surrogates.picture import picture
 from benchmarks.surrogates.runs import Trials, sources, table, trials_of
 from benchmarks.surrogates.surrogate import BLOCK_S, WAYS
+from codegen.base.errors import BadInput
+from codegen.base.files import write_all
+from codegen.base.text import render
 from codegen.diagnosis.credit import ALPHA
-from codegen.errors import BadInput
-from codegen.files import write_all
-from codegen.text import render
 
 PAGE, PICTURE = "calibration.md", "calibration.svg"
 REAL = "real sets"

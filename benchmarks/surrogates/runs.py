@@ -18,10 +18,10 @@ from benchmarks.practice.cases import TIERS, cases
 from benchmarks.rates import rate
 from benchmarks.real.spiked import real_sets
 from benchmarks.surrogates.surrogate import WAYS, Way, surrogate
+from codegen.base.files import write_atomically
 from codegen.diagnosis.diagnose import Models, diagnose_log
 from codegen.diagnosis.results import Diagnosis
 from codegen.effects.declare import add_declared_effects
-from codegen.files import write_atomically
 from codegen.logs import Log, excerpt, read_log
 from codegen.mechanics import System, build_system
 from codegen.spec import Spec, read_spec

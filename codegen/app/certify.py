@@ -8,21 +8,21 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from codegen.border import verb
+from codegen.analysis.analysis import analyse
+from codegen.app.generate import generated_files
+from codegen.app.rounding_bound import Rounding, rounding_bounds
+from codegen.base.border import verb
+from codegen.base.errors import BadInput
+from codegen.base.files import refuse_target, write_atomically
+from codegen.certify.bound.error_bound import ErrorBound
+from codegen.certify.certify import Certificate, Refusal
+from codegen.certify.remedies.proposals import propose
+from codegen.certify.remedies.sample_times import ANY, largest_sample_times
 from codegen.effects.declare import add_declared_effects
-from codegen.errors import BadInput
-from codegen.files import refuse_target, write_atomically
-from codegen.generation import generated_files
 from codegen.mechanics import build_system
 from codegen.observers import build_observer
-from codegen.rounding_bound import Rounding, rounding_bounds
 from codegen.spec import Spec, read_spec
 from codegen.spec.printed import decimal_of
-from codegen.stability.analysis import analyse
-from codegen.stability.bound.error_bound import ErrorBound
-from codegen.stability.certificate.certify import Certificate, Refusal
-from codegen.stability.remedies.proposals import propose
-from codegen.stability.remedies.sample_times import ANY, largest_sample_times
 
 
 @dataclass(frozen=True)

@@ -7,14 +7,14 @@ from typing import Any
 
 import sympy
 
+from codegen.app.generable import refuse_ungenerable
 from codegen.app.model import Model, model_of
-from codegen.border import verb
-from codegen.generable import refuse_ungenerable
+from codegen.base.border import verb
+from codegen.base.text import render
+from codegen.certify.size import beyond_checker
 from codegen.simulate.runnable import refuse_unrunnable
 from codegen.spec import read_spec
 from codegen.spec.free_gains import at_middle
-from codegen.stability.certificate.size import beyond_checker
-from codegen.text import render
 
 
 @verb

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from codegen.border import verb
+from codegen.analysis.analysis import Analysis, analyse
+from codegen.app.readable import analysis_latex, analysis_view
+from codegen.base.border import verb
+from codegen.base.text import render
 from codegen.observers import observer_of
-from codegen.readable import analysis_latex, analysis_view
 from codegen.spec import read_spec
-from codegen.stability.analysis import Analysis, analyse
-from codegen.text import render
 
 
 @verb

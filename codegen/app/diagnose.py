@@ -7,23 +7,23 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from codegen.app.generable import refuse_ungenerable
+from codegen.app.generate import generated_files, refuse_hand_written
 from codegen.app.model import model_of
-from codegen.border import verb
+from codegen.base.border import verb
+from codegen.base.errors import BadInput, Place
+from codegen.base.files import refuse_foreign, refuse_target, write_all
+from codegen.base.input_files import identity, read_text
+from codegen.base.text import render
+from codegen.certify.certify import Certificate, Refusal
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.results import MATERIAL, CertificateChange, Diagnosis
-from codegen.errors import BadInput, Place
-from codegen.files import refuse_foreign, refuse_target, write_all
-from codegen.generable import refuse_ungenerable
-from codegen.generation import generated_files, refuse_hand_written
-from codegen.input_files import identity, read_text
 from codegen.logs import Allowance, read_logs
 from codegen.report import render_report
 from codegen.spec import parse_spec, read_spec
 from codegen.spec.free_gains import refuse_free_gains
 from codegen.spec.robot_file import LARGEST as LARGEST_URDF
 from codegen.spec.share import read_part
-from codegen.stability.certificate.certify import Certificate, Refusal
-from codegen.text import render
 
 Progress = Callable[[str, float], None]
 DIAGNOSIS_FILES = ("diagnosis.json", "spec.yaml", "report.html", "excitation.csv")

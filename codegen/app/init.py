@@ -6,16 +6,16 @@ import json
 import re
 from pathlib import Path
 
-from codegen.border import verb
-from codegen.errors import BadInput, Place, nearest_name
-from codegen.files import refuse_target, write_all
-from codegen.input_files import is_there, read_text
-from codegen.resources import resource_folder
+from codegen.base.border import verb
+from codegen.base.errors import BadInput, Place, nearest_name
+from codegen.base.files import refuse_target, write_all
+from codegen.base.input_files import is_there, read_text
+from codegen.base.resources import resource_folder
+from codegen.base.text import render
 from codegen.spec import parse_spec
 from codegen.spec.reserved import is_identifier
 from codegen.spec.robot_file import LARGEST
 from codegen.spec.urdf import read_kinematic_tree
-from codegen.text import render
 
 _NAME_LINE = re.compile(r"^name:[ \t]*[^#\n]*?(?=[ \t]*(?:#|$))", re.MULTILINE)
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from codegen.border import verb
-from codegen.files import refuse_target, write_atomically
+from codegen.base.border import verb
+from codegen.base.files import refuse_target, write_atomically
 from codegen.spec.json_schema import json_schema
 
 

@@ -6,14 +6,14 @@ from collections.abc import Callable
 from pathlib import Path
 
 from codegen.app.model import model_of
-from codegen.border import verb
-from codegen.errors import BadInput, nearest_name
-from codegen.files import refuse_target
+from codegen.base.border import verb
+from codegen.base.errors import BadInput, nearest_name
+from codegen.base.files import refuse_target
+from codegen.base.text import render
 from codegen.simulate.closed_loop import simulate as simulate_plant
 from codegen.simulate.observed_loop import METHODS
 from codegen.simulate.simulated import Simulated, write_simulated
 from codegen.spec import read_spec
-from codegen.text import render
 
 
 @verb

@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from codegen.border import verb_that_raises
+from codegen.base.border import verb_that_raises
+from codegen.base.errors import BadInput, Place
+from codegen.base.input_files import read_text
 from codegen.checker import newtons
 from codegen.checker import verify as checker
-from codegen.errors import BadInput, Place
-from codegen.input_files import read_text
 
 CERTIFICATE = "a certificate (JSON)"
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+from codegen.app.smt_lib import smt_text
 from codegen.app.verify import CERTIFICATE
-from codegen.border import verb
+from codegen.base.border import verb
+from codegen.base.errors import BadInput
+from codegen.base.files import refuse_target, write_atomically
+from codegen.base.input_files import read_text
 from codegen.checker import verify as checker
-from codegen.errors import BadInput
-from codegen.files import refuse_target, write_atomically
-from codegen.input_files import read_text
-from codegen.smt_lib import smt_text
 
 
 @verb

@@ -11,9 +11,9 @@ from codegen.cancellation.plan import Plan, make_plan
 from codegen.cancellation.reach import Reach, reach
 from codegen.cancellation.steps import PREFIX, Steps
 from codegen.mechanics.system import Matrix, System
-from codegen.numerics import numerical
 from codegen.observers.equations import Equation, Observer
 from codegen.spec.model import CancellationChoice, Spec, symbol
+from codegen.spec.numerics import numerical
 
 GAIN, DAMPING = "cancellation_gain", "cancellation_damping"
 CLOSED = 3

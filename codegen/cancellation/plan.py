@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 import sympy
 
+from codegen.base.errors import BadInput
 from codegen.cancellation.optimum import SINGULAR
 from codegen.cancellation.reach import Reach
 from codegen.cancellation.regular import Regularity, keeps_rank
 from codegen.cancellation.weight import whitener
-from codegen.errors import BadInput
 from codegen.mechanics.system import Matrix
-from codegen.numerics import numerical
 from codegen.spec.model import CancellationChoice, Spec
+from codegen.spec.numerics import numerical
 
 MOST_CHOICES = 200
 

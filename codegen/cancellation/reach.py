@@ -8,16 +8,16 @@ from typing import Any, Literal
 import numpy as np
 import sympy
 
+from codegen.base.errors import BadInput
 from codegen.cancellation.optimum import removed_share
 from codegen.cancellation.rank import Ranks
 from codegen.cancellation.reduction import Reduction, reduce
 from codegen.cancellation.weight import weighing_rank_form
-from codegen.errors import BadInput
 from codegen.mechanics.input_matrix import NonlinearInput
 from codegen.mechanics.sampling import numbers_over, position_range
 from codegen.mechanics.system import Matrix, System
-from codegen.numerics import numerical
 from codegen.spec.model import Spec
+from codegen.spec.numerics import numerical
 
 POINTS = 64
 

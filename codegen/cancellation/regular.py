@@ -14,11 +14,11 @@ import numpy as np
 import sympy
 from scipy import optimize
 
+from codegen.certify.prefix import rational_text, to_prefix
 from codegen.checker import verify
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.compact import compact
 from codegen.mechanics.system import Matrix
-from codegen.stability.certificate.prefix import rational_text, to_prefix
 
 MOST_MINORS = 40
 MOST_BOXES = 4000

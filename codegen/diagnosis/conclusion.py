@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from math import isfinite, sqrt
 
+from codegen.base.text import render
 from codegen.diagnosis.advice import Separation
 from codegen.diagnosis.answer import Answer
 from codegen.diagnosis.credit import FAR, LEAST_SHARE, NEAR_NOISE, TIE_LEVEL, level, share_far
@@ -24,7 +25,6 @@ from codegen.effects.places import pairs
 from codegen.effects.register import is_own
 from codegen.logs import Finding
 from codegen.mechanics.system import System
-from codegen.text import render
 
 TABLE_SIZE = 12
 MOST = 0.5

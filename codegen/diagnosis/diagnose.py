@@ -31,10 +31,10 @@ from codegen.logs import Finding, Log, excerpt, preflight
 from codegen.mechanics import build_system
 from codegen.mechanics.link_parameters import link_parameters
 from codegen.mechanics.system import System
-from codegen.numerics import numerical
 from codegen.simulate.simulable import is_simulable
 from codegen.spec.kinematics import KinematicTree
 from codegen.spec.model import Spec
+from codegen.spec.numerics import numerical
 
 HELD_OUT_SHARE = 0.3
 Progress = Callable[[str, float], None]

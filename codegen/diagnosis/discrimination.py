@@ -20,6 +20,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from codegen.base.errors import BadInput
 from codegen.diagnosis.advice import SetupTried
 from codegen.diagnosis.follow import follow
 from codegen.diagnosis.force_fit import independent_samples
@@ -33,7 +34,6 @@ from codegen.diagnosis.setups import Setup, setups
 from codegen.diagnosis.signals import Motion, smooth_motion
 from codegen.diagnosis.structure import states
 from codegen.diagnosis.trial import Trial
-from codegen.errors import BadInput
 from codegen.logs import Log
 from codegen.mechanics.system import System
 

@@ -9,11 +9,11 @@ from importlib.util import find_spec
 import numpy as np
 from numpy.typing import NDArray
 
+from codegen.base.errors import BadInput
 from codegen.diagnosis.advice import Proposal, ProposedTerms
 from codegen.diagnosis.measure import Window
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.residual import inverse_dynamics_residual
-from codegen.errors import BadInput
 from codegen.mechanics.system import System
 
 Array = NDArray[np.float64]

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from codegen.base.errors import BadInput
 from codegen.diagnosis.shooting import Record
 from codegen.diagnosis.signals import Motion
-from codegen.errors import BadInput
 from codegen.logs import Log
 
 Array = NDArray[np.float64]

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from codegen.base.errors import BadInput
 from codegen.diagnosis.advice import Likeness, MotionTried, Separation
 from codegen.diagnosis.credit import held_out_losses, independent_share
 from codegen.diagnosis.discrimination import Discrimination, Model
@@ -27,7 +28,6 @@ from codegen.diagnosis.signals import smooth_motion
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import unit_words
 from codegen.effects.family import kinds_of
-from codegen.errors import BadInput
 from codegen.logs import Log
 from codegen.mechanics.system import System
 from codegen.simulate.sensors import Sensors

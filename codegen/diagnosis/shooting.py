@@ -14,12 +14,12 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from codegen.compiler import compile_shared, load_library
+from codegen.base.compiler import compile_shared, load_library
+from codegen.base.text import render
 from codegen.diagnosis.law_states import all_law_terms, law_function, law_terms, owners
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.system import TIME, ContactFriction, System
 from codegen.simulate.contact import SWEEPS
-from codegen.text import render
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int32]

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import butter, filtfilt
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.logs import Log
 
 Array = NDArray[np.float64]

@@ -8,8 +8,8 @@ from typing import Any
 
 import sympy
 
+from codegen.base.errors import BadInput, Place
 from codegen.effects.effect import Effect
-from codegen.errors import BadInput, Place
 from codegen.friction import DynamicLaw
 from codegen.mechanics.system import ContactFriction, System
 

@@ -6,10 +6,10 @@ from typing import Any
 
 import sympy
 
+from codegen.base.errors import BadInput, nearest_name
 from codegen.effects import CATALOGUE, Effect
 from codegen.effects.added import added
 from codegen.effects.places import pairs
-from codegen.errors import BadInput, nearest_name
 from codegen.mechanics.build import check_mass_matrix
 from codegen.mechanics.system import System
 from codegen.spec.model import DeclaredEffect, Spec, symbol

@@ -7,9 +7,9 @@ from pathlib import Path
 from traceback import extract_tb
 from types import ModuleType
 
+from codegen.base.errors import BadInput, Place
+from codegen.base.input_files import read_text
 from codegen.effects import CATALOGUE, Effect
-from codegen.errors import BadInput, Place
-from codegen.input_files import read_text
 from codegen.spec.reserved import is_identifier
 from codegen.spec.units import is_written
 

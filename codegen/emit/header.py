@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from codegen.user_text import UserText, file_text
-from codegen.version import VERSION
+from codegen.base.user_text import UserText, file_text
+from codegen.base.version import VERSION
 
 
 @dataclass(frozen=True)

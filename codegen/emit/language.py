@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 
 
 @dataclass(frozen=True)

@@ -6,15 +6,15 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from codegen.base.files import sha256
+from codegen.base.text import render
+from codegen.certify.region_files import REGION_PROOFS
 from codegen.emit import ALWAYS, PRINTERS
 from codegen.emit.entries import inputs_of, outputs_of
 from codegen.emit.header import Header, make_header
-from codegen.files import sha256
 from codegen.program import Program
 from codegen.program.lower import lower
 from codegen.program.model import LARGEST
-from codegen.stability.certificate.region_files import REGION_PROOFS
-from codegen.text import render
 
 
 def emit_sources(program: Program, header: Header, targets: Sequence[str] = ALWAYS) -> dict[str, str]:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import sympy
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.friction.law import LawParameter, MemoryLaw
 
 SEED = 1991

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import sympy
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.friction.law import LawParameter, MemoryLaw
 from codegen.friction.stribeck import COULOMB
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from codegen.errors import BadInput, Place, nearest_name
+from codegen.base.errors import BadInput, Place, nearest_name
 from codegen.logs.description import LogDescription
 from codegen.logs.source import listing, shown
 from codegen.logs.term import OPERATORS, Term, find_term, identifier

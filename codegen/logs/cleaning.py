@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from codegen.errors import BadInput, Place
+from codegen.base.errors import BadInput, Place
 from codegen.logs.description import LogDescription
 from codegen.logs.log import Array, Flags
 from codegen.logs.source import Columns, shown

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from codegen.errors import BadInput, nearest_name
+from codegen.base.errors import BadInput, nearest_name
 from codegen.logs.description import LogDescription
 from codegen.logs.finding import Finding
 from codegen.logs.log import Array

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen.errors import BadInput, Place
+from codegen.base.errors import BadInput, Place
 from codegen.logs.description import LogDescription
 from codegen.logs.source import Allowance, Columns, Source, listing, read_bytes, shown
 from codegen.logs.table import EXPECTED, LONGEST_LINE, MISSING, NUMBER, Layout, fields, find_layout, unwrapped

@@ -9,8 +9,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict
 
-from codegen.errors import BadInput, Place, nearest_name
-from codegen.input_files import read_text
+from codegen.base.errors import BadInput, Place, nearest_name
+from codegen.base.input_files import read_text
 from codegen.spec.expression import parse_expression
 from codegen.spec.validation import validate
 from codegen.spec.yaml_text import load_mapping, plain

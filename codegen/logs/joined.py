@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.logs.excerpt import MOST_SAMPLES
 from codegen.logs.finding import Finding
 from codegen.logs.log import Array, Flags, Intake, Log

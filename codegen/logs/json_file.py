@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from codegen.errors import BadInput, Place, nearest_name
+from codegen.base.errors import BadInput, Place, nearest_name
 from codegen.logs.description import LogDescription
 from codegen.logs.log import Array
 from codegen.logs.source import Allowance, Columns, Source, Unannotated, listing, read_bytes, shown

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from codegen.errors import BadInput, Place
+from codegen.base.errors import BadInput, Place
 from codegen.logs.description import LogDescription
 from codegen.logs.log import Array
 from codegen.logs.mat_elements import Variable, variables

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from codegen.errors import BadInput, Place
-from codegen.input_files import opened
+from codegen.base.errors import BadInput, Place
+from codegen.base.input_files import opened
 from codegen.logs.description import LogDescription
 from codegen.logs.npy_header import Header, read_header
 from codegen.logs.source import LARGEST_STREAM, Allowance, Columns, Source, Unannotated, shown

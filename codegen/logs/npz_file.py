@@ -14,7 +14,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen.errors import BadInput, Place
+from codegen.base.errors import BadInput, Place
 from codegen.logs.description import LogDescription
 from codegen.logs.npy_header import MOST_COLUMNS, Member, read_member
 from codegen.logs.source import Allowance, Columns, Source, Unannotated, read_bytes, shown

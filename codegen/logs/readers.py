@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from codegen.errors import BadInput, Place, nearest_name
-from codegen.input_files import identity, is_there
+from codegen.base.errors import BadInput, Place, nearest_name
+from codegen.base.input_files import identity, is_there
 from codegen.logs.beside import SideBySide
 from codegen.logs.binding import Binding, bind
 from codegen.logs.cleaning import Clean, clean

@@ -10,9 +10,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen import input_files
-from codegen.errors import BadInput, Place
-from codegen.user_text import one_line
+from codegen.base import input_files
+from codegen.base.errors import BadInput, Place
+from codegen.base.user_text import one_line
 
 LARGEST = 1_000_000_000
 """Bytes of a log that is read whole, and of all logs of one call when unpacked."""

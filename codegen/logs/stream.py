@@ -8,8 +8,8 @@ from io import TextIOWrapper
 from pathlib import Path
 from typing import Protocol
 
-from codegen.errors import BadInput, Place
-from codegen.input_files import opened
+from codegen.base.errors import BadInput, Place
+from codegen.base.input_files import opened
 from codegen.logs.csv_file import EXPECTED, LONGEST_LINE, CsvSource, open_lines
 from codegen.logs.description import LogDescription
 from codegen.logs.npy_file import open_npy

@@ -11,7 +11,7 @@ import casadi
 import numpy as np
 import sympy
 
-from codegen.errors import BadInput, Place
+from codegen.base.errors import BadInput, Place
 from codegen.logs.source import Columns
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.spec.expression import Expression, parse_expression

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.logs.log import Array
 from codegen.logs.source import Columns
 

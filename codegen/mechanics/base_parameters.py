@@ -13,7 +13,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from codegen.exact_numbers import Exact, exact_array, square_root
+from codegen.base.exact_numbers import Exact, exact_array, square_root
 from codegen.spec.kinematics import KinematicTree, MovingBody, Rows, Vector
 
 Inertia = tuple[Fraction, Exact, Exact]

@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 import sympy
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.mechanics.contact_rank import refuse_dependent_contacts
 from codegen.mechanics.contacts import build_contacts
 from codegen.mechanics.link_parameters import LinkParameter
 from codegen.mechanics.motion import equation_of_motion, form_key
 from codegen.mechanics.sampling import numbers_over, position_range
 from codegen.mechanics.system import Matrix, System
-from codegen.numerics import numerical
 from codegen.spec.model import Spec, symbol
+from codegen.spec.numerics import numerical
 from codegen.spec.printed import decimal_of
 from codegen.spec.units import coherent_name
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.mechanics.bodies import body_axes, body_distribution, body_masses, body_positions
 from codegen.mechanics.compact import compact
 from codegen.mechanics.sampling import numeric_matrix, rank, sampled_values

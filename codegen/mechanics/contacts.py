@@ -6,7 +6,7 @@ from typing import Any
 
 import sympy
 
-from codegen.errors import BadInput, nearest_name
+from codegen.base.errors import BadInput, nearest_name
 from codegen.friction import ALSO_CALLED, LAWS, FrictionLaw, LawParameter
 from codegen.mechanics.system import ContactFriction, Matrix
 from codegen.spec.model import Contact, Spec, symbol

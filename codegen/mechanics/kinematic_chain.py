@@ -16,7 +16,7 @@ from typing import Any
 import casadi
 import numpy as np
 
-from codegen.exact_numbers import exact_array
+from codegen.base.exact_numbers import exact_array
 from codegen.spec.kinematics import KinematicTree, MovingBody
 
 ROUNDING = Fraction(1, 10**14)

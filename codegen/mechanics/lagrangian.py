@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.mechanics.compact import compact
 from codegen.mechanics.system import Matrix
 from codegen.spec.model import Spec, symbol

@@ -15,8 +15,8 @@ from typing import Any
 import casadi
 import numpy as np
 
-from codegen.errors import BadInput, nearest_name
-from codegen.exact_numbers import exact_array
+from codegen.base.errors import BadInput, nearest_name
+from codegen.base.exact_numbers import exact_array
 from codegen.mechanics.base_parameters import regrouped
 from codegen.mechanics.kinematic_chain import Points, bias_force, mass_matrix
 from codegen.spec.kinematics import KinematicTree, LinkTolerance, MovingBody, Rows, Vector

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import sympy
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.mechanics.chain_motion import chain_motion
 from codegen.mechanics.compact import compact
 from codegen.mechanics.constraints import constrained_motion

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import sympy
 from sympy import ImmutableMatrix
 
-from codegen.errors import Place
+from codegen.base.errors import Place
 from codegen.friction import FrictionLaw
 from codegen.mechanics.actuator import Actuator, Stage
 from codegen.mechanics.input_matrix import NonlinearInput, input_matrix

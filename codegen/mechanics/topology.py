@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.mechanics.bodies import body_distribution, body_masses, body_positions
 from codegen.mechanics.compact import compact
 from codegen.mechanics.sparse import jacobian

@@ -4,11 +4,10 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 
+from codegen.base.errors import BadInput, nearest_name
 from codegen.effects.declare import add_declared_effects
-from codegen.errors import BadInput, nearest_name
 from codegen.mechanics import build_system
 from codegen.mechanics.system import System
-from codegen.numerics import numerical
 from codegen.observers.coulomb import coulomb_friction_observer
 from codegen.observers.dynamic import dynamic_friction_observer
 from codegen.observers.equations import Equation, ErrorVariable, Observer
@@ -16,6 +15,7 @@ from codegen.observers.integration import refuse_integration
 from codegen.observers.tracking import tracking_observer
 from codegen.spec.free_gains import refuse_free_gains
 from codegen.spec.model import ObserverChoice, Spec
+from codegen.spec.numerics import numerical
 from codegen.spec.places import place_of
 
 OBSERVERS: dict[str, Callable[[Spec, System], Observer]] = {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.mechanics.system import System
 from codegen.observers.equations import Domain
 from codegen.spec.model import Spec

@@ -7,7 +7,7 @@ from typing import Any
 
 import sympy
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.friction import DynamicLaw, FrictionLaw
 from codegen.mechanics.contacts import law_of
 from codegen.mechanics.system import ContactFriction, Matrix, System

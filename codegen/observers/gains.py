@@ -8,7 +8,7 @@ from typing import Any
 
 import sympy
 
-from codegen.errors import BadInput, nearest_name
+from codegen.base.errors import BadInput, nearest_name
 from codegen.mechanics.sparse import diagonal
 from codegen.mechanics.system import Matrix
 from codegen.spec.expression import exact_number

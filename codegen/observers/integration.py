@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import sympy
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.mechanics.system import Matrix
 from codegen.spec.model import Spec, symbol
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from codegen.errors import BadInput
-from codegen.exact_numbers import geometric
+from codegen.base.errors import BadInput
+from codegen.base.exact_numbers import geometric
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.system import System
 from codegen.spec.functions import Magnitude

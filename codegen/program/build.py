@@ -10,7 +10,7 @@ from typing import Any
 import casadi
 import sympy
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.system import TIME
 from codegen.observers.equations import Observer

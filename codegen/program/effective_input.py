@@ -9,7 +9,7 @@ from typing import Any
 import casadi
 import sympy
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.observers.equations import Observer
 from codegen.program.model import Block, Field

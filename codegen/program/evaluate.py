@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.program.graph import Node, reachable
 
 _CALLS: dict[str, Callable[..., float]] = {

@@ -7,7 +7,7 @@ from typing import Any
 
 import casadi
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.program.graph import Graph, Node
 
 _CALLS = {

@@ -13,10 +13,10 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 
-from codegen.compiler import FLAGS, compile_shared, find_compiler
-from codegen.errors import BadInput
-from codegen.files import sha256, write_all
-from codegen.temporary import refuse_replaceable, temporary_directory
+from codegen.base.compiler import FLAGS, compile_shared, find_compiler
+from codegen.base.errors import BadInput
+from codegen.base.files import sha256, write_all
+from codegen.base.temporary import refuse_replaceable, temporary_directory
 
 FOLDER = "stiction-libraries"
 LARGEST = 1 << 28

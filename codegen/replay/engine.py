@@ -10,12 +10,12 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen.compiler import compile_shared, find_compiler, load_library
+from codegen.base.compiler import compile_shared, find_compiler, load_library
+from codegen.base.text import render
 from codegen.emit.interface import has_fault, real_type
 from codegen.program import Program
 from codegen.replay.cache import cached_library
 from codegen.replay.twin import inputs_of, load_twin, values_of
-from codegen.text import render
 
 Array = NDArray[np.float64]
 Faults = NDArray[np.intc]

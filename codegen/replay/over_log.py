@@ -9,7 +9,7 @@ from time import perf_counter
 
 import numpy as np
 
-from codegen.errors import BadInput, nearest_name
+from codegen.base.errors import BadInput, nearest_name
 from codegen.logs.stream import NotStreamed
 from codegen.program import Program
 from codegen.replay.engine import Array, Engine, Faults

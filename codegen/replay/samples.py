@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen.errors import BadInput, Place
+from codegen.base.errors import BadInput, Place
 from codegen.logs import LogDescription, read_log
 from codegen.logs.binding import Binding, bind
 from codegen.logs.counters import mended, require_columns

@@ -12,9 +12,9 @@ from typing import IO, Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen.errors import BadInput
-from codegen.files import refuse_target, write_atomically
-from codegen.temporary import sweep_files, take_place, temporary_file
+from codegen.base.errors import BadInput
+from codegen.base.files import refuse_target, write_atomically
+from codegen.base.temporary import sweep_files, take_place, temporary_file
 
 Array = NDArray[np.float64]
 Column = tuple[str, str]

@@ -6,11 +6,11 @@ import inspect
 from pathlib import Path
 from typing import Any
 
+from codegen.base.files import write_all
+from codegen.base.text import render
 from codegen.effects import CATALOGUE, Effect, EffectParameter
-from codegen.files import write_all
 from codegen.report.effect_examples import LEVEL, MASS, PARAMETERS, STIFFNESS
 from codegen.report.wording import with_unit
-from codegen.text import render
 
 
 def effect_view(effect: Effect) -> dict[str, Any]:

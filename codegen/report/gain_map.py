@@ -14,10 +14,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import NullFormatter
 
+from codegen.analysis.feasibility.axes import SAMPLE_TIME, GainAxis
+from codegen.analysis.feasibility.gains import Feasibility, GainSet
+from codegen.analysis.feasibility.suggest import NOISE_SHARE
 from codegen.report.wording import number, unit_text
-from codegen.stability.feasibility.axes import SAMPLE_TIME, GainAxis
-from codegen.stability.feasibility.gains import Feasibility, GainSet
-from codegen.stability.feasibility.suggest import NOISE_SHARE
 
 INK, QUIET, OUTSIDE = "#1d1f22", "#8a8f96", "#d9d9d9"
 NOISE, EULER, CONTINUOUS = "#c2410c", "#111827", "#7c3aed"

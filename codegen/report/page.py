@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from typing import Literal
 from urllib.parse import quote
 
+from codegen.base.text import render
+from codegen.base.version import VERSION
 from codegen.diagnosis.diagnose import Models
 from codegen.diagnosis.results import Agreement, CertificateChange, Diagnosis
 from codegen.report.evidence import LawEvidence, law_evidence
@@ -38,8 +40,6 @@ from codegen.report.view import (
 )
 from codegen.report.wording import number, percent
 from codegen.spec.model import Spec
-from codegen.text import render
-from codegen.version import VERSION
 
 LEAST_CORRELATION = 0.95
 CLOSE_DIFFERENCE, FAIR_DIFFERENCE = 0.1, 0.25

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
-from codegen.significant import significant_digits
+from codegen.base.significant import significant_digits
 
 DIGITS = 4
 PREFIXES = (("", 1.0, 0.1), ("m", 1e3, 1e-4), ("µ", 1e6, 0.0))

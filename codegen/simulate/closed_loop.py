@@ -8,10 +8,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from codegen.base.errors import BadInput
 from codegen.cancellation import cancelling_outputs, with_cancellation
-from codegen.errors import BadInput
 from codegen.mechanics.system import System
-from codegen.numerics import numerical
 from codegen.observers import observer_of
 from codegen.simulate.declared_control import declared_controller, input_limit
 from codegen.simulate.loop_run import LoopRun
@@ -21,6 +20,7 @@ from codegen.simulate.runnable import steps_a_sample
 from codegen.simulate.sensors import Sensors
 from codegen.simulate.simulable import refuse_unsimulable
 from codegen.spec.model import CancellationChoice, Simulation, Spec
+from codegen.spec.numerics import numerical
 
 Array = NDArray[np.float64]
 

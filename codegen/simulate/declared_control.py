@@ -9,7 +9,7 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.system import TIME
 from codegen.simulate.controller import Feedback, sampled

@@ -9,7 +9,7 @@ import casadi
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.solve import solve_symmetric
 from codegen.mechanics.system import TIME, System

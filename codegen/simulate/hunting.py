@@ -9,11 +9,10 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
+from codegen.base.errors import BadInput
 from codegen.cancellation import cancelling_outputs
-from codegen.errors import BadInput
 from codegen.mechanics.sampling import numbers_over
 from codegen.mechanics.system import System
-from codegen.numerics import numerical
 from codegen.simulate.closed_loop import declared_sensors, generated_in_loop
 from codegen.simulate.declared_control import control_loops, declared_controller, input_limit
 from codegen.simulate.limit_cycle import LimitCycle, at_rest, limit_cycle
@@ -21,6 +20,7 @@ from codegen.simulate.observed_loop import run_loop
 from codegen.simulate.observer_in_loop import Cancellation, ObserverInLoop
 from codegen.simulate.simulable import refuse_unsimulable
 from codegen.spec.model import CancellationChoice, Simulation, Spec
+from codegen.spec.numerics import numerical
 
 Array = NDArray[np.float64]
 HALVINGS = 6

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen.files import write_atomically
+from codegen.base.files import write_atomically
 from codegen.spec.model import Spec
 
 Array = NDArray[np.float64]

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.mechanics.system import System
-from codegen.numerics import numerical
 from codegen.observers import Observer
 from codegen.simulate.declared_control import control_loops
 from codegen.simulate.simulable import refuse_unsimulable
 from codegen.spec.model import Simulation, Spec
+from codegen.spec.numerics import numerical
 
 
 @numerical("the motion that `simulation` asks for")

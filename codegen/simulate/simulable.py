@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.friction import MemoryLaw
 from codegen.friction.karnopp import Karnopp
 from codegen.mechanics.system import ContactFriction, System

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import sympy
 
-from codegen.errors import BadInput, nearest_name
+from codegen.base.errors import BadInput, nearest_name
 from codegen.spec.expression import NAME, Expression, parse_expression
 from codegen.spec.model import symbol
 from codegen.spec.motion import DIRECTIONS, GROUND, TRANSLATIONS, Body, Sliding, position_name, rate_name

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from codegen.errors import BadInput, Place, nearest_name
+from codegen.base.errors import BadInput, Place, nearest_name
 from codegen.spec.expression import exact_number
 from codegen.spec.model import CancellationChoice, Contact
 from codegen.spec.schema import CancellationSection

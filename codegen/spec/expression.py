@@ -17,7 +17,7 @@ from typing import Any
 
 import sympy
 
-from codegen.errors import BadInput, Place, nearest_name
+from codegen.base.errors import BadInput, Place, nearest_name
 from codegen.spec.functions import CONSTANTS, FUNCTIONS, Magnitude, Sgn
 from codegen.spec.printed import RANGE, decimal_of, in_range
 

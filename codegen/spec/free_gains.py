@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from codegen.errors import BadInput, Place
+from codegen.base.errors import BadInput, Place
 from codegen.spec.expression import exact_number
 from codegen.spec.model import FreeGain, Spec
 from codegen.spec.schema import FreeSection

@@ -10,7 +10,7 @@ from typing import Any
 
 import sympy
 
-from codegen.errors import Place
+from codegen.base.errors import Place
 from codegen.spec.kinematics import KinematicTree
 from codegen.spec.motion import Form, Sliding
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import sympy
 
-from codegen.errors import BadInput, Place, nearest_name
+from codegen.base.errors import BadInput, Place, nearest_name
 from codegen.spec.bodies_section import read_bodies, read_body_forces, read_equations, read_sliding
 from codegen.spec.dimensions import check_dimensions
 from codegen.spec.expression import NAME, Expression, parse_expression

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from codegen.errors import BadInput, Place, nearest_name
+from codegen.base.errors import BadInput, Place, nearest_name
 from codegen.spec.expression import exact_number, parse_expression
 from codegen.spec.free_gains import read_free_gains
 from codegen.spec.model import Contact, DomainChoice, ObserverChoice, symbol

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from codegen.errors import BadInput, Place
+from codegen.base.errors import BadInput, Place
 from codegen.spec.model import Spec
 
 CODE = "generated code"

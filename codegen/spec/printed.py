@@ -12,7 +12,7 @@ from typing import Any
 
 import sympy
 
-from codegen.errors import BadInput, Place
+from codegen.base.errors import BadInput, Place
 
 RANGE = "a finite number between 1e-300 and 1e300 in size"
 

@@ -6,7 +6,7 @@ import re
 
 import sympy
 
-from codegen.errors import BadInput, Place
+from codegen.base.errors import BadInput, Place
 from codegen.spec.expression import exact_number
 from codegen.spec.printed import printed
 from codegen.spec.units import describe, dimension, parse_unit, si_factor

@@ -7,8 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
-from codegen.errors import BadInput, Faults, Place, nearest_name
-from codegen.input_files import read_text
+from codegen.base.errors import BadInput, Faults, Place, nearest_name
+from codegen.base.input_files import read_text
 from codegen.spec.cancellation_section import read_cancellation
 from codegen.spec.expression import exact_number
 from codegen.spec.model import (

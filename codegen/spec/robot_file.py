@@ -12,8 +12,8 @@ from lxml import etree
 from urdf_parser_py.urdf import Robot
 from urdf_parser_py.xml_reflection import core
 
-from codegen.errors import BadInput, Place
-from codegen.input_files import read_bytes
+from codegen.base.errors import BadInput, Place
+from codegen.base.input_files import read_bytes
 
 KNOWN = {
     "robot": {"link", "joint"},

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from codegen.errors import BadInput, Place
+from codegen.base.errors import BadInput, Place
 from codegen.spec.expression import exact_number
 
 LARGEST = 10

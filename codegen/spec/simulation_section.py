@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 
 import sympy
 
-from codegen.errors import BadInput, Place, nearest_name
+from codegen.base.errors import BadInput, Place, nearest_name
 from codegen.spec.expression import exact_number, parse_expression
 from codegen.spec.model import Coordinate, Input, Simulation, symbol
 from codegen.spec.quantity import read_quantity

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
-from codegen.errors import BadInput, Place, nearest_name
+from codegen.base.errors import BadInput, Place, nearest_name
 from codegen.spec.expression import Expression
 from codegen.spec.si_units import Dimension, SiUnit, si_unit
 from codegen.spec.unit_text import Unreadable, spelled, with_plain_signs

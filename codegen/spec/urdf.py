@@ -11,8 +11,8 @@ from typing import Any, cast
 
 import numpy as np
 
-from codegen.errors import BadInput, Place
-from codegen.exact_numbers import Exact, exact_array, sine_cosine, square_root
+from codegen.base.errors import BadInput, Place
+from codegen.base.exact_numbers import Exact, exact_array, sine_cosine, square_root
 from codegen.spec.kinematics import KinematicTree, MovingBody, Rows, Vector
 from codegen.spec.robot_file import RobotFile
 

@@ -8,7 +8,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from codegen.errors import BadInput, Place, nearest_name
+from codegen.base.errors import BadInput, Place, nearest_name
 from codegen.spec.expression import exact_number
 from codegen.spec.kinematics import KinematicTree, LinkTolerance, MovingBody
 from codegen.spec.share import read_share

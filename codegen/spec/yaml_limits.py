@@ -21,7 +21,7 @@ from ruamel.yaml.events import (
     SequenceStartEvent,
 )
 
-from codegen.errors import BadInput, Place
+from codegen.base.errors import BadInput, Place
 
 MOST_NODES = 50_000
 """The loader takes about 0.1 ms for each, so 5 s."""

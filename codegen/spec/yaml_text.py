@@ -10,7 +10,7 @@ from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from ruamel.yaml.constructor import DuplicateKeyError, RoundTripConstructor
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
-from codegen.errors import BadInput, Place
+from codegen.base.errors import BadInput, Place
 from codegen.spec.ranges import MARK, expanded
 from codegen.spec.yaml_limits import refuse_monsters
 

@@ -12,7 +12,7 @@ from benchmarks.emps.choice import Candidate, as_good, least, rules
 from benchmarks.emps.floor import drift_mm
 from benchmarks.emps.models import BY_DIRECTION, LOST_MM, Model, score
 from benchmarks.emps.records import EVERY, FREE_SAMPLES, ROOT, Measured, blocks, start_state, without
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.mechanics import build_system
 from codegen.spec import read_spec
 

@@ -24,7 +24,7 @@ from benchmarks.peers.study import gain_sets, in_c, in_numba
 from benchmarks.result import Entry, Row
 from benchmarks.rows import chain, python_twin, seven_joint_arm, two_link_arm, two_mass
 from benchmarks.text import render
-from codegen.resources import resource_folder
+from codegen.base.resources import resource_folder
 from tests.compiled.toolchain import need
 
 

@@ -12,7 +12,7 @@ from benchmarks.real.page import BEGIN, END, SAID, page_of, replaced, row, table
 from benchmarks.real.runs import command, kept
 from benchmarks.real.sets import DATA, SETS, SPECS, Diagnosed
 from benchmarks.real.steady import mean_errors
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.logs import read_description, read_logs
 from codegen.spec import read_spec
 

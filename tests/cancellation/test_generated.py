@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from codegen.app.generate import generated_files, generated_program
 from codegen.cancellation import with_cancellation
 from codegen.emit.package import emit_sources, make_header
-from codegen.generation import generated_files, generated_program
 from codegen.observers import observer_of
 from codegen.program import build_program
 from codegen.replay.engine import compiled_engine, twin_engine

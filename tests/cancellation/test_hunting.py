@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from codegen import pipeline
+from codegen.base.errors import BadInput
+from codegen.base.text import render
 from codegen.effects.declare import add_declared_effects
-from codegen.errors import BadInput
 from codegen.mechanics.build import build_system
 from codegen.simulate.hunting import Trial, hunting
 from codegen.simulate.limit_cycle import at_rest, limit_cycle
-from codegen.text import render
 
 from .describing import Mass, threshold
 from .machines import read

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from codegen import pipeline
+from codegen.base.text import render
 from codegen.cancellation import make_plan, reach
 from codegen.cancellation.leftover import leftover
 from codegen.mechanics.build import build_system
 from codegen.spec.model import CancellationChoice
-from codegen.text import render
 
 from .machines import machine_text, random_mass, random_matrix, read
 from .test_best_input import costs, numbers

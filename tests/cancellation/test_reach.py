@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from codegen.base.errors import BadInput
 from codegen.cancellation import reach
-from codegen.errors import BadInput
 from codegen.mechanics.build import build_system
 
 from .machines import machine_text, random_mass, random_matrix, read

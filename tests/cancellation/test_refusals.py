@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from codegen.base.errors import BadInput
 from codegen.cancellation import RankFalls, regular, with_cancellation
 from codegen.cancellation.regular import keeps_rank
-from codegen.errors import BadInput
 from codegen.mechanics.build import build_system
 from codegen.observers import build_observer
 

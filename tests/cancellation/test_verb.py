@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from codegen import pipeline
-from tests.cli.command import stiction
+from tests.app.command import stiction
 
 SPECS = Path(__file__).parents[2] / "specs"
 THESIS = SPECS / "thesis" / "two_mass_cancellation.yaml"

@@ -14,13 +14,13 @@ from typing import Any
 import pytest
 from observers.machines import TEXTS
 
+from codegen.app.generate import generated_files
+from codegen.certify.certify import Certificate
 from codegen.checker import twin as reader
 from codegen.checker import verify
 from codegen.checker.verify import Refused
-from codegen.generation import generated_files
 from codegen.replay.twin import load_twin
 from codegen.spec import parse_spec
-from codegen.stability.certificate.certify import Certificate
 
 from .test_verify import value
 

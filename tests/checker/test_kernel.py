@@ -16,15 +16,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from codegen.app.generate import generated_program
 from codegen.cancellation import with_cancellation
+from codegen.certify.certify import Certificate
+from codegen.certify.kernel_form import NotCovered, proof_text
 from codegen.checker import counterexamples, kernel
-from codegen.generation import generated_program
 from codegen.observers import observer_of
 from codegen.program import build_program
 from codegen.replay.twin import load_twin
 from codegen.spec import parse_spec, read_spec
-from codegen.stability.certificate.certify import Certificate
-from codegen.stability.certificate.kernel_form import NotCovered, proof_text
 
 ROOT = Path(__file__).parents[2]
 GENERATED = ROOT / "generated"

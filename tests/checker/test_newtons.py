@@ -19,9 +19,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from codegen.base.files import sha256
 from codegen.checker import newtons
 from codegen.checker.newtons import Refused
-from codegen.files import sha256
 from codegen.replay.twin import load_twin
 
 from .test_binding import GUARDED

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from codegen.stability.certificate.region_proofs import REGION_PROOFS
+from codegen.certify.region_proofs import REGION_PROOFS
 
 from .test_verify import Cert, accepted, largest, mutants, nodes, number, successive, together, value
 

@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 
+from codegen.app.smt_lib import smt_text
+from codegen.base.errors import BadInput
+from codegen.certify.region_proofs import REGION_PROOFS
 from codegen.checker import verify
-from codegen.errors import BadInput
-from codegen.smt_lib import smt_text
-from codegen.stability.certificate.region_proofs import REGION_PROOFS
 
 from .test_shipped_mutants import PROOFS, identity
 from .test_verify import cfo, scalar, turning

@@ -10,10 +10,10 @@ import numpy as np
 
 from codegen import pipeline
 from codegen.cancellation import with_cancellation
+from codegen.certify.prefix import rational_text
 from codegen.emit.package import emit_sources, make_header
 from codegen.program import Program, build_program
 from codegen.spec.model import CodeChoice
-from codegen.stability.certificate.prefix import rational_text
 
 from .interface import Interface, read_interface
 from .signals import Channel, Excitation

@@ -13,10 +13,10 @@ import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
+from codegen.base.errors import BadInput
 from codegen.emit.c import FUNCTIONS
 from codegen.emit.expression import Expressions
 from codegen.emit.language import Language
-from codegen.errors import BadInput
 from codegen.program.graph import Graph
 from codegen.program.normal import normalise
 from codegen.program.translate import to_graph

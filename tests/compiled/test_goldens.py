@@ -22,7 +22,7 @@ QUICK = [ROOT / "specs" / "two_mass.yaml"]
 def stiction(folder: Path, hash_seed: str, *words: str | Path) -> subprocess.CompletedProcess[str]:
     """Run the command in a folder; ``generated/`` there is what it writes or checks."""
     environment = os.environ | {"PYTHONHASHSEED": hash_seed, "PYTHONPATH": str(ROOT)}
-    command = [sys.executable, "-c", "from codegen.cli import main; main()", *map(str, words)]
+    command = [sys.executable, "-c", "from codegen.app.cli import main; main()", *map(str, words)]
     return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
 
 

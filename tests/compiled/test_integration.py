@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from codegen.analysis.analysis import analyse
+from codegen.analysis.operating_points import evaluate
+from codegen.certify.certify import Certificate, certify
 from codegen.mechanics import build_system
 from codegen.observers import build_observer
 from codegen.spec.reader import parse_spec
-from codegen.stability.analysis import analyse
-from codegen.stability.certificate.certify import Certificate, certify
-from codegen.stability.operating_points import evaluate
 
 from .build import Built, motion, same_bits
 from .specs import spec_text

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.spec import parse_spec
 from codegen.spec.reserved import reserved
 

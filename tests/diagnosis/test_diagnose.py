@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from codegen import pipeline
+from codegen.base.errors import BadInput
 from codegen.diagnosis.diagnose import Models, diagnose_log
 from codegen.diagnosis.results import Diagnosis
 from codegen.effects import CATALOGUE
 from codegen.effects.register import load_effects
-from codegen.errors import BadInput
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import STAGE, TEST, TRAIN, diagnosed, log_of, stage, system_of
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from codegen import pipeline
+from codegen.base.resources import resource_folder
 from codegen.diagnosis.harmonics import regress, with_harmonics
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.record import record_of
@@ -18,7 +19,6 @@ from codegen.diagnosis.signals import smooth_motion
 from codegen.diagnosis.trial import part_of
 from codegen.effects import CATALOGUE
 from codegen.effects.cogging_harmonics import CoggingHarmonics
-from codegen.resources import resource_folder
 from codegen.spec import read_spec
 from tests.diagnosis.stage import diagnosed, log_of, stage, system_of
 

@@ -8,12 +8,12 @@ from typing import Any
 import pytest
 
 from codegen.app import diagnose
+from codegen.base.errors import BadInput
+from codegen.base.text import render
 from codegen.diagnosis.advice import MotionTried, Separation, SetupTried
 from codegen.diagnosis.conclusion import told, worst
 from codegen.diagnosis.results import FoundEffect, Remainder
-from codegen.errors import BadInput
-from codegen.text import render
-from tests.cli.command import is_one_message, stiction
+from tests.app.command import is_one_message, stiction
 from tests.diagnosis.stage import log_of, stage
 
 SMALL = Remainder(0.1, 0.006, 0.8, {"load": 0.8, "speed": 0.3})

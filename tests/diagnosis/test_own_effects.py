@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from codegen.base.text import render
 from codegen.diagnosis import attempt
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.effects import CATALOGUE
 from codegen.effects.register import is_own, load_effects
-from codegen.text import render
 from tests.diagnosis.stage import log_of, stage, system_of
 
 MINE = '''

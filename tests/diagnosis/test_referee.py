@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from codegen.base.resources import resource_folder
 from codegen.diagnosis.conclusion import is_small, told
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.referee import explained_over, remainders, repeated_share, since_reversal, sliding, splines
 from codegen.diagnosis.results import Remainder
 from codegen.diagnosis.signals import smooth_motion
 from codegen.logs import read_log
-from codegen.resources import resource_folder
 from codegen.simulate.closed_loop import simulate
 from codegen.simulate.loop_run import write_log
 from codegen.spec import parse_spec

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 import codegen.diagnosis
+from codegen.base.errors import BadInput
 from codegen.diagnosis.attempt import Attempt, Found, every_part
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.problem import Problem
@@ -27,7 +28,6 @@ from codegen.diagnosis.trial import Part, part_of
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import add_declared_effects, places_of
 from codegen.effects.register import load_effects
-from codegen.errors import BadInput
 from codegen.mechanics import System, build_system
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import log_of, stage, system_of

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from codegen.base.errors import BadInput
 from codegen.diagnosis.measure import Window, free_run_errors
 from codegen.diagnosis.signals import SHORTEST_TEST_S, low_pass, quiet_cutoff, smooth_motion
-from codegen.errors import BadInput
 from tests.diagnosis.stage import log_of, stage, system_of
 
 H = 0.002

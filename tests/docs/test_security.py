@@ -10,7 +10,7 @@ from unittest.mock import patch
 
 import pytest
 
-from tests.cli.command import SPECS, stiction
+from tests.app.command import SPECS, stiction
 
 PAGE = (Path(__file__).parents[2] / "SECURITY.md").read_text(encoding="utf-8")
 SPEC = SPECS / "one_mass.yaml"

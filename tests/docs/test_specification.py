@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from codegen import cli
+from codegen.app import cli
+from codegen.base.errors import LONGEST_PART
+from codegen.base.input_files import LARGEST_GENERATED, LARGEST_TEXT
 from codegen.checker import files, verify
 from codegen.effects import CATALOGUE
-from codegen.errors import LONGEST_PART
 from codegen.friction import LAWS
-from codegen.input_files import LARGEST_GENERATED, LARGEST_TEXT
 from codegen.logs import csv_file, mat_elements, npy_header, source
 from codegen.observers import OBSERVERS
 from codegen.report.effect_pictures import effect_picture
@@ -69,7 +69,7 @@ def test_the_page_s_own_effect_can_be_registered(tmp_path: Path) -> None:
     spec = (ROOT / "specs" / "one_mass.yaml").read_text(encoding="utf-8")
     one = "effects: [{kind: magnetic_pull, on: x, parameters: {p: 3, x_0: 0.1}}]"
     (tmp_path / "spec.yaml").write_text(spec.replace("effects: []", one), encoding="utf-8")
-    command = [sys.executable, "-m", "codegen.cli"]
+    command = [sys.executable, "-m", "codegen.app.cli"]
     done = {
         options: subprocess.run(
             [*command, *options, "check", "spec.yaml"], cwd=tmp_path, capture_output=True, text=True

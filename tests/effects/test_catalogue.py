@@ -12,11 +12,11 @@ import pytest
 import sympy
 from observers.machines import TEXTS, bare_machine
 
+from codegen.base.errors import BadInput
 from codegen.effects import CATALOGUE, Effect, EffectParameter
 from codegen.effects.declare import add_declared_effects, effect_symbols, places_of, unit_words
 from codegen.effects.spring import Spring
 from codegen.effects.start import Covered
-from codegen.errors import BadInput
 from codegen.mechanics import System, build_system
 from codegen.mechanics.system import TIME
 from codegen.spec import parse_spec

@@ -9,15 +9,15 @@ import pytest
 from independence.derived import Derived, random_point
 from independence.true_plant import TruePlant
 from observers.machines import TEXTS, bare_machine
-from stability.certified import outcome
 
+from codegen.analysis.error_dynamics import derive_error_dynamics
+from codegen.certify.certify import Certificate, Refusal
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import add_declared_effects, places_of
 from codegen.mechanics import build_system
 from codegen.observers import build_observer
 from codegen.spec import parse_spec
-from codegen.stability.certificate.certify import Certificate, Refusal
-from codegen.stability.error_dynamics import derive_error_dynamics
+from tests.certify.certified import outcome
 
 PARAMETERS = {"T": 0.02, "tau": 0.004, "gain": 1.1, "period": 0.7, "load_fraction": 0.4, "amplitude": 0.02, "v_s": 0.3}
 OBSERVERS = {

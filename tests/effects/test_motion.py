@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from simulate.machines import ONE_MASS
 
+from codegen.base.errors import BadInput
 from codegen.effects.declare import add_declared_effects
-from codegen.errors import BadInput
 from codegen.mechanics import System, build_system
 from codegen.simulate.closed_loop import simulate
 from codegen.simulate.event_plant import EventPlant

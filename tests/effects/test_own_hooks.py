@@ -11,16 +11,16 @@ from compiled.build import Built
 from independence.derived import Derived, random_point
 from independence.true_plant import TruePlant
 from observers.machines import TEXTS, bare_machine
-from stability.certified import outcome
 
+from codegen.analysis.error_dynamics import derive_error_dynamics
+from codegen.certify.certify import Certificate
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import add_declared_effects, places_of
 from codegen.effects.register import load_effects
 from codegen.mechanics import build_system
 from codegen.observers import build_observer
 from codegen.spec import parse_spec
-from codegen.stability.certificate.certify import Certificate
-from codegen.stability.error_dynamics import derive_error_dynamics
+from tests.certify.certified import outcome
 
 from .own_hooks import VALUES
 from .test_derived import ENVELOPES, OBSERVERS

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from codegen.base.errors import BadInput
 from codegen.effects import CATALOGUE
 from codegen.effects.register import load_effects
-from codegen.errors import BadInput
 
 MINE = """
 from codegen.effects.spring import Spring

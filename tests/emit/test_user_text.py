@@ -15,20 +15,20 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from codegen.app.smt_lib import smt_text
+from codegen.base.errors import BadInput, Place
+from codegen.base.text import environment, language_of, render
+from codegen.base.user_text import PRINTED, REPLACEMENT, UserText, c_text, file_text, python_text, terminal_text
 from codegen.emit import PRINTERS
 from codegen.emit.fmu.variables import Unit, Variable
 from codegen.emit.header import Header, make_header
 from codegen.emit.package import emit_manifest, emit_readme
-from codegen.errors import BadInput, Place
 from codegen.observers import observer_of
 from codegen.program import build_program
 from codegen.program.lower import lower
 from codegen.report.view import Page
-from codegen.smt_lib import smt_text
 from codegen.spec import parse_spec
 from codegen.spec.units import parse_unit
-from codegen.text import environment, language_of, render
-from codegen.user_text import PRINTED, REPLACEMENT, UserText, c_text, file_text, python_text, terminal_text
 
 from .lexers import LEXERS, c, cmake, html, make, smt, xml
 

@@ -11,13 +11,12 @@ from types import ModuleType
 import fmpy
 import numpy as np
 import pytest
-from cli.command import SPECS, is_one_message, stiction
 from fmpy import validation
 
-from codegen.compiler import compile_shared
+from codegen.base.compiler import compile_shared
+from codegen.base.errors import BadInput
 from codegen.emit.fmu import VERSIONS, Fmu, emit_fmu
 from codegen.emit.package import emit_sources, make_header
-from codegen.errors import BadInput
 from codegen.observers import observer_of
 from codegen.program import Program, build_program
 from codegen.replay.engine import compiled_engine
@@ -25,6 +24,7 @@ from codegen.replay.twin import fill, inputs_of, load_twin, values_of
 from codegen.spec import read_spec
 from codegen.spec.model import CodeChoice
 from fmu import unit as driven
+from tests.app.command import SPECS, is_one_message, stiction
 
 ROWS = 400
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.friction import LAWS, MemoryLaw
 from tests.friction.samples import draw, level
 

@@ -7,7 +7,7 @@ import sys
 import warnings
 from collections.abc import Callable
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 
 from .case import Case, Stage
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
-from codegen import cli
+from codegen.app import cli
 from codegen.effects import CATALOGUE
 from codegen.friction import LAWS
 

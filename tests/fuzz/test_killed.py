@@ -15,12 +15,12 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.command import SPECS, contents, process
+from tests.app.command import SPECS, contents, process
 
 CHILD = """
 import json, os, signal, sys
 from pathlib import Path
-from codegen import files
+from codegen.base import files
 
 folder, at, arguments = sys.argv[1], int(sys.argv[2]), sys.argv[3:]
 EVENTS = ("open", "os.rename", "os.remove", "os.chmod", "os.mkdir", "os.rmdir", "os.truncate", "os.link", "os.symlink")
@@ -40,7 +40,7 @@ sys.addaudithook(hook)
 if arguments[0] == "write":
     files.write_all(Path(folder), json.loads(arguments[1]))
 else:
-    from codegen.cli import main
+    from codegen.app.cli import main
     sys.argv = ["stiction", *arguments]
     try:
         main()

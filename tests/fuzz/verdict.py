@@ -18,8 +18,8 @@ from io import StringIO
 from pathlib import Path
 from types import FrameType
 
+from codegen.base.errors import BadInput
 from codegen.checker.verify import Refused
-from codegen.errors import BadInput
 
 LONGEST_MESSAGE = 1000
 MOST_LINES = 21
@@ -158,7 +158,7 @@ def _exit_code(call: Callable[[], object]) -> int:
 
 def through_main(*arguments: object) -> Callable[[], None]:
     """The command as a user gives it."""
-    from codegen.cli import main
+    from codegen.app.cli import main
 
     def call() -> None:
         before, sys.argv = sys.argv, ["stiction", *map(str, arguments)]

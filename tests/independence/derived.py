@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from codegen.analysis.error_dynamics import ErrorDynamics
+from codegen.analysis.operating_points import evaluate, operating_points
 from codegen.observers import Observer
 from codegen.spec import Spec
-from codegen.stability.error_dynamics import ErrorDynamics
-from codegen.stability.operating_points import evaluate, operating_points
 
 from .true_plant import Point, TruePlant
 from .variants import TRUE_LEVELS

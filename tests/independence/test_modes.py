@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from codegen.errors import BadInput
+from codegen.analysis.analysis import Analysis, analyse
+from codegen.base.errors import BadInput
 from codegen.mechanics import build_system
 from codegen.observers import build_observer
 from codegen.spec import parse_spec
-from codegen.stability.analysis import Analysis, analyse
 
 SPECS = Path(__file__).parents[2] / "specs"
 EDGE = 1e-9

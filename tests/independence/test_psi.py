@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from codegen.analysis.error_dynamics import derive_error_dynamics
 from codegen.observers import Observer
 from codegen.spec import Spec
-from codegen.stability.error_dynamics import derive_error_dynamics
 
 from .derived import Derived, random_point
 from .simulated import simulated_jacobian

@@ -13,7 +13,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from codegen.exact_numbers import eigenvalues, first_largest, geometric, power_of_ten, sine_cosine, square_root
+from codegen.base.exact_numbers import eigenvalues, first_largest, geometric, power_of_ten, sine_cosine, square_root
 
 ROOT = Path(__file__).parents[2]
 SPECS = sorted([*ROOT.glob("specs/*.yaml"), *ROOT.glob("specs/thesis/*.yaml")])
@@ -28,8 +28,8 @@ SCRIPT = """
 import json, sys, tempfile
 from pathlib import Path
 from codegen import pipeline
-from codegen.errors import BadInput
-from codegen.readable import analysis_json
+from codegen.base.errors import BadInput
+from codegen.app.readable import analysis_json
 result = {}
 for name in sys.argv[2:]:
     try:

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from codegen import pipeline
+from codegen.analysis.error_dynamics import derive_error_dynamics
 from codegen.observers import Observer
-from codegen.stability.error_dynamics import derive_error_dynamics
 
 from .derived import Derived, random_point
 from .true_plant import Point, TruePlant

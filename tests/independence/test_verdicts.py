@@ -14,12 +14,12 @@ import casadi
 import numpy as np
 import pytest
 
+from codegen.analysis.analysis import Analysis, analyse
+from codegen.analysis.factors import SYMBOLIC_ORDER
+from codegen.analysis.operating_points import evaluate_columns, matrix_function
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.solve import solve_symmetric
 from codegen.spec.model import symbol
-from codegen.stability.analysis import Analysis, analyse
-from codegen.stability.factors import SYMBOLIC_ORDER
-from codegen.stability.operating_points import evaluate_columns, matrix_function
 
 from .variants import SHIPPED, Variant, build, shape
 

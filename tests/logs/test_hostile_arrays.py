@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from scipy.io import savemat
 from slider_log import rows
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.logs import read_log, read_logs
 from codegen.logs import source as log_source
 from codegen.logs.npy_header import LONGEST, read_header
@@ -167,7 +167,7 @@ def test_a_bomb_in_little_memory(tmp_path):
     code = """
 import sys
 from pathlib import Path
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.logs import Allowance, LogDescription
 from codegen.logs.mat_file import open_mat
 try:

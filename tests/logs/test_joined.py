@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from slider_log import write_csv
 
+from codegen.base.errors import BadInput
 from codegen.diagnosis.record import record_of
 from codegen.diagnosis.signals import smooth_motion
-from codegen.errors import BadInput
 from codegen.logs import excerpt, joined, preflight, read_log, read_logs
 
 

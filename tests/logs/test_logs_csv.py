@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from slider_log import rows, write_csv
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.logs import read_log
 
 

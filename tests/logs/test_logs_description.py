@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from slider_log import TEXT, rows, write_csv
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.logs import read_description, read_log
 from codegen.spec.reader import parse_spec
 

@@ -15,7 +15,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from slider_log import rows
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.logs import FORMATS, read_log
 from codegen.logs import source as log_source
 

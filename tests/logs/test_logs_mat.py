@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.io import loadmat, savemat
 from slider_log import rows
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.logs import read_log
 from codegen.logs.mat_elements import variables
 

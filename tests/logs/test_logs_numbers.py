@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from slider_log import LEVEL, rows, write_csv
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.logs import preflight, read_log
 
 

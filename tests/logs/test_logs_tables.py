@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.logs import read_log
 
 ROWS = [(0.01 * k, 0.5 * k, -3.0 + k) for k in range(6)]

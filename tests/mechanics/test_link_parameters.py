@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.mechanics import System, build_system
 from codegen.mechanics.link_parameters import base_values, link_parameters
 from codegen.spec import Spec, parse_spec

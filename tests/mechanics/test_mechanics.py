@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from observers.machines import HANDS, bare_machine, magnitude
 
-from codegen.errors import BadInput, Place
+from codegen.base.errors import BadInput, Place
 from codegen.mechanics import build_system
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.solve import solve_symmetric

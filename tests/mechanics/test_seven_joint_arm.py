@@ -13,8 +13,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from codegen.certify.certify import spectral_rate
 from codegen.pipeline import derive
-from codegen.stability.certificate.certify import spectral_rate
 from mechanics.robots import SPECS
 
 SPEC = SPECS / "seven_joint_arm.yaml"

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from codegen.errors import Place
+from codegen.base.errors import Place
 from codegen.mechanics import build_system
 from codegen.spec import parse_spec
 from codegen.spec.units import coherent_name, registry

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import sympy
 
+from codegen.analysis.error_dynamics import ErrorDynamics, derive_error_dynamics
 from codegen.observers import Observer, build_observer
-from codegen.stability.error_dynamics import ErrorDynamics, derive_error_dynamics
 
 from .machines import HANDS, machine
 from .reference import Point, Reference

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 import sympy
 
+from codegen.analysis.analysis import analyse
 from codegen.mechanics import build_system
 from codegen.observers import build_observer
 from codegen.spec import parse_spec
-from codegen.stability.analysis import analyse
 
 from .machines import ONE_MASS
 

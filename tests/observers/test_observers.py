@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import sympy
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.mechanics import build_system
 from codegen.observers import Observer, build_observer
 from codegen.spec import parse_spec

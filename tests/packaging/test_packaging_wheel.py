@@ -32,7 +32,7 @@ def test_resources_are_declared_and_found():
     """What hatchling is told to put in is what ``resource_folder`` looks for."""
     import tomllib
 
-    from codegen.resources import resource_folder
+    from codegen.base.resources import resource_folder
 
     wheel = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["hatch"]["build"]["targets"]["wheel"]
     assert wheel["force-include"] == {name: f"codegen/shipped/{name}" for name in ("templates", "specs")}

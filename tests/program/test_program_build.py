@@ -7,8 +7,8 @@ from pathlib import Path
 import casadi
 import pytest
 
+from codegen.base.errors import BadInput
 from codegen.effects.declare import add_declared_effects
-from codegen.errors import BadInput
 from codegen.mechanics.build import build_system
 from codegen.observers import build_observer
 from codegen.program import Program, build_program

@@ -12,13 +12,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen import compiler, pipeline
-from codegen.compiler import compile_shared, find_compiler, load_library
-from codegen.errors import BadInput
+from codegen import pipeline
+from codegen.base import compiler
+from codegen.base.compiler import compile_shared, find_compiler, load_library
+from codegen.base.errors import BadInput
+from codegen.base.temporary import refuse_replaceable
 from codegen.replay import cache
 from codegen.replay.cache import cached_library
-from codegen.temporary import refuse_replaceable
-from tests.cli.command import is_one_message, stiction
+from tests.app.command import is_one_message, stiction
 
 SPEC = Path(__file__).parents[2] / "specs" / "two_mass.yaml"
 pytestmark = pytest.mark.skipif(

@@ -8,11 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cli.command import SPECS, is_one_message, stiction
 
 from codegen import pipeline
+from codegen.base.errors import BadInput
 from codegen.emit.package import emit_sources, make_header
-from codegen.errors import BadInput
 from codegen.logs import stream
 from codegen.logs.stream import open_stream
 from codegen.observers import observer_of
@@ -22,6 +21,7 @@ from codegen.replay.engine import compiled_engine, twin_engine
 from codegen.replay.twin import load_twin
 from codegen.spec import read_spec
 from codegen.spec.model import CodeChoice
+from tests.app.command import SPECS, is_one_message, stiction
 
 SPEC = SPECS / "two_mass.yaml"
 PERIOD = 0.001

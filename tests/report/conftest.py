@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
+from codegen.base.resources import resource_folder
 from codegen.diagnosis.diagnose import Models, diagnose_log
 from codegen.diagnosis.results import Diagnosis
 from codegen.effects.declare import add_declared_effects
 from codegen.logs import read_log
 from codegen.mechanics import build_system
 from codegen.report import render_report
-from codegen.resources import resource_folder
 from codegen.simulate.closed_loop import simulate
 from codegen.simulate.loop_run import write_log
 from codegen.spec import Spec, parse_spec

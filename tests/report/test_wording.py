@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from codegen.base.significant import significant_digits, with_deserved_digits
 from codegen.report.wording import estimated
-from codegen.significant import significant_digits, with_deserved_digits
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.simulate.closed_loop import simulate
 from codegen.simulate.loop_run import write_log
 from codegen.simulate.plant import simulate_open_loop

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.friction import LAWS, MemoryLaw
 from codegen.simulate.closed_loop import simulate
 from codegen.simulate.free_run import free_run

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.simulate.controller import Feedback
 from codegen.simulate.event_plant import EventPlant
 from codegen.simulate.mode_search import Limits, NoMode, find_mode

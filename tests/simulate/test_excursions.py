@@ -9,7 +9,7 @@ import pytest
 
 from codegen.simulate.closed_loop import simulate
 from codegen.simulate.excursions import excursions
-from tests.cli.command import stiction
+from tests.app.command import stiction
 from tests.compiled.specs import SPECS
 
 from .machines import one_mass

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.observers import observer_of
 from codegen.simulate.closed_loop import simulate
 from codegen.simulate.controller import Feedback

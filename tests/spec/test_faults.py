@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 import sympy
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.mechanics import build_system
 from codegen.spec import parse_spec, read_spec
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.mechanics import build_system
 from codegen.spec import parse_spec
 

@@ -11,7 +11,7 @@ import pytest
 from ruamel.yaml import YAML
 
 from codegen.app.schema import schema_text
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.spec.schema import SpecDocument
 from codegen.spec.urdf_section import expand_robot
 from codegen.spec.validation import validate

@@ -9,8 +9,8 @@ from types import FrameType
 
 import pytest
 
-from codegen.errors import LONGEST_PART, BadInput, Place
-from codegen.input_files import LARGEST_TEXT
+from codegen.base.errors import LONGEST_PART, BadInput, Place
+from codegen.base.input_files import LARGEST_TEXT
 from codegen.spec import parse_spec
 from codegen.spec.yaml_limits import DEEPEST, MOST_NODES
 from codegen.spec.yaml_text import load_mapping

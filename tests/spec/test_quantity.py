@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.spec import Spec, parse_spec
 
 ONE = (Path(__file__).parents[2] / "specs" / "one_mass.yaml").read_text()

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from codegen.errors import BadInput
+from codegen.base.errors import BadInput
 from codegen.spec.reader import parse_spec
 
 CHAIN = (Path(__file__).parents[2] / "specs" / "chain.yaml").read_text(encoding="utf-8")

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from codegen.errors import Place
+from codegen.base.errors import Place
 from codegen.spec.si_units import UNITS, Dimension, si_unit
 from codegen.spec.units import registry, si_factor
 

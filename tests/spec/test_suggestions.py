@@ -7,7 +7,7 @@ import string
 
 import pytest
 
-from codegen.errors import nearest_name
+from codegen.base.errors import nearest_name
 
 CASES = [
     ("th", ("t", "x", "w"), None),  # half of the word is another

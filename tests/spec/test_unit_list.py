@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 import sympy
 
-from codegen.errors import BadInput, Place
-from codegen.generation import generated_files
+from codegen.app.generate import generated_files
+from codegen.base.errors import BadInput, Place
+from codegen.certify.certify import Certificate
 from codegen.spec import parse_spec
 from codegen.spec.units import coherent_name, si_factor, unit_name
-from codegen.stability.certificate.certify import Certificate
 
 LB, INCH, G = Fraction("0.45359237"), Fraction("0.0254"), Fraction("9.80665")  # kg, m, m/s^2: by definition
 OZ, FOOT = LB / 16, 12 * INCH

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from codegen.errors import BadInput
-from codegen.input_files import LARGEST_TEXT
+from codegen.base.errors import BadInput
+from codegen.base.input_files import LARGEST_TEXT
 from codegen.spec import parse_spec, read_spec
 from codegen.spec.yaml_text import dump, load_mapping
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from codegen.base.text import render
 from codegen.emit.entries import inputs_of, outputs_of, parameters_of, states_of
 from codegen.emit.header import Header
 from codegen.emit.language import Language
@@ -11,7 +12,6 @@ from codegen.emit.loops import LoopStyle
 from codegen.emit.view import CodeView, Style, view
 from codegen.program import Code, Program
 from codegen.program.model import LARGEST
-from codegen.text import render
 
 FUNCTIONS = ("sin", "cos", "tan", "exp", "log", "sqrt", "tanh", "pow")
 

@@ -9,15 +9,15 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from codegen.compiler import compile_shared
+from codegen.base.compiler import compile_shared
+from codegen.base.errors import BadInput
+from codegen.base.files import sha256
+from codegen.base.resources import resource_folder
+from codegen.base.text import render
+from codegen.base.version import VERSION
 from codegen.emit.fmu.variables import Variable, units_of, variables_of
 from codegen.emit.interface import has_prepare, real_type
-from codegen.errors import BadInput
-from codegen.files import sha256
 from codegen.program import Program
-from codegen.resources import resource_folder
-from codegen.text import render
-from codegen.version import VERSION
 
 VERSIONS = ("3.0", "2.0")
 EPOCH = (1980, 1, 1, 0, 0, 0)

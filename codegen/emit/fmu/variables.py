@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from codegen.base.errors import BadInput, Place
 from codegen.emit.interface import FAULT, has_fault
-from codegen.errors import BadInput, Place
 from codegen.program import Program
 from codegen.spec.units import base_units
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from codegen.base.text import render
 from codegen.emit.entries import inputs_of, outputs_of, parameters_of, states_of
 from codegen.emit.header import Header
 from codegen.emit.language import Language
@@ -9,7 +10,6 @@ from codegen.emit.loops import LoopStyle
 from codegen.emit.view import CodeView, Style, view
 from codegen.program import Code, Program
 from codegen.program.model import LARGEST
-from codegen.text import render
 
 FUNCTIONS = ("sin", "cos", "tan", "exp", "log", "sqrt", "pow", "sign")
 

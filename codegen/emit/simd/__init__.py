@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from codegen.base.text import render
 from codegen.emit.c import c_language, c_words, struct_formats
 from codegen.emit.header import Header
 from codegen.emit.loops import LoopStyle
 from codegen.emit.view import Style, view
 from codegen.program import Code, Program
-from codegen.text import render
 
 LANES = 16
 

@@ -1,0 +1,160 @@
+"""Error dynamics → what a person reads: the characteristic polynomial, gain conditions, margins over the envelope."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from codegen.analysis.conditions import Condition
+from codegen.analysis.error_dynamics import ErrorDynamics, derive_error_dynamics
+from codegen.analysis.factors import Factor, factor_conditions
+from codegen.analysis.modes import Modes, find_modes
+from codegen.analysis.operating_points import (
+    OperatingPoints,
+    distinct_points,
+    evaluate,
+    operating_points,
+    rates_for_neighbours,
+)
+from codegen.base.errors import BadInput
+from codegen.base.exact_numbers import eigenvalues, first_largest
+from codegen.observers.equations import Observer
+from codegen.observers.shape import refuse_infinite_slope
+from codegen.spec.model import Spec
+from codegen.spec.numerics import numerical
+
+
+@dataclass(frozen=True, eq=False)
+class Deciding:
+    """Ψ where an eigenvalue is slowest and where it is fastest; A where |z| is largest, and for an implicit step."""
+
+    slowest: Any
+    fastest: Any
+    widest: Any
+    implicit: Any
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """The stability of one observer at the spec's gains.
+
+    Attributes:
+        dynamics: Ψ and the sampled matrix.
+        factors: |sI − Ψ| in force errors as a product over the blocks that Ψ falls apart into.
+        modes: where the conditions are signs of gains whatever the order, and the polynomial a product over modes.
+        routh, jury: conditions > 0, necessary and sufficient; () where a block is above the fourth order.
+        points: where numbers were taken.
+        worst: the point of the largest spectral radius.
+        radii: largest |z| of the step at each point, to ten digits.
+        deciding: the matrices, m by m, at the points that decide the figures below.
+    """
+
+    dynamics: ErrorDynamics
+    factors: tuple[Factor, ...]
+    modes: Modes | None
+    points: OperatingPoints
+    worst: dict[str, float]
+    radii: Any
+    deciding: Deciding
+
+    @cached_property
+    def spectral_abscissa(self) -> float:
+        """Largest real part of Ψ's eigenvalues over the points, 1/s."""
+        return float(eigenvalues(self.deciding.slowest).real.max())
+
+    @cached_property
+    def spectral_radius(self) -> float:
+        """Largest |z| of the step over the points, at the spec's sample time."""
+        h = float(self.dynamics.observer.sample_time)
+        return float(np.abs(self.dynamics.multipliers(eigenvalues(self.deciding.widest), h)).max())
+
+    @cached_property
+    def largest_sample_time(self) -> float:
+        """Of explicit Euler at these gains, the smallest over the points, s; 0 if Ψ is not Hurwitz."""
+        return float(_sample_times(eigenvalues(self.deciding.fastest)[None])[0])
+
+    @cached_property
+    def implicit_rate(self) -> float:
+        """Least −Re λ over the eigenvalues λ of A, where the step is implicit; 0 elsewhere, 1/s."""
+        return float(-eigenvalues(self.deciding.implicit).real.max()) if self.dynamics.implicit else 0.0
+
+    @property
+    def polynomial(self) -> tuple[Any, ...] | None:
+        """Coefficients of |sI − Ψ|, highest first, where Ψ is one block of up to the fourth order."""
+        return self.factors[0].polynomial if len(self.factors) == 1 else None
+
+    @property
+    def routh(self) -> tuple[Condition, ...]:
+        """Routh–Hurwitz conditions of Ψ."""
+        if self.modes is not None:
+            return self.modes.conditions
+        return _all(self.factors, [f.routh for f in self.factors])
+
+    @property
+    def jury(self) -> tuple[Condition, ...]:
+        """Jury conditions of the explicit Euler step."""
+        if self.modes is not None and self.modes.jury:
+            return self.modes.jury
+        return _all(self.factors, [f.jury for f in self.factors])
+
+    @property
+    def stable(self) -> bool:
+        """Whether the sampled error is stable at every point looked at."""
+        return self.spectral_radius < 1
+
+
+@numerical("the error dynamics over the envelope")
+def analyse(spec: Spec, observer: Observer, conditions: bool = True) -> Analysis:
+    """Derive the error dynamics and read them off over the envelope.
+
+    Args:
+        conditions: whether to write the gain conditions too, which can be long.
+
+    Raises:
+        BadInput: where they are not finite somewhere in the envelope.
+    """
+    refuse_infinite_slope(spec)
+    dynamics = rates_for_neighbours(derive_error_dynamics(observer), spec.envelope)
+    points = operating_points(dynamics, spec)
+    h = float(observer.sample_time)
+    psi, step = dynamics.in_force(dynamics.jacobian), dynamics.in_force(dynamics.sampled)
+    looked_at, alike = distinct_points(dynamics, points, psi, step)
+    continuous, sampled = evaluate(dynamics, psi, looked_at), evaluate(dynamics, step, looked_at)
+    finite = np.isfinite(continuous).all(axis=(1, 2)) & np.isfinite(sampled).all(axis=(1, 2))
+    if not finite.all():
+        at = ", ".join(f"{s} = {v:.4g}" for s, v in zip(points.variables, looked_at.values[~finite][0], strict=True))
+        found = f"the error dynamics are not finite at {at or 'every point'}"
+        raise BadInput(spec.place("envelope"), found, "a force and gains whose slopes are finite in the whole envelope")
+    of_psi, of_step = np.linalg.eigvals(continuous), np.linalg.eigvals(sampled)
+    largest = np.abs(dynamics.multipliers(of_step, h)).max(axis=1)
+    radii = np.array([float(f"{r:.10g}") for r in largest])[alike]
+    worst = first_largest(largest[alike])  # not of the rounded ones: equal radii may round to two sides of a half
+    return Analysis(
+        dynamics=dynamics,
+        factors=factor_conditions(dynamics, continuous, sampled, h) if conditions else (),
+        modes=find_modes(dynamics, continuous, h) if conditions else None,
+        points=points,
+        worst={s.name: float(points.values[worst, k]) for k, s in enumerate(points.variables)},
+        radii=radii,
+        deciding=Deciding(
+            slowest=continuous[first_largest(of_psi.real.max(axis=1))],
+            fastest=continuous[first_largest(-_sample_times(of_psi))],
+            widest=sampled[alike[worst]],
+            implicit=sampled[first_largest(of_step.real.max(axis=1))],
+        ),
+    )
+
+
+def _sample_times(values: Any) -> Any:
+    """At each point the h below which explicit Euler is stable, −2 Re λ/|λ|² of the first λ to leave; points by m."""
+    stable = (values.real < 0).all(axis=1)
+    squares = np.where(values == 0, 1.0, values.real**2 + values.imag**2)
+    return np.where(stable, (-2 * values.real / squares).min(axis=1), 0.0)
+
+
+def _all(factors: tuple[Factor, ...], conditions: list[tuple[Condition, ...]]) -> tuple[Condition, ...]:
+    """The conditions of all blocks; none where a block has none, since the rest would not suffice."""
+    return tuple(c for block in conditions for c in block) if all(f.polynomial for f in factors) else ()

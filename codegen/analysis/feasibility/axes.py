@@ -1,0 +1,165 @@
+"""The gains that a feasibility report varies: each an axis, with the gain symbols that move along it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+
+from codegen.base.errors import BadInput, nearest_name
+from codegen.mechanics.system import System
+from codegen.observers import Observer, build_observer
+from codegen.spec.expression import exact_number
+from codegen.spec.free_gains import GainEntry, at_middle, free_entries, gain_entries, with_gains
+from codegen.spec.model import FreeGain, Spec
+
+Array = NDArray[np.float64]
+AROUND = 100.0
+SAMPLE_TIME = "h"
+
+
+@dataclass(frozen=True)
+class GainAxis:
+    """One number that is varied; a gain symbol s is ``weights[s]`` times it.
+
+    Attributes:
+        name: of the gain, or of its symbol where one entry of a matrix is varied alone.
+        unit: of the number; "1" for a factor on a matrix whose entries differ.
+        weights: gain symbol → weight; the sign of a negative gain is in the weight.
+        entries: (gain, path) in the spec → weight.
+        low, high: the range that is looked at.
+        chosen: the number in the spec, or None where the gain is free.
+        logarithmic: whether steps along it are factors; else the range holds zero.
+    """
+
+    name: str
+    unit: str
+    weights: Mapping[sympy.Symbol, float]
+    entries: Mapping[tuple[str, tuple[int, ...]], float]
+    low: float
+    high: float
+    chosen: float | None
+    logarithmic: bool = True
+
+    @property
+    def factor(self) -> bool:
+        """Whether the number is a factor on the spec's gains, which differ among each other."""
+        return any(abs(w) != 1 for w in self.weights.values())
+
+    @property
+    def negative(self) -> bool:
+        """Whether the gain is the negative of the number."""
+        return not self.factor and all(w < 0 for w in self.weights.values())
+
+    @property
+    def label(self) -> str:
+        """What stands at the axis, without the unit."""
+        return f"factor on {self.name}" if self.factor else f"-{self.name}" if self.negative else self.name
+
+    def at(self, share: Any) -> Any:
+        """The number at a share 0…1 of the range."""
+        share = np.asarray(share, dtype=float)
+        if self.logarithmic:
+            return self.low * (self.high / self.low) ** share
+        return self.low + (self.high - self.low) * share
+
+    def share(self, value: float) -> float:
+        """The inverse of ``at``."""
+        if self.logarithmic:
+            return float(np.log(value / self.low) / np.log(self.high / self.low))
+        return (value - self.low) / (self.high - self.low)
+
+
+def gain_axes(spec: Spec, system: System) -> tuple[Observer, tuple[GainAxis, ...]]:
+    """The observer, and the axes along which its gains are varied.
+
+    The free gains of a spec; in a spec without free gains each gain as a whole, over a factor of 100 to both sides.
+    Which symbols an entry of the spec is behind is found by changing it.
+
+    Raises:
+        BadInput: for a spec whose observer cannot be built at gains in these ranges.
+    """
+    nominal = at_middle(spec)
+    observer = build_observer(nominal, system)
+    free = free_entries(spec)
+    groups = [(e,) for e in free] if free else _by_gain(nominal)
+    axes = []
+    for group in groups:
+        numbers = {(e.gain, e.path): _number(nominal, e) for e in group}
+        changed = build_observer(with_gains(nominal, {at: 2 * value for at, value in numbers.items()}), system)
+        moved = {s: float(v) for s, v in observer.gains.items() if changed.gains[s] != v}
+        if moved:
+            axes.append(_axis(group, numbers, moved, observer))
+    if not axes:
+        raise BadInput(spec.place("observer.gains"), "no gain that could be varied", "a gain that is not zero")
+    return observer, tuple(axes)
+
+
+def sample_time_axis(observer: Observer) -> GainAxis:
+    """The sample time as an axis of the map, two decades to both sides of the spec's."""
+    h = float(observer.sample_time)
+    return GainAxis(SAMPLE_TIME, "s", {}, {}, h / AROUND, h * AROUND, h)
+
+
+def chosen_axes(names: Sequence[str], axes: Sequence[GainAxis], observer: Observer, spec: Spec) -> tuple[GainAxis, ...]:
+    """The two axes of the map: those named, else the first two gains, or the only gain and the sample time.
+
+    Raises:
+        BadInput: for a name that is no varied gain and not h, or one named twice.
+    """
+    known = {a.name: a for a in (*axes, sample_time_axis(observer))}
+    for name in names:
+        if name not in known:
+            expected = f"two of {', '.join(known)}"
+            raise BadInput(f"{spec.path}: --over", f"unknown gain `{name}`", expected, nearest_name(name, known))
+    picked = list(dict.fromkeys(names))
+    if names and len(picked) != 2:
+        raise BadInput(f"{spec.path}: --over", f"`{' '.join(names)}`", f"two different of {', '.join(known)}")
+    pair = picked or list(known)[:2]
+    return known[pair[0]], known[pair[1]]
+
+
+def _by_gain(spec: Spec) -> list[tuple[GainEntry, ...]]:
+    assert spec.observer is not None
+    entries = gain_entries(spec.observer.gains)
+    return [tuple(e for e in entries if e.gain == name) for name in spec.observer.gains]
+
+
+def _number(spec: Spec, entry: GainEntry) -> Any:
+    assert spec.observer is not None
+    raw = spec.observer.gains[entry.gain]
+    for k in entry.path:
+        raw = raw[k]
+    return exact_number(str(raw), spec.place(entry.key))
+
+
+def _axis(
+    group: Sequence[GainEntry],
+    numbers: Mapping[tuple[str, tuple[int, ...]], Any],
+    moved: Mapping[sympy.Symbol, float],
+    observer: Observer,
+) -> GainAxis:
+    name = group[0].gain if len(moved) > 1 else next(iter(moved)).name
+    unit = " or ".join(dict.fromkeys(observer.gain_units[s] for s in moved))
+    if isinstance(group[0].value, FreeGain):
+        low, high = float(group[0].value.low), float(group[0].value.high)
+        sign = -1.0 if high <= 0 else 1.0
+        low, high = (low, high) if sign > 0 else (-high, -low)
+        weights, entries = dict.fromkeys(moved, sign), dict.fromkeys(numbers, sign)
+        return GainAxis(name, unit, weights, entries, low, high, None, low > 0)
+    sizes = list(moved.values())
+    equal = all(v == sizes[0] for v in sizes)
+    size = abs(sizes[0]) if equal else 1.0
+    return GainAxis(
+        name=name,
+        unit=unit if equal else "1",
+        weights={s: v / size for s, v in moved.items()},
+        entries={at: float(value) / size for at, value in numbers.items()},
+        low=size / AROUND,
+        high=size * AROUND,
+        chosen=size,
+    )

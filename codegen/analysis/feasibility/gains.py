@@ -1,0 +1,212 @@
+"""Feasibility of gains: which are stable over the whole envelope, with what margin, and which to take.
+
+The other half of ``analysis``: there the gains are numbers and one looks at operating points; here both are open.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codegen.analysis.error_dynamics import derive_error_dynamics
+from codegen.analysis.feasibility.axes import GainAxis, chosen_axes, gain_axes, sample_time_axis
+from codegen.analysis.feasibility.failure import Failure, explain_failure, largest_sample_time
+from codegen.analysis.feasibility.family import Family, Settings
+from codegen.analysis.feasibility.noise import NoiseModel, PositionNoise, position_noise
+from codegen.analysis.feasibility.region import GainMap, Margin, intervals, map_region, margin
+from codegen.analysis.feasibility.suggest import NothingStable, Suggestion, suggest
+from codegen.analysis.operating_points import operating_points
+from codegen.base.errors import BadInput
+from codegen.mechanics.system import System
+from codegen.observers import Observer
+from codegen.spec.model import Spec
+from codegen.spec.numerics import numerical
+
+Array = NDArray[np.float64]
+Intervals = tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True)
+class GainSet:
+    """One gain set judged.
+
+    Attributes:
+        numbers: axis name → number.
+        gains: gain symbol → value.
+        radius: largest |z| of the sampled error over the operating points.
+        decay_rate: −ln(radius)/h, 1/s; negative where unstable.
+        abscissa: largest real part of Ψ, 1/s.
+        largest_sample_time: s; 0 where Ψ is unstable.
+        noise: output → RMS of the friction estimate's noise at the worst operating point; None where unstable.
+        noise_shares: output → the largest RMS over friction level; None where unstable.
+        margins: of each axis, of all gains together and of the sample time; () where unstable.
+        failure: where unstable.
+    """
+
+    numbers: Mapping[str, float]
+    gains: Mapping[str, float]
+    radius: float
+    decay_rate: float
+    abscissa: float
+    largest_sample_time: float
+    noise: Mapping[str, float] | None
+    noise_shares: Mapping[str, float] | None
+    margins: tuple[Margin, ...]
+    failure: Failure | None
+
+    @property
+    def noise_share(self) -> float | None:
+        """The largest of ``noise_shares``."""
+        return None if self.noise_shares is None else max(self.noise_shares.values())
+
+    @property
+    def stable(self) -> bool:
+        """Whether the sampled error is stable at every operating point."""
+        return self.failure is None or (self.failure.which == "continuous" and self.radius < 1)
+
+
+@dataclass(frozen=True)
+class Feasibility:
+    """The feasibility report of a spec.
+
+    Attributes:
+        axes: what is varied.
+        free: whether the spec leaves gains free; else its chosen gains are varied.
+        points: operating points looked at; ``deciding`` of them decide about stability somewhere in the range.
+        noise: of the measured positions.
+        units: friction output → unit.
+        chosen: the spec's gains, or None where they are free.
+        suggestion, suggested: found by which rule, and judged; None where nothing in the range is stable.
+        infeasible: where nothing in the range is stable: what fails at the gain set whose error grows least.
+        sampled, continuous: axis name → stable intervals, the others as suggested.
+        region: the plane of two axes; ``noise_share`` of its grid, infinite where unstable.
+    """
+
+    spec: Spec
+    observer: Observer
+    axes: tuple[GainAxis, ...]
+    free: bool
+    points: int
+    deciding: int
+    noise: PositionNoise
+    units: Mapping[str, str]
+    chosen: GainSet | None
+    suggestion: Suggestion | None
+    suggested: GainSet | None
+    infeasible: Failure | None
+    tried: int
+    sampled: Mapping[str, Intervals]
+    continuous: Mapping[str, Intervals]
+    region: GainMap
+    noise_share: Array
+
+
+@numerical("which gains are stable")
+def assess(spec: Spec, system: System, over: Sequence[str] = ()) -> Feasibility:
+    """Assess the gains of a spec's observer.
+
+    Args:
+        system: of the spec, with declared effects.
+        over: names of the two axes of the map; by default the first two gains, or the gain and the sample time.
+
+    Raises:
+        BadInput: for an observer that cannot be built in the range, unknown axes, or an envelope in which the error
+            dynamics are not finite.
+    """
+    observer, axes = gain_axes(spec, system)
+    pair = chosen_axes(over, axes, observer, spec)
+    dynamics = derive_error_dynamics(observer)
+    points = operating_points(dynamics, spec)
+    family = Family(dynamics, points)
+    nominal = family.settings()
+    if not np.isfinite(family.matrices("sampled", nominal)).all():
+        found = "the error dynamics are not finite everywhere in it"
+        raise BadInput(spec.place("envelope"), found, "a force and gains whose slopes are finite in the whole envelope")
+    noise = NoiseModel(observer, spec, position_noise(spec))
+    shares = np.random.default_rng(4).uniform(0, 1, (60, len(axes)))
+    spread = nominal
+    for k, axis in enumerate(axes):
+        spread = spread.along(axis, axis.at(shares[:, k]))
+    family.start(spread)
+    free = any(axis.chosen is None for axis in axes)
+    found_set = suggest(family, noise, nominal, axes)
+    base = found_set.settings
+    region = map_region(family, base, *pair)
+    suggestion = found_set if isinstance(found_set, Suggestion) else None
+    return Feasibility(
+        spec=spec,
+        observer=observer,
+        axes=axes,
+        free=free,
+        points=len(points.values),
+        deciding=len(family.active),
+        noise=noise.noise,
+        units=dict(zip(noise.outputs, noise.units, strict=True)),
+        chosen=None if free else judge(family, noise, nominal, axes),
+        suggestion=suggestion,
+        suggested=judge(family, noise, base, axes) if suggestion else None,
+        infeasible=explain_failure(family, base) if isinstance(found_set, NothingStable) else None,
+        tried=found_set.tried,
+        sampled={a.name: intervals(family, "sampled", base, a) for a in axes},
+        continuous={a.name: intervals(family, "continuous", base, a) for a in axes},
+        region=region,
+        noise_share=_noise_of(noise, region),
+    )
+
+
+def judge(family: Family, noise: NoiseModel, settings: Settings, axes: Sequence[GainAxis]) -> GainSet:
+    """Decay, noise and margins of one gain set, or what fails."""
+    radius = float(family.worst("sampled", settings, True)[0])
+    h = float(settings.sample_time[0])
+    failure = explain_failure(family, settings)
+    numbers = {a.name: float(_number(settings, a)) for a in axes}
+    rms = noise.exact_rms(settings) if radius < 1 else None
+    return GainSet(
+        numbers=numbers,
+        gains={s.name: float(v) for s, v in zip(settings.symbols, settings.gains[0], strict=True)},
+        radius=radius,
+        decay_rate=float(-np.log(max(radius, 1e-300)) / h),
+        abscissa=float(family.worst("continuous", settings, True)[0]),
+        largest_sample_time=largest_sample_time(family, settings),
+        noise=None if rms is None else dict(zip(noise.outputs, rms.max(axis=0).tolist(), strict=True)),
+        noise_shares=None if rms is None else dict(zip(noise.outputs, noise.shares(rms).tolist(), strict=True)),
+        margins=_margins(family, settings, axes, numbers) if radius < 1 else (),
+        failure=failure,
+    )
+
+
+def _margins(
+    family: Family, settings: Settings, axes: Sequence[GainAxis], numbers: Mapping[str, float]
+) -> tuple[Margin, ...]:
+    def one(axis: GainAxis, factors: Array) -> Settings:
+        return settings.along(axis, numbers[axis.name] * factors)
+
+    def together(factors: Array) -> Settings:
+        result = settings
+        for axis in axes:
+            result = result.along(axis, numbers[axis.name] * factors)
+        return result
+
+    period = sample_time_axis(family.dynamics.observer)
+    found = [margin(family, a.name, partial(one, a)) for a in axes]
+    if len(axes) > 1:
+        found.append(margin(family, "all gains", together))
+    h = float(settings.sample_time[0])
+    return (*found, margin(family, "sample time", lambda f: settings.along(period, h * f)))
+
+
+def _number(settings: Settings, axis: GainAxis) -> float:
+    s, weight = next(iter(axis.weights.items()))
+    return float(settings.gains[0, settings.symbols.index(s)] / weight)
+
+
+def _noise_of(noise: NoiseModel, region: GainMap) -> Array:
+    shares = np.full(region.radius.size, np.inf)
+    good = np.flatnonzero(region.radius.ravel() < 1)
+    if len(good):
+        shares[good] = noise.share(region.settings.rows(good))
+    return shares.reshape(region.radius.shape)

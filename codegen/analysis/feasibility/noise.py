@@ -1,0 +1,245 @@
+"""What measurement noise does to the estimate: the sampled error's stationary covariance.
+
+The noise input matrix is the derivative of the observer's own equations, taken by CasADi: one sample of the explicit
+Euler code with the measured x and v disturbed, its estimates at the next sample with x and v true again.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import casadi
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+from scipy.linalg import solve_discrete_lyapunov
+
+from codegen.analysis.feasibility.family import Settings
+from codegen.analysis.operating_points import evaluate_columns
+from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.solve import solve_symmetric
+from codegen.observers import Observer
+from codegen.spec.model import Spec
+
+Array = NDArray[np.float64]
+POINTS = 12
+DOUBLINGS = 44
+DEFAULT_STEP = 1e-5
+"""Encoder step, m or rad, where neither the spec's simulation section nor its envelope gives a step or a noise."""
+
+
+@dataclass(frozen=True)
+class PositionNoise:
+    """White noise of the measured positions.
+
+    Attributes:
+        rms: one a coordinate, m or rad: encoder step/√12 and position noise together.
+        sources: who says it, one a coordinate: the spec's ``simulation`` or ``envelope``, or nobody (``assumed``).
+        given: coordinates for which the spec says it; the others have an encoder step of 1e-5.
+    """
+
+    rms: tuple[float, ...]
+    sources: tuple[str, ...]
+    given: tuple[str, ...]
+
+
+def position_noise(spec: Spec) -> PositionNoise:
+    """From the spec's simulation section, else uniform in the envelope's ``x_noise``, else the default."""
+    rms, sources = [], []
+    for x in spec.positions:
+        step = spec.simulation.encoder_step.get(x, 0.0) if spec.simulation else 0.0
+        noise = spec.simulation.position_noise.get(x, 0.0) if spec.simulation else 0.0
+        low, high = spec.envelope.get(f"{x}_noise", (0, 0))
+        if step or noise:
+            sources.append("simulation")
+        elif high > low:
+            step = float(high - low)
+            sources.append("envelope")
+        else:
+            step = DEFAULT_STEP
+            sources.append("assumed")
+        rms.append(float(np.hypot(step / np.sqrt(12), noise)))
+    given = tuple(x for x, source in zip(spec.positions, sources, strict=True) if source != "assumed")
+    return PositionNoise(tuple(rms), tuple(sources), given)
+
+
+class NoiseModel:
+    """The sampled error with noise: e⁺ = Φ e + B n, friction estimate F̂ = C e + D n, e less the present noise's part.
+
+    e is the estimates' deviation from the truth. With velocity: measured the velocity is taken as the difference of
+    two noisy positions, so the noise of the sample before, over h, is a state too.
+
+    Attributes:
+        variables, points: operating points at which it is looked at, points by variables.
+        outputs, units: of the friction estimate: contact forces, or generalised ones for a (G)TO.
+        levels: steady friction there at each point, points by outputs.
+    """
+
+    def __init__(self, observer: Observer, spec: Spec, noise: PositionNoise) -> None:
+        self.observer, self.noise = observer, noise
+        names = {e.name: e for e in observer.equations}
+        estimate = names.get("contact_friction", names["friction_force"])
+        self.outputs = tuple(s.name for s in estimate.symbols)
+        self.units = estimate.units
+        self.variables, self.points = _points(observer, spec)
+        point = {s: casadi.SX.sym(s.name) for s in self.variables}
+        gains = {s: casadi.SX.sym(s.name) for s in observer.gains}
+        h = casadi.SX.sym("h")
+        known = {s: casadi.SX(float(v)) for s, v in observer.values.items()} | point | gains
+        matrices = _linearised(observer, known, h, estimate.symbols)
+        arguments = [casadi.vertcat(*point.values()), casadi.vertcat(*gains.values(), h)]
+        self._shapes = [m.shape for m in matrices]
+        flat = casadi.vertcat(*[casadi.vec(casadi.densify(m)) for m in matrices])
+        self._function = casadi.Function("noise", arguments, [flat])
+        self.levels = self._levels(known, arguments[0], by_contact="contact_friction" in names)
+
+    def matrices(self, settings: Settings) -> tuple[Array, Array, Array, Array]:
+        """Φ, B, C, D at each set and point: sets by points by their size, noise per unit RMS of each coordinate."""
+        sets, count = len(settings), len(self.points)
+        values = np.tile(self.points, (sets, 1))
+        flat = evaluate_columns(self._function, values, np.repeat(settings.columns, count, axis=0))[:, :, 0]
+        parts, start = [], 0
+        for rows, columns in self._shapes:
+            block = flat[:, start : start + rows * columns].reshape(sets, count, columns, rows)
+            parts.append(np.ascontiguousarray(block.swapaxes(2, 3)))
+            start += rows * columns
+        step, by_position, by_velocity, output, at_position, at_velocity = parts
+        if self.observer.velocity != "measured":
+            return step, by_position, output, at_position
+        h = settings.sample_time[:, None, None, None]
+        m, n = by_position.shape[2:]
+        phi = np.zeros((sets, count, m + n, m + n))
+        phi[:, :, :m, :m], phi[:, :, :m, m:] = step, -by_velocity
+        driven = np.concatenate(
+            [by_position + by_velocity / h, np.broadcast_to(np.eye(n), (sets, count, n, n)) / h], axis=2
+        )
+        seen = np.concatenate([output, -at_velocity], axis=3)
+        return phi, driven, seen, at_position + at_velocity / h
+
+    def rms(self, settings: Settings) -> Array:
+        """RMS of the friction estimate's noise, sets by points by outputs; infinite where Φ is not stable.
+
+        P = Φ P Φ' + B N B' by doubling, vectorised.
+        """
+        phi, driven, seen, direct = self.matrices(settings)
+        scale = np.asarray(self.noise.rms)
+        driven, direct = driven * scale, direct * scale
+        covariance, power = driven @ driven.swapaxes(2, 3), phi
+        with np.errstate(all="ignore"):
+            for _ in range(DOUBLINGS):
+                covariance = covariance + power @ covariance @ power.swapaxes(2, 3)
+                power = power @ power
+                if np.max(np.abs(power), where=np.isfinite(power), initial=0.0) < 1e-12:
+                    break
+            total = seen @ covariance @ seen.swapaxes(2, 3) + direct @ direct.swapaxes(2, 3)
+            found = np.sqrt(np.diagonal(total, axis1=2, axis2=3))
+        return np.where(np.isfinite(found), found, np.inf)
+
+    def exact_rms(self, settings: Settings) -> Array:
+        """The same for one stable set by SciPy's solver of the discrete Lyapunov equation, points by outputs."""
+        scale = np.asarray(self.noise.rms)
+        result = []
+        for phi, driven, seen, direct in zip(*(m[0] for m in self.matrices(settings)), strict=True):
+            noise, now = driven * scale, direct * scale
+            covariance = solve_discrete_lyapunov(phi, noise @ noise.T)
+            result.append(np.sqrt(np.diag(seen @ covariance @ seen.T + now @ now.T)))
+        return np.array(result)
+
+    def share(self, settings: Settings) -> Array:
+        """Largest noise RMS over friction level, over points and outputs, one a set; outputs without friction aside."""
+        return self.largest_share(self.rms(settings))
+
+    def largest_share(self, rms: Array) -> Array:
+        """The largest of RMS (… by points by outputs) over level."""
+        found: Array = self.shares(rms).max(axis=-1)
+        return found
+
+    def shares(self, rms: Array) -> Array:
+        """The same output by output: the largest over the points."""
+        with np.errstate(all="ignore"):
+            ratio = np.where(self.levels > 0, rms / self.levels, 0.0)
+        found: Array = ratio.max(axis=-2)
+        return found
+
+    def _levels(self, known: dict[sympy.Symbol, Any], point: Any, by_contact: bool) -> Array:
+        system = self.observer.system
+        slips = system.slip_velocity
+        levels = [c.law_level.subs(c.slip, u) for c, u in zip(system.contacts, slips, strict=True)]
+        column = to_casadi(sympy.Matrix(levels), known)
+        if not by_contact:
+            column = casadi.fabs(to_casadi(system.distribution, known)) @ column
+        function = casadi.Function("levels", [point], [casadi.densify(column)])
+        return np.abs(evaluate_columns(function, self.points)[:, :, 0])
+
+
+def _points(observer: Observer, spec: Spec) -> tuple[tuple[sympy.Symbol, ...], Array]:
+    """Random points of the envelope in sliding; where it has no range: x = 0, w = 0, |v| up to 1."""
+    system = observer.system
+    ranges = dict.fromkeys((*system.positions, *system.inputs), (0.0, 0.0)) | dict.fromkeys(
+        system.velocities, (-1.0, 1.0)
+    )
+    ranges = {s: spec.envelope.get(s.name, r) for s, r in ranges.items()} | dict(observer.truth_ranges)
+    bounds = np.array([[float(low), float(high)] for low, high in ranges.values()])
+    spread = np.random.default_rng(2).uniform(bounds[:, 0], bounds[:, 1], (POINTS, len(bounds)))
+    return tuple(ranges), spread
+
+
+def _linearised(observer: Observer, known: dict[sympy.Symbol, Any], h: Any, friction: Any) -> list[Any]:
+    """Φ, B by position and by velocity, C, and D by position and by velocity, as SX over ``known`` and h."""
+    system = observer.system
+    x, v = (casadi.vertcat(*[known[s] for s in part]) for part in (system.positions, system.velocities))
+    truth = _truth(observer, known)
+    e, n, u = (casadi.SX.sym(name, size) for name, size in (("e", truth.numel()), ("n", x.numel()), ("u", x.numel())))
+    at_truth = [(e, casadi.SX.zeros(e.shape)), (n, casadi.SX.zeros(n.shape)), (u, casadi.SX.zeros(u.shape))]
+
+    def walk(state: Any, at_x: Any, at_v: Any, estimates: Any = None) -> tuple[dict[sympy.Symbol, Any], Any]:
+        """All symbols from the states; with ``estimates`` given the states from these. And the estimates."""
+        values = dict(known)
+        values |= zip(system.positions, casadi.vertsplit(at_x), strict=True)
+        values |= zip(system.velocities, casadi.vertsplit(at_v), strict=True)
+        if state is not None:
+            values |= zip(observer.states, casadi.vertsplit(state), strict=True)
+        found: list[Any] = []
+        for equation in observer.equations:
+            if equation.state is not None and estimates is not None:
+                given = casadi.vertsplit(estimates)[len(found) : len(found) + len(equation.symbols)]
+                rest = to_casadi(sympy.Matrix(equation.expression - equation.state), values)
+                values |= zip(equation.state, [a - rest[k] for k, a in enumerate(given)], strict=True)
+            result = to_casadi(equation.expression, values)
+            if equation.form == "mass_solve":
+                result = solve_symmetric(to_casadi(system.mass_matrix, values), result)
+            values |= zip(equation.symbols, casadi.vertsplit(casadi.densify(result)), strict=True)
+            if equation.state is not None:
+                found += [values[s] for s in equation.symbols]
+        return values, casadi.vertcat(*found)
+
+    start, _ = walk(None, x, v, truth + e)
+    state = casadi.vertcat(*[start[s] for s in observer.states])
+    noisy, _ = walk(state, x + n, v + u)
+    following = state + h * to_casadi(observer.rates, noisy)
+    _, later = walk(following, x + h * v, v)
+    seen = casadi.vertcat(*[noisy[s] for s in friction])
+    slopes = [casadi.jacobian(result, to) for result in (later, seen) for to in (e, n, u)]
+    arguments, zeros = zip(*at_truth, strict=True)
+    return list(casadi.substitute(slopes, list(arguments), list(zeros)))
+
+
+def _truth(observer: Observer, known: dict[sympy.Symbol, Any]) -> Any:
+    """True values of the estimates: velocities, assumed values and friction states as in ``known``, else friction."""
+    system = observer.system
+    slips = to_casadi(system.slip_velocity, known)
+    laws = [c.law_level.subs(c.slip, u) for c, u in zip(system.contacts, system.slip_velocity, strict=True)]
+    levels = to_casadi(sympy.Matrix(laws), known)
+    forces = casadi.sign(slips) * levels
+    on_coordinates = to_casadi(system.distribution, known) @ forces
+    values, coordinate = [], 0
+    for error in observer.errors:
+        if error.truth in known:
+            values.append(known[error.truth])
+        elif error.contact is None:
+            values.append(on_coordinates[coordinate])
+            coordinate += 1
+        else:
+            values.append((levels if observer.level_errors else forces)[error.contact])
+    return casadi.vertcat(*values)

@@ -1,0 +1,197 @@
+"""Where the error is stable: the region over two gains, intervals along one, margins; boundaries by bisection."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codegen.analysis.feasibility.axes import GainAxis
+from codegen.analysis.feasibility.contour_lines import Edge, crossing_edges, edge_ends, polylines
+from codegen.analysis.feasibility.family import Family, Settings, joined
+
+Array = NDArray[np.float64]
+SYSTEMS = ("sampled", "continuous")
+LIMIT = {"sampled": 1 - 1e-12, "continuous": -1e-9}
+GRID = 49
+LINE = 193
+SPARSE = 16
+BISECTIONS = 16
+ROUNDS = 4
+SEARCHED = 1000.0
+
+
+@dataclass(frozen=True)
+class GainMap:
+    """The plane of two axes, the other gains as in ``base``.
+
+    Attributes:
+        base: one set, which fixes the other gains and the sample time.
+        x_values, y_values: the grid, GRID numbers each.
+        radius: largest |z| of the sampled error over all operating points, x by y.
+        decay_rate: −ln(radius)/h in 1/s, x by y; negative where unstable.
+        abscissa: largest real part of Ψ, 1/s, x by y.
+        boundary: "sampled" and "continuous" → polylines of (x, y), each vertex within 0.1 % of the boundary.
+    """
+
+    x: GainAxis
+    y: GainAxis
+    base: Settings
+    x_values: Array
+    y_values: Array
+    radius: Array
+    decay_rate: Array
+    abscissa: Array
+    boundary: Mapping[str, tuple[tuple[tuple[float, float], ...], ...]]
+
+    @property
+    def settings(self) -> Settings:
+        """All sets of the grid, y fastest."""
+        return grid(self.base, self.x, self.y, self.x_values, self.y_values)
+
+
+@dataclass(frozen=True)
+class Margin:
+    """How far one axis may be moved before the sampled error is unstable.
+
+    Attributes:
+        name: of the axis, or "all gains", or "sample time".
+        up, down: the factor that may be applied (up > 1 > down); None where no boundary lies within a factor of 1000.
+        at_up, at_down: the eigenvalue z that reaches the unit circle there.
+    """
+
+    name: str
+    up: float | None
+    down: float | None
+    at_up: complex | None
+    at_down: complex | None
+
+
+def stable(family: Family, which: str, settings: Settings, every: bool = False) -> NDArray[np.bool_]:
+    """Whether the sampled error, or Ψ, is stable at each set."""
+    found: NDArray[np.bool_] = family.worst(which, settings, every) < LIMIT[which]
+    return found
+
+
+def grid(base: Settings, x: GainAxis, y: GainAxis, x_values: Array, y_values: Array) -> Settings:
+    """The sets of a grid, y fastest."""
+    first, second = np.meshgrid(x_values, y_values, indexing="ij")
+    return base.along(x, first.ravel()).along(y, second.ravel())
+
+
+def map_region(family: Family, base: Settings, x: GainAxis, y: GainAxis) -> GainMap:
+    """The region over two axes; where a boundary turns out unstable at a point left aside, that point is taken in."""
+    shares = np.linspace(0, 1, GRID)
+    x_values, y_values = np.asarray(x.at(shares)), np.asarray(y.at(shares))
+    settings = grid(base, x, y, x_values, y_values)
+    coarse = np.arange(GRID * GRID).reshape(GRID, GRID)[::4, ::4].ravel()
+    family.focus(settings.rows(coarse))
+    for _ in range(ROUNDS):
+        measures = {which: family.worst(which, settings).reshape(GRID, GRID) for which in SYSTEMS}
+        located = {which: _boundary(family, which, base, x, y, measures[which] < LIMIT[which]) for which in SYSTEMS}
+        wrong = []
+        for which, (_, inner) in located.items():
+            if len(inner):
+                edge = base.along(x, x.at(inner[:, 0])).along(y, y.at(inner[:, 1]))
+                wrong.append(edge.rows(~stable(family, which, edge, True)))
+        if not any(len(s) for s in wrong):
+            break
+        family.focus(joined([s for s in wrong if len(s)]))
+    period = settings.sample_time.reshape(GRID, GRID)
+    radius = measures["sampled"]
+    decay = -np.log(np.clip(radius, 1e-300, None)) / period
+    lines = {which: lines for which, (lines, _) in located.items()}
+    return GainMap(x, y, base, x_values, y_values, radius, decay, measures["continuous"], lines)
+
+
+def intervals(family: Family, which: str, base: Settings, axis: GainAxis) -> tuple[tuple[float, float], ...]:
+    """The stable intervals of one axis through ``base``; an end of the axis' range is no boundary."""
+    shares = np.linspace(0, 1, LINE)
+    inside = stable(family, which, base.along(axis, axis.at(shares)))
+    at = np.flatnonzero(inside[1:] != inside[:-1])
+    good = np.where(inside[at], shares[at], shares[at + 1])
+    bad = np.where(inside[at], shares[at + 1], shares[at])
+    crossings = [float(t) for t in bisect(lambda t: stable(family, which, base.along(axis, axis.at(t))), good, bad)[0]]
+    ends = ([0.0] if inside[0] else []) + crossings + ([1.0] if inside[-1] else [])
+    numbers = [float(axis.at(t)) for t in ends]
+    return tuple(zip(numbers[::2], numbers[1::2], strict=True))
+
+
+def margin(family: Family, name: str, scaled: Callable[[Array], Settings]) -> Margin:
+    """The margin of a gain set.
+
+    Args:
+        scaled: factors, N → the N sets that these give; at the factor 1 the set is stable.
+    """
+    up, at_up = _one_way(family, scaled, SEARCHED)
+    down, at_down = _one_way(family, scaled, 1 / SEARCHED)
+    return Margin(name, up, down, at_up, at_down)
+
+
+def bisect(inside: Callable[[Array], NDArray[np.bool_]], good: Array, bad: Array) -> tuple[Array, Array]:
+    """The boundary between shares that are inside and shares that are not, elementwise; (middle, inner end)."""
+    for _ in range(BISECTIONS if len(good) else 0):
+        middle = (good + bad) / 2
+        ok = inside(middle)
+        good, bad = np.where(ok, middle, good), np.where(ok, bad, middle)
+    return (good + bad) / 2, good
+
+
+def _boundary(
+    family: Family, which: str, base: Settings, x: GainAxis, y: GainAxis, inside: NDArray[np.bool_]
+) -> tuple[tuple[tuple[tuple[float, float], ...], ...], Array]:
+    """Polylines of the boundary in numbers, and the shares (x, y) of the inner end of each crossing."""
+    edges = crossing_edges(inside)
+    if not edges:
+        return (), np.empty((0, 2))
+    good, bad = (np.array(ends) / (GRID - 1) for ends in edge_ends(edges, inside))
+
+    def holds(share: Array) -> NDArray[np.bool_]:
+        at = good + share[:, None] * (bad - good)
+        return stable(family, which, base.along(x, x.at(at[:, 0])).along(y, y.at(at[:, 1])))
+
+    middle, inner = bisect(holds, np.zeros(len(edges)), np.ones(len(edges)))
+    at = good + middle[:, None] * (bad - good)
+    numbers = zip(x.at(at[:, 0]), y.at(at[:, 1]), strict=True)
+    vertex: dict[Edge, tuple[float, float]] = {
+        e: (float(p), float(q)) for e, (p, q) in zip(edges, numbers, strict=True)
+    }
+    lines = tuple(tuple(vertex[e] for e in line) for line in polylines(edges, inside))
+    return lines, good + inner[:, None] * (bad - good)
+
+
+def _one_way(
+    family: Family, scaled: Callable[[Array], Settings], farthest: float
+) -> tuple[float | None, complex | None]:
+    """The first factor towards ``farthest`` at which stability is lost, and the eigenvalue z that leaves there."""
+
+    def inside(share: Array) -> NDArray[np.bool_]:
+        return stable(family, "sampled", scaled(farthest**share))
+
+    shares = np.linspace(0, 1, LINE)
+    for _ in range(ROUNDS):
+        lost = np.flatnonzero(~inside(shares))
+        first = max(int(lost[0]), 1) if len(lost) else LINE - 1
+        inner = shares[[first]]
+        if len(lost):
+            middle, inner = bisect(inside, shares[[first - 1]], inner)
+        reached = scaled(farthest ** np.append(shares[:first:SPARSE], inner))
+        surprises = ~stable(family, "sampled", reached, True)
+        if not surprises.any():
+            break
+        family.focus(reached.rows(surprises))  # unstable at a point that was left aside
+    if not len(lost):
+        return None, None
+    factor = farthest ** float(middle[0])
+    return factor, leaving(family, scaled(np.array([factor])))
+
+
+def leaving(family: Family, settings: Settings) -> complex:
+    """The sampled error's eigenvalue of largest size at one set, over all operating points; its upper conjugate."""
+    point = int(family.every[family.measures("sampled", settings, family.every)[0].argmax()])
+    matrix = family.matrices("sampled", settings, [point])[0, 0]
+    values = family.dynamics.multipliers(np.linalg.eigvals(matrix), float(settings.sample_time[0]))
+    z = complex(values[np.abs(values).argmax()])
+    return complex(z.real, abs(z.imag))

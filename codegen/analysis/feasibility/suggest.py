@@ -1,0 +1,160 @@
+"""A suggested gain set: the fastest error decay whose noise and margins are still good, by search over the range."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codegen.analysis.feasibility.axes import GainAxis
+from codegen.analysis.feasibility.family import Family, Settings, joined
+from codegen.analysis.feasibility.noise import NoiseModel
+from codegen.analysis.feasibility.region import GRID, LINE, stable
+
+Array = NDArray[np.float64]
+NOISE_SHARE = 0.05
+GAIN_FACTOR = 2.0
+AS_FAST = 0.98
+SCATTERED = 3000
+LOCAL, LOCAL_ROUNDS = 200, 10
+WIDEST, NARROWING = 0.2, 0.68
+CHUNK = 100
+DIGITS = 3
+
+
+@dataclass(frozen=True)
+class Suggestion:
+    """A gain set and by which rule it was found.
+
+    Attributes:
+        numbers: axis name → number, to three digits.
+        rule: "fastest": the fastest decay among those below; "product": no gain set of the range keeps both bounds, so
+            the least product of noise and decay time.
+        tried: gain sets looked at; ``stable`` of them were stable.
+        quiet, wide: of the stable ones, how many keep the noise bound, and whether one of these has the gain margin.
+    """
+
+    numbers: Mapping[str, float]
+    settings: Settings
+    rule: str
+    tried: int
+    stable: int
+    quiet: int
+    wide: bool
+
+
+@dataclass(frozen=True)
+class NothingStable:
+    """No gain set looked at is stable; ``settings`` is the one whose error grows least."""
+
+    settings: Settings
+    tried: int
+
+
+@dataclass(frozen=True)
+class _Candidates:
+    """Gain sets that were looked at: shares of the ranges, radius and noise share of each."""
+
+    shares: Array
+    radius: Array
+    noise: Array
+
+
+def suggest(family: Family, noise: NoiseModel, base: Settings, axes: Sequence[GainAxis]) -> Suggestion | NothingStable:
+    """Search all axes together, first the whole range, then around the best."""
+    generator = np.random.default_rng(3)
+    looked = _look(family, noise, base, axes, _first(len(axes), generator))
+    tried = len(looked.shares)
+    best, rule = _best(family, base, axes, looked)
+    for k in range(LOCAL_ROUNDS):
+        width = WIDEST * NARROWING**k
+        around = best + generator.uniform(-width, width, (LOCAL, len(axes)))
+        more = _look(family, noise, base, axes, np.vstack([best, np.clip(around, 0, 1)]))
+        tried += LOCAL
+        better, found = _best(family, base, axes, more)
+        if rule != "fastest" or found == "fastest":
+            best, rule = better, found
+    settings = _sets(base, axes, best[None, :])
+    if rule == "none":
+        return NothingStable(settings, tried)
+    claimed = joined([settings, *_scaled(settings, axes)]) if rule == "fastest" else settings
+    surprises = ~stable(family, "sampled", claimed, True)
+    if surprises.any():
+        family.focus(claimed.rows(surprises))  # unstable at a point that was left aside: look again with that point
+        return suggest(family, noise, base, axes)
+    numbers = {axis.name: float(_numbers(axis, best[[k]])[0]) for k, axis in enumerate(axes)}
+    held = looked.radius < 1
+    quiet = int((held & (looked.noise <= NOISE_SHARE)).sum())
+    return Suggestion(numbers, settings, rule, tried, int(held.sum()), quiet, rule == "fastest")
+
+
+def wide_margin(family: Family, base: Settings, axes: Sequence[GainAxis]) -> NDArray[np.bool_]:
+    """Whether each set stays stable when any one axis is doubled or halved."""
+    held = np.ones(len(base), dtype=bool)
+    for moved in _scaled(base, axes):
+        held &= stable(family, "sampled", moved)
+    return held
+
+
+def _scaled(base: Settings, axes: Sequence[GainAxis]) -> list[Settings]:
+    """The sets with one axis doubled or halved, each."""
+    moved = []
+    for axis in axes:
+        s, weight = next(iter(axis.weights.items()))
+        values = base.gains[:, base.symbols.index(s)] / weight
+        moved += [base.along(axis, factor * values) for factor in (GAIN_FACTOR, 1 / GAIN_FACTOR)]
+    return moved
+
+
+def _first(count: int, generator: np.random.Generator) -> Array:
+    """A line, a grid or scattered shares."""
+    if count == 1:
+        return np.linspace(0, 1, LINE)[:, None]
+    if count == 2:
+        line = np.linspace(0, 1, GRID)
+        return np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
+    return generator.uniform(0, 1, (SCATTERED, count))
+
+
+def _numbers(axis: GainAxis, shares: Array) -> Array:
+    """Numbers of three digits within the range."""
+    rounded = np.array([float(f"{v:.{DIGITS}g}") for v in np.atleast_1d(axis.at(shares))])
+    clipped: Array = np.clip(rounded, axis.low, axis.high)
+    return clipped
+
+
+def _sets(base: Settings, axes: Sequence[GainAxis], shares: Array) -> Settings:
+    for k, axis in enumerate(axes):
+        base = base.along(axis, _numbers(axis, shares[:, k]))
+    return base
+
+
+def _look(family: Family, noise: NoiseModel, base: Settings, axes: Sequence[GainAxis], shares: Array) -> _Candidates:
+    settings = _sets(base, axes, shares)
+    radius = family.worst("sampled", settings)
+    good = np.flatnonzero(radius < 1)
+    found = np.full(len(settings), np.inf)
+    if len(good):
+        found[good] = noise.share(settings.rows(good))
+    return _Candidates(shares, radius, found)
+
+
+def _best(family: Family, base: Settings, axes: Sequence[GainAxis], looked: _Candidates) -> tuple[Array, str]:
+    """The best candidate and the rule: "fastest", "product" or "none"."""
+    h = float(base.sample_time[0])
+    decay = -np.log(np.clip(looked.radius, 1e-12, None)) / h
+    eligible = np.flatnonzero((looked.radius < 1) & (looked.noise <= NOISE_SHARE))
+    eligible = eligible[np.argsort(-decay[eligible], kind="stable")]
+    for start in range(0, len(eligible), CHUNK):
+        chunk = eligible[start : start + CHUNK]
+        chunk = chunk[wide_margin(family, _sets(base, axes, looked.shares[chunk]), axes)]
+        if len(chunk):
+            as_fast = chunk[decay[chunk] >= AS_FAST * decay[chunk].max()]
+            return looked.shares[as_fast[looked.noise[as_fast].argmin()]], "fastest"
+    good = looked.radius < 1
+    if good.any():
+        product = np.where(good & np.isfinite(looked.noise), looked.noise / np.where(good, decay, 1.0), np.inf)
+        return looked.shares[int(product.argmin())], "product"
+    return looked.shares[int(looked.radius.argmin())], "none"

@@ -1,0 +1,186 @@
+"""Ψ and the sampled matrix as numbers over the envelope."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import casadi
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+
+from codegen.analysis.error_dynamics import ErrorDynamics
+from codegen.analysis.terms import expand_products
+from codegen.base.exact_numbers import powers_of_ten
+from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.solve import solve_symmetric
+from codegen.mechanics.system import Matrix
+from codegen.spec.model import Spec
+
+Array = NDArray[np.float64]
+RANDOM_POINTS = 400
+
+
+@dataclass(frozen=True)
+class OperatingPoints:
+    """Points of the envelope at which Ψ is looked at.
+
+    Attributes:
+        variables: the symbols that Ψ or the sampled matrix depends on.
+        values: points by variables; the centre, the corners, then random points.
+        missing: variables for which the envelope gives no range.
+    """
+
+    variables: tuple[sympy.Symbol, ...]
+    values: Array
+    ranges: dict[sympy.Symbol, tuple[Any, Any]]
+    missing: tuple[sympy.Symbol, ...]
+
+
+def dependence(dynamics: ErrorDynamics) -> tuple[sympy.Symbol, ...]:
+    """The positions, velocities, inputs and slip signs on which Ψ or the sampled matrix depends, sorted by name."""
+    return tuple(sorted(_variables(dynamics, dynamics.jacobian, dynamics.in_force(dynamics.sampled)), key=str))
+
+
+def _variables(dynamics: ErrorDynamics, *matrices: Matrix) -> set[sympy.Symbol]:
+    """What matrices over the symbols of ``dynamics`` depend on beside its gains and parameters."""
+    constants = set(dynamics.observer.values)
+    free = {s for matrix in matrices for s in matrix.free_symbols} - constants
+    for expression in dynamics.slopes.values():
+        free |= expression.free_symbols - constants
+    free -= {sympy.Symbol("h", real=True), *dynamics.inverse_mass, *dynamics.slopes}
+    if dynamics.inverse_mass:
+        free |= dynamics.observer.system.mass_matrix.free_symbols - constants
+    return free
+
+
+def distinct_points(
+    dynamics: ErrorDynamics, points: OperatingPoints, *matrices: Matrix
+) -> tuple[OperatingPoints, NDArray[np.intp]]:
+    """The points at which matrices can differ, in order, and for each of ``points`` the index of its like there."""
+    used = _variables(dynamics, *matrices)
+    columns = [k for k, s in enumerate(points.variables) if s in used]
+    if len(columns) == len(points.variables):
+        return points, np.arange(len(points.values))
+    _, first, alike = np.unique(points.values[:, columns], axis=0, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    return replace(points, values=points.values[first[order]]), np.argsort(order)[alike.ravel()]
+
+
+def rates_for_neighbours(dynamics: ErrorDynamics, envelope: Mapping[str, Any]) -> ErrorDynamics:
+    """A neighbouring sample's velocity written by its rate where the envelope bounds that: v_next = v + h v_dot.
+
+    The same for a friction state f_rail and f_rail_dot; then terms that hold the difference are as small as it is.
+    """
+    h, bounded = sympy.Symbol("h", real=True), {}
+    for neighbour, s in dynamics.next_velocity.items():
+        if f"{s.name}_dot" in envelope:
+            rate = h * sympy.Symbol(f"{s.name}_dot", real=True)
+            bounded[neighbour] = s - rate if dynamics.implicit else s + rate
+    rest = {n: s for n, s in dynamics.next_velocity.items() if n not in bounded}
+    sampled = Matrix(dynamics.sampled.xreplace(bounded).applyfunc(expand_products)) if bounded else dynamics.sampled
+    return replace(dynamics, sampled=sampled, next_velocity=rest)
+
+
+def operating_points(dynamics: ErrorDynamics, spec: Spec, count: int = RANDOM_POINTS) -> OperatingPoints:
+    """The centre, the corners and random points of the envelope, as far as Ψ depends on it."""
+    variables = dependence(dynamics)
+    ranges: dict[sympy.Symbol, tuple[Any, Any]] = {}
+    missing = []
+    for s in variables:
+        base = dynamics.next_velocity.get(s, s)
+        if s in dynamics.observer.signs:
+            ranges[s] = (sympy.Integer(-1), sympy.Integer(1))
+        elif base.name in spec.envelope:
+            ranges[s] = spec.envelope[base.name]
+        elif base in dynamics.observer.truth_ranges:
+            ranges[s] = dynamics.observer.truth_ranges[base]
+        else:
+            missing.append(s)
+            unit = dict(zip(dynamics.observer.system.positions, dynamics.observer.system.position_units, strict=True))
+            size = sympy.pi if unit.get(s) == "rad" else sympy.Integer(1)
+            ranges[s] = (-size, size)
+    bounds = np.array([[float(lo), float(hi)] for lo, hi in ranges.values()]).reshape(-1, 2)
+    generator = np.random.default_rng(1)
+    centre = bounds.mean(axis=1)[None, :]
+    corners = _corners(bounds)
+    spread = generator.uniform(bounds[:, 0], bounds[:, 1], (count, len(bounds)))
+    # Near standstill friction changes fastest.
+    spread[: count // 2] *= powers_of_ten(-generator.uniform(0, 4, (count // 2, 1)))
+    spread = np.clip(spread, bounds[:, 0], bounds[:, 1])
+    points = np.vstack([centre, corners, spread])
+    points = _consistent(dynamics, variables, points, generator)
+    return OperatingPoints(variables, points if variables else points[:1], ranges, tuple(missing))
+
+
+def _consistent(
+    dynamics: ErrorDynamics, variables: tuple[sympy.Symbol, ...], points: Array, generator: np.random.Generator
+) -> Array:
+    """Slip signs as the velocities say where these are known, else ±1; the next velocity of the same sign."""
+    column = {s: k for k, s in enumerate(variables)}
+    share = generator.uniform(0.6, 1.4, len(points))
+    for following, v in dynamics.next_velocity.items():
+        if v in column:
+            points[:, column[following]] = points[:, column[v]] * share
+    slips = zip(dynamics.observer.signs, dynamics.observer.system.slip_velocity, strict=True)
+    for s, slip in slips:
+        if s not in column:
+            continue
+        slip = slip.subs(dynamics.observer.system.values)
+        if slip.free_symbols <= set(column):
+            at = casadi.SX.sym("p", len(variables))
+            function = casadi.Function("slip", [at], [to_casadi(slip, {v: at[k] for v, k in column.items()})])
+            value = np.asarray(function.map(len(points))(points.T)).ravel()
+        else:
+            value = points[:, column[s]]
+        points[:, column[s]] = np.where(value < 0, -1.0, 1.0)
+    return points
+
+
+def _corners(bounds: Array) -> Array:
+    if len(bounds) == 0 or len(bounds) > 10:
+        return np.empty((0, len(bounds)))
+    return np.array(np.meshgrid(*bounds)).reshape(len(bounds), -1).T
+
+
+def evaluate(
+    dynamics: ErrorDynamics, matrix: Matrix, points: OperatingPoints, sample_time: float | None = None
+) -> Array:
+    """A matrix of the error dynamics at every point, points by m by m, at the spec's gains and parameters."""
+    h = float(dynamics.observer.sample_time if sample_time is None else sample_time)
+    function = matrix_function(dynamics, matrix, points, ())
+    return evaluate_columns(function, points.values, np.full((len(points.values), 1), h))
+
+
+def matrix_function(
+    dynamics: ErrorDynamics, matrix: Matrix, points: OperatingPoints, gains: Sequence[sympy.Symbol]
+) -> Any:
+    """A matrix of the error dynamics as a CasADi function of (point, gains and sample time).
+
+    Args:
+        matrix: m by m over the symbols of ``dynamics``.
+        points: whose variables are the first argument, in order.
+        gains: that stay open; the second argument is these and then h. The others are the spec's.
+    """
+    variables = casadi.SX.sym("p", len(points.variables))
+    open_values = casadi.SX.sym("k", len(gains) + 1)
+    names: dict[sympy.Symbol, Any] = {s: casadi.SX(float(v)) for s, v in dynamics.observer.values.items()}
+    names |= {s: open_values[k] for k, s in enumerate((*gains, sympy.Symbol("h", real=True)))}
+    names |= {s: variables[k] for k, s in enumerate(points.variables)}
+    names |= {s: to_casadi(e, names) for s, e in dynamics.slopes.items()}
+    if dynamics.inverse_mass:
+        mass = to_casadi(dynamics.observer.system.mass_matrix, names)
+        columns = [solve_symmetric(mass, casadi.SX.eye(mass.shape[0])[:, j]) for j in range(mass.shape[0])]
+        for s, (i, j) in dynamics.inverse_mass.items():
+            names[s] = columns[j][i]
+    return casadi.Function("matrix", [variables, open_values], [casadi.densify(to_casadi(matrix, names))])
+
+
+def evaluate_columns(function: Any, *arguments: Array) -> Array:
+    """A CasADi function of columns at N of them, N by rows by columns of its result; each argument is N by its size."""
+    count = len(arguments[0])
+    rows, columns = function.size_out(0)
+    flat = np.asarray(function.map(count)(*[a.T for a in arguments])).reshape(rows, count, columns)
+    return np.ascontiguousarray(flat.transpose(1, 0, 2))

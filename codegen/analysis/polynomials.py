@@ -1,0 +1,74 @@
+"""Characteristic polynomials and the conditions on them: Routh–Hurwitz for Ψ, Jury for the sampled error.
+
+The Jury conditions are Routh–Hurwitz conditions after the map z = (1 + sh/2)/(1 − sh/2), which takes the open left
+half plane onto the open unit disc; with δ = (z − 1)/h that is δ = s/(1 − sh/2).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import sympy
+
+from codegen.analysis.terms import expand_products
+
+
+def characteristic_polynomial(matrix: Any) -> list[Any]:
+    """Coefficients of |sI − A|, highest power first, by Faddeev–LeVerrier (no division but by 1…m)."""
+    m = matrix.rows
+    coefficients: list[Any] = [sympy.Integer(1)]
+    product = sympy.eye(m)
+    for k in range(1, m + 1):
+        current = (matrix * product).applyfunc(expand_products)
+        coefficients.append(expand_products(-current.trace() / k))
+        product = current + coefficients[-1] * sympy.eye(m)
+    return coefficients
+
+
+def hurwitz_determinant(c: Sequence[Any], order: int) -> Any:
+    """The leading minor of the Hurwitz matrix of a polynomial, highest coefficient first."""
+
+    def at(index: int) -> Any:
+        return c[index] if 0 <= index < len(c) else sympy.Integer(0)
+
+    matrix = sympy.Matrix(order, order, lambda i, j: at(2 * (j + 1) - (i + 1)))
+    return sympy.expand(matrix.det(method="berkowitz"))
+
+
+def routh_hurwitz(c: Sequence[Any]) -> list[tuple[str, Any]]:
+    """Conditions > 0, necessary and sufficient for all roots in the open left half plane (Liénard–Chipart).
+
+    Args:
+        c: coefficients, highest first; the highest must be positive.
+
+    Returns:
+        (name, expression) pairs: every second coefficient counted from the last, and every second Hurwitz determinant.
+    """
+    n = len(c) - 1
+    conditions = [(f"c{n - i}", c[i]) for i in range(n, 0, -2)]
+    conditions += [(f"D{k}" if k > 1 else f"c{n - 1}", hurwitz_determinant(c, k)) for k in range(n - 1, 0, -2)]
+    if n == 1:
+        conditions = [("c0", c[1])]
+    return conditions[::-1]
+
+
+def bilinear(c: Sequence[Any], h: Any) -> list[Any]:
+    """Coefficients in s, highest first, of Σ cᵢ sⁱ (1 − hs/2)ⁿ⁻ⁱ for a polynomial in δ = (z − 1)/h."""
+    s = sympy.Symbol("s_", real=True)
+    n = len(c) - 1
+    total = sum(coefficient * s ** (n - i) * (1 - h * s / 2) ** i for i, coefficient in enumerate(c))
+    return [sympy.expand(x) for x in _all_coefficients(sympy.expand(total), s, n)]
+
+
+def _all_coefficients(expression: Any, s: sympy.Symbol, degree: int) -> list[Any]:
+    return [expression.coeff(s, k) for k in range(degree, -1, -1)]
+
+
+def jury(c: Sequence[Any], h: Any) -> list[tuple[str, Any]]:
+    """Conditions > 0, necessary and sufficient for |z| < 1 at every root, for a polynomial in δ = (z − 1)/h.
+
+    The first is p(−2/h)·(−h/2)ⁿ > 0 (no root beyond z = −1), the rest are those of Routh–Hurwitz after the map.
+    """
+    mapped = bilinear(c, h)
+    return [("p(z=-1)", mapped[0]), *[(f"J:{name}", e) for name, e in routh_hurwitz(mapped)]]

@@ -1,0 +1,73 @@
+"""docs/certificates.md: what is certified, refuted and bounded. `python -m codegen.app.certificate_table SPECS`."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from codegen.app.certify import Certified, certify_in_full
+from codegen.base.files import write_atomically
+from codegen.base.text import render
+from codegen.certify.certify import Certificate, Refusal
+from codegen.checker import verify as checker
+from codegen.spec import read_spec
+
+CLASSES = (0.05, 0.1, 0.5, 1.0, 5.0)
+
+
+@dataclass(frozen=True)
+class Row:
+    """One spec in the table.
+
+    Attributes:
+        check: an upper bound on the checker's time, in s, as a class, so that the table is the same on each run.
+    """
+
+    name: str
+    kind: str
+    velocity: str
+    integration: str
+    sample_time: float
+    found: Certified
+    check: float | None
+
+    @property
+    def certificate(self) -> Certificate | None:
+        return self.found.outcome if isinstance(self.found.outcome, Certificate) else None
+
+    @property
+    def refusal(self) -> Refusal | None:
+        return self.found.outcome if isinstance(self.found.outcome, Refusal) else None
+
+
+def row(path: Path) -> Row:
+    """Certify one spec and time the checker on what is handed out.
+
+    Raises:
+        BadInput: as ``stiction certify``.
+    """
+    spec, found = read_spec(path), certify_in_full(path)
+    choice = spec.observer
+    assert choice is not None
+    proofs = tuple(found.outcome.proofs.values())
+    start = time.perf_counter()
+    for text in proofs[:1]:
+        checker.check(text)
+    took = time.perf_counter() - start
+    check = next((c for c in CLASSES if took < c), float("inf")) if proofs else None
+    return Row(spec.name, choice.kind, choice.velocity, choice.integration, float(choice.sample_time), found, check)
+
+
+def main() -> None:
+    """Write the table."""
+    parser = argparse.ArgumentParser(description="Write the table of certificates.")
+    parser.add_argument("specs", type=Path, nargs="+")
+    parser.add_argument("-o", "--output", type=Path, default=Path("docs/certificates.md"))
+    given = parser.parse_args()
+    write_atomically(given.output, render("text/certificates.md.j2", rows=[row(path) for path in given.specs]))
+
+
+if __name__ == "__main__":
+    main()

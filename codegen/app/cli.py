@@ -1,0 +1,394 @@
+"""The command ``stiction``: its verbs and their options. Parse, call, print.
+
+A verb imports its work when it runs: help, the version and a wrong word need none of the libraries.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import traceback
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from codegen.app.pages import pages
+from codegen.base.errors import TRACEBACK, BadInput, InternalError
+from codegen.base.files import named_path
+from codegen.base.input_files import identity
+from codegen.base.terminal import errors, output, without_library_warnings
+from codegen.base.version import VERSION
+
+REFUSED, STALE, INTERNAL, INTERRUPTED = 3, 4, 70, 130
+
+app = typer.Typer(
+    help="Friction observers from a specification: derived, certified, generated, and checked against measured data.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,  # plain help takes a tenth of a second less
+    context_settings={"max_content_width": 120},
+)
+app.add_typer(pages)
+
+SpecPath = Annotated[Path, typer.Argument(metavar="SPEC", help="the spec file (YAML)")]
+Description = Annotated[Path | None, typer.Option("--description", "-d", help="log description (YAML with columns:)")]
+Columns = Annotated[
+    list[str] | None, typer.Option("--column", "-c", metavar="NAME=COLUMN", help="what the log calls a variable")
+]
+
+
+def _print_version(asked: bool) -> None:
+    if asked:
+        output.print(VERSION)
+        raise typer.Exit
+
+
+@app.callback()
+def common(
+    effects: Annotated[
+        list[Path] | None,
+        typer.Option("--effects", metavar="FILE", help="a Python file with effects of your own; it is run"),
+    ] = None,
+    version: Annotated[
+        bool, typer.Option("--version", help="print the version", is_eager=True, callback=_print_version)
+    ] = False,
+) -> None:
+    """Friction observers from a specification: derived, certified, generated, and checked against measured data."""
+    if effects:
+        from codegen.effects.register import load_effects
+
+        for path in effects:
+            load_effects(path)
+
+
+@app.command()
+def init(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="of the machine; NAME.yaml is written")],
+    source: Annotated[
+        str | None,
+        typer.Option("--from", metavar="FILE", help="a spec, a shipped one (two_mass), or a robot.urdf"),
+    ] = None,
+) -> None:
+    """Write NAME.yaml, a commented spec to start from."""
+    from codegen.app.init import init
+
+    for path in init(name, source):
+        output.print(str(path))
+
+
+@app.command()
+def schema(
+    out: Annotated[
+        Path | None, typer.Option("-o", "--output", parser=named_path, metavar="FILE", help="write it here, as .json")
+    ] = None,
+) -> None:
+    """Print the JSON Schema of a spec, by which an editor completes and checks its keys."""
+    from codegen.app.schema import schema_text, write_schema
+
+    output.print(schema_text() if out is None else f"{write_schema(out)}\n", end="")
+
+
+@app.command()
+def check(spec: SpecPath) -> None:
+    """Read and validate a spec; print the system in readable form."""
+    from codegen.app.check import check, check_text
+
+    output.print(check_text(check(spec)), end="")
+
+
+@app.command()
+def derive(
+    spec: SpecPath,
+    latex: Annotated[bool, typer.Option("--latex", help="print LaTeX")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="print JSON")] = False,
+) -> None:
+    """Derive Ψ, its characteristic polynomial and the gain conditions."""
+    from codegen.app.derive import derive, derive_text
+    from codegen.app.readable import analysis_json
+
+    analysis = derive(spec)
+    if as_json:
+        output.print(json.dumps(analysis_json(analysis), indent=1, ensure_ascii=False))
+    else:
+        output.print(derive_text(analysis, latex), end="")
+
+
+@app.command()
+def certify(
+    spec: SpecPath,
+    out: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", parser=named_path, metavar="FILE", help="write certificate.json alone here"),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="print JSON")] = False,
+) -> None:
+    """Certify the sampled observer over the envelope, or say why not, with a counterexample and what would be."""
+    from codegen.app.certify import certify_in_full, write_certificate
+    from codegen.app.readable_certificate import certified_json, certified_text
+
+    found = certify_in_full(spec, out)
+    target = None if out is None or found.certificate is None else write_certificate(found.certificate, out)
+    if as_json:
+        output.print(json.dumps(certified_json(found), indent=1, ensure_ascii=False, allow_nan=False))
+    else:
+        (errors if found.certificate is None else output).print(certified_text(found, target), end="")
+    raise typer.Exit(REFUSED if found.certificate is None else 0)
+
+
+@app.command()
+def verify(
+    certificate: Annotated[Path, typer.Argument(metavar="CERT")],
+    spec: Annotated[Path | None, typer.Option("--spec", help="check that the certificate is of this spec")] = None,
+    smt: Annotated[
+        Path | None, typer.Option("--smt", parser=named_path, metavar="FILE", help="write it for z3 or cvc5 too")
+    ] = None,
+) -> None:
+    """Check a certificate or a bound by the independent checker (codegen/checker/, standard library only).
+
+    Exit status: 0 verified and bound to the code beside it; 5 verified, but bound to no code; 3 refused.
+    """
+    from codegen.checker import newtons as checker
+    from codegen.checker.verify import NO_CODE
+
+    status = checker.main([str(certificate)] + (["--spec", str(spec)] if spec is not None else []))
+    if status in (0, NO_CODE) and smt is not None:
+        from codegen.app.write_smt import write_smt
+
+        output.print(str(write_smt(certificate, smt)))
+    raise typer.Exit(status)
+
+
+@app.command()
+def generate(
+    specs: Annotated[list[Path], typer.Argument(metavar="SPEC...", help="spec files")],
+    out: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", parser=named_path, metavar="DIR", help="folder; generated/NAME by default"),
+    ] = None,
+    check_only: Annotated[
+        bool, typer.Option("--check", help="write nothing; fail if the files are not current")
+    ] = False,
+    uncertified: Annotated[
+        bool, typer.Option("--uncertified", help="write the code even without a certificate")
+    ] = False,
+    target: Annotated[
+        list[str] | None,
+        typer.Option("--target", metavar="TARGET", help="c, python (these two by default), simd, all; or fmu alone"),
+    ] = None,
+    precision: Annotated[
+        str | None, typer.Option("--precision", metavar="WORD", help="double or single; as in the spec by default")
+    ] = None,
+    fault: Annotated[
+        str | None, typer.Option("--fault", metavar="WORD", help="hold or none, where a sample is not finite")
+    ] = None,
+    fmi: Annotated[str, typer.Option("--fmi", metavar="VERSION", help="of the FMU: 3.0 or 2.0")] = "3.0",
+) -> None:
+    """Write C, Python, certificate and README into generated/NAME/, or NAME.fmu."""
+    from codegen.app.fmu import GeneratedFmu, fmu_text, generate_fmu
+    from codegen.app.generate import Generated, Overrides, generate, generated_text
+
+    fmu = target == ["fmu"]
+    overrides = Overrides(precision, fault, () if fmu else tuple(target or ()))
+    if out is not None and len(specs) > 1:
+        raise BadInput("-o", f"one folder for {len(specs)} specs", "one spec with -o, or several without")
+    again = next((spec for k, spec in enumerate(specs) if identity(spec) in map(identity, specs[:k])), None)
+    if again is not None:
+        raise BadInput(str(again), "the same spec again", "each spec once")
+    code = 0
+    for spec in specs:
+        made: Generated | GeneratedFmu
+        if fmu:
+            made = generate_fmu(spec, out, fmi, check_only, uncertified, overrides)
+            output.print(fmu_text(made, check_only, uncertified), end="")
+        else:
+            made = generate(spec, out, check_only, uncertified, overrides)
+            output.print(generated_text(made, check_only, uncertified), end="")
+        if check_only and made.stale:
+            code = STALE
+        elif made.refused and not uncertified:
+            code = code or REFUSED
+    raise typer.Exit(code)
+
+
+@app.command()
+def gains(
+    spec: SpecPath,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "-o", "--output", parser=named_path, metavar="DIR", help="folder for gains.json, gains.png, spec.yaml"
+        ),
+    ] = None,
+    over: Annotated[
+        tuple[str, str] | None,
+        typer.Option("--over", metavar="NAME NAME", help="axes of the map; h is the sample time"),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="print JSON")] = False,
+) -> None:
+    """Show which gains are stable, with what margin, and suggest some; for free gains or around chosen ones."""
+    from codegen.app.gains import gains, gains_text
+
+    report = gains(spec, out, over or ())
+    if as_json:
+        output.print(json.dumps(report.content, indent=1, ensure_ascii=False, allow_nan=False))
+    else:
+        output.print(gains_text(report), end="")
+    raise typer.Exit(REFUSED if report.feasibility.infeasible is not None else 0)
+
+
+@app.command()
+def cancel(
+    spec: SpecPath,
+    out: Annotated[
+        Path | None, typer.Option("-o", "--output", parser=named_path, metavar="DIR", help="folder for the results")
+    ] = None,
+    hunt: Annotated[bool, typer.Option("--hunt", help="look for limit cycles of the closed loop")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="print JSON")] = False,
+) -> None:
+    """Say which friction the inputs can cancel, why, and by which input."""
+    from codegen.app.cancel import cancel, cancel_text
+    from codegen.base.progress import progress
+
+    with progress() as tell:
+        report = cancel(spec, out, hunt, lambda share: tell("simulate", share))
+    if as_json:
+        output.print(json.dumps(report.content, indent=1, ensure_ascii=False, allow_nan=False))
+    else:
+        output.print(cancel_text(report), end="")
+    raise typer.Exit(REFUSED if report.refusal is not None else 0)
+
+
+@app.command()
+def simulate(
+    spec: SpecPath,
+    out: Annotated[
+        Path, typer.Option("-o", "--output", parser=named_path, metavar="LOG", help="the CSV file to write")
+    ],
+    method: Annotated[str, typer.Option("--method", help="steps, or events: slow, exact between events")] = "steps",
+) -> None:
+    """Write a log from the plant of the spec, with its declared effects."""
+    from codegen.app.simulate import simulate, simulated_notes
+    from codegen.base.progress import progress
+
+    with progress() as tell:
+        result = simulate(spec, out, lambda share: tell("simulate", share), method)
+    errors.print(simulated_notes(result), end="")
+    output.print(str(result.path))
+
+
+@app.command()
+def diagnose(
+    spec: SpecPath,
+    log: Annotated[
+        list[Path], typer.Argument(metavar="LOG...", help="measured log, CSV or .mat; or several of one experiment")
+    ],
+    test: Annotated[
+        list[Path] | None, typer.Option("--test", metavar="LOG2", help="log to measure the error on; may be repeated")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("-o", "--output", parser=named_path, metavar="DIR", help="folder for the results")
+    ] = None,
+    description: Description = None,
+    column: Columns = None,
+    propose: Annotated[bool, typer.Option("--propose", help="where nothing known fits, a term by PySINDy")] = False,
+    material: Annotated[
+        str | None,
+        typer.Option("--material", metavar="SHARE", help="of the drive force: less is immaterial; 2% by default"),
+    ] = None,
+) -> None:
+    """Find the effect that the model lacks; write diagnosis.json, spec.yaml (augmented) and report.html."""
+    from codegen.app.diagnose import diagnose, diagnosed_text
+    from codegen.base.progress import progress
+
+    with progress("reading", lines=True) as tell:
+        result = diagnose(spec, log, test, out, description, _columns(column or []), tell, propose, material)
+    output.print(diagnosed_text(result), end="")
+    raise typer.Exit(REFUSED if result.diagnosis.verdict == "unfit" else 0)
+
+
+@app.command()
+def replay(
+    spec: SpecPath,
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="measured log, CSV, .npy or .mat")],
+    out: Annotated[
+        Path | None, typer.Option("-o", "--output", parser=named_path, metavar="OUT", help="CSV or .npy to write")
+    ] = None,
+    description: Description = None,
+    column: Columns = None,
+    only: Annotated[list[str] | None, typer.Option("--only", metavar="OUTPUT", help="write this output")] = None,
+) -> None:
+    """Run the generated observer over a log at compiled speed; write its estimates."""
+    from codegen.app.replay import replay, replayed_text
+
+    result = replay(spec, log, out, description, _columns(column or []), only or ())
+    output.print(replayed_text(result), end="")
+
+
+@app.command()
+def demo(
+    out: Annotated[Path, typer.Option("-o", "--output", parser=named_path, metavar="DIR", help="its folder")] = Path(
+        "demo"
+    ),
+) -> None:
+    """Run the main job on the embedded default: a belt-driven axis with an effect that its spec lacks."""
+    from codegen.app.demo import run_demo
+    from codegen.base.progress import progress
+
+    with progress() as tell:
+        run_demo(out, output.print, tell)
+
+
+@app.command()
+def version() -> None:
+    """Print the version."""
+    output.print(VERSION)
+
+
+def _columns(pairs: list[str]) -> dict[str, str]:
+    split = {pair: pair.partition("=") for pair in pairs}
+    for pair, (name, _, column) in split.items():
+        if not name or not column:
+            raise BadInput("--column", f"`{pair}`", "NAME=COLUMN, such as x=qm")
+    return {name.strip(): column.strip() for name, _, column in split.values()}
+
+
+MOST_FAULTS = 20
+"""Of one file that are shown at once."""
+
+
+@without_library_warnings()
+def main() -> None:
+    """Run a verb; bad input is one message and exit code 2, a fault of the tool one and 70, never a traceback."""
+    for stream in (sys.stdout, sys.stderr):
+        getattr(stream, "reconfigure", dict)(
+            errors="backslashreplace"
+        )  # a file name may be no text, a screen lack a sign
+    traced = bool(os.environ.get(TRACEBACK))
+    try:
+        app()
+    except BadInput as error:
+        for each in error.all[:MOST_FAULTS]:
+            errors.print("error: " + " ".join(str(each).split()), style="red")
+        if len(error.all) > MOST_FAULTS:
+            more = len(error.all) - MOST_FAULTS
+            errors.print(f"and {more} more, which are shown once these are mended", style="red")
+        sys.exit(2)
+    except BrokenPipeError:
+        sys.exit(1)
+    except KeyboardInterrupt:
+        sys.exit(INTERRUPTED)
+    except Exception as error:
+        if traced:
+            traceback.print_exc()
+        fault = error if isinstance(error, InternalError) else InternalError("stiction", sys.argv[1:], error)
+        errors.print(f"internal error: {fault}\n{fault.advice}")
+        sys.exit(INTERNAL)
+
+
+__all__ = ["app", "main"]
+
+if __name__ == "__main__":
+    main()

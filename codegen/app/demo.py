@@ -1,0 +1,46 @@
+"""``stiction demo``: the main job on the embedded default, station by station."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from codegen.app.check import check, model_view
+from codegen.app.derive import derive
+from codegen.app.diagnose import Diagnosed, diagnose, diagnosed_text
+from codegen.app.generate import generate
+from codegen.app.readable import analysis_view
+from codegen.app.simulate import simulate
+from codegen.app.verify import verify
+from codegen.base.resources import resource_folder
+from codegen.base.text import render
+from codegen.certify.certify import Certificate
+
+SPEC = "belt_axis.yaml"
+PLANT = "plants/belt_axis.yaml"
+
+
+def run_demo(folder: Path, say: Callable[[str], None], tell: Callable[[str, float], None]) -> Diagnosed:
+    """Derive, certify and generate a belt-driven axis; simulate it with an effect that its spec lacks; find the effect.
+
+    Args:
+        folder: where everything is written.
+        say: takes each station's words.
+        tell: takes progress.
+    """
+    specs = resource_folder("specs")
+    spec = specs / SPEC
+    say(render("text/demo_spec.txt.j2", file=SPEC, **model_view(check(spec))))
+    say(render("text/demo_derive.txt.j2", **analysis_view(derive(spec))))
+    generated = generate(spec, folder / "generated" / "belt_axis")
+    if isinstance(generated.outcome, Certificate):
+        report = verify(generated.folder / "certificate.json", spec)
+        say(render("text/demo_certify.txt.j2", certificate=generated.outcome, report=report, generated=generated))
+    log, test = folder / "train.csv", folder / "test.csv"
+    simulate(specs / PLANT, log, lambda share: tell("simulate", share / 2))
+    simulate(specs / "plants" / "belt_axis_test.yaml", test, lambda share: tell("simulate", (1 + share) / 2))
+    say(render("text/demo_log.txt.j2", log=log, test=test))
+    result = diagnose(spec, log, test, folder / "diagnosis", progress=tell)
+    say(diagnosed_text(result, paths=False))
+    say(render("text/demo_paths.txt.j2", generated=generated, result=result))
+    return result

@@ -1,0 +1,88 @@
+"""``stiction generate --target fmu`` as a function: a spec's observer as a co-simulation FMU."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from codegen.app.generate import Overrides, generated_program
+from codegen.base.border import verb
+from codegen.base.errors import BadInput
+from codegen.base.files import write_all
+from codegen.base.input_files import LARGEST_GENERATED, read_bytes
+from codegen.base.text import render
+from codegen.certify.certify import Certificate, Refusal
+from codegen.emit.fmu import VERSIONS, emit_fmu
+from codegen.spec import read_spec
+
+
+@dataclass(frozen=True)
+class GeneratedFmu:
+    """What ``generate --target fmu`` made.
+
+    Attributes:
+        path: of the FMU.
+        version: of FMI.
+        members: paths in the zip.
+        outcome: the certificate, which lies in the FMU's documentation, or why there is none.
+        stale: with ``check_only``, whether the file on disk is missing or not current.
+    """
+
+    path: Path
+    version: str
+    members: tuple[str, ...]
+    outcome: Certificate | Refusal
+    stale: bool = False
+
+    @property
+    def refused(self) -> bool:
+        return isinstance(self.outcome, Refusal)
+
+
+def _on_disk(path: Path) -> bytes | None:
+    try:
+        return read_bytes(path, "an FMU", LARGEST_GENERATED)
+    except BadInput:
+        return None
+
+
+@verb
+def generate_fmu(
+    path: str | Path,
+    folder: str | Path | None = None,
+    version: str = VERSIONS[0],
+    check_only: bool = False,
+    uncertified: bool = False,
+    overrides: Overrides | None = None,
+) -> GeneratedFmu:
+    """Build the FMU of a spec's observer with the local C compiler.
+
+    Args:
+        folder: where NAME.fmu is written; ``generated/NAME`` by default.
+        version: of FMI, ``3.0`` or ``2.0``.
+        check_only: write nothing; say whether the file on disk is current.
+        uncertified: write it even where no certificate can be given.
+        overrides: the command's own choices of precision and fault policy.
+
+    Raises:
+        BadInput: for a bad spec, no C compiler, or a folder that cannot be written.
+    """
+    if version not in VERSIONS:
+        raise BadInput("--fmi", f"`{version}`", f"one of {', '.join(VERSIONS)}")
+    spec = read_spec(path)
+    program, files, outcome = generated_program(spec, overrides)
+    fmu = emit_fmu(program, files, version)
+    target = (Path(folder) if folder is not None else Path("generated") / spec.name) / fmu.name
+    members = tuple(sorted(fmu.members))
+    if check_only:
+        stale = _on_disk(target) != fmu.data
+        return GeneratedFmu(target, version, members, outcome, stale)
+    if isinstance(outcome, Certificate) or uncertified:
+        write_all(target.parent, {target.name: fmu.data})
+    return GeneratedFmu(target, version, members, outcome)
+
+
+def fmu_text(made: GeneratedFmu, check_only: bool, uncertified: bool) -> str:
+    """What was written or is not current, in words."""
+    given = {"refused": made.refused, "check_only": check_only, "uncertified": uncertified}
+    return render("text/generated_fmu.txt.j2", result=made, **given)

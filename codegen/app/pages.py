@@ -1,0 +1,85 @@
+"""The verbs that write pages of docs/: ``laws``, ``effects``, ``audit`` and ``gallery``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from codegen.base.files import named_path
+from codegen.base.terminal import output
+
+pages = typer.Typer()
+
+
+@pages.command()
+def laws(
+    out: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", parser=named_path, metavar="DIR", help="write laws.md and its pictures here"),
+    ] = None,
+) -> None:
+    """List the friction laws, or write their page with a picture of each."""
+    from codegen.base.text import render
+    from codegen.report.laws import law_groups, write_laws
+
+    if out is None:
+        output.print(render("text/laws.txt.j2", groups=law_groups()), end="")
+    else:
+        output.print(str(write_laws(out)))
+
+
+@pages.command()
+def effects(
+    out: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", parser=named_path, metavar="DIR", help="write effects.md and its pictures here"),
+    ] = None,
+) -> None:
+    """List the effects that a model may lack, or write their page with a picture of each."""
+    from codegen.base.text import render
+    from codegen.report.effects import effect_views, write_effects
+
+    if out is None:
+        output.print(render("text/effects.txt.j2", effects=effect_views()), end="")
+    else:
+        output.print(str(write_effects(out)))
+
+
+@pages.command()
+def audit(
+    out: Annotated[
+        Path | None, typer.Option("-o", "--output", parser=named_path, metavar="FILE", help="write docs/audit.md here")
+    ] = None,
+    as_json: Annotated[Path | None, typer.Option("--json", metavar="FILE", help="write the findings as JSON")] = None,
+) -> None:
+    """Hold the printed formulas of the thesis against our own derivation of them."""
+    from codegen.base.progress import progress
+    from codegen.thesis.audit import audit_summary, run_audit, write_audit
+
+    with progress() as tell:
+        findings = run_audit(progress=lambda share: tell("audit", share))
+    for target in write_audit(findings, out, as_json):
+        output.print(str(target))
+    output.print(audit_summary(findings), end="")
+
+
+@pages.command()
+def gallery(
+    out: Annotated[
+        Path, typer.Option("-o", "--output", parser=named_path, metavar="DIR", help="folder for pictures and table")
+    ] = Path("docs/gallery"),
+    only: Annotated[
+        list[str] | None, typer.Option("--only", metavar="FIGURE", help="such as 4.3; the others stay as last run")
+    ] = None,
+) -> None:
+    """Run the figures of the thesis, and check what its text says of them."""
+    from codegen.base.progress import progress
+    from codegen.thesis.gallery import gallery_summary, run_gallery, write_gallery
+
+    with progress() as tell:
+        results = run_gallery(only or (), lambda share: tell("gallery", share))
+    for target in write_gallery(results, out):
+        output.print(str(target))
+    output.print(gallery_summary(results), end="")

@@ -1,0 +1,119 @@
+"""What rounding adds to the error bound, in newtons: for one coordinate with one contact, in double and in single.
+
+The states as they are stored are followed exactly; a step's rounding is then a disturbance of the states and of the
+estimates that are handed out. What v̂ = z + Γx is off by is a noise of 1/Γ of it in x, since x stands nowhere else; so
+is the rounding of the measured position when it is handed over. Taken is the step in the domain.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+from codegen.analysis.analysis import Analysis
+from codegen.cancellation import with_cancellation
+from codegen.certify.bound.domain_bound import DomainBound
+from codegen.certify.bound.error_bound import ErrorBound, error_bounds, rounding_share
+from codegen.certify.certify import Certificate
+from codegen.observers.equations import Observer
+from codegen.observers.integration import SAMPLE_TIME
+from codegen.program import build_program
+from codegen.program.lower import lower
+from codegen.program.rounding import UNIT, Enclosed, Undecided, enclose
+from codegen.spec.model import Spec
+from codegen.spec.numerics import numerical
+
+JUST_ABOVE = 1.001
+
+
+@dataclass(frozen=True)
+class Rounding:
+    """Of one precision.
+
+    Attributes:
+        position: what rounding of x and v̂ is worth as noise of x.
+        states: rounding of a step, by state; output: of the friction estimate, as it is handed out.
+        adds: at most so much to the bound long after a reversal, in the friction's unit; never below zero.
+        inside: the bound in the domain with it, or None.
+    """
+
+    position: float
+    states: Mapping[str, float]
+    output: float
+    adds: float
+    inside: float | None
+
+
+@numerical("what rounding adds")
+def rounding_bounds(
+    spec: Spec, analysis: Analysis, certificate: Certificate, bound: ErrorBound
+) -> dict[str, Rounding] | str:
+    """Precision → what rounding adds to ``bound``; or why that is not known."""
+    observer = analysis.dynamics.observer
+    system = observer.system
+    if system.degrees_of_freedom > 1 or not isinstance(bound.domain, DomainBound) or bound.domain.inside is None:
+        return "rounding is bounded for an observer with a domain"
+    if system.force.has(*system.positions):
+        return "rounding is bounded where the force does not depend on the position"
+    needed = [s.name for s in (*system.positions, *system.velocities, *system.inputs)]
+    missing = [name for name in needed if name not in spec.envelope]
+    if missing:
+        return f"the envelope has no range for {', '.join(missing)}"
+    result = {}
+    for precision in UNIT:
+        try:
+            position, states, output = _of_a_step(spec, observer, bound.domain, precision)
+        except Undecided as error:
+            return f"rounding has no bound: {error}"
+        more = (Fraction(position), [Fraction(e) for e in states.values()])
+        with_it, share = error_bounds(spec, analysis, certificate, more), rounding_share(observer, certificate, more)
+        if isinstance(with_it, str) or share is None:
+            return "rounding has no bound: the error decays too slowly to be summed"
+        after = with_it[0].domain
+        inside = after.inside if isinstance(after, DomainBound) else None
+        result[precision] = Rounding(
+            position, states, output, share[0] + output, None if inside is None else inside + output
+        )
+    return result
+
+
+def _of_a_step(
+    spec: Spec, observer: Observer, domain: DomainBound, precision: str
+) -> tuple[float, dict[str, float], float]:
+    """Rounding in x, of each observer state, and of the friction estimate: the worse of both directions of slip."""
+    assert observer.domain is not None
+    program = replace(build_program(with_cancellation(spec, observer)), precision=precision)
+    code = lower(program)
+    system, u = observer.system, UNIT[precision]
+    turn, names = float(system.distribution.subs(observer.values)[0]), [z.name for z in observer.states]
+    x, w = _largest(spec, system.positions[0].name), [s.name for s in system.inputs]
+    fastest = _largest(spec, system.velocities[0].name) + domain.velocity / abs(turn)
+    level = float(observer.domain.level[1]) + domain.everywhere
+    outputs, following = ({a.name: a.value for a in part} for part in (code.outputs, code.next_state))
+    contact = system.contacts[0].name
+    velocity, force = outputs[observer.equations[0].symbols[0].name], outputs[f"F_hat_{contact}"]
+    by_position = observer.equations[0].expression[0].diff(system.positions[0])
+    gain = float(by_position.subs(observer.values).subs(SAMPLE_TIME, observer.sample_time))
+    slope = max(float(v) for k, v in observer.gains.items() if k.name.startswith("K_F"))
+    sizes = (fastest + gain * x, level + slope * abs(turn) * fastest)
+    ranges = {p.name: Enclosed(p.value, p.value, u * abs(p.value)) for p in program.parameters if p.value is not None}
+    ranges |= {name: Enclosed(-size, size) for name, size in zip(names, sizes, strict=True)}
+    ranges |= {system.positions[0].name: Enclosed(-x, x)}
+    ranges |= {name: Enclosed(-_largest(spec, name), _largest(spec, name), u * _largest(spec, name)) for name in w}
+    least = float(observer.domain.slip_speed) * JUST_ABOVE / abs(turn)
+    read = enclose([velocity], ranges, {}, precision)[0].error
+    worst, output = dict.fromkeys(names, 0.0), 0.0
+    for way in (1.0, -1.0):
+        low, high = (least, fastest) if way * turn > 0 else (-fastest, -least)
+        ranges[f"direction_{contact}"] = Enclosed(way, way)
+        roots = [*(following[name] for name in names), force]
+        known = {outputs[f"a_hat_{contact}"]: (-level, level)}
+        *states, estimate = enclose(roots, ranges, known, precision, {velocity: Enclosed(low, high)})
+        worst = {name: max(worst[name], s.error) for name, s in zip(names, states, strict=True)}
+        output = max(output, estimate.error)
+    return u * x + read / gain, worst, output
+
+
+def _largest(spec: Spec, name: str) -> float:
+    return float(max(abs(e) for e in spec.envelope[name]))

@@ -1,0 +1,61 @@
+"""A certificate as a ground SMT-LIB 2 file, for a solver that shares no code with the checker (z3, cvc5).
+
+What the checker finds by LDL' at the vertices is negated and left to the solver's own arithmetic; ``unsat``: it holds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+from itertools import pairwise, product
+from typing import Any
+
+from codegen.base.errors import BadInput
+from codegen.base.text import render
+from codegen.base.user_text import UserText
+from codegen.certify.prefix import rational_text
+from codegen.checker import verify
+
+LONGEST_DWELL = 30_000
+
+
+def smt_text(content: Mapping[str, Any]) -> str:
+    """The file for a certificate or refutation that the checker has accepted.
+
+    Raises:
+        BadInput: for a dwell that is too long to be raised to in exact numbers, a P that follows a slow variable, or a
+            bound in place of a certificate.
+    """
+    if "matrix" not in content:
+        raise BadInput("certificate", "a bound in newtons", "a certificate; only the checker verifies a bound")
+    if content["slow"]:
+        found = f"a P that follows {content['slow'][0]['variable']}"
+        raise BadInput("certificate", found, "one P; only the checker verifies the other kind")
+    for entry in content["reversals"]:
+        if entry["dwell_samples"] > LONGEST_DWELL:
+            found = f"{entry['dwell_samples']} dwell samples at {entry['contact']}"
+            raise BadInput("certificate", found, f"at most {LONGEST_DWELL} for a solver")
+    size = list(range(len(content["error"])))
+    name, claim = UserText(content["subject"]["name"]), UserText(content["claim"])
+    words = {"name": name, "claim": claim, "c": content, "size": size, "vertices": _vertices(content)}
+    return render("text/certificate.smt2.j2", **words, digits=_digits)
+
+
+def _digits(whole: int) -> str:
+    return f"{whole:b}" if whole else ""
+
+
+def _vertices(content: Mapping[str, Any]) -> list[dict[str, str]]:
+    """Parameter → end of its interval, at every vertex of every cell, as the checker encloses them."""
+    axes = {}
+    for name, ends in content["variables"].items():
+        at = [Fraction(x) for x in content["splits"].get(name, ends)]
+        axes[name] = list(pairwise(at))
+    ranges = {e["name"]: verify.parse(e["expression"], axes, e["name"])[1] for e in content["parameters"]}
+    vertices = []
+    for cell in product(*axes.values()):
+        box = dict(zip(axes, cell, strict=True))
+        ends = {name: sorted(set(verify.widen(*value(box)))) for name, value in ranges.items()}
+        for point in product(*ends.values()):
+            vertices.append({name: rational_text(x) for name, x in zip(ends, point, strict=True)})
+    return vertices

@@ -1,0 +1,49 @@
+"""The border of the verbs: nothing crosses it but results, BadInput, a refusal of the checker, and InternalError."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from functools import wraps
+from pathlib import Path
+from typing import ParamSpec, TypeVar
+
+from codegen.base.errors import BadInput, InternalError
+
+Given = ParamSpec("Given")
+Result = TypeVar("Result")
+OURS = (BadInput, InternalError, BrokenPipeError)
+
+
+def verb_that_raises(
+    *meant: type[Exception],
+) -> Callable[[Callable[Given, Result]], Callable[Given, Result]]:
+    """A function that is a verb: what it does not mean to raise becomes an InternalError with that as its cause.
+
+    KeyboardInterrupt and SystemExit pass.
+
+    Args:
+        meant: what it raises beside BadInput.
+    """
+
+    passed: tuple[type[Exception], ...] = (*OURS, *meant)
+
+    def border(work: Callable[Given, Result]) -> Callable[Given, Result]:
+        @wraps(work)
+        def bordered(*given: Given.args, **named: Given.kwargs) -> Result:
+            try:
+                return work(*given, **named)
+            except passed:
+                raise
+            except Exception as error:
+                files = [os.fspath(value) for value in (*given, *named.values()) if isinstance(value, str | Path)]
+                raise InternalError(work.__name__, files, error) from error
+
+        return bordered
+
+    return border
+
+
+def verb(work: Callable[Given, Result]) -> Callable[Given, Result]:
+    """A verb that raises BadInput alone."""
+    return verb_that_raises()(work)

@@ -1,0 +1,88 @@
+"""The local C compiler: generated C → a shared library, with the bits of the Python twin; and its loading."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import shlex
+import shutil
+import subprocess
+from collections.abc import Mapping, Sequence
+
+from codegen.base.errors import BadInput
+from codegen.base.temporary import in_temporary_folder, private_folder
+
+FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=hidden", "-s")
+"""No debug data and no path in the result, so that the same sources give the same bytes."""
+LONGEST_MESSAGE = 400
+
+
+def find_compiler() -> tuple[str, ...] | None:
+    """The command that CC names, in words as make takes it, or the first of cc, gcc and clang; None where none is.
+
+    Raises:
+        BadInput: where CC names what cannot be used.
+    """
+    named = os.environ.get("CC", "").strip()
+    if not named:
+        return next(((found,) for name in ("cc", "gcc", "clang") if (found := shutil.which(name)) is not None), None)
+    expected = "a C compiler on the path and its options, such as `gcc` or `ccache gcc -m64`; or no CC"
+    try:
+        program, *options = shlex.split(named)
+    except ValueError as error:
+        raise BadInput("CC", f"`{named}` ({error})", expected) from None
+    found = shutil.which(program)
+    if found is None:
+        raise BadInput("CC", f"`{named}`, and no program `{program}` that can be run", expected)
+    return (found, *options)
+
+
+@in_temporary_folder
+def compile_shared(sources: Mapping[str, str], units: Sequence[str], flags: Sequence[str] = ()) -> bytes:
+    """Compile C files into a shared library, in a folder that only this user can write.
+
+    Args:
+        sources: file name → text, headers included.
+        units: the files to compile.
+        flags: beside ``FLAGS``.
+
+    Raises:
+        BadInput: where there is no compiler, or it refuses the code.
+    """
+    compiler = find_compiler()
+    if compiler is None:
+        raise BadInput("the C compiler", "none on the path", "cc, gcc or clang (Debian: apt install gcc), or CC")
+    with private_folder() as folder:
+        for file, text in sources.items():
+            (folder / file).write_text(text, encoding="utf-8")
+        command = [*compiler, *FLAGS, *flags, "-o", "made.so", *units, "-lm"]
+        try:
+            done = subprocess.run(command, cwd=folder, capture_output=True, text=True, errors="replace", check=False)
+        except OSError as error:
+            raise BadInput(shlex.join(compiler), f"cannot be run ({error.strerror})", "a C compiler") from None
+        target = folder / "made.so"
+        if done.returncode == 0 and not target.is_file():
+            chosen = "CC names it; " if os.environ.get("CC", "").strip() else ""
+            found = f"{chosen}it ended without an error and made no library"
+            raise BadInput(shlex.join(compiler), found, "a C99 compiler")
+        if done.returncode != 0:
+            said = " ".join(done.stderr.split())[:LONGEST_MESSAGE] or f"exit {done.returncode}"
+            found = f"`{' '.join(units)}` does not compile: {said}"
+            raise BadInput(shlex.join(compiler), found, "a C99 compiler")
+        return target.read_bytes()
+
+
+def load_library(library: bytes) -> ctypes.CDLL:
+    """A shared library that this run compiled, or whose hash it checked, loaded from a folder of this user alone.
+
+    Raises:
+        BadInput: if it cannot be loaded.
+    """
+    with private_folder() as folder:
+        path = folder / "made.so"
+        path.write_bytes(library)
+        try:
+            return ctypes.CDLL(str(path))
+        except OSError as error:
+            expected = "a compiler for this machine, and a temporary directory (TMPDIR) in which programs may run"
+            raise BadInput(str(folder.parent), f"compiled code cannot be loaded there ({error})", expected) from None

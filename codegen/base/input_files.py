@@ -1,0 +1,133 @@
+"""Files that a user names, opened and read: regular files below a stated size, and nothing else."""
+
+from __future__ import annotations
+
+import os
+import stat
+from pathlib import Path
+from typing import IO
+
+from codegen.base.errors import BadInput, Place
+
+LARGEST_TEXT = 1_000_000
+"""Bytes of a spec, a log description, a file of effects or any other text that a person writes.
+
+Without a single value in it, YAML of this size takes 2 to 4 s.
+"""
+LARGEST_GENERATED = 50_000_000
+"""Bytes of a file that this tool wrote earlier."""
+_FLAGS = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_NOCTTY", 0)
+_FLAGS |= getattr(os, "O_BINARY", 0)
+
+
+def opened(path: Path, expected: str, largest: int, named_at: Place | None = None) -> IO[bytes]:
+    """A regular file, opened for reading.
+
+    What was opened is what is examined, so that nothing is exchanged in between. Nothing waits for a pipe.
+
+    Args:
+        path: of the file.
+        expected: what the file should be, for messages.
+        largest: its size in bytes at most.
+        named_at: where the user named it, if that was in another file.
+
+    Raises:
+        BadInput: if it is absent, unreadable, no regular file, larger, or its name is not UTF-8.
+    """
+    place = named_at or Place(str(path))
+    what = f"`{path}`: " if named_at else ""
+    fault = unusable_name(path)
+    if fault is not None:
+        raise BadInput(place, f"{what}{fault}", expected)
+    try:
+        handle = os.open(path, _FLAGS)
+    except (FileNotFoundError, NotADirectoryError):
+        raise BadInput(place, f"{what}no such file", expected) from None
+    except OSError as error:
+        special = _special(path)
+        raise BadInput(place, f"{what}{special or f'unreadable ({error.strerror})'}", expected) from None
+    try:
+        found = os.fstat(handle)
+        fault = _kind(found.st_mode)
+        if fault is not None:
+            raise BadInput(place, f"{what}{fault}", expected)
+        if found.st_size > largest:
+            raise BadInput(place, f"{what}{found.st_size} bytes", f"{expected} of at most {largest} bytes")
+        return os.fdopen(handle, "rb")
+    except OSError as error:
+        os.close(handle)
+        raise BadInput(place, f"{what}unreadable ({error.strerror})", expected) from None
+    except BadInput:
+        os.close(handle)
+        raise
+
+
+def read_bytes(path: Path, expected: str, largest: int, named_at: Place | None = None) -> bytes:
+    """The bytes of a regular file; arguments and errors as of ``opened``."""
+    place = named_at or Place(str(path))
+    with opened(path, expected, largest, named_at) as stream:
+        try:
+            data = stream.read(largest + 1)
+        except OSError as error:
+            raise BadInput(place, f"unreadable ({error.strerror})", expected) from None
+    if data is None or len(data) > largest:  # a file that grows, or has no size, as those of /proc
+        raise BadInput(place, "a file without an end", f"{expected} of at most {largest} bytes")
+    return data
+
+
+def read_text(path: Path, expected: str, largest: int = LARGEST_TEXT) -> str:
+    """The text of a regular file.
+
+    Raises:
+        BadInput: as ``opened``, and if it is not UTF-8.
+    """
+    try:
+        return read_bytes(path, expected, largest).decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise BadInput(Place(str(path)), f"byte {error.start} is not UTF-8", expected) from None
+
+
+def read_or_none(path: Path, largest: int = LARGEST_GENERATED) -> str | None:
+    """The text of a regular file, or None where there is none that can be read."""
+    try:
+        return read_text(path, "text", largest)
+    except BadInput:
+        return None
+
+
+def unusable_name(path: str | Path) -> str | None:
+    """Why a path cannot be written into messages and files, or None: it holds a zero byte or is not UTF-8."""
+    try:
+        return "a name with a zero byte" if b"\0" in str(path).encode() else None
+    except UnicodeEncodeError:
+        return "a name that is not UTF-8"
+
+
+def is_there(path: Path) -> bool:
+    """Whether something can be found at a path; False where its name is none or its folder cannot be searched."""
+    try:
+        return path.exists()
+    except (OSError, ValueError):
+        return False
+
+
+def identity(path: str | Path) -> str:
+    """The path with links followed as far as they go: equal for two names of one file."""
+    try:
+        return os.path.realpath(path)
+    except (OSError, ValueError):
+        return str(path)
+
+
+def _special(path: Path) -> str | None:
+    try:
+        return _kind(path.stat().st_mode)
+    except (OSError, ValueError):
+        return None
+
+
+def _kind(mode: int) -> str | None:
+    """What stands in the place of a regular file, or None for one."""
+    if stat.S_ISREG(mode):
+        return None
+    return "a folder" if stat.S_ISDIR(mode) else "a device or a pipe"

@@ -1,0 +1,45 @@
+"""How far a command is: a progress bar where somebody watches, and plain lines where nobody does."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+from codegen.base.terminal import errors
+
+LINE_S = 10.0
+"""Between two lines of progress of one station."""
+
+
+@contextmanager
+def progress(first: str = "", lines: bool = False) -> Iterator[Callable[[str, float], None]]:
+    """A progress bar on a terminal, from the first moment on.
+
+    Args:
+        first: station that is shown until one is told.
+        lines: whether a plain line goes to stderr for each station, and every ten seconds, where that is no terminal.
+            What is told at a share of 0 gets none: bad input is then still one line.
+    """
+    if lines and not errors.is_terminal:
+        yield _Lines()
+        return
+    columns = (TextColumn("{task.description:20}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal) as bar:
+        task = bar.add_task(first, total=1.0)
+        yield lambda station, share: bar.update(task, description=station, completed=share)
+
+
+class _Lines:
+    """Progress as plain lines: `refit, 5 %`."""
+
+    def __init__(self) -> None:
+        self._last, self._station = 0.0, ""
+
+    def __call__(self, station: str, share: float) -> None:
+        now = time.monotonic()
+        if 0 < share < 1 and (station != self._station or now - self._last >= LINE_S):
+            self._last, self._station = now, station
+            errors.print(f"{station}, {100 * share:.0f} %")

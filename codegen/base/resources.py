@@ -1,0 +1,19 @@
+"""Where templates and shipped specs lie: beside the package in a source tree, inside it in a wheel."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+_PACKAGE = Path(__file__).resolve().parents[1]
+
+
+def resource_folder(name: str) -> Path:
+    """The folder ``templates`` or ``specs``.
+
+    Raises:
+        FileNotFoundError: if the installation is incomplete.
+    """
+    for folder in (_PACKAGE / "shipped" / name, _PACKAGE.parent / name):
+        if folder.is_dir():
+            return folder
+    raise FileNotFoundError(f"the folder {name} is missing from this installation of stiction")

@@ -1,0 +1,215 @@
+"""Temporary files and folders of a run: locked while they are in use, and removed by a later run if this one is killed.
+
+A file or folder is removed only if this user owns it, its name is one that ``_new_name`` gives, and no process holds
+its lock. The kernel gives a lock back when the process that holds it ends in any way.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import secrets
+import shutil
+import stat
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from functools import wraps
+from importlib import import_module
+from pathlib import Path
+from typing import IO, Any, ParamSpec, TypeVar
+
+from codegen.base.errors import BadInput
+
+Given = ParamSpec("Given")
+Result = TypeVar("Result")
+
+fcntl: Any = import_module("fcntl") if os.name == "posix" else None
+"""None on a system without these locks: nothing is swept there."""
+_NAME = re.compile(r"(?P<head>\.?stiction)-(?P<random>[0-9a-f]{16})-(?P<check>[0-9a-f]{8})\.tmp")
+_LOCK = "lock"
+_OPEN = os.O_RDWR | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
+UNKNOWN_USER = 65534
+"""Who owns a file whose owner a user namespace does not know."""
+
+
+def temporary_file(folder: Path) -> tuple[Path, IO[bytes]]:
+    """A new hidden file in a folder, that only this user can read, open and locked until it is closed.
+
+    Raises:
+        OSError: if the folder cannot be written.
+    """
+    while True:
+        path = folder / _new_name(".stiction")
+        stream = os.fdopen(os.open(path, _OPEN | os.O_CREAT | os.O_EXCL, 0o600), "w+b")
+        if _still_there(path, stream.fileno()):
+            return path, stream
+        stream.close()
+
+
+def take_place(temporary: Path, stream: IO[bytes], target: Path) -> None:
+    """Put a temporary file, with the permissions that a new one would get, in the place of its target.
+
+    Raises:
+        OSError: if it cannot be written whole, or not put there.
+    """
+    stream.flush()
+    temporary.chmod(new_file_mode())
+    if fcntl is None:
+        stream.close()  # an open file cannot be renamed there
+    temporary.replace(target)
+
+
+def new_file_mode() -> int:
+    """The permissions that a new file would get."""
+    umask = os.umask(0)
+    os.umask(umask)
+    return 0o666 & ~umask
+
+
+@contextmanager
+def private_folder() -> Iterator[Path]:
+    """A new folder in the temporary directory that only this user can enter or write; removed in the end.
+
+    Raises:
+        BadInput: if there is none to be had, or another user could put another in its place.
+    """
+    home = temporary_directory()
+    refuse_replaceable(home)
+    sweep_folders(home)
+    try:
+        folder, handle = _new_folder(home)
+    except OSError as error:
+        raise BadInput(str(home), f"cannot be written ({error.strerror})", "a temporary directory, or TMPDIR") from None
+    try:
+        yield folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+        os.close(handle)
+
+
+def temporary_directory() -> Path:
+    """The system's temporary directory, or that of TMPDIR.
+
+    Raises:
+        BadInput: if none can be written.
+    """
+    try:
+        return Path(tempfile.gettempdir())
+    except OSError:
+        raise BadInput("TMPDIR", "no temporary directory that can be written", "one, such as /tmp") from None
+
+
+def _new_folder(home: Path) -> tuple[Path, int]:
+    """A new folder, and the open file in it that is its lock."""
+    while True:
+        folder = home / _new_name("stiction")
+        folder.mkdir(mode=0o700)
+        try:
+            handle = os.open(folder / _LOCK, _OPEN | os.O_CREAT | os.O_EXCL, 0o600)
+        except OSError:
+            folder.rmdir()
+            raise
+        if _still_there(folder / _LOCK, handle):
+            return folder, handle
+        os.close(handle)
+
+
+def sweep_files(folder: Path) -> None:
+    """Remove the temporary files that a killed run left in a folder."""
+    for entry in _ours(folder, ".stiction"):
+        if entry.is_file(follow_symlinks=False):
+            _remove_if_free(Path(entry.path), Path(entry.path))
+
+
+def sweep_folders(home: Path) -> None:
+    """Remove the temporary folders that a killed run left in the temporary directory."""
+    for entry in _ours(home, "stiction"):
+        if entry.is_dir(follow_symlinks=False):
+            _remove_if_free(Path(entry.path), Path(entry.path) / _LOCK)
+
+
+def refuse_replaceable(folder: Path) -> None:
+    """Raise BadInput where another user could rename or replace a folder or one above it."""
+    if not hasattr(os, "getuid"):
+        return
+    where = folder.resolve()
+    for step in (where, *where.parents):
+        found = step.stat()
+        alone = found.st_gid == 0 or (found.st_gid == os.getgid() == os.getuid())  # a group of one member
+        shared = found.st_mode & stat.S_IWOTH or (found.st_mode & stat.S_IWGRP and not alone)
+        if found.st_uid not in (0, os.getuid(), UNKNOWN_USER) or (shared and not found.st_mode & stat.S_ISVTX):
+            raise BadInput(
+                str(step),
+                "a folder in which other users may rename yours, and native code would lie in it",
+                "a temporary directory such as /tmp with its sticky bit, or TMPDIR set to a folder of your own",
+            )
+
+
+def _new_name(head: str) -> str:
+    random = secrets.token_hex(8)
+    return f"{head}-{random}-{_check(random)}.tmp"
+
+
+def _check(random: str) -> str:
+    """What makes a name of ours: nobody types it by chance."""
+    return hashlib.sha256(f"stiction {random}".encode()).hexdigest()[:8]
+
+
+def _ours(folder: Path, head: str) -> list[os.DirEntry[str]]:
+    """What lies in a folder under a name of ours and belongs to this user."""
+    if fcntl is None:
+        return []
+    try:
+        with os.scandir(folder) as entries:
+            return [e for e in entries if _named(e.name, head) and e.stat(follow_symlinks=False).st_uid == os.getuid()]
+    except OSError:
+        return []
+
+
+def _named(name: str, head: str) -> bool:
+    found = _NAME.fullmatch(name)
+    return found is not None and found["head"] == head and found["check"] == _check(found["random"])
+
+
+def _remove_if_free(path: Path, lock: Path) -> None:
+    """Remove a file or folder unless a process holds its lock, or the file system has no locks."""
+    with suppress(OSError):
+        handle = os.open(lock, _OPEN)
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if _is(lock, handle):
+                shutil.rmtree(path) if path != lock else path.unlink()
+        finally:
+            os.close(handle)
+
+
+def _still_there(path: Path, handle: int) -> bool:
+    """Lock a new file; False where another run saw it before that, and has removed it."""
+    if fcntl is not None:
+        with suppress(OSError):  # a file system without locks, on which nothing is removed either
+            fcntl.flock(handle, fcntl.LOCK_EX)
+    return _is(path, handle)
+
+
+def _is(path: Path, handle: int) -> bool:
+    """Whether a name still leads to an open file."""
+    try:
+        return os.path.samestat(path.lstat(), os.fstat(handle))
+    except OSError:
+        return False
+
+
+def in_temporary_folder(work: Callable[Given, Result]) -> Callable[Given, Result]:
+    """A function that writes temporary files: BadInput where the system refuses them, as with a full disk."""
+
+    @wraps(work)
+    def guarded(*given: Given.args, **named: Given.kwargs) -> Result:
+        try:
+            return work(*given, **named)
+        except OSError as error:
+            found = f"cannot be used ({error.strerror or error})"
+            raise BadInput("the temporary folder", found, "one with room that can be written (TMPDIR)") from None
+
+    return guarded

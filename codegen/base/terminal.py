@@ -1,0 +1,42 @@
+"""Where the commands print: results and errors."""
+
+from __future__ import annotations
+
+import logging
+import sys
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from rich.console import Console
+
+from codegen.base.user_text import terminal_text
+
+
+class PlainConsole(Console):
+    """A console on which text is only text: no markup, and what a terminal would obey is written as an escape."""
+
+    def __init__(self, stderr: bool = False) -> None:
+        super().__init__(stderr=stderr, soft_wrap=True, highlight=False, markup=False, emoji=False)
+
+    def print(self, *objects: Any, **options: Any) -> None:
+        super().print(*(terminal_text(o) if isinstance(o, str) else o for o in objects), **options)
+
+
+output = PlainConsole()
+errors = PlainConsole(stderr=True)
+
+
+@contextmanager
+def without_library_warnings() -> Iterator[None]:
+    """No warnings of libraries on the screen of a command; all of them where Python was asked for some (-W)."""
+    before = logging.root.manager.disable
+    with warnings.catch_warnings():
+        if not sys.warnoptions:
+            warnings.simplefilter("ignore")
+            logging.disable(logging.WARNING)
+        try:
+            yield
+        finally:
+            logging.disable(before)

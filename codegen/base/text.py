@@ -1,0 +1,102 @@
+"""Jinja: every text the project writes comes from templates/, and a name that is not given is an error.
+
+A template's file name says in which language it is printed (``observer.c.j2``: C). Its environment prints the text of a
+user by that language's one function in ``codegen.base.user_text``, so a template cannot forget to.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from functools import cache
+from numbers import Number
+from typing import Any
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined, Undefined
+from markupsafe import Markup
+
+from codegen.base.resources import resource_folder
+from codegen.base.significant import with_deserved_digits
+from codegen.base.user_text import PRINTED, UserText, terminal_text
+
+LANGUAGES = {
+    ".c.j2": "c",
+    ".h.j2": "c",
+    ".py.j2": "python",
+    "CMakeLists.txt.j2": "cmake",
+    ".mk.j2": "make",
+    ".md.j2": "markdown",
+    ".html.j2": "html",
+    ".xml.j2": "xml",
+    ".smt2.j2": "smt",
+    ".tex.j2": "latex",
+    ".txt.j2": "terminal",
+}
+"""End of a template's name → its language; the first that fits. Other templates give words that another one prints."""
+WORDS = "words"
+ESCAPED = ("html", "xml")
+CODE = ("c", "python", "cmake", "make", "smt")
+"""A string in these is made of checked names, units and numbers: a control character in one is a fault of ours."""
+
+
+def language_of(template: str) -> str:
+    """The language that a template is printed in, by its name."""
+    return next((language for end, language in LANGUAGES.items() if template.endswith(end)), WORDS)
+
+
+@cache
+def environment(language: str = WORDS) -> Environment:
+    """The one Jinja environment of a language; those of HTML and XML escape all that they print."""
+    made = Environment(
+        loader=FileSystemLoader(resource_folder("templates")),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        autoescape=language in ESCAPED,
+        finalize=_printer(language),
+    )
+    made.filters["zip2"] = lambda a, b: list(zip(a, b, strict=True))
+    made.filters["zip3"] = lambda a, b, c: list(zip(a, b, c, strict=True))
+    made.filters["column_widths"] = lambda rows: [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    made.filters["by_interval"] = with_deserved_digits
+    made.filters["decimal"] = lambda exact: f"{float(Fraction(exact)):.6g}"
+    return made
+
+
+def _printer(language: str) -> Callable[[Any], Any]:
+    """What is printed of a value in a template of this language."""
+    of_user = PRINTED.get(language)
+
+    def printed(value: Any) -> Any:
+        if isinstance(value, UserText) and of_user is not None:
+            return of_user(value.raw)
+        if isinstance(value, UserText | Undefined):
+            return str(value)  # raises
+        if language in CODE:
+            return _of_code(value)
+        if language == "terminal":
+            return terminal_text(str(value))
+        if language in ESCAPED and isinstance(value, str) and not isinstance(value, Markup):
+            return PRINTED[language](value)
+        return value
+
+    return printed
+
+
+def _of_code(value: Any) -> Any:
+    if isinstance(value, str) and all(part.isprintable() for part in value.split("\n")):
+        return value
+    if isinstance(value, Number):
+        return value
+    raise TypeError(f"a template of code was given {value!r:.80}, which is neither a checked text nor a number")
+
+
+def render(template: str, **values: Any) -> str:
+    """The text of a template.
+
+    Raises:
+        jinja2.UndefinedError: for a name that the template uses and the caller did not give.
+        TypeError: where text of a user would be printed in a language that has no function for it.
+    """
+    return environment(language_of(template)).get_template(template).render(**values)

@@ -1,0 +1,153 @@
+"""Text of a user on its way into a generated file, page or screen: one function for each target language.
+
+A function lets an allow-list of characters through and nothing else: letters and digits of any script, some ASCII signs
+and some typographic ones. What could end a comment or a string (backslash, quote, control character, line break) is
+none of them. Quotes become typographic ones, line breaks and tabs become spaces, and the rest becomes U+FFFD, which
+every editor shows.
+
+Templates get such text as ``UserText``. It is not turned into a string by accident: the environment of the template's
+language (``codegen.base.text``) prints it by that language's function, and any other use of it raises.
+"""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from codegen.base.errors import BadInput
+
+REPLACEMENT = "\N{REPLACEMENT CHARACTER}"
+PUNCTUATION = ".,:;()[]{}<>+-=_%&@!?~*/^|# "
+"""ASCII signs that end no comment of C, Python, CMake, Make or SMT-LIB by themselves."""
+TYPOGRAPHIC = "–—‘’“”·°×±§…"
+QUOTES = {"'": "’", '"': "”", "`": "’"}
+_BREAKS = {"\r\n": " ", "\n": " ", "\r": " ", "\t": " "}
+_INVISIBLE = "\u115f\u1160\u3164\uffa0"
+"""Fillers of Hangul: letters by their category, and not to be seen."""
+_JOINED = re.compile(r"(?<=\*)(?=/)|(?<=/)(?=\*)|(?<=\?)(?=\?)")
+"""Within what opens or ends a comment of C, and within a trigraph."""
+_BLANKS = "\n\t\N{NO-BREAK SPACE}\N{NARROW NO-BREAK SPACE}"
+_REORDERING = "\u061c\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069"
+"""Controls of the direction of text: what is shown is not in the order of what is read."""
+
+
+@dataclass(frozen=True, repr=False)
+class UserText:
+    """Text of a user's: free text of a spec, or the name of a file.
+
+    Attributes:
+        raw: the text as it stands, for JSON, whose writer escapes it.
+    """
+
+    raw: str
+
+    def __bool__(self) -> bool:
+        return bool(self.raw.strip())
+
+    def __str__(self) -> str:
+        raise TypeError("text of a user is printed by the function of its target language, not as it stands")
+
+    def __repr__(self) -> str:
+        return f"UserText({len(self.raw)} characters)"
+
+
+def is_letter(character: str) -> bool:
+    """Whether it is a letter or a digit of any script."""
+    return unicodedata.category(character)[0] in "LN" and character not in _INVISIBLE
+
+
+def _allowed(text: str, signs: str) -> str:
+    """The text as one line of letters, digits and these signs, composed (NFC); the rest replaced."""
+    for old, new in _BREAKS.items():
+        text = text.replace(old, new)
+    composed = unicodedata.normalize("NFC", text)
+    return "".join(c if c in signs or is_letter(c) else QUOTES.get(c, REPLACEMENT) for c in composed).strip()
+
+
+def c_text(text: str) -> str:
+    """Within a comment or a string of C; no trigraph, and neither ``/*`` nor ``*/``."""
+    return _JOINED.sub(" ", _allowed(text, PUNCTUATION + TYPOGRAPHIC))
+
+
+def python_text(text: str) -> str:
+    """Within a docstring, comment or string of Python."""
+    return _allowed(text, PUNCTUATION + TYPOGRAPHIC)
+
+
+def cmake_text(text: str) -> str:
+    """Within a line comment of CMake."""
+    return _allowed(text, PUNCTUATION + TYPOGRAPHIC)
+
+
+def make_text(text: str) -> str:
+    """Within a comment of a Makefile."""
+    return _allowed(text, PUNCTUATION + TYPOGRAPHIC)
+
+
+def smt_text(text: str) -> str:
+    """Within a comment of SMT-LIB; the prime of a transposed vector stays as it is."""
+    return _allowed(text, PUNCTUATION + TYPOGRAPHIC + "'")
+
+
+def markdown_text(text: str) -> str:
+    """Within a code span of Markdown, in a table or elsewhere."""
+    signs = "".join(sign for sign in PUNCTUATION + TYPOGRAPHIC if sign not in "<>|&[]{}")
+    return _allowed(text, signs) or REPLACEMENT
+
+
+def markup_text(text: str) -> str:
+    """Characters that XML and HTML can hold, line breaks included; ``text`` escapes ``&``, ``<`` and quotes."""
+    return "".join(c if _shows(c) else REPLACEMENT for c in text)
+
+
+def _shows(character: str) -> bool:
+    if character in "\n\t":
+        return True
+    return unicodedata.category(character) not in ("Cc", "Cs", "Cn") and character not in _REORDERING
+
+
+def terminal_text(text: str) -> str:
+    """On a screen: lines of printable characters, whatever else is written as an escape such as \\x1b."""
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() or c in _BLANKS else _escape(c) for c in text)
+
+
+def one_line(text: str) -> str:
+    """Within a message: printable characters alone, line breaks written as escapes too."""
+    return "".join(c if c.isprintable() else _escape(c) for c in text)
+
+
+def _escape(character: str) -> str:
+    code = ord(character)
+    return f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"
+
+
+def file_text(name: str) -> str:
+    """The name of a file as generated files print it: letters, digits and ``_.-+``, and ``_`` for any other sign.
+
+    Raises:
+        BadInput: for a name with a control character, a line break, a double quote or a backslash.
+    """
+    for character in name:
+        if unicodedata.category(character) in ("Cc", "Zl", "Zp") or character in '"\\':
+            found = f"a file name with the character {unicodedata.name(character, f'U+{ord(character):04X}')}"
+            expected = "a name of letters, digits, _, . and -, since generated files print it"
+            raise BadInput(one_line(name), found, expected)
+    return "".join(c if is_letter(c) or c in "_.-+" else "_" for c in unicodedata.normalize("NFC", name))
+
+
+PRINTED: dict[str, Callable[[str], str]] = {
+    "c": c_text,
+    "python": python_text,
+    "cmake": cmake_text,
+    "make": make_text,
+    "markdown": markdown_text,
+    "html": markup_text,
+    "xml": markup_text,
+    "smt": smt_text,
+    "terminal": terminal_text,
+}
+"""Language → its function. A language that is not here prints no text of a user at all."""

@@ -1,0 +1,255 @@
+"""A DFO's sampled error with the sign of each friction state taken out: what is shown for f > 0 holds for f < 0.
+
+With σ the sign of a contact's friction state f, its slip u and u̇: over (σf, σu, σu̇) and with σ e_a in place of the
+level error, A is the same matrix for both signs of every σ. So both directions of sliding are one family, and where f
+passes zero that component of the error changes its sign.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from itertools import product
+from typing import Any
+
+import sympy
+
+from codegen.analysis.analysis import Analysis
+from codegen.analysis.error_dynamics import ErrorDynamics, derive_error_dynamics
+from codegen.analysis.terms import expand_products
+from codegen.certify.family import Family, build_family
+from codegen.mechanics.system import Matrix
+from codegen.spec.functions import Magnitude, Sgn
+from codegen.spec.model import symbol
+
+Box = Mapping[sympy.Symbol, tuple[Any, Any]]
+POINTS = 3
+
+
+@dataclass(frozen=True)
+class ContactAxes:
+    """A contact's variables times the sign σ of its friction state, and how far the envelope lets them go.
+
+    Attributes:
+        name: of the contact.
+        state, slip, slip_rate: the symbols of σf, σu and σ du/dt.
+        largest_state, largest_slip: of |f| and |u|, exact.
+        largest_rate: of |du/dt|, exact; None where the envelope does not bound it.
+        least_state: of |f|, exact: zero unless the envelope leaves zero out.
+    """
+
+    name: str
+    state: sympy.Symbol
+    slip: sympy.Symbol
+    slip_rate: sympy.Symbol
+    largest_state: Any
+    largest_slip: Any
+    largest_rate: Any
+    least_state: Any
+
+    @property
+    def symbols(self) -> tuple[sympy.Symbol, sympy.Symbol, sympy.Symbol]:
+        """Of the state, the slip and its rate."""
+        return self.state, self.slip, self.slip_rate
+
+
+@dataclass(frozen=True)
+class AlongFriction:
+    """A DFO's sampled error over ``axes``, one for each contact.
+
+    Attributes:
+        kinks: expressions, linear in the friction states, at whose zeros the law changes its form.
+    """
+
+    dynamics: ErrorDynamics
+    axes: tuple[ContactAxes, ...]
+    kinks: tuple[Any, ...]
+    _known: dict[Any, tuple[Family, dict[Any, sympy.Symbol]]] = field(default_factory=dict, repr=False)
+
+    def at(self, sample_time: Any) -> AlongFriction:
+        """The same at another sample time, exact, s."""
+        observer = replace(self.dynamics.observer, sample_time=sample_time)
+        return replace(self, dynamics=replace(self.dynamics, observer=observer), _known={})
+
+    def family(self, box: Box) -> Family:
+        """The family over ranges of the variables; signs of slips and of kinks come from these where they are known.
+
+        Raises:
+            NotEnclosable: as ``build_family``.
+        """
+        pattern = self._pattern(box)
+        if pattern not in self._known:
+            self._known[pattern] = self._built(box)
+        family, parts = self._known[pattern]
+        ranges = {**box, **{p: (sympy.Integer(0), min(map(abs, _range(x, box)))) for x, p in parts.items()}}
+        return replace(family, variables={v: ranges.get(v, ends) for v, ends in family.variables.items()})
+
+    def _pattern(self, box: Box) -> tuple[Any, ...]:
+        """What decides how the family is written."""
+        slips = [(box[axis.slip][0] >= 0, box[axis.slip][1] <= 0) for axis in self.axes]
+        ends = [_range(x, box) for x in self.kinks]
+        return (*slips, *((low >= 0, high <= 0, low > 0, high < 0, high <= -low) for low, high in ends))
+
+    def _built(self, box: Box) -> tuple[Family, dict[Any, sympy.Symbol]]:
+        signs = dict(zip(self.dynamics.observer.signs, self.axes, strict=True))
+        known = {}
+        for s, axis in signs.items():
+            low, high = box[axis.slip]
+            if low >= 0 or high <= 0:
+                known[s] = sympy.Integer(1 if low >= 0 else -1)
+        slopes = {name: _as_speeds(e.subs(known), signs) for name, e in self.dynamics.slopes.items()}
+        parts: dict[Any, sympy.Symbol] = {}
+        slopes = {name: _without_kinks(e, box, parts) for name, e in slopes.items()}
+        ranges = {part: (sympy.Integer(0), sympy.Integer(1)) for part in parts.values()}
+        return build_family(replace(self.dynamics, slopes=slopes), {**box, **ranges}), parts
+
+
+def envelope_along(analysis: Analysis) -> Box | None:
+    """The envelope itself in the axes, the acceleration where it is bounded; None if a friction state may be zero."""
+    observer, ranges = analysis.dynamics.observer, analysis.points.ranges
+    rates = {v: symbol(f"{v.name}_dot") for v in observer.system.velocities}
+    box: dict[sympy.Symbol, tuple[Any, Any]] = {}
+    for k, slip in enumerate(observer.system.slip_velocity.subs(observer.values)):
+        axis = _axes(analysis, k)
+        low, high = ranges[symbol(f"f_{axis.name}")]
+        if low <= 0 <= high:
+            return None
+        sign = 1 if low > 0 else -1
+        for name, of in ((axis.slip, slip), (axis.slip_rate, slip.subs(rates))):
+            if of.free_symbols <= set(ranges):
+                box[name] = _range(sign * of, ranges)
+        box[axis.state] = (axis.least_state, axis.largest_state)
+    return box
+
+
+def along_friction(analysis: Analysis) -> AlongFriction | None:
+    """The error of an explicit step in these variables, or None where it has no such form.
+
+    It has where the step is explicit, the mass matrix constant and U constant and invertible, and where the symmetry
+    is found at random rational points, exactly.
+    """
+    observer = analysis.dynamics.observer
+    system = observer.system
+    distribution = system.distribution.subs(observer.values)
+    free = distribution.free_symbols | system.mass_matrix.subs(observer.values).free_symbols
+    square = distribution.rows == distribution.cols
+    if not observer.truth_ranges or analysis.dynamics.implicit or free or not square or distribution.det() == 0:
+        return None
+    axes = tuple(_axes(analysis, k) for k in range(len(system.contacts)))
+    plain = derive_error_dynamics(observer, longest=0)
+    dynamics = _in_axes(plain, axes, distribution.T.inv())
+    known = {v for axis in axes for v in axis.symbols} | {sympy.Symbol("h", real=True)}
+    known |= {*dynamics.slopes, *dynamics.inverse_mass, *observer.signs, *observer.values}
+    entries = [dynamics.sampled, *dynamics.slopes.values()]
+    if any(not e.free_symbols <= known for e in entries) or not _symmetric(dynamics, axes):
+        return None
+    slopes = {s: e.subs(observer.values) for s, e in dynamics.slopes.items()}
+    return AlongFriction(replace(dynamics, slopes=slopes), axes, _kinks(slopes.values()))
+
+
+def _axes(analysis: Analysis, contact: int) -> ContactAxes:
+    observer, ranges = analysis.dynamics.observer, analysis.points.ranges
+    system = observer.system
+    name, slip = system.contacts[contact].name, system.slip_velocity[contact].subs(observer.values)
+    states = (*ranges[symbol(f"f_{name}")],)
+    rates = {v: symbol(f"{v.name}_dot") for v in system.velocities}
+    bounded = all(rates[v] in ranges for v in slip.free_symbols)
+
+    def reach(of: Mapping[Any, Any]) -> Any:
+        return sum(abs(slip.coeff(v)) * max(map(abs, ranges[of.get(v, v)])) for v in slip.free_symbols)
+
+    return ContactAxes(
+        name,
+        symbol(f"f_{name}_along"),
+        symbol(f"slip_{name}_along"),
+        symbol(f"slip_{name}_dot_along"),
+        max(map(abs, states)),
+        reach({}),
+        reach(rates) if bounded else None,
+        sympy.Integer(0) if states[0] <= 0 <= states[1] else min(map(abs, states)),
+    )
+
+
+def _in_axes(dynamics: ErrorDynamics, axes: tuple[ContactAxes, ...], inverse: Matrix) -> ErrorDynamics:
+    """Velocities, those one sample later and friction states written in the axes; ``inverse`` is U'⁻¹."""
+    observer, h = dynamics.observer, sympy.Symbol("h", real=True)
+    velocities = observer.system.velocities
+    slips, rates = (sympy.Matrix([getattr(a, part) for a in axes]) for part in ("slip", "slip_rate"))
+    now = dict(zip(velocities, inverse * slips, strict=True))
+    later = dict(zip(velocities, inverse * (slips + h * rates), strict=True))
+    written = {**now, **{n: later[v] for n, v in dynamics.next_velocity.items()}}
+    written |= {symbol(f"f_{a.name}"): a.state for a in axes}
+    sampled = Matrix(dynamics.sampled.subs(written).applyfunc(expand_products))
+    slopes = {s: e.subs(written) for s, e in dynamics.slopes.items()}
+    return replace(dynamics, sampled=sampled, slopes=slopes, next_velocity={})
+
+
+def _as_speeds(expression: Any, signs: Mapping[sympy.Symbol, ContactAxes]) -> Any:
+    """s·u as |u|, term by term."""
+    terms = []
+    for term in sympy.Add.make_args(expand_products(expression)):
+        for s, axis in signs.items():
+            if {s, axis.slip} <= set(sympy.Mul.make_args(term)):
+                term = term / (s * axis.slip) * Magnitude(axis.slip)
+        terms.append(term)
+    return sympy.Add(*terms)
+
+
+def _kinks(expressions: Iterable[Any]) -> tuple[Any, ...]:
+    """What stands in |·| and sgn, but for a slip itself."""
+    found = {atom.args[0] for e in expressions for atom in e.atoms(Magnitude, Sgn) if not atom.args[0].is_Symbol}
+    return tuple(sorted((x for x in found if sympy.Poly(x, *x.free_symbols).is_linear), key=str))
+
+
+def _range(x: Any, box: Box) -> tuple[Any, Any]:
+    """Of a linear expression."""
+    inside = sorted(x.free_symbols, key=str)
+    ends = [x.subs(dict(zip(inside, corner, strict=True))) for corner in product(*(box[v] for v in inside))]
+    return min(ends), max(ends)
+
+
+def _without_kinks(expression: Any, box: Box, parts: dict[Any, sympy.Symbol]) -> Any:
+    """|x| as x or −x where the box knows the sign of x, else as −x + 2p with p the positive part of x, or x + 2p.
+
+    In a dead zone x then cancels, which interval arithmetic would not see.
+
+    Args:
+        parts: x → p, which is added to; p is from 0 to the lesser of the sizes that x has at its ends.
+    """
+    for x in _kinks([expression]):
+        low, high = _range(x, box)
+        if low < 0 < high:
+            part = parts.setdefault(x, symbol(f"positive{len(parts) + 1}"))
+            expression = expression.subs(Magnitude(x), (-x if high <= -low else x) + 2 * part)
+        else:
+            expression = expression.subs(Magnitude(x), x if low >= 0 else -x)
+    return sympy.expand(expression)
+
+
+def _symmetric(dynamics: ErrorDynamics, axes: tuple[ContactAxes, ...]) -> bool:
+    """Whether A is the same for both signs of every σ, in exact numbers at points drawn at random."""
+    observer, dice = dynamics.observer, random.Random(3)
+    values = {**observer.values, sympy.Symbol("h", real=True): observer.sample_time}
+    mass = observer.system.mass_matrix.subs(observer.values).inv()
+    values |= {w: mass[i, j] for w, (i, j) in dynamics.inverse_mass.items()}
+    flips = [k for k, e in enumerate(observer.errors) if e.symbol.name.startswith("e_a_")]
+
+    slopes = {s: e.subs(values) for s, e in dynamics.slopes.items()}
+    sampled = dynamics.sampled.subs(values)
+
+    def at(point: Mapping[Any, Any]) -> Matrix:
+        signed = {**point, **{s: sympy.sign(point[a.slip]) for s, a in zip(observer.signs, axes, strict=True)}}
+        return Matrix(sampled.xreplace({**signed, **{s: e.xreplace(signed) for s, e in slopes.items()}}))
+
+    for _ in range(POINTS):
+        for contact, axis in enumerate(axes):
+            point = {
+                v: sympy.Rational(dice.choice((-1, 1)) * dice.randrange(1, 3000), 1000) for a in axes for v in a.symbols
+            }
+            other = {v: -x if v in axis.symbols else x for v, x in point.items()}
+            turn = sympy.eye(dynamics.sampled.rows)
+            turn[flips[contact], flips[contact]] = -1
+            if at(other) != turn * at(point) * turn:
+                return False
+    return True

@@ -1,0 +1,145 @@
+"""The P in the middle of all that serve: one point, found by Newton's method to the last digits on every machine.
+
+A solver stops somewhere among the P that serve. At the edge of what is feasible the last bit of a product decides
+where: two processors gave P that differ by a fifth. The analytic centre is the minimum of a strictly convex function,
+so there is one, and it moves no more than the data does. From it the rate is raised to what the centre itself shows,
+step by step (the method of centres, Boyd and El Ghaoui 1993).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codegen.certify.lmi import fall, half
+
+Array = NDArray[np.float64]
+Group = tuple[Sequence[Array] | Array, float]
+Pattern = NDArray[np.bool_]
+RATIO = 0.99
+LEAST = 1024
+"""RATIO to this power is the least share of a limit that is tried."""
+CLIMBS = 200
+NEAR = 2e-3
+"""The climb ends where the centre shows a rate so little above the one that it was asked for."""
+STEPS = 80
+SURE = 0.1
+"""Of the squared Newton decrement: a whole step stays within and goes down."""
+SETTLED, MORE = 1e-6, 4
+"""Where Newton's method doubles its digits at each step, and how many steps it does from there on."""
+
+
+def slower_until(holds: Callable[[float], Array | None], limit: float) -> tuple[Array, float] | None:
+    """(P, α) at the largest of ``limit`` · 0.99, · 0.99², … at which a P is found; None if none is.
+
+    Rates apart by 1 %, so that a solver that is undecided over a thousandth seldom decides between two of them.
+    """
+    limit = float(f"{limit:.7g}")
+    bad, good, found = 0, 1, None
+    while found is None:
+        found = holds(limit * RATIO**good)
+        if found is None:
+            if good >= LEAST:
+                return None
+            bad, good = good, 2 * good
+    while good - bad > 1:
+        middle = (good + bad) // 2
+        other = holds(limit * RATIO**middle)
+        if other is None:
+            bad = middle
+        else:
+            good, found = middle, other
+    return found, limit * RATIO**good
+
+
+def climbed(
+    start: Array,
+    alpha: float,
+    stack: Array,
+    h: float,
+    shown: Callable[[Array], float],
+    where: Pattern | None = None,
+    near: float = NEAR,
+) -> tuple[Array, float]:
+    """(P, the rate that it shows): the centre at a rate near the largest that any P shows.
+
+    Args:
+        start: a P that shows more than ``alpha``.
+        stack: the matrices A, N by m by m, in scales in which their entries are alike.
+        shown: the rate that a P shows of them.
+        where: where P may hold other entries than zero, m by m; None: everywhere.
+        near: as ``NEAR``; a smaller one comes closer to the largest rate, and to a P that serves nothing else.
+    """
+    p, rate = start, shown(start)
+    for _ in range(CLIMBS):
+        middle = centred([(stack, alpha)], h, p, where)
+        if middle is None:
+            break
+        p, rate = middle, shown(middle)
+        if rate - alpha < near * alpha:
+            break
+        alpha += 0.9 * (rate - alpha)
+    return p, rate
+
+
+def centred(groups: Sequence[Group], h: float, start: Array, where: Pattern | None = None) -> Array | None:
+    """The P for which −Σ log det F(P) − log det P + tr P is least; None where ``start`` does not serve.
+
+    F(P) = −(A'P + PA + hA'PA + 2αP) over all A of all groups, each with its α. The function is strictly convex, so it
+    has one minimum; the trace holds the size of P. A mixture of other A counts too: leave none out that is one.
+
+    Args:
+        start: a P with F > 0 and P > 0.
+        where: as in ``climbed``.
+    """
+    size = len(start)
+    rows, columns = np.tril_indices(size)
+    free = np.ones(len(rows), dtype=bool) if where is None else np.asarray(where, dtype=bool)[rows, columns]
+    spread = half(size)[1][:, free]
+    maps = np.array([fall(a, h, alpha) @ spread for stack, alpha in groups for a in stack] + [spread])
+    blocks = maps.reshape(len(maps), size, size, -1)
+    trace = spread.T @ np.eye(size).ravel()
+    x = start[rows, columns][free]
+    x = x * (len(maps) * size / (trace @ x))  # its trace at the minimum
+    at = _barrier(blocks @ x)
+    if at is None:
+        return None
+    further, (height, inverses) = 0, at
+    for _ in range(STEPS):
+        slope = trace - np.tensordot(inverses, blocks, axes=([0, 1, 2], [0, 1, 2]))
+        turned = (inverses @ blocks.reshape(len(maps), size, -1)).reshape(blocks.shape)
+        bend = np.tensordot(turned, turned.transpose(0, 2, 1, 3), axes=([0, 1, 2], [0, 1, 2]))
+        step = -np.linalg.solve(bend, slope)
+        left = float(-slope @ step)
+        if not np.isfinite(left):
+            return None
+        share, following = 1.0, _barrier(blocks @ (x + step))
+        while left > SURE and (
+            following is None or following[0] + trace @ (share * step) > height - 0.1 * share * left
+        ):
+            share /= 2  # 1 / (1 + sqrt(left)) would do, and no search is longer than to there
+            following = _barrier(blocks @ (x + share * step))
+        if following is None:
+            return None
+        x, (height, inverses) = x + share * step, following
+        further += left < SETTLED
+        if further == MORE:
+            break
+    else:
+        return None
+    p = np.zeros((size, size))
+    p[rows[free], columns[free]] = x
+    return np.asarray(p + np.tril(p, -1).T)
+
+
+def _barrier(matrices: Array) -> tuple[float, Array] | None:
+    """(−Σ log det, the inverses) of a stack of symmetric matrices; None where one is not positive definite."""
+    try:
+        factors = np.linalg.cholesky((matrices + matrices.transpose(0, 2, 1)) / 2)
+        found = np.linalg.inv(matrices)
+    except np.linalg.LinAlgError:
+        return None
+    height = -2 * float(np.log(np.diagonal(factors, axis1=1, axis2=2)).sum())
+    return height, np.asarray((found + found.transpose(0, 2, 1)) / 2)

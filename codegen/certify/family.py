@@ -1,0 +1,248 @@
+"""The sampled error matrix as a multi-affine family in interval parameters, over the envelope.
+
+What varies in A — entries of M⁻¹(x), slopes of g in v, slip signs — is given a parameter each; products of different
+parameters stay products, so what belongs together stays together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any
+
+import sympy
+
+from codegen.analysis.error_dynamics import ErrorDynamics
+from codegen.analysis.terms import expand_products
+from codegen.certify.prefix import rational_text, to_prefix
+from codegen.checker import verify
+from codegen.mechanics.computed import ComputedEntry
+from codegen.mechanics.system import Matrix
+from codegen.spec.functions import Magnitude, Sgn
+from codegen.spec.model import symbol
+
+LARGEST_INVERSE = 3
+PI = symbol("pi_")
+PI_LOW = sympy.Rational("3.14159265358979323846")
+
+
+class NotEnclosable(Exception):
+    """The family cannot be put into the form of a certificate; the message says why."""
+
+
+@dataclass(frozen=True)
+class Family:
+    """A(θ) with θ over interval enclosures of expressions in the variables.
+
+    Attributes:
+        variables: name → exact (low, high).
+        parameters: parameter symbol → its expression over variables, exact numbers.
+        matrix: A, multi-affine in the parameters, exact numbers.
+        bounded: variable in [−1, 1] → the sgn or tanh that it stands for.
+    """
+
+    variables: Mapping[sympy.Symbol, tuple[Any, Any]]
+    parameters: Mapping[sympy.Symbol, Any]
+    matrix: Matrix
+    bounded: Mapping[sympy.Symbol, Any] = field(default_factory=dict)
+
+
+def build_family(dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[Any, Any]]) -> Family:
+    """Put numbers in and name what varies.
+
+    Raises:
+        NotEnclosable: for a varying mass matrix above order 3, or a function that the certificate has no word for,
+            or quantities that a robot file gives.
+    """
+    observer = dynamics.observer
+    numbers = {**observer.values, sympy.Symbol("h", real=True): observer.sample_time}
+    matrix = dynamics.in_force(dynamics.sampled).subs(numbers)
+    if matrix.has(ComputedEntry) or (dynamics.inverse_mass and observer.system.mass_matrix.has(ComputedEntry)):
+        raise NotEnclosable("an M(x) or force computed along a robot's joints; a certificate needs expressions")
+    matrix, slips = _in_slips(matrix, dynamics, ranges)
+    matrix = matrix.applyfunc(expand_products)
+    ranges = {**ranges, **slips}
+    single = {u: s for u, s in zip(observer.system.slip_velocity, observer.signs, strict=True) if u.is_Symbol}
+    single |= dict(zip(slips, _signs_of(slips, dynamics), strict=True))
+    single |= {n: single[v] for n, v in dynamics.next_velocity.items() if v in single}
+    matrix = matrix.applyfunc(lambda e: _signed_slips(e, single))
+    inverse, varying = _inverse_mass(dynamics, numbers)
+    extra: dict[Any, sympy.Symbol] = {}
+    varying |= {s: _bounded_functions(e.subs(numbers), extra, ranges) for s, e in dynamics.slopes.items()}
+    matrix = matrix.subs(inverse)
+    matrix = matrix.subs(sympy.pi, PI)
+    varying = {w: e.subs(sympy.pi, PI) for w, e in varying.items()}
+    matrix = matrix.applyfunc(lambda e: _bounded_functions(e, extra, ranges))
+
+    generators = {*varying, *observer.signs}
+    parameters: dict[sympy.Symbol, Any] = {}
+    named: dict[Any, sympy.Symbol] = {}
+    theta = "theta"
+    while any(v.name.startswith(theta) for v in ranges):
+        theta += "_"  # a coordinate may well be called theta1
+
+    def name_of(expression: Any) -> sympy.Symbol:
+        if expression not in named:
+            named[expression] = symbol(f"{theta}{len(named) + 1}")
+            parameters[named[expression]] = expression
+        return named[expression]
+
+    def rewrite(entry: Any) -> Any:
+        total = sympy.Integer(0)
+        for term in sympy.Add.make_args(expand_products(entry)):
+            coefficient, rest = term.as_coeff_Mul()
+            outer, inner = sympy.Integer(1), sympy.Integer(1)
+            for factor in sympy.Mul.make_args(rest):
+                if factor in generators:
+                    outer *= factor
+                elif factor.is_Rational:
+                    coefficient *= factor
+                elif not factor.free_symbols:
+                    outer *= name_of(factor)  # exp(-hK_v): apart, so that what stands with it may cancel
+                else:
+                    inner *= factor
+            total += coefficient * outer * (name_of(inner) if inner != 1 else 1)
+        return total
+
+    rewritten = matrix.applyfunc(rewrite)
+    signs = _sign_products(rewritten, observer.signs)
+    for w, e in varying.items():
+        if rewritten.has(w):
+            parameters[w] = e
+    rename = {product: symbol("_".join(["sign", *(s.name for s in parts)])) for product, parts in signs.items()}
+    parameters |= {name: product for product, name in rename.items()}
+    rewritten = Matrix(rewritten.applyfunc(lambda e: _with_products(e, rename) if e.has(*observer.signs) else e))
+    bounds_of_pi = {PI: (PI_LOW, PI_LOW + sympy.Rational(1, 10**20))}
+    used = {v for e in parameters.values() for v in e.free_symbols}
+    bounds = {s: (sympy.Integer(-1), sympy.Integer(1)) for s in (*extra.values(), *observer.signs)} | bounds_of_pi
+    bounds |= {v: ranges[v] for v in used if v in ranges and v not in bounds}
+    ordered = dict(sorted(bounds.items(), key=lambda item: str(item[0].name)))
+    return Family(
+        {v: b for v, b in ordered.items() if v in used}, parameters, rewritten, {s: e for e, s in extra.items()}
+    )
+
+
+def _sign_products(matrix: Matrix, signs: tuple[sympy.Symbol, ...]) -> dict[Any, tuple[sympy.Symbol, ...]]:
+    """What is to be one parameter each → the signs in it: their products as they stand in A, or single signs.
+
+    Products, where these are fewer: two signs that only ever stand together are one sign.
+    """
+    terms = [t for e in matrix for t in sympy.Add.make_args(expand_products(e))]
+    together = {tuple(s for s in signs if s in sympy.Mul.make_args(t)) for t in terms} - {()}
+    single = {(s,) for s in signs if matrix.has(s)}
+    chosen = together if len(together) < len(single) else single
+    return {sympy.Mul(*parts): parts for parts in sorted(chosen, key=lambda parts: [s.name for s in parts])}
+
+
+def _with_products(entry: Any, rename: Mapping[Any, sympy.Symbol]) -> Any:
+    """The entry with each product of signs, or each sign, by its name."""
+    total = sympy.Integer(0)
+    for term in sympy.Add.make_args(expand_products(entry)):
+        for product, name in rename.items():
+            if set(sympy.Mul.make_args(product)) <= set(sympy.Mul.make_args(term)):
+                term = term / product * name
+        total += term
+    return total
+
+
+def _inverse_mass(
+    dynamics: ErrorDynamics, numbers: Mapping[Any, Any]
+) -> tuple[dict[sympy.Symbol, Any], dict[sympy.Symbol, Any]]:
+    """W_ij written in generators, and each generator's expression: M⁻¹ = adj(M)/det(M), term by term of adj(M).
+
+    The terms are shared by the entries of W, so what varies together keeps varying together.
+    """
+    if not dynamics.inverse_mass:
+        return {}, {}
+    mass = dynamics.observer.system.mass_matrix.subs(numbers)
+    n = mass.rows
+    if mass.free_symbols and n > LARGEST_INVERSE:
+        raise NotEnclosable(
+            f"a mass matrix of order {n} that varies with position; this version encloses up to order {LARGEST_INVERSE}"
+        )
+    if not mass.free_symbols:
+        exact = mass.inv()
+        return {w: exact[i, j] for w, (i, j) in dynamics.inverse_mass.items()}, {}
+    determinant = sympy.expand(mass.det(method="berkowitz"))
+    adjugate = mass.adjugate().applyfunc(sympy.expand)
+    names: dict[Any, sympy.Symbol] = {}
+    inverse = {}
+    for w, (i, j) in dynamics.inverse_mass.items():
+        total = sympy.Integer(0)
+        for term in sympy.Add.make_args(adjugate[i, j]):
+            coefficient, rest = term.as_coeff_Mul()
+            total += coefficient * names.setdefault(rest, symbol(f"inertia{len(names) + 1}"))
+        inverse[w] = total
+    return inverse, {s: rest / determinant for rest, s in names.items()}
+
+
+def _in_slips(
+    matrix: Matrix, dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[Any, Any]]
+) -> tuple[Matrix, dict[sympy.Symbol, tuple[Any, Any]]]:
+    """Velocities replaced by the slips that A depends on through them: u = v1 − v2 makes v1 = u + v2.
+
+    A slip then is one variable, and interval arithmetic need not forget that its two velocities stand together.
+    """
+    system = dynamics.observer.system
+    bounds: dict[sympy.Symbol, tuple[Any, Any]] = {}
+    for contact, slip in zip(system.contacts, system.slip_velocity, strict=True):
+        velocities = sorted(slip.free_symbols & set(system.velocities), key=str)
+        pivot = next((v for v in velocities if abs(slip.coeff(v)) == 1), None)
+        if (
+            len(velocities) < 2
+            or pivot is None
+            or not slip.free_symbols <= set(velocities)
+            or not matrix.has(*velocities)
+        ):
+            continue
+        if not all(v in ranges and matrix.has(v) for v in velocities):
+            continue
+        rest = sympy.expand(slip - slip.coeff(pivot) * pivot)
+        matrix = Matrix(matrix.subs(pivot, (contact.slip - rest) / slip.coeff(pivot)))
+        ends = [sorted((slip.coeff(v) * ranges[v][0], slip.coeff(v) * ranges[v][1])) for v in velocities]
+        bounds[contact.slip] = (sum(low for low, _ in ends), sum(high for _, high in ends))
+    return matrix, bounds
+
+
+def _signs_of(slips: Mapping[sympy.Symbol, Any], dynamics: ErrorDynamics) -> list[sympy.Symbol]:
+    names = [c.slip for c in dynamics.observer.system.contacts]
+    return [dynamics.observer.signs[names.index(u)] for u in slips]
+
+
+def _signed_slips(entry: Any, single: Mapping[sympy.Symbol, sympy.Symbol]) -> Any:
+    """s·u as |u| where u is one variable: its sign is then not lost to interval arithmetic."""
+    total = sympy.Integer(0)
+    for term in sympy.Add.make_args(entry):
+        changed = term
+        for u, s in single.items():
+            factors = sympy.Mul.make_args(changed)
+            if s in factors and u in factors:
+                changed = changed / (s * u) * Magnitude(u)
+        total += changed
+    return total
+
+
+def _bounded_functions(entry: Any, extra: dict[Any, sympy.Symbol], ranges: Mapping[sympy.Symbol, Any]) -> Any:
+    """sgn as ±1 where its argument keeps its sign, else it and tanh as variables in [−1, 1]; log has no word."""
+    if entry.has(sympy.log):
+        raise NotEnclosable("log stands in the slope of the force; a certificate has no word for it")
+    for atom in sorted(entry.atoms(Sgn, sympy.tanh), key=str):
+        sign = _known_sign(atom.args[0], ranges) if atom.func is Sgn else 0
+        if sign:
+            entry = entry.subs(atom, sign)
+            continue
+        extra.setdefault(atom, symbol(f"bounded{len(extra) + 1}"))
+    return entry.subs(extra)
+
+
+def _known_sign(argument: Any, ranges: Mapping[sympy.Symbol, tuple[Any, Any]]) -> int:
+    """The sign that an expression has all over the ranges, by interval arithmetic; 0 if it may change."""
+    if not argument.free_symbols <= set(ranges):
+        return 0
+    box = {s.name: (Fraction(rational_text(low)), Fraction(rational_text(high))) for s, (low, high) in ranges.items()}
+    try:
+        low, high = verify.parse(to_prefix(argument), box, "sign")[1](box)
+    except (verify.Refused, TypeError):
+        return 0
+    return 1 if low > 0 else -1 if high < 0 else 0

@@ -1,0 +1,141 @@
+"""What certifying comes to: a certificate with what is proved beside it, or a refusal with what would be certified."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+from codegen.certify.region_files import REGION_PROOFS
+from codegen.certify.region_proofs import Regions
+
+if TYPE_CHECKING:
+    from codegen.certify.bound.error_bound import ErrorBound
+
+PROOFS = ("certificate.json", "limit.json", "refusal.json", "turning.json", "bound.json", *REGION_PROOFS)
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """A certificate that the checker has accepted.
+
+    Attributes:
+        content: the JSON object (docs/certificate.md).
+        decay_rate: α, 1/s; V falls by 1 − 2αh in each sample, by 1/(1 + αh)² where the step is implicit.
+        spectral_rate: the largest rate that any P could show at the worst operating point.
+        facts: what the checker verified.
+        limit: the refutation of every faster rate, which the checker has accepted too; None if none was found.
+        turning: a certificate whose V serves all signs of the slips, but for the samples in which one turns; or None.
+        no_turning: whether there is proved to be none.
+        by_structure: whether it is about one mode of a machine whose extremes were sought and not enclosed.
+        bounds: on each friction error, or the words why there are none.
+        bound: their proof, as the checker has accepted it, or None.
+    """
+
+    content: Mapping[str, Any]
+    decay_rate: float
+    spectral_rate: float
+    facts: tuple[str, ...]
+    limit: Mapping[str, Any] | None = None
+    turning: Mapping[str, Any] | None = None
+    no_turning: bool = False
+    by_structure: bool = False
+    bounds: tuple[ErrorBound, ...] | str = "none was asked for"
+    bound: Mapping[str, Any] | None = None
+
+    @property
+    def turning_rate(self) -> float | None:
+        """α of ``turning``, 1/s."""
+        return None if self.turning is None else float(Fraction(self.turning["decay_rate"]))
+
+    @property
+    def refuted_rate(self) -> float | None:
+        """The rate above which every certificate is refuted, 1/s."""
+        return None if self.limit is None else float(Fraction(self.limit["decay_rate"]))
+
+    @property
+    def text(self) -> str:
+        return json_text(self.content)
+
+    @property
+    def proofs(self) -> dict[str, str]:
+        """certificate.json; limit.json, the refutation of every faster rate, turning.json and bound.json, if any."""
+        beside = {"limit.json": self.limit, "turning.json": self.turning, "bound.json": self.bound}
+        return {"certificate.json": self.text} | {name: json_text(c) for name, c in beside.items() if c is not None}
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """A sample time and gains that were certified in place of a refused spec's.
+
+    Attributes:
+        line: what to write in the spec's observer section.
+        sample_time: s.
+        gains: as in that section: scalars, lists or rows.
+        decay_rate: α of the certificate, 1/s.
+    """
+
+    line: str
+    sample_time: float
+    gains: Mapping[str, Any]
+    decay_rate: float
+
+
+@dataclass(frozen=True)
+class Proposals:
+    """What to change in a refused spec: each certified by itself, and None where nothing was found.
+
+    Attributes:
+        sample_time: the largest that was certified, with the spec's gains.
+        gains: the nearest that were certified, with the spec's sample time.
+        skipped: why nothing was looked for; empty where it was.
+        measured: the spec's own gains with measured velocity and no K_v, where M(x) is known by structure alone.
+    """
+
+    sample_time: Proposal | None
+    gains: Proposal | None
+    skipped: str = ""
+    measured: Proposal | None = None
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """Why no certificate is given.
+
+    Attributes:
+        reason: in a sentence.
+        counterexample: an exact operating point at which the sampled error is unstable; None if none is known.
+        spectral_radius: of I + hA there, or the largest over the envelope.
+        failing: the gain conditions that fail, as text.
+        largest_sample_time: of explicit Euler at these gains, s; 0 where no sample time helps.
+        proved: whether the counterexample is checked in exact numbers.
+        proof: the refutation as the checker accepts it, or None.
+        proposals: what would be certified; None where that was not asked for.
+        regions: what is certified of parts of the envelope, and through them; None where there are no such.
+        unbound: whether a proof was found, and the checker did not take it for one of the generated code.
+    """
+
+    reason: str
+    counterexample: Mapping[str, str] | None
+    spectral_radius: float
+    failing: tuple[str, ...]
+    largest_sample_time: float
+    proved: bool
+    proof: Mapping[str, Any] | None = None
+    proposals: Proposals | None = None
+    regions: Regions | None = None
+    unbound: bool = False
+
+    @property
+    def proofs(self) -> dict[str, str]:
+        """refusal.json, if there is a proof, and those of regions."""
+        refusal = {} if self.proof is None else {"refusal.json": self.proof}
+        regions = {} if self.regions is None else self.regions.proofs
+        return {name: json_text(content) for name, content in {**refusal, **regions}.items()}
+
+
+def json_text(content: Mapping[str, Any]) -> str:
+    """A certificate or a refutation as it is written."""
+    return json.dumps(content, indent=1, ensure_ascii=False) + "\n"

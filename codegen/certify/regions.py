@@ -1,0 +1,280 @@
+"""Where a DFO whose level is not seen at zero friction or slip is stable all the same: regions of its envelope.
+
+A region is a box in the variables of ``along_friction``, the same for both signs of every friction state. How far it
+goes is found by bisection, in floating point; ``region_proofs`` then has the checker decide.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from itertools import pairwise, product
+from typing import Any
+
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+
+from codegen.certify import centre
+from codegen.certify.along_friction import AlongFriction, Box, ContactAxes
+from codegen.certify.centre import Group
+from codegen.certify.enclosure import Enclosure, exact_ranges
+from codegen.certify.family import Family
+from codegen.certify.lyapunov import decay_rate_limit
+from codegen.certify.several_rates import common_at, fastest, middle_at, shown_rates
+
+Array = NDArray[np.float64]
+KEPT, KEPT_BESIDE = 0.5, 0.4
+"""Sliding are the slips at which this share of the best rate is certified at the largest |f|, and the |f| at which so
+much of it is; and a P that serves through zero too is to have this share of the rate of sliding."""
+DEARER = 2.0
+"""The acceleration may cost this factor in the growth through zero."""
+PRESLIDING = 0.25
+"""And presliding where this share of the slowest point's own rate is."""
+DIRECTIONS = ((-1.0, 1.0), (0.0, 1.0), (0.2, 1.0), (-1.0, -0.2))
+COARSE, RATIO, FINE = 8.0, 0.03, 2e-4
+BELOW, THIN = 5e-4, 0.99
+FLOOR, FASTEST, CELLS = 1e-6, 2.0, 5
+
+
+@dataclass(frozen=True)
+class Region:
+    """A box with a P.
+
+    Attributes:
+        kind: sliding, presliding, weak, passing or recovery.
+        family: A over the box.
+        p: m by m.
+        rate: that P shows of it, 1/s; V grows where it is negative.
+        splits: variable → breakpoints, exact.
+    """
+
+    kind: str
+    family: Family
+    p: Array
+    rate: float
+    splits: Mapping[sympy.Symbol, list[Any]] = field(default_factory=dict)
+
+    def least_states(self, along: AlongFriction) -> list[Any]:
+        """Of |f| of each contact."""
+        return [self.family.variables[axis.state][0] for axis in along.axes]
+
+
+class RegionSearch:
+    """Looks for the boxes."""
+
+    def __init__(self, along: AlongFriction) -> None:
+        self.along = along
+        self.h = float(along.dynamics.observer.sample_time)
+        self.fastest_slip = max(float(axis.largest_slip) for axis in along.axes)
+        self.acceleration = 0.0
+        self._enclosures: dict[int, Enclosure] = {}
+
+    def regions(self) -> list[Region]:
+        """Sliding first; what is not found is left out."""
+        sliding = self._sliding()
+        if sliding is None:
+            return []
+        found, states, slips = [], *sliding
+        box = self._box(states, slips)
+        family, stack = self._family(box)
+        limit = decay_rate_limit(stack, self.h)
+        best = fastest(stack, self.h, limit)
+        if best is None:
+            return []
+        if any(axis.largest_rate is None for axis in self.along.axes):
+            self._bound_acceleration(states, slips, best[1])
+            family, stack = self._family(self._box(states, slips))
+            limit = decay_rate_limit(stack, self.h)
+            best = fastest(stack, self.h, limit) or best
+        found.append(self._split("sliding", family) or Region("sliding", family, *best))
+        found += self._presliding(states)
+        return found + self._through_zero(family, stack, best[1])
+
+    def _bound_acceleration(self, states: list[Any], slips: tuple[float, float], rate: float) -> None:
+        """Up to where growth through zero is at most DEARER times that without acceleration."""
+        leasts = [axis.least_state for axis in self.along.axes]
+
+        def both(w: float) -> tuple[list[Array], list[Array]]:
+            return self._family(self._box(states, slips, w))[1], self._family(self._box(leasts, (-1.0, 1.0), w))[1]
+
+        stack, whole = both(0.0)
+        growth = self._growth([(stack, KEPT * rate)], whole)
+
+        def holds(w: float) -> bool:
+            stack, whole = both(w)
+            return common_at([(stack, KEPT * rate), (whole, -DEARER * growth)], self.h) is not None
+
+        self.acceleration = _bisected(holds, 0.0, 2 * self.fastest_slip / self.h, True)
+
+    def _growth(self, beside: Sequence[Group], whole: list[Array]) -> float:
+        """The least rate of growth, 1/s, of a P that serves ``beside`` too."""
+
+        def holds(rate: float) -> bool:
+            return common_at([*beside, (whole, -rate)], self.h) is not None
+
+        least = 1.0
+        while not holds(least) and least < FASTEST / self.h:
+            least *= COARSE
+        while least > FLOOR and holds(least / COARSE):
+            least /= COARSE
+        return _bisected(holds, least, least / COARSE, geometric=True)
+
+    def _sliding(self) -> tuple[list[Any], tuple[float, float]] | None:
+        """The least |f| of each contact, and the slips as shares of the largest, where at least KEPT of the rate is."""
+        tips = [axis.largest_state for axis in self.along.axes]
+        limit = self._limit(self._box(tips, (0.5, 1.0)))
+        slips = next((s for s in DIRECTIONS[:2] if self._holds(tips, s, KEPT * limit)), None)
+        if slips is None:
+            low = _bisected(lambda x: self._holds(tips, (x, 1.0), KEPT * limit), 1.0, 1e-3, geometric=True)
+            slips = (low, 1.0) if low < 1 else None
+        if slips is None or limit <= 0:
+            return None
+        slower, directions = KEPT_BESIDE * limit, slips
+        for k, axis in enumerate(self.along.axes):
+
+            def holds(least: Any, k: int = k) -> bool:
+                return self._holds([*tips[:k], least, *tips[k + 1 :]], directions, slower)
+
+            tips[k] = self._least_state(axis, holds)
+        return (tips, slips) if self._holds(tips, slips, 0.9 * slower) else None
+
+    def _least_state(self, axis: ContactAxes, holds: Callable[[Any], bool]) -> Any:
+        """The least |f|, to four decimals, for which a condition holds that holds at the largest."""
+        good, bad = float(axis.largest_state), float(axis.least_state)
+        found = bad if holds(axis.least_state) else _bisected(lambda x: holds(_exact(x)), good, bad)
+        return min(_exact(np.ceil(found * 1e4) / 1e4), axis.largest_state)
+
+    def _presliding(self, sliding: list[Any]) -> list[Region]:
+        """Away from zero friction, for both directions of slip; or for each, away from zero slip too.
+
+        Up to the largest |f|, or to where sliding begins: a law with a kink there is two laws.
+        """
+        tops = [axis.largest_state for axis in self.along.axes]
+        below = [_exact(np.floor((float(x) - BELOW) * 1e4) / 1e4) for x in sliding]
+        for directions in (DIRECTIONS[:1], DIRECTIONS[2:]):
+            for upper in (tops, below):
+                found = [region for ends in directions if (region := self._away(upper, *ends)) is not None]
+                if found and all(region.least_states(self.along) < sliding for region in found):
+                    return found
+        return []
+
+    def _away(self, tops: list[Any], low: float, high: float) -> Region | None:
+        def box(share: float, t: float) -> Box:
+            states = [_exact(np.ceil(share * float(top) * 1e4) / 1e4) for top in tops]
+            return self._box([min(pair) for pair in zip(states, tops, strict=True)], (low * t, high * t), tops=tops)
+
+        def holds(share: float, t: float) -> bool:
+            stack = self._family(box(share, t))[1]
+            limit = decay_rate_limit(stack, self.h)
+            return limit > 0 and common_at([(stack, PRESLIDING * limit)], self.h) is not None
+
+        slow = 1e-3 if low < 0 < high else 0.02
+        least = _bisected(lambda x: holds(x, slow), 1.0, 0.0)
+        if least > THIN:
+            return None
+        share = least + (1 - least) / 4
+        t = _bisected(lambda t: holds(share, t), slow, 1.0, geometric=True) if holds(share, slow) else slow
+        family, stack = self._family(box(share, t))
+        limit = decay_rate_limit(stack, self.h)
+        best = fastest(stack, self.h, limit, near=centre.NEAR) if limit > 0 else None  # few digits must do for its P
+        return None if best is None else Region("presliding", family, *best)
+
+    def _through_zero(self, sliding: Family, stack: list[Array], rate: float) -> list[Region]:
+        """The least growth over the whole envelope, and with a P that falls while sliding, at KEPT of the rate."""
+        family, whole = self._family(self._box([axis.least_state for axis in self.along.axes], (-1.0, 1.0)))
+        found = []
+        claims: list[tuple[str, list[Group]]] = [("weak", []), ("passing", [(stack, KEPT * rate)])]
+        for kind, beside in claims:
+            growth = self._growth(beside, whole)
+            p = middle_at([*beside, (whole, -growth)], self.h)
+            if p is None:
+                continue
+            shown = float(shown_rates(p, np.array(whole), self.h).min())
+            found.append(Region(kind, family, p, shown - 1e-3 * abs(shown)))
+            if beside:
+                shown = float(shown_rates(p, np.array(stack), self.h).min())
+                found.append(Region("recovery", sliding, p, shown * 0.999))
+        return found
+
+    def _box(
+        self, states: list[Any], slips: tuple[float, float], w: float | None = None, tops: list[Any] | None = None
+    ) -> Box:
+        """From the least and largest |f| of each contact, slips as shares of the largest, and the largest |du/dt|."""
+        box: dict[sympy.Symbol, tuple[Any, Any]] = {}
+        w = self.acceleration if w is None else w
+        tops = tops or [axis.largest_state for axis in self.along.axes]
+        for axis, least, top in zip(self.along.axes, states, tops, strict=True):
+            share = float(axis.largest_slip) / self.fastest_slip
+            most = _exact(w * share) if axis.largest_rate is None else axis.largest_rate
+            box[axis.state] = (least, top)
+            low, high = slips
+            box[axis.slip] = (_exact(low) * axis.largest_slip, _exact(high) * axis.largest_slip)
+            box[axis.slip_rate] = (-most, most)
+        return box
+
+    def _family(self, box: Box) -> tuple[Family, list[Array]]:
+        family = self.along.family(box)
+        if id(family.matrix) not in self._enclosures:
+            self._enclosures[id(family.matrix)] = Enclosure(family)
+        enclosure = self._enclosures[id(family.matrix)]
+        return family, enclosure.vertices({enclosure.ranges(exact_ranges(family))})
+
+    def _split(self, kind: str, family: Family) -> Region | None:
+        """Of one contact: the box in cells, whose enclosures lose less."""
+        if len(self.along.axes) > 1:
+            return None
+        ends = exact_ranges(family)
+        cut = [v for v in (self.along.axes[0].state, self.along.axes[0].slip) if v in ends]
+        breaks = {
+            v: [low + (high - low) * Fraction(k, CELLS) for k in range(CELLS + 1)]
+            for v, (low, high) in ends.items()
+            if v in cut
+        }
+        enclosure, boxes = self._enclosures[id(family.matrix)], set()
+        for cell in product(*[pairwise(breaks[v]) for v in cut]):
+            boxes.add(enclosure.ranges({**ends, **dict(zip(cut, cell, strict=True))}))
+        stack = enclosure.vertices(boxes)
+        best = fastest(stack, self.h, decay_rate_limit(stack, self.h))
+        exact = {v: [sympy.Rational(x.numerator, x.denominator) for x in points] for v, points in breaks.items()}
+        return None if best is None else Region(kind, family, *best, exact)
+
+    def _limit(self, box: Box) -> float:
+        return decay_rate_limit(self._family(box)[1], self.h)
+
+    def _holds(self, states: list[Any], slips: tuple[float, float], rate: float, w: float | None = None) -> bool:
+        stack = self._family(self._box(states, slips, w))[1]
+        return rate > 0 and decay_rate_limit(stack, self.h) > rate and common_at([(stack, rate)], self.h) is not None
+
+
+def _bisected(holds: Callable[[float], bool], good: float, bad: float, geometric: bool = False) -> float:
+    """The number nearest to ``bad`` for which a condition is found to hold that holds at ``good``, to 3 % or 0.0001."""
+    if holds(bad):
+        return bad
+    if good == 0.0:  # a largest size: tenths of ``bad`` down to one that is good
+        good = bad
+        while not holds(good):
+            good, bad = good / COARSE, good
+            if good < FLOOR:
+                return 0.0
+    while abs(good - bad) > (RATIO * abs(good) if geometric else FINE):
+        middle = float(np.sqrt(good * bad)) if geometric else (good + bad) / 2
+        good, bad = (middle, bad) if holds(middle) else (good, middle)
+    return good
+
+
+def _exact(value: float) -> Any:
+    """A short exact decimal."""
+    return sympy.Rational(f"{float(value):.5g}")
+
+
+def ranges_of(family: Family) -> Mapping[str, tuple[float, float]]:
+    """What the variables range over, as floats."""
+    return {v.name: (float(low), float(high)) for v, (low, high) in family.variables.items()}
+
+
+def one_cell(family: Family) -> list[Array]:
+    """A at the corners of what its parameters can be over the box as a whole."""
+    enclosure = Enclosure(family)
+    return enclosure.vertices({enclosure.ranges(exact_ranges(family))})

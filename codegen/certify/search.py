@@ -1,0 +1,63 @@
+"""What is proposed for a family: one P for all of it, or where that falls short one that follows a slow position."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from fractions import Fraction
+from typing import Any
+
+from codegen.analysis.analysis import Analysis
+from codegen.certify.content import Found
+from codegen.certify.enclosure import Cells, enclose_family
+from codegen.certify.family import Family
+from codegen.certify.lyapunov import common_lyapunov
+from codegen.certify.prefix import rational_text
+from codegen.certify.slow import following, slow_variable
+
+FINER = (0, 2, 4)
+MOST_MATRICES = 150
+ENOUGH = 0.9
+
+
+def proposals_for(
+    analysis: Analysis, family: Family, spectral_rate: float, envelope: Mapping[str, Any]
+) -> tuple[Cells, Iterator[Found]]:
+    """The cells of the envelope, and what the solver found, the fastest first.
+
+    Args:
+        spectral_rate: of the slowest operating point, 1/s; a common P that comes near it is enough.
+        envelope: name → exact (low, high).
+
+    Raises:
+        NotEnclosable, codegen.checker.verify.Refused: where the family cannot be enclosed.
+    """
+    h = 0.0 if analysis.dynamics.implicit else float(analysis.dynamics.observer.sample_time)
+    cells, common = _common(family, h)
+
+    def fastest_first() -> Iterator[Found]:
+        slow = slow_variable(analysis, family)
+        if slow is not None and (common is None or common.alpha < ENOUGH * spectral_rate):
+            bounds = envelope.get(f"{slow[1].name}_dot")
+            fastest = None if bounds is None else max(abs(Fraction(rational_text(x))) for x in bounds)
+            found = following(family, *slow, h, analysis.dynamics.observer.signs, fastest)
+            if found is not None and (common is None or common.alpha < found.alpha):
+                yield Found(float(found.alpha), {}, [], found)
+        if common is not None:
+            yield common
+
+    return cells, fastest_first()
+
+
+def _common(family: Family, h: float) -> tuple[Cells, Found | None]:
+    """A common Lyapunov matrix, with the envelope cut finer as long as none is found."""
+    cells = enclose_family(family)
+    proposal = common_lyapunov(cells.matrices, h)
+    for finer in FINER[1:]:
+        if proposal is not None or not family.variables:
+            break
+        finer_cells = enclose_family(family, finer)
+        if len(finer_cells.matrices) > MOST_MATRICES:
+            break
+        cells = finer_cells
+        proposal = common_lyapunov(cells.matrices, h)
+    return cells, None if proposal is None else Found(proposal[1], cells.splits, [proposal[0]])

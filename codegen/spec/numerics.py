@@ -1,0 +1,70 @@
+"""What a numerical library cannot compute from a user's numbers, told as what is wrong with those numbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from functools import wraps
+from typing import Concatenate, ParamSpec, TypeVar
+
+import numpy as np
+from sympy.matrices.exceptions import MatrixError
+from sympy.polys.polyerrors import BasePolynomialError
+
+from codegen.base.errors import BadInput, Place
+from codegen.spec.model import Spec
+
+Rest = ParamSpec("Rest")
+Result = TypeVar("Result")
+Station = Callable[Concatenate[Spec, Rest], Result]
+_NUMERICAL = (np.linalg.LinAlgError, ArithmeticError, MatrixError, BasePolynomialError)
+EXPECTED = "numbers whose products and inverses a double can hold (1e-308 to 1e308), and no mass close to zero"
+
+
+def numerical(quantity: str, expected: str = EXPECTED) -> Callable[[Station[Rest, Result]], Station[Rest, Result]]:
+    """A station of the line, whose first argument is the spec: where it cannot compute, the spec is told as bad input.
+
+    Errors that do not come from numbers, such as a TypeError, pass: they are faults of the tool.
+
+    Args:
+        quantity: what the station computes, in the user's words.
+        expected: what the numbers should be like.
+    """
+
+    def guarded(station: Station[Rest, Result]) -> Station[Rest, Result]:
+        @wraps(station)
+        def work(spec: Spec, /, *rest: Rest.args, **named: Rest.kwargs) -> Result:
+            try:
+                return station(spec, *rest, **named)
+            except Exception as error:
+                if not is_numerical(error):
+                    raise
+                found = f"{quantity} cannot be computed ({type(error).__name__}: {error})"
+                raise BadInput(Place(str(spec.path)), found, expected) from error
+
+        return work
+
+    return guarded
+
+
+def is_numerical(error: Exception) -> bool:
+    """Whether a library says by this that it cannot compute with the numbers; CasADi has no exception of its own."""
+    said = str(error).lower()
+    casadi = isinstance(error, RuntimeError) and "casadi" in said
+    scipy = isinstance(error, ValueError) and "infs or nans" in said
+    return isinstance(error, _NUMERICAL) or casadi or scipy
+
+
+def require_finite(spec: Spec, content: object, quantity: str) -> None:
+    """Raise BadInput where a result, made of dicts and lists, holds a number that is not finite."""
+    if isinstance(content, float) and not math.isfinite(content):
+        raise BadInput(Place(str(spec.path)), f"{quantity} cannot be computed ({content})", EXPECTED)
+    parts = (
+        content.items()
+        if isinstance(content, Mapping)
+        else enumerate(content)
+        if isinstance(content, list | tuple)
+        else ()
+    )
+    for key, part in parts:
+        require_finite(spec, part, f"{quantity} ({key})" if isinstance(key, str) and "(" not in quantity else quantity)

@@ -1,0 +1,82 @@
+"""A claim: what the thesis prints under one number, and which derivation it is held against. Never a verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict
+
+from codegen.base.errors import Place
+from codegen.base.input_files import read_text
+from codegen.spec.validation import validate
+from codegen.spec.yaml_text import load_mapping, plain
+
+CLAIMS = Path(__file__).parent / "claims"
+Test = Literal["equal", "hurwitz", "negative_definite", "inequality", "implies", "definition"]
+
+
+class ClaimEntry(BaseModel):
+    """One entry of a claims file.
+
+    Attributes:
+        equation: "6.22", or a section where there is no number.
+        part: which of several formulas under that number.
+        printed: the formula; rows as lists; conditions as a list of inequalities.
+        against: ``world.quantity`` of ``worlds/``; a world alone for inequalities; nothing for definitions.
+        test: how it is judged; "equal" unless said otherwise, "definition" where ``against`` is missing.
+        given: inequalities that the thesis, or the meaning of the symbols, presupposes.
+        constant_U: the formula is about a U that does not depend on x.
+        scan: how a garbled place of the scan was read.
+        note: what else a reader should know.
+    """
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+    equation: str
+    part: str = ""
+    printed: Any
+    against: str = ""
+    test: Test = "equal"
+    given: list[str] = []
+    constant_U: bool = False
+    scan: str = ""
+    note: str = ""
+
+
+class ClaimsFile(BaseModel):
+    """A chapter's claims."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+    chapter: str
+    claims: list[ClaimEntry]
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A claim with its chapter and its place in the file."""
+
+    chapter: str
+    entry: ClaimEntry
+    place: Place
+
+    @property
+    def test(self) -> Test:
+        return self.entry.test if self.entry.against else "definition"
+
+
+def read_claims(folder: Path = CLAIMS) -> list[Claim]:
+    """All claims, chapter by chapter, in the order of the files.
+
+    Raises:
+        BadInput: for a file that is not a claims file.
+    """
+    return [claim for path in sorted(folder.glob("*.yaml")) for claim in _claims_of(path)]
+
+
+def _claims_of(path: Path) -> Iterator[Claim]:
+    document, places = load_mapping(read_text(path, "a claims file (YAML)"), path.name)
+    read = validate(ClaimsFile, plain(document), places, path.name)
+    for index, entry in enumerate(read.claims):
+        yield Claim(read.chapter, entry, places.get(f"claims[{index}]", Place(path.name)))

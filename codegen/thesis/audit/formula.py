@@ -1,0 +1,114 @@
+"""A formula of the thesis to SymPy: the safe expression parser's tree, with names that may stand for matrices.
+
+The parser (``codegen.spec.expression``) reads the text and runs nothing; here its tree gets values. Beyond what a spec
+may say, a product may be one of matrices, a power may have a symbol as exponent, and ``sgn`` and ``abs`` of a vector
+are taken element by element, as the thesis writes sgn(U'v).
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import sympy
+
+from codegen.base.errors import BadInput, Place, nearest_name
+from codegen.spec.expression import Expression, exact_number, parse_expression
+from codegen.spec.functions import CONSTANTS, FUNCTIONS
+
+Formula = str | int | Sequence["Formula"]
+_RELATION = re.compile(r"(<=|>=|<|>)")
+
+
+class Misfit(BadInput):
+    """A formula that can be read, but whose matrices have shapes that cannot be added or multiplied."""
+
+
+def evaluate(formula: Any, names: Mapping[str, Any], place: Place) -> Any:
+    """The value of a formula; rows of formulas are blocks of one matrix.
+
+    Args:
+        formula: text, a list (a column) or a list of lists (rows).
+        names: what each name stands for, an expression or a matrix.
+
+    Raises:
+        BadInput: for text that is no expression, an unknown name, or matrices that do not fit.
+    """
+    if isinstance(formula, list):
+        rows = [row if isinstance(row, list) else [row] for row in formula]
+        blocks = [[_as_matrix(evaluate(cell, names, place)) for cell in row] for row in rows]
+        try:
+            return sympy.Matrix.vstack(*[sympy.Matrix.hstack(*row) for row in blocks])
+        except sympy.matrices.exceptions.ShapeError as error:
+            raise Misfit(place, f"blocks that do not fit ({error})", "blocks of one matrix") from None
+    parsed = parse_expression(str(formula), place)
+    try:
+        return _value(parsed.tree, parsed, names)
+    except sympy.matrices.exceptions.ShapeError as error:
+        raise Misfit(place, f"`{formula}`: {error}", "matrices of fitting shapes") from None
+
+
+def inequalities(text: str, names: Mapping[str, Any], place: Place) -> list[tuple[Any, bool]]:
+    """``a < b < c`` as [(b − a, strict), (c − b, strict)]: each expression is to be positive (or not negative)."""
+    parts = _RELATION.split(text)
+    if len(parts) < 3:
+        raise BadInput(place, f"`{text}`", "an inequality such as `k_v > 0`")
+    sides = [evaluate(part, names, place) for part in parts[::2]]
+    result = []
+    for left, relation, right in zip(sides, parts[1::2], sides[1:], strict=False):
+        result.append((right - left if "<" in relation else left - right, "=" not in relation))
+    return result
+
+
+def as_text(formula: Any) -> str:
+    """A formula as one line; rows in brackets."""
+    if isinstance(formula, list):
+        return "[" + "; ".join(", ".join(map(str, r)) if isinstance(r, list) else str(r) for r in formula) + "]"
+    return str(formula)
+
+
+def _as_matrix(value: Any) -> Any:
+    return value if isinstance(value, sympy.MatrixBase) else sympy.Matrix([[value]])
+
+
+def _value(node: ast.expr, whole: Expression, names: Mapping[str, Any]) -> Any:
+    match node:
+        case ast.Constant():
+            return exact_number(whole.source(node), whole.place)
+        case ast.Name(id=name) if name in names:
+            return names[name]
+        case ast.Name(id=name) if name in CONSTANTS:
+            return CONSTANTS[name]
+        case ast.Name(id=name):
+            known = sorted(names)
+            raise BadInput(
+                whole.place,
+                f"unknown name `{name}` in `{whole.text}`",
+                "a name of this derivation's",
+                nearest_name(name, known),
+            )
+        case ast.UnaryOp(op=op, operand=operand):
+            value = _value(operand, whole, names)
+            return -value if isinstance(op, ast.USub) else value
+        case ast.Call(func=ast.Name(id=name), args=[argument]):
+            value = _value(argument, whole, names)
+            return value.applyfunc(FUNCTIONS[name]) if isinstance(value, sympy.MatrixBase) else FUNCTIONS[name](value)
+        case ast.BinOp(left=left, op=op, right=right):
+            return _combine(op, _value(left, whole, names), _value(right, whole, names), whole)
+    raise BadInput(whole.place, f"`{whole.source(node)}`", "an arithmetic expression")
+
+
+def _combine(op: ast.operator, a: Any, b: Any, whole: Expression) -> Any:
+    matrices = isinstance(a, sympy.MatrixBase), isinstance(b, sympy.MatrixBase)
+    match op:
+        case ast.Mult():
+            return a * b
+        case ast.Div() if not matrices[1]:
+            return a / b
+        case ast.Pow() if not any(matrices):
+            return a**b
+        case ast.Add() | ast.Sub() if matrices[0] == matrices[1]:
+            return a + b if isinstance(op, ast.Add) else a - b
+    raise Misfit(whole.place, f"`{whole.text}`", "sums of equal shapes, and no division by a matrix")

@@ -1,0 +1,85 @@
+"""Findings as JSON, as a table for a terminal, and as docs/audit.md."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from codegen.base.files import write_atomically
+from codegen.base.text import render
+from codegen.thesis.audit.finding import Finding, Verdict
+from codegen.thesis.audit.formula import as_text
+
+VERDICTS: tuple[Verdict, ...] = ("holds", "wrong", "insufficient", "unnecessary")
+
+
+def write_audit(findings: Sequence[Finding], document: Path | None, as_json: Path | None) -> list[Path]:
+    """Write docs/audit.md and the JSON where a path is given; the paths written."""
+    if document is not None:
+        write_atomically(document, audit_document(findings))
+    if as_json is not None:
+        write_atomically(as_json, json.dumps(audit_json(findings), indent=1, ensure_ascii=False) + "\n")
+    return [path for path in (document, as_json) if path is not None]
+
+
+def audit_json(findings: Sequence[Finding]) -> list[dict[str, Any]]:
+    """One object a claim."""
+    return [
+        {
+            "equation": f.claim.entry.equation,
+            "part": f.claim.entry.part,
+            "chapter": f.claim.chapter,
+            "kind": f.kind,
+            "verdict": f.verdict,
+            "printed": _printed(f),
+            "derived": f.derived,
+            "counterexample": dict(f.counterexample) if f.counterexample is not None else None,
+            "given": list(f.claim.entry.given),
+            "scan": f.claim.entry.scan,
+            "note": f.claim.entry.note,
+        }
+        for f in findings
+    ]
+
+
+def audit_summary(findings: Sequence[Finding]) -> str:
+    """The table for a terminal."""
+    return render("text/audit.txt.j2", **_view(findings))
+
+
+def audit_document(findings: Sequence[Finding]) -> str:
+    """docs/audit.md."""
+    return render("text/audit.md.j2", **_view(findings))
+
+
+def _view(findings: Sequence[Finding]) -> dict[str, Any]:
+    counts = Counter(f.verdict for f in findings)
+    rows = [
+        {
+            "equation": f.claim.entry.equation,
+            "part": f.claim.entry.part,
+            "chapter": f.claim.chapter,
+            "kind": f.kind,
+            "verdict": f.verdict,
+            "printed": _printed(f),
+            "derived": f.derived,
+            "numbers": {k: v for k, v in (f.counterexample or {}).items() if v is not None},
+            "evidence": f.evidence,
+            "given": f.claim.entry.given,
+            "constant_U": f.claim.entry.constant_U,
+            "scan": f.claim.entry.scan,
+            "note": f.claim.entry.note,
+        }
+        for f in findings
+    ]
+    definitions = sum(f.kind == "definition" for f in findings)
+    return {"rows": rows, "counts": {v: counts[v] for v in VERDICTS}, "definitions": definitions}
+
+
+def _printed(finding: Finding) -> str:
+    printed = finding.claim.entry.printed
+    conditions = finding.kind in ("hurwitz", "negative_definite", "inequality", "implies")
+    return "; ".join(printed) if conditions and isinstance(printed, list) else as_text(printed)

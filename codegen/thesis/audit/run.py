@@ -1,0 +1,57 @@
+"""The audit: every claim judged."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cache
+
+from codegen.base.errors import BadInput, nearest_name
+from codegen.thesis.audit.claim import Claim, read_claims
+from codegen.thesis.audit.conditions import judge_conditions, judge_inequality
+from codegen.thesis.audit.equality import judge_equality, prove_form
+from codegen.thesis.audit.finding import Finding
+from codegen.thesis.audit.world import World
+from codegen.thesis.audit.worlds import WORLDS
+
+
+def run_audit(claims: Sequence[Claim] | None = None, progress: Callable[[float], None] | None = None) -> list[Finding]:
+    """Judge all shipped claims, or the given ones."""
+    chosen = read_claims() if claims is None else claims
+    findings = []
+    for done, claim in enumerate(chosen, start=1):
+        findings.append(judge(claim))
+        if progress is not None:
+            progress(done / len(chosen))
+    return findings
+
+
+def judge(claim: Claim) -> Finding:
+    """The verdict on one claim, from computation.
+
+    Raises:
+        BadInput: for a derivation that does not exist, or a printed form that cannot be read in its names.
+    """
+    if claim.test == "definition":
+        return Finding(claim, "holds")
+    name, _, quantity = claim.entry.against.partition(".")
+    if name not in WORLDS:
+        raise BadInput(claim.place, f"no derivation `{name}`", ", ".join(WORLDS), nearest_name(name, WORLDS))
+    world = _world(name)
+    if claim.test in ("inequality", "implies"):
+        return judge_inequality(claim, world)
+    derived = world.derived.get(quantity)
+    if derived is None:
+        found, known = f"`{name}` derives no `{quantity}`", ", ".join(world.derived)
+        raise BadInput(claim.place, found, f"one of {known}", nearest_name(quantity, world.derived))
+    if claim.test == "equal":
+        return judge_equality(claim, world, derived)
+    return judge_conditions(claim, world, derived)
+
+
+@cache
+def _world(name: str) -> World:
+    world = WORLDS[name]()
+    for derived in world.derived.values():
+        if derived.form:
+            prove_form(derived, world)
+    return world

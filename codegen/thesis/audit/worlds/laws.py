@@ -1,0 +1,64 @@
+"""Friction laws: what each formula must give, from what its author says it describes."""
+
+from __future__ import annotations
+
+import sympy
+
+from codegen.spec.functions import Magnitude, Sgn
+from codegen.thesis.audit.world import Derived, World, real, tidy
+
+
+def friction_laws() -> World:
+    """The laws of chapter 1 and (2.4)–(2.5).
+
+    A zero-memory friction force is odd in v: the level is a function of |v|. The reset integrator's f rests where
+    f = φ(v): the second velocity is the one that belongs to the f that there is, φ⁻¹(f). Dahl's law with φ = sgn.
+    """
+    v, f, c, a, i, n = real("v", "f", "c", "a", "i", "n")
+    F_k, F_s, v_c, alpha, phi_inv_f, phi_inv_v = real("F_k", "F_s", "v_c", "alpha", "phi_inv_f", "phi_inv_v")
+    a_1, a_2, a_3, a_4, w, g_1, g_2 = real("a_1", "a_2", "a_3", "a_4", "w", "g_1", "g_2")
+    level = a_1 + a_2 * sympy.exp(-a_3 * Magnitude(v)) + a_4 * Magnitude(v)
+    dahl = c * v * Magnitude(1 - f * Sgn(v)) ** i * Sgn(1 - f * Sgn(v))
+    names = {s.name: s for s in (v, f, c, a, i, n, F_k, F_s, v_c, alpha, phi_inv_f, phi_inv_v)}
+    names |= {s.name: s for s in (a_1, a_2, a_3, a_4, w, g_1, g_2)} | {"a_v": level.diff(v), "phi_v": Sgn(v)}
+    names |= {"dahl_slope": sympy.powsimp(tidy(dahl.diff(f)))}
+
+    def odd(expression: sympy.Expr) -> Derived:
+        """What stands for v > 0, made odd."""
+        forward = expression.subs(v, Magnitude(v))
+        return Derived(sympy.Matrix([[forward * Sgn(v)]]))
+
+    def one(expression: sympy.Expr) -> Derived:
+        return Derived(sympy.Matrix([[expression]]))
+
+    s = sympy.Symbol("s")
+    closed_loop = (s**2 + g_2 * s + g_1).subs({g_1: 200, g_2: 20})
+    root = sympy.sqrt(sympy.Poly(closed_loop, s).TC())
+    derived = {
+        "tustin": odd(F_k + (F_s - F_k) * sympy.exp(-v / v_c)),
+        "bo_pavelescu": odd(F_k + (F_s - F_k) * sympy.exp(-((v / alpha) ** n))),
+        "dahl": one(dahl),
+        "dahl_slope": one(dahl.diff(f)),
+        "reset_integrator": one(c * (v - phi_inv_f)),
+        "extended_level": one(level),
+        "extended_slope": one(level.diff(v)),
+        "frequency": one(root),
+        "damping": one(sympy.Poly(closed_loop, s).coeff_monomial(s) / (2 * root)),
+    }
+    positive = frozenset({c, a, i, n, F_k, F_s, v_c, alpha, a_1, a_2, a_3, a_4})
+    tries = tuple(sympy.Rational(k, 4) for k in (-4, -3, -2, -1, 1, 2, 3, 4))
+    return World(names, derived, positive=positive, ranges={i: (1, 2, 3), n: (1, 2), f: tries})
+
+
+def piecewise_inverse() -> World:
+    """(6.33): the three pieces meet, and the whole is odd, as φ is."""
+    f, c, D_1, D_2 = real("f", "c", "D_1", "D_2")
+    middle = D_2 * f
+    above = middle.subs(f, 1) + D_1 * (f - 1)  # continuous at 1, with slope D_1
+    below = -above.subs(f, -f)
+    pieces = sympy.Matrix([above, middle, below])
+    slope_f = sympy.Matrix([above.diff(f), middle.diff(f), below.diff(f)])
+    names = {"f": f, "c": c, "D_1": D_1, "D_2": D_2}
+    names |= {f"slope_{k + 1}": slope_f[k] for k in range(3)}
+    derived = {"pieces": Derived(pieces), "slopes": Derived(slope_f)}
+    return World(names, derived, positive=frozenset({c, D_1, D_2}))

@@ -1,0 +1,133 @@
+"""Appendix A.1–A.2: friction of masses in contact, by Newton's third law, mass by mass; here for four masses."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import sympy
+
+from codegen.spec.functions import Magnitude, Sgn
+from codegen.thesis.audit.world import Derived, World, column, diagonal, full, moving, rate, real
+
+N = 4
+
+
+def contacts_of_masses() -> World:
+    """Lemma A.1 and its proof. Contact (i, j) presses on mass i with a_ij sgn(v_i − v_j), on j with the opposite."""
+    v = column("v", N)
+    level = {(i, j): real(f"a{i + 1}{j + 1}")[0] for i in range(N) for j in range(i + 1, N)}
+    ground = [real(f"a{i + 1}0")[0] for i in range(N)]
+    force = sympy.Matrix([ground[i] * Sgn(v[i]) for i in range(N)])
+    for (i, j), a in level.items():
+        force[i] += a * Sgn(v[i] - v[j])
+        force[j] -= a * Sgn(v[i] - v[j])
+    names: dict[str, Any] = {s.name: s for s in (*v, *ground, *level.values())}
+    names |= {f"a{j + 1}{i + 1}": a for (i, j), a in level.items()} | {"v": v}
+    derived = {"force": Derived(force), "action": Derived(sympy.Matrix([level[0, 1] * Sgn(v[0] - v[1])]))}
+    derived |= {f"force_{i + 1}": Derived(sympy.Matrix([force[i]])) for i in range(N)}
+
+    blocks, levels, slips, groups = [], [], [], []
+    for i in range(N):
+        pairs = [(ground[i], v[i])] + [(level[i, j], v[i] - v[j]) for j in range(i + 1, N)]
+        group = sympy.Matrix([a * Sgn(u) for a, u in pairs])
+        symbols = column(f"d{i + 1}_", len(pairs))
+        known = force.subs(dict(zip(group, symbols, strict=True)), simultaneous=True)
+        block = known.expand().jacobian(symbols)  # W_i: what a unit of each of the contacts i presses on every mass
+        slip = sympy.Matrix([u for _, u in pairs])
+        blocks.append(block)
+        levels += [a for a, _ in pairs]
+        slips.append(slip)
+        groups.append(group)
+        derived |= {f"W_{i + 1}": Derived(block), f"slip_{i + 1}": Derived(slip), f"d_{i + 1}": Derived(group)}
+        derived[f"W_{i + 1}_T"] = Derived(slip.jacobian(v))
+        names |= {f"W_{i + 1}": block, f"d_{i + 1}": group, f"slip_{i + 1}": slip}
+    U_o = sympy.Matrix.hstack(*blocks)
+    d_o = sympy.Matrix.vstack(*groups)
+    contacts = [(i, 0) for i in range(N)] + [(i, j) for i in range(N) for j in range(i + 1, N)]
+    derived |= {
+        "U_o": Derived(sympy.Matrix.vstack(*slips).jacobian(v).T),  # by power: F'v = Σ λ u
+        "d_o": Derived(d_o),
+        "A_o": Derived(diagonal(levels)),
+        "columns": Derived(sympy.Matrix([len(contacts)])),
+        "entries": Derived(sympy.Matrix([sorted(set(U_o))])),
+    }
+    kept = [k for k, a in enumerate(levels) if a not in (level[0, 2], level[1, 3], ground[0])]
+    names |= {"U_o": U_o, "U_o_T": U_o.T, "A_o": diagonal(levels), "d_o": d_o, "n": sympy.Integer(N)}
+    names |= {"U": U_o[:, kept], "U_T": U_o[:, kept].T, "A": diagonal([levels[k] for k in kept])}
+    dropped = dict.fromkeys((level[0, 2], level[1, 3], ground[0]), sympy.S.Zero)
+    derived["sparse_force"] = Derived(force.subs(dropped))
+    return World(names, derived)
+
+
+def rotated_coordinates() -> World:
+    """(A.37): x = T x̄ with T unitary (a rotation with half-angle tangent t); energy and power do not depend on it."""
+    (t,) = real("t")
+    T = sympy.Matrix([[1 - t**2, -2 * t], [2 * t, 1 - t**2]]) / (1 + t**2)
+    v = column("v", 2)
+    M_bar, U_bar, g, F = sympy.diag(*real("m_1", "m_2")), full("U_bar", 2, 2), column("g", 2), column("F", 2)
+    v_bar = T.inv().applyfunc(sympy.factor) * v
+    energy = (v_bar.T * M_bar * v_bar)[0] / 2
+    slips = U_bar.T * v_bar
+    u_bar = column("v_bar", 2)
+    power = [(f.T * T * u_bar)[0] for f in (g, F)]
+    derived = {
+        "mass": Derived(sympy.hessian(energy, list(v)), "T*M_bar*T_T"),
+        "distribution": Derived(slips.jacobian(v).T, "T*U_bar"),
+        "force_bar": Derived(sympy.Matrix([power[0]]).jacobian(u_bar).T, "T_T*g"),
+        "friction_bar": Derived(sympy.Matrix([power[1]]).jacobian(u_bar).T, "T_T*F"),
+    }
+    return World({"T": T, "T_T": T.T, "M_bar": M_bar, "U_bar": U_bar, "g": g, "F": F, "v": v}, derived)
+
+
+def directions() -> World:
+    """(A.38)–(A.44): three directions stacked; each vector has one entry a mass and direction, here two masses."""
+    g = [column(f"g_{axis}", 2) for axis in "xyz"]
+    F = [full(f"U_{axis}", 2, 2) * column(f"f_{axis}", 2) for axis in "xyz"]
+    M_bar = sympy.diag(*real("m_1", "m_2"))
+    acceleration = [column(f"a_{axis}", 2) for axis in "xyz"]
+    everything = sympy.Matrix.vstack(*acceleration)
+    inertia = sympy.Matrix.vstack(*[M_bar * a for a in acceleration]).jacobian(everything)
+    derived = {
+        "mass": Derived(inertia, [["M_bar", "O", "O"], ["O", "M_bar", "O"], ["O", "O", "M_bar"]]),
+        "force": Derived(sympy.Matrix.vstack(*g), ["g_x", "g_y", "g_z"]),
+        "friction": Derived(sympy.Matrix.vstack(*F), ["F_x", "F_y", "F_z"]),
+    }
+    names = {f"g_{axis}": value for axis, value in zip("xyz", g, strict=True)}
+    names |= {f"F_{axis}": value for axis, value in zip("xyz", F, strict=True)}
+    return World({**names, "M_bar": M_bar, "O": sympy.zeros(2, 2), "o": sympy.zeros(2, 1)}, derived)
+
+
+def extended_friction() -> World:
+    """(4.7)–(4.9), (A.68)–(A.76): extended Coulomb and extended dynamic friction, for three contacts."""
+    nu = 3
+    U, v, f = full("U", 2, nu), column("v", 2), column("f", nu)
+    slip = U.T * v
+    a = full("a", nu, 4)
+    speeds = slip.applyfunc(Magnitude)
+    level = sympy.Matrix([a[i, 0] + a[i, 1] * sympy.exp(-a[i, 2] * speeds[i]) + a[i, 3] * speeds[i] for i in range(nu)])
+    A = [diagonal(a[:, k]) for k in range(4)]
+    abs_slip = diagonal(speeds)
+    derived = {
+        "level": Derived(level),
+        "levels": Derived(diagonal(level), "A_1 + A_2*exp_slip + A_4*diag_abs_slip"),
+        "A_2": Derived(A[1]),
+        "force": Derived(U * diagonal(level) * slip.applyfunc(Sgn), "U*A_v*sgn(slip)"),
+        "dynamic": Derived(U * diagonal(level) * f, "U*A_v*f"),
+        "plain_dynamic": Derived(U * diagonal(a[:, 0]) * f, "U*A_1*f"),
+        "slope": Derived(_by_chain_rule(slip, v, a)),
+    }
+    names = {s.name: s for s in (*a, *U, *v)} | {f"A_{k + 1}": A[k] for k in range(4)}
+    names |= {"diag_abs_slip": abs_slip, "exp_slip": (-A[2] * abs_slip).exp(), "A_v": diagonal(level), "U": U, "f": f}
+    names |= {f"u_{i + 1}": slip[i] for i in range(nu)} | {"slip": slip}
+    names |= {"A_4_abs": A[3] * abs_slip, "A_3_abs": A[2] * abs_slip}
+    u_dot = column("u_dot", nu)
+    names |= {f"u_dot_{i + 1}": u_dot[i] for i in range(nu)}
+    return World(names, derived, positive=frozenset(a))
+
+
+def _by_chain_rule(slip: Any, v: Any, a: Any) -> Any:
+    """da_1/dt over the first contact's slip acceleration."""
+    u = real("u")[0]
+    level = a[0, 0] + a[0, 1] * sympy.exp(-a[0, 2] * Magnitude(u)) + a[0, 3] * Magnitude(u)
+    (u_dot,) = real("u_dot1")
+    return sympy.Matrix([rate(level, moving([u], [u_dot])).subs(u, slip[0])])

@@ -1,0 +1,94 @@
+"""The two-mass system of sections 4.7, 5.4 and 7.7: from its springs by Lagrange, its contacts by Newton's third law.
+
+Spring η₁ ties the lower mass to the wall, η₂ the upper mass, η₃ the two; contact 1 is between the masses, 2 below.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import sympy
+
+from codegen.spec.functions import Magnitude, Sgn
+from codegen.thesis.audit.world import Derived, World, column, diagonal, moving, rate, real
+from codegen.thesis.audit.worlds.shipped import shipped_two_mass
+
+
+def two_mass() -> World:
+    """Equations of motion, M, U, g, and every observer of the two sections, specialised from its definition."""
+    m_1, m_2, w = real("m_1", "m_2", "w")
+    eta = real("eta_1", "eta_2", "eta_3")
+    x, v, v_hat, F, F_hat = column("x", 2), column("v", 2), column("v_hat", 2), column("F", 2), column("F_hat", 2)
+    stored = (eta[1] * x[0] ** 2 + eta[2] * (x[0] - x[1]) ** 2 + eta[0] * x[1] ** 2) / 2
+    g = sympy.Matrix([-stored.diff(x[0]), -stored.diff(x[1]) + w]).expand()
+    M = sympy.diag(m_1, m_2)
+    slips = sympy.Matrix([v[0] - v[1], v[1]])
+    U = slips.jacobian(v).T  # power: F'v = F̄'(U'v)
+    theirs = shipped_two_mass()
+    shipped_names = {theirs.names["m1"]: m_1, theirs.names["m2"]: m_2}
+    shipped_names |= {theirs.names[f"eta{k + 1}"]: eta[k] for k in range(3)}
+    for key, ours in (("mass", M), ("force", g), ("distribution", U)):
+        if (theirs.derived[key].value.subs(shipped_names) - ours).expand() != sympy.zeros(*ours.shape):
+            raise ArithmeticError(f"two masses: the spec's {key} is not the one derived here")
+
+    model = M.inv() * (g - F_hat)
+    names, derived = _observers(x, v_hat, U, model, F_hat)
+    a, f = column("a", 2), column("f", 2)
+    c, phi_inv = column("c", 2), column("phi_inv", 2)
+    S = diagonal(slips.applyfunc(Sgn))
+    h = slips.applyfunc(Magnitude)
+    derived |= {
+        "motion": Derived(g - F),
+        "coulomb": Derived(U * diagonal(a) * slips.applyfunc(Sgn)),
+        "dynamic": Derived(U * diagonal(a) * f),
+        "xi": Derived(diagonal(c) * (slips - phi_inv)),
+        "force": Derived(g),
+        "matrices": Derived(sympy.Matrix.hstack(M, U, diagonal(a))),
+        "h": Derived(h),
+        "S": Derived(S),
+        "D": Derived(diagonal([_slope(Magnitude(u), u) for u in real("u_1", "u_2")])),
+    }
+    symbols = (m_1, m_2, w, *eta, *x, *v, *v_hat, *F, *F_hat, *a, *f, *c, *phi_inv)
+    names |= {s.name: s for s in symbols} | {"O": sympy.S.Zero}
+    return World(names, derived, positive=frozenset({m_1, m_2}))
+
+
+def _slope(level: Any, u: Any) -> Any:
+    """∂h/∂|u| where h is |u|."""
+    return level.diff(u) / Magnitude(u).diff(u)
+
+
+def _observers(x: Any, v_hat: Any, U: Any, model: Any, F_hat: Any) -> tuple[dict[str, Any], dict[str, Derived]]:
+    k_F, k_1, k_2, k_v = (
+        sympy.Matrix(real(*pair)) for pair in _pairs("k_F1 k_F2", "k_11 k_12", "k_21 k_22", "k_v1 k_v2")
+    )
+    K_a, K_f1, K_f2 = (sympy.Matrix(real(*pair)) for pair in _pairs("K_a1 K_a2", "K_f11 K_f12", "K_f21 K_f22"))
+    z_F, z, z_v, z_a, z_f = (column(name, 2) for name in ("z_F", "z_", "z_v", "z_a", "z_f"))
+    a_hat, f_hat, xi_hat = column("a_hat", 2), column("f_hat", 2), column("xi_hat", 2)
+    slips = U.T * v_hat
+    flows = moving(x, v_hat) | moving(v_hat, model) | moving(f_hat, xi_hat)
+    level = diagonal(k_F) * slips.applyfunc(Magnitude)
+    tracked = diagonal(k_1) * x + diagonal(k_2) * v_hat
+    coefficient = diagonal(K_a) * diagonal(f_hat) * slips
+    normalised = diagonal(K_f1) * x + diagonal(K_f2) * v_hat
+    derived = {
+        "gcfo": Derived(U * diagonal(slips.applyfunc(Sgn)) * (z_F - level)),
+        "gcfo_rate": Derived(rate(level, flows)),
+        "gto": Derived(z + tracked),
+        "gto_rate": Derived(-rate(tracked, flows)),
+        "K_1": Derived(tracked.jacobian(x)),
+        "K_2": Derived(tracked.jacobian(v_hat)),
+        "velocity": Derived(z_v + diagonal(k_v) * x),
+        "velocity_rate": Derived(model - rate(diagonal(k_v) * x, flows)),
+        "gdfo_a": Derived(z_a + coefficient),
+        "gdfo_a_rate": Derived(-rate(coefficient, flows)),
+        "gdfo_f": Derived(z_f + normalised),
+        "gdfo_f_rate": Derived(xi_hat - rate(normalised, flows)),
+        "gdfo": Derived(U * diagonal(a_hat) * f_hat),
+    }
+    everything = (*k_F, *k_1, *k_2, *k_v, *K_a, *K_f1, *K_f2, *z_F, *z, *z_v, *z_a, *z_f, *a_hat, *f_hat, *xi_hat)
+    return {s.name: s for s in everything}, derived
+
+
+def _pairs(*texts: str) -> list[list[str]]:
+    return [text.split() for text in texts]

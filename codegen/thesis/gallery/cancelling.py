@@ -1,0 +1,123 @@
+"""Figure 5.1: the friction on the ground cancelled by the input on the lower of two masses."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from codegen.cancellation import cancelling_outputs, with_cancellation
+from codegen.mechanics import build_system
+from codegen.observers import build_observer
+from codegen.simulate.declared_control import declared_controller
+from codegen.simulate.loop_run import LoopRun
+from codegen.simulate.observed_loop import run_loop
+from codegen.simulate.observer_in_loop import Cancellation, generated_observer
+from codegen.spec.model import Spec
+from codegen.thesis.gallery import drawing as d
+from codegen.thesis.gallery.figure import Plot, Runs
+from codegen.thesis.gallery.measures import Reading, ratio, rms
+from codegen.thesis.gallery.runs import Gains, plant_of
+from codegen.thesis.gallery.setting import Setting, from_zero, simulation_of, without_friction
+
+PUSHED = (np.array([0.0, 0.0]), np.array([0.0, 1.0]))
+"""A start in motion, m and m/s: the text does not say how the masses start."""
+
+
+def with_and_without(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None) -> Runs:
+    """cancelled, none and ideal from rest, and pushed_cancelled, … after a push.
+
+    The ideal machine keeps the friction between the masses, which the input cannot reach, as in section 5.4.
+    """
+    spec = setting.applied(specs[0])
+    free = replace(spec, contacts=(spec.contacts[0], without_friction(spec).contacts[1]))
+    made = from_zero(spec)
+    system = build_system(made)
+    observer = generated_observer(made, with_cancellation(made, build_observer(made, system)))
+    cancellation = Cancellation(np.eye(len(system.inputs)), outputs=cancelling_outputs(system))
+    quiet = Setting(setting.name, noise=0.0)
+    loops = {
+        "ideal": _run(free, quiet),
+        "none": _run(spec, setting),
+        "cancelled": _run(spec, setting, observer, cancellation),
+    }
+    loops |= {
+        "pushed_ideal": _run(free, quiet, start=PUSHED),
+        "pushed_none": _run(spec, setting, start=PUSHED),
+        "pushed_cancelled": _run(spec, setting, observer, cancellation, PUSHED),
+    }
+    return Runs(specs, setting, loops)
+
+
+def _run(spec: Spec, setting: Setting, observer: Any = None, cancellation: Any = None, start: Any = None) -> LoopRun:
+    simulation = simulation_of(spec)
+    samples = round(simulation.duration / simulation.sample_time)
+    return run_loop(
+        plant_of(spec),
+        simulation.sample_time,
+        samples,
+        declared_controller(spec, simulation, samples),
+        observer,
+        cancellation,
+        setting.sensors(spec, False),
+        start=start,
+        seed=simulation.seed + setting.seed,
+    )
+
+
+def _distance(runs: Runs, name: str, ideal: str) -> float:
+    return rms((runs[name].true_positions - runs[ideal].true_positions).ravel())
+
+
+def closer_to_ideal(runs: Runs) -> Reading:
+    left, without = (_distance(runs, name, "ideal") for name in ("cancelled", "none"))
+    return Reading(ratio(left, without), (("cancelled", left), ("not", without)), "m")
+
+
+def closer_when_pushed(runs: Runs) -> Reading:
+    left, without = (_distance(runs, name, "pushed_ideal") for name in ("pushed_cancelled", "pushed_none"))
+    return Reading(ratio(left, without), (("cancelled", left), ("not", without)), "m")
+
+
+def draw(figure: Any, runs: Runs) -> None:
+    """Responses of both masses without and with cancellation, and their distance from the ideal: at rest and pushed."""
+    grid = figure.subplots(2, 3, sharex=True)
+    for row, prefix, words in zip(grid, ("", "pushed_"), ("from rest", "pushed, 1 m/s"), strict=True):
+        ideal = runs[f"{prefix}ideal"]
+        for axes, name, letter in zip(row[:2], ("none", "cancelled"), "ab", strict=True):
+            run = runs[f"{prefix}{name}"]
+            d.line(axes, ideal.time, ideal.true_positions[:, 1], d.IDEAL, "ideal, lower mass", dashes=(0, (5, 2)))
+            d.line(axes, run.time, run.true_positions[:, 0], d.OTHER, "upper mass", 1.4)
+            d.line(axes, run.time, run.true_positions[:, 1], d.ESTIMATED, "lower mass")
+            how = "not cancelled" if name == "none" else "cancelled"
+            d.frame(axes, d.TIME if prefix else "", "position in m", f"({letter}) {how}, {words}")
+        for name, colour, label in (
+            ("none", d.THIRD_ONE, "#1: (a)"),
+            ("cancelled", d.TRUE, "#2: (b)"),
+        ):
+            run = runs[f"{prefix}{name}"]
+            d.line(row[2], run.time, (run.true_positions - ideal.true_positions)[:, 1], colour, label)
+        d.frame(row[2], d.TIME if prefix else "", "distance in m", "(c) lower mass")
+    d.legend(figure, grid[0, 0], grid[0, 2])
+
+
+PLOTS = {
+    "5.1": Plot(
+        with_and_without,
+        draw,
+        2,
+        {"closer_to_ideal": closer_to_ideal, "closer_when_pushed": closer_when_pushed},
+        (
+            Setting("no noise", noise=0.0),
+            Setting("noise 0.1 as printed", noise=0.1),
+            Setting("noise 0.001", noise=0.001),
+            Setting("input of 30 N", inputs={"w": "30*sin(2*t)"}),
+            Setting("sample time 0.2 ms", step=2e-4),
+            Setting("sample time 5 ms", step=5e-3),
+            Setting("another noise", seed=1),
+        ),
+        cost=4,
+    ),
+}

@@ -1,0 +1,143 @@
+"""Figure 6.1: three observers on a servo whose friction has hysteresis, the reset integrator."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from codegen.simulate.loop_run import LoopRun
+from codegen.spec.model import Spec
+from codegen.thesis.gallery import drawing as d
+from codegen.thesis.gallery.figure import Plot, Runs
+from codegen.thesis.gallery.measures import Mask, Reading, after, friction_error, position_error, ratio, ripple, rms
+from codegen.thesis.gallery.runs import Gains, ideal_run, pid_run, servo_run, tuned_pid
+from codegen.thesis.gallery.setting import Setting
+
+NAMES = ("CFO", "TO", "DFO")
+HOLD = 1e-3
+"""s for which a value of the noise is held: the same noise for observers of different sample times."""
+WINDOW = 0.01
+FULL = 0.98
+"""Share of the level above which the contact counts as sliding."""
+RIG_SAMPLE_TIME = 0.01
+
+
+def three_observers(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None) -> Runs:
+    """Every observer's servo by its name; ideal, none and pid beside them, at the sample time of the first spec."""
+    held = replace(setting, hold=setting.hold or HOLD)
+    quick = replace(held, step=None)
+    ideal = ideal_run(specs[0], quick)
+    gains = pid or tuned_pid(specs[0], quick, ideal)
+    loops = {"ideal": ideal, "none": servo_run(specs[0], quick, cancel=None)}
+    loops["pid"] = pid_run(specs[0], quick, ideal, gains)
+    loops |= {name: servo_run(spec, held) for name, spec in zip(NAMES, specs, strict=True)}
+    return Runs(specs, setting, loops, gains, {"level": float(specs[0].contacts[0].parameters["a"])})
+
+
+def _presliding(run: LoopRun, level: float) -> Mask:
+    return np.asarray((np.abs(run.friction[:, 0]) < FULL * level) & after(run, 1.0))
+
+
+def _late_error(run: LoopRun) -> float:
+    return rms(friction_error(run)[after(run, 1.0)])
+
+
+def _hysteresis_missed(run: LoopRun, level: float) -> float:
+    chosen = _presliding(run, level)
+    return ratio(rms(friction_error(run)[chosen]), rms(run.friction[chosen, 0]))
+
+
+def dfo_is_best(runs: Runs) -> Reading:
+    errors = [_late_error(runs[name]) for name in NAMES]
+    return Reading(ratio(errors[2], min(errors[:2])), tuple(zip(NAMES, errors, strict=True)), "N")
+
+
+def to_has_hysteresis(runs: Runs) -> Reading:
+    missed = [_hysteresis_missed(runs[name], runs.numbers["level"]) for name in NAMES]
+    return Reading(missed[1], tuple(zip(NAMES, missed, strict=True)))
+
+
+def cfo_misses_hysteresis(runs: Runs) -> Reading:
+    missed = [_hysteresis_missed(runs[name], runs.numbers["level"]) for name in NAMES]
+    return Reading(missed[0], tuple(zip(NAMES, missed, strict=True)))
+
+
+def cfo_is_noisiest(runs: Runs) -> Reading:
+    noise = [ripple(runs[name].friction_estimate[after(runs[name], 1.0), 0], runs[name], WINDOW) for name in NAMES]
+    return Reading(ratio(noise[0], max(noise[1:])), tuple(zip(NAMES, noise, strict=True)), "N")
+
+
+def cfo_finds_level(runs: Runs) -> Reading:
+    run, level = runs["CFO"], runs.numbers["level"]
+    slides = (np.abs(run.friction[:, 0]) >= FULL * level) & after(run, 1.0)
+    found = float(np.mean(np.abs(run.friction_estimate[slides, 0])))
+    return Reading(abs(found / level - 1), (("mean estimate", found), ("level", level)), "N")
+
+
+def better_than_pid(runs: Runs) -> Reading:
+    errors = {name: rms(position_error(runs[name], runs["ideal"])) for name in (*NAMES, "pid")}
+    best = min(NAMES, key=lambda name: errors[name])
+    return Reading(ratio(errors[best], errors["pid"]), ((best, errors[best]), ("PID", errors["pid"])), "m")
+
+
+def dfo_runs_on_the_rig(runs: Runs) -> Reading:
+    """2/(c D₁): up to there explicit Euler of f' = c(v − φ⁻¹(f)) is stable where φ⁻¹ has its slope D₁."""
+    p = runs.specs[2].contacts[0].parameters
+    longest = 2 / float(p["c"] * p["D1"])
+    return Reading(longest, (("longest", longest), ("rig", RIG_SAMPLE_TIME)), "s")
+
+
+def draw(figure: Any, runs: Runs) -> None:
+    """A row for each observer: response, distance from the ideal, friction against velocity."""
+    grid = figure.subplots(3, 3, sharex="col")
+    ideal = runs["ideal"]
+    for row, name, letter in zip(grid, NAMES, "abc", strict=True):
+        response, error, friction = row
+        d.line(response, ideal.time, ideal.true_positions[:, 0], d.IDEAL, "without friction", dashes=(0, (5, 2)))
+        for key, colour, label, width in (
+            ("none", d.OTHER, "not cancelled", 1.4),
+            ("pid", d.THIRD_ONE, "PID", 1.4),
+            (name, d.ESTIMATED, "estimated and cancelled", 1.8),
+        ):
+            run = runs[key]
+            d.line(response, run.time, run.true_positions[:, 0], colour, label, width)
+            d.line(error, run.time, position_error(run, ideal), colour, width=width)
+        run = runs[name]
+        late = after(run, 1.0)
+        d.dots(friction, run.true_velocities[late, 0], run.friction[late, 0], d.TRUE, "true friction")
+        d.dots(friction, run.true_velocities[late, 0], run.friction_estimate[late, 0], d.ESTIMATED)
+        friction.set_xlim(-1.5, 1.5)
+        d.limit(friction, run.friction, 2)
+        last = name == NAMES[-1]
+        d.frame(response, d.TIME if last else "", "position in m", f"({letter}) {name}")
+        d.frame(error, d.TIME if last else "", "distance in m")
+        d.frame(friction, "velocity in m/s" if last else "", "friction in N")
+    d.legend(figure, grid[0, 0], grid[0, 2])
+
+
+PLOTS = {
+    "6.1": Plot(
+        three_observers,
+        draw,
+        3,
+        {
+            "dfo_is_best": dfo_is_best,
+            "to_has_hysteresis": to_has_hysteresis,
+            "cfo_is_noisiest": cfo_is_noisiest,
+            "cfo_misses_hysteresis": cfo_misses_hysteresis,
+            "cfo_finds_level": cfo_finds_level,
+            "better_than_pid": better_than_pid,
+            "dfo_runs_on_the_rig": dfo_runs_on_the_rig,
+        },
+        (
+            Setting("no noise", noise=0.0),
+            Setting("noise 0.1 as printed", noise=0.1),
+            Setting("noise 0.01", noise=0.01),
+            Setting("another noise", seed=1),
+        ),
+        cost=20,
+    ),
+}

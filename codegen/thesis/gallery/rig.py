@@ -1,0 +1,279 @@
+"""Figures 8.3 to 8.6: the experimental rig simulated, with four observers, without and with cancellation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+import sympy
+
+from codegen.analysis.analysis import analyse
+from codegen.mechanics.system import System
+from codegen.observers import build_observer
+from codegen.simulate.loop_run import LoopRun
+from codegen.spec.functions import Sgn
+from codegen.spec.model import Spec, symbol
+from codegen.thesis.gallery.figure import Plot, Runs
+from codegen.thesis.gallery.measures import Mask, Reading, hang_off, ratio, rms, sliding
+from codegen.thesis.gallery.rig_picture import DEGREES, drawing_of, target_of
+from codegen.thesis.gallery.runs import Gains, ideal_run, pid_run, plant_of, servo_run, tuned_pid
+from codegen.thesis.gallery.setting import Setting, from_zero, observer_choice, simulation_of, with_observer
+
+NAMES = ("CFO", "TO", "DFOa", "DFOb")
+FIGURES = ("8.3", "8.4", "8.5", "8.6")
+RAISED = "plates"
+HALF_PERIOD = 2.0
+AMPLITUDE = 0.8727
+SUBSTEP = 1e-3
+"""s: against steps of a tenth of it, the position differs by 0.05° RMS."""
+CHAPTER_3 = {"K_1": 0, "K_2": -100, "K_v": 100}
+
+
+def rig_runs(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None) -> Runs:
+    """NAME and NAME_off, with and without cancellation, of each observer; servo without any; pid and ideal.
+
+    The first spec is the rig, the others are observers in the order of ``NAMES``, or one of them alone.
+    """
+    rig = setting.applied(specs[0])
+    machine, simulation = raised_half_way(rig, setting.levels), simulation_of(rig)
+    substeps = max(1, round(simulation.sample_time / SUBSTEP))
+    ideal = ideal_run(specs[1], setting)
+    gains = pid or tuned_pid(specs[1], setting, ideal, machine, max(1, substeps // 3))
+    loops = {
+        "ideal": ideal,
+        "pid": pid_run(specs[1], setting, ideal, gains, machine, substeps=substeps),
+        "servo": servo_run(specs[1], setting, None, plant=machine, substeps=substeps),
+    }
+    for spec in specs[1:]:
+        name, observed = name_of(spec), from_zero(spec)
+        loops[name] = servo_run(spec, setting, 1.0, observed, machine, setting.delay, substeps)
+        loops[f"{name}_off"] = servo_run(spec, setting, 0.0, observed, machine, setting.delay, substeps)
+    numbers = {"half": simulation.duration / 2, "end": simulation.duration}
+    return Runs(specs, setting, loops, gains, numbers)
+
+
+def name_of(spec: Spec) -> str:
+    """CFO, TO, DFOa (on the reset integrator) or DFOb (on Dahl's law), as the thesis calls them."""
+    kind = observer_choice(spec).kind.upper()
+    return kind if kind != "DFO" else "DFOa" if spec.contacts[0].law == "reset_integrator" else "DFOb"
+
+
+def raised_half_way(rig: Spec, factor: float = 1.0) -> System:
+    """The rig with its plates brought together half-way through its simulation, every level times ``factor``."""
+    system = plant_of(rig)
+    half = sympy.Rational(repr(simulation_of(rig).duration)) / 2
+    touching = (1 + Sgn(symbol("t") - half)) / 2
+    contacts = [
+        replace(c, extra_level=c.law_level * (touching - 1)) if c.name == RAISED else c for c in system.contacts
+    ]
+    scaled = {s: v * sympy.Rational(repr(factor)) if s.name.endswith("_a") else v for s, v in system.values.items()}
+    return replace(system, contacts=tuple(contacts), values=scaled)
+
+
+def hang_offs(runs: Runs, name: str) -> tuple[float, float]:
+    """Before and after the plates touch, rad; the first cycle of each, in which the estimate rises, is left out."""
+    run, half, period = runs[name], runs.numbers["half"], runs.setting.slower * HALF_PERIOD
+    target = target_of(runs)
+    before = hang_off(run, target, period, 2 * period, half)
+    return before, hang_off(run, target, period, half + 2 * period, runs.numbers["end"])
+
+
+def _halves(runs: Runs, run: LoopRun) -> tuple[Mask, Mask]:
+    """Before and after the plates touch, without the first cycle of each, in which the estimate rises."""
+    half, cycle = runs.numbers["half"], 2 * runs.setting.slower * HALF_PERIOD
+    later = run.time >= half
+    return ~later & (run.time >= cycle), later & (run.time >= half + cycle)
+
+
+def _force_error(runs: Runs, name: str) -> float:
+    run = runs[name]
+    before, late = _halves(runs, run)
+    return rms((run.friction - run.friction_estimate)[sliding(run) & (before | late), 0])
+
+
+def grows_with_friction(name: str) -> Any:
+    def measure(runs: Runs) -> Reading:
+        before, after = hang_offs(runs, f"{name}_off")
+        return Reading(ratio(after, before), (("before", before * DEGREES), ("after", after * DEGREES)), "°")
+
+    return measure
+
+
+def eliminated(name: str) -> Any:
+    def measure(runs: Runs) -> Reading:
+        without, left = hang_offs(runs, f"{name}_off"), hang_offs(runs, name)
+        parts = (
+            ("before, not cancelled", without[0]),
+            ("cancelled", left[0]),
+            ("after, not cancelled", without[1]),
+            ("cancelled", left[1]),
+        )
+        return Reading(
+            max(ratio(a, b) for a, b in zip(left, without, strict=True)),
+            tuple((label, value * DEGREES) for label, value in parts),
+            "°",
+        )
+
+    return measure
+
+
+def no_worse_than_pid(name: str) -> Any:
+    def measure(runs: Runs) -> Reading:
+        path = runs["ideal"].true_positions
+        errors = [rms((runs[key].true_positions - path).ravel()) * DEGREES for key in (name, "pid")]
+        left = [max(hang_offs(runs, key)) * DEGREES for key in (name, "pid")]
+        parts = ((name, errors[0]), ("PID", errors[1]), ("hang-off", left[0]), ("of the PID", left[1]))
+        return Reading(ratio(*errors), parts, "°")
+
+    return measure
+
+
+def proportional(runs: Runs) -> Reading:
+    """The servo without an observer; beside it those that get their velocity from one."""
+    hangs = {name: hang_offs(runs, name) for name in ("servo", *(f"{name}_off" for name in NAMES))}
+    ratios = {name: ratio(late, before) for name, (before, late) in hangs.items()}
+    levels = [float(c.parameters["a"]) for c in runs.specs[0].contacts]
+    grown = sum(levels) / levels[0]
+    parts = [("no observer", ratios["servo"]), *((f"v̂ of the {n}", ratios[f"{n}_off"]) for n in NAMES)]
+    return Reading(abs(ratios["servo"] / grown - 1), (("friction", grown), *parts), "times")
+
+
+def cfo_estimates_best(runs: Runs) -> Reading:
+    errors = {name: _force_error(runs, name) for name in NAMES}
+    return Reading(ratio(errors["CFO"], min(errors[n] for n in NAMES[1:])), tuple(errors.items()), "N·m")
+
+
+def cfo_compensates_best(runs: Runs) -> Reading:
+    path = runs["ideal"].true_positions
+    errors = {name: rms((runs[name].true_positions - path).ravel()) * DEGREES for name in NAMES}
+    return Reading(ratio(errors["CFO"], min(errors[n] for n in NAMES[1:])), tuple(errors.items()), "°")
+
+
+def to_overcompensates(runs: Runs) -> Reading:
+    """How far the estimate exceeds the friction while the plate slides: Σ F̂ sgn F over Σ |F|."""
+    parts = []
+    for name in NAMES:
+        run = runs[name]
+        chosen = sliding(run) & np.logical_or(*_halves(runs, run))
+        truth, estimate = run.friction[chosen, 0], run.friction_estimate[chosen, 0]
+        parts.append((name, ratio(float(np.sum(estimate * np.sign(truth))), float(np.sum(np.abs(truth))))))
+    return Reading(dict(parts)["TO"] - 1, tuple(parts))
+
+
+def to_lies_between(runs: Runs) -> Reading:
+    """How far the TO's distance from the ideal is from the middle between the CFO's and the DFOs', in half widths."""
+    path = runs["ideal"].true_positions
+    errors = {name: rms((runs[name].true_positions - path).ravel()) * DEGREES for name in NAMES}
+    ends = errors["CFO"], (errors["DFOa"] + errors["DFOb"]) / 2
+    off = abs(errors["TO"] - sum(ends) / 2)
+    return Reading(ratio(off, abs(ends[1] - ends[0]) / 2), tuple(errors.items()), "°")
+
+
+def loop_stays(runs: Runs) -> Reading:
+    """Change of the area that F̂ encloses over the velocity, for which a level that only jumps with it has no part."""
+    parts = []
+    for name in NAMES:
+        run = runs[f"{name}_off"]
+        estimate, v = run.friction_estimate[:, 0], run.true_velocities[:, 0]
+        before, late = (abs(float(np.trapezoid(estimate[chosen], v[chosen]))) for chosen in _halves(runs, run))
+        parts.append((name, ratio(late, before)))
+    return Reading(max(abs(grown - 1) for _, grown in parts), tuple(parts), "times")
+
+
+def similar(*names: str) -> Any:
+    def measure(runs: Runs) -> Reading:
+        motions = [runs[name].true_positions for name in names]
+        apart = max(rms((a - b).ravel()) for a, b in combinations(motions, 2))
+        return Reading(apart / AMPLITUDE, (("RMS apart", apart * DEGREES),), "°")
+
+    return measure
+
+
+def on_the_boundary(runs: Runs) -> Reading:
+    """Spectral radius of the sampled error of a TO with the gains of figure 3.4, at the rig's 100 Hz."""
+    spec = with_observer(_tracking(runs), "to", CHAPTER_3)
+    radius = analyse(spec, build_observer(spec, plant_of(spec))).spectral_radius
+    return Reading(abs(radius - 1), (("spectral radius", radius),))
+
+
+def grows_at_chapter_3_gains(runs: Runs) -> Reading:
+    """The same gains watching the rig, whose servo gets their velocity estimate: growth of the estimate in a sample.
+
+    It is at 100 Hz in every setting, and with these gains: both are what the statement speaks of.
+    """
+    spec = with_observer(_tracking(runs), "to", CHAPTER_3)
+    setting = replace(runs.setting, step=None, factors={k: v for k, v in runs.setting.factors.items() if k == "J"})
+    rig = setting.applied(runs.specs[0])
+    machine = raised_half_way(rig, setting.levels)
+    substeps = max(1, round(simulation_of(rig).sample_time / SUBSTEP))
+    estimate = servo_run(spec, setting, 0.0, from_zero(spec), machine, setting.delay, substeps).friction_estimate[:, 0]
+    count = len(estimate) // 4
+    growth = ratio(rms(estimate[3 * count : 4 * count]), rms(estimate[2 * count : 3 * count])) ** (1 / count)
+    return Reading(growth, (("growth in a sample", growth),))
+
+
+def _tracking(runs: Runs) -> Spec:
+    return next(spec for spec in runs.specs[1:] if name_of(spec) == "TO")
+
+
+def _measures(name: str) -> dict[str, Any]:
+    own = {
+        "grows_with_friction": grows_with_friction(name),
+        "eliminated": eliminated(name),
+        "no_worse_than_pid": no_worse_than_pid(name),
+    }
+    return own | {
+        "proportional": proportional,
+        "cfo_estimates_best": cfo_estimates_best,
+        "cfo_compensates_best": cfo_compensates_best,
+        "to_overcompensates": to_overcompensates,
+        "cfo_like_to": similar("CFO", "TO"),
+        "dfoa_like_dfob": similar("DFOa", "DFOb"),
+        "to_like_dfos_off": similar("TO_off", "DFOa_off", "DFOb_off"),
+        "to_lies_between": to_lies_between,
+        "loop_stays": loop_stays,
+        "on_the_boundary": on_the_boundary,
+        "grows_at_chapter_3_gains": grows_at_chapter_3_gains,
+    }
+
+
+SETTINGS = (
+    Setting("estimate one sample old", delay=1),
+    Setting("half the friction", levels=0.5),
+    Setting("twice the friction", levels=2.0),
+    Setting("half K_F, K₂ and K_a", factors={"K_F": 0.5, "K_2": 0.5, "K_a": 0.5}),
+    Setting("twice K_F, K₂ and K_a", factors={"K_F": 2.0, "K_2": 2.0, "K_a": 2.0}),
+    Setting("K_v of 20", factors={"K_v": 0.4}),
+    Setting("K_v of 80", factors={"K_v": 1.6}),
+    Setting("assumed c halved", factors={"c": 0.5}),
+    Setting("assumed c half as much again", factors={"c": 1.5}),
+    Setting("J of 0.5 kg m²", factors={"J": 0.5}),
+    Setting("J of 2 kg m²", factors={"J": 2.0}),
+    Setting("period of 2 s", slower=0.5),
+    Setting("period of 8 s", slower=2.0),
+    Setting("sampled at 1 kHz", step=0.001),
+    Setting("noise of 0.5 pulses", noise=0.0016),
+)
+LAWS = ("assumed c halved", "assumed c half as much again")
+"""Settings that only the DFOs know of."""
+
+
+def _settings(name: str) -> tuple[Setting, ...]:
+    return tuple(s for s in SETTINGS if s.name not in LAWS or not name.endswith("TO"))
+
+
+PLOTS = {
+    number: Plot(
+        rig_runs,
+        drawing_of(name),
+        4,
+        _measures(name),
+        _settings(name),
+        cost=10 if name == NAMES[0] else 4,
+        pid_of=None if name == NAMES[0] else FIGURES[0],
+    )
+    for number, name in zip(FIGURES, NAMES, strict=True)
+}

@@ -1,0 +1,246 @@
+"""Runs of a figure's machine: an observer that only watches, or one whose estimate is cancelled in the closed loop."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from codegen.effects.declare import add_declared_effects
+from codegen.mechanics import build_system
+from codegen.mechanics.system import System
+from codegen.observers import build_observer
+from codegen.simulate.controller import Sample
+from codegen.simulate.declared_control import declared_controller
+from codegen.simulate.loop_run import LoopRun
+from codegen.simulate.observed_loop import run_loop
+from codegen.simulate.observer_in_loop import Cancellation, generated_observer
+from codegen.spec.model import Spec
+from codegen.thesis.gallery.measures import rms
+from codegen.thesis.gallery.setting import Setting, from_zero, simulation_of, without_friction
+
+Array = NDArray[np.float64]
+Gains = tuple[float, float, float]
+"""Of position, velocity and integral."""
+STIFFNESSES = (1.0, 2.0, 4.0, 8.0)
+"""Where the PID's tuning starts: natural frequency over that of the printed g₁ and g₂."""
+DAMPINGS = (0.5, 1.0)
+"""The same, damping over the printed one."""
+INTEGRAL_SHARE = 0.3
+"""The same, integral gain over the one at which a servo of unit mass is no longer stable."""
+SPREAD = np.log(1.25)
+"""Of the gains, on a log scale: an optimum has worse neighbours this far on either side of each."""
+TUNING_ROUNDS = 10
+RUNAWAY = 1e6
+"""m or rad."""
+TUNING_SEED = 1001
+
+
+@dataclass
+class Servo:
+    """The control law of the thesis, u = −g₁(x − x_r) − g₂ v̂, (2.2) and (8.15)."""
+
+    period: float
+    reference: Array
+    position_gain: float
+    velocity_gain: float
+    velocity: int | None
+
+    def start(self) -> None:
+        """Nothing is kept between samples."""
+
+    def command(self, now: Sample) -> Array:
+        """u, (1,); v̂ is the observer's output number ``velocity``, or what the sensors give."""
+        known = self.velocity is not None and bool(np.isfinite(now.estimates[self.velocity]))
+        v = now.estimates[self.velocity] if known else now.velocities[0]
+        x_r = self.reference[round(now.time / self.period)]
+        return np.array([-self.position_gain * (now.positions[0] - x_r) - self.velocity_gain * v])
+
+
+@dataclass
+class Pid:
+    """The rival: what moves the frictionless machine, plus PID on the distance to its motion.
+
+    It is the strongest form of a PID here, since it winds up for no step of the reference.
+
+    Attributes:
+        ideal: motion and command without friction.
+        gains: of position, velocity and integral.
+    """
+
+    period: float
+    ideal: LoopRun
+    gains: tuple[float, float, float]
+
+    def start(self) -> None:
+        """Forget what earlier runs left behind."""
+        self._sum = 0.0
+
+    def command(self, now: Sample) -> Array:
+        """u, (1,)."""
+        k = round(now.time / self.period)
+        distance = self.ideal.true_positions[k] - now.positions
+        self._sum += now.period * distance[0]
+        slip = self.ideal.true_velocities[k] - now.velocities
+        position, velocity, integral = self.gains
+        return np.asarray(self.ideal.inputs[k] + position * distance + velocity * slip + integral * self._sum)
+
+
+def plant_of(spec: Spec) -> System:
+    """The machine of a spec with its declared effects."""
+    return add_declared_effects(build_system(spec), spec)
+
+
+def servo_run(
+    spec: Spec,
+    setting: Setting,
+    cancel: float | None = 1.0,
+    observed: Spec | None = None,
+    plant: System | None = None,
+    delay: int = 0,
+    substeps: int | None = None,
+) -> LoopRun:
+    """A position servo on one coordinate, as its spec's simulation section says.
+
+    Args:
+        cancel: share of the friction estimate that is added to the command; None where no observer runs.
+        observed: what the observer is made from; the spec itself, with levels of zero, if not given.
+        plant: the machine, where it is not the spec's.
+        delay: samples between estimate and use.
+        substeps: of the plant in a sample, where the simulator's choice is finer than needed.
+    """
+    spec = setting.applied(spec)
+    simulation = simulation_of(spec)
+    period, samples = simulation.sample_time, round(simulation.duration / simulation.sample_time)
+    observer = None
+    if cancel is not None:
+        made = setting.applied(observed) if observed is not None else from_zero(spec)
+        observer = generated_observer(made, build_observer(made, build_system(made)))
+    measured = velocity_measured(spec)
+    outputs = observer.outputs if observer is not None else ()
+    estimate = next((k for k, name in enumerate(outputs) if name == f"{spec.velocities[0]}_hat"), None)
+    gains = [next(iter(g.values())) for g in (simulation.position_gain, simulation.velocity_gain)]
+    return run_loop(
+        plant if plant is not None else plant_of(spec),
+        period,
+        samples,
+        Servo(period, reference_of(spec, samples), gains[0], gains[1], estimate),
+        observer,
+        Cancellation(np.eye(1), cancel, delay) if cancel is not None else None,
+        setting.sensors(spec, measured),
+        substeps=substeps,
+        seed=simulation.seed + setting.seed,
+    )
+
+
+def velocity_measured(spec: Spec) -> bool:
+    """Whether the machine has a tachometer: where its observer takes one, or its simulation gives it a noise."""
+    if spec.observer is not None:
+        return spec.observer.velocity == "measured"
+    return bool(simulation_of(spec).velocity_noise)
+
+
+def reference_of(spec: Spec, samples: int) -> Array:
+    """x_r at each sample, (N,)."""
+    simulation = simulation_of(spec)
+    signal = declared_controller(spec, simulation, samples).reference
+    if signal is None:
+        raise ValueError(f"{spec.name} has no reference")
+    return np.array([signal(k * simulation.sample_time)[0] for k in range(samples)])
+
+
+def ideal_run(spec: Spec, setting: Setting) -> LoopRun:
+    """The servo without friction and without noise."""
+    return servo_run(without_friction(spec), replace(setting, noise=0.0), cancel=None)
+
+
+def pid_run(
+    spec: Spec,
+    setting: Setting,
+    ideal: LoopRun,
+    gains: Gains,
+    plant: System | None = None,
+    seed: int | None = None,
+    substeps: int | None = None,
+) -> LoopRun:
+    """The servo under a PID of position, velocity and integral gains; velocity as the sensors give it."""
+    spec = setting.applied(spec)
+    simulation = simulation_of(spec)
+    return run_loop(
+        plant if plant is not None else plant_of(spec),
+        simulation.sample_time,
+        len(ideal.time),
+        Pid(simulation.sample_time, ideal, gains),
+        sensors=setting.sensors(spec, velocity_measured(spec)),
+        substeps=substeps,
+        seed=simulation.seed + setting.seed if seed is None else seed,
+    )
+
+
+def tuned_pid(
+    spec: Spec, setting: Setting, ideal: LoopRun, plant: System | None = None, substeps: int | None = None
+) -> Gains:
+    """The PID with the least RMS distance to the ideal: the best of a few starts, then Nelder and Mead's simplex.
+
+    The distance is the larger of those with friction and without: else gains win that are unstable without friction,
+    which damps them. The gains have no bounds and the command no limit; noise and sample time alone keep them finite.
+    It is tuned under another noise than it is measured with.
+
+    Raises:
+        ValueError: if no optimum is found that has worse neighbours on either side of each gain.
+    """
+    simulation = simulation_of(spec)
+    g_1, g_2 = (next(iter(g.values())) for g in (simulation.position_gain, simulation.velocity_gain))
+
+    def gains(logs: Array) -> Gains:
+        stiffness, damping, share = (float(part) for part in np.exp(logs))
+        return g_1 * stiffness**2, g_2 * stiffness * damping, share * g_1 * g_2 * damping * stiffness**3
+
+    machines = (plant if plant is not None else plant_of(spec), plant_of(without_friction(spec)))
+
+    def distance(logs: Array) -> float:
+        runs = [pid_run(spec, setting, ideal, gains(logs), machine, TUNING_SEED, substeps) for machine in machines]
+        # A loop that runs away is as bad as a distance of 10⁶; its square may not overflow.
+        errors = [np.nan_to_num(np.abs(run.true_positions - ideal.true_positions), nan=RUNAWAY) for run in runs]
+        return max(rms(np.minimum(error, RUNAWAY).ravel()) for error in errors)
+
+    around = SPREAD * np.eye(3)
+    best = min((np.log([s, d, INTEGRAL_SHARE]) for s in STIFFNESSES for d in DAMPINGS), key=distance)
+    for _ in range(TUNING_ROUNDS):
+        options = {
+            "initial_simplex": np.vstack([best, best + 1.5 * around]),
+            "xatol": SPREAD / 4,
+            "fatol": distance(best) / 100,
+        }
+        found = minimize(distance, best, method="Nelder-Mead", options=options).x
+        best = min((*(found + around), *(found - around)), key=distance)
+        if distance(found) < distance(best):
+            return gains(found)
+    raise ValueError(f"no optimum of the PID's gains for {spec.name}")
+
+
+def watch(spec: Spec, setting: Setting, observers: Mapping[str, Spec]) -> dict[str, LoopRun]:
+    """One open-loop motion with its noise as ``motion``, and what each observer makes of it, which has no say in it."""
+    spec = setting.applied(spec)
+    simulation = simulation_of(spec)
+    samples = round(simulation.duration / simulation.sample_time)
+    seen = run_loop(
+        plant_of(spec),
+        simulation.sample_time,
+        samples,
+        declared_controller(spec, simulation, samples),
+        sensors=setting.sensors(spec, velocity_measured(spec)),
+        seed=simulation.seed + setting.seed,
+    )
+    runs = {"motion": seen}
+    for name, observed in observers.items():
+        made = from_zero(setting.applied(observed))
+        observer = generated_observer(made, build_observer(made, build_system(made)))
+        rows = np.hstack([seen.positions, seen.inputs])
+        observer.engine.start(rows[0])
+        estimates, faults = observer.engine.run(rows)
+        runs[name] = replace(seen, outputs=observer.outputs, estimates=estimates, faults=faults)
+    return runs

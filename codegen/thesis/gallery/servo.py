@@ -1,0 +1,216 @@
+"""Figures of chapters 2 and 3: the position servo with friction, its estimate cancelled."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from codegen.simulate.loop_run import LoopRun
+from codegen.spec.model import Spec
+from codegen.thesis.gallery.figure import Plot, Runs
+from codegen.thesis.gallery.measures import (
+    Reading,
+    after,
+    friction_error,
+    position_error,
+    ratio,
+    rms,
+    since_reversal,
+    sliding,
+)
+from codegen.thesis.gallery.runs import Gains, ideal_run, pid_run, servo_run, tuned_pid
+from codegen.thesis.gallery.servo_pictures import LETTERS, draw_cancelled, draw_friction, draw_responses
+from codegen.thesis.gallery.setting import Setting, observer_choice, with_observer
+
+PRINTED_NOISE = 0.1
+HALF_PERIOD = 1.0
+"""s between jumps of the reference."""
+TRANSIENT, SETTLED = 0.4, 0.7
+"""s after a jump: until when the mass is under way, from when on it should stand."""
+SETTINGS = (
+    Setting("no noise", noise=0.0),
+    Setting("noise 0.1 as printed, white at 1 kHz", noise=0.1),
+    Setting("noise 0.1 in 44 Hz", noise=0.1, hold=0.01),
+    Setting("noise 0.01", noise=0.01),
+    Setting("sample time 0.5 ms", step=5e-4),
+    Setting("sample time 5 ms", step=5e-3),
+    Setting("another noise", seed=1),
+)
+
+
+def cancelled(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None) -> Runs:
+    """Every spec's servo as a, b, …; without cancellation as none_a, …; by one PID as pid_a, …."""
+    ideal = ideal_run(specs[0], setting)
+    gains = pid or tuned_pid(specs[0], setting, ideal)
+    loops, known = {"ideal": ideal}, dict[str, str]()
+    for letter, spec in zip(LETTERS, specs, strict=False):
+        loops[letter] = servo_run(spec, setting)
+        same = known.setdefault(str(spec.contacts), letter)
+        loops[f"none_{letter}"] = loops.get(f"none_{same}") or servo_run(spec, setting, cancel=None)
+        loops[f"pid_{letter}"] = loops.get(f"pid_{same}") or pid_run(spec, setting, ideal, gains)
+    return Runs(specs, setting, loops, gains)
+
+
+def without_tachometer(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None) -> Runs:
+    """As ``cancelled``, with each observer fed the measured velocity as measured_a, …."""
+    runs = cancelled(specs, setting, pid)
+    loops = dict(runs.loops)
+    for letter, spec in zip(LETTERS, specs, strict=False):
+        choice = observer_choice(spec)
+        gains = {k: v for k, v in choice.gains.items() if k != "K_v"}
+        loops[f"measured_{letter}"] = servo_run(with_observer(spec, choice.kind, gains, velocity="measured"), setting)
+    return replace(runs, loops=loops)
+
+
+def uncancelled(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None) -> Runs:
+    """Every spec's servo without an observer as a, b, …."""
+    loops = {letter: servo_run(spec, setting, cancel=None) for letter, spec in zip(LETTERS, specs, strict=False)}
+    return Runs(specs, setting, {"ideal": ideal_run(specs[0], setting), **loops})
+
+
+def _errors(runs: Runs, names: str | Sequence[str]) -> list[float]:
+    return [rms(position_error(runs[name], runs["ideal"])) for name in names]
+
+
+def _unrest(run: LoopRun) -> float:
+    """RMS of the position about its mean in each time of rest."""
+    still = since_reversal(run, HALF_PERIOD) > SETTLED
+    x = run.true_positions[still, 0].reshape(-1, int(np.sum(still & (run.time < HALF_PERIOD))))
+    return rms((x - x.mean(axis=1, keepdims=True)).ravel())
+
+
+def _force_error(run: LoopRun) -> float:
+    return rms(friction_error(run)[sliding(run) & after(run, 1.0)])
+
+
+def hang_off_without(runs: Runs) -> Reading:
+    """Distance to the reference that friction leaves."""
+    run, ideal = runs["a"], runs["ideal"]
+    still = since_reversal(run, HALF_PERIOD) > 0.95 * HALF_PERIOD
+    left = float(np.max(np.abs(position_error(run, ideal)[still])))
+    return Reading(left, (("hang-off", left),), "m")
+
+
+def improves_with_k_F(runs: Runs) -> Reading:
+    errors = _errors(runs, "abc")
+    worst = max(ratio(errors[1], errors[0]), ratio(errors[2], errors[1]))
+    return Reading(worst, tuple(zip(("k_F = 1", "10", "100"), errors, strict=True)), "m")
+
+
+def mu_helps(runs: Runs) -> Reading:
+    errors = [_force_error(runs[name]) for name in "bd"]
+    return Reading(ratio(errors[1], errors[0]), tuple(zip(("μ = 1", "2"), errors, strict=True)), "N")
+
+
+def gain_shortens_transient(runs: Runs) -> Reading:
+    moving = since_reversal(runs["b"], HALF_PERIOD) < TRANSIENT
+    errors = [rms(position_error(runs[name], runs["ideal"])[moving]) for name in "bc"]
+    return Reading(ratio(errors[1], errors[0]), tuple(zip(("k_F = 10", "100"), errors, strict=True)), "m")
+
+
+def gain_costs_rest(runs: Runs) -> Reading:
+    unrest = [_unrest(runs[name]) for name in "bc"]
+    return Reading(unrest[1] - unrest[0], tuple(zip(("k_F = 10", "100"), unrest, strict=True)), "m")
+
+
+def improves_with_k_2(runs: Runs) -> Reading:
+    errors = _errors(runs, "ab")
+    return Reading(ratio(errors[1], errors[0]), tuple(zip(("k₂ = −10", "−100"), errors, strict=True)), "m")
+
+
+def both_satisfy(runs: Runs) -> Reading:
+    errors, without = _errors(runs, "cb"), _errors(runs, ["none_c", "none_b"])
+    worst = max(ratio(*pair) for pair in zip(errors, without, strict=True))
+    return Reading(worst, (("CFO", errors[0]), ("TO", errors[1]), ("not cancelled", without[0])), "m")
+
+
+def cfo_shows_more_detail(runs: Runs) -> Reading:
+    errors = [_force_error(runs["c"]), _force_error(runs["b"])]
+    return Reading(ratio(errors[0], errors[1]), tuple(zip(("CFO", "TO"), errors, strict=True)), "N")
+
+
+def better_than_pid(runs: Runs) -> Reading:
+    letters = [letter for letter in LETTERS if letter in runs.loops]
+    errors = dict(zip(letters, _errors(runs, letters), strict=True))
+    best = min(errors, key=lambda name: errors[name])
+    pid = _errors(runs, [f"pid_{best}"])[0]
+    return Reading(ratio(errors[best], pid), ((f"best observer ({best})", errors[best]), ("PID", pid)), "m")
+
+
+def cancels(runs: Runs) -> Reading:
+    pairs = [(name, _errors(runs, name)[0], _errors(runs, [f"none_{name}"])[0]) for name in "ab"]
+    worst = max(ratio(with_it, without) for _, with_it, without in pairs)
+    parts = [part for n, w, o in pairs for part in ((f"({n}) cancelled", w), ("not", o))]
+    return Reading(worst, tuple(parts), "m")
+
+
+def velocity_observer_is_free(runs: Runs) -> Reading:
+    pairs = [(name, _errors(runs, name)[0], _errors(runs, [f"measured_{name}"])[0]) for name in "ab"]
+    worst = max(ratio(estimated, measured) for _, estimated, measured in pairs)
+    parts = [part for n, e, m in pairs for part in ((f"({n}) estimated", e), ("measured", m))]
+    return Reading(worst, tuple(parts), "m")
+
+
+def law_is_met(runs: Runs) -> Reading:
+    """(3.4) and (3.5) written out, against the friction in the motion."""
+    parts = []
+    for letter, spec in zip(LETTERS, runs.specs, strict=False):
+        p = {name: float(value) for name, value in spec.contacts[0].parameters.items()}
+        run = runs[letter]
+        v, moving = run.true_velocities[:, 0], sliding(run)
+        speed = np.abs(v)
+        level = p["a"] if "a" in p else p["a1"] + p["a2"] * np.exp(-p["a3"] * speed) + p["a4"] * speed
+        distance = (run.friction[:, 0] - level * np.sign(v))[moving]
+        parts.append((f"({letter})", rms(distance) / rms(run.friction[moving, 0])))
+    return Reading(max(value for _, value in parts), tuple(parts))
+
+
+def noise_passed(runs: Runs) -> Reading:
+    """RMS of the estimate's answer to one sample of noise: gain · k_v · noise, from F̂ = … + gain v̂, v̂ = z + k_v x."""
+    level = rms(runs["none_a"].friction[sliding(runs["none_a"]), 0])
+    choice = observer_choice(runs.specs[0])
+    gain = abs(float(choice.gains["K_2" if choice.kind == "to" else "K_F"]) * float(choice.gains["K_v"]))
+    passed = gain * PRINTED_NOISE
+    return Reading(passed / level, (("noise", passed), ("friction", level)), "N")
+
+
+CANCELLING = {
+    "velocity_observer_is_free": velocity_observer_is_free,
+    "cancels": cancels,
+    "better_than_pid": better_than_pid,
+    "noise_passed": noise_passed,
+}
+PLOTS = {
+    "2.3": Plot(uncancelled, draw_responses, 1.1, {"hang_off_without": hang_off_without}, SETTINGS),
+    "2.4": Plot(
+        cancelled,
+        draw_cancelled,
+        4,
+        {
+            "improves_with_k_F": improves_with_k_F,
+            "mu_helps": mu_helps,
+            "gain_shortens_transient": gain_shortens_transient,
+            "gain_costs_rest": gain_costs_rest,
+            "better_than_pid": better_than_pid,
+        },
+        SETTINGS,
+    ),
+    "2.5": Plot(
+        cancelled,
+        draw_cancelled,
+        2,
+        {
+            "improves_with_k_2": improves_with_k_2,
+            "both_satisfy": both_satisfy,
+            "cfo_shows_more_detail": cfo_shows_more_detail,
+            "better_than_pid": better_than_pid,
+        },
+        SETTINGS,
+        pid_of="2.4",
+    ),
+    "3.2": Plot(uncancelled, draw_friction, 1.3, {"law_is_met": law_is_met}, SETTINGS[-3:]),
+    "3.3": Plot(without_tachometer, draw_cancelled, 2, CANCELLING, SETTINGS),
+    "3.4": Plot(without_tachometer, draw_cancelled, 2, CANCELLING, SETTINGS, pid_of="3.3"),
+}

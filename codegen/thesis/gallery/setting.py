@@ -1,0 +1,158 @@
+"""What the thesis leaves open, varied: the noise and its bandwidth, the sample time, the drive, gains and laws."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codegen.base.errors import Place
+from codegen.simulate.sensors import Sensors
+from codegen.spec.expression import exact_number, parse_expression
+from codegen.spec.model import Contact, ObserverChoice, Simulation, Spec, symbol
+
+Array = NDArray[np.float64]
+LEVELS = ("a", "a1", "a2", "a4", "F_c", "F_s")
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One way to take what is left open; None where the spec's own value holds.
+
+    Attributes:
+        name: in words, for the table.
+        noise: RMS of the white noise on every measurement, in SI.
+        hold: s for which one value of the noise is held, so that its bandwidth is about 0.44/hold; 0 for each sample.
+        step: sample time of observer and controller, s.
+        inputs: what drives an open loop, expressions of t.
+        seed: of the noise.
+        levels: factor on the machine's friction, where a figure takes one.
+        delay: samples between an estimate and its use, where a figure takes one.
+        slower: factor on the time of the reference and on the duration.
+        factors: name of a machine's parameter, of an observer's gain or of a parameter of the law that the observer
+            assumes → factor on it.
+    """
+
+    name: str
+    noise: float | None = None
+    hold: float = 0.0
+    step: float | None = None
+    inputs: Mapping[str, str] | None = None
+    seed: int = 0
+    levels: float = 1.0
+    delay: int = 0
+    slower: float = 1.0
+    factors: Mapping[str, float] = field(default_factory=dict)
+
+    def applied(self, spec: Spec) -> Spec:
+        """The spec with this setting's sample time, drive and factors, its observer sampled as its simulation is.
+
+        A spec without an observer keeps its laws: only what an observer assumes of them is left open.
+
+        Raises:
+            ValueError: for a spec without a simulation section.
+        """
+        if spec.simulation is None:
+            raise ValueError(f"{spec.name} has no simulation section")
+        there = Place(self.name)
+        given = {k: parse_expression(v, there).symbolic({"t": symbol("t")}) for k, v in (self.inputs or {}).items()}
+        step = self.step or spec.simulation.sample_time
+        late = {symbol("t"): symbol("t") / exact_number(repr(self.slower), there)}
+        simulation = replace(
+            spec.simulation,
+            sample_time=step,
+            duration=self.slower * spec.simulation.duration,
+            inputs={**spec.simulation.inputs, **given},
+            reference={k: v.subs(late) for k, v in spec.simulation.reference.items()},
+        )
+        parameters = tuple(replace(p, value=self._scaled(p.name, p.value)) for p in spec.parameters)
+        spec = replace(spec, simulation=simulation, parameters=parameters)
+        choice = spec.observer
+        if choice is None:
+            return spec
+        gains = {k: self._scaled(k, v) for k, v in choice.gains.items()}
+        contacts = [
+            replace(c, parameters={k: self._scaled(k, v) for k, v in c.parameters.items()}) for c in spec.contacts
+        ]
+        choice = replace(choice, sample_time=exact_number(repr(step), there), gains=gains)
+        return replace(spec, contacts=tuple(contacts), observer=choice)
+
+    def _scaled(self, name: str, value: Any) -> Any:
+        if name not in self.factors:
+            return value
+        if isinstance(value, list | tuple):
+            return [self._scaled(name, part) for part in value]
+        there = Place(self.name)
+        factor = exact_number(repr(self.factors[name]), there)
+        # A gain is kept as the text of a decimal.
+        return repr(float(exact_number(value, there) * factor)) if isinstance(value, str) else value * factor
+
+    def sensors(self, spec: Spec, tachometer: bool) -> Sensors:
+        """The sensors of an applied spec: the spec's encoder, and the setting's noise on position and velocity."""
+        simulation = simulation_of(spec)
+        given = max(simulation.position_noise.values(), default=0.0)
+        rms = np.full(len(spec.positions), given if self.noise is None else self.noise)
+        step = np.array([simulation.encoder_step.get(name, 0.0) for name in spec.positions])
+        held = max(1, round(self.hold / simulation.sample_time))
+        return HeldNoise(rms, step, rms if tachometer else np.zeros_like(rms), tachometer, held)
+
+
+@dataclass(frozen=True)
+class HeldNoise(Sensors):
+    """Sensors whose noise changes once in ``held`` samples: white noise of less bandwidth and the same RMS."""
+
+    held: int = 1
+
+    def noise(self, count: int, n: int, seed: int) -> tuple[Array, Array]:
+        """As ``Sensors.noise``."""
+        positions, velocities = super().noise(count // self.held + 1, n, seed)
+        return np.repeat(positions, self.held, axis=0)[:count], np.repeat(velocities, self.held, axis=0)[:count]
+
+
+def simulation_of(spec: Spec) -> Simulation:
+    """The simulation section of a spec.
+
+    Raises:
+        ValueError: for a spec without one.
+    """
+    if spec.simulation is None:
+        raise ValueError(f"{spec.name} has no simulation section")
+    return spec.simulation
+
+
+def observer_choice(spec: Spec) -> ObserverChoice:
+    """The observer section of a spec.
+
+    Raises:
+        ValueError: for a spec without one.
+    """
+    if spec.observer is None:
+        raise ValueError(f"{spec.name} has no observer")
+    return spec.observer
+
+
+def with_observer(spec: Spec, kind: str, gains: Mapping[str, object], exponent: int = 1, velocity: str = "") -> Spec:
+    """The spec with another observer at the same sample time; gains as in a spec."""
+    choice = observer_choice(spec)
+    exact = exact_number(str(exponent), Place("exponent"))
+    other = ObserverChoice(kind, velocity or choice.velocity, dict(gains), choice.sample_time, exact)
+    return replace(spec, observer=other)
+
+
+def without_friction(spec: Spec) -> Spec:
+    """The spec with a Coulomb level of zero at every contact: a frictionless machine."""
+    zero = {"a": exact_number("0", Place("level"))}
+    return replace(spec, contacts=tuple(replace(c, law="coulomb", parameters=zero) for c in spec.contacts))
+
+
+def from_zero(spec: Spec) -> Spec:
+    """The spec with every level at zero and its laws kept: an observer made from it starts without friction."""
+    return replace(spec, contacts=tuple(_unloaded(c) for c in spec.contacts))
+
+
+def _unloaded(contact: Contact) -> Contact:
+    zero = exact_number("0", Place(contact.name))
+    return replace(contact, parameters={k: zero if k in LEVELS else v for k, v in contact.parameters.items()})

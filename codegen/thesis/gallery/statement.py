@@ -1,0 +1,116 @@
+"""What the text of the thesis says of its figures: read from ``claims/``, one file a chapter. Never a verdict."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from pydantic import BaseModel, ConfigDict
+
+from codegen.base.errors import BadInput, Place
+from codegen.base.input_files import read_text
+from codegen.spec.validation import validate
+from codegen.spec.yaml_text import load_mapping, plain
+
+CLAIMS = Path(__file__).parent / "claims"
+_CONDITION = re.compile(r"([<>]) (-?\d+(?:\.\d+)?(?:e-?\d+)?)")
+
+
+class StatementEntry(BaseModel):
+    """One statement of the text about a figure.
+
+    Attributes:
+        says: the statement, in our words or a short quotation.
+        where: section and page; "ours" where it is no statement of the text.
+        measure: name of the function that gives the number.
+        number: what the number is.
+        holds: "< 1" or "> 0.5": where the number has to lie.
+        unit: of the number.
+        note: why it comes out as it does, where that is known.
+        closed_form: whether the number follows from the spec alone, so that no setting can change it.
+    """
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+    says: str
+    where: str
+    measure: str
+    number: str
+    holds: str
+    unit: str = ""
+    note: str = ""
+    closed_form: bool = False
+
+
+class FigureEntry(BaseModel):
+    """A figure of the thesis.
+
+    Attributes:
+        figure: its number, "2.4".
+        title: what it shows.
+        specs: files in specs/gallery/, first those that are drawn.
+        open: what the text leaves open or what does not agree in it, and what was taken.
+    """
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+    figure: str
+    title: str
+    specs: list[str]
+    open: str = ""
+    statements: list[StatementEntry] = []
+
+
+class ChapterFile(BaseModel):
+    """The figures of a chapter."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+    chapter: str
+    figures: list[FigureEntry]
+
+
+@dataclass(frozen=True)
+class Statement:
+    """A statement with its condition taken apart: the number has to lie below, or above, ``limit``."""
+
+    entry: StatementEntry
+    below: bool
+    limit: float
+
+    def holds(self, value: float) -> bool:
+        """Whether the number meets the condition; one that is not finite never does."""
+        return math.isfinite(value) and bool(value < self.limit if self.below else value > self.limit)
+
+
+@dataclass(frozen=True)
+class FigureText:
+    """A figure with its statements."""
+
+    chapter: str
+    entry: FigureEntry
+    statements: tuple[Statement, ...]
+
+
+def read_figures(folder: Path = CLAIMS) -> dict[str, FigureText]:
+    """Every figure by its number, in the order of the thesis.
+
+    Raises:
+        BadInput: for a file that is not a claims file.
+    """
+    return {text.entry.figure: text for path in sorted(folder.glob("*.yaml")) for text in _figures_of(path)}
+
+
+def _figures_of(path: Path) -> list[FigureText]:
+    document, places = load_mapping(read_text(path, "a claims file (YAML)"), path.name)
+    read = validate(ChapterFile, plain(document), places, path.name)
+    return [
+        FigureText(read.chapter, figure, tuple(_statement(s, Place(path.name)) for s in figure.statements))
+        for figure in read.figures
+    ]
+
+
+def _statement(entry: StatementEntry, place: Place) -> Statement:
+    found = _CONDITION.fullmatch(entry.holds)
+    if found is None:
+        raise BadInput(place, f"`{entry.holds}`", "`< 1` or `> 0.5`")
+    return Statement(entry, found[1] == "<", float(found[2]))

@@ -1,0 +1,200 @@
+"""Figures of sections 4.7 and 7.7: two masses, their friction watched by two observers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from codegen.simulate.loop_run import LoopRun
+from codegen.spec.model import Spec
+from codegen.thesis.gallery import drawing as d
+from codegen.thesis.gallery.figure import Plot, Runs
+from codegen.thesis.gallery.measures import Array, Reading, after, overshoot, ratio, rms
+from codegen.thesis.gallery.runs import Gains, watch
+from codegen.thesis.gallery.setting import Setting, observer_choice, with_observer
+
+TRANSIENT = 2.0
+"""s: from then on an estimate counts as settled."""
+PRINTED_NOISE = 0.1
+HOLD = 1e-3
+FORCES = ("F₁", "F₁ + F₂")
+PRESLIDING = 0.98
+AT_PI_HERTZ = {"w": "300*sin(2*pi*pi*t)"}
+SETTINGS = (
+    Setting("no noise", noise=0.0),
+    Setting("noise 0.1 as printed", noise=0.1),
+    Setting("noise 0.001", noise=0.001),
+    Setting("input at π Hz", inputs=AT_PI_HERTZ),
+    Setting("half the input", inputs={"w": "150*sin(pi*t)"}),
+    Setting("sample time 0.2 ms", step=2e-4),
+    Setting("sample time 5 ms", step=5e-3),
+    Setting("another noise", seed=1),
+)
+
+
+def watched(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None) -> Runs:
+    """The model's own observer as a, the GTO as b and, with a tenth of its gain, as low."""
+    choice = specs[-1].observer
+    observers = dict(zip("ab", specs, strict=False))
+    if choice is not None and choice.kind == "gto":
+        gains = {**choice.gains, "K_2": [value / 10 for value in _diagonal(choice.gains["K_2"])]}
+        observers["low"] = with_observer(specs[-1], "gto", gains)
+    held = replace(setting, hold=setting.hold or HOLD)
+    return Runs(specs, setting, watch(specs[0], held, observers))
+
+
+def _diagonal(gain: Any) -> list[float]:
+    return [float(value) for value in gain]
+
+
+def contact_forces(run: LoopRun) -> tuple[Array, Array]:
+    """True and estimated F₁ between the masses and F₁ + F₂ on the ground, (N, 2) each."""
+    return np.cumsum(run.friction, axis=1), np.cumsum(run.friction_estimate, axis=1)
+
+
+def _errors(run: LoopRun, start: float = TRANSIENT) -> list[float]:
+    truth, estimate = contact_forces(run)
+    late = after(run, start)
+    return [rms((truth - estimate)[late, k]) for k in range(2)]
+
+
+def model_is_better(runs: Runs) -> Reading:
+    pairs = list(zip(_errors(runs["a"]), _errors(runs["b"]), strict=True))
+    names = [observer_choice(spec).kind.upper() for spec in runs.specs]
+    parts = [
+        (f"{who} {f}", e) for f, pair in zip(FORCES, pairs, strict=True) for who, e in zip(names, pair, strict=True)
+    ]
+    return Reading(max(ratio(*pair) for pair in pairs), tuple(parts), "N")
+
+
+def overshoots(runs: Runs) -> Reading:
+    parts = []
+    for k, name in enumerate(FORCES):
+        truth, estimate = (force[~after(runs["b"], TRANSIENT), k] for force in contact_forces(runs["b"]))
+        parts.append((name, overshoot(estimate, truth)))
+    return Reading(max(value for _, value in parts), tuple(parts))
+
+
+def needs_gain(runs: Runs) -> Reading:
+    pairs = list(zip(_errors(runs["b"]), _errors(runs["low"]), strict=True))
+    parts = [
+        (f"{f} {who}", e)
+        for f, p in zip(FORCES, pairs, strict=True)
+        for who, e in zip(("as printed", "a tenth"), p, strict=True)
+    ]
+    return Reading(max(ratio(*pair) for pair in pairs), tuple(parts), "N")
+
+
+def excellent_in_noise(runs: Runs) -> Reading:
+    truth, _ = contact_forces(runs["a"])
+    late = after(runs["a"], TRANSIENT)
+    shares = [ratio(e, rms(truth[late, k])) for k, e in enumerate(_errors(runs["a"]))]
+    return Reading(max(shares), tuple(zip(FORCES, shares, strict=True)))
+
+
+def noise_passed(runs: Runs) -> Reading:
+    """K_2 K_v · noise, of F̂ = z + K_2 v̂ and v̂ = z_v + K_v x, over the friction on the ground."""
+    choice = observer_choice(runs.specs[1])
+    passed = abs(_diagonal(choice.gains["K_2"])[1] * _diagonal(choice.gains["K_v"])[1]) * PRINTED_NOISE
+    level = rms(contact_forces(runs["b"])[0][after(runs["b"], TRANSIENT), 1])
+    return Reading(passed / level, (("noise", passed), ("friction", level)), "N")
+
+
+def _missed(run: LoopRun) -> list[float]:
+    """Error while a contact is not at its level, over the friction there: what is missed of the hysteresis."""
+    truth, estimate = contact_forces(run)
+    late, levels = after(run, TRANSIENT / 2), np.max(np.abs(truth), axis=0)
+    chosen = [(np.abs(truth[:, k]) < PRESLIDING * levels[k]) & late for k in range(2)]
+    return [ratio(rms((truth - estimate)[c, k]), rms(truth[c, k])) for k, c in enumerate(chosen)]
+
+
+def gto_misses_hysteresis(runs: Runs) -> Reading:
+    missed = _missed(runs["low"])
+    return Reading(min(missed), tuple(zip(FORCES, missed, strict=True)))
+
+
+def gto_has_hysteresis(runs: Runs) -> Reading:
+    missed = _missed(runs["b"])
+    return Reading(max(missed), tuple(zip(FORCES, missed, strict=True)))
+
+
+def gdfo_has_hysteresis(runs: Runs) -> Reading:
+    missed = _missed(runs["a"])
+    return Reading(max(missed), tuple(zip(FORCES, missed, strict=True)))
+
+
+def gto_finds_levels(runs: Runs) -> Reading:
+    truth, estimate = contact_forces(runs["b"])
+    late, levels = after(runs["b"], TRANSIENT / 2), np.max(np.abs(truth), axis=0)
+    parts = []
+    for k, name in enumerate(FORCES):
+        slides = (np.abs(truth[:, k]) >= PRESLIDING * levels[k]) & late
+        found = float(np.mean(estimate[slides, k] * np.sign(truth[slides, k])))
+        parts.append((name, abs(found / levels[k] - 1)))
+    return Reading(max(value for _, value in parts), tuple(parts))
+
+
+def motion(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None) -> Runs:
+    """The machine alone as a."""
+    return Runs(specs, setting, watch(specs[0], setting, {}))
+
+
+def draw_motion(figure: Any, runs: Runs) -> None:
+    """Figures 4.3 and 7.1: input and responses."""
+    top, bottom = figure.subplots(2, 1, sharex=True)
+    run = runs["motion"]
+    d.line(top, run.time, run.inputs[:, 0], d.TRUE)
+    for k, colour, label in ((0, d.ESTIMATED, "upper mass, x₁"), (1, d.OTHER, "lower mass, x₂")):
+        d.line(bottom, run.time, run.true_positions[:, k], colour, label, 2.0)
+    d.frame(top, "", "input in N")
+    d.frame(bottom, d.TIME, "position in m")
+    d.legend(figure, bottom)
+
+
+def draw_watched(figure: Any, runs: Runs) -> None:
+    """Figures 4.4, 4.5 and 7.2: a row for each observer, a column for each force."""
+    grid = figure.subplots(2, 2, sharex=True)
+    for row, letter, spec in zip(grid, "ab", runs.specs, strict=True):
+        run = runs[letter]
+        truth, estimate = contact_forces(run)
+        for k, axes in enumerate(row):
+            d.line(axes, run.time, estimate[:, k], d.ESTIMATED, "estimated", 1.0)
+            d.line(axes, run.time, truth[:, k], d.TRUE, "true", 1.6)
+            d.limit(axes, truth[:, k], 2.6)
+            kind = observer_choice(spec).kind.upper()
+            where = "between the masses" if k == 0 else "on the ground"
+            d.frame(axes, d.TIME if letter == "b" else "", f"{FORCES[k]} in N", f"({letter}) {kind}, {where}")
+    d.legend(figure, grid[0, 0])
+
+
+STATIC = {
+    "model_is_better": model_is_better,
+    "overshoots": overshoots,
+    "needs_gain": needs_gain,
+    "excellent_in_noise": excellent_in_noise,
+    "noise_passed": noise_passed,
+}
+PLOTS = {
+    "4.3": Plot(motion, draw_motion, 1.6),
+    "4.4": Plot(watched, draw_watched, 2, STATIC, SETTINGS, cost=3),
+    "4.5": Plot(watched, draw_watched, 2, STATIC, SETTINGS, cost=3),
+    "7.1": Plot(motion, draw_motion, 1.6),
+    "7.2": Plot(
+        watched,
+        draw_watched,
+        2,
+        {
+            "model_is_better": model_is_better,
+            "overshoots": overshoots,
+            "gto_misses_hysteresis": gto_misses_hysteresis,
+            "gto_has_hysteresis": gto_has_hysteresis,
+            "gdfo_has_hysteresis": gdfo_has_hysteresis,
+            "gto_finds_levels": gto_finds_levels,
+        },
+        (SETTINGS[0], SETTINGS[1], SETTINGS[3]),
+        cost=15,
+    ),
+}

@@ -1,0 +1,89 @@
+"""Every fault of a spec in one run: a line each, in the order of the file, and the exit status of one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from codegen.base.errors import BadInput, brief
+from codegen.spec import parse_spec
+
+from .command import SPECS, stiction
+
+ONE = (SPECS / "one_mass.yaml").read_text()
+
+
+def spoilt(*pairs: tuple[str, str]) -> str:
+    text = ONE
+    for old, new in pairs:
+        assert old in text
+        text = text.replace(old, new, 1)
+    return text
+
+
+def lines_told(folder: Path, text: str) -> list[int]:
+    """The line of each message of ``stiction check``, which are all that it says."""
+    path = folder / "s.yaml"
+    path.write_text(text)
+    result = stiction("check", path)
+    assert result.code == 2 and result.out == ""
+    told = result.err.splitlines()
+    assert all(line.startswith(f"error: {path}:") and "; expected " in line for line in told)
+    return [int(line.removeprefix(f"error: {path}:").partition(":")[0]) for line in told]
+
+
+def changed_lines(text: str) -> list[int]:
+    return [k for k, (a, b) in enumerate(zip(text.splitlines(), ONE.splitlines(), strict=True), 1) if a != b]
+
+
+def test_faults_of_form(tmp_path: Path) -> None:
+    text = spoilt(
+        ("velocity: v, unit: m}", "velocty: v, unit: m}"),
+        ("value: 1, unit: kg", "value: one, unit: kg"),
+        ("velocity: estimated", "velocity: guessed"),
+        ("sample_time: 0.001", "sampel_time: 0.001"),
+    )
+    assert lines_told(tmp_path, text) == changed_lines(text)
+
+
+def test_faults_of_names_units_and_numbers(tmp_path: Path) -> None:
+    text = spoilt(
+        ("name: one_mass", "name: one-mass"),
+        ("value: 1, unit: kg", "value: 1, unit: kgg"),
+        ("law: coulomb, a: 50, unit: N}", "law: coulomb, a: 50, unit: Nn}"),
+    )
+    assert lines_told(tmp_path, text) == changed_lines(text)
+
+
+def test_faults_of_the_sections_behind_the_motion(tmp_path: Path) -> None:
+    text = spoilt(
+        ("  sample_time: 0.001\n", "  sample_time: -1\n"), ("  v: [-5, 5]", "  v: [5, -5]"), ("  - w\n", "  - w + z\n")
+    )
+    assert lines_told(tmp_path, text) == changed_lines(text)
+
+
+def test_a_fault_that_two_parts_see_is_told_once(tmp_path: Path) -> None:
+    text = spoilt(("law: coulomb, a: 50, unit: N}", "law: coulomb, a: 50, unit: Nn}"))
+    assert lines_told(tmp_path, text) == changed_lines(text)
+
+
+def test_functions_raise_the_first_with_the_others_in_it() -> None:
+    with pytest.raises(BadInput) as told:
+        parse_spec(spoilt(("name: one_mass", "name: one-mass"), ("unit: kg", "unit: kgg")), Path("s.yaml"))
+    assert told.value.found == "the name `one-mass`"
+    assert [fault.found for fault in told.value.others] == ["unit `kgg`"]
+
+
+def test_a_long_number_is_cut() -> None:
+    assert brief(f"the constant {'1234567890' * 12}/7") == "the constant 123456789012 … 7890/7"
+    assert brief(str(2**70)) == str(2**70)
+
+
+def test_twenty_faults_at_most_are_shown_and_the_rest_counted(tmp_path: Path) -> None:
+    path = tmp_path / "s.yaml"
+    many = "".join(f"  p{k}: {{value: a, unit: kg}}\n" for k in range(50))
+    path.write_text(ONE.replace("parameters:\n", "parameters:\n" + many, 1))
+    told = stiction("check", path).err.splitlines()
+    assert len(told) == 21 and all(line.startswith("error: ") for line in told[:20])
+    assert told[20] == "and 30 more, which are shown once these are mended"

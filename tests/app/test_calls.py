@@ -1,0 +1,228 @@
+"""Verbs called wrongly, outputs that cannot be written, pipes that close, and words that must come out as they are."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from unittest.mock import patch
+
+import pytest
+
+from .command import COMMAND, SPECS, contents, is_one_message, process, stiction
+
+ONE = SPECS / "one_mass.yaml"
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize("verb", ["check", "derive", "certify", "generate"])
+@pytest.mark.parametrize(("file", "words"), [("none.yaml", "no such file"), (".", "a folder")])
+def test_spec_that_is_no_file(folder, verb, file, words):
+    result = stiction(verb, file)
+    assert is_one_message(result) and words in result.err
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("certify", ONE, "-o", "file/c.json"),
+        ("certify", ONE, "-o", "folder"),
+        ("generate", ONE, "-o", "file"),
+        ("generate", ONE, "-o", "file/deeper"),
+        ("generate", ONE, "-o", "/proc/none"),
+        ("simulate", ONE, "-o", "folder"),
+        ("simulate", ONE, "-o", "file/log.csv"),
+    ],
+    ids=lambda a: f"{a[0]}-{a[3]}",
+)
+def test_output_that_cannot_be_written(folder, arguments):
+    (folder / "file").write_text("kept\n")
+    (folder / "folder").mkdir()
+    result = stiction(*arguments)
+    assert is_one_message(result) and "cannot be written" in result.err
+    assert contents(folder) == {"file": b"kept\n"}
+
+
+@pytest.fixture
+def mine(folder):
+    """A folder with the user's own files under names that the verbs write."""
+    for name in ("one.yaml", "spec.yaml", "log.csv", "cancellation.json"):
+        (folder / name).write_text(ONE.read_text() + f"# mine: {name}\n")
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("gains", "spec.yaml", "-o", "."), "spec.yaml: the spec itself; expected another file"),
+        (("gains", "one.yaml", "-o", "."), "spec.yaml: a file that stiction did not write"),
+        (("simulate", "one.yaml", "-o", "one.yaml"), "one.yaml: the spec itself"),
+        (("simulate", "one.yaml", "-o", "./spec.yaml"), "the ending `.yaml`; expected a file ending in .csv"),
+        (("simulate", "one.yaml", "-o", "x.npy"), "the ending `.npy`; expected a file ending in .csv"),
+        (("simulate", "log.csv", "-o", "log.csv"), "the spec itself"),
+        (("simulate", "one.yaml", "-o", "/dev/full"), "/dev/full: cannot be written (a device or a pipe is there)"),
+        (("certify", "one.yaml", "-o", "one.yaml"), "one.yaml: the spec itself"),
+        (("certify", "one.yaml", "-o", "spec.yaml"), "the ending `.yaml`; expected a file ending in .json"),
+        (("certify", "one.yaml", "-o", "/dev/full"), "a device"),
+        (("cancel", "cancellation.json", "-o", "."), "cancellation.json: the spec itself"),
+        (("replay", "one.yaml", "log.csv", "-o", "log.csv"), "the log itself"),
+        (("diagnose", "spec.yaml", "log.csv", "-o", "."), "spec.yaml: the spec itself"),
+        (("diagnose", "one.yaml", "log.csv", "-o", "."), "spec.yaml: a file that stiction did not write"),
+        (("generate", "one.yaml", "-o", ""), "-o: an empty name"),
+        (("simulate", "one.yaml", "-o", ""), "-o: an empty name"),
+        (
+            ("gains", "one.yaml", "-o", "log.csv/deeper"),
+            "log.csv: cannot be written (a file is there); expected a folder",
+        ),
+        (("generate", "one.yaml", "-o", "log.csv"), "log.csv: cannot be written (a file is there); expected a folder"),
+    ],
+    ids=lambda a: " ".join(a) if isinstance(a, tuple) else "",
+)
+def test_what_is_not_ours_is_not_replaced(mine, arguments, words):
+    """And it is said before any work is done: the solvers and the plant are not reached."""
+    before = contents(mine)
+    with (
+        patch("codegen.app.gains.assess", side_effect=AssertionError),
+        patch("codegen.app.simulate.simulate_plant", side_effect=AssertionError),
+        patch("codegen.app.certify.generated_files", side_effect=AssertionError),
+        patch("codegen.app.diagnose.generated_files", side_effect=AssertionError),
+    ):
+        result = stiction(*arguments)
+    assert is_one_message(result) and words in result.err, result
+    assert contents(mine) == before
+
+
+def test_gains_replace_their_own_spec(folder):
+    assert stiction("gains", ONE, "-o", "here").code == 0
+    first = contents(folder)
+    assert "here/spec.yaml" in first
+    assert stiction("gains", ONE, "-o", "here").code == 0
+    assert contents(folder) == first
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root writes everywhere")
+def test_folder_without_permission(folder):
+    (folder / "shut").mkdir(mode=0o555)
+    assert is_one_message(stiction("generate", ONE, "-o", "shut"))
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [("unknown",), ("check",), ("check", ONE, "--latex"), ("simulate", ONE), ("generate",), ("diagnose", ONE)],
+)
+def test_unknown_verbs_and_options(folder, arguments):
+    result = stiction(*arguments)
+    assert result.code == 2 and result.out == "" and "Error" in result.err
+    assert not contents(folder)
+
+
+def test_no_arguments_is_help(folder):
+    result = stiction()
+    assert "Usage" in result.out + result.err
+    for verb in ("check", "derive", "certify", "verify", "generate", "simulate", "diagnose", "demo"):
+        assert verb in result.out + result.err
+
+
+def test_the_same_spec_again(folder):
+    result = stiction("generate", ONE, ONE)
+    assert is_one_message(result) and "the same spec again" in result.err
+    assert not contents(folder)
+
+
+def test_messages_say_what_they_mean(folder):
+    assert "a device or a pipe; expected a spec file" in stiction("check", "/dev/null").err
+    assert "or fmu alone" in stiction("generate", ONE, "--target", "rust").err
+    (folder / "text.json").write_text("{")
+    assert stiction("verify", "text.json").err.startswith("error: text.json: not a certificate: ")
+    (folder / "meta.yaml").write_text("")
+    (folder / "log.csv").write_text("t,x,w\n")
+    told = stiction("replay", ONE, "log.csv", "-d", "meta.yaml").err
+    assert "meta.yaml:1: nothing; expected a mapping such as `columns: {x: qm}`" in told
+
+
+def test_several_specs_and_one_folder(folder):
+    result = stiction("generate", ONE, SPECS / "two_mass.yaml", "-o", "x")
+    assert is_one_message(result) and "-o" in result.err
+    assert not contents(folder)
+
+
+def test_certificate_that_cannot_be_read(folder):
+    (folder / "text.json").write_text("{")
+    for name in ("none.json", "text.json", "."):
+        result = stiction("verify", name)
+        assert result.code == 2 and result.out == "" and len(result.err.splitlines()) == 1
+
+
+def test_words_that_look_like_markup_or_pictures(folder):
+    text = ONE.read_text().replace("Mentzelopoulou 1994, sections 2.3 and 3.3", "'[bold]a:smile:b[/bold]'")
+    (folder / ":x:.yaml").write_text(text)
+    shown = stiction("check", ":x:.yaml")
+    assert shown.code == 0 and "[bold]a:smile:b[/bold]" in shown.out
+    assert ":x:/one_mass.c" in stiction("generate", ":x:.yaml", "-o", ":x:").out
+    assert stiction("check", "[red]:x:").err.startswith("error: [red]:x:: no such file")
+
+
+@pytest.mark.parametrize("verb", [("check",), ("derive",), ("derive", "--json"), ("derive", "--latex"), ("certify",)])
+def test_every_verb_on_every_shipped_spec(folder, verb):
+    for name in ("one_mass", "two_mass", "emps", "belt_axis"):
+        result = stiction(verb[0], SPECS / f"{name}.yaml", *verb[1:])
+        assert result.code == 0 and result.out.strip() and result.err == ""
+    assert not contents(folder)
+
+
+def test_ascii_terminal(folder):
+    result = process("derive", ONE, cwd=folder, env={**os.environ, "PYTHONIOENCODING": "ascii"})
+    assert "Traceback" not in result.err and result.code == 0
+
+
+def test_reader_that_goes_away(folder):
+    command = subprocess.Popen(
+        [*COMMAND, "derive", str(ONE)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    command.stdout.close()
+    error = command.stderr.read()
+    assert command.wait(60) in (0, 1)
+    assert error == ""
+
+
+def test_interrupt(folder):
+    with patch("codegen.app.simulate.simulate", side_effect=KeyboardInterrupt):
+        result = stiction("simulate", ONE, "-o", "log.csv")
+    assert result.code == 130 and "Traceback" not in result.err
+
+
+@pytest.mark.parametrize("step", ["euler", "implicit"])
+def test_derive_names_the_limit_of_explicit_euler_as_what_it_is(folder, step):
+    text = ONE.read_text().replace("sample_time: 0.001", f"sample_time: 0.001\n  integration: {step}", 1)
+    (folder / "one.yaml").write_text(text)
+    said = stiction("derive", "one.yaml").out
+    assert ("explicit Euler is stable below" in said) == (step == "euler")
+    assert ("explicit Euler, not used here," in said) == (step == "implicit")
+
+
+def test_verify_says_which_file_it_wrote(tmp_path):
+    shipped = SPECS.parent / "generated/one_mass/certificate.json"
+    result = stiction("verify", shipped, "--smt", tmp_path / "one.smt2")
+    assert result.code == 0
+    assert result.out.splitlines()[-1] == str(tmp_path / "one.smt2")
+    assert (tmp_path / "one.smt2").exists()
+
+
+def test_an_interrupt_while_libraries_are_loaded():
+    """As Ctrl-C in the first seconds: no traceback, and 130."""
+    script = (
+        "import builtins, signal; load = builtins.__import__\n"
+        "def slow(name, *rest):\n"
+        "    if name == 'sympy': signal.raise_signal(signal.SIGINT)\n"
+        "    return load(name, *rest)\n"
+        "builtins.__import__ = slow\n"
+        "import sys; sys.argv = ['stiction', 'check', 'specs/one_mass.yaml']\n"
+        "from codegen.start import main; main()"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, cwd=SPECS.parent, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")

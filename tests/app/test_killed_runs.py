@@ -1,0 +1,116 @@
+"""What a killed run leaves: no half file, and temporaries that the next run in the same folder removes."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from codegen.base.files import write_all
+from codegen.base.temporary import private_folder, sweep_files, sweep_folders, temporary_file
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="no locks that end with their process")
+
+STOPPED = """
+import sys, time
+from pathlib import Path
+import codegen.base.files as files
+from codegen.base.temporary import private_folder
+
+def stop(*_):
+    print("ready", flush=True)
+    time.sleep(600)
+
+folder = Path(sys.argv[1])
+if sys.argv[2] == "file":
+    files.take_place = stop
+    files.write_all(folder, {"a.txt": "a", "b.txt": "b", "below/c.txt": "c"})
+else:
+    with private_folder() as made:
+        (made / "x.c").write_text("int x;")
+        stop()
+"""
+
+
+def run(folder: Path, what: str) -> subprocess.Popen[str]:
+    """A run that stands still when its temporaries are there."""
+    environment = {**os.environ, "TMPDIR": str(folder)}
+    command = [sys.executable, "-c", STOPPED, str(folder), what]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
+    assert process.stdout is not None and process.stdout.readline() == "ready\n"
+    return process
+
+
+def end(process: subprocess.Popen[str]) -> None:
+    process.send_signal(signal.SIGKILL)
+    process.communicate()
+
+
+def files(folder: Path) -> list[str]:
+    return sorted(p.name for p in folder.rglob("*") if p.is_file())
+
+
+def test_the_next_run_removes_the_files_of_a_killed_one_and_no_others(tmp_path: Path) -> None:
+    process = run(tmp_path, "file")
+    try:
+        assert len(files(tmp_path)) == 3
+        write_all(tmp_path, {"other.txt": "o"})
+        assert len(files(tmp_path)) == 4, "a run that is alive keeps its own"
+    finally:
+        end(process)
+    write_all(tmp_path, {"a.txt": "a", "below/c.txt": "c"})
+    assert files(tmp_path) == ["a.txt", "c.txt", "other.txt"]
+
+
+def test_the_next_run_removes_the_folders_of_a_killed_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    tmp_path.chmod(0o700)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    process = run(tmp_path, "folder")
+    try:
+        (theirs,) = tmp_path.iterdir()
+        with private_folder() as mine:
+            assert sorted(tmp_path.iterdir()) == sorted([theirs, mine])
+    finally:
+        end(process)
+    with private_folder() as mine:
+        assert list(tmp_path.iterdir()) == [mine]
+    assert not list(tmp_path.iterdir())
+
+
+def test_names_that_a_user_might_give_stay(tmp_path: Path) -> None:
+    """Among them our pattern with a check that does not fit, our names on a folder or a link, and names of before."""
+    path, stream = temporary_file(tmp_path)
+    stream.close()
+    right = path.name
+    path.unlink()
+    wrong = right.replace("-", "-0", 1).replace("0", "1", 1)
+    kept = [".a.txt.x8h2k1qz", ".stiction", ".stiction-1-2.tmp", f"{right}.bak", f"x{right}", right[1:], wrong]
+    for name in kept:
+        (tmp_path / name).write_text("mine")
+    (tmp_path / "target").write_text("mine")
+    (tmp_path / right).symlink_to("target")
+    sweep_files(tmp_path)
+    assert sorted(p.name for p in tmp_path.iterdir()) == sorted([*kept, "target", right])
+    (tmp_path / right).unlink()
+    (tmp_path / right).mkdir()
+    sweep_files(tmp_path)
+    sweep_folders(tmp_path)
+    assert (tmp_path / right).is_dir() and (tmp_path / "target").read_text() == "mine"
+
+
+def test_a_folder_without_a_lock_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    tmp_path.chmod(0o700)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    with private_folder() as folder:
+        name = folder.name
+    (tmp_path / name).mkdir()
+    (tmp_path / name / "notes.txt").write_text("mine")
+    sweep_folders(tmp_path)
+    assert (tmp_path / name / "notes.txt").is_file()
+    (tmp_path / name / "lock").touch()
+    sweep_folders(tmp_path)
+    assert not (tmp_path / name).exists()

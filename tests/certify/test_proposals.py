@@ -1,0 +1,186 @@
+"""What a refusal proposes: written into the spec it is certified by a fresh run, and nothing nearer is stable.
+
+Nearness and the longest sample time are judged by NumPy's eigenvalues of matrices written by hand.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from codegen import pipeline
+from codegen.app import generate as generation
+from codegen.certify.certify import Certificate, Proposal, Proposals, Refusal
+from codegen.certify.remedies import proposals
+from tests.app.command import SPECS, stiction
+
+ONE, TWO = "gains: {K_F: 10, K_v: 100}", "gains: {K_F: [500, 700], K_v: [10, 10]}"
+RIG, DFO = "gains: {K_1: 0, K_2: -10, K_v: 50}", "gains: {K_a: -10, K_f1: -0.01, K_f2: 0, K_v: 100}"
+OBSERVER = r"(?ms)^observer:\n.*?(?=^\S)"
+
+
+def write(folder: Path, name: str, old: str, new: str) -> Path:
+    text = (SPECS / f"{name}.yaml").read_text()
+    assert text.count(old) == 1
+    path = folder / f"{Path(name).name}.yaml"
+    path.write_text(text.replace(old, new))
+    return path
+
+
+def pasted(path: Path, proposal: Proposal) -> Certificate | Refusal:
+    """A fresh run with the proposed line in place of the one in the observer section."""
+    key, text = proposal.line.split(":")[0], path.read_text()
+    section = re.search(OBSERVER, text)
+    assert section is not None
+    changed, count = re.subn(rf"(?m)^  {key}:.*$", "  " + proposal.line, section[0])
+    assert count == 1
+    other = path.with_name("other.yaml")
+    other.write_text(text.replace(section[0], changed))
+    return pipeline.certify(other)
+
+
+def proposed(path: Path) -> Proposals:
+    """What is proposed, each certified by a fresh run at the rate that was said."""
+    found = pipeline.certify(path)
+    assert isinstance(found, Refusal) and found.proposals is not None
+    for proposal in (found.proposals.sample_time, found.proposals.gains):
+        if proposal is not None:
+            again = pasted(path, proposal)
+            assert isinstance(again, Certificate), again.reason
+            assert again.decay_rate == proposal.decay_rate > 0
+    return found.proposals
+
+
+def cfo_radius(k_f: float, k_v: float, h: float) -> float:
+    """Of I + hΨ of specs/one_mass.yaml, m = 1, in (e_v, s e_a)."""
+    return float(np.abs(np.linalg.eigvals(np.eye(2) + h * np.array([[-k_v, -1], [k_f * k_v, 0]]))).max())
+
+
+@pytest.mark.parametrize(("k_f", "k_v", "h"), [(20000, 100, 0.001), (10, 3000, 0.001), (900, 2500, 0.002)])
+def test_one_mass_cfo(tmp_path: Path, k_f: float, k_v: float, h: float) -> None:
+    old = f"{ONE}\n  sample_time: 0.001"
+    found = proposed(write(tmp_path, "one_mass", old, f"gains: {{K_F: {k_f}, K_v: {k_v}}}\n  sample_time: {h}"))
+    assert found.gains is not None and found.sample_time is not None
+    longest = found.sample_time.sample_time
+    assert cfo_radius(k_f, k_v, longest) < 1 < cfo_radius(k_f, k_v, longest * 1.02)
+    new_f, new_v = found.gains.gains["K_F"], found.gains.gains["K_v"]
+    assert cfo_radius(new_f, new_v, h) < 1
+    distance = abs(np.log(new_f / k_f)) + abs(np.log(new_v / k_v))
+    shifts = np.linspace(-distance, distance, 61)
+    nearest = min(
+        abs(a) + abs(b) for a in shifts for b in shifts if cfo_radius(k_f * np.exp(a), k_v * np.exp(b), h) < 1
+    )
+    assert distance < nearest + 0.1  # 0.05 inside of what the eigenvalues alone would allow, and the grid's step
+
+
+def test_one_mass_sample_time_too_long(tmp_path: Path) -> None:
+    found = proposed(write(tmp_path, "one_mass", f"{ONE}\n  sample_time: 0.001", f"{ONE}\n  sample_time: 0.1"))
+    assert found.sample_time is not None and found.gains is not None
+    h = found.sample_time.sample_time
+    assert cfo_radius(10, 100, h) < 1 < cfo_radius(10, 100, h * 1.02)
+    assert cfo_radius(found.gains.gains["K_F"], found.gains.gains["K_v"], 0.1) < 1
+
+
+def test_tracker(tmp_path: Path) -> None:
+    found = proposed(write(tmp_path, "thesis/rig_to", RIG, "gains: {K_1: 0, K_2: -3000, K_v: 50}"))
+    assert found.sample_time is not None and found.gains is not None
+    gains = found.gains.gains
+    assert (gains["K_1"], gains["K_v"]) == (0, 50)
+    assert -100 < gains["K_2"] < -90  # hK_v = 1/2, J = 1, so Jury's last condition is h²|K_2 K_v| < hK_v: |K_2| < 100
+
+
+@pytest.mark.slow
+def test_two_masses(tmp_path: Path) -> None:
+    found = proposed(write(tmp_path, "two_mass", TWO, "gains: {K_F: [50000, 70000], K_v: [100, 1000]}"))
+    assert found.sample_time is not None and found.gains is not None
+
+
+@pytest.mark.slow
+def test_guarded_cfo(tmp_path: Path) -> None:
+    """The proposed gains must leave the domain a bound too, or a fresh run would refuse it."""
+    found = proposed(write(tmp_path, "one_mass_domain", ONE, "gains: {K_F: 10, K_v: 3000}"))
+    assert found.gains is not None and found.sample_time is not None
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "wrong"),
+    [
+        ("thesis/rig_to", RIG, RIG.replace("-10", "10")),
+        ("two_mass", TWO, TWO.replace("[500, 700]", "[[500, 0], [0, -700]]")),
+        pytest.param("thesis/one_mass_dfo_implicit", DFO, DFO.replace("-10", "10"), marks=pytest.mark.slow),
+    ],
+)
+def test_a_wrong_sign_is_turned(tmp_path: Path, name: str, old: str, wrong: str) -> None:
+    found = proposed(write(tmp_path, name, old, wrong))
+    assert found.gains is not None and found.sample_time is None
+    assert found.gains.line == (old.replace("[500, 700]", "[[500, 0], [0, 700]]"))
+
+
+@pytest.mark.slow
+def test_where_nothing_helps(tmp_path: Path) -> None:
+    """A DFO learns nothing of its level where the force is zero, whatever the gains."""
+    path = write(tmp_path, "thesis/one_mass_dfo", DFO, DFO)
+    assert proposed(path) == Proposals(None, None)
+    words = stiction("certify", path).err
+    assert "no gains within a factor of 100" in words and "no sample time was found" in words
+
+
+def test_one_that_is_too_large(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(proposals, "LARGEST", 1)
+    path = write(tmp_path, "one_mass", ONE, "gains: {K_F: 20000, K_v: 100}")
+    assert proposed(path) == Proposals(None, None, "2 error components, and a search is made up to 1")
+    assert "tried: 2 error components" in stiction("certify", path).err
+
+
+def test_nothing_is_proposed_that_the_gate_refuses(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The proof of the sampled error stands at many gains, but the checker takes none for one of the code."""
+    bound = generation.checker.bound
+
+    def refuse(top: Any, sources: Any, spec: Any) -> Any:
+        if sources:
+            raise generation.checker.Refused("`matrix` is not how the twin moves its error")
+        return bound(top, sources, spec)
+
+    path = write(tmp_path, "one_mass", ONE, "gains: {K_F: 11, K_v: 100}")
+    monkeypatch.setattr(generation.checker, "bound", refuse)
+    content = json.loads(stiction("certify", path, "--json").out)
+    assert "is not how the twin moves its error" in content["reason"]
+    assert content["proposals"]["gains"] is None and content["proposals"]["sample_time"] is None
+    assert content["sample_times"] == {}
+
+
+def test_a_proposal_is_passed_over_where_the_gate_refuses_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The longest sample time with a proof is not bound to its code here: the next shorter one is proposed."""
+    path = write(tmp_path, "one_mass", ONE, "gains: {K_F: 10, K_v: 3000}")
+    before = proposed(path).sample_time
+    assert before is not None
+    bound = generation.checker.bound
+
+    def refuse_one(top: Any, sources: Any, spec: Any) -> Any:
+        if sources and top["sample_time"] == Fraction(repr(before.sample_time)):
+            raise generation.checker.Refused("`matrix` is not how the twin moves its error")
+        return bound(top, sources, spec)
+
+    monkeypatch.setattr(generation.checker, "bound", refuse_one)
+    after = proposed(path).sample_time
+    assert after is not None and after.sample_time < before.sample_time
+
+
+def test_text_and_json(tmp_path: Path) -> None:
+    path = write(tmp_path, "one_mass", ONE, "gains: {K_F: 20000, K_v: 100}")
+    result, told = stiction("certify", path), stiction("certify", path, "--json")
+    assert (result.code, result.out, told.code) == (3, "", 3)
+    content = json.loads(told.out)
+    assert content["certified"] is False and content["refutation"]["along"]
+    for key in ("gains", "sample_time"):
+        proposal = content["proposals"][key]
+        assert f"{proposal['line']} with a rate of {proposal['decay_rate']:.4g} 1/s" in result.err
+    good = json.loads(stiction("certify", SPECS / "one_mass.yaml", "--json").out)
+    assert good["certified"] and good["certificate"]["format"] == "stiction-certificate/1"
+    assert good["sample_times"]["implicit"] is None  # any

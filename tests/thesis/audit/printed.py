@@ -1,0 +1,39 @@
+"""The shipped audit, run once for all tests of this folder, and claims with another printed form."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from codegen.thesis.audit.claim import Claim, read_claims
+from codegen.thesis.audit.finding import Finding
+from codegen.thesis.audit.run import judge, run_audit
+
+ROOT = Path(__file__).parents[3]
+THESIS = ROOT.parent / "shared" / "thesis.txt"
+
+
+@cache
+def findings() -> list[Finding]:
+    return run_audit()
+
+
+def of(equation: str, part: str = "") -> list[Finding]:
+    """Findings of an equation's parts that begin so; without a part, of the equation itself."""
+    return [f for f in findings() if _is(f.claim, equation, part)]
+
+
+def reprinted(claim: Claim, printed: Any) -> Finding:
+    """The verdict if the thesis had printed something else."""
+    return judge(replace(claim, entry=claim.entry.model_copy(update={"printed": printed})))
+
+
+def claim(equation: str, part: str = "") -> Claim:
+    return next(c for c in read_claims() if _is(c, equation, part))
+
+
+def _is(claim: Claim, equation: str, part: str) -> bool:
+    entry = claim.entry
+    return entry.equation == equation and (entry.part.startswith(part) if part else not entry.part)
