@@ -64,4 +64,4 @@ def test_only_the_compiler_starts_a_process() -> None:
         for path in code.rglob("*.py")
         if re.search(r"\bsubprocess\.|os\.(system|exec\w+|spawn\w+|popen)\(", path.read_text(encoding="utf-8"))
     }
-    assert found == {"compiler.py"}
+    assert found == {"base/compiler.py"}
