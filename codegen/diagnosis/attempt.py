@@ -33,8 +33,9 @@ stays near the measured motion (error grows with the square of time)."""
 LEAST_EXCESS = 0.05
 """Of the loss above noise that the worst joint of an arm has: joints with less wait for a later round."""
 FIRST_ROUNDS = 4
-PROMISING = 8
-"""Parts with a scale that are fitted on few segments; the rest gains less by one linear step already."""
+PROMISING, BY_FORCE = 8, 4
+"""Parts with a scale that are fitted on few segments: so many that gain most by one linear step of the free runs, and
+so many that leave least of the force residual."""
 AS_GOOD = 0.5
 """Share of the best start's gain from which on another start of the same part is followed too."""
 FITTED = 6
@@ -92,6 +93,7 @@ class Attempt:
     Attributes:
         starts: by index of the part, where they were looked for already.
         forced: by index of the part, where the force residual starts it, above the noise.
+        left: by index of the part, what that start leaves of the force residual, squared.
         couplings: by coordinate, the spring between motor and load that was fitted there.
         few: by joint of an arm that is run joint by joint, else under None: what parts there are first tried beside.
         least_gain: by which a part with a rough loss must lower the cost at its start for its search to be worth it.
@@ -105,6 +107,7 @@ class Attempt:
     couplings: dict[int, dict[str, float]] = field(default_factory=dict)
     starts: dict[int, list[tuple[float, Array]]] = field(default_factory=dict)
     forced: dict[int, list[Array]] = field(default_factory=dict)
+    left: dict[int, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         joints = {self._joint(part) for part in self.parts}
@@ -118,7 +121,7 @@ class Attempt:
         names = [s.name for s in self.search.moved]
         refit = with_values(self.search.system, dict(zip(names, self.levels, strict=True)))
         self.survey = survey(refit, self.search.motion)
-        if level(self.base) > NEAR_NOISE and not self.search.rigid:
+        if level(self.base) > NEAR_NOISE:
             self.forced = self._by_force()
 
     def promising(self, indices: Sequence[int]) -> list[int]:
@@ -130,8 +133,9 @@ class Attempt:
         self.starts |= starts
         gains = {k: self._few(k).shot.cost - starts[k][0][0] if starts[k] else -np.inf for k in indices}
         scaled = [k for k in indices if self.parts[k].effect.scaling and not is_own(self.parts[k].kind)]
+        by_force = sorted((k for k in scaled if k in self.left), key=self.left.__getitem__)[:BY_FORCE]
         left_out = sorted(scaled, key=lambda k: -gains[k])[PROMISING:]
-        chosen = [k for k in indices if k not in left_out]
+        chosen = [k for k in indices if k not in left_out or k in by_force]
         self.done += len(indices) - len(chosen)
         return chosen
 
@@ -143,7 +147,9 @@ class Attempt:
             stage = start.best(self.trials[k], covered)
             others = part.effect.suggested(covered)
             found[k] = [np.append(self.base.theta, part.inward(values)) for values in others]
-            found[k] += [] if stage is None else [stage]
+            if stage is not None:
+                self.left[k], theta = stage
+                found[k].append(theta)
         return found
 
     def covered(self, part: Part) -> Covered:

@@ -25,6 +25,8 @@ PADDING = 16
 """Frequencies of the scan are a sixteenth of a turn over the whole span apart."""
 LEAST_TURNS, MOST_TURNS = 1.0, 2000.0
 KEPT_PERIODS = 3
+RIDGE = 1e-9
+"""Of the scaled normal equations: without a turn of the direction two of their columns are one."""
 KEPT_RESONANCES = 2
 
 
@@ -112,14 +114,43 @@ def _resonances(y: Array, motion: Motion, i: int, inertia: float) -> tuple[dict[
 
 
 def _periods(sits_on: str, x: Array, v: Array, y: Array, used: NDArray[np.bool_], span: float) -> tuple[float, ...]:
-    """By what a wave multiplies there: the direction of slip, the square of speed, or nothing."""
-    carrier = {"contact": np.sign(v), "sensor": v**2}.get(sits_on, np.ones_like(v))
-    place = np.clip(((x - x.min()) / span * BINS).astype(int), 0, BINS - 1)
-    weights = (carrier * (y - y[used].mean()))[used]
-    density = np.bincount(place[used], weights=weights, minlength=BINS)
-    power = np.abs(np.fft.rfft(density, PADDING * BINS)) ** 2
-    turns = np.arange(len(power)) / PADDING
-    power[(turns < LEAST_TURNS) | (turns > min(MOST_TURNS, used.sum() / 8))] = 0.0
+    """Periods of the waves that take most of a residual y(x) by least squares, as the Lomb–Scargle periodogram has it.
+
+    y = a + b q + q (c cos 2πx/p + d sin 2πx/p), q what a wave multiplies there: the direction of slip, the square of
+    speed, or 1. How long the motion dwells at each place is in the normal equations and makes no peak of its own.
+    """
+    carrier = {"contact": np.sign(v), "sensor": v**2}.get(sits_on, np.ones_like(v))[used]
+    if not carrier.any():
+        return ()
+    carrier = carrier / np.abs(carrier).max()
+    place = np.clip(((x[used] - x.min()) / span * BINS).astype(int), 0, BINS - 1)
+    count = round(PADDING * min(MOST_TURNS, used.sum() / 8)) + 1
+    turns = np.arange(count) / PADDING
+
+    def waves(weights: Array) -> Array:
+        """Σ weight exp(2πi f x) at every frequency, up to twice the last."""
+        density = np.bincount(place, weights=weights, minlength=BINS)
+        return np.asarray(np.conj(np.fft.rfft(density, PADDING * BINS)))
+
+    once, square, data = (waves(w) for w in (carrier, carrier**2, carrier * y[used]))
+    twice, once, wave, data = square[: 2 * count - 1 : 2], once[:count], square[:count], data[:count]
+    total = square[0].real
+    matrix = np.empty((count, 4, 4))
+    matrix[:, 0, 0], matrix[:, 0, 1], matrix[:, 1, 1] = len(carrier), carrier.sum(), total
+    matrix[:, 0, 2], matrix[:, 0, 3], matrix[:, 1, 2], matrix[:, 1, 3] = once.real, once.imag, wave.real, wave.imag
+    matrix[:, 2, 2], matrix[:, 3, 3], matrix[:, 2, 3] = (
+        (total + twice.real) / 2,
+        (total - twice.real) / 2,
+        twice.imag / 2,
+    )
+    rows, columns = np.tril_indices(4, -1)
+    matrix[:, rows, columns] = matrix[:, columns, rows]
+    size = np.sqrt(np.maximum(np.einsum("kii->ki", matrix), 1e-12 * total))
+    matrix /= size[:, :, None] * size[:, None, :]
+    matrix += RIDGE * np.eye(4)
+    right = np.column_stack([np.full(count, y[used].sum()), np.full(count, data[0].real), data.real, data.imag]) / size
+    power = np.einsum("ki,ki->k", right, np.linalg.solve(matrix, right[:, :, None])[:, :, 0])
+    power[turns < LEAST_TURNS] = 0.0
     peaks = [
         k
         for k in np.argsort(-power)[:200]

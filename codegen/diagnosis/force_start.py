@@ -1,28 +1,32 @@
-"""Where the fit of an actuator's stage starts: by least squares on the force residual.
+"""Where the fit of a candidate starts: by least squares on the force residual of the measured motion.
 
-A delay, a lag, a limit, a dead zone and a gain have no weight in which the model is linear, and a free run that has
-left the measured motion says little of them. The force residual r = g − M a − U λ of the measured motion follows such a
-stage through the effective input w alone, r + (∂g/∂w) (w' − w); the friction levels follow by linear least squares.
+A free run that has left the measured motion says little of what is lacking. The force residual r = g − M a − U λ is
+linear in an effect's weights and in the friction levels, which it gives together, for each of the effect's shapes. A
+stage of an actuator (a delay, a lag, a limit, a dead zone, a gain) has no such weight; r follows it through the
+effective input w alone, r + (∂g/∂w) (w' − w), over a bounded search of its one parameter.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+import casadi
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from codegen.diagnosis.balance import evaluate_forces
+from codegen.diagnosis.balance import evaluate_forces, true_motion
 from codegen.diagnosis.force_fit import force_rows
 from codegen.diagnosis.models import model_of
 from codegen.diagnosis.output_error import Shot
 from codegen.diagnosis.problem import Problem
-from codegen.diagnosis.residual import inverse_dynamics_residual
+from codegen.diagnosis.residual import effective_inputs, inverse_dynamics_residual
 from codegen.diagnosis.trial import Trial
 from codegen.effects.start import Covered
-from codegen.mechanics.system import Matrix, System
+from codegen.mechanics.casadi_form import over_rows, to_casadi
+from codegen.mechanics.system import TIME, Matrix, System
 
 Array = NDArray[np.float64]
 
@@ -32,22 +36,27 @@ SEARCHED, REACH = 16, 2.0
 
 @dataclass(frozen=True, eq=False)
 class ForceStart:
-    """Starts of actuator stages beside one fit.
+    """Starts of candidates beside one fit.
 
     Attributes:
-        problem: of the declared system on the log's motion. base: the fit without the stage.
+        problem: of the declared system on the log's motion. base: the fit without the candidate.
     """
 
     problem: Problem
     base: Shot
 
-    def best(self, trial: Trial, covered: Covered) -> Array | None:
-        """The trial's vector with its last part, and the levels, as the force residual has them.
+    def best(self, trial: Trial, covered: Covered) -> tuple[float, Array] | None:
+        """What is left of the force residual, squared, and the trial's vector with its last part and the levels.
 
-        None where the part has another number of parameters than one, or is no stage of an actuator.
+        None where the part adds states, or is neither a force with a weight nor a stage of an actuator with one
+        parameter.
         """
         part = trial.parts[-1]
-        if part.effect.scaling or len(part.names) != 1 or trial.adds_states or set(part.symbols) & set(trial.free):
+        if trial.adds_states or self.base.runner.trial.adds_states:
+            return None
+        if part.effect.scaling:
+            return self._weighted(trial, covered) if set(part.symbols) <= set(trial.free) else None
+        if len(part.names) != 1 or set(part.symbols) & set(trial.free):
             return None
         grid = [float(part.inward(shape)[0]) for shape in part.effect.starts(covered)]
         tried = {inner: self._left(trial, inner) for inner in grid}
@@ -62,7 +71,43 @@ class ForceStart:
         inner = min(tried, key=lambda inner: tried[inner][0])
         theta = np.append(self.base.theta, inner)
         theta[self._places] += tried[inner][1]
-        return theta if np.isfinite(theta).all() else None
+        return (tried[inner][0], theta) if np.isfinite(theta).all() else None
+
+    def _weighted(self, trial: Trial, covered: Covered) -> tuple[float, Array] | None:
+        """The best of an effect's shapes, its weights and the levels by linear least squares."""
+        part, effect = trial.parts[-1], trial.parts[-1].effect
+        shapes = effect.starts(covered)
+        probes = [effect.probes(shape, covered) for shape in shapes]
+        changes = iter(self._changes(trial, [values for one in probes for values, _ in one]))
+        found: list[tuple[float, Array]] = []
+        residual = self._rows(self._residual)
+        for shape, one in zip(shapes, probes, strict=True):
+            columns = np.column_stack([*(next(changes) / size for _, size in one), self._levels])
+            scale = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+            step = np.asarray(np.linalg.lstsq(columns / scale, -residual, rcond=1e-9)[0], dtype=float) / scale
+            rest = residual + columns @ step
+            theta = np.append(self.base.theta, part.inward(effect.weighted(shape, step[: len(one)].tolist())))
+            theta[self._places] += step[len(one) :]
+            if np.isfinite(theta).all():
+                found.append((float(rest @ rest), theta))
+        return min(found, key=lambda pair: pair[0], default=None)
+
+    def _changes(self, trial: Trial, probes: Sequence[Mapping[str, float]]) -> Iterator[Array]:
+        """(R,) by which the last part, with each of these values, changes the residual."""
+        system, motion, part = trial.changed, self.problem.motion, trial.parts[-1]
+        own = dict(zip(self.base.runner.trial.symbols, self.base.runner.trial.numbers(self.base.theta), strict=True))
+        variables = [*system.positions, *system.velocities, *system.accelerations, *system.inputs, TIME, *part.symbols]
+        point = casadi.SX.sym("point", len(variables))
+        names = {s: casadi.SX(float(v)) for s, v in {**system.values, **own}.items()}
+        names |= {s: point[k] for k, s in enumerate(variables)}
+        error = casadi.densify(to_casadi(system.equation_error, names))
+        function = casadi.Function("force", [point], [error])
+        since = (motion.time - motion.time[0])[:, None]
+        at = np.hstack([*true_motion(self._system, motion), effective_inputs(self._system, motion), since])
+        for values in probes:
+            numbers = np.array([values[name] for name in part.names])
+            force = over_rows(function, np.hstack([at, np.tile(numbers, (len(at), 1))]))
+            yield self._rows(motion.low_pass(force) - self._residual)
 
     def _left(self, trial: Trial, inner: float) -> tuple[float, Array]:
         """(squared residual that is left, steps of the levels) with the part at this value."""

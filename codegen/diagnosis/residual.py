@@ -44,10 +44,10 @@ class Masks:
 
 
 def effective_inputs(system: System, motion: Motion) -> Array:
-    """The motion's inputs behind declared delays and lags, as ``System.equation_error`` takes them."""
+    """The motion's inputs behind declared actuators, as ``System.equation_error`` takes them."""
     inputs = motion.inputs.copy()
     for k, w in enumerate(system.inputs):
-        if w in system.actuators and system.actuators[w].has_memory:
+        if w in system.actuators:
             inputs[:, k] = mean_about_samples(system, k, motion.time, motion.commands[:, k])
     return inputs
 
@@ -92,20 +92,29 @@ def residual_at_drive(system: System, motion: Motion) -> Array:
 
 
 def drive_left(system: System, motion: Motion) -> Array:
-    """(n,) median of what the inputs change in g − U λ behind the actuators, over that in g as logged; at most 1.
+    """(n,) median over samples of Σ w ∂/∂w of g − U λ behind the actuators over that of g as logged; at most 1.
 
-    Medians, since at a crawl the sign of the speed is noise, and friction then adds to the drive.
+    Slopes, since a dead zone takes a part of the drive and passes every error of it on as it is; of a saturation only
+    those samples count at which it passes anything. The median, since at a crawl the sign of the speed is noise, and
+    friction then adds to the drive.
     """
     n = system.degrees_of_freedom
     if not system.actuators and not any(c.force.has(w) for c in system.contacts for w in system.inputs):
         return np.ones(n)
-    off = dict.fromkeys(system.inputs, 0)
-    columns = [Matrix(f - f.subs(off)) for f in (system.force, system.equation_error)]
-    inputs = effective_inputs(system, motion)
-    drive, net = (motion.low_pass(f) for f in evaluate_forces(system, columns, motion, inputs))
+    columns = [_by_inputs(system, f) for f in (system.force, system.equation_error)]
+    drive, net = evaluate_forces(system, columns, motion, effective_inputs(system, motion))
     used = motion.usable if motion.counted is None else motion.usable & motion.counted
-    driven, left = (np.median(np.abs(f[used]), axis=0) for f in (drive, net))
-    return np.asarray(np.clip(np.where(driven > 0, left / np.where(driven > 0, driven, 1.0), 1.0), LEAST_LEFT, 1.0))
+    left = np.ones(n)
+    for i in range(n):
+        passed = used & (drive[:, i] != 0) & (net[:, i] != 0)
+        if passed.any():
+            left[i] = np.median(np.abs(net[passed, i] / drive[passed, i]))
+    return np.clip(left, LEAST_LEFT, 1.0)
+
+
+def _by_inputs(system: System, force: Matrix) -> Matrix:
+    """Σ w ∂f/∂w over the inputs."""
+    return Matrix(force.jacobian(Matrix(system.inputs)) * Matrix(system.inputs))
 
 
 def _balance(system: System, motion: Motion) -> Array:

@@ -21,7 +21,9 @@ FREQUENCIES = (0.15, 0.4, 1.0, 2.5, 6.0)
 """Resonances to start from, in the cutoff of the log."""
 LOADS = (0.3, 0.65)
 DAMPING_RATIOS = (0.15, 0.6)
-GAPS = 5
+GAPS, GAP_RATIO = 5, 1.25
+"""Gaps to start from with every coupling, and between those with one of a middling stiffness, well damped: a free run
+tells of a gap only within about a quarter of its own, but for any coupling near the true one."""
 SEEN_GAP = 2.0
 """Standard deviations of the position's noise: the play of a smaller one is a compliance's freedom to fit."""
 NEEDS = "an axis with a constant inertia of its own, not coupled to others, and no compliance or backlash yet"
@@ -91,12 +93,19 @@ class Backlash(Effect):
         return system.with_transmission(Transmission(place, p["k"], p["c"], p["load_fraction"], p["gap"]))
 
     def starts(self, covered: Covered) -> list[dict[str, float]]:
-        """Gaps from the noise to a fortieth of the span, with the compliance found at the place, or stiffer ones."""
+        """Gaps from the noise to a tenth of the span, with the compliance found at the place, or stiffer ones."""
         stiff = [_coupling(covered, *where) for where in product(FREQUENCIES[2:], LOADS, DAMPING_RATIOS)]
+        middling = [_coupling(covered, *where) for where in product(FREQUENCIES[2:4], LOADS, DAMPING_RATIOS[1:])]
         noise, half = covered.noise, covered.half_span
-        gaps = np.geomspace(max(2 * noise, 1e-5 * half), max(20 * noise, 0.05 * half), GAPS)
+        least, most = max(2 * noise, 1e-5 * half), max(20 * noise, 0.2 * half)
         couplings = [covered.coupling, *stiff] if covered.coupling else stiff
-        return [{**coupling, "gap": float(gap)} for coupling in couplings for gap in gaps]
+        close = np.geomspace(least, most, 2 + int(np.log(most / least) / np.log(GAP_RATIO)))
+        return [
+            {**coupling, "gap": float(gap)}
+            for some, gaps in ((couplings, np.geomspace(least, most, GAPS)), (middling, close))
+            for coupling in some
+            for gap in gaps
+        ]
 
     def unseen(self, values: Mapping[str, float], noise: float) -> str:
         return (

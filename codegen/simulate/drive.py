@@ -54,21 +54,26 @@ def drive_columns(system: System, time: Array, inputs: Array, substeps: int) -> 
 def mean_about_samples(system: System, index: int, time: Array, commands: Array) -> Array:
     """What acts about each t_k, (N,): the mean over a sample before and a sample after it.
 
-    Of the effective input where it lags; else of the delayed command, without gain, dead zone and saturation.
+    Of the effective input where it lags; else the command that gain, dead zone and saturation turn into that mean. A
+    command that steps through a dead zone has a mean that tells nothing of the mean that acts.
     """
-    static = system.actuator(index).lag is not None
-    signal = _Effective(system, index, time, commands, static)
+    signal = _Effective(system, index, time, commands)
     reach = np.gradient(time)
-    return np.asarray((signal.integral(time + reach) - signal.integral(time - reach)) / (2 * reach))
+    mean = (signal.integral(time + reach) - signal.integral(time - reach)) / (2 * reach)
+    chain = system.actuator(index)
+    if chain.lag is not None:
+        return np.asarray(mean)
+    gain, width = (float(e.subs(system.values)) for e in (chain.gain, chain.dead_zone))
+    return np.asarray((mean + np.sign(mean) * width) / gain) if gain != 0 else commands
 
 
 class _Effective:
     """One input's effective value over a log: static(command) held, then the lag, then the delay, which commute."""
 
-    def __init__(self, system: System, index: int, time: Array, commands: Array, static: bool = True) -> None:
+    def __init__(self, system: System, index: int, time: Array, commands: Array) -> None:
         chain = system.actuator(index)
         w = system.inputs[index]
-        self.held = _static(system, chain.static(w), w, commands) if static else commands
+        self.held = _static(system, chain.static(w), w, commands)
         self.has_memory = chain.has_memory
         self._time, self._delay = time, float(chain.delay.subs(system.values))
         self._lag = None if chain.lag is None else float(chain.lag.subs(system.values))

@@ -23,6 +23,7 @@ from codegen.diagnosis.trial import part_of
 from codegen.effects import CATALOGUE
 from codegen.logs import Log
 from codegen.mechanics import System
+from codegen.simulate.drive import mean_about_samples
 from tests.diagnosis.stage import log_of, stage, system_of
 
 ONE_WAY = "0.25*t + 0.02*sin(2*pi*0.7*t)"
@@ -132,3 +133,21 @@ def test_friction_that_does_follow_the_drive_still_explains_it(tmp_path: Path) -
 def test_a_small_gain_leaves_a_share_of_the_drive(gain: float, log: Log) -> None:
     weak = system_of(stage(f"[{{kind: input_gain, on: w, parameters: {{gain: {gain}}}}}]"))
     assert drive_left(weak, smooth_motion(log)) == pytest.approx([min(gain, 1.0)])
+
+
+@pytest.mark.parametrize("kind", ["dead_zone", "saturation"])
+def test_a_dead_zone_takes_of_the_drive_and_nothing_of_its_errors(kind: str, tmp_path: Path) -> None:
+    """A newton more at the input is a newton more behind it: the residual is not scaled."""
+    motion = smooth_motion(log_of(stage(), tmp_path, "plain.csv"))
+    size = float(np.median(np.abs(motion.commands)))
+    words = {"dead_zone": f"width: {0.5 * size}", "saturation": f"limit: {1.5 * size}"}[kind]
+    behind = system_of(stage(f"[{{kind: {kind}, on: w, parameters: {{{words}}}}}]"))
+    assert drive_left(behind, motion) == pytest.approx([1.0])
+
+
+def test_a_command_that_steps_through_a_dead_zone_has_the_mean_of_what_acts() -> None:
+    """From −3 N to 2 N through ±1 N: −2 N and 1 N act, −0.5 N on average, for which the command is −1.5 N."""
+    behind = system_of(stage("[{kind: dead_zone, on: w, parameters: {width: 1}}]"))
+    commands = np.array([-3.0, -3.0, 2.0, 2.0, 0.5, 0.5])
+    found = mean_about_samples(behind, 0, np.arange(6) * 1e-3, commands)
+    assert found[1:5] == pytest.approx([-3.0, -1.5, 2.0, 1.5])
