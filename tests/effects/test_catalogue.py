@@ -180,7 +180,7 @@ COVERED = Covered(
 def test_a_fit_starts_from_admissible_values_of_every_shape(kind: str) -> None:
     effect = CATALOGUE[kind]
     starts = effect.starts(COVERED)
-    assert 1 <= len(starts) <= 60
+    assert 1 <= len(starts) <= (300 if effect.rough else 60)  # a rough loss has many basins
     for start in starts:
         assert set(start) == {q.name for q in effect.shapes}
         for q in effect.shapes:
