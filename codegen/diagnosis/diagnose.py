@@ -24,7 +24,7 @@ from codegen.diagnosis.credit import ALPHA, BLOCKS, level, share_far
 from codegen.diagnosis.examination import examine
 from codegen.diagnosis.harmonics import with_harmonics
 from codegen.diagnosis.limits import levels_at_zero
-from codegen.diagnosis.measure import RESTART_S, Window, force_errors, measure
+from codegen.diagnosis.measure import RESTART_S, Window, force_errors, measure, restart_within_reach
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.proposal import propose_terms, refuse_without_pysindy
 from codegen.diagnosis.record import position_noise, record_of
@@ -72,6 +72,7 @@ class Models:
         window: the held-out part of ``test``.
         spec_text: the augmented spec.
         excitation: text of the file of a motion that tells candidates apart; None where there is none.
+        restart_s: between restarts of free runs on ``test``.
     """
 
     declared: System
@@ -82,6 +83,7 @@ class Models:
     window: Window
     spec_text: str
     excitation: str | None = None
+    restart_s: float = RESTART_S
     named: tuple[FoundEffect, ...] = ()
 
 
@@ -141,13 +143,14 @@ def diagnose_log(
     outcome, standing = with_harmonics(search, outcome, problem) if not faults else (outcome, search)
     tell("values and held-out error", 0.78)
     judge = Problem(system, other, {})
+    restart = restart_within_reach(system, other, window)
     said = examine(
         search,
         standing,
         outcome,
         problem,
         verdict_of(outcome, faults),
-        lambda s: measure(s, other, judge.masks, window),
+        lambda s: measure(s, other, judge.masks, window, restart),
     )
     verdict, refit, augmented = said.verdict, said.refit, said.augmented
     left = remainders(said.adopted or refit, training, problem.masks)
@@ -180,7 +183,7 @@ def diagnose_log(
         augmented=said.figures[2],
         training=_training(problem, (system, refit, augmented)),
         refitted=values,
-        data=_data(log, test_log, motion, window, problem) | _search_data(search, outcome),
+        data=_data(log, test_log, motion, window, problem, restart) | _search_data(search, outcome),
         agreement=agreement,
         findings={name: tuple(_words(f) for f in some) for name, some in findings.items()},
         certificate=None,
@@ -196,7 +199,7 @@ def diagnose_log(
         proposal=propose_terms(refit, problem, judge, window) if propose and verdict == "unknown" else None,
     )
     tell("done", 1.0)
-    return diagnosis, Models(system, refit, augmented, problem, judge, window, text, excitation, said.effects)
+    return diagnosis, Models(system, refit, augmented, problem, judge, window, text, excitation, restart, said.effects)
 
 
 def _of_steady_records(
@@ -265,7 +268,7 @@ def _of_steady_records(
         material=material,
     )
     text = augmented_text(spec, list(effects), adopted, system)
-    return diagnosis, Models(*three, train, there, window, text, None, said.effects)
+    return diagnosis, Models(*three, train, there, window, text, named=said.effects)
 
 
 def _uncertain(spec: Spec, system: System, log: Log) -> tuple[System, Mapping[sympy.Symbol, float]]:
@@ -309,7 +312,9 @@ def _training(problem: Problem, models: tuple[System, System, System]) -> tuple[
     return declared, refit, augmented
 
 
-def _data(log: Log, test: Log | None, motion: Motion, window: Window, problem: Problem) -> dict[str, Any]:
+def _data(
+    log: Log, test: Log | None, motion: Motion, window: Window, problem: Problem, restart_s: float = RESTART_S
+) -> dict[str, Any]:
     h = motion.sample_time
     return {
         "train": log.files,
@@ -318,7 +323,7 @@ def _data(log: Log, test: Log | None, motion: Motion, window: Window, problem: P
         "train_samples": len(problem.motion.time),
         "sample_time_s": h,
         "cutoff_hz": motion.cutoff_hz,
-        "restart_s": RESTART_S,
+        "restart_s": restart_s,
         "coordinates": [
             {"name": x.name, "unit": unit, "force_unit": problem.system.force_unit(i)}
             for i, (x, unit) in enumerate(zip(problem.system.positions, problem.system.position_units, strict=True))
