@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.real.runs import kept, result
-from benchmarks.real.sets import PAGES, SETS, Diagnosed
+from benchmarks.real.sets import PAGE_NAMES, PAGES, SETS, Diagnosed
 from codegen.base.errors import BadInput
 from codegen.base.files import write_atomically
+from codegen.diagnosis.measure import RESTART_S
 
 BEGIN, END = "<!-- python -m benchmarks.real: begin -->", "<!-- python -m benchmarks.real: end -->"
 MODELS = ("declared", "refit", "augmented")
@@ -17,13 +18,15 @@ HEAD = (
     "| training → test | verdict | force error: declared / refit / augmented | free run | expert, held out |\n"
     "|---|---|---|---|---|\n"
 )
+SHOWN = 7
+"""Parameters of an effect in a row: a sum of waves has dozens."""
 SAID = "In the words of the diagnosis:"
 MISSING = "| {words} | not run | | | {expert} |\n"
 
 
 def page_of(set_name: str) -> Path:
     """The page of a set."""
-    return PAGES / f"data_{set_name}.md"
+    return PAGES / f"data_{PAGE_NAMES.get(set_name, set_name)}.md"
 
 
 def table(set_name: str, out: Path) -> str:
@@ -81,8 +84,9 @@ def _place(on: object) -> str:
 
 def _values(effect: Mapping[str, Any]) -> str:
     units = effect.get("units", {})
-    each = (f"{name} = {value:.3g} {units.get(name, '')}" for name, value in effect["parameters"].items())
-    return ", ".join(words.strip() for words in each)
+    each = [f"{name} = {value:.3g} {units.get(name, '')}".strip() for name, value in effect["parameters"].items()]
+    more = [f"and {len(each) - SHOWN} more"] if len(each) > SHOWN else []
+    return ", ".join([*each[:SHOWN], *more])
 
 
 def _forces(error: Mapping[str, Mapping[str, Any]]) -> str:
@@ -90,12 +94,13 @@ def _forces(error: Mapping[str, Mapping[str, Any]]) -> str:
 
 
 def _free_runs(found: Mapping[str, Any]) -> str:
-    """RMS of the position restarted every so often, a line a coordinate."""
+    """RMS of the position restarted every so often, a line a coordinate; the time where it is not the usual one."""
     lines = []
     for i, c in enumerate(found["data"]["coordinates"]):
         each = [found["error"][m]["free_run_position_rmse_by_coordinate"][i] for m in MODELS]
         lines.append(" / ".join("diverges" if v is None else f"{v:.3g}" for v in each) + f" {c['unit']}")
-    return "<br>".join(lines)
+    restart = found["data"].get("restart_s", RESTART_S)
+    return "<br>".join([*lines, *([f"every {restart:.3g} s"] if restart != RESTART_S else [])])
 
 
 def _percent(share: float | None) -> str:

@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from benchmarks.real.sets import DATA, ROOT, SPECS, Diagnosed
+from benchmarks.real.sets import DATA, ROOT, SPECS, Diagnosed, spec_of
 from codegen.base.files import write_atomically
 
 EXIT_UNFIT = 3
@@ -36,10 +36,11 @@ class Kept:
 def command(set_name: str, run: Diagnosed, out: Path) -> list[str]:
     """Arguments of `stiction`, as a user gives them."""
     data, specs = DATA / set_name, SPECS / set_name
-    words = ["diagnose", str(specs / run.spec), *(str(data / file) for file in run.train)]
+    words = ["diagnose", str(spec_of(set_name, run)), *(str(data / file) for file in run.train)]
     for file in run.test:
         words += ["--test", str(data / file)]
-    return [*words, "-d", str(specs / run.about), "-o", str(out)]
+    described = ["-d", str(specs / run.about)] if run.about else []
+    return [*words, *described, "-o", str(out)]
 
 
 def diagnosed(set_name: str, run: Diagnosed, out: Path) -> Kept:

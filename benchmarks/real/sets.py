@@ -17,7 +17,7 @@ class Diagnosed:
 
     Attributes:
         name: of the folder of its results. words: of its row in the page's table.
-        spec, about: files in SPECS/set: the spec, and the description of the logs.
+        spec, about: files in SPECS/set: the spec, and the description of the logs; "" where the spec has it.
         train, test: files in DATA/set; without ``test`` the end of the training log is held out.
         expert: relative held-out error by the set's README: of the base model, and of the best that it names.
         steady: whether each log runs at one constant speed, so that the errors of their means are told too.
@@ -31,6 +31,11 @@ class Diagnosed:
     expert: str = ""
     about: str = "meta.yaml"
     steady: bool = False
+
+
+def spec_of(set_name: str, run: Diagnosed) -> Path:
+    """The spec's file."""
+    return (SPECS / set_name / run.spec).resolve()
 
 
 def _ladder(drive: int, speeds: tuple[int, ...]) -> tuple[str, ...]:
@@ -47,7 +52,40 @@ SLOW = _servo("28m10", "28m24", "28m42", "28m57", "29m14", "29m29", "29m47", "30
 FAST = _servo("28m32", "29m04", "29m37", "30m10")
 RMS = "means of the logs, mN·m: "
 
+PAGE_NAMES = {"dfki_double_pendulum": "double_pendulum", "odrive_cogging": "odrive"}
+"""Of sets whose page is not named as they are."""
 SETS: dict[str, tuple[Diagnosed, ...]] = {
+    "emps": (
+        Diagnosed(
+            "pulses",
+            "DATA_EMPS → DATA_EMPS_PULSES",
+            "../../emps.yaml",
+            ("DATA_EMPS.mat",),
+            ("DATA_EMPS_PULSES.mat",),
+            "5.98 % (friction by direction; other filters)",
+            "",
+        ),
+    ),
+    "odrive_cogging": (
+        Diagnosed(
+            "slow_turns",
+            "slow_goodgains_2_nocomp_0, 1 → 2",
+            "motor.yaml",
+            ("slow_goodgains_2_nocomp_0.csv", "slow_goodgains_2_nocomp_1.csv"),
+            ("slow_goodgains_2_nocomp_2.csv",),
+            "none published",
+        ),
+    ),
+    "dfki_double_pendulum": (
+        Diagnosed(
+            "excitation",
+            "trajectory_00, 01 → 04",
+            "pendulum.yaml",
+            ("trajectory_00.csv", "trajectory_01.csv"),
+            ("trajectory_04.csv",),
+            "none published",
+        ),
+    ),
     "rvim_screw_drives": (
         Diagnosed(
             "drive_1",

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.real.sets import DATA, SPECS, Diagnosed
+from benchmarks.real.sets import DATA, SPECS, Diagnosed, spec_of
 from codegen import pipeline
 from codegen.diagnosis.models import with_values
 from codegen.diagnosis.residual import inverse_dynamics_residual
@@ -25,7 +25,7 @@ def mean_errors(set_name: str, run: Diagnosed, out: Path) -> list[float]:
     Args:
         out: folder of the diagnosis.
     """
-    about, spec_file = SPECS / set_name / run.about, SPECS / set_name / run.spec
+    about, spec_file = SPECS / set_name / run.about, spec_of(set_name, run)
     declared = pipeline.check(spec_file)
     found = json.loads((out / "diagnosis.json").read_text())
     refit = with_values(declared.system, {name: v["refit"] for name, v in found["values"].items()})

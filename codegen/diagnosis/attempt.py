@@ -64,10 +64,10 @@ class Found:
 
 
 def every_part(search: Search, taken: Sequence[Part]) -> list[Part]:
-    """Effects at their places, less those taken; richer forms of a kind are not tried on their own."""
+    """Effects at their places that the log can show, less those taken; richer forms of a kind are not tried alone."""
     known, changed = {(p.kind, p.on) for p in taken}, replace(search.nothing, parts=tuple(taken)).changed
     parts = [part_of(effect, place, search.system) for effect, place in candidates(changed) if not effect.refines]
-    return [p for p in parts if (p.kind, p.on) not in known]
+    return [p for p in parts if (p.kind, p.on) not in known and (not p.effect.both_ways or search.turns[p.place])]
 
 
 def attempt(search: Search, base: Shot, parts: Sequence[Part], tell: Progress) -> list[Found]:

@@ -40,16 +40,18 @@ def sentence(
     said: Answer,
     rivals: Sequence[FoundEffect],
     findings: Sequence[Finding],
-    outcome: Outcome,
+    outcome: Outcome | None,
     left: Sequence[Remainder],
     material: float,
     experiment: Separation | None = None,
+    records: int = 0,
 ) -> str:
     """The verdict in words; its figures are of the coordinate on which the first effect acts.
 
     Args:
         findings: of the preflight of the training log. left: what the model that is written leaves, by coordinate.
         material: share of the drive force from which on a force matters; variables are named of more alone.
+        outcome: of the free runs; None where records at steady speed were judged by their means, ``records`` of them.
         experiment: how rivals could be told apart.
     """
     most = worst(left, material)
@@ -72,8 +74,9 @@ def sentence(
         where=system.positions[i].name if system.degrees_of_freedom > 1 else "",
         faults=[f.words for f in findings if f.severity == "problem"],
         doubts=[f.words for f in findings if f.severity == "warning" and f.topic in DOUBTFUL],
-        noise=level(outcome.base),
-        far=share_far(outcome.base),
+        records=records,
+        noise=0.0 if outcome is None else level(outcome.base),
+        far=0.0 if outcome is None else share_far(outcome.base),
         far_noise=FAR,
         near_noise=NEAR_NOISE,
         left=left[most] if isfinite(left[most].share) else None,

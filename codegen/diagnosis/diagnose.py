@@ -2,30 +2,50 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
 import sympy
 
 from codegen.diagnosis.augment import augmented_text
-from codegen.diagnosis.conclusion import as_effect, candidates, first_effect, is_small, rounds, sentence, verdict_of
+from codegen.diagnosis.conclusion import (
+    TABLE_SIZE,
+    as_effect,
+    candidates,
+    first_effect,
+    is_small,
+    rounds,
+    sentence,
+    verdict_of,
+)
 from codegen.diagnosis.credit import ALPHA, BLOCKS, level, share_far
 from codegen.diagnosis.examination import examine
 from codegen.diagnosis.harmonics import with_harmonics
 from codegen.diagnosis.limits import levels_at_zero
-from codegen.diagnosis.measure import RESTART_S, Window, force_errors, measure
+from codegen.diagnosis.measure import RESTART_S, Window, force_errors, measure, restart_within_reach
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.proposal import propose_terms, refuse_without_pysindy
-from codegen.diagnosis.record import record_of
+from codegen.diagnosis.record import position_noise, record_of
 from codegen.diagnosis.referee import remainders
 from codegen.diagnosis.replay import compare_residuals
-from codegen.diagnosis.results import MATERIAL, Diagnosis, FoundEffect
+from codegen.diagnosis.results import MATERIAL, Diagnosis, ErrorFigures, FoundEffect, Round
 from codegen.diagnosis.rounds import Outcome, find_effects, within_reach
 from codegen.diagnosis.search import Search, search_on
 from codegen.diagnosis.separation import separate, tied_fits
 from codegen.diagnosis.signals import SHORTEST_TEST_S, Motion, smooth_motion
 from codegen.diagnosis.standing import beside_the_others
+from codegen.diagnosis.steady_runs import (
+    Ladder,
+    answer_of,
+    candidate_of,
+    effects_of,
+    figures_of,
+    is_static,
+    means_of,
+    remainders_of,
+)
 from codegen.effects.declare import add_declared_effects
 from codegen.logs import Finding, Log, excerpt, preflight
 from codegen.mechanics import build_system
@@ -37,6 +57,8 @@ from codegen.spec.model import Spec
 from codegen.spec.numerics import numerical
 
 HELD_OUT_SHARE = 0.3
+HELD_OUT_EVERY = 3
+"""Of records at steady speed one in so many is held out: their order is one of speeds, not of time."""
 Progress = Callable[[str, float], None]
 
 
@@ -50,6 +72,7 @@ class Models:
         window: the held-out part of ``test``.
         spec_text: the augmented spec.
         excitation: text of the file of a motion that tells candidates apart; None where there is none.
+        restart_s: between restarts of free runs on ``test``.
     """
 
     declared: System
@@ -60,6 +83,7 @@ class Models:
     window: Window
     spec_text: str
     excitation: str | None = None
+    restart_s: float = RESTART_S
     named: tuple[FoundEffect, ...] = ()
 
 
@@ -102,21 +126,31 @@ def diagnose_log(
     window = Window(0, len(other.time)) if test_log is not None else Window(split, len(motion.time))
 
     problem = Problem(system, training, deviations)
+    faults = any(f.severity == "problem" for f in findings["train"])
+    means = means_of(log) if is_static(system) and not faults else None
+    if means is not None:
+        tell("means of steady records", 0.2)
+        whole = Problem(system, motion, deviations)
+        there = Problem(system, other, {})
+        data = _data(log, test_log, motion, window, whole)
+        return _of_steady_records(
+            spec, Ladder(whole, means, position_noise(motion, log)), test_log, there, data, findings, material
+        )
     search = search_on(problem, lambda share: record_of(training, log, share))
     tell("refit", 0.05)
-    faults = any(f.severity == "problem" for f in findings["train"])
     search, base = within_reach(search)
     outcome = find_effects(search, base, lambda k, share: tell(f"effect {k + 1}", 0.1 + 0.25 * (k + share)), faults)
     outcome, standing = with_harmonics(search, outcome, problem) if not faults else (outcome, search)
     tell("values and held-out error", 0.78)
     judge = Problem(system, other, {})
+    restart = restart_within_reach(system, other, window)
     said = examine(
         search,
         standing,
         outcome,
         problem,
         verdict_of(outcome, faults),
-        lambda s: measure(s, other, judge.masks, window),
+        lambda s: measure(s, other, judge.masks, window, restart),
     )
     verdict, refit, augmented = said.verdict, said.refit, said.augmented
     left = remainders(said.adopted or refit, training, problem.masks)
@@ -149,7 +183,7 @@ def diagnose_log(
         augmented=said.figures[2],
         training=_training(problem, (system, refit, augmented)),
         refitted=values,
-        data=_data(log, test_log, motion, window, problem) | _search_data(search, outcome),
+        data=_data(log, test_log, motion, window, problem, restart) | _search_data(search, outcome),
         agreement=agreement,
         findings={name: tuple(_words(f) for f in some) for name, some in findings.items()},
         certificate=None,
@@ -165,7 +199,76 @@ def diagnose_log(
         proposal=propose_terms(refit, problem, judge, window) if propose and verdict == "unknown" else None,
     )
     tell("done", 1.0)
-    return diagnosis, Models(system, refit, augmented, problem, judge, window, text, excitation, said.effects)
+    return diagnosis, Models(system, refit, augmented, problem, judge, window, text, excitation, restart, said.effects)
+
+
+def _of_steady_records(
+    spec: Spec,
+    ladder: Ladder,
+    test_log: Log | None,
+    there: Problem,
+    data: dict[str, Any],
+    findings: Mapping[str, Sequence[Finding]],
+    material: float,
+) -> tuple[Diagnosis, Models]:
+    """The diagnosis of records at one steady speed each, by their means.
+
+    Args:
+        there: the declared system on the motion on which free runs are measured.
+    """
+    system, held, count = ladder.system, None, len(ladder.means)
+    if test_log is not None:
+        held = means_of(test_log)
+    else:
+        apart = np.arange(count) % HELD_OUT_EVERY == HELD_OUT_EVERY - 1
+        held, ladder = ladder.means.of(apart), replace(ladder, means=ladder.means.of(~apart))
+        data |= {"test": f"{data['train']}, one record in {HELD_OUT_EVERY}"}
+    window = Window(0, len(there.motion.time))
+
+    def measured(model: System) -> ErrorFigures:
+        plain = measure(model, there.motion, there.masks, window)
+        return plain if held is None else figures_of(model, held, plain)
+
+    said, found = answer_of(ladder, measured, by_means=held is not None)
+    left = remainders_of(said.adopted or said.refit, ladder.means)
+    if said.verdict == "none" and any(r.nature(material) == "structured" for r in left):
+        said = replace(said, verdict="unknown")
+    named = [(parts, [candidate_of(a, system) for a in tried]) for parts, tried in found.rounds]
+    rivals = tuple(effects_of(a.fit, said.refit)[0] for a in found.rivals) if said.verdict == "ambiguous" else ()
+    moved = {
+        s.name: (float(system.values[s]), float(said.refit.values[s]), float(said.augmented.values[s]))
+        for s in ladder.moved
+    }
+    effects = said.effects if said.verdict == "effect" else ()
+    adopted = {name: value for name, (_, _, value) in moved.items()}
+    train = Problem(system, ladder.problem.motion, ladder.problem.deviation)
+    three = (system, said.refit, said.augmented)
+    training = tuple(figures_of(model, ladder.means, said.figures[0]).relative_force for model in three)
+    diagnosis = Diagnosis(
+        verdict=said.verdict,
+        sentence=sentence(system, said, rivals, findings["train"], None, left, material, records=len(ladder.means)),
+        effects=effects,
+        candidates=tuple(named[0][1][:TABLE_SIZE]),
+        declared=said.figures[0],
+        refit=said.figures[1],
+        augmented=said.figures[2],
+        training=(training[0], training[1], training[2]),
+        refitted=moved,
+        data=data | {"segments": len(ladder.means), "alpha": ALPHA},
+        agreement=None,
+        findings={name: tuple(_words(f) for f in some) for name, some in findings.items()},
+        certificate=None,
+        later_rounds=tuple(
+            Round(tuple((p.kind, p.on) for p in parts), tuple(tried[:TABLE_SIZE])) for parts, tried in named[1:]
+        ),
+        rivals=rivals,
+        remarks=said.remarks,
+        at_limit=levels_at_zero(system, (said.refit, said.augmented), ladder.problem.levels),
+        remainder=left,
+        material=material,
+    )
+    text = augmented_text(spec, list(effects), adopted, system)
+    return diagnosis, Models(*three, train, there, window, text, named=said.effects)
 
 
 def _uncertain(spec: Spec, system: System, log: Log) -> tuple[System, Mapping[sympy.Symbol, float]]:
@@ -209,7 +312,9 @@ def _training(problem: Problem, models: tuple[System, System, System]) -> tuple[
     return declared, refit, augmented
 
 
-def _data(log: Log, test: Log | None, motion: Motion, window: Window, problem: Problem) -> dict[str, Any]:
+def _data(
+    log: Log, test: Log | None, motion: Motion, window: Window, problem: Problem, restart_s: float = RESTART_S
+) -> dict[str, Any]:
     h = motion.sample_time
     return {
         "train": log.files,
@@ -218,7 +323,7 @@ def _data(log: Log, test: Log | None, motion: Motion, window: Window, problem: P
         "train_samples": len(problem.motion.time),
         "sample_time_s": h,
         "cutoff_hz": motion.cutoff_hz,
-        "restart_s": RESTART_S,
+        "restart_s": restart_s,
         "coordinates": [
             {"name": x.name, "unit": unit, "force_unit": problem.system.force_unit(i)}
             for i, (x, unit) in enumerate(zip(problem.system.positions, problem.system.position_units, strict=True))

@@ -62,7 +62,8 @@ def _with_effects(standing: Search, outcome: Outcome, problem: Problem, plain: A
     if against:
         return replace(plain, verdict=without_effects(outcome), effects=found, against=against)
     richer = settle(standing, shot, problem, with_effects(system, found))
-    options = _options(with_effects(system, found), richer, "the effect with refitted values")
+    without_it = {s.name: float(plain.refit.values[s]) for s in standing.moved}
+    options = _options(with_effects(system, found), richer, "the effect with refitted values", without_it)
     if verdict in ("effect", "ambiguous") and not force_agrees(outcome.final, problem, plain.refit, options[0].system):
         words = "the squared residual force of the training log does not fall by it as it should"
         return replace(plain, verdict="unknown", effects=found, against=(words,))
@@ -118,12 +119,17 @@ def without_effects(outcome: Outcome) -> Verdict:
     return "unknown" if far and credit.misfit(base) > credit.LEAST_SIZE else "none"
 
 
-def _options(system: System, refit: Refit, words: str) -> list[Option]:
-    """From the values that the training log prefers to the declared ones, each once."""
+def _options(system: System, refit: Refit, words: str, without: Mapping[str, float] | None = None) -> list[Option]:
+    """From the values that the training log prefers to the declared ones, each once.
+
+    Args:
+        without: values adopted for the model without the effects that the system has.
+    """
     tried: list[Option] = []
     ways: Sequence[tuple[str, Mapping[str, float]]] = (
         (words, refit.mapping()),
         (f"{words} of friction levels alone", refit.mapping(refit.levels)),
+        *([("the effect with the values that are adopted without it", without)] if without else []),
         ("the declared values", refit.mapping(refit.declared)),
     )
     for name, values in ways:

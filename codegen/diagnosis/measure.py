@@ -18,6 +18,8 @@ from codegen.simulate.free_run import free_run
 Array = NDArray[np.float64]
 
 RESTART_S = 0.5
+SHORTEST_PERIODS = 5.0
+"""Of the coarse cutoff: the shortest free run between two restarts."""
 
 
 @dataclass(frozen=True)
@@ -28,14 +30,15 @@ class Window:
     stop: int
 
 
-def measure(system: System, motion: Motion, used: Masks, window: Window) -> ErrorFigures:
+def measure(system: System, motion: Motion, used: Masks, window: Window, restart_s: float = RESTART_S) -> ErrorFigures:
     """Error figures of a system on one window of a motion.
 
     Args:
         used: samples away from standstill, the same for every model that is compared.
+        restart_s: between two restarts of the free run.
     """
     per_row, rms, relative = force_errors(system, motion, used, window)
-    positions = free_run_errors(system, motion, window)
+    positions = free_run_errors(system, motion, window, restart_s)
     total = float(np.sqrt(np.mean(np.square(positions))))
     return ErrorFigures(rms, per_row, relative, total, tuple(positions))
 
@@ -58,6 +61,31 @@ def force_errors(system: System, motion: Motion, used: Masks, window: Window) ->
     left, driven = (float(power(inverse, np.where(rows, r, 0.0)).sum()) for r in (residual, drive))
     relative = float(np.sqrt(left / driven)) if driven > 0 else float("inf")
     return per_row, float(np.sqrt(pooled.mean())) if len(pooled) else float("nan"), relative
+
+
+def restart_within_reach(system: System, motion: Motion, window: Window) -> float:
+    """Seconds between restarts after which free runs are still near the motion: ``RESTART_S``, or halves of it.
+
+    A run whose error is larger than the way that the machine went since the restart has left the motion, and where it
+    then goes tells no model from another: in steep cogging a rotor falls into another valley.
+    """
+    restart, least = RESTART_S, SHORTEST_PERIODS / motion.cutoff_hz
+    while restart / 2 >= least:
+        error = free_run_errors(system, motion, window, restart)
+        way = np.sqrt(np.mean(_way_since_restart(motion, restart)[window.start : window.stop] ** 2, axis=0))
+        if np.all(np.asarray(error) <= way):
+            break
+        restart /= 2
+    return restart
+
+
+def _way_since_restart(motion: Motion, restart_s: float) -> Array:
+    """(N, n) measured position less that at the last restart."""
+    h, count = motion.sample_time, len(motion.time)
+    cut, length = round(TRIM_S / h), max(2, round(restart_s / h))
+    places = np.arange(count)
+    last = np.where(places < cut, places, cut + (places - cut) // length * length)
+    return np.asarray(motion.measured - motion.measured[last])
 
 
 def free_run_errors(system: System, motion: Motion, window: Window, restart_s: float = RESTART_S) -> list[float]:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.base.errors import BadInput
-from codegen.diagnosis.shooting import Record
+from codegen.diagnosis.shooting import STEPS_PER_PERIOD, Record
 from codegen.diagnosis.signals import Motion
 from codegen.logs import Log
 
@@ -21,6 +21,9 @@ STILL = 0.02
 LEAST_SEGMENTS = 12
 SHORTENED = (1.0, 0.8, 0.64, 0.5)
 """Shares of the usual length that are tried in turn where a log of a few seconds holds too few segments."""
+MOST_STEPS, PLENTY = 40_000, 120
+"""Time steps of all segments, and segments that are kept whatever their steps: a log of a fast motion, which takes
+several steps a sample, is looked at in segments spread over it."""
 A_RECORD = 3
 """Segments that fit into a record of usual length, where an experiment is made of several."""
 
@@ -51,6 +54,8 @@ def record_of(motion: Motion, log: Log, shorter: float = 1.0) -> Record:
         found = found or f"{len(starts)} stretches of {tried * h:.2g} s in motion"
     else:
         raise BadInput(log.where, found, f"at least {LEAST_SEGMENTS}, so that friction in slip can be seen")
+    steps = tried * max(1, int(np.ceil(h * STEPS_PER_PERIOD * motion.cutoff_hz)))
+    starts = _evenly(starts, max(PLENTY, MOST_STEPS // steps))
     return Record(
         motion.measured,
         motion.positions,
@@ -62,6 +67,13 @@ def record_of(motion: Motion, log: Log, shorter: float = 1.0) -> Record:
         np.array(starts, dtype=np.int32),
         tried,
     )
+
+
+def _evenly(starts: list[int], most: int) -> list[int]:
+    """At most so many of them, spread over the log."""
+    if len(starts) <= most:
+        return starts
+    return [starts[k] for k in np.linspace(0, len(starts) - 1, most).round().astype(int)]
 
 
 def _starts(motion: Motion, usable: NDArray[np.bool_], stretches: list[tuple[int, int]], length: int) -> list[int]:

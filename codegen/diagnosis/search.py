@@ -11,12 +11,14 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
+from codegen.diagnosis.balance import slip_velocities
 from codegen.diagnosis.credit import independent_share, level
 from codegen.diagnosis.imposed import RigidTerms, is_separable, rigid_terms
 from codegen.diagnosis.joint_shooter import JointShooter, Memory
 from codegen.diagnosis.measure import Drive
 from codegen.diagnosis.output_error import Shot, again, fit, state_slopes
 from codegen.diagnosis.problem import Problem
+from codegen.diagnosis.record import STILL
 from codegen.diagnosis.shooting import STEPS_PER_PERIOD, Record, Shooter, terms_of
 from codegen.diagnosis.signals import Motion
 from codegen.diagnosis.trial import Part, Runner, Trial
@@ -28,6 +30,7 @@ DEEPEST = 50.0
 """The refit's error over the least noise that candidates are compared at."""
 SECOND_LENGTH = 0.6
 """Of the segments of the second fit that the intervals know of."""
+BOTH_WAYS = 0.05
 ROUNDS = 10
 """Steps of a fit, at most."""
 
@@ -57,6 +60,14 @@ class Search:
     @cached_property
     def substeps(self) -> int:
         return max(1, int(np.ceil(self.record.sample_time * STEPS_PER_PERIOD * self.motion.cutoff_hz)))
+
+    @cached_property
+    def turns(self) -> NDArray[np.bool_]:
+        """(contacts,) whether the slip has, of the samples in motion, a share of ``BOTH_WAYS`` in either direction."""
+        slip = slip_velocities(self.system, self.motion)[self.motion.usable]
+        moving = np.where(np.abs(slip) > STILL * np.quantile(np.abs(slip), 0.95, axis=0), np.sign(slip), 0.0)
+        rarer = np.minimum((moving > 0).sum(axis=0), (moving < 0).sum(axis=0))
+        return np.asarray(rarer >= BOTH_WAYS * (moving != 0).sum(axis=0))
 
     @cached_property
     def drive(self) -> Drive:

@@ -296,7 +296,10 @@ def terms_functions(name: str, system: System, free: Sequence[sympy.Symbol]) -> 
         forward.append(to_casadi(level, names | {contact.slip: speed}))
         backward.append(to_casadi(level, names | {contact.slip: -speed}))
         smooth.append(to_casadi(contact.extra_force, names | {contact.slip: slip[c]}))
-    outputs = [to_casadi(system.force, names), *(casadi.vertcat(*rows) for rows in (forward, backward, smooth))]
+    outputs = [
+        to_casadi(system.force, names, by_angle=True),
+        *(casadi.vertcat(*rows) for rows in (forward, backward, smooth)),
+    ]
     still = casadi.vertcat(x, w, t, p)
     moving, pieces, values = casadi.extract_parametric([casadi.densify(o) for o in outputs], still, {})
     kept = casadi.vertcat(*pieces) if pieces else casadi.SX.sym("kept", 0)

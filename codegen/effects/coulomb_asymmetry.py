@@ -15,6 +15,7 @@ class CoulombAsymmetry(Effect):
     equation = "level = a + d for u > 0, a − d for u < 0"
     signature = "a constant force, whatever the motion"
     seen_over = "velocity"
+    both_ways = True
     parameters = (EffectParameter("d", "{F}", "half the difference of the two levels", neutral=0.0),)
     confused_with = (Confusion("offset", "another mounting; never the same log"),)
 

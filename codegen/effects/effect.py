@@ -88,6 +88,7 @@ class Effect(ABC):
         needs: where ``applies`` is not always true, the condition in words.
         demands: where ``admissible`` asks for more than each parameter's bounds, that in words.
         refines: the kind of which this is the richer form, worth trying only where that one is found; "" for none.
+        both_ways: of an effect on a contact, whether it is seen only where the slip has both directions.
         rough: whether the error of a free run jumps as its parameters change, so that slopes alone find no minimum.
     """
 
@@ -101,6 +102,7 @@ class Effect(ABC):
     needs: ClassVar[str] = ""
     demands: ClassVar[str] = ""
     refines: ClassVar[str] = ""
+    both_ways: ClassVar[bool] = False
     rough: ClassVar[bool] = False
 
     @abstractmethod

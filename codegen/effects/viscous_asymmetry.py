@@ -15,6 +15,7 @@ class ViscousAsymmetry(Effect):
     equation = "λ += d_b·|u|"
     signature = "a force that grows with slip speed and keeps its sign when the motion turns"
     seen_over = "velocity"
+    both_ways = True
     parameters = (EffectParameter("d_b", "{F}*s/{q}", "half the difference of the viscous coefficients", neutral=0.0),)
     confused_with = (
         Confusion("viscous", "both directions at the same speeds"),

@@ -14,6 +14,8 @@ from codegen.spec.model import Spec
 
 SPREAD, OF_TOP = 0.15, 0.03
 """Standard deviation of the speed up to which a record runs at one speed: shares of its mean and of the top speed."""
+ONE_WAY = 2.0
+"""The same in any case, as a share of the mean: a slow speed that is read in coarse steps spreads by as much."""
 MOSTLY = 0.8
 
 
@@ -47,7 +49,7 @@ def steady_speeds(log: Log, motion: Motion) -> list[Steady]:
                 continue
             count += 1
             mean, spread = float(speed.mean()), float(speed.std())
-            if spread < abs(mean) and spread <= max(SPREAD * abs(mean), OF_TOP * top):
+            if spread < ONE_WAY * abs(mean) and spread <= max(SPREAD * abs(mean), OF_TOP * top):
                 means.append(mean)
         if means and len(means) >= MOSTLY * count:
             found.append(Steady(j, len(means), count, min(means), max(means)))

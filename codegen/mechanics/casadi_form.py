@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -16,6 +17,8 @@ from codegen.spec.functions import Magnitude, Sgn
 
 Array = NDArray[np.float64]
 
+MANY_WAVES = 4
+"""Sines and cosines of multiples of one angle that are worth being built from one of each."""
 _ROWS = 200
 """Evaluated at once by ``over_rows``: few enough that arguments and results stay in the cache."""
 
@@ -37,20 +40,24 @@ class _Scope:
 
     names: Mapping[sympy.Symbol, Any]
     computed: dict[tuple[Any, ...], Any] = field(default_factory=dict)
+    turns: dict[Any, dict[int, tuple[Any, Any]]] = field(default_factory=dict)
+    """Angle → n → (cos n·angle, sin n·angle), for angles of which sines and cosines are built from those of n = 1."""
 
 
-def to_casadi(expression: Any, names: Mapping[sympy.Symbol, Any]) -> Any:
+def to_casadi(expression: Any, names: Mapping[sympy.Symbol, Any], by_angle: bool = False) -> Any:
     """The CasADi SX of a SymPy expression or matrix.
 
     Args:
         expression: scalar or matrix over the symbols in ``names``.
         names: symbol → SX scalar or number.
+        by_angle: build many sines and cosines of multiples of one angle from one sine and one cosine of it, by the
+            addition theorem; equal to rounding.
 
     Raises:
         KeyError: for a symbol without an entry.
         TypeError: for a SymPy node that no spec can hold.
     """
-    scope = _Scope(names)
+    scope = _Scope(names, turns=_angles(expression) if by_angle else {})
     if isinstance(expression, sympy.MatrixBase):
         result = casadi.SX(expression.rows, expression.cols)
         for (i, j), entry in sorted(expression.todok().items()):
@@ -107,7 +114,34 @@ def _scalar(e: Any, scope: _Scope) -> Any:
     function = _FUNCTIONS.get(e.func)
     if function is None:
         raise TypeError(f"no CasADi form for {e.func}")
+    if e.func in (sympy.sin, sympy.cos) and scope.turns:
+        times, angle = e.args[0].as_coeff_Mul()
+        if angle in scope.turns and times.is_Integer and times > 0:
+            return _turned(int(times), angle, scope)[e.func is sympy.sin]
     return function(_scalar(e.args[0], scope))
+
+
+def _angles(expression: Any) -> dict[Any, dict[int, tuple[Any, Any]]]:
+    """The angles of whose multiples there are ``MANY_WAVES`` sines and cosines."""
+    count: Counter[Any] = Counter()
+    for wave in expression.atoms(sympy.sin, sympy.cos):
+        times, angle = wave.args[0].as_coeff_Mul()
+        if times.is_Integer and times > 0:
+            count[angle] += 1
+    return {angle: {} for angle, waves in count.items() if waves >= MANY_WAVES}
+
+
+def _turned(times: int, angle: Any, scope: _Scope) -> tuple[Any, Any]:
+    """(cos, sin) of a multiple of an angle: e^(i n a) = e^(i p a) e^(i q a) with p + q = n, each power once."""
+    known = scope.turns[angle]
+    if times not in known:
+        if times == 1:
+            value = _scalar(angle, scope)
+            known[times] = casadi.cos(value), casadi.sin(value)
+        else:
+            (a, b), (c, d) = (_turned(n, angle, scope) for n in (times // 2, times - times // 2))
+            known[times] = a * c - b * d, a * d + b * c
+    return known[times]
 
 
 def _computed(e: ComputedEntry, scope: _Scope) -> Any:

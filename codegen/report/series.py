@@ -93,7 +93,7 @@ def held_out_series(models: Models, names: Sequence[str]) -> HeldOutSeries:
     motion, used = models.test.motion, models.test.masks
     window = slice(models.window.start, models.window.stop)
     residuals = [residual_at_drive(system, motion)[window] for system in systems]
-    runs = [free_run_series(system, motion)[window] for system in systems]
+    runs = [free_run_series(system, motion, models.restart_s)[window] for system in systems]
     time = motion.time[window] - motion.time[window][0]
     load = predicted_load(models.refit, motion, residual_at_drive(models.refit, motion))
     over = {

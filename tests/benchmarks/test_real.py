@@ -10,7 +10,7 @@ import pytest
 
 from benchmarks.real.page import BEGIN, END, SAID, page_of, replaced, row, table, words
 from benchmarks.real.runs import command, kept
-from benchmarks.real.sets import DATA, SETS, SPECS, Diagnosed
+from benchmarks.real.sets import DATA, ROOT, SETS, SPECS, Diagnosed, spec_of
 from benchmarks.real.steady import mean_errors
 from codegen.base.errors import BadInput
 from codegen.logs import read_description, read_logs
@@ -55,6 +55,14 @@ def test_a_row_says_verdict_and_errors_before_and_after(tmp_path: Path) -> None:
     )
 
 
+def test_a_row_names_the_first_parameters_and_a_restart_that_is_not_the_usual_one(tmp_path: Path) -> None:
+    waves = {f"sin_{k}": float(k) for k in range(1, 31)}
+    effect = {"kind": "cogging_harmonics", "on": "q", "parameters": waves, "units": {}}
+    data = {"coordinates": [{"unit": "rad"}, {"unit": "m"}], "restart_s": 0.0625}
+    said = row(RUN, left(tmp_path / "one", found(effects=[effect], data=data)))
+    assert "sin_7 = 7, and 23 more |" in said and "1 m<br>every 0.0625 s |" in said
+
+
 def test_a_row_of_steady_logs_has_the_errors_of_their_means(tmp_path: Path) -> None:
     folder = left(tmp_path / "one", found())
     (folder / "run.json").write_text(json.dumps({"wall_s": 3.0, "failure": "", "means": [1.2345e-4, 1e-4, 5e-5]}))
@@ -93,18 +101,19 @@ def test_each_set_has_its_page_with_a_row_for_each_run(name: str, tmp_path: Path
     inside = page.split(BEGIN)[1].split(END)[0]
     for run in SETS[name]:
         assert sum(line.startswith(f"| {run.words} |") for line in inside.splitlines()) == 1
-    for file in {file for run in SETS[name] for file in (run.spec, run.about)}:
-        assert f"specs/data/{name}/{file}" in page
+    for file in {file for run in SETS[name] for file in (run.spec, run.about) if file}:
+        assert (SPECS / name / file).resolve().relative_to(ROOT).as_posix() in page
 
 
 @pytest.mark.parametrize(("name", "run"), RUNS, ids=IDS)
 def test_the_spec_and_the_description_are_sound(name: str, run: Diagnosed) -> None:
-    spec = read_spec(SPECS / name / run.spec)
-    described = read_description(SPECS / name / run.about)
-    assert described.columns and not described.unknown
-    symbols = {"t", *spec.positions, *spec.velocities, *(i.name for i in spec.inputs)}
-    assert {*described.columns} <= symbols
-    assert len((SPECS / name / run.about).read_text(encoding="utf-8").splitlines()) <= 10
+    spec = read_spec(spec_of(name, run))
+    if run.about:
+        described = read_description(SPECS / name / run.about)
+        assert described.columns and not described.unknown
+        symbols = {"t", *spec.positions, *spec.velocities, *(i.name for i in spec.inputs)}
+        assert {*described.columns} <= symbols
+        assert len((SPECS / name / run.about).read_text(encoding="utf-8").splitlines()) <= 10
     words = command(name, run, Path("out"))
     assert words.count("--test") == len(run.test) and not {*run.train} & {*run.test}
 
@@ -112,9 +121,10 @@ def test_the_spec_and_the_description_are_sound(name: str, run: Diagnosed) -> No
 @pytest.mark.skipif(not DATA.is_dir(), reason="../shared/data is not here")
 @pytest.mark.parametrize(("name", "run"), RUNS, ids=IDS)
 def test_the_files_are_read_as_published(name: str, run: Diagnosed) -> None:
-    spec = read_spec(SPECS / name / run.spec)
+    spec = read_spec(spec_of(name, run))
     for files in filter(None, (run.train, run.test)):
-        log = read_logs([DATA / name / file for file in files], spec, description=SPECS / name / run.about)
+        about = SPECS / name / run.about if run.about else None
+        log = read_logs([DATA / name / file for file in files], spec, description=about)
         assert len(log.joints) == len(files) - 1 and log.used >= 200
         assert log.used * log.sample_time >= 3
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen.diagnosis.measure import Drive, Window, force_errors
+from codegen.diagnosis.measure import Drive, Window, force_errors, restart_within_reach
 from codegen.diagnosis.residual import Masks
 from codegen.diagnosis.signals import Motion, smooth_motion
 from codegen.logs import Log
@@ -84,3 +84,19 @@ def test_on_one_coordinate_the_norm_is_the_rms() -> None:
     drive = moved.low_pass(moved.inputs)[moved.usable]
     share = np.sqrt((force[moved.usable] ** 2).sum() / (drive**2).sum())
     assert Drive(system, moved).share(force) == pytest.approx(share, rel=1e-12)
+
+
+def pushed(force: float) -> tuple[System, Motion]:
+    """A mass that moves with 0.3 sin 2t, and a model of it that feels this force, which is not there."""
+    t = np.arange(5000) * 0.002
+    position, acceleration = 0.3 * np.sin(2 * t), -1.2 * np.sin(2 * t)
+    command = 2 * acceleration + force * np.cos(2 * t)
+    log = Log(Path("a.csv"), "a", t, position[:, None], None, command[:, None], 0.002, 20.0, None, None, ())
+    return build_system(parse_spec(ONE.replace("a: 1,", "a: 0,"), Path("one.yaml"))), smooth_motion(log)
+
+
+@pytest.mark.parametrize(("force", "restart"), [(0.5, 0.5), (20.0, 0.25), (1e4, 0.25)])
+def test_free_runs_are_restarted_before_they_leave_the_motion(force: float, restart: float) -> None:
+    """An error of ½ (F/m) T² by a way of 0.6 T at most: near for 0.5 N over 0.5 s, far for 20 N."""
+    system, motion_of_it = pushed(force)
+    assert restart_within_reach(system, motion_of_it, Window(0, 5000)) == restart

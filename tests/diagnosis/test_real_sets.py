@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from benchmarks.real.sets import DATA, SETS, SPECS
+from benchmarks.real.sets import DATA, SETS, SPECS, spec_of
 from codegen import pipeline
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(not DATA.is_dir(), reason="../shared/data is not here")]
@@ -19,8 +19,9 @@ def diagnosis(name: str, run_name: str, out: Path) -> dict[str, Any]:
     """diagnosis.json of a run of the page."""
     (run,) = (run for run in SETS[name] if run.name == run_name)
     data, specs = DATA / name, SPECS / name
+    about = specs / run.about if run.about else None
     tests = [data / file for file in run.test] or None
-    result = pipeline.diagnose(specs / run.spec, [data / file for file in run.train], tests, out, specs / run.about)
+    result = pipeline.diagnose(spec_of(name, run), [data / file for file in run.train], tests, out, about)
     read: dict[str, Any] = json.loads((result.folder / "diagnosis.json").read_text())
     return read
 
@@ -34,7 +35,8 @@ def test_a_verdict_comes_and_nothing_is_made_worse(name: str, run: str, tmp_path
         assert found["error"]["augmented"]["relative_force_error"] < declared["relative_force_error"]
     if found["verdict"] != "unfit" and len(found["data"]["coordinates"]) == 1:
         written = found["error"]["augmented" if found["verdict"] == "effect" else "refit"]
-        for witness in ("residual_force_rms", "free_run_position_rmse"):
+        steady = next(one.steady for one in SETS[name] if one.name == run)
+        for witness in ("residual_force_rms",) if steady else ("residual_force_rms", "free_run_position_rmse"):
             assert declared[witness] is None or written[witness] <= 1.01 * declared[witness]
 
 
@@ -47,6 +49,22 @@ def test_a_torque_made_from_the_position_is_told(tmp_path: Path) -> None:
 def test_friction_that_follows_the_measured_torque_is_no_find(drive: str, tmp_path: Path) -> None:
     found = diagnosis("rvim_screw_drives", drive, tmp_path)
     assert not {e["kind"] for e in found["effects"]} & {"load_dependent_friction", "drive_backdrive_friction"}
+
+
+def test_a_stribeck_peak_is_found_in_the_means_of_steady_logs(tmp_path: Path) -> None:
+    """The expert's base model leaves 0.134 mN·m on the test logs, his best with a Gaussian peak 0.068."""
+    found = diagnosis("rvim_screw_drives", "drive_1", tmp_path)
+    assert [e["kind"] for e in found["effects"]] == ["stribeck"]
+    assert found["error"]["augmented"]["residual_force_rms"] < 0.068e-3
+
+
+@pytest.mark.parametrize(("run", "most"), [("slow", 0.26), ("slow_back", 0.34)])
+def test_cogging_is_found_in_slow_turns(run: str, most: float, tmp_path: Path) -> None:
+    """The expert, on the smooth halves: 51 → 26 % by five waves, and 62 → 34 % by one, 18 % by five."""
+    found = diagnosis("laas_cogging", run, tmp_path)
+    (effect,) = (e for e in found["effects"] if e["kind"] == "cogging_harmonics")
+    assert {"sin_18", "sin_72"} <= set(effect["parameters"])
+    assert found["error"]["augmented"]["relative_force_error"] < most
 
 
 def test_a_load_stored_unsigned_is_named_and_not_the_sign_of_the_input(tmp_path: Path) -> None:

@@ -1,0 +1,510 @@
+"""Records at one steady speed each, as an expert fits them: the mean force of each record at its mean speed.
+
+    r_k = g(v_k, w_k) − U λ(v_k, w_k),  k = 1 … R records,
+
+with v and w the means of speed and input over the record. Within such a record waves of a turn make most of what a
+model leaves, and a free run follows them and not the friction; over the record they average out. One record is one
+observation: parameters by least squares with the tolerances as prior, an effect by the F test of the squares that it
+removes and by leave-one-out prediction (PRESS, Allen 1974).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import casadi
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+from scipy.stats import f as fisher
+from scipy.stats import t as student
+
+from codegen.diagnosis import credit
+from codegen.diagnosis.answer import Answer
+from codegen.diagnosis.coverage import Survey, survey
+from codegen.diagnosis.estimate import CONFIDENCE, Interval
+from codegen.diagnosis.models import model_of, with_values
+from codegen.diagnosis.problem import Problem
+from codegen.diagnosis.results import Candidate, ErrorFigures, FoundEffect, Remainder, Verdict
+from codegen.diagnosis.structure import states
+from codegen.diagnosis.trial import Part, Trial, part_of
+from codegen.diagnosis.veto import Option, admitted
+from codegen.effects import CATALOGUE
+from codegen.effects.declare import unit_words
+from codegen.effects.family import candidates
+from codegen.effects.register import is_own
+from codegen.logs import Log
+from codegen.logs.motion import measured_motion
+from codegen.logs.steady import steady_speeds
+from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.system import TIME, Matrix, System
+
+Array = NDArray[np.float64]
+
+LEAST_RUNS = 8
+SETTLING = 0.1
+"""Share of each record that is left out at its start."""
+MOST_EFFECTS = 3
+WEIGHED = 3
+"""Rounds in which the tolerances are weighed against what the fit before left."""
+TRIES, STEP = 400, 1e-5
+"""Evaluations of a fit, at most, and the step of its slopes, in the size of each parameter."""
+TIE_NATS = float(-np.log(credit.TIE_LEVEL))
+"""Of log-likelihood by which a fit must be better than another for the records to tell the two apart."""
+
+
+@dataclass(frozen=True, eq=False)
+class Means:
+    """Means of R steady records: speeds (R, n) and inputs (R, m), SI."""
+
+    speeds: Array
+    inputs: Array
+
+    def __len__(self) -> int:
+        return len(self.speeds)
+
+    def of(self, chosen: NDArray[np.bool_]) -> Means:
+        return Means(self.speeds[chosen], self.inputs[chosen])
+
+
+def means_of(log: Log) -> Means | None:
+    """The means of an experiment of steady records; None where some record is not steady on some coordinate."""
+    if len(log.records) < LEAST_RUNS:
+        return None
+    steady = steady_speeds(log, measured_motion(log))
+    if len(steady) < log.positions.shape[1] or any(s.records < len(log.records) for s in steady):
+        return None
+    speeds, inputs = [], []
+    for one in log.records:
+        first = round(SETTLING * one.size)
+        way = one.positions[-1] - one.positions[first]
+        speeds.append(way / (one.time[-1] - one.time[first]))
+        inputs.append(one.inputs[first:].mean(axis=0))
+    return Means(np.array(speeds), np.array(inputs))
+
+
+def is_static(system: System) -> bool:
+    """Whether mean speeds and inputs say what the mean force must be: nothing depends on place, time or the past."""
+    away = {*system.positions, TIME}
+    moving = any(chain.has_memory for chain in system.actuators.values()) or bool(system.sensor_errors)
+    bristles = any(c.law.bristle_stiffness(c.law_parameters) != 0 for c in system.contacts)
+    return not moving and not bristles and states(system) == 0 and not away & system.equation_error.free_symbols
+
+
+def is_seen(trial: Trial) -> bool:
+    """Whether records at steady speed can show the last part of a trial.
+
+    A force that the input makes cannot be seen: at an imposed speed the input is what friction asks for, so that any
+    function of it would explain it by itself.
+    """
+    changed, before = trial.changed, replace(trial, parts=trial.parts[:-1]).changed
+    if not is_static(changed):
+        return False
+    still = dict.fromkeys(changed.accelerations, 0)
+    change = Matrix(changed.equation_error - before.equation_error).subs(still).free_symbols
+    return bool(set(trial.parts[-1].symbols) & change) and not set(changed.inputs) & change
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Least squares of one trial on the means.
+
+    Attributes:
+        theta: (p,) the trial's vector. residual: (R n) of the force. slopes: (R n, p) of the residual.
+        price: (p,) prior weights over the squared scale of the residual: those of the normal matrix.
+    """
+
+    trial: Trial
+    theta: Array
+    residual: Array
+    slopes: Array
+    price: Array
+
+    @property
+    def squares(self) -> float:
+        return float(self.residual @ self.residual)
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Of the last part."""
+        return self.trial.split(self.theta)[1][-1]
+
+    @cached_property
+    def _inverse(self) -> Array:
+        normal = self.slopes.T @ self.slopes + np.diag(self.price)
+        size = np.sqrt(np.maximum(np.diag(normal), 1e-300))
+        return np.asarray(np.linalg.pinv(normal / np.outer(size, size), rcond=1e-12) / np.outer(size, size))
+
+    @cached_property
+    def left_out(self) -> Array:
+        """(R n,) residual of each mean under the fit to the others, by its leverage."""
+        leverage = np.einsum("ri,ij,rj->r", self.slopes, self._inverse, self.slopes)
+        return np.asarray(self.residual / np.maximum(1 - leverage, 0.02))
+
+    def intervals(self) -> list[dict[str, Interval]]:
+        """95 % of the parameters of each part."""
+        free = max(len(self.residual) - len(self.theta), 1)
+        deviation = np.sqrt(np.maximum(np.diag(self._inverse), 0.0) * self.squares / free)
+        half = float(student.ppf(0.5 + CONFIDENCE / 2, free)) * deviation
+        low, high = (self.trial.split(self.theta + sign * half)[1] for sign in (-1, 1))
+        pairs = zip(low, high, strict=True)
+        return [{name: (min(a[name], b[name]), max(a[name], b[name])) for name in a} for a, b in pairs]
+
+
+@dataclass(frozen=True, eq=False)
+class Attempted:
+    """A candidate of one round: its fit and what speaks for it over the fit without it.
+
+    Attributes:
+        share: of the squared leave-one-out residual that it removes. p: by the F test, for any of the candidates.
+        size: change of the force over the drive force, RMS.
+    """
+
+    fit: Fit
+    share: float
+    t: float
+    won: int
+    p: float
+    size: float
+    ratio: float
+    why_not: str
+
+    @property
+    def part(self) -> Part:
+        return self.fit.trial.parts[-1]
+
+
+@dataclass(frozen=True, eq=False)
+class Ladder:
+    """Fits on the means of steady records.
+
+    Attributes:
+        problem: of the declared system on the log's motion, of which the places of shapes are taken.
+        noise: of the positions.
+    """
+
+    problem: Problem
+    means: Means
+    noise: Array
+
+    @property
+    def system(self) -> System:
+        return self.problem.system
+
+    @cached_property
+    def moved(self) -> tuple[sympy.Symbol, ...]:
+        return (*self.problem.levels, *self.problem.uncertain)
+
+    @cached_property
+    def declared(self) -> Array:
+        return np.array([float(self.system.values[s]) for s in self.moved])
+
+    @cached_property
+    def prior(self) -> Array:
+        held = [self.problem.deviation[s] ** -2.0 for s in self.problem.uncertain]
+        return np.array([0.0] * len(self.problem.levels) + held)
+
+    @cached_property
+    def drive(self) -> Array:
+        """(R n,) force of the inputs."""
+        return mean_forces(self.system, self.means)[1].ravel()
+
+    def refit(self) -> Fit:
+        return self.fit(Trial(self.system, (), self.moved), [self.declared])
+
+    def fit(self, trial: Trial, starts: Sequence[Array]) -> Fit:
+        """The best from several starts."""
+        error = _residual_of(trial, self.means)
+        return min((self._fit_from(trial, error, theta) for theta in starts), key=lambda one: one.squares)
+
+    def _fit_from(self, trial: Trial, error: Callable[[Array], Array], theta: Array) -> Fit:
+        free = len(theta) - len(self.prior)
+        prior, centre = np.append(self.prior, np.zeros(free)), np.append(self.declared, np.zeros(free))
+        least = 1e-12 * max(float(np.abs(self.drive).max()), 1e-300)
+        scale = max(float(np.sqrt(np.mean(error(theta) ** 2))), least)
+        size = np.where(theta != 0, np.abs(theta), np.where(prior > 0, 1 / np.sqrt(np.maximum(prior, 1e-300)), 1.0))
+        for _ in range(WEIGHED):
+
+            def both(scaled: Array, scale: float = scale) -> Array:
+                at = size * scaled
+                return np.concatenate([error(at) / scale, np.sqrt(prior) * (at - centre)])
+
+            theta = size * least_squares(both, theta / size, max_nfev=TRIES).x
+            residual = error(theta)
+            scale = max(float(np.sqrt(residual @ residual / max(len(residual) - len(theta), 1))), least)
+        steps = STEP * size
+        slopes = [(error(theta + d) - error(theta - d)) / (2 * h) for d, h in zip(np.diag(steps), steps, strict=True)]
+        return Fit(trial, theta, residual, np.stack(slopes, axis=1), prior * scale**2)
+
+    def round_beside(self, base: Fit) -> list[Attempted]:
+        """Every effect that such records can show beside those of a fit: the credited ones first, best first."""
+        trial, taken = base.trial, {(p.kind, p.on) for p in base.trial.parts}
+        trials = [
+            trial.with_part(part_of(effect, place, self.system))
+            for effect, place in candidates(trial.changed)
+            if not effect.refines
+        ]
+        trials = [t for t in trials if (t.parts[-1].kind, t.parts[-1].on) not in taken and is_seen(t)]
+        tried = [self._attempted(t, base, len(trials)) for t in trials]
+        return sorted((a for a in tried if a is not None), key=lambda a: (bool(a.why_not), a.fit.squares))
+
+    def ties(self, ranked: Sequence[Attempted]) -> list[Attempted]:
+        """Credited candidates that the records cannot tell from the best, its twins left out."""
+        best, count = ranked[0], len(ranked[0].fit.residual)
+        same = best.part.effect.twins(self.system, best.part.place)
+        others = [a for a in ranked[1:] if not a.why_not and (a.part.kind, a.part.on) not in same]
+        return [a for a in others if _nats(a.fit, count) < _nats(best.fit, count) + TIE_NATS]
+
+    def _attempted(self, trial: Trial, base: Fit, count: int) -> Attempted | None:
+        starts = self._starts(trial, base)
+        if not starts:
+            return None
+        fit = self.fit(trial, starts)
+        before, after = base.left_out**2, fit.left_out**2
+        gains = before - after
+        more, freedom = len(fit.theta) - len(base.theta), len(fit.residual) - len(fit.theta)
+        p = 1.0
+        if freedom > 0 and fit.squares > 0:
+            ratio = max(base.squares - fit.squares, 0.0) / more / (fit.squares / freedom)
+            p = min(1.0, count * float(fisher.sf(ratio, more, freedom)))
+        changed = mean_forces(model_of(trial, fit.theta), self.means)[0].ravel()
+        change = changed - mean_forces(model_of(base.trial, base.theta), self.means)[0].ravel()
+        found = Attempted(
+            fit,
+            1 - float(after.sum()) / max(float(before.sum()), 1e-300),
+            float(gains.sum() / max(float(np.sqrt((gains**2).sum())), 1e-300)),
+            int((gains > 0).sum()),
+            p,
+            float(np.linalg.norm(change) / max(float(np.linalg.norm(self.drive)), 1e-300)),
+            float(np.sqrt(fit.squares / max(base.squares, 1e-300))),
+            "",
+        )
+        return replace(found, why_not=self._why_not(found, bool(base.trial.parts)))
+
+    def _why_not(self, tried: Attempted, further: bool) -> str:
+        effect, values = tried.part.effect, tried.fit.parameters
+        if tried.share < (credit.FURTHER if further else credit.LEAST_SHARE):
+            return f"removes {100 * tried.share:.2g} % of the squared means of records left out"
+        if not effect.admissible(self.system, tried.part.place, values):
+            return "fits only with values that are not physical"
+        if tried.size < credit.LEAST_SIZE:
+            return f"its force is {100 * tried.size:.2g} % of the drive force: too little to matter"
+        sizes = {q.name: q.neutral for q in effect.parameters if q.neutral is not None}
+        spans = tried.fit.intervals()[-1]
+        if sizes and all(spans[name][0] <= neutral <= spans[name][1] for name, neutral in sizes.items()):
+            return f"the 95 % interval of {', '.join(sizes)} holds the value at which it is absent"
+        return "" if tried.p <= credit.ALPHA else f"as likely as {tried.p:.2g} without an effect"
+
+    def _starts(self, trial: Trial, base: Fit) -> list[Array]:
+        """A start for each shape of the last part, what scales it by one linear step."""
+        part, error, starts = trial.parts[-1], _residual_of(trial, self.means), []
+        levels = [float(v) for v in base.trial.split(base.theta)[0]]
+        covered = replace(
+            self._survey.covered(part, levels, self.noise),
+            force=max(float(np.std(self.drive)), 1e-300),
+            top_speed=max(float(np.abs(self.means.speeds).max()), 1e-300),
+        )
+        for shape in part.effect.starts(covered):
+            values = dict(shape)
+            if part.effect.scaling:
+                probes = part.effect.probes(shape, covered)
+                columns = [
+                    (error(np.append(base.theta, part.inward(probe))) - base.residual) / size for probe, size in probes
+                ]
+                slopes = np.column_stack([base.slopes, *columns])
+                size = np.maximum(np.linalg.norm(slopes, axis=0), 1e-300)
+                step = -np.linalg.lstsq(slopes / size, base.residual, rcond=1e-9)[0] / size
+                values = part.effect.weighted(shape, step[len(base.theta) :].tolist())
+            inner = part.inward(values)
+            if np.isfinite(inner).all():
+                starts.append(np.append(base.theta, inner))
+        return starts
+
+    @cached_property
+    def _survey(self) -> Survey:
+        return survey(self.system, self.problem.motion)
+
+
+def _nats(fit: Fit, count: int) -> float:
+    """−log-likelihood of a fit whose scale is unknown, and a nat a parameter (Akaike)."""
+    return 0.5 * count * float(np.log(max(fit.squares, 1e-300))) + len(fit.theta)
+
+
+def mean_forces(system: System, means: Means) -> tuple[Array, Array]:
+    """(R, n) force residual, and force of the inputs, of a system at mean speeds."""
+    return _forces_of(system, (), means)(np.zeros(0))
+
+
+def _residual_of(trial: Trial, means: Means) -> Callable[[Array], Array]:
+    """theta → (R n) force residual."""
+    forces = _forces_of(trial.changed, trial.symbols, means)
+    return lambda theta: forces(trial.numbers(theta))[0].ravel()
+
+
+def _forces_of(system: System, symbols: Sequence[sympy.Symbol], means: Means) -> Callable[[Array], tuple[Array, Array]]:
+    """Values of these symbols → what ``mean_forces`` returns."""
+    n, m, count = system.degrees_of_freedom, len(system.inputs), len(means)
+    point, moved = casadi.SX.sym("point", n + m), casadi.SX.sym("moved", len(symbols))
+    names = {s: casadi.SX(float(v)) for s, v in system.values.items()}
+    names |= {s: moved[k] for k, s in enumerate(symbols)}
+    names |= dict.fromkeys([*system.positions, *system.accelerations, TIME], casadi.SX(0.0))
+    names |= {s: point[k] for k, s in enumerate((*system.velocities, *system.inputs))}
+    driven = Matrix(system.force - system.force.subs(dict.fromkeys(system.inputs, 0)))
+    outputs = [casadi.densify(to_casadi(term, names)) for term in (system.equation_error, driven)]
+    function = casadi.Function("means", [point, moved], outputs).map(count)
+    at = np.hstack([means.speeds, means.inputs]).T
+
+    def forces(values: Array) -> tuple[Array, Array]:
+        found = function(at, np.repeat(np.asarray(values, dtype=float)[:, None], count, axis=1))
+        residual, drive = (np.asarray(one.full()).T for one in found)
+        return residual, drive
+
+    return forces
+
+
+def figures_of(system: System, means: Means, measured: ErrorFigures) -> ErrorFigures:
+    """Errors of the means, beside the free runs as measured."""
+    residual, drive = mean_forces(system, means)
+    rows = tuple(float(v) for v in np.sqrt(np.mean(residual**2, axis=0)))
+    relative = float(np.linalg.norm(residual) / max(float(np.linalg.norm(drive)), 1e-300))
+    return replace(
+        measured, force_rms=float(np.sqrt(np.mean(residual**2))), force_rms_rows=rows, relative_force=relative
+    )
+
+
+def remainders_of(system: System, means: Means) -> tuple[Remainder, ...]:
+    """What a model leaves of the means: of its square that much follows from speed which a straight line between the
+    records of the next slower and the next faster speed, in the same direction, predicts of each."""
+    residual, drive = mean_forces(system, means)
+    found = []
+    for i in range(residual.shape[1]):
+        speed, r = means.speeds[:, i], residual[:, i]
+        before = after = 0.0
+        for way in (-1, 1):
+            chosen = np.flatnonzero(way * speed > 0)
+            order = chosen[np.argsort(speed[chosen])]
+            for k in range(1, len(order) - 1):
+                low, here, high = order[k - 1 : k + 2]
+                predicted = np.interp(speed[here], speed[[low, high]], r[[low, high]])
+                before, after = before + r[here] ** 2, after + (r[here] - predicted) ** 2
+        share = max(0.0, 1 - after / before) if before > 0 else 0.0
+        rms, driven = (float(np.sqrt(np.mean(y**2))) for y in (r, drive[:, i]))
+        found.append(Remainder(rms, rms / driven if driven > 0 else float("inf"), share, {"speed": share}))
+    return tuple(found)
+
+
+def effects_of(fit: Fit, system: System) -> tuple[FoundEffect, ...]:
+    """The parts of a fit as effects, with their intervals."""
+    found = zip(fit.trial.parts, fit.trial.split(fit.theta)[1], fit.intervals(), strict=True)
+    return tuple(_effect(part, values, system, spans) for part, values, spans in found)
+
+
+def _effect(part: Part, values: Mapping[str, float], system: System, spans: Mapping[str, Interval]) -> FoundEffect:
+    effect = CATALOGUE[part.kind].with_parameters(part.names)
+    also = tuple(effect.twins(system, part.place))
+    return FoundEffect(part.kind, part.on, values, unit_words(effect, part.place, system), also, spans)
+
+
+def candidate_of(tried: Attempted, system: System) -> Candidate:
+    """A candidate for the table: records left out stand for blocks."""
+    part = tried.part
+    return Candidate(
+        kind=part.kind,
+        on=part.on,
+        parameters=tried.fit.parameters,
+        gain=tried.share,
+        t=tried.t,
+        blocks_won=tried.won,
+        blocks=len(tried.fit.residual),
+        free_run=None,
+        accepted=not tried.why_not,
+        why_not=tried.why_not,
+        also=tuple(part.effect.twins(system, part.place)),
+        force=tried.ratio,
+        size=tried.size,
+        own=is_own(part.kind),
+        p=tried.p,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What forward selection on the means found.
+
+    Attributes:
+        base: the refit without effects. final: with them; the base where there is none.
+        rounds: of candidates, each beside what was found before.
+        rivals: of the first effect, which the records do not tell from it.
+    """
+
+    base: Fit
+    final: Fit
+    rounds: tuple[tuple[tuple[Part, ...], tuple[Attempted, ...]], ...]
+    rivals: tuple[Attempted, ...]
+
+
+def find(ladder: Ladder) -> Found:
+    """Effects one after the other, while one is credited."""
+    base = current = ladder.refit()
+    rounds: list[tuple[tuple[Part, ...], tuple[Attempted, ...]]] = []
+    rivals: tuple[Attempted, ...] = ()
+    for turn in range(MOST_EFFECTS):
+        ranked = ladder.round_beside(current)
+        rounds.append((current.trial.parts, tuple(ranked)))
+        if not ranked or ranked[0].why_not:
+            break
+        current = ranked[0].fit
+        rivals = rivals if turn else tuple(ladder.ties(ranked))
+    return Found(base, current, tuple(rounds), rivals)
+
+
+def answer_of(ladder: Ladder, measured: Callable[[System], ErrorFigures], by_means: bool) -> tuple[Answer, Found]:
+    """What is said and may be written; held-out records can refuse it.
+
+    Args:
+        measured: errors of a system on held-out data.
+        by_means: whether those are means of steady records, of which free runs say nothing.
+    """
+    system, found = ladder.system, find(ladder)
+
+    def judged(model: System) -> ErrorFigures:
+        figures = measured(model)
+        none = tuple(float("nan") for _ in figures.free_run_rmse_rows)
+        return replace(figures, free_run_rmse_rows=none) if by_means else figures
+
+    declared = judged(system)
+    fitted = values_of(found.base)
+    options = [Option("refitted values", with_values(system, fitted), fitted)] if is_better(ladder, found.base) else []
+    options.append(Option("the declared values", system, values_of(found.base)))
+    chosen = admitted(options, declared, judged)
+    refit = system if chosen.option is None else chosen.option.system
+    refused = tuple(f"{words}: not adopted" for words in chosen.refusals)
+    remarks = (f"each of the {len(ladder.means)} records runs at one speed, so it is judged by its mean", *refused)
+    plain = (measured(system), measured(refit), measured(refit))
+    answer = Answer("none", (), refit, refit, plain, remarks=remarks)
+    if not found.final.trial.parts:
+        return answer, found
+    augmented, effects = model_of(found.final.trial, found.final.theta), effects_of(found.final, refit)
+    values = values_of(found.final)
+    option = Option("the effect with refitted values", augmented, values)
+    chosen = admitted([option], declared, judged, judged(refit))
+    if chosen.option is None:
+        return replace(answer, verdict="unknown", effects=effects, against=chosen.refusals), found
+    verdict: Verdict = "ambiguous" if found.rivals else "effect"
+    figures = (*plain[:2], measured(augmented))
+    return replace(answer, verdict=verdict, effects=effects, augmented=augmented, figures=figures), found
+
+
+def values_of(fit: Fit) -> dict[str, float]:
+    """Of what every fit moves, by name."""
+    moved = fit.trial.split(fit.theta)[0]
+    return {s.name: float(v) for s, v in zip(fit.trial.moved, moved, strict=True)}
+
+
+def is_better(ladder: Ladder, fit: Fit) -> bool:
+    """Whether a refit predicts records that it did not see better than the declared values do."""
+    declared = mean_forces(ladder.system, ladder.means)[0].ravel()
+    return float(fit.left_out @ fit.left_out) < float(declared @ declared)

@@ -1,0 +1,66 @@
+"""What a log can show is what is tried on it, and of many segments as many as are needed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from codegen.diagnosis.adoption import Refit
+from codegen.diagnosis.attempt import every_part
+from codegen.diagnosis.examination import _options
+from codegen.diagnosis.problem import Problem
+from codegen.diagnosis.record import MOST_STEPS, PLENTY, record_of
+from codegen.diagnosis.search import Search, search_on
+from codegen.diagnosis.signals import smooth_motion
+from codegen.logs import Log
+from codegen.mechanics import build_system
+from codegen.spec import parse_spec
+
+SPEC = """\
+name: one
+coordinates: {x: {velocity: v, unit: m}}
+inputs: {w: {unit: N}}
+parameters: {m: {value: 2, unit: kg}}
+mass_matrix: [[m]]
+force: [w]
+friction: {distribution: [[1]], contacts: [{name: rail, law: coulomb, a: 1, unit: N}]}
+"""
+
+
+def search(speed: float, seconds: float = 12.0, cutoff_hz: float = 20.0) -> Search:
+    """A mass that moves by 0.3 sin 4t about a constant speed."""
+    t = np.arange(round(seconds / 0.002)) * 0.002
+    x, w = 0.3 * np.sin(4 * t) + speed * t, -9.6 * np.sin(4 * t)
+    log = Log(Path("a.csv"), "a", t, x[:, None], None, w[:, None], 0.002, cutoff_hz, None, None, ())
+    motion = smooth_motion(log)
+    problem = Problem(build_system(parse_spec(SPEC, Path("one.yaml"))), motion, {})
+    return search_on(problem, lambda share: record_of(motion, log, share))
+
+
+@pytest.mark.parametrize(("speed", "both"), [(0.0, True), (0.5, True), (1.5, False), (-1.5, False)])
+def test_friction_that_differs_by_direction_is_tried_where_the_log_has_both(speed: float, both: bool) -> None:
+    kinds = {p.kind for p in every_part(search(speed), ())}
+    assert ({"coulomb_asymmetry", "viscous_asymmetry"} <= kinds) == both
+    assert both or not kinds & {"coulomb_asymmetry", "viscous_asymmetry"}
+    assert {"offset", "viscous", "stribeck", "cogging"} <= kinds
+
+
+def test_segments_of_a_fast_motion_are_spread_over_the_log() -> None:
+    fast, usual = (search(0.0, 120.0, cutoff).record for cutoff in (80.0, 20.0))
+    assert len(fast.start) == max(PLENTY, MOST_STEPS // (fast.length * 8))  # 50 · 80 Hz · 2 ms = 8 steps a sample
+    assert fast.start[0] < 1000 and fast.start[-1] > 58_000 and np.all(np.diff(fast.start) >= fast.length)
+    assert len(usual.start) * usual.length * 2 <= MOST_STEPS
+    whole = search(0.0, 24.0).record  # nothing is left out of an ordinary log
+    assert len(whole.start) * whole.length > 0.9 * 11_000
+
+
+def test_the_values_adopted_without_an_effect_are_tried_with_it_too() -> None:
+    system = build_system(parse_spec(SPEC, Path("one.yaml")))
+    (name,) = (s.name for s in search(0.0).moved)
+    one, two, three = (np.array([value]) for value in (1.0, 1.1, 1.3))
+    refit = Refit((name,), one, two, one, two, (), ())
+    options = _options(system, refit, "the effect", {name: float(three[0])})
+    assert [option.values[name] for option in options] == [1.1, 1.3, 1.0]
+    assert [option.values[name] for option in _options(system, refit, "refitted values")] == [1.1, 1.0]

@@ -1,0 +1,109 @@
+"""Records at one steady speed each, judged by their means: what is found below a ripple ten times as large."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from codegen import pipeline
+from codegen.diagnosis.steady_runs import is_seen, is_static, means_of
+from codegen.diagnosis.trial import Trial, part_of
+from codegen.effects import CATALOGUE
+from codegen.logs import read_logs
+
+SPEC = """
+name: screw
+coordinates: {q: {velocity: v, unit: rad}}
+inputs: {u: {unit: N*m}}
+parameters:
+  J: {value: 2e-6, unit: kg*m^2}
+  b: {value: 0.02, unit: mN*m*s/rad, tolerance: 50%}
+mass_matrix: [[J]]
+force: [u - b*v]
+friction: {distribution: [[1]], contacts: [{name: nut, law: coulomb, a: 0.003, unit: N*m}]}
+log: {columns: {t: t, v: v, u: u}}
+"""
+LEVEL, SLOPE, RISE, SPEED = 3e-3, 2e-5, 8e-4, 3.0
+TRAINED, HELD = (0.3, 1.0, 2.0, 3.5, 5.0, 8.0, 12.0, 18.0), (0.6, 1.5, 2.7, 4.2, 6.5, 10.0, 15.0, 20.0)
+Array = NDArray[np.float64]
+
+
+def record(file: Path, speed: float, rise: float, rng: np.random.Generator) -> Path:
+    """500 rows at one speed: Coulomb, viscous and a Stribeck peak of this height, with waves in both columns."""
+    t = 0.01 * np.arange(500)
+    wave = np.sin(7 * speed * t + rng.uniform(0, 6))
+    v = speed + 0.02 * wave + 0.01 * rng.standard_normal(len(t))
+    u = np.sign(speed) * (LEVEL + rise * np.exp(-((speed / SPEED) ** 2))) + SLOPE * speed
+    u = u + 3e-4 * wave + 1e-4 * rng.standard_normal(len(t)) + 2e-5 * rng.standard_normal()
+    np.savetxt(file, np.column_stack([t, v, u]), delimiter=",", header="t,v,u", comments="", fmt="%.9g")
+    return file
+
+
+def ladder(folder: Path, speeds: tuple[float, ...], rise: float, seed: int) -> list[Path]:
+    rng = np.random.default_rng(seed)
+    return [record(folder / f"{seed}_{w * s:g}.csv", w * s, rise, rng) for s in speeds for w in (1, -1)]
+
+
+def diagnosed(folder: Path, rise: float, tested: bool = True) -> dict[str, Any]:
+    (folder / "spec.yaml").write_text(SPEC)
+    train, test = ladder(folder, TRAINED, rise, 1), ladder(folder, HELD, rise, 2)
+    result = pipeline.diagnose(folder / "spec.yaml", train, test if tested else None, folder / "out")
+    read: dict[str, Any] = json.loads((result.folder / "diagnosis.json").read_text())
+    return read
+
+
+@pytest.mark.parametrize("tested", [True, False])
+def test_a_stribeck_peak_is_found_below_the_ripple(tmp_path: Path, tested: bool) -> None:
+    found = diagnosed(tmp_path, RISE, tested)
+    assert found["verdict"] == "effect"
+    (effect,) = found["effects"]
+    assert effect["kind"] == "stribeck"
+    low, high = effect["intervals"]["delta"]
+    assert low < RISE < high
+    assert effect["parameters"]["v_s"] == pytest.approx(SPEED, rel=0.3)
+    before, after = (found["error"][m]["residual_force_rms"] for m in ("declared", "augmented"))
+    assert after < 0.25 * before and after < 6e-5  # the scatter of the means is 2e-5, the ripple 2e-4
+    assert "16 records" in found["sentence"] or not tested
+
+
+def test_a_ladder_without_a_peak_lacks_nothing(tmp_path: Path) -> None:
+    found = diagnosed(tmp_path, 0.0)
+    assert found["verdict"] == "none" and not found["effects"]
+
+
+def test_what_a_steady_speed_can_show_is_a_force_of_speed_alone(tmp_path: Path) -> None:
+    """Not what the input makes: at an imposed speed the input is the friction, so any function of it explains it."""
+    (tmp_path / "spec.yaml").write_text(SPEC)
+    system = pipeline.check(tmp_path / "spec.yaml").system
+    assert is_static(system)
+    seen = {
+        kind
+        for kind, effect in CATALOGUE.items()
+        if not effect.refines
+        and effect.sits_on in ("contact", "coordinate", "input")
+        and effect.applies(system, 0)
+        and is_seen(Trial(system, (part_of(effect, 0, system),), ()))
+    }
+    assert {"stribeck", "viscous", "offset", "quadratic_drag", "coulomb_asymmetry", "viscous_asymmetry"} <= seen
+    assert not seen & {"load_dependent_friction", "input_gain", "saturation", "dead_zone", "cogging", "spring"}
+    assert not seen & {"inertia_error", "friction_drift", "input_delay", "presliding", "position_dependent_friction"}
+
+
+def test_a_record_that_turns_back_is_no_steady_one(tmp_path: Path) -> None:
+    (tmp_path / "spec.yaml").write_text(SPEC)
+    spec = pipeline.check(tmp_path / "spec.yaml").spec
+    files = ladder(tmp_path, TRAINED, RISE, 1)
+    means = means_of(read_logs(files, spec))
+    assert means is not None
+    expected = [w * s for s in TRAINED for w in (1, -1)]
+    assert means.speeds[:, 0] == pytest.approx(expected, rel=0.02, abs=0.01)
+    assert means_of(read_logs(files[:6], spec)) is None
+    t = 0.01 * np.arange(500)
+    both = np.column_stack([t, 10 * np.sign(np.sin(2 * t)), np.zeros(len(t))])
+    np.savetxt(tmp_path / "both.csv", both, delimiter=",", header="t,v,u", comments="")
+    assert means_of(read_logs([*files, tmp_path / "both.csv"], spec)) is None
