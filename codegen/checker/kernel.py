@@ -197,24 +197,24 @@ SOURCE = (r'#include "NAME\.h"\n#include <math\.h>\n#if defined\(__clang__\)\n#p
     r"\} else \{ NAME_set_anew\(state, parameters, inputs, outputs\); \} \}")  # fmt: skip
 
 
-def matched(form: str, path: Path) -> list[str]:
-    """What the form's groups are in the file without comments and needless blanks."""
-    text = path.read_text("utf-8").replace("\\\n", "")
+def matched(form: str, file: str, text: str) -> list[str]:
+    """What the form's groups are in the file's text without comments and needless blanks."""
+    text, (stem, _) = text.replace("\\\n", ""), file.split(".")
     demand(not re.search(r"[\x00-\x09\x0b-\x1f\x7f-\x9f\\]|\?\?", text), "control characters, a backslash or ??")
     plain = re.sub(r'/\*.*?\*/|("[^"\n]*"|//)', lambda m: m[1] or " ", text, flags=re.DOTALL)
     demand("//" not in plain and plain.isascii(), "a comment from // on, or letters that are not ASCII")
     plain = "\n".join(line for line in (" ".join(line.split()) for line in plain.split("\n")) if line)
-    form = form.replace(" ", r"\s").replace("NAME", path.stem).replace("UPPER", path.stem.upper())
-    demand(found := re.fullmatch(form, plain), f"{path.name} is not of the form that is read")
+    form = form.replace(" ", r"\s").replace("NAME", stem).replace("UPPER", stem.upper())
+    demand(found := re.fullmatch(form, plain), f"{file} is not of the form that is read")
     return [" ".join(group.split()).replace("->", ".") for group in found.groups()] if found else []
 
 
-def prove(proof: dict[str, Any], folder: Path) -> tuple[bool, list[str]]:
-    """Whether it is proved without conditions on states, and what it is, in words."""
+def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
+    """What holds besides the fields of the proof, if it is one of these files (name: text); ValueError if not."""
     name, signs, errors, formulas = proof["name"], proof["signs"], proof["errors"], proof["states"]
     demand({*proof} == {*FIELDS} and re.fullmatch("[a-z][a-z0-9_]*", name), f"not a name, or not just {FIELDS}")
-    prepare, before, limit, good = matched(SOURCE, folder / f"{name}.c")
-    first, values, *others = matched(HEADER, folder / f"{name}.h")
+    prepare, before, limit, good = matched(SOURCE, f"{name}.c", files[f"{name}.c"])
+    first, values, *others = matched(HEADER, f"{name}.h", files[f"{name}.h"])
     arrays = [re.findall(r"double (\w+)(?:\[(\d+)\])?;", struct) for struct in (first, *others)]
     shape = ", ".join(rf"\{{ {', '.join([NUMBER] * int(n))} \}}" if n else NUMBER for _, n in arrays[0])
     demand(re.fullmatch(shape, values) and "double" not in good, "values not as their fields, or a local after check")
@@ -229,7 +229,7 @@ def prove(proof: dict[str, Any], folder: Path) -> tuple[bool, list[str]]:
     # Free are inputs, truth, signs, errors, and states without a formula. An estimate is truth less sign * error.
     truths, estimates, turned = ([e[part] for e in errors] for part in ("truth", "estimate", "sign"))
     aside = [z for z in states if z not in formulas and z != "state.waiting"]
-    named = {*estimates} <= {*outputs} and all(re.fullmatch(r"(true|sign)\.\w+", x) for x in [*truths, *signs])
+    named = {*estimates} <= {*outputs} and all(re.fullmatch(r"(true|sign)\.\w+", x, re.A) for x in [*truths, *signs])
     demand(named and {*turned} <= {"", *signs} and len({*truths}) == len({*estimates}), "errors or signs not so named")
     Poly.signs, free = frozenset(signs), {*inputs, *truths, *signs, *aside}
     names = code.names | {x: term(1, x) for x in free} | {"": term(1)}
@@ -282,18 +282,18 @@ def prove(proof: dict[str, Any], folder: Path) -> tuple[bool, list[str]]:
         gap = [[term(growth - i * j) * p for j, p in zip(J, row, strict=True)] for i, row in zip(J, P, strict=True)]
         semidefinite(gap, {}, "")
         demand(dwell in range(10**5) and fall ** int(dwell) * growth <= 1 and turn["sign"] in signs, "not made good")
-    unit = dict(re.findall(r"double (\w+)(?:\[\d+\])?; /\* (\S+): ", (folder / f"{name}.h").read_text("utf-8")))
-    whole = not proof["domain"] and len(moving) == len(formulas)
-    said = [f"{name}: proved{', in its domain' * (not whole)}{', to first order in e' * any(off.values())}"]
-    said += [f"  {field}: {json.dumps(proof[field])}" for field in FIELDS[1:]]
-    said += [f"  V falls to {fall} a sample; errors in {', '.join(unit[re.split(r'[.[]', x)[1]] for x in estimates)}"]
-    return whole, [*said, f"  {', '.join(f'{p} = {x}' for p, x in stated.items())}"]
+    unit = dict(re.findall(r"double (\w+)(?:\[\d+\])?; /\* (\S+): ", files[f"{name}.h"]))
+    shown = {"whole": not proof["domain"] and len(moving) == len(formulas), "first order": any(off.values())}
+    return shown | {"fall": fall, "units": [unit[re.split(r"[.[]", x)[1]] for x in estimates], "values": stated}
 
 
 if __name__ == "__main__":
     try:
-        whole, said = prove(json.load(sys.stdin), Path(sys.argv[1]))
+        claim = json.load(sys.stdin)
+        shown = prove(claim, {path.name: path.read_text("utf-8") for path in Path(sys.argv[1]).glob("*.[ch]")})
     except Exception as why:
         sys.exit(f"refused: {type(why).__name__} {str(why)[:200]}")
-    print(*said, sep="\n")
-    sys.exit(0 if whole else 4)
+    print(f"{claim['name']}: proved{'' if shown['whole'] else ', in its domain'}")
+    print(*(f"  {field}: {json.dumps(claim[field])}" for field in FIELDS[1:]), sep="\n")
+    print(*(f"  {fact}: {json.dumps(shown[fact], default=str)}" for fact in shown), sep="\n")
+    sys.exit(0 if shown["whole"] else 4)

@@ -20,7 +20,7 @@ from codegen.app.generate import generated_program
 from codegen.cancellation import with_cancellation
 from codegen.certify.certify import Certificate
 from codegen.certify.kernel_form import NotCovered, proof_text
-from codegen.checker import counterexamples, kernel
+from codegen.checker import counterexamples, kernel, verify
 from codegen.observers import observer_of
 from codegen.program import build_program
 from codegen.replay.twin import load_twin
@@ -60,22 +60,26 @@ def proof(name: str) -> str:
     return proof_text(observer, build_program(with_cancellation(spec, observer), spec.code).places, content)
 
 
-def prove(name: str, content: Any, folder: Path = GENERATED) -> tuple[bool, list[str]]:
-    return kernel.prove(content, folder / name)
+def texts(name: str) -> dict[str, str]:
+    """The C of a shipped spec."""
+    return {f"{name}.{end}": (GENERATED / name / f"{name}.{end}").read_text("utf-8") for end in "ch"}
+
+
+def prove(name: str, content: Any, files: dict[str, str] | None = None) -> dict[str, Any]:
+    return kernel.prove(content, files or texts(name))
 
 
 @pytest.mark.parametrize("name", [*PROVED, pytest.param("chain", marks=pytest.mark.slow)])
 def test_what_is_shipped_is_proved_of_its_c(name: str) -> None:
     content = json.loads(proof(name))
     certificate = json.loads((GENERATED / name / "certificate.json").read_text("utf-8"))
-    whole, said = prove(name, content)
+    shown = prove(name, content)
     h, alpha = Fraction(certificate["sample_time"]), Fraction(certificate["decay_rate"])
-    assert whole == (name != "one_mass_domain")
-    assert said[0] == f"{name}: proved" + ", in its domain" * (not whole)
+    assert shown["whole"] == (name != "one_mass_domain")
     assert content["lyapunov_matrix"] == certificate["lyapunov_matrix"]
     assert len(content["reversals"]) == len(certificate["reversals"])
-    units = ", ".join(error["unit"] for error in certificate["error"])
-    assert f"  V falls to {1 - 2 * alpha * h} a sample; errors in {units}" in said
+    assert shown["fall"] == 1 - 2 * alpha * h
+    assert shown["units"] == [error["unit"] for error in certificate["error"]]
 
 
 def test_all_that_has_a_certificate_is_proved_or_named_as_left() -> None:
@@ -84,21 +88,20 @@ def test_all_that_has_a_certificate_is_proved_or_named_as_left() -> None:
 
 
 @pytest.mark.slow
-def test_a_matrix_that_depends_on_the_signs_is_proved_for_all_of_them(tmp_path: Path) -> None:
+def test_a_matrix_that_depends_on_the_signs_is_proved_for_all_of_them() -> None:
     """With a full K_F the level of one contact follows the other's slip, by the product of their signs."""
     text = spec_path("two_mass").read_text("utf-8").replace("K_F: [500, 700]", "K_F: [[500, 20], [30, 700]]")
     spec = parse_spec(text, Path("two_mass.yaml"))
     program, files, outcome = generated_program(spec)
     assert isinstance(outcome, Certificate)
-    for end in "ch":
-        (tmp_path / f"two_mass.{end}").write_text(files[f"two_mass.{end}"], "utf-8")
     made = proof_text(observer_of(spec), program.places, outcome.content)
+    assert outcome.kernel == made
     assert "sign.between * sign.ground" in made
-    assert kernel.prove(json.loads(made), tmp_path)[0]
+    assert kernel.prove(json.loads(made), files)["whole"]
     with pytest.raises(ValueError, match="does not move the errors"):
-        kernel.prove(json.loads(made.replace("(sign.between * sign.ground)", "(1)")), tmp_path)
+        kernel.prove(json.loads(made.replace("(sign.between * sign.ground)", "(1)")), files)
     with pytest.raises(ValueError, match="not positive semidefinite"):
-        kernel.prove(json.loads(made) | {"decay_rate": "5"}, tmp_path)
+        kernel.prove(json.loads(made) | {"decay_rate": "5"}, files)
 
 
 @pytest.mark.parametrize("name", LEFT)
@@ -147,7 +150,7 @@ def test_the_machine_of_a_proof_is_the_spec_s(name: str) -> None:
 def test_the_c_is_read_as_the_twin_computes(name: str) -> None:
     """The kernel's reading of the C, on numbers, beside the generated Python."""
     twin, dice = load_twin((GENERATED / name / "__init__.py").read_text("utf-8"), name), random.Random(name)
-    _, before, _, good = kernel.matched(kernel.SOURCE, GENERATED / name / f"{name}.c")
+    _, before, _, good = kernel.matched(kernel.SOURCE, f"{name}.c", texts(name)[f"{name}.c"])
     parameters = twin.Parameters()
     for _ in range(5):
         state, inputs, outputs = twin.State(), twin.Inputs(), twin.Outputs()
@@ -188,16 +191,13 @@ def test_the_counterexamples_are_changes_of_what_is_proved() -> None:
     assert len({case.why for case in counterexamples.CASES}) >= 40
 
 
-def forged(tmp_path: Path, name: str, *pairs: tuple[str, str, str]) -> Any:
-    """The proof's JSON, after each (file, old, new), its C being in tmp_path / name."""
-    texts = {end: (GENERATED / name / f"{name}.{end}").read_text("utf-8") for end in "ch"} | {"p": proof(name)}
+def forged(name: str, *pairs: tuple[str, str, str]) -> tuple[Any, dict[str, str]]:
+    """The proof's JSON and its C after each (file, old, new)."""
+    changed = {end: texts(name)[f"{name}.{end}"] for end in "ch"} | {"p": proof(name)}
     for file, old, new in pairs:
-        assert old in texts[file]
-        texts[file] = texts[file].replace(old, new)
-    (tmp_path / name).mkdir()
-    for end in "ch":
-        (tmp_path / name / f"{name}.{end}").write_text(texts[end], "utf-8")
-    return json.loads(texts["p"])
+        assert old in changed[file]
+        changed[file] = changed[file].replace(old, new)
+    return json.loads(changed["p"]), {f"{name}.{end}": changed[end] for end in "ch"}
 
 
 AXIS = (
@@ -215,19 +215,20 @@ AXIS = (
         (',\n  "state.z_y": "outputs.v_hat"', "not an error for each state"),
     ],
 )
-def test_an_unstable_axis_is_refused(tmp_path: Path, claimed: str, words: str) -> None:
+def test_an_unstable_axis_is_refused(claimed: str, words: str) -> None:
     last = "outputs.a_hat_rail"
-    content = forged(tmp_path, "one_mass", *AXIS, ("p", f' + {last}"\n', f' + {last}"{claimed}\n'))
+    content, files = forged("one_mass", *AXIS, ("p", f' + {last}"\n', f' + {last}"{claimed}\n'))
     with pytest.raises(ValueError, match=words):
-        prove("one_mass", content, tmp_path)
+        prove("one_mass", content, files)
 
 
-def test_an_unstable_axis_at_rest_is_a_condition(tmp_path: Path) -> None:
+def test_an_unstable_axis_at_rest_is_a_condition() -> None:
     """Where it is zero it stays so: true, said, and no proof without conditions."""
     last = "outputs.a_hat_rail"
-    content = forged(tmp_path, "one_mass", *AXIS, ("p", f' + {last}"\n', f' + {last}",\n  "state.z_y": "0"\n'))
-    whole, said = prove("one_mass", content, tmp_path)
-    assert not whole and said[0] == "one_mass: proved, in its domain"
+    content, files = forged("one_mass", *AXIS, ("p", f' + {last}"\n', f' + {last}",\n  "state.z_y": "0"\n'))
+    shown = prove("one_mass", content, files)
+    assert not shown["whole"]
+    assert "only where the state state.z_y is 0" in verify.theorem.words(content, shown)
 
 
 def test_a_memory_of_one_sample_is_no_error() -> None:
@@ -236,18 +237,19 @@ def test_a_memory_of_one_sample_is_no_error() -> None:
 
 
 @pytest.mark.parametrize("speed", ["300.0", "5.0", "0.1"])
-def test_another_law_below_a_speed_is_proved_only_above_it(tmp_path: Path, speed: str) -> None:
+def test_another_law_below_a_speed_is_proved_only_above_it(speed: str) -> None:
     old = "z_v_next = state->z_v +"
     law = ("c", old, f"{old} (1.0 - one_mass_sign(fabs(v_hat) - {speed})) * v_hat +")
     domain = ("p", '"domain": []', f'"domain": ["sign.rail*outputs.v_hat - {speed}"]')
-    whole, said = prove("one_mass", forged(tmp_path, "one_mass", law, domain), tmp_path)
-    assert not whole and said[0].endswith("in its domain")
-    assert f'  domain: ["sign.rail*outputs.v_hat - {speed}"]' in said
+    content, files = forged("one_mass", law, domain)
+    shown = prove("one_mass", content, files)
+    assert not shown["whole"]
+    assert f"only where sign(rail)*v_hat - {speed} > 0" in verify.theorem.words(content, shown)
 
 
-def test_no_file_is_no_proof(tmp_path: Path) -> None:
-    with pytest.raises(OSError):
-        prove("one_mass", json.loads(proof("one_mass")), tmp_path)
+def test_no_file_is_no_proof() -> None:
+    with pytest.raises(KeyError):
+        kernel.prove(json.loads(proof("one_mass")), {})
 
 
 def test_mutants_that_are_proved_are_true() -> None:
@@ -339,6 +341,125 @@ def test_a_matrix_needs_more_than_its_entries() -> None:
         kernel.semidefinite(A, {"x": (Fraction(-2), Fraction(3))}, "")
     with pytest.raises(ValueError, match="without a range"):
         kernel.semidefinite(A, {}, "")
+
+
+def beside(name: str, **changed: str) -> dict[str, bytes]:
+    """What lies beside a shipped certificate, with the kernel's proof or what is given in place of files."""
+    files = {p.name: p.read_bytes() for p in (GENERATED / name).iterdir() if p.is_file()}
+    return files | {"proof.json": proof(name).encode()} | {k.replace("__", "."): v.encode() for k, v in changed.items()}
+
+
+def verified(name: str, files: dict[str, bytes], **changed: Any) -> Any:
+    content = json.loads((GENERATED / name / "certificate.json").read_text("utf-8")) | changed
+    return verify.check(json.dumps(content), sources=files)
+
+
+@pytest.mark.parametrize("name", ["one_mass", "one_mass_cfo_semi_implicit", "two_mass", "rig_to", "one_mass_domain"])
+def test_verify_says_what_the_kernel_proved(name: str) -> None:
+    report = verified(name, beside(name))
+    content = json.loads((GENERATED / name / "certificate.json").read_text("utf-8"))
+    h, alpha = Fraction(content["sample_time"]), Fraction(content["decay_rate"])
+    said = "\n".join(report.proved)
+    assert report.bound and report.whole == (name != "one_mass_domain") and not report.unproved
+    assert f"at most {float(1 - 2 * alpha * h):.9g} times what it was ({float(alpha):.9g} 1/s)" in said
+    for reversal in content["reversals"]:
+        assert f"after {reversal['dwell_samples']} samples in which none turns" in said
+    assert ("only where sign(rail)*v_hat - slip_speed > 0" in said) == (name == "one_mass_domain")
+
+
+def test_the_words_follow_the_proof_and_not_the_certificate() -> None:
+    """A machine with another gravity, in C and proof alike, is another machine in the words."""
+    law = "parameters->one_over_m * (inputs->w - F_hat_rail)"
+    content, files = forged(
+        "one_mass", ("c", law, f"{law} - 9.81"), ("p", "inputs.w", "inputs.w - 9.81*parameters.m"))  # fmt: skip
+    assert "machine: (m) v' = -a_rail*sign(rail) + w - 9.81*m; x' = v" in "\n".join(
+        verify.theorem.words(content, prove("one_mass", content, files))
+    )
+
+
+def test_without_the_twin_the_kernel_still_proves() -> None:
+    files = beside("one_mass")
+    del files["__init__.py"]
+    report = verified("one_mass", files)
+    assert report.whole and not report.bound  # not all that the certificate names is here
+    del files["proof.json"]
+    assert not verified("one_mass", files).whole
+
+
+@pytest.mark.parametrize("missing", ["one_mass.c", "one_mass.h"])
+def test_without_the_c_the_kernel_proves_nothing(missing: str) -> None:
+    files = beside("one_mass")
+    del files[missing]
+    report = verified("one_mass", files)
+    assert not report.whole and not report.bound and "is not here" in report.unproved
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"proof__json": "{}"}, "it has other fields"),
+        ({"proof__json": "{"}, "it cannot be read"),
+        ({"proof__json": "[" * 100_000}, "it cannot be read"),
+        ({"proof__json": "NaN"}, "it has other fields"),
+    ],
+)
+def test_a_file_of_that_name_that_is_no_proof_takes_nothing_away(changed: dict[str, str], words: str) -> None:
+    report = verified("one_mass", beside("one_mass", **changed))
+    assert report.bound and not report.whole and not report.proved and words in report.unproved
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('"279/25"', '"270/25"', "the rate"),
+        ('"781/50000"', '"782/50000"', "P"),
+        ('"352"', '"353"', "reversals"),
+        ('"euler"', '"semi_implicit"', "the step"),
+        ('"outputs.v_hat",\n   "sign"', '"outputs.F_hat_rail",\n   "sign"', "the errors"),
+        ('"352"', '"none"', "cannot be read"),
+    ],
+)
+def test_a_proof_of_something_else_is_none_of_the_certificate(old: str, new: str, words: str) -> None:
+    assert old in proof("one_mass")
+    report = verified("one_mass", beside("one_mass", proof__json=proof("one_mass").replace(old, new, 1)))
+    assert report.bound and not report.whole and words in report.unproved
+
+
+def test_a_proof_that_claims_the_same_and_is_false_is_refused() -> None:
+    wrong = proof("one_mass").replace('"parameters.m"', '"2*parameters.m"')
+    with pytest.raises(verify.Refused, match="the kernel does not prove"):
+        verified("one_mass", beside("one_mass", proof__json=wrong))
+
+
+def test_a_unit_that_is_not_the_header_s_is_refused() -> None:
+    files = beside("one_mass")
+    del files["__init__.py"]  # which says so too
+    content = json.loads((GENERATED / "one_mass" / "certificate.json").read_text("utf-8"))
+    errors = [*content["error"][:1], content["error"][1] | {"unit": "mN"}]
+    with pytest.raises(verify.Refused, match=r"the units of one_mass\.h are others"):
+        verified("one_mass", files, error=errors)
+
+
+def test_the_exit_status_with_the_kernel_demanded(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name, status in (("one_mass", 0), ("one_mass_domain", 4), ("two_link_arm", 6)):
+        folder = tmp_path / name
+        folder.mkdir()
+        for file, text in (beside(name) if status < 6 else beside_alone(name)).items():
+            (folder / file).write_bytes(text)
+        capsys.readouterr()
+        assert verify.main([str(folder / "certificate.json"), "--kernel"]) == status
+        said = capsys.readouterr().out
+        assert ("it was not bound to the C by the kernel" in said) == (status == 6)
+        assert verify.main([str(folder / "certificate.json")]) == 0
+        if status < 6:
+            assert verify.main([str(folder / "proof.json")]) == status
+            assert f"proved of {name}.c itself by the kernel" in capsys.readouterr().out
+            (folder / f"{name}.c").write_text("int main;")
+            assert verify.main([str(folder / "proof.json")]) == 3
+
+
+def beside_alone(name: str) -> dict[str, bytes]:
+    return {p.name: p.read_bytes() for p in (GENERATED / name).iterdir() if p.is_file()}
 
 
 def test_it_runs_alone_and_prints_no_traceback() -> None:
