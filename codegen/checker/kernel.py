@@ -1,14 +1,14 @@
 """The kernel: whether a proof is one of the C beside it. Standard library only: python3 kernel.py FOLDER < PROOF.json
 
 THEOREM. Let NAME.c run in exact arithmetic with the values of NAME_PARAMETERS, in samples with fault 0, from any state,
-on any inputs. Let a machine have mass_matrix * acceleration = force by the proof's formulas, its positions be measured
-exactly, x[k+1] = x[k] + h v[k] ("semi_implicit": h v[k+1]), v[k+1] = v[k] + h acceleration[k], all else of it constant.
-While every sign of the proof is 1 or -1, the same in machine and code and from one sample to the next, all of `domain`
-is positive, and the states whose formula holds no estimate are as it says, the errors e = sign * (truth - estimate) of
-all other states move by e[k+1] = matrix e[k]; and V = e'Pe has V[k+1] <= (1 - 2 decay_rate h) V[k] for all in the box.
-Of the errors with one sign turned V is at most `growth` V, and after `dwell` samples without a turn not above V.
-Trusted: this file, Python, and the reader's eyes: the machine printed must be the one he has. Not covered: rounding,
-samples with a fault, what else is in a sample in which a sign turns. Exit status: 0, 4 in the domain alone, 1 refused.
+on any inputs. Let a machine have mass_matrix * acceleration = force by the proof's formulas, its positions (velocities
+too, where they are inputs) be measured exactly, x[k+1] = x[k] + h v[k] ("semi_implicit": h v[k+1]), v[k+1] = v[k] +
+h acceleration[k], all else of it constant. While every sign of the proof is 1 or -1, the same in machine and code, from
+one sample to the next, all of `domain` is positive, and the states whose formula holds no estimate are as it says,
+the errors e = sign * (truth - estimate) of all other states move by e[k+1] = matrix e[k]; and V = e'Pe has V[k+1] <=
+(1 - 2 decay_rate h) V[k] for all in the box. Of the errors with one sign turned V is at most `growth` V, and after
+`dwell` samples with no turn not above V. Trusted: this file, Python, and that the machine printed is the reader's. Not
+covered: rounding, samples with a fault, what else is in one in which a sign turns. Exit: 0, 4 in the domain, 1 refused.
 """
 
 import ast
@@ -211,7 +211,7 @@ def matched(form: str, file: str, text: str) -> list[str]:
 
 def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     """What holds besides the fields of the proof, if it is one of these files (name: text); ValueError if not."""
-    name, signs, errors, formulas = proof["name"], proof["signs"], proof["errors"], proof["states"]
+    name, signs, errors, formulas, velocity = (proof[x] for x in ("name", "signs", "errors", "states", "positions"))
     demand({*proof} == {*FIELDS} and re.fullmatch("[a-z][a-z0-9_]*", name), f"not a name, or not just {FIELDS}")
     prepare, before, limit, good = matched(SOURCE, f"{name}.c", files[f"{name}.c"])
     first, values, *others = matched(HEADER, f"{name}.h", files[f"{name}.h"])
@@ -255,12 +255,12 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     rate, h = {v: claim.value(a) for v, a in proof["acceleration"].items()}, names["parameters.sample_time"]
     pushed = times(mass, [[a] for a in rate.values()]) == [[claim.value(f)] for f in proof["force"]]
     demand(pushed and positive([[x.constant() for x in row] for row in mass], True), "mass * acceleration is not force")
-    own = {*proof["positions"]} <= {*inputs} and {*proof["positions"].values()} <= {*rate} <= {*truths}
+    own = {*velocity} <= {*inputs} - {*rate} and {*velocity.values()} <= {*rate} <= {*truths, *inputs}
     demand(own and {x for a in rate.values() for x in a.names()} <= free, "not over the machine's own quantities")
     later = names | {v: names[v] + h * a for v, a in rate.items()}
     mean = {"euler": names, "semi_implicit": later}[proof["step"]]
-    later |= {x: term(1, f"{x} later") for x in (*inputs, *aside)}
-    later |= {x: names[x] + h * mean[v] for x, v in proof["positions"].items()}
+    later |= {x: term(1, f"{x} later") for x in (*inputs, *aside) if x not in rate}
+    later |= {x: names[x] + h * mean[v] for x, v in velocity.items()}
     moved = [e for row in times(phi, [[e] for e in error]) for e in row]
     later |= {x: later[t] - names[s] * e for x, t, s, e in zip(estimates, truths, turned, moved, strict=True)}
     off = {z: code.names[z] - Text(later, claim.known).value(of) for z, of in formulas.items()}
