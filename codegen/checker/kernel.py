@@ -271,16 +271,16 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     demand(not alone, f"nothing is said of what follows {alone}, and may grow")
     box = {x: (claim.value(low).constant(), claim.value(high).constant()) for x, (low, high) in proof["box"].items()}
     fall = 1 - 2 * claim.value(proof["decay_rate"]).constant() * h.constant()
-    definite = positive([[x.constant() for x in row] for row in P], True)
-    demand({*box} <= free and fall > 0 and definite, "box of no free variable, V negative, or P not positive definite")
+    fixed, why = [[x.constant() for x in row] for row in P], "V negative, or P not positive definite"
+    demand({*box} <= free and fall > 0 and positive(fixed, True), f"a box of no free variable, {why}")
     form = times(times(zip(*phi, strict=True), P), phi)
     gap = [[term(fall) * p - x for p, x in zip(*rows, strict=True)] for rows in zip(P, form, strict=True)]
     semidefinite(gap, box | dict.fromkeys(signs, (Fraction(-1), Fraction(1))), proof["cover"])
     for turn in proof["reversals"]:
         growth, dwell = (claim.value(turn[part]).constant() for part in ("growth", "dwell"))
         J = [-1 if s == turn["sign"] else 1 for s in turned]
-        gap = [[term(growth - i * j) * p for j, p in zip(J, row, strict=True)] for i, row in zip(J, P, strict=True)]
-        semidefinite(gap, {}, "")
+        rise = [[(growth - i * j) * p for j, p in zip(J, row, strict=True)] for i, row in zip(J, fixed, strict=True)]
+        demand(positive(rise), "growth P - J'PJ is not positive semidefinite")
         demand(dwell in range(10**5) and fall ** int(dwell) * growth <= 1 and turn["sign"] in signs, "not made good")
     unit = dict(re.findall(r"double (\w+)(?:\[\d+\])?; /\* (\S+): ", files[f"{name}.h"]))
     shown = {"whole": not proof["domain"] and len(moving) == len(formulas), "first order": any(off.values())}

@@ -322,9 +322,9 @@ def worst_fall(name: str, content: Any, dice: random.Random, runs: int = 6) -> f
         put(inputs, {x: dice.uniform(-1, 1) for x in seen(inputs, "inputs")})
         at = seen(parameters, "parameters") | seen(inputs, "inputs")
         twin.step(state, parameters, inputs, outputs)
-        at |= seen(outputs, "outputs")
+        at |= seen(outputs, "outputs") | {e["truth"]: dice.uniform(-1, 1) for e in content["errors"]}
         signs = {s: math.copysign(1.0, numbers(u, at)) for s, u in content["signs"].items()}
-        at |= signs | {e["truth"]: dice.uniform(-1, 1) for e in content["errors"]}
+        at |= signs
 
         def lags(at: dict[str, float]) -> Any:
             turned = [at[e["sign"]] if e["sign"] else 1.0 for e in content["errors"]]
