@@ -145,16 +145,18 @@ def verify(
     smt: Annotated[
         Path | None, typer.Option("--smt", parser=named_path, metavar="FILE", help="write it for z3 or cvc5 too")
     ] = None,
+    kernel: Annotated[bool, typer.Option("--kernel", help="demand that the kernel proves it of the C")] = False,
 ) -> None:
-    """Check a certificate or a bound by the independent checker (codegen/checker/, standard library only).
+    """Check a certificate, a bound or proof.json by the independent checker (codegen/checker/, standard library only).
 
-    Exit status: 0 verified and bound to the code beside it; 5 verified, but bound to no code; 3 refused.
+    Exit status: 0 verified and bound to the code beside it; 5 verified, but bound to no code; 3 refused. Of proof.json,
+    and with --kernel: 0 proved of the C; 4 proved of it where the printed conditions hold; 6 not proved of it.
     """
     from codegen.checker import newtons as checker
-    from codegen.checker.verify import NO_CODE
 
-    status = checker.main([str(certificate)] + (["--spec", str(spec)] if spec is not None else []))
-    if status in (0, NO_CODE) and smt is not None:
+    options = [*(["--spec", str(spec)] if spec is not None else []), *(["--kernel"] if kernel else [])]
+    status = checker.main([str(certificate), *options])
+    if status not in (2, REFUSED) and smt is not None:
         from codegen.app.write_smt import write_smt
 
         output.print(str(write_smt(certificate, smt)))

@@ -19,6 +19,7 @@ from codegen.cancellation import with_cancellation
 from codegen.certify.bound.bound_proof import with_bounds
 from codegen.certify.certify import PROOFS, Certificate, Refusal, json_text, withdrawn
 from codegen.certify.certify import certify as certify_analysis
+from codegen.certify.kernel_form import NotCovered, proof_text, with_solution
 from codegen.certify.region_files import REGION_PROOFS
 from codegen.checker import newtons
 from codegen.checker import verify as checker
@@ -33,6 +34,7 @@ from codegen.spec.numerics import numerical
 from codegen.spec.places import placed
 
 CHOSEN = ("splits", "lyapunov_matrix", "slow", "decay_rate", "reversals", "along")  # by the solver, in a certificate
+KERNEL_PROOF = checker.PROOF
 FOLLOWING = ("certificate", "slip_speed", "bounds")  # what of a bound the certificate's last digits change
 REGION = ("variables", "parameters", "matrix", "claim", "assumptions")  # of a region's proof: how far it goes
 
@@ -167,7 +169,21 @@ def generated_program(
         outcome = withdrawn(analysis, str(error))
     if isinstance(outcome, Certificate):
         outcome = with_bounds(spec, analysis, outcome, sources)
+        outcome = _with_kernel_proof(outcome, observer, program, sources)
     return program, _complete(files, outcome, program, header), outcome
+
+
+def _with_kernel_proof(
+    certificate: Certificate, observer: Observer, program: Program, sources: Mapping[str, bytes]
+) -> Certificate:
+    """The certificate with the proof that the kernel accepts for these sources, or why there is none."""
+    try:
+        proof = proof_text(observer, program.places, certificate.content)
+        content = checker.parsed(certificate.text)
+        _, unproved, _ = checker.by_kernel(content, {**sources, KERNEL_PROOF: proof.encode()})
+    except (NotCovered, checker.Refused) as error:
+        return replace(certificate, not_by_kernel=str(error))
+    return replace(certificate, kernel=None if unproved else proof, not_by_kernel=unproved)
 
 
 def _places(program: Program) -> dict[str, str]:
@@ -196,6 +212,8 @@ def _complete(
         tuple(files),
         outcome.proofs,
     )
+    if isinstance(outcome, Certificate) and outcome.kernel is not None:
+        result[KERNEL_PROOF] = outcome.kernel
     result["manifest.json"] = emit_manifest(header, result)
     return result
 
@@ -236,10 +254,11 @@ def _make_importable(target: Path, folder: str | Path | None) -> None:
 
 def _drop_old_proofs(target: Path, spec: Spec, kept: Mapping[str, str]) -> None:
     """Remove proofs that an earlier run wrote for this machine and this one does not: they speak of other code."""
-    for old in (target / name for name in PROOFS if name not in kept):
+    for old in (target / name for name in (*PROOFS, KERNEL_PROOF) if name not in kept):
         try:
-            ours = json.loads(read_text(old, "a certificate", LARGEST_GENERATED))["subject"]["name"] == spec.name
-        except (BadInput, ValueError, KeyError, TypeError, RecursionError):
+            content = json.loads(read_text(old, "a certificate", LARGEST_GENERATED))
+            ours = content.get("subject", content)["name"] == spec.name
+        except (BadInput, ValueError, KeyError, TypeError, AttributeError, RecursionError):
             continue
         if ours:
             remove(old)
@@ -252,7 +271,7 @@ def _stale(folder: Path, files: Mapping[str, str]) -> tuple[str, ...]:
     """
     on_disk = {name: read_or_none(folder / name) for name in files}
     different = tuple(name for name, text in files.items() if on_disk[name] != text)
-    different += tuple(name for name in PROOFS if name not in files and is_there(folder / name))
+    different += tuple(n for n in (*PROOFS, KERNEL_PROOF) if n not in files and is_there(folder / n))
     expected = dict(files)
     for name in PROOFS:
         text = on_disk.get(name)
@@ -276,6 +295,8 @@ def _with_solution(files: Mapping[str, str], name: str, proof: str) -> dict[str,
     said = proof_lines(name, files[name])
     now = (said, proof_lines(name, proof)) if said else (rate, other)
     result["README.md"] = files["README.md"].replace(*now)
-    for changed in (name, "README.md"):
+    if name == PROOFS[0] and KERNEL_PROOF in files:
+        result[KERNEL_PROOF] = with_solution(files[KERNEL_PROOF], content)
+    for changed in {name, "README.md", KERNEL_PROOF} & files.keys():
         result["manifest.json"] = result["manifest.json"].replace(sha256(files[changed]), sha256(result[changed]))
     return result

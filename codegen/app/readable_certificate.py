@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import asdict
 from pathlib import Path
@@ -44,6 +45,8 @@ def _certificate(certificate: Certificate, found: Certified) -> dict[str, Any]:
         if isinstance(bounds, str)
         else [{"name": b.name, "unit": b.unit, "steady": b.steady, "slip_speed": b.slip_speed} for b in bounds],
         "certificate": certificate.content,
+        "kernel_proof": None if certificate.kernel is None else json.loads(certificate.kernel),
+        "not_by_kernel": certificate.not_by_kernel or None,
     }
 
 

@@ -13,6 +13,7 @@ from typing import Any
 
 import sympy
 
+from codegen.mechanics import System
 from codegen.observers.equations import Observer
 from codegen.spec.functions import Magnitude, Sgn
 
@@ -32,7 +33,16 @@ def proof_text(observer: Observer, places: Mapping[str, str], content: Mapping[s
         NotCovered: for what the kernel cannot say.
     """
     _refuse_uncovered(observer, content)
-    return json.dumps(_proof(observer, places, content), indent=1) + "\n"
+    return _text(_proof(observer, places, content))
+
+
+def with_solution(proof: str, content: Mapping[str, Any]) -> str:
+    """The proof with P, rate and reversals of another certificate of the same matrix."""
+    return _text(json.loads(proof) | _found(content))
+
+
+def _text(proof: Mapping[str, Any]) -> str:
+    return json.dumps(proof, indent=1) + "\n"
 
 
 def _refuse_uncovered(observer: Observer, content: Mapping[str, Any]) -> None:
@@ -41,8 +51,8 @@ def _refuse_uncovered(observer: Observer, content: Mapping[str, Any]) -> None:
         raise NotCovered("a refutation")
     if content["slow"] or {*content["variables"]} - {s.name for s in observer.signs}:
         raise NotCovered("a matrix or P that depends on the operating point")
-    if observer.integration not in ("euler", "semi_implicit") or observer.velocity != "estimated":
-        raise NotCovered(f"velocity {observer.velocity} with the step {observer.integration}")
+    if observer.integration not in ("euler", "semi_implicit"):
+        raise NotCovered(f"the step {observer.integration}")
     if len(content["error"]) != len(observer.errors) or system.mass_matrix.free_symbols & {*system.positions}:
         raise NotCovered("a mass matrix that varies")
     if system.actuators or system.sensor_errors or system.transmissions:
@@ -52,16 +62,12 @@ def _refuse_uncovered(observer: Observer, content: Mapping[str, Any]) -> None:
 def _proof(observer: Observer, places: Mapping[str, str], content: Mapping[str, Any]) -> dict[str, Any]:
     system, write = observer.system, Writer(observer, places)
     force = system.force - observer.true_friction
-    acceleration = system.mass_matrix.inv() * force
+    acceleration = _inverse(system) * force
     parameters = {p["name"]: _infix(p["expression"], {s.name: write(s) for s in observer.signs})
                   for p in content["parameters"]}  # fmt: skip
     h, size = content["sample_time"], range(len(content["matrix"]))
     turned = [observer.signs[e.contact] if e.contact is not None and observer.level_errors else None
               for e in observer.errors]  # fmt: skip
-    reversals = [
-        {"sign": f"sign.{r['contact']}", "growth": r["growth"], "dwell": str(r["dwell_samples"])}
-        for r in content["reversals"]
-    ]
     return {
         "name": content["subject"]["name"],
         "step": observer.integration,
@@ -77,12 +83,29 @@ def _proof(observer: Observer, places: Mapping[str, str], content: Mapping[str, 
         ],
         "states": {write(z): write(text) for z, text in _states(observer).items()} | _held(observer, write),
         "matrix": [[_step(i == j, h, content["matrix"][i][j], parameters) for j in size] for i in size],
-        "lyapunov_matrix": content["lyapunov_matrix"],
         "box": {},
         "cover": "",
+        **_found(content),
+    }
+
+
+def _found(content: Mapping[str, Any]) -> dict[str, Any]:
+    """What the solver found."""
+    reversals = [
+        {"sign": f"sign.{r['contact']}", "growth": r["growth"], "dwell": str(r["dwell_samples"])}
+        for r in content["reversals"]
+    ]
+    return {
+        "lyapunov_matrix": content["lyapunov_matrix"],
         "decay_rate": content["decay_rate"],
         "reversals": reversals,
     }
+
+
+def _inverse(system: System) -> sympy.Matrix:
+    """M⁻¹, in numbers where it would be long in symbols."""
+    mass = system.mass_matrix
+    return mass.inv() if mass.rows <= 3 or mass.is_diagonal() else mass.subs(system.values).inv()
 
 
 def _step(diagonal: bool, h: str, entry: Any, parameters: Mapping[str, str]) -> str:
@@ -114,7 +137,8 @@ class Writer:
 
     def __init__(self, observer: Observer, places: Mapping[str, str]) -> None:
         system = observer.system
-        velocity = dict(zip(system.velocities, observer.equations[0].symbols, strict=True))
+        shown = observer.equations[0].symbols if observer.velocity == "estimated" else system.velocities
+        velocity = dict(zip(system.velocities, shown, strict=True))
         self.slips = [u.xreplace(velocity) for u in system.slip_velocity]
         symbols = [sympy.Symbol(f"slip_{c.name}") for c in system.contacts]
         self._slips = {s.name: u for s, u in zip(symbols, self.slips, strict=True)}
@@ -146,7 +170,10 @@ class Writer:
         if e.is_Integer and e >= 0:
             return str(e)
         if e.is_Symbol:
-            return str(self._places["sample_time" if e.name == "h" else e.name])
+            name = "sample_time" if e.name == "h" else e.name
+            if name not in self._places:
+                raise NotCovered(f"the quantity {name}")
+            return str(self._places[name])
         if e.is_Pow and e.exp.is_Integer and e.exp > 0:
             return "*".join([self._factor(e.base)] * int(e.exp))
         if e.is_Add or e.is_Mul or e.is_Number:

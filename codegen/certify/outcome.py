@@ -32,6 +32,8 @@ class Certificate:
         by_structure: whether it is about one mode of a machine whose extremes were sought and not enclosed.
         bounds: on each friction error, or the words why there are none.
         bound: their proof, as the checker has accepted it, or None.
+        kernel: the proof that the kernel has accepted for the C (proof.json), or None.
+        not_by_kernel: why there is none.
     """
 
     content: Mapping[str, Any]
@@ -44,6 +46,8 @@ class Certificate:
     by_structure: bool = False
     bounds: tuple[ErrorBound, ...] | str = "none was asked for"
     bound: Mapping[str, Any] | None = None
+    kernel: str | None = None
+    not_by_kernel: str = "none was asked for"
 
     @property
     def turning_rate(self) -> float | None:

@@ -6,7 +6,6 @@ kernel.py would be false or would speak of something else than the C that is com
 
 import json
 import sys
-import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -239,7 +238,7 @@ CASES = (
     Case("a number without an end", "p", '"279/25"', '"' + "9" * 5000 + '"', ""),
     Case("a power tower", "p", '"279/25"', '"9**9**9"', NO_WORD),
     Case("text that is run in a proof", "p", '"279/25"', "\"__import__('os')\"", NO_WORD),
-    Case("another machine's folder", "p", '"name": "one_mass"', '"name": "two_mass"', "No such file"),
+    Case("another machine's folder", "p", '"name": "one_mass"', '"name": "two_mass"', "two_mass.c"),
     Case("a way out of the folder", "p", '"name": "one_mass"', '"name": "../one_mass/one_mass"', "not a name"),
     Case("a step that there is not", "p", '"step": "euler"', '"step": "implicit"', ""),
     Case("another step", "p", '"step": "euler"', '"step": "semi_implicit"', NOT_MOVED),
@@ -248,16 +247,13 @@ CASES = (
 
 def answer(case: Case, folder: Path, proof: str) -> str:
     """What the kernel says of the folder's C and this proof with the change, or "proved"."""
-    with tempfile.TemporaryDirectory() as made:
-        for end in "ch":
-            text = (folder / f"one_mass.{end}").read_text("utf-8")
-            changed = text.replace(case.old, case.new, 1) if case.file == end else text
-            (Path(made) / f"one_mass.{end}").write_text(changed, "utf-8")
-        changed = proof.replace(case.old, case.new, 1) if case.file == "p" else proof
-        try:
-            kernel.prove(json.loads(changed), Path(made))
-        except Exception as why:
-            return f"{type(why).__name__}: {why}"
+    files = {f"one_mass.{end}": (folder / f"one_mass.{end}").read_text("utf-8") for end in "ch"} | {"p": proof}
+    name = "p" if case.file == "p" else f"one_mass.{case.file}"
+    files[name] = files[name].replace(case.old, case.new, 1)
+    try:
+        kernel.prove(json.loads(files["p"]), files)
+    except Exception as why:
+        return f"{type(why).__name__}: {why}"
     return "proved"
 
 

@@ -1,14 +1,14 @@
 """The kernel: whether a proof is one of the C beside it. Standard library only: python3 kernel.py FOLDER < PROOF.json
 
 THEOREM. Let NAME.c run in exact arithmetic with the values of NAME_PARAMETERS, in samples with fault 0, from any state,
-on any inputs. Let a machine have mass_matrix * acceleration = force by the proof's formulas, its positions be measured
-exactly, x[k+1] = x[k] + h v[k] ("semi_implicit": h v[k+1]), v[k+1] = v[k] + h acceleration[k], all else of it constant.
-While every sign of the proof is 1 or -1, the same in machine and code and from one sample to the next, all of `domain`
-is positive, and the states whose formula holds no estimate are as it says, the errors e = sign * (truth - estimate) of
-all other states move by e[k+1] = matrix e[k]; and V = e'Pe has V[k+1] <= (1 - 2 decay_rate h) V[k] for all in the box.
-Of the errors with one sign turned V is at most `growth` V, and after `dwell` samples without a turn not above V.
-Trusted: this file, Python, and the reader's eyes: the machine printed must be the one he has. Not covered: rounding,
-samples with a fault, what else is in a sample in which a sign turns. Exit status: 0, 4 in the domain alone, 1 refused.
+on any inputs. Let a machine have mass_matrix * acceleration = force by the proof's formulas, its positions (velocities
+too, where they are inputs) be measured exactly, x[k+1] = x[k] + h v[k] ("semi_implicit": h v[k+1]), v[k+1] = v[k] +
+h acceleration[k], all else of it constant. While every sign of the proof is 1 or -1, the same in machine and code, from
+one sample to the next, all of `domain` is positive, and the states whose formula holds no estimate are as it says,
+the errors e = sign * (truth - estimate) of all other states move by e[k+1] = matrix e[k]; and V = e'Pe has V[k+1] <=
+(1 - 2 decay_rate h) V[k] for all in the box. Of the errors with one sign turned V is at most `growth` V, and after
+`dwell` samples with no turn not above V. Trusted: this file, Python, and that the machine printed is the reader's. Not
+covered: rounding, samples with a fault, what else is in one in which a sign turns. Exit: 0, 4 in the domain, 1 refused.
 """
 
 import ast
@@ -197,24 +197,24 @@ SOURCE = (r'#include "NAME\.h"\n#include <math\.h>\n#if defined\(__clang__\)\n#p
     r"\} else \{ NAME_set_anew\(state, parameters, inputs, outputs\); \} \}")  # fmt: skip
 
 
-def matched(form: str, path: Path) -> list[str]:
-    """What the form's groups are in the file without comments and needless blanks."""
-    text = path.read_text("utf-8").replace("\\\n", "")
+def matched(form: str, file: str, text: str) -> list[str]:
+    """What the form's groups are in the file's text without comments and needless blanks."""
+    text, (stem, _) = text.replace("\\\n", ""), file.split(".")
     demand(not re.search(r"[\x00-\x09\x0b-\x1f\x7f-\x9f\\]|\?\?", text), "control characters, a backslash or ??")
     plain = re.sub(r'/\*.*?\*/|("[^"\n]*"|//)', lambda m: m[1] or " ", text, flags=re.DOTALL)
     demand("//" not in plain and plain.isascii(), "a comment from // on, or letters that are not ASCII")
     plain = "\n".join(line for line in (" ".join(line.split()) for line in plain.split("\n")) if line)
-    form = form.replace(" ", r"\s").replace("NAME", path.stem).replace("UPPER", path.stem.upper())
-    demand(found := re.fullmatch(form, plain), f"{path.name} is not of the form that is read")
+    form = form.replace(" ", r"\s").replace("NAME", stem).replace("UPPER", stem.upper())
+    demand(found := re.fullmatch(form, plain), f"{file} is not of the form that is read")
     return [" ".join(group.split()).replace("->", ".") for group in found.groups()] if found else []
 
 
-def prove(proof: dict[str, Any], folder: Path) -> tuple[bool, list[str]]:
-    """Whether it is proved without conditions on states, and what it is, in words."""
-    name, signs, errors, formulas = proof["name"], proof["signs"], proof["errors"], proof["states"]
+def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
+    """What holds besides the fields of the proof, if it is one of these files (name: text); ValueError if not."""
+    name, signs, errors, formulas, velocity = (proof[x] for x in ("name", "signs", "errors", "states", "positions"))
     demand({*proof} == {*FIELDS} and re.fullmatch("[a-z][a-z0-9_]*", name), f"not a name, or not just {FIELDS}")
-    prepare, before, limit, good = matched(SOURCE, folder / f"{name}.c")
-    first, values, *others = matched(HEADER, folder / f"{name}.h")
+    prepare, before, limit, good = matched(SOURCE, f"{name}.c", files[f"{name}.c"])
+    first, values, *others = matched(HEADER, f"{name}.h", files[f"{name}.h"])
     arrays = [re.findall(r"double (\w+)(?:\[(\d+)\])?;", struct) for struct in (first, *others)]
     shape = ", ".join(rf"\{{ {', '.join([NUMBER] * int(n))} \}}" if n else NUMBER for _, n in arrays[0])
     demand(re.fullmatch(shape, values) and "double" not in good, "values not as their fields, or a local after check")
@@ -229,7 +229,7 @@ def prove(proof: dict[str, Any], folder: Path) -> tuple[bool, list[str]]:
     # Free are inputs, truth, signs, errors, and states without a formula. An estimate is truth less sign * error.
     truths, estimates, turned = ([e[part] for e in errors] for part in ("truth", "estimate", "sign"))
     aside = [z for z in states if z not in formulas and z != "state.waiting"]
-    named = {*estimates} <= {*outputs} and all(re.fullmatch(r"(true|sign)\.\w+", x) for x in [*truths, *signs])
+    named = {*estimates} <= {*outputs} and all(re.fullmatch(r"(true|sign)\.\w+", x, re.A) for x in [*truths, *signs])
     demand(named and {*turned} <= {"", *signs} and len({*truths}) == len({*estimates}), "errors or signs not so named")
     Poly.signs, free = frozenset(signs), {*inputs, *truths, *signs, *aside}
     names = code.names | {x: term(1, x) for x in free} | {"": term(1)}
@@ -255,12 +255,12 @@ def prove(proof: dict[str, Any], folder: Path) -> tuple[bool, list[str]]:
     rate, h = {v: claim.value(a) for v, a in proof["acceleration"].items()}, names["parameters.sample_time"]
     pushed = times(mass, [[a] for a in rate.values()]) == [[claim.value(f)] for f in proof["force"]]
     demand(pushed and positive([[x.constant() for x in row] for row in mass], True), "mass * acceleration is not force")
-    own = {*proof["positions"]} <= {*inputs} and {*proof["positions"].values()} <= {*rate} <= {*truths}
+    own = {*velocity} <= {*inputs} - {*rate} and {*velocity.values()} <= {*rate} <= {*truths, *inputs}
     demand(own and {x for a in rate.values() for x in a.names()} <= free, "not over the machine's own quantities")
     later = names | {v: names[v] + h * a for v, a in rate.items()}
     mean = {"euler": names, "semi_implicit": later}[proof["step"]]
-    later |= {x: term(1, f"{x} later") for x in (*inputs, *aside)}
-    later |= {x: names[x] + h * mean[v] for x, v in proof["positions"].items()}
+    later |= {x: term(1, f"{x} later") for x in (*inputs, *aside) if x not in rate}
+    later |= {x: names[x] + h * mean[v] for x, v in velocity.items()}
     moved = [e for row in times(phi, [[e] for e in error]) for e in row]
     later |= {x: later[t] - names[s] * e for x, t, s, e in zip(estimates, truths, turned, moved, strict=True)}
     off = {z: code.names[z] - Text(later, claim.known).value(of) for z, of in formulas.items()}
@@ -271,29 +271,29 @@ def prove(proof: dict[str, Any], folder: Path) -> tuple[bool, list[str]]:
     demand(not alone, f"nothing is said of what follows {alone}, and may grow")
     box = {x: (claim.value(low).constant(), claim.value(high).constant()) for x, (low, high) in proof["box"].items()}
     fall = 1 - 2 * claim.value(proof["decay_rate"]).constant() * h.constant()
-    definite = positive([[x.constant() for x in row] for row in P], True)
-    demand({*box} <= free and fall > 0 and definite, "box of no free variable, V negative, or P not positive definite")
+    fixed, why = [[x.constant() for x in row] for row in P], "V negative, or P not positive definite"
+    demand({*box} <= free and fall > 0 and positive(fixed, True), f"a box of no free variable, {why}")
     form = times(times(zip(*phi, strict=True), P), phi)
     gap = [[term(fall) * p - x for p, x in zip(*rows, strict=True)] for rows in zip(P, form, strict=True)]
     semidefinite(gap, box | dict.fromkeys(signs, (Fraction(-1), Fraction(1))), proof["cover"])
     for turn in proof["reversals"]:
         growth, dwell = (claim.value(turn[part]).constant() for part in ("growth", "dwell"))
         J = [-1 if s == turn["sign"] else 1 for s in turned]
-        gap = [[term(growth - i * j) * p for j, p in zip(J, row, strict=True)] for i, row in zip(J, P, strict=True)]
-        semidefinite(gap, {}, "")
+        rise = [[(growth - i * j) * p for j, p in zip(J, row, strict=True)] for i, row in zip(J, fixed, strict=True)]
+        demand(positive(rise), "growth P - J'PJ is not positive semidefinite")
         demand(dwell in range(10**5) and fall ** int(dwell) * growth <= 1 and turn["sign"] in signs, "not made good")
-    unit = dict(re.findall(r"double (\w+)(?:\[\d+\])?; /\* (\S+): ", (folder / f"{name}.h").read_text("utf-8")))
-    whole = not proof["domain"] and len(moving) == len(formulas)
-    said = [f"{name}: proved{', in its domain' * (not whole)}{', to first order in e' * any(off.values())}"]
-    said += [f"  {field}: {json.dumps(proof[field])}" for field in FIELDS[1:]]
-    said += [f"  V falls to {fall} a sample; errors in {', '.join(unit[re.split(r'[.[]', x)[1]] for x in estimates)}"]
-    return whole, [*said, f"  {', '.join(f'{p} = {x}' for p, x in stated.items())}"]
+    unit = dict(re.findall(r"double (\w+)(?:\[\d+\])?; /\* (\S+): ", files[f"{name}.h"]))
+    shown = {"whole": not proof["domain"] and len(moving) == len(formulas), "first order": any(off.values())}
+    return shown | {"fall": fall, "units": [unit[re.split(r"[.[]", x)[1]] for x in estimates], "values": stated}
 
 
 if __name__ == "__main__":
     try:
-        whole, said = prove(json.load(sys.stdin), Path(sys.argv[1]))
+        claim = json.load(sys.stdin)
+        shown = prove(claim, {path.name: path.read_text("utf-8") for path in Path(sys.argv[1]).glob("*.[ch]")})
     except Exception as why:
         sys.exit(f"refused: {type(why).__name__} {str(why)[:200]}")
-    print(*said, sep="\n")
-    sys.exit(0 if whole else 4)
+    print(f"{claim['name']}: proved{'' if shown['whole'] else ', in its domain'}")
+    print(*(f"  {field}: {json.dumps(claim[field])}" for field in FIELDS[1:]), sep="\n")
+    print(*(f"  {fact}: {json.dumps(shown[fact], default=str)}" for fact in shown), sep="\n")
+    sys.exit(0 if shown["whole"] else 4)

@@ -3,6 +3,7 @@
 Nothing that the certificate's author computed is believed: every inequality is decided anew in exact rational
 arithmetic, and what is not rational (sin, exp, sqrt) is enclosed. Exit status: 0 verified and bound to the code beside
 it, 5 the inequalities hold and are bound to no code, 3 refused, 2 a file that cannot be read, is too large or no JSON.
+Of proof.json itself, and with --kernel: 0 proved of the C, 4 where the conditions hold that are printed, 6 not proved.
 """
 
 import argparse
@@ -28,27 +29,33 @@ def beside(name: str, **given: SimpleNamespace) -> SimpleNamespace:
 
 
 if TYPE_CHECKING:
-    from codegen.checker import binding, enclosure, files, forms, lost, slow
+    from codegen.checker import binding, enclosure, files, forms, lost, slow, theorem
 else:
     binding, enclosure, files = beside("binding"), beside("enclosure"), beside("files")
     forms, lost = beside("forms", enclosure=enclosure), beside("lost", binding=binding)
     slow = beside("slow", enclosure=enclosure, forms=forms)
+    theorem = beside("theorem", enclosure=enclosure, kernel=beside("kernel"))
 Refused, demand, show = enclosure.Refused, enclosure.demand, enclosure.show
 parse, widen, MAX_STRING = enclosure.parse, enclosure.widen, enclosure.MAX_STRING
+PROOF, by_kernel = theorem.PROOF, theorem.bound
 integers, positive_pivots, Following = forms.integers, forms.positive_pivots, slow.Following
 MAX_TEXT, MAX_SIZE, MAX_VERTICES, MAX_TOTAL, FINE = 5_000_000, 32, 4096, 200_000, 2**128
 FORMS = json.loads(r"""{"FORMAT": "stiction-certificate/1", "BOUND": "stiction-bound/1", "TEXT": ".*",
     "NAME": "[A-Za-z][A-Za-z0-9_]*", "FILE": "[A-Za-z0-9_][A-Za-z0-9_.+-]{0,127}", "WHOLE": "0|[1-9][0-9]{0,8}",
     "LINE": ".*\\S.*", "HASH": "[0-9a-f]{64}", "STEP": "euler|semi_implicit|exponential|implicit"}""")
 # unbound: files named, but not there; bound: whether the matrix is that of the code, and all that is named is there.
-Report = namedtuple("Report", "name claim facts unbound open assumptions bound")
+# proved: what the kernel shows of the C, in words; unproved: why nothing; whole: whether without conditions.
+Report = namedtuple("Report", "name claim facts unbound open assumptions bound proved unproved whole")
 TWIN = "__init__.py"
-NO_CODE = 5  # the exit status where the inequalities hold, and nothing says of which code
+# Exit statuses: proved of the C where stated conditions hold; the inequalities hold, and nothing says of which code;
+# with --kernel, the kernel did not prove it of the C.
+DOMAIN, NO_CODE, NO_KERNEL = 4, 5, 6
 READERS = {"stiction-certificate/1": "verify.py", "stiction-bound/1": "newtons.py"}
 VALUES = "values: how estimates move is compared, not a constant added to one, nor outputs that `code` does not name"
+BY_HASH = "their hashes alone bind them (`stiction generate --check`)"
+BY_TWIN = f"that the C computes what {TWIN} does: {BY_HASH}", VALUES  # not compared where the kernel proves nothing
+BY_KERNEL = f"that the C does with lost samples, and at its start, what {TWIN} does: {BY_HASH}"
 ALWAYS = (  # not compared, whatever is given
-    f"that the C computes what {TWIN} does: their hashes alone bind them (`stiction generate --check`)",
-    VALUES,
     "that the model (M, g, input gain) is the machine's",
     "that the twin's ENVELOPE and units are the specification's, which is not read",
 )
@@ -249,7 +256,7 @@ def bound(top: dict[str, Any], sources: dict[str, bytes], spec: Path | None) -> 
     silent = [e["name"] for e in top["error"] if e["name"].startswith("e_a_") and e["name"] not in turned]
     left += [f"a reversal: nothing is said of one of {', '.join(silent)}"] if silent and not top["along"] else []
     left += [] if top["assumptions"] else ["what the claim rests on: no assumption is stated"]
-    return facts, [*left, *ALWAYS], tied
+    return facts, left, tied
 
 
 def parsed(text: str, schema: dict[str, Any] = SCHEMA, what: str = "certificate") -> dict[str, Any]:
@@ -271,15 +278,32 @@ def check(
 
     Raises Refused; json.JSONDecodeError; OSError if a file to be compared cannot be read.
     """
+    if '"stiction-' not in text and theorem.is_proof(content := json.loads(text)):
+        return of_proof(content, folder, sources)
     try:
         named = (top := parsed(text))["subject"]["files"]
         if sources is None:
-            sources = {name: files.read(folder / name) for name in named if folder and (folder / name).exists()}
+            here = [name for name in {*named, PROOF} if folder and (folder / name).exists()]
+            sources = {name: files.read(folder / name) for name in here}
         (more, left, tied), facts = bound(top, sources, spec), verify(top)
+        proved, unproved, whole = by_kernel(top, {k: v for k, v in sources.items() if k in {*named, PROOF}})
     except RecursionError:
         raise Refused("nested too deeply") from None
     unbound = tuple(name for name in named if name not in sources)
-    return Report(top["subject"]["name"], top["claim"], (*facts, *more), unbound, tuple(left), top["assumptions"], tied)
+    left += [*([BY_KERNEL] if proved else BY_TWIN), *ALWAYS]
+    words = (top["claim"], (*facts, *more), unbound, tuple(left), top["assumptions"])
+    return Report(top["subject"]["name"], *words, tied, tuple(proved), unproved, whole)
+
+
+def of_proof(proof: dict[str, Any], folder: Path | None, sources: dict[str, bytes] | None) -> Report:
+    """What the kernel proves of the C beside its proof alone."""
+    demand(isinstance(name := proof["name"], str) and bool(re.fullmatch(FORMS["NAME"], name)), "the proof has no name")
+    if sources is None:
+        here = [path for end in "ch" if folder and (path := folder / f"{name}.{end}").exists()]
+        sources = {path.name: files.read(path) for path in here}
+    shown = theorem.proved(proof, sources)
+    open_ = ("a certificate: this is the kernel's proof alone", "the specification", *ALWAYS[:1])
+    return Report(name, "", (), (), open_, (), shown["whole"], tuple(theorem.words(proof, shown)), "", shown["whole"])
 
 
 def one_line(text: str) -> str:
@@ -291,6 +315,7 @@ def main(argv: list[str] | None = None, judge: abc.Callable[..., Report] = check
     parser = argparse.ArgumentParser(description="Check a stability certificate.")
     parser.add_argument("certificate", type=Path)
     parser.add_argument("--spec", type=Path, help="the specification, to be compared with the hash in the certificate")
+    parser.add_argument("--kernel", action="store_true", help="demand that the kernel proves it of the C")
     given = parser.parse_args(argv)
     getattr(sys.stdout, "reconfigure", dict)(errors="backslashreplace")  # a screen may lack alpha
     try:
@@ -303,11 +328,24 @@ def main(argv: list[str] | None = None, judge: abc.Callable[..., Report] = check
         print(one_line(f"error: {where}: {what}"), file=sys.stderr)
         return 2
     left = [f"{name}, which is not here" for name in report.unbound] + [*report.open]
-    how = "verified:" if report.bound else f"verified, but bound to no code (exit status {NO_CODE}):"
-    print(report.name, how, *(f"  {fact}" for fact in report.facts), "not compared:", sep="\n")
-    print(*(f"  {gap}" for gap in left), "claim as written by the tool, not checked:", f"  {report.claim}", sep="\n")
-    print("assumptions as written by the tool, not checked:", *(f"  {line}" for line in report.assumptions), sep="\n")
+    loose = "of the C by the kernel alone" if report.proved else "but bound to no code"
+    how = "verified:" if report.bound else f"verified, {loose} (exit status {NO_CODE}):"
+    if report.claim:
+        print(report.name, how, *(f"  {fact}" for fact in report.facts), sep="\n")
+    print(*kernel_words(report), "not compared:", *(f"  {gap}" for gap in left), sep="\n")
+    if report.claim:
+        print("claim as written by the tool, not checked:", f"  {report.claim}", sep="\n")
+        print("assumptions as written by the tool, not checked:", *(f"  {x}" for x in report.assumptions), sep="\n")
+    if given.kernel or not report.claim:
+        return 0 if report.whole else DOMAIN if report.proved else NO_KERNEL
     return 0 if report.bound else NO_CODE
+
+
+def kernel_words(report: Report) -> list[str]:
+    if not report.proved:
+        return ["the algebra holds, and it was not bound to the C by the kernel:", f"  {report.unproved}"]
+    where = "" if report.whole else ", in its domain"
+    return [f"proved of {report.name}.c itself by the kernel{where}:", *(f"  {line}" for line in report.proved)]
 
 
 if __name__ == "__main__":

@@ -17,7 +17,8 @@ from codegen.checker import verify as checker
 from .command import SPECS, contents, process, stiction
 
 NAMES = {"one_mass.h", "one_mass.c", "one_mass.mk", "CMakeLists.txt", "example_main.c", "__init__.py"}
-NAMES |= {"certificate.json", "bound.json", "limit.json", "manifest.json", "README.md"}
+PROOFS = {"certificate.json", "proof.json", "bound.json", "limit.json"}
+NAMES |= PROOFS | {"manifest.json", "README.md"}
 UNSTABLE = (SPECS / "one_mass.yaml").read_text().replace("K_F: 10, K_v: 100", "K_F: 10, K_v: 3000")
 
 
@@ -116,7 +117,7 @@ def test_check_sees_a_certificate_of_something_else(generated, key):
 
 def test_check_accepts_other_digits_of_the_solver(generated):
     """Another run of a solver may give another P and rate; what follows from them must follow from them."""
-    names = ("certificate.json", "README.md", "manifest.json")
+    names = ("certificate.json", "proof.json", "README.md", "manifest.json")
     files = {name: (generated / name).read_text() for name in names}
     made = json.loads(files["certificate.json"])
     rate = checker.Fraction(made["decay_rate"])
@@ -124,10 +125,12 @@ def test_check_accepts_other_digits_of_the_solver(generated):
     for a, b in [(made["decay_rate"], str(rate / 2)), (f"{float(rate):.6g} 1/s", f"{float(rate) / 2:.6g} 1/s")]:
         changed = {name: text.replace(a, b) for name, text in changed.items()}
     changed["certificate.json"] = re.sub(r'"dwell_samples": \d+', '"dwell_samples": 9999', changed["certificate.json"])
+    changed["proof.json"] = re.sub(r'"dwell": "\d+"', '"dwell": "9999"', changed["proof.json"])
     (generated / "certificate.json").write_text(changed["certificate.json"])
     assert stiction("verify", generated / "certificate.json").code == 0
-    assert "README.md, manifest.json" in stiction("generate", "one_mass.yaml", "--check").out
-    for name in names[:2]:
+    stale = stiction("generate", "one_mass.yaml", "--check").out
+    assert "README.md, proof.json, manifest.json" in stale  # the kernel's proof is of the certificate beside it
+    for name in names[:3]:
         old, new = (hashlib.sha256(text[name].encode()).hexdigest() for text in (files, changed))
         changed["manifest.json"] = changed["manifest.json"].replace(old, new)
     for name, text in changed.items():
@@ -193,7 +196,7 @@ def test_uncertified(folder):
     (folder / "one_mass.yaml").write_text(UNSTABLE)
     assert stiction("generate", "one_mass.yaml", "--uncertified").code == 0
     target = folder / "generated" / "one_mass"
-    assert set(contents(target)) == NAMES - {"certificate.json", "bound.json", "limit.json"} | {"refusal.json"}
+    assert set(contents(target)) == NAMES - PROOFS | {"refusal.json"}
     readme = (target / "README.md").read_text()
     assert "**No certificate**" in readme and "certificate.json" not in readme
     assert stiction("generate", "one_mass.yaml", "--check", "--uncertified").code == 0

@@ -1,0 +1,160 @@
+"""What the kernel (kernel.py) proves of the C beside a certificate, in words, and whether that is what it claims.
+
+Standard library only; part of the checker (verify.py), which hands ``enclosure`` and ``kernel`` in. Every word about
+the machine is made from the proof that the kernel accepted; the certificate's own words are not read.
+"""
+
+import json
+import re
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from codegen.checker import enclosure, kernel
+
+PROOF = "proof.json"
+OUT = "rounding, samples with a fault, noise, what moves within a sample, outputs that are no estimate of an error"
+
+
+def is_proof(content: Any) -> bool:
+    """Whether JSON has the fields of a kernel's proof."""
+    return isinstance(content, dict) and content.keys() == {*kernel.FIELDS}
+
+
+def proved(proof: dict[str, Any], sources: dict[str, bytes]) -> dict[str, Any]:
+    """What holds besides the fields of the proof (kernel.prove), with these sources, or enclosure.Refused."""
+    try:
+        shown: dict[str, Any] = kernel.prove(proof, {name: text.decode() for name, text in sources.items()})
+    except Exception as why:  # the kernel stops at anything that is not as it must be, by whatever Python raises
+        raise enclosure.Refused(
+            f"the kernel does not prove {PROOF} of the C: {type(why).__name__} {str(why)[:200]}"
+        ) from None
+    return shown
+
+
+def words(proof: dict[str, Any], shown: dict[str, Any]) -> list[str]:
+    """What was proved, in lines."""
+    show, c = enclosure.show, f"{proof['name']}.c"
+    h, fall = show(shown["values"]["parameters.sample_time"]), show(shown["fall"])
+    turns = ", ".join(plain(s) for s in proof["signs"])
+    pushed = [f"{left(row, proof)} = {plain(f)}" for row, f in zip(proof["mass_matrix"], proof["force"], strict=True)]
+    pushed += [f"{plain(x)}' = {plain(v)}" for x, v in proof["positions"].items()]
+    errors = [f"{lag(entry)} [{unit}]" for entry, unit in zip(proof["errors"], shown["units"], strict=True)]
+    free = ", ".join(sorted({plain(e["truth"]) for e in proof["errors"]} - {plain(v) for v in proof["acceleration"]}))
+    held = {z: of for z, of in proof["states"].items() if not re.search(r"\boutputs\.", of)}
+    first = ", to first order in them" if shown["first order"] else ""
+    stays = f" while {turns} {'stays' if len(proof['signs']) == 1 else 'stay'}" if turns else ""
+    values = ", ".join(f"{plain(p)} = {show(x)}" for p, x in shown["values"].items())
+    return [
+        f"machine: {'; '.join(pushed)}; {free} constant, whatever the value",
+        *(f"{plain(s)} is 1 or -1, the sign of {plain(u)} in machine and code" for s, u in proof["signs"].items()),
+        *(f"only where {plain(x)} > 0" for x in proof["domain"]),
+        *(f"only where {plain(x)} is in [{low}, {high}]" for x, (low, high) in proof["box"].items()),
+        *(f"only where the state {z} is {plain(of)}" for z, of in held.items()),
+        f"errors: {', '.join(errors)}: of every state of {c}",
+        f"in a sample of {h} s of {c} they become a matrix times what they were{first}: an identity in state, inputs,"
+        f" {free}",
+        f"V = e'Pe is afterwards at most {fall} times what it was ({show(rate(proof))} 1/s){stays}",
+        *(
+            f"where {plain(turn['sign'])} turns V grows at most by the factor {show(Fraction(turn['growth']))}; after"
+            f" {turn['dwell']} samples in which none turns it is not above what it was"
+            for turn in proof["reversals"]
+        ),
+        f"with the values of {proof['name']}.h: {values}",
+        f"in exact arithmetic; not covered: {OUT}",
+    ]
+
+
+def plain(expression: str) -> str:
+    """Names without their kinds; the sign of a contact's slip as sign(contact)."""
+    text = re.sub(r"\bsign\.(\w+)", r"sign(\1)", expression)
+    return re.sub(r"\b(?:parameters|inputs|outputs|state|true)\.", "", text)
+
+
+def left(row: list[str], proof: dict[str, Any]) -> str:
+    """A row of mass matrix times acceleration."""
+    rates = [f"{plain(v)}'" for v in proof["acceleration"]]
+    return " + ".join(f"({plain(m)}) {v}" for m, v in zip(row, rates, strict=True) if m != "0")
+
+
+def lag(entry: dict[str, str]) -> str:
+    """An error over truth and estimate."""
+    difference = f"{plain(entry['truth'])} - {plain(entry['estimate'])}"
+    return f"{plain(entry['sign'])}*({difference})" if entry["sign"] else difference
+
+
+def rate(proof: dict[str, Any]) -> Fraction:
+    return Fraction(proof["decay_rate"])
+
+
+def unlike(top: dict[str, Any], proof: dict[str, Any]) -> str:
+    """In what a proof claims something else than the certificate (as verify.parsed gives it); empty where in nothing.
+
+    Of values and units of the C, which the kernel reads, nothing is said here.
+    """
+    places = [raw if isinstance(raw, str) else raw[2] for raw in top["code"]["errors"]]
+    turned = [not isinstance(raw, str) for raw in top["code"]["errors"]]
+    names = [e["name"].removeprefix("e_a_") for e in top["error"]]
+    signs = [f"sign.{name}" if turns else "" for turns, name in zip(turned, names, strict=False)]
+    turns = {f"sign.{e['contact']}": (e["growth"], e["dwell_samples"]) for e in top["reversals"]}
+    same = {
+        "the machine": top["subject"]["name"] == proof["name"],
+        "the step": top["observer"]["integration"] == proof["step"],
+        "the errors": [(e["estimate"], e["sign"]) for e in proof["errors"]] == [*zip(places, signs, strict=True)],
+        "P": not top["slow"] and top["lyapunov_matrix"] == [[*map(Fraction, row)] for row in proof["lyapunov_matrix"]],
+        "the rate": top["decay_rate"] == rate(proof),
+        "reversals": turns == {t["sign"]: (Fraction(t["growth"]), int(t["dwell"])) for t in proof["reversals"]},
+    }
+    return ", ".join(what for what, alike in same.items() if not alike)
+
+
+def same_matrix(top: dict[str, Any], proof: dict[str, Any]) -> bool:
+    """Whether the certificate's I + hA is the proof's matrix, which the kernel has just accepted."""
+    if not {*top["variables"]} <= {f"sign_{s.removeprefix('sign.')}" for s in proof["signs"]}:
+        return False
+    names = {f"sign_{s.removeprefix('sign.')}": kernel.term(1, s) for s in proof["signs"]}
+    names |= {entry["name"]: polynomial(entry["expression"], names) for entry in top["parameters"]}
+    text = kernel.Text({s: kernel.term(1, s) for s in proof["signs"]}, {})
+    h = kernel.term(top["sample_time"])
+    step = [[kernel.term(int(i == j)) + h * polynomial(a, names) for j, a in enumerate(row)]
+            for i, row in enumerate(top["matrix"])]  # fmt: skip
+    return step == [[text.value(x) for x in row] for row in proof["matrix"]]
+
+
+def polynomial(entry: Any, names: dict[str, Any]) -> Any:
+    """A prefix expression (docs/certificate.md) of sums and products."""
+    if isinstance(entry, str):
+        return names[entry] if entry in names else kernel.term(entry)
+    word, *parts = entry
+    enclosure.demand(word in ("+", "*", "neg", "/"), f"matrix: {word}")
+    first, *rest = [polynomial(part, names) for part in parts]
+    for part in rest:
+        first = first + part if word == "+" else first * (kernel.term(1 / part.constant()) if word == "/" else part)
+    return first * kernel.term(-1) if word == "neg" else first
+
+
+def bound(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[list[str], str, bool]:
+    """Of a certificate: what the kernel proved of the C beside it; why it proved nothing; whether without conditions.
+
+    Raises enclosure.Refused if the proof claims what the certificate does, and the kernel does not accept it.
+    """
+    if top["along"]:
+        return [], "a refutation has no such proof", False
+    if PROOF not in sources:
+        return [], f"no {PROOF} is beside it", False
+    if {f"{top['subject']['name']}.{end}" for end in "ch"} - sources.keys():
+        return [], "its C or its header is not here, or not among its files", False
+    try:
+        proof = json.loads(sources[PROOF])
+        other = unlike(top, proof) if is_proof(proof) else "it has other fields than a proof"
+    except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError) as why:
+        other = f"it cannot be read ({type(why).__name__})"
+    if other:
+        return [], f"{PROOF} is not its proof: {other}", False
+    shown = proved(proof, sources)
+    alike = shown["values"]["parameters.sample_time"] == top["sample_time"]
+    enclosure.demand(alike, f"the sample time of {proof['name']}.h is another")
+    if not same_matrix(top, proof):
+        return [], f"{PROOF} is not its proof: the matrix", False
+    enclosure.demand([e["unit"] for e in top["error"]] == shown["units"], f"the units of {proof['name']}.h are others")
+    return words(proof, shown), "", shown["whole"]
