@@ -10,11 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
-from codegen.app.generate import observer_of
 from codegen.base.resources import resource_folder
 from codegen.emit import ALWAYS
 from codegen.emit.package import emit_sources, make_header
-from codegen.observers import Observer
+from codegen.observers import Observer, observer_of
 from codegen.program import Program, build_program
 from codegen.spec import Spec, read_spec
 from codegen.spec.model import CodeChoice

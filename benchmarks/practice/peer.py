@@ -25,9 +25,8 @@ from codegen.diagnosis.proposal import OVER_ANGLE, OVER_POSITION, OVER_VELOCITY,
 from codegen.diagnosis.record import record_of
 from codegen.diagnosis.search import search_on
 from codegen.diagnosis.signals import smooth_motion
-from codegen.effects.declare import add_declared_effects
+from codegen.effects.declare import system_of
 from codegen.logs import read_log
-from codegen.mechanics.build import build_system
 from codegen.mechanics.system import System
 from codegen.spec import read_spec
 
@@ -100,7 +99,7 @@ def proposed(case: Case, out: Path, again: bool) -> Proposed:
 def refitted(case: Case) -> tuple[System, Problem, Problem]:
     """The declared structure refitted as a diagnosis does it, and the motions of both logs."""
     spec = read_spec(case.folder / "spec.yaml")
-    system = add_declared_effects(build_system(spec), spec)
+    system = system_of(spec)
     log, test = (read_log(case.folder / name, spec) for name in ("train.csv", "test.csv"))
     motion = smooth_motion(log)
     own = {spec.symbol(p.name): p.tolerance if p.tolerance is not None else log.tolerance for p in spec.parameters}

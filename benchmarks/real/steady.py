@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+import stiction
 from benchmarks.real.sets import DATA, SPECS, Diagnosed, spec_of
-from codegen import pipeline
 from codegen.diagnosis.models import with_values
 from codegen.diagnosis.residual import inverse_dynamics_residual
 from codegen.diagnosis.signals import SHORTEST_TEST_S, Motion, smooth_motion
@@ -26,10 +26,10 @@ def mean_errors(set_name: str, run: Diagnosed, out: Path) -> list[float]:
         out: folder of the diagnosis.
     """
     about, spec_file = SPECS / set_name / run.about, spec_of(set_name, run)
-    declared = pipeline.check(spec_file)
+    declared = stiction.check(spec_file)
     found = json.loads((out / "diagnosis.json").read_text())
     refit = with_values(declared.system, {name: v["refit"] for name, v in found["values"].items()})
-    augmented = pipeline.check(out / "spec.yaml").system if found["effects"] else refit
+    augmented = stiction.check(out / "spec.yaml").system if found["effects"] else refit
     log = read_logs([DATA / set_name / file for file in run.test], declared.spec, description=about)
     motion = smooth_motion(log, found["data"]["cutoff_hz"], SHORTEST_TEST_S)
     return [_error(system, log, motion) for system in (declared.system, refit, augmented)]

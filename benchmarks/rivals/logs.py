@@ -9,7 +9,7 @@ from pathlib import Path
 from benchmarks.practice.cases import Case, cases
 from benchmarks.real.spiked import RealSet, real_sets
 from benchmarks.rivals.axis import axis_of
-from codegen.effects.declare import add_declared_effects
+from codegen.effects.declare import system_of
 from codegen.logs import Log, read_logs
 from codegen.mechanics import System, build_system
 from codegen.spec import Spec, read_spec
@@ -38,7 +38,7 @@ class Pair:
         """Spec, declared system, training log and test log."""
         spec = read_spec(self.spec_file)
         logs = [read_logs(files, spec, description=self.description) for files in (self.train, self.test)]
-        return spec, add_declared_effects(build_system(spec), spec), logs[0], logs[1]
+        return spec, system_of(spec), logs[0], logs[1]
 
 
 def pairs(kinds: int, only: Sequence[str] = ()) -> list[Pair]:

@@ -13,7 +13,7 @@ REPEAT = 7
 NUMPY = "python -c 'import numpy'"
 WORDS = "--help", "--version", "chekc", "check --help", "diagnose --help"
 VERBS = "verify generated/one_mass/certificate.json", "check specs/one_mass.yaml", "derive specs/one_mass.yaml"
-START = "import sys; sys.argv[0] = 'stiction'; from codegen.start import main; main()"
+START = "import sys; sys.argv[0] = 'stiction'; from stiction import main; main()"
 AT_ONCE, CHECK = 0.4, 1.2
 MEASURE = """
 import resource, subprocess, sys

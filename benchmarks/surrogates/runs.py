@@ -21,9 +21,9 @@ from benchmarks.surrogates.surrogate import WAYS, Way, surrogate
 from codegen.base.files import write_atomically
 from codegen.diagnosis.diagnose import Models, diagnose_log
 from codegen.diagnosis.results import Diagnosis
-from codegen.effects.declare import add_declared_effects
+from codegen.effects.declare import system_of
 from codegen.logs import Log, excerpt, read_log
-from codegen.mechanics import System, build_system
+from codegen.mechanics import System
 from codegen.spec import Spec, read_spec
 
 Read = Callable[[], tuple[Spec, Log, Log | None]]
@@ -88,7 +88,7 @@ def trials_of(source: Source, file: Path, count: int, again: bool) -> Trials:
     if done is not None and len(done.trials) >= count:
         return done
     spec, log, test = source.read()
-    system = add_declared_effects(build_system(spec), spec)
+    system = system_of(spec)
     log, test = excerpt(log)[0], None if test is None else excerpt(test)[0]
     plain, models = diagnose_log(spec, system, log, test)
     found = done or Trials(source.group, source.name, plain.verdict, ())

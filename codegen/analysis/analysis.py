@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -21,6 +22,7 @@ from codegen.analysis.operating_points import (
 )
 from codegen.base.errors import BadInput
 from codegen.base.exact_numbers import eigenvalues, first_largest
+from codegen.base.shown import Shown
 from codegen.observers.equations import Observer
 from codegen.observers.shape import refuse_infinite_slope
 from codegen.spec.model import Spec
@@ -37,8 +39,8 @@ class Deciding:
     implicit: Any
 
 
-@dataclass(frozen=True)
-class Analysis:
+@dataclass(frozen=True, repr=False)
+class Analysis(Shown):
     """The stability of one observer at the spec's gains.
 
     Attributes:
@@ -59,6 +61,18 @@ class Analysis:
     worst: dict[str, float]
     radii: Any
     deciding: Deciding
+
+    @property
+    def summary(self) -> Mapping[str, object]:
+        observer = self.dynamics.observer
+        return {
+            "observer": f"{observer.kind} ({observer.velocity} velocity)",
+            "errors": ", ".join(e.symbol.name for e in observer.errors),
+            "stable": "yes" if self.stable else "no",
+            "spectral abscissa": f"{self.spectral_abscissa:.4g} 1/s",
+            "spectral radius of a step": self.spectral_radius,
+            "largest sample time": f"{self.largest_sample_time:.4g} s",
+        }
 
     @cached_property
     def spectral_abscissa(self) -> float:

@@ -3,29 +3,29 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from codegen.app.derived import Source, derived_from
 from codegen.app.readable_cancellation import cancellation_json, cancellation_view, hunting_json
 from codegen.base.border import verb
 from codegen.base.files import refuse_target, write_all
+from codegen.base.shown import Shown
 from codegen.base.text import render
 from codegen.cancellation import Plan, RankFalls, Reach, make_plan, reach
 from codegen.cancellation.leftover import Leftover, leftover
-from codegen.effects.declare import add_declared_effects
-from codegen.mechanics import build_system
 from codegen.simulate.hunting import Hunting, hunting
-from codegen.spec import Spec, read_spec
+from codegen.spec import Spec
 from codegen.spec.model import CancellationChoice
 from codegen.spec.numerics import require_finite
 
 NUMBERS = "cancellation.json"
 
 
-@dataclass(frozen=True)
-class CancelReport:
+@dataclass(frozen=True, repr=False)
+class CancelReport(Shown):
     """What ``cancel`` found.
 
     Attributes:
@@ -47,6 +47,16 @@ class CancelReport:
     files: tuple[Path, ...] = ()
 
     @property
+    def summary(self) -> Mapping[str, object]:
+        refused = {} if self.refusal is None else {"refused": self.refusal}
+        return {
+            "machine": self.spec.name,
+            "rank": self.reach.rank,
+            "contacts": len(self.reach.system.contacts),
+            **refused,
+        }
+
+    @property
     def view(self) -> dict[str, Any]:
         """What the text template needs."""
         words = cancellation_view(self.choice, self.reach, self.plan, self.left)
@@ -63,7 +73,7 @@ class CancelReport:
 
 @verb
 def cancel(
-    path: str | Path,
+    source: Source,
     folder: str | Path | None = None,
     hunt: bool = False,
     progress: Callable[[float], None] | None = None,
@@ -78,10 +88,11 @@ def cancel(
     Raises:
         BadInput: for a bad spec, a force that is not linear in the inputs, or a folder that cannot be written.
     """
-    spec = read_spec(path)
+    machine = derived_from(source)
+    spec = machine.spec
     if folder is not None:
         refuse_target(Path(folder) / NUMBERS, {"the spec itself": spec.path})
-    system = add_declared_effects(build_system(spec), spec)
+    system = machine.system
     choice = spec.cancellation or CancellationChoice()
     found = reach(spec, system, choice.weight)
     plan, refusal = None, None

@@ -7,10 +7,10 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from codegen.app.certify import Certified, certify_in_full
+from codegen.app.certify import Certified, certify
 from codegen.base.files import write_atomically
 from codegen.base.text import render
-from codegen.certify.certify import Certificate, Refusal
+from codegen.certify.outcome import Certificate, Refusal
 from codegen.checker import verify as checker
 from codegen.spec import read_spec
 
@@ -48,7 +48,7 @@ def row(path: Path) -> Row:
     Raises:
         BadInput: as ``stiction certify``.
     """
-    spec, found = read_spec(path), certify_in_full(path)
+    spec, found = read_spec(path), certify(path)
     choice = spec.observer
     assert choice is not None
     proofs = tuple(found.outcome.proofs.values())

@@ -126,10 +126,10 @@ def certify(
     as_json: Annotated[bool, typer.Option("--json", help="print JSON")] = False,
 ) -> None:
     """Certify the sampled observer over the envelope, or say why not, with a counterexample and what would be."""
-    from codegen.app.certify import certify_in_full, write_certificate
+    from codegen.app.certify import certify, write_certificate
     from codegen.app.readable_certificate import certified_json, certified_text
 
-    found = certify_in_full(spec, out)
+    found = certify(spec, out)
     target = None if out is None or found.certificate is None else write_certificate(found.certificate, out)
     if as_json:
         output.print(json.dumps(certified_json(found), indent=1, ensure_ascii=False, allow_nan=False))
@@ -190,7 +190,8 @@ def generate(
 ) -> None:
     """Write C, Python, certificate and README into generated/NAME/, or NAME.fmu."""
     from codegen.app.fmu import GeneratedFmu, fmu_text, generate_fmu
-    from codegen.app.generate import Generated, Overrides, generate, generated_text
+    from codegen.app.generate import Generated, generate, generated_text
+    from codegen.app.overrides import Overrides
 
     fmu = target == ["fmu"]
     overrides = Overrides(precision, fault, () if fmu else tuple(target or ()))

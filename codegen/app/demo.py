@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from codegen.app.check import check, model_view
+from codegen.app.check import check, machine_view
 from codegen.app.derive import derive
 from codegen.app.diagnose import Diagnosed, diagnose, diagnosed_text
 from codegen.app.generate import generate
@@ -30,12 +30,14 @@ def run_demo(folder: Path, say: Callable[[str], None], tell: Callable[[str, floa
     """
     specs = resource_folder("specs")
     spec = specs / SPEC
-    say(render("text/demo_spec.txt.j2", file=SPEC, **model_view(check(spec))))
+    say(render("text/demo_spec.txt.j2", file=SPEC, **machine_view(check(spec))))
     say(render("text/demo_derive.txt.j2", **analysis_view(derive(spec))))
     generated = generate(spec, folder / "generated" / "belt_axis")
     if isinstance(generated.outcome, Certificate):
         report = verify(generated.folder / "certificate.json", spec)
-        say(render("text/demo_certify.txt.j2", certificate=generated.outcome, report=report, generated=generated))
+        say(
+            render("text/demo_certify.txt.j2", certificate=generated.outcome, report=report.report, generated=generated)
+        )
     log, test = folder / "train.csv", folder / "test.csv"
     simulate(specs / PLANT, log, lambda share: tell("simulate", share / 2))
     simulate(specs / "plants" / "belt_axis_test.yaml", test, lambda share: tell("simulate", (1 + share) / 2))

@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
-from codegen.analysis.analysis import Analysis, analyse
+from codegen.analysis.analysis import Analysis
+from codegen.app.derived import Source, derived_from
 from codegen.app.readable import analysis_latex, analysis_view
 from codegen.base.border import verb
 from codegen.base.text import render
-from codegen.observers import observer_of
-from codegen.spec import read_spec
 
 
 @verb
-def derive(path: str | Path) -> Analysis:
+def derive(source: Source) -> Analysis:
     """Ψ, its characteristic polynomial, the gain conditions and margins of a spec's observer.
 
     Raises:
         BadInput: for a bad spec, or one without an observer.
     """
-    spec = read_spec(path)
-    return analyse(spec, observer_of(spec))
+    return derived_from(source).analysis
 
 
 def derive_text(analysis: Analysis, latex: bool = False) -> str:

@@ -7,20 +7,21 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from codegen.app.derived import Derived, Source, derived_from
 from codegen.app.generable import refuse_ungenerable
-from codegen.app.generate import generated_files, refuse_hand_written
-from codegen.app.model import model_of
+from codegen.app.generate import refuse_hand_written
 from codegen.base.border import verb
 from codegen.base.errors import BadInput, Place
 from codegen.base.files import refuse_foreign, refuse_target, write_all
 from codegen.base.input_files import identity, read_text
+from codegen.base.shown import Shown
 from codegen.base.text import render
-from codegen.certify.certify import Certificate, Refusal
+from codegen.certify.outcome import Certificate, Refusal
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.results import MATERIAL, CertificateChange, Diagnosis
 from codegen.logs import Allowance, read_logs
 from codegen.report import render_report
-from codegen.spec import parse_spec, read_spec
+from codegen.spec import parse_spec
 from codegen.spec.free_gains import refuse_free_gains
 from codegen.spec.robot_file import LARGEST as LARGEST_URDF
 from codegen.spec.share import read_part
@@ -29,18 +30,31 @@ Progress = Callable[[str, float], None]
 DIAGNOSIS_FILES = ("diagnosis.json", "spec.yaml", "report.html", "excitation.csv")
 
 
-@dataclass(frozen=True)
-class Diagnosed:
+@dataclass(frozen=True, repr=False)
+class Diagnosed(Shown):
     """What ``diagnose`` found and where it is written."""
 
     diagnosis: Diagnosis
     folder: Path
     files: tuple[str, ...]
 
+    @property
+    def summary(self) -> Mapping[str, object]:
+        found = self.diagnosis
+        effects = ", ".join(f"{e.kind} on {e.on}" for e in found.effects) or "none"
+        relative = (found.declared.relative_force, found.augmented.relative_force)
+        return {
+            "verdict": found.verdict,
+            "effects": effects,
+            "relative force error, declared": relative[0],
+            "augmented": relative[1],
+            "folder": self.folder,
+        }
+
 
 @verb
 def diagnose(
-    path: str | Path,
+    source: Source,
     log: str | Path | Sequence[str | Path],
     test: str | Path | Sequence[str | Path] | None = None,
     out: str | Path | None = None,
@@ -70,35 +84,35 @@ def diagnose(
             expected = "another log, or none: the end of LOG is then held out"
             raise BadInput(str(file), "the training log itself as --test", expected)
     folder = Path(out) if out is not None else Path(f"{Path(logs[0]).stem}_diagnosis")
-    read = {"the spec itself": Path(path)} | {f"the log {file}": Path(file) for file in (*logs, *tests)}
+    read = {"the spec itself": Path(source)} | {f"the log {file}": Path(file) for file in (*logs, *tests)}
     for name in DIAGNOSIS_FILES:
         refuse_target(folder / name, read)
     refuse_foreign(folder, "spec.yaml", ("diagnosis.json",))
-    model = model_of(read_spec(path))
-    refuse_free_gains(model.spec)
-    if model.observer is not None:
-        refuse_ungenerable(model.spec, model.observer)
+    machine = derived_from(source)
+    spec = machine.spec
+    refuse_free_gains(spec)
+    if spec.observer is not None:
+        refuse_ungenerable(machine)
     allowance = Allowance()
-    train = read_logs(logs, model.spec, description=description, columns=columns, allowance=allowance)
+    train = read_logs(logs, spec, description=description, columns=columns, allowance=allowance)
     held_out = None
     if tests:
-        held_out = read_logs(tests, model.spec, description=description, columns=columns, allowance=allowance)
-    diagnosis, models = diagnose_log(model.spec, model.system, train, held_out, progress, propose, matters)
+        held_out = read_logs(tests, spec, description=description, columns=columns, allowance=allowance)
+    diagnosis, models = diagnose_log(spec, machine.system, train, held_out, progress, propose, matters)
     files: dict[str, str] = {"spec.yaml": models.spec_text}
-    if model.observer is not None:
-        augmented = parse_spec(models.spec_text, model.spec.path.parent / "spec.yaml")
-        before = generated_files(model.spec)[1]
-        generated, after = generated_files(augmented)
-        refuse_hand_written(folder / "generated" / augmented.name, generated)
-        diagnosis = replace(diagnosis, certificate=CertificateChange(_rate(before), _rate(after)))
-        files |= {f"generated/{augmented.name}/{name}": text for name, text in generated.items()}
-    if model.spec.robot is not None and not {"..", "/"} & {*Path(model.spec.robot[0]).parts}:
-        name = model.spec.robot[0]
-        files[name] = read_text(model.spec.path.parent / name, "a robot description (URDF)", LARGEST_URDF)
+    if spec.observer is not None:
+        augmented = Derived(parse_spec(models.spec_text, spec.path.parent / "spec.yaml"))
+        rates = CertificateChange(_rate(machine.outcome), _rate(augmented.outcome))
+        refuse_hand_written(folder / "generated" / augmented.spec.name, augmented.files)
+        diagnosis = replace(diagnosis, certificate=rates)
+        files |= {f"generated/{augmented.spec.name}/{name}": text for name, text in augmented.files.items()}
+    if spec.robot is not None and not {"..", "/"} & {*Path(spec.robot[0]).parts}:
+        name = spec.robot[0]
+        files[name] = read_text(spec.path.parent / name, "a robot description (URDF)", LARGEST_URDF)
     if models.excitation is not None:
         files["excitation.csv"] = models.excitation
     files["diagnosis.json"] = json.dumps(diagnosis.as_json(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-    files["report.html"] = render_report(model.spec, diagnosis, models, {name: name for name in files})
+    files["report.html"] = render_report(spec, diagnosis, models, {name: name for name in files})
     write_all(folder, files, ("diagnosis.json", "manifest.json"))
     return Diagnosed(diagnosis, folder, tuple(files))
 

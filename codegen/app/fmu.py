@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from codegen.app.generate import Overrides, generated_program
+from codegen.app.derived import Source, derived_from
+from codegen.app.overrides import Overrides
 from codegen.base.border import verb
 from codegen.base.errors import BadInput
 from codegen.base.files import write_all
 from codegen.base.input_files import LARGEST_GENERATED, read_bytes
+from codegen.base.shown import Shown
 from codegen.base.text import render
-from codegen.certify.certify import Certificate, Refusal
+from codegen.certify.outcome import Certificate, Refusal
 from codegen.emit.fmu import VERSIONS, emit_fmu
-from codegen.spec import read_spec
 
 
-@dataclass(frozen=True)
-class GeneratedFmu:
+@dataclass(frozen=True, repr=False)
+class GeneratedFmu(Shown):
     """What ``generate --target fmu`` made.
 
     Attributes:
@@ -35,6 +37,10 @@ class GeneratedFmu:
     stale: bool = False
 
     @property
+    def summary(self) -> Mapping[str, object]:
+        return {"file": self.path, "FMI": self.version, "members": len(self.members), **self.outcome.summary}
+
+    @property
     def refused(self) -> bool:
         return isinstance(self.outcome, Refusal)
 
@@ -48,7 +54,7 @@ def _on_disk(path: Path) -> bytes | None:
 
 @verb
 def generate_fmu(
-    path: str | Path,
+    source: Source,
     folder: str | Path | None = None,
     version: str = VERSIONS[0],
     check_only: bool = False,
@@ -69,10 +75,10 @@ def generate_fmu(
     """
     if version not in VERSIONS:
         raise BadInput("--fmi", f"`{version}`", f"one of {', '.join(VERSIONS)}")
-    spec = read_spec(path)
-    program, files, outcome = generated_program(spec, overrides)
-    fmu = emit_fmu(program, files, version)
-    target = (Path(folder) if folder is not None else Path("generated") / spec.name) / fmu.name
+    machine = derived_from(source).with_overrides(overrides)
+    files, outcome = machine.files, machine.outcome
+    fmu = emit_fmu(machine.program, dict(files), version)
+    target = (Path(folder) if folder is not None else Path("generated") / machine.spec.name) / fmu.name
     members = tuple(sorted(fmu.members))
     if check_only:
         stale = _on_disk(target) != fmu.data

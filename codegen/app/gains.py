@@ -3,31 +3,38 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from codegen.analysis.feasibility.gains import Feasibility, assess
 from codegen.analysis.feasibility.stated import suggested_text
+from codegen.app.derived import Source, derived_from
 from codegen.app.readable_gains import gains_json, gains_view
 from codegen.base.border import verb
 from codegen.base.files import refuse_foreign, refuse_target, write_all
+from codegen.base.shown import Shown
 from codegen.base.text import render
-from codegen.effects.declare import add_declared_effects
-from codegen.mechanics import build_system
-from codegen.spec import read_spec
 from codegen.spec.numerics import require_finite
 
 MAP, NUMBERS, SPEC = "gains.png", "gains.json", "spec.yaml"
 
 
-@dataclass(frozen=True)
-class GainReport:
+@dataclass(frozen=True, repr=False)
+class GainReport(Shown):
     """What ``gains`` found, and the files it wrote."""
 
     feasibility: Feasibility
     files: tuple[Path, ...]
+
+    @property
+    def summary(self) -> Mapping[str, object]:
+        found = self.feasibility
+        varied = {"varied": ", ".join(axis.name for axis in found.axes)}
+        if found.suggestion is None:
+            return {**varied, "stable gains": "none in the range"}
+        return {**varied, "suggested": ", ".join(f"{name} = {v:g}" for name, v in found.suggestion.numbers.items())}
 
     @property
     def content(self) -> dict[str, Any]:
@@ -36,7 +43,7 @@ class GainReport:
 
 
 @verb
-def gains(path: str | Path, folder: str | Path | None = None, over: Sequence[str] = ()) -> GainReport:
+def gains(source: Source, folder: str | Path | None = None, over: Sequence[str] = ()) -> GainReport:
     """Which gains of a spec's observer are stable over its envelope, with what margin, and which to take.
 
     Args:
@@ -47,12 +54,13 @@ def gains(path: str | Path, folder: str | Path | None = None, over: Sequence[str
         BadInput: for a bad spec, gains that the observer does not have, or a folder that cannot be written or where a
             spec lies that we did not write.
     """
-    spec = read_spec(path)
+    machine = derived_from(source)
+    spec = machine.spec
     if folder is not None:
         for name in (NUMBERS, MAP, SPEC):
             refuse_target(Path(folder) / name, {"the spec itself": spec.path})
         refuse_foreign(Path(folder), SPEC, (NUMBERS,))
-    report = assess(spec, add_declared_effects(build_system(spec), spec), over)
+    report = assess(spec, machine.nominal.observer, over)
     require_finite(spec, gains_json(report), "what the gains do")
     if folder is None:
         return GainReport(report, ())

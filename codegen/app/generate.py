@@ -4,34 +4,25 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
-from codegen.analysis.analysis import analyse
-from codegen.app.generable import header_of
+from codegen.app.derived import Source, derived_from
+from codegen.app.overrides import Overrides
 from codegen.base.border import verb
-from codegen.base.errors import BadInput, nearest_name
+from codegen.base.errors import BadInput
 from codegen.base.files import refuse_target, remove, sha256, write_all, write_atomically
 from codegen.base.input_files import LARGEST_GENERATED, is_there, read_or_none, read_text
+from codegen.base.shown import Shown
 from codegen.base.text import render
-from codegen.cancellation import with_cancellation
-from codegen.certify.bound.bound_proof import with_bounds
-from codegen.certify.certify import PROOFS, Certificate, Refusal, json_text, withdrawn
-from codegen.certify.certify import certify as certify_analysis
-from codegen.certify.kernel_form import NotCovered, proof_text, with_solution
+from codegen.certify.kernel_form import with_solution
+from codegen.certify.outcome import PROOFS, Certificate, Refusal, json_text
 from codegen.certify.region_files import REGION_PROOFS
 from codegen.checker import newtons
 from codegen.checker import verify as checker
-from codegen.emit import ALWAYS, PRINTERS
-from codegen.emit.package import Header, emit_manifest, emit_readme, emit_sources, proof_lines
-from codegen.observers import Observer, observer_of
-from codegen.program import Program, build_program
-from codegen.program.model import FAULTS, PRECISIONS
-from codegen.spec import Spec, read_spec
-from codegen.spec.model import CodeChoice
-from codegen.spec.numerics import numerical
-from codegen.spec.places import placed
+from codegen.emit.package import proof_lines
+from codegen.spec import Spec
 
 CHOSEN = ("splits", "lyapunov_matrix", "slow", "decay_rate", "reversals", "along")  # by the solver, in a certificate
 KERNEL_PROOF = checker.PROOF
@@ -39,8 +30,8 @@ FOLLOWING = ("certificate", "slip_speed", "bounds")  # what of a bound the certi
 REGION = ("variables", "parameters", "matrix", "claim", "assumptions")  # of a region's proof: how far it goes
 
 
-@dataclass(frozen=True)
-class Generated:
+@dataclass(frozen=True, repr=False)
+class Generated(Shown):
     """What ``generate`` made.
 
     Attributes:
@@ -56,52 +47,18 @@ class Generated:
     stale: tuple[str, ...] = ()
 
     @property
+    def summary(self) -> Mapping[str, object]:
+        stale = {"stale": ", ".join(self.stale)} if self.stale else {}
+        return {"folder": self.folder, "files": len(self.files), **stale, **self.outcome.summary}
+
+    @property
     def refused(self) -> bool:
         return isinstance(self.outcome, Refusal)
 
 
-@dataclass(frozen=True)
-class Overrides:
-    """What the command asks for beside the spec; None and () where the spec and the default hold."""
-
-    precision: str | None = None
-    fault: str | None = None
-    targets: tuple[str, ...] = ()
-
-    @property
-    def printers(self) -> tuple[str, ...]:
-        """The names in PRINTERS that are asked for, in its order."""
-        return tuple(PRINTERS) if "all" in self.targets else self.targets or ALWAYS
-
-    def applied(self, spec: Spec) -> Spec:
-        """The spec with the command's choices.
-
-        Raises:
-            BadInput: for a precision, a fault policy or a target that there is not.
-        """
-        for option, value, known in (("--precision", self.precision, PRECISIONS), ("--fault", self.fault, FAULTS)):
-            if value is not None and value not in known:
-                raise BadInput(option, f"`{value}`", " or ".join(known), nearest_name(value, known))
-        for target in self.targets:
-            if target not in (*PRINTERS, "all"):
-                raise BadInput(
-                    "--target",
-                    f"`{target}`",
-                    f"one of {', '.join((*PRINTERS, 'all'))}, or fmu alone",
-                    nearest_name(target, PRINTERS),
-                )
-        return replace(spec, code=CodeChoice(self.precision or spec.code.precision, self.fault or spec.code.fault))
-
-    @property
-    def options(self) -> str:
-        """As in the command, a space before each."""
-        given = [("--precision", self.precision), ("--fault", self.fault), *(("--target", t) for t in self.targets)]
-        return "".join(f" {option} {value}" for option, value in given if value is not None)
-
-
 @verb
 def generate(
-    path: str | Path,
+    source: Source,
     folder: str | Path | None = None,
     check_only: bool = False,
     uncertified: bool = False,
@@ -118,11 +75,12 @@ def generate(
     Raises:
         BadInput: for a bad spec, or a folder that cannot be written or where files lie that we did not write.
     """
-    spec = read_spec(path)
+    machine = derived_from(source).with_overrides(overrides)
+    spec = machine.spec
     target = Path(folder) if folder is not None else Path("generated") / spec.name
     if not check_only:
         refuse_target(target / "manifest.json")
-    files, outcome = generated_files(spec, overrides)
+    files, outcome = machine.files, machine.outcome
     if check_only:
         return Generated(target, files, outcome, _stale(target, files))
     if isinstance(outcome, Certificate) or uncertified:
@@ -138,84 +96,6 @@ def generated_text(made: Generated, check_only: bool, uncertified: bool) -> str:
     """What was written or is not current, in words."""
     given = {"refused": made.refused, "check_only": check_only, "uncertified": uncertified}
     return render("text/generated.txt.j2", result=made, **given)
-
-
-def generated_files(spec: Spec, overrides: Overrides | None = None) -> tuple[dict[str, str], Certificate | Refusal]:
-    """All files of generated/NAME, and the certificate or refusal."""
-    _, files, outcome = generated_program(spec, overrides)
-    return files, outcome
-
-
-def generated_program(
-    spec: Spec, overrides: Overrides | None = None
-) -> tuple[Program, dict[str, str], Certificate | Refusal]:
-    """The program that the files are printed from, all files of generated/NAME, and the certificate or refusal.
-
-    Raises:
-        BadInput: for a bad spec, or one whose domain has no bound.
-    """
-    overrides = overrides or Overrides()
-    spec = overrides.applied(spec)
-    observer = observer_of(spec)
-    program, header, files = _sources(spec, observer, overrides)
-    hashes = {name: sha256(text) for name, text in files.items()}
-    analysis = analyse(spec, observer)
-    outcome = certify_analysis(spec, analysis, hashes, header.command.raw, places=_places(program))
-    sources = {name: text.encode() for name, text in files.items()}
-    try:
-        for proof in outcome.proofs.values():
-            checker.bound(checker.parsed(proof), sources, None)
-    except checker.Refused as error:
-        outcome = withdrawn(analysis, str(error))
-    if isinstance(outcome, Certificate):
-        outcome = with_bounds(spec, analysis, outcome, sources)
-        outcome = _with_kernel_proof(outcome, observer, program, sources)
-    return program, _complete(files, outcome, program, header), outcome
-
-
-def _with_kernel_proof(
-    certificate: Certificate, observer: Observer, program: Program, sources: Mapping[str, bytes]
-) -> Certificate:
-    """The certificate with the proof that the kernel accepts for these sources, or why there is none."""
-    try:
-        proof = proof_text(observer, program.places, certificate.content)
-        content = checker.parsed(certificate.text)
-        _, unproved, _ = checker.by_kernel(content, {**sources, KERNEL_PROOF: proof.encode()})
-    except (NotCovered, checker.Refused) as error:
-        return replace(certificate, not_by_kernel=str(error))
-    return replace(certificate, kernel=None if unproved else proof, not_by_kernel=unproved)
-
-
-def _places(program: Program) -> dict[str, str]:
-    """Input or output → its place in the twin."""
-    inputs = {f.name: f"inputs.{program.reference(f.name)}" for f in program.inputs}
-    return inputs | {name: f"outputs.{program.reference(name)}" for name, _, _ in program.outputs}
-
-
-@numerical("the generated step")
-def _sources(spec: Spec, observer: Observer, overrides: Overrides) -> tuple[Program, Header, dict[str, str]]:
-    with placed(spec):
-        program = build_program(with_cancellation(spec, observer), spec.code)
-        header = header_of(spec, overrides.options)
-        return program, header, emit_sources(program, header, overrides.printers)
-
-
-def _complete(
-    files: Mapping[str, str], outcome: Certificate | Refusal, program: Program, header: Header
-) -> dict[str, str]:
-    result = dict(files)
-    result |= outcome.proofs
-    result["README.md"] = emit_readme(
-        program,
-        header,
-        outcome.content if isinstance(outcome, Certificate) else outcome.reason,
-        tuple(files),
-        outcome.proofs,
-    )
-    if isinstance(outcome, Certificate) and outcome.kernel is not None:
-        result[KERNEL_PROOF] = outcome.kernel
-    result["manifest.json"] = emit_manifest(header, result)
-    return result
 
 
 def _refuse_folder_of_another(target: Path, name: str) -> None:

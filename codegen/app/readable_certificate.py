@@ -10,7 +10,7 @@ from typing import Any
 
 from codegen.app.certify import Certified
 from codegen.base.text import render
-from codegen.certify.certify import Certificate, Refusal
+from codegen.certify.outcome import Certificate, Refusal
 from codegen.certify.region_proofs import Regions
 
 

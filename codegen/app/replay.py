@@ -5,23 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from codegen.app.derived import Source, derived_from
 from codegen.base.border import verb
 from codegen.base.files import refuse_target
 from codegen.base.text import render
-from codegen.cancellation import with_cancellation
-from codegen.emit.package import emit_sources, make_header
-from codegen.observers import Observer, observer_of
-from codegen.program import Program, build_program
 from codegen.replay.engine import engine_for
 from codegen.replay.over_log import Replayed, replay_log
 from codegen.replay.samples import Samples
-from codegen.spec import Spec, read_spec
-from codegen.spec.numerics import numerical
 
 
 @verb
 def replay(
-    path: str | Path,
+    source: Source,
     log: str | Path,
     out: str | Path | None = None,
     description: str | Path | None = None,
@@ -39,20 +34,14 @@ def replay(
     Raises:
         BadInput: for a bad spec, log or output, or a log at another sample time than the observer's.
     """
-    spec = read_spec(path)
-    observer = observer_of(spec)
-    program = _program(spec, observer)
+    machine = derived_from(source)
+    spec, program = machine.spec, machine.program
     target = Path(out) if out is not None else None
     if target is not None:
         refuse_target(target, {"the log itself": Path(log), "the spec itself": spec.path})
-    engine = engine_for(program, emit_sources(program, make_header(spec.path.name, spec.sha256, spec.source)))
-    samples = Samples(spec, program, float(observer.sample_time), Path(log), description, columns, engine.holds)
+    engine = engine_for(program, machine.sources)
+    samples = Samples(spec, program, float(machine.observer.sample_time), Path(log), description, columns, engine.holds)
     return replay_log(program, engine, samples, target, only)
-
-
-@numerical("the step of the observer")
-def _program(spec: Spec, observer: Observer) -> Program:
-    return build_program(with_cancellation(spec, observer), spec.code)
 
 
 __all__ = ["Replayed", "replay"]

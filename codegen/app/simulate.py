@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from codegen.app.model import model_of
+from codegen.app.derived import Source, derived_from
 from codegen.base.border import verb
 from codegen.base.errors import BadInput, nearest_name
 from codegen.base.files import refuse_target
@@ -13,12 +13,11 @@ from codegen.base.text import render
 from codegen.simulate.closed_loop import simulate as simulate_plant
 from codegen.simulate.observed_loop import METHODS
 from codegen.simulate.simulated import Simulated, write_simulated
-from codegen.spec import read_spec
 
 
 @verb
 def simulate(
-    path: str | Path,
+    source: Source,
     out: str | Path,
     progress: Callable[[float], None] | None = None,
     method: str = "steps",
@@ -35,9 +34,9 @@ def simulate(
     if chosen is None:
         raise BadInput("--method", f"`{method}`", " or ".join(METHODS), nearest_name(method, METHODS))
     target = Path(out)
-    refuse_target(target, {"the spec itself": Path(path)}, (".csv", ".txt"))
-    model = model_of(read_spec(path))
-    return write_simulated(target, model.spec, simulate_plant(model.spec, model.system, progress, method=chosen))
+    refuse_target(target, {"the spec itself": Path(source)}, (".csv", ".txt"))
+    machine = derived_from(source)
+    return write_simulated(target, machine.spec, simulate_plant(machine.spec, machine.system, progress, method=chosen))
 
 
 def simulated_notes(simulated: Simulated) -> str:

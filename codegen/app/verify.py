@@ -3,28 +3,52 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from codegen.base.border import verb_that_raises
 from codegen.base.errors import BadInput, Place
 from codegen.base.input_files import read_text
+from codegen.base.shown import Shown
 from codegen.checker import newtons
 from codegen.checker import verify as checker
+
+if TYPE_CHECKING:
+    from codegen.app.derived import Derived
 
 CERTIFICATE = "a certificate (JSON)"
 
 
+@dataclass(frozen=True, repr=False)
+class Verified(Shown):
+    """What the checker found."""
+
+    report: checker.Report
+
+    @property
+    def summary(self) -> Mapping[str, object]:
+        bound = "the code beside it" if self.report.bound else "no code"
+        return {"machine": self.report.name, "claim": self.report.claim, "facts": len(self.report.facts), "of": bound}
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """The JSON object that ``stiction verify --json`` prints."""
+        return {"format": "stiction-verification/1", **self.report._asdict()}
+
+
 @verb_that_raises(checker.Refused)
-def verify(path: str | Path, spec: Path | None = None) -> checker.Report:
+def verify(path: str | Path, spec: str | Path | None = None) -> Verified:
     """Check a certificate or a bound by the independent checker, with the files that lie beside it.
 
     Raises:
         BadInput: if the file cannot be read.
         codegen.checker.verify.Refused: if the claim does not hold.
     """
-    path = Path(path)
+    path, spec = Path(path), None if spec is None else Path(spec)
     try:
-        return newtons.check(read_text(path, CERTIFICATE, checker.MAX_TEXT), path.parent, spec)
+        return Verified(newtons.check(read_text(path, CERTIFICATE, checker.MAX_TEXT), path.parent, spec))
     except newtons.Refused as error:
         raise checker.Refused(str(error)) from None
     except json.JSONDecodeError as error:
@@ -34,3 +58,19 @@ def verify(path: str | Path, spec: Path | None = None) -> checker.Report:
         raise BadInput(str(error.filename or path), found, "a file that the certificate names") from None
     except ValueError as error:
         raise BadInput(str(path), f"no certificate ({error})", CERTIFICATE) from None
+
+
+@verb_that_raises(checker.Refused)
+def verify_machine(machine: Derived) -> Verified:
+    """Check the certificate that ``generate`` would write for a machine, with the files that it would write beside it.
+
+    Raises:
+        BadInput: for a machine without a certificate.
+        codegen.checker.verify.Refused: if the claim does not hold.
+    """
+    from codegen.certify.outcome import Refusal
+
+    if isinstance(machine.outcome, Refusal):
+        raise BadInput(machine.spec.place("name"), f"no certificate ({machine.outcome.reason})", "a certified machine")
+    sources = {name: text.encode() for name, text in machine.files.items()}
+    return Verified(newtons.check(machine.outcome.text, None, machine.spec.path, sources))

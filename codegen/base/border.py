@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from functools import wraps
-from pathlib import Path
 from typing import ParamSpec, TypeVar
 
 from codegen.base.errors import BadInput, InternalError
@@ -36,7 +35,9 @@ def verb_that_raises(
             except passed:
                 raise
             except Exception as error:
-                files = [os.fspath(value) for value in (*given, *named.values()) if isinstance(value, str | Path)]
+                files = [
+                    os.fspath(value) for value in (*given, *named.values()) if isinstance(value, str | os.PathLike)
+                ]
                 raise InternalError(work.__name__, files, error) from error
 
         return bordered

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+from codegen.base.shown import Shown
 from codegen.certify.region_files import REGION_PROOFS
 from codegen.certify.region_proofs import Regions
 
@@ -17,8 +18,8 @@ if TYPE_CHECKING:
 PROOFS = ("certificate.json", "limit.json", "refusal.json", "turning.json", "bound.json", *REGION_PROOFS)
 
 
-@dataclass(frozen=True)
-class Certificate:
+@dataclass(frozen=True, repr=False)
+class Certificate(Shown):
     """A certificate that the checker has accepted.
 
     Attributes:
@@ -48,6 +49,10 @@ class Certificate:
     bound: Mapping[str, Any] | None = None
     kernel: str | None = None
     not_by_kernel: str = "none was asked for"
+
+    @property
+    def summary(self) -> Mapping[str, object]:
+        return {"decay rate": f"{self.decay_rate:.4g} 1/s", "spectral rate": f"{self.spectral_rate:.4g} 1/s"}
 
     @property
     def turning_rate(self) -> float | None:
@@ -104,8 +109,8 @@ class Proposals:
     measured: Proposal | None = None
 
 
-@dataclass(frozen=True)
-class Refusal:
+@dataclass(frozen=True, repr=False)
+class Refusal(Shown):
     """Why no certificate is given.
 
     Attributes:
@@ -131,6 +136,10 @@ class Refusal:
     proposals: Proposals | None = None
     regions: Regions | None = None
     unbound: bool = False
+
+    @property
+    def summary(self) -> Mapping[str, object]:
+        return {"refused": self.reason, "spectral radius": self.spectral_radius}
 
     @property
     def proofs(self) -> dict[str, str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import sympy
@@ -10,7 +11,8 @@ from codegen.base.errors import BadInput, nearest_name
 from codegen.effects import CATALOGUE, Effect
 from codegen.effects.added import added
 from codegen.effects.places import pairs
-from codegen.mechanics.build import check_mass_matrix
+from codegen.mechanics.build import build_system, check_mass_matrix
+from codegen.mechanics.link_parameters import LinkParameter
 from codegen.mechanics.system import System
 from codegen.spec.model import DeclaredEffect, Spec, symbol
 
@@ -32,6 +34,15 @@ def written_place(on: str) -> str | list[str]:
     """A name of ``places_of`` as a spec or a JSON file holds it: two coordinates as a list."""
     names = on.split(", ")
     return names if len(names) > 1 else on
+
+
+def system_of(spec: Spec, free: Sequence[LinkParameter] = ()) -> System:
+    """The system of a spec with every effect that it declares; ``free`` as for ``build_system``.
+
+    Raises:
+        BadInput: as ``build_system`` and ``add_declared_effects``.
+    """
+    return add_declared_effects(build_system(spec, free), spec)
 
 
 def add_declared_effects(system: System, spec: Spec) -> System:

@@ -5,8 +5,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from codegen.base.errors import BadInput, nearest_name
-from codegen.effects.declare import add_declared_effects
-from codegen.mechanics import build_system
+from codegen.effects.declare import system_of
 from codegen.mechanics.system import System
 from codegen.observers.coulomb import coulomb_friction_observer
 from codegen.observers.dynamic import dynamic_friction_observer
@@ -37,7 +36,7 @@ def observer_of(spec: Spec) -> Observer:
         BadInput: for a spec without one, or with free gains.
     """
     refuse_free_gains(spec)
-    return build_observer(spec, add_declared_effects(build_system(spec), spec))
+    return build_observer(spec, system_of(spec))
 
 
 @numerical("the observer")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
@@ -10,6 +10,7 @@ from time import perf_counter
 import numpy as np
 
 from codegen.base.errors import BadInput, nearest_name
+from codegen.base.shown import Shown
 from codegen.logs.stream import NotStreamed
 from codegen.program import Program
 from codegen.replay.engine import Array, Engine, Faults
@@ -34,8 +35,8 @@ class Peak:
     time: float
 
 
-@dataclass(frozen=True)
-class Replayed:
+@dataclass(frozen=True, repr=False)
+class Replayed(Shown):
     """What ``replay`` did.
 
     Attributes:
@@ -62,6 +63,11 @@ class Replayed:
     seconds: float
     notes: tuple[str, ...]
     path: Path | None
+
+    @property
+    def summary(self) -> Mapping[str, object]:
+        peaks = {f"largest {p.name}": f"{p.value:.4g} {p.unit}" for p in self.peaks}
+        return {"machine": self.name, "samples": self.samples, "faults": self.faults, **peaks}
 
 
 def replay_log(

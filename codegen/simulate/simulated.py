@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from codegen.base.shown import Shown
 from codegen.simulate.excursions import Excursion, excursions
 from codegen.simulate.loop_run import LoopRun, write_log
 from codegen.spec.model import Spec
 
 
-@dataclass(frozen=True)
-class Simulated:
+@dataclass(frozen=True, repr=False)
+class Simulated(Shown):
     """A log that was written.
 
     Attributes:
@@ -24,6 +26,11 @@ class Simulated:
     excursions: tuple[Excursion, ...]
     gain: float | None = None
     share: float | None = None
+
+    @property
+    def summary(self) -> Mapping[str, object]:
+        left = ", ".join(e.name for e in self.excursions)
+        return {"log": self.path, "outside the envelope": left or "never"}
 
 
 def write_simulated(path: Path, spec: Spec, run: LoopRun) -> Simulated:

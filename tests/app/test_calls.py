@@ -89,8 +89,7 @@ def test_what_is_not_ours_is_not_replaced(mine, arguments, words):
     with (
         patch("codegen.app.gains.assess", side_effect=AssertionError),
         patch("codegen.app.simulate.simulate_plant", side_effect=AssertionError),
-        patch("codegen.app.certify.generated_files", side_effect=AssertionError),
-        patch("codegen.app.diagnose.generated_files", side_effect=AssertionError),
+        patch("codegen.app.derived.Derived.outcome", property(AssertionError)),
     ):
         result = stiction(*arguments)
     assert is_one_message(result) and words in result.err, result
@@ -223,7 +222,7 @@ def test_an_interrupt_while_libraries_are_loaded():
         "    return load(name, *rest)\n"
         "builtins.__import__ = slow\n"
         "import sys; sys.argv = ['stiction', 'check', 'specs/one_mass.yaml']\n"
-        "from codegen.start import main; main()"
+        "from stiction import main; main()"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, cwd=SPECS.parent, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "")

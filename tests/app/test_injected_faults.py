@@ -26,10 +26,10 @@ import sympy
 from sympy.matrices.exceptions import NonInvertibleMatrixError
 from sympy.matrices.matrixbase import MatrixBase
 
-import codegen.app.derive
+import codegen.analysis.analysis
 import codegen.base.text
-from codegen import pipeline
 from codegen.base.errors import InternalError
+from stiction import derive
 
 from .command import COMMAND, SPECS, is_one_message, stiction
 
@@ -209,7 +209,7 @@ def test_a_fault_of_any_verb_is_told(run, verb, fault):
 
 def test_an_internal_error_is_no_bad_input(made, monkeypatch):
     monkeypatch.chdir(made)
-    with injected(codegen.app.derive, "analyse", TypeError("injected")):
+    with injected(codegen.analysis.analysis, "analyse", TypeError("injected")):
         result = stiction("derive", "s.yaml")
         assert result.code == 70 and result.out == ""
         assert result.err.startswith("internal error: `derive` on s.yaml ended in TypeError: injected\n")
@@ -217,21 +217,21 @@ def test_an_internal_error_is_no_bad_input(made, monkeypatch):
         monkeypatch.setenv("STICTION_TRACEBACK", "1")
         assert "Traceback" in stiction("derive", "s.yaml").err
         with pytest.raises(InternalError) as told:
-            pipeline.derive("s.yaml")
+            derive("s.yaml")
         assert isinstance(told.value.__cause__, TypeError)
 
 
 def test_an_interrupt(made, monkeypatch):
     """Ctrl-C is no error: no words but those of the shell, and the exit status of the signal."""
     monkeypatch.chdir(made)
-    with injected(codegen.app.derive, "analyse", KeyboardInterrupt()):
+    with injected(codegen.analysis.analysis, "analyse", KeyboardInterrupt()):
         result = stiction("derive", "s.yaml")
     assert result.code == 128 + signal.SIGINT and "Traceback" not in result.err and "error" not in result.err
 
 
 def test_no_memory(made, monkeypatch):
     monkeypatch.chdir(made)
-    with injected(codegen.app.derive, "analyse", MemoryError()):
+    with injected(codegen.analysis.analysis, "analyse", MemoryError()):
         result = stiction("derive", "s.yaml")
     assert result.code == 70 and "MemoryError: there is not enough memory" in result.err and "too small" in result.err
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen import pipeline
+import stiction
 from codegen.app import cli
 
 from .command import SPECS, process
@@ -25,7 +25,7 @@ def test_a_warning_of_the_yaml_library_does_not_reach_the_screen(tmp_path: Path)
     done = process("check", "anchors.yaml", cwd=tmp_path)
     assert (done.code, done.err) == (0, "")
     with pytest.warns(Warning, match="duplicate anchor"):
-        pipeline.check(tmp_path / "anchors.yaml")
+        stiction.check(tmp_path / "anchors.yaml")
 
 
 def test_warnings_of_numpy_and_loggers_do_not_reach_the_screen(

@@ -17,7 +17,7 @@ ROOT = SPECS.parent
 LIBRARIES = ("sympy", "casadi", "numpy", "scipy", "matplotlib", "clarabel", "cvxpy", "pint", "lxml", "ruamel", "jinja2")
 SCRIPT = """
 import sys
-from codegen.start import main
+from stiction import main
 try:
     main()
 except SystemExit:
@@ -74,7 +74,7 @@ def test_a_file_of_the_users_called_codegen_is_not_run(tmp_path: Path) -> None:
     bin_folder.mkdir()
     (work / "codegen.py").write_text("raise SystemExit('the user's own')")
     script = bin_folder / "stiction"
-    script.write_text("from codegen.start import main\nmain()\n")
+    script.write_text("from stiction import main\nmain()\n")
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     command = [sys.executable, str(script), "--version"]
     done = subprocess.run(command, cwd=work, env=environment, capture_output=True, text=True, check=False)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from codegen import pipeline
+import stiction
 from codegen.base.errors import BadInput
 from codegen.base.text import render
 from codegen.effects.declare import add_declared_effects
@@ -108,7 +108,7 @@ def test_a_controller_without_reference_has_nothing_to_hunt_about():
 def test_the_verb_tells(tmp_path):
     spec = tmp_path / "spec.yaml"
     spec.write_text(QUICK.replace("duration: 6", "duration: 1.5").replace("0.1*sin", "0.02*sin"), encoding="utf-8")
-    report = pipeline.cancel(spec, hunt=True)
+    report = stiction.cancel(spec, hunt=True)
     assert report.hunting is not None and report.hunting.largest == 1
     assert [t["gain"] for t in report.content["hunting"]["trials"]] == [0, 1]
     words = render("text/cancel.txt.j2", **report.view)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from codegen import pipeline
+import stiction
 from codegen.base.text import render
 from codegen.cancellation import make_plan, reach
 from codegen.cancellation.leftover import leftover
@@ -77,5 +77,5 @@ def test_damping_bends_what_is_left_of_a_friction_in_reach():
 def test_what_helps_is_told(tmp_path, B, U, damping, told, not_told):
     path = tmp_path / "spec.yaml"
     path.write_text(machine_text(DIAGONAL, B, U, f"{{damping: {damping}}}"), encoding="utf-8")
-    words = render("text/cancel.txt.j2", **pipeline.cancel(path).view)
+    words = render("text/cancel.txt.j2", **stiction.cancel(path).view)
     assert told in words and not_told not in words

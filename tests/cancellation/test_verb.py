@@ -1,4 +1,4 @@
-"""``stiction cancel`` and ``pipeline.cancel``."""
+"""``stiction cancel`` and ``stiction.cancel``."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from codegen import pipeline
+from stiction import cancel
 from tests.app.command import stiction
 
 SPECS = Path(__file__).parents[2] / "specs"
@@ -38,7 +38,7 @@ def test_all_contacts_leave_a_rest_that_may_push(tmp_path):
 
 
 def test_without_the_section_it_says_what_could_be_done():
-    report = pipeline.cancel(SPECS / "two_link_arm.yaml")
+    report = cancel(SPECS / "two_link_arm.yaml")
     assert report.reach.cancellable == ("shoulder", "elbow")
     assert report.content["format"] == "stiction-cancellation/1"
     assert report.left is not None and report.left.force == pytest.approx(0, abs=1e-12)

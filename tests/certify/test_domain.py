@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+import stiction
 from codegen.analysis.analysis import analyse
-from codegen.app.generate import generated_files
 from codegen.app.rounding_bound import rounding_bounds
 from codegen.base.errors import BadInput
 from codegen.certify.bound.domain_bound import DomainBound
@@ -26,7 +26,7 @@ from codegen.mechanics import build_system
 from codegen.observers import build_observer
 from codegen.program import build_program
 from codegen.replay.engine import engine_for
-from codegen.spec import parse_spec, read_spec
+from codegen.spec import parse_spec
 
 ROOT = Path(__file__).parents[2]
 MASS, LOW, HIGH, TOP, NOISE, H = 2.0, 20.0, 40.0, 60.0, 2e-5, 0.001
@@ -252,13 +252,13 @@ def test_no_code_is_generated_for_a_domain_without_a_bound(tmp_path: Path) -> No
     spec = tmp_path / "one_mass_domain.yaml"
     spec.write_text(text.replace("slip_speed: 1,", "slip_speed: 0.1,"), "utf-8")
     with pytest.raises(BadInput, match=r"slip_speed 0\.1, for which there is no bound; expected at least") as told:
-        generated_files(read_spec(spec))
+        assert stiction.load(spec).files
     enough = str(told.value).rsplit(" ", 1)[1]
     spec.write_text(text.replace("slip_speed: 1,", f"slip_speed: {enough},"), "utf-8")
-    assert isinstance(generated_files(read_spec(spec))[1], Certificate)
+    assert isinstance(stiction.load(spec).outcome, Certificate)
     spec.write_text(text.replace("  v_dot: [-210, 210]", "  #"), "utf-8")
     with pytest.raises(BadInput, match=r"a domain without a bound \(the envelope has no range for v_dot"):
-        generated_files(read_spec(spec))
+        assert stiction.load(spec).files
 
 
 def test_no_bound_through_reversals_beside_a_level_that_is_known() -> None:
@@ -283,7 +283,7 @@ def test_no_domain_for_friction_that_bends_before_it_slides(tmp_path: Path) -> N
     spec = tmp_path / "rail.yaml"
     spec.write_text(text.replace("law: coulomb", "law: reset_integrator, c: 100, D1: 10, D2: 0.01"), "utf-8")
     with pytest.raises(BadInput, match=r"a domain without a bound \(through reversals .* reset_integrator at rail"):
-        generated_files(read_spec(spec))
+        assert stiction.load(spec).files
 
 
 def test_a_contact_that_turns_the_other_way() -> None:

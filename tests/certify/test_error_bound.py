@@ -316,7 +316,7 @@ def test_a_model_that_is_off_by_a_percent(kind: str, step: str, sign: int) -> No
 def test_largest_sample_times_by_eigenvalues() -> None:
     """Euler and semi-implicit Euler against the spectral radius of their matrices, written by hand."""
     spec = parse_spec(TEXT + f"observer: {OBSERVERS['cfo'] % 'euler'}\n", Path("rail.yaml"))
-    found = largest_sample_times(spec, build_system(spec))
+    found = largest_sample_times(spec, analyse(spec, build_observer(spec, build_system(spec))))
     assert set(found) == {"euler", "semi_implicit", "implicit", "exponential"} and found["implicit"] == np.inf
 
     def radius(gain: float, weight: float, h: float) -> float:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen import pipeline
+import stiction
 from codegen.certify.certify import Certificate
 from codegen.checker import verify
 
@@ -32,7 +32,7 @@ envelope: {{x: [-0.5, 0.5], v: [-1, 1]}}
 def test_gcfo_with_a_position_dependent_distribution_is_certified(u: str, tmp_path: Path) -> None:
     path = tmp_path / "slider.yaml"
     path.write_text(TEXT.format(u=u))
-    outcome = pipeline.certify(path)
+    outcome = stiction.load(path).outcome
     assert isinstance(outcome, Certificate)
     verify.check(outcome.text)
 
@@ -55,7 +55,7 @@ def _level_error(path: Path, folder: Path, h: float) -> float:
     """a - â after half a second of the motion v = 0.5 + 0.4 sin 3t under the declared level 3 N."""
     text = path.read_text().replace("sample_time: 0.001", f"sample_time: {h}")
     path.with_name("finer.yaml").write_text(text)
-    pipeline.generate(path.with_name("finer.yaml"), folder, uncertified=True)
+    stiction.generate(path.with_name("finer.yaml"), folder, uncertified=True)
     loader = importlib.util.spec_from_file_location(f"twin_{folder.name.replace('.', '_')}", folder / "__init__.py")
     assert loader is not None and loader.loader is not None
     twin = importlib.util.module_from_spec(loader)

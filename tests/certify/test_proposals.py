@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from codegen import pipeline
-from codegen.app import generate as generation
 from codegen.certify.certify import Certificate, Proposal, Proposals, Refusal
 from codegen.certify.remedies import proposals
+from codegen.checker import verify as checker
+from stiction import certify, load
 from tests.app.command import SPECS, stiction
 
 ONE, TWO = "gains: {K_F: 10, K_v: 100}", "gains: {K_F: [500, 700], K_v: [10, 10]}"
@@ -42,12 +42,12 @@ def pasted(path: Path, proposal: Proposal) -> Certificate | Refusal:
     assert count == 1
     other = path.with_name("other.yaml")
     other.write_text(text.replace(section[0], changed))
-    return pipeline.certify(other)
+    return load(other).outcome
 
 
 def proposed(path: Path) -> Proposals:
     """What is proposed, each certified by a fresh run at the rate that was said."""
-    found = pipeline.certify(path)
+    found = certify(path).outcome
     assert isinstance(found, Refusal) and found.proposals is not None
     for proposal in (found.proposals.sample_time, found.proposals.gains):
         if proposal is not None:
@@ -140,15 +140,15 @@ def test_one_that_is_too_large(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
 
 def test_nothing_is_proposed_that_the_gate_refuses(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The proof of the sampled error stands at many gains, but the checker takes none for one of the code."""
-    bound = generation.checker.bound
+    bound = checker.bound
 
     def refuse(top: Any, sources: Any, spec: Any) -> Any:
         if sources:
-            raise generation.checker.Refused("`matrix` is not how the twin moves its error")
+            raise checker.Refused("`matrix` is not how the twin moves its error")
         return bound(top, sources, spec)
 
     path = write(tmp_path, "one_mass", ONE, "gains: {K_F: 11, K_v: 100}")
-    monkeypatch.setattr(generation.checker, "bound", refuse)
+    monkeypatch.setattr(checker, "bound", refuse)
     content = json.loads(stiction("certify", path, "--json").out)
     assert "is not how the twin moves its error" in content["reason"]
     assert content["proposals"]["gains"] is None and content["proposals"]["sample_time"] is None
@@ -160,14 +160,14 @@ def test_a_proposal_is_passed_over_where_the_gate_refuses_it(tmp_path: Path, mon
     path = write(tmp_path, "one_mass", ONE, "gains: {K_F: 10, K_v: 3000}")
     before = proposed(path).sample_time
     assert before is not None
-    bound = generation.checker.bound
+    bound = checker.bound
 
     def refuse_one(top: Any, sources: Any, spec: Any) -> Any:
         if sources and top["sample_time"] == Fraction(repr(before.sample_time)):
-            raise generation.checker.Refused("`matrix` is not how the twin moves its error")
+            raise checker.Refused("`matrix` is not how the twin moves its error")
         return bound(top, sources, spec)
 
-    monkeypatch.setattr(generation.checker, "bound", refuse_one)
+    monkeypatch.setattr(checker, "bound", refuse_one)
     after = proposed(path).sample_time
     assert after is not None and after.sample_time < before.sample_time
 

@@ -296,9 +296,11 @@ def test_symbols_of_the_kinks() -> None:
 def test_largest_sample_times_while_sliding() -> None:
     """The friction state follows the law at c D1 = 1e5 1/s, so that an explicit step is stable below 2e-5 s."""
     spec = read_spec(ROOT / "specs/thesis/one_mass_dfo.yaml")
-    system = build_system(spec)
-    assert largest_sample_times(spec, system) == dict.fromkeys(("euler", "semi_implicit", "exponential", "implicit"), 0)
-    found = largest_sample_times(spec, system, certify(spec, analysis_of("one_mass_dfo"), {}, "none"))
+    analysis = analysis_of("one_mass_dfo")
+    assert largest_sample_times(spec, analysis) == dict.fromkeys(
+        ("euler", "semi_implicit", "exponential", "implicit"), 0
+    )
+    found = largest_sample_times(spec, analysis, certify(spec, analysis, {}, "none"))
     assert set(found) == {"euler", "semi_implicit", "exponential"}
     assert all(0.98 * 2e-5 < h < 2e-5 for h in found.values())
 
@@ -307,10 +309,9 @@ def test_largest_sample_times_while_sliding() -> None:
 def test_largest_sample_times_of_a_varying_mass_matrix() -> None:
     """Below the spectral limit at points of the envelope, by numpy; one P for all of it costs more than half of it."""
     spec = read_spec(ROOT / "specs/two_link_arm.yaml")
-    system = build_system(spec)
-    found = largest_sample_times(spec, system)
+    analysis = analyse(spec, build_observer(spec, build_system(spec)), conditions=False)
+    found = largest_sample_times(spec, analysis)
     assert set(found) == {"euler", "semi_implicit", "implicit"} and found["implicit"] == np.inf
-    analysis = analyse(spec, build_observer(spec, system), conditions=False)
     matrix = analysis.dynamics.in_force(analysis.dynamics.sampled)
 
     def radius(h: float) -> float:

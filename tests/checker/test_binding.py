@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 from observers.machines import TEXTS
 
-from codegen.app.generate import generated_files
+from codegen.app.derived import Derived
 from codegen.certify.certify import Certificate
 from codegen.checker import twin as reader
 from codegen.checker import verify
@@ -104,7 +104,8 @@ def test_another_twin_is_refused(name: str, old: str, new: str) -> None:
 @pytest.mark.slow
 def test_wherever_the_points_are_drawn_the_twin_is_that_of_its_certificate() -> None:
     """One state: a derivative along a direction that happens to be zero tells nothing, and refused one spec in 66."""
-    files, outcome = generated_files(parse_spec(MEASURED, Path("slide.yaml")))
+    machine = Derived(parse_spec(MEASURED, Path("slide.yaml")))
+    files, outcome = machine.files, machine.outcome
     assert isinstance(outcome, Certificate)
     sources, content = {name: body.encode() for name, body in files.items()}, outcome.content
     for k in range(200):
@@ -309,7 +310,8 @@ def test_other_machines_and_observers(case: str) -> None:
     name, envelope, kind, velocity, gains, step, effect = CASES[case]
     choice = f"kind: {kind}, velocity: {velocity}, gains: {{{gains}}}, sample_time: 0.0005, integration: {step}"
     text = f"{TEXTS[name]}observer: {{{choice}}}\nenvelope: {envelope}\neffects: [{effect}]\n"
-    files, found = generated_files(parse_spec(text, Path(f"{name}.yaml")))
+    machine = Derived(parse_spec(text, Path(f"{name}.yaml")))
+    files, found = machine.files, machine.outcome
     assert isinstance(found, Certificate), found.reason
     assert REPLAYED in verify.check(found.text, sources={k: v.encode() for k, v in files.items()}).facts
 
@@ -321,7 +323,7 @@ PRESLIDING = "{kind: presliding, on: rail, parameters: {sigma: 20000}}"
 def test_a_friction_state_that_the_observer_leaves_out_is_assumed(effect: str, said: bool) -> None:
     choice = "kind: cfo, velocity: estimated, gains: {K_F: 10, K_v: 100}, sample_time: 0.0005"
     text = f"{TEXTS['one_mass']}observer: {{{choice}}}\nenvelope: {ONE}\neffects: [{effect}]\n"
-    _, found = generated_files(parse_spec(text, Path("one_mass.yaml")))
+    found = Derived(parse_spec(text, Path("one_mass.yaml"))).outcome
     assert isinstance(found, Certificate), found.reason
     line = "The friction at rail has a state (law presliding) that the observer leaves out"
     assert any(a.startswith(line) for a in found.content["assumptions"]) == said

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from codegen.app.generate import generated_program
+from codegen.app.derived import Derived
 from codegen.cancellation import with_cancellation
 from codegen.certify.certify import Certificate
 from codegen.certify.kernel_form import NotCovered, proof_text
@@ -93,7 +93,8 @@ def test_a_matrix_that_depends_on_the_signs_is_proved_for_all_of_them() -> None:
     """With a full K_F the level of one contact follows the other's slip, by the product of their signs."""
     text = spec_path("two_mass").read_text("utf-8").replace("K_F: [500, 700]", "K_F: [[500, 20], [30, 700]]")
     spec = parse_spec(text, Path("two_mass.yaml"))
-    program, files, outcome = generated_program(spec)
+    machine = Derived(spec)
+    program, files, outcome = machine.program, machine.files, machine.outcome
     assert isinstance(outcome, Certificate)
     made = proof_text(observer_of(spec), program.places, outcome.content)
     assert outcome.kernel == made

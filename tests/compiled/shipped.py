@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from codegen import pipeline
+import stiction
 from codegen.cancellation import with_cancellation
 from codegen.certify.prefix import rational_text
 from codegen.emit.package import emit_sources, make_header
@@ -31,8 +31,8 @@ def path_of(spec: str) -> Path:
 
 
 @cache
-def model(spec: str) -> pipeline.Model:
-    return pipeline.check(path_of(spec))
+def model(spec: str) -> stiction.Machine:
+    return stiction.check(path_of(spec))
 
 
 @cache

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from codegen import pipeline
+from stiction import load
 
 from .shipped import SHIPPED, path_of, program
 
@@ -38,7 +38,7 @@ def contents(folder: Path) -> dict[str, bytes]:
 @pytest.mark.parametrize("spec", SHIPPED)
 def test_generated_is_current(spec: str) -> None:
     """Code, certificates and README, as `make goldens` checks them; here each on its own, side by side."""
-    done = pipeline.generate(path_of(spec), ROOT / "generated" / program(spec).name, check_only=True, uncertified=True)
+    done = load(path_of(spec)).generate(ROOT / "generated" / program(spec).name, check_only=True, uncertified=True)
     assert not done.stale, f"run `make generate`: {', '.join(done.stale)}"
 
 

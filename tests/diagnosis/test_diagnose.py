@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen import pipeline
+import stiction
 from codegen.base.errors import BadInput
 from codegen.diagnosis.diagnose import Models, diagnose_log
 from codegen.diagnosis.results import Diagnosis
@@ -257,5 +257,5 @@ def test_the_training_log_is_no_test_log(tmp_path: Path) -> None:
     log_of(stage(), tmp_path, "train.csv")
     (tmp_path / "stage.yaml").write_text(stage().text)
     with pytest.raises(BadInput, match="the training log itself"):
-        pipeline.diagnose(tmp_path / "stage.yaml", tmp_path / "train.csv", tmp_path / "train.csv", tmp_path / "out")
+        stiction.diagnose(tmp_path / "stage.yaml", tmp_path / "train.csv", tmp_path / "train.csv", tmp_path / "out")
     assert not (tmp_path / "out").exists()

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen import pipeline
+import stiction
 from codegen.base.resources import resource_folder
 from codegen.diagnosis.harmonics import regress, with_harmonics
 from codegen.diagnosis.problem import Problem
@@ -91,8 +91,8 @@ def test_three_waves_of_the_belt_axis(tmp_path: Path) -> None:
         lone = "{kind: cogging, on: x, parameters: {amplitude: 3.4, period: 0.048, phase: 0.7}}"
         assert lone in text
         (tmp_path / f"{name}.yaml").write_text(text.replace(lone, entry), encoding="utf-8")
-        pipeline.simulate(tmp_path / f"{name}.yaml", tmp_path / log)
-    result = pipeline.diagnose(
+        stiction.simulate(tmp_path / f"{name}.yaml", tmp_path / log)
+    result = stiction.diagnose(
         specs / "belt_axis.yaml", tmp_path / "train.csv", tmp_path / "test.csv", tmp_path / "out"
     ).diagnosis
     (found,) = result.effects

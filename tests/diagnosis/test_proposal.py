@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen import pipeline
+import stiction
 from codegen.base.errors import BadInput
 from codegen.diagnosis import proposal
 from codegen.diagnosis.advice import ProposedTerms
@@ -68,7 +68,7 @@ def test_a_proposal_is_in_the_report_and_never_in_the_spec(tmp_path: Path) -> No
     np.savetxt(tmp_path / "shaken.csv", table, delimiter=",", header="t,x,w", comments="")
     (tmp_path / "stage.yaml").write_text(stage().text)
     out = tmp_path / "out"
-    result = pipeline.diagnose(tmp_path / "stage.yaml", tmp_path / "shaken.csv", out=out, propose=True)
+    result = stiction.diagnose(tmp_path / "stage.yaml", tmp_path / "shaken.csv", out=out, propose=True)
     assert result.diagnosis.verdict == "unknown"
     said = json.loads((out / "diagnosis.json").read_text())["proposal"]
     assert [c["coordinate"] for c in said["coordinates"]] == ["x"]
@@ -82,5 +82,5 @@ def test_without_the_extra_the_message_says_how_to_get_it(tmp_path: Path, monkey
     log_of(stage(), tmp_path, "train.csv")
     (tmp_path / "stage.yaml").write_text(stage().text)
     with pytest.raises(BadInput, match=r"pip install 'stiction\[sindy\]'"):
-        pipeline.diagnose(tmp_path / "stage.yaml", tmp_path / "train.csv", out=tmp_path / "out", propose=True)
+        stiction.diagnose(tmp_path / "stage.yaml", tmp_path / "train.csv", out=tmp_path / "out", propose=True)
     assert not (tmp_path / "out").exists()

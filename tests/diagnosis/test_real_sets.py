@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
+import stiction
 from benchmarks.real.sets import DATA, SETS, SPECS, spec_of
-from codegen import pipeline
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(not DATA.is_dir(), reason="../shared/data is not here")]
 CASES = [(name, run.name) for name, runs in SETS.items() for run in runs]
@@ -21,7 +21,7 @@ def diagnosis(name: str, run_name: str, out: Path) -> dict[str, Any]:
     data, specs = DATA / name, SPECS / name
     about = specs / run.about if run.about else None
     tests = [data / file for file in run.test] or None
-    result = pipeline.diagnose(spec_of(name, run), [data / file for file in run.train], tests, out, about)
+    result = stiction.diagnose(spec_of(name, run), [data / file for file in run.train], tests, out, about)
     read: dict[str, Any] = json.loads((result.folder / "diagnosis.json").read_text())
     return read
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from mechanics.robots import TWO_LINKS
 
-from codegen import pipeline
+import stiction
 from codegen.diagnosis.augment import augmented_text
 from codegen.diagnosis.results import FoundEffect
 from codegen.effects.declare import add_declared_effects
@@ -56,8 +56,8 @@ def test_the_loop_closes_on_a_robot_file(tmp_path: Path) -> None:
     (tmp_path / "arm.urdf").write_text(TWO_LINKS)
     (tmp_path / "arm.yaml").write_text(ARM)
     (tmp_path / "plant.yaml").write_text(ARM + LACKING)
-    pipeline.simulate(tmp_path / "plant.yaml", tmp_path / "log.csv")
-    result = pipeline.diagnose(tmp_path / "arm.yaml", tmp_path / "log.csv", out=tmp_path / "out")
+    stiction.simulate(tmp_path / "plant.yaml", tmp_path / "log.csv")
+    result = stiction.diagnose(tmp_path / "arm.yaml", tmp_path / "log.csv", out=tmp_path / "out")
     (effect,) = result.diagnosis.effects
     assert (effect.kind, effect.on) == ("cogging", "q_1")
     assert effect.parameters["amplitude"] == pytest.approx(0.6, rel=0.03)

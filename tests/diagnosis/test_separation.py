@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen import pipeline
+import stiction
 from codegen.diagnosis.attempt import attempt
 from codegen.diagnosis.credit import Evidence
 from codegen.diagnosis.diagnose import diagnose_log
@@ -46,7 +46,7 @@ def test_the_excitation_tells_delay_from_lag(truth: str, tmp_path: Path) -> None
     plant = TRUTHS[truth]
     log_of(coarse(plant), tmp_path, "slow.csv")
     (tmp_path / "stage.yaml").write_text(stage().text)
-    result = pipeline.diagnose(tmp_path / "stage.yaml", tmp_path / "slow.csv", out=tmp_path / "out")
+    result = stiction.diagnose(tmp_path / "stage.yaml", tmp_path / "slow.csv", out=tmp_path / "out")
     said = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
     assert said["verdict"] == "ambiguous"
     (pair,) = said["separation"]["pairs"]

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from mechanics.robots import SEVEN
 
-from codegen import pipeline
+import stiction
 
 SPEC = "name: arm7\nurdf: {file: seven_joint_arm.urdf%s}\n"
 LACKING = """effects:
@@ -48,10 +48,10 @@ def test_the_joint_that_lacks_an_effect_is_found_in_three_minutes(tmp_path: Path
     loop += _mapping("position_noise", dict.fromkeys(JOINTS, 1e-5))
     (tmp_path / "plant.yaml").write_text(SPEC % "" + LACKING + loop)
     (tmp_path / "arm.yaml").write_text(SPEC % "")
-    pipeline.simulate(tmp_path / "plant.yaml", tmp_path / "log.csv")
+    stiction.simulate(tmp_path / "plant.yaml", tmp_path / "log.csv")
     told: list[tuple[str, float]] = []
     before = _cpu()
-    result = pipeline.diagnose(
+    result = stiction.diagnose(
         tmp_path / "arm.yaml",
         tmp_path / "log.csv",
         out=tmp_path / "out",

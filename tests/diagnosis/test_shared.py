@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from codegen import pipeline
+import stiction
 from codegen.diagnosis.results import Diagnosis
 from codegen.effects import CATALOGUE
 
@@ -31,7 +31,7 @@ QUICK = ("standard/case_0052",)
 
 
 def _run(case: Path, out: Path) -> tuple[dict, dict]:
-    result = pipeline.diagnose(case / "spec.yaml", case / "train.csv", case / "test.csv", out)
+    result = stiction.diagnose(case / "spec.yaml", case / "train.csv", case / "test.csv", out)
     return json.loads((result.folder / "diagnosis.json").read_text()), json.loads((case / "truth.json").read_text())
 
 
@@ -92,7 +92,7 @@ def test_all_standard_cases_of_the_kinds_that_the_catalogue_has(tmp_path: Path) 
 def emps(tmp_path_factory: pytest.TempPathFactory) -> Diagnosis:
     pulses = EMPS / "DATA_EMPS_PULSES.mat"
     out = tmp_path_factory.mktemp("emps")
-    return pipeline.diagnose(ROOT / "specs" / "emps.yaml", EMPS / "DATA_EMPS.mat", pulses, out).diagnosis
+    return stiction.diagnose(ROOT / "specs" / "emps.yaml", EMPS / "DATA_EMPS.mat", pulses, out).diagnosis
 
 
 @pytest.mark.slow

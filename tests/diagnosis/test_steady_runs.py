@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from codegen import pipeline
+import stiction
 from codegen.diagnosis.steady_runs import is_seen, is_static, means_of
 from codegen.diagnosis.trial import Trial, part_of
 from codegen.effects import CATALOGUE
@@ -52,7 +52,7 @@ def ladder(folder: Path, speeds: tuple[float, ...], rise: float, seed: int) -> l
 def diagnosed(folder: Path, rise: float, tested: bool = True) -> dict[str, Any]:
     (folder / "spec.yaml").write_text(SPEC)
     train, test = ladder(folder, TRAINED, rise, 1), ladder(folder, HELD, rise, 2)
-    result = pipeline.diagnose(folder / "spec.yaml", train, test if tested else None, folder / "out")
+    result = stiction.diagnose(folder / "spec.yaml", train, test if tested else None, folder / "out")
     read: dict[str, Any] = json.loads((result.folder / "diagnosis.json").read_text())
     return read
 
@@ -79,7 +79,7 @@ def test_a_ladder_without_a_peak_lacks_nothing(tmp_path: Path) -> None:
 def test_what_a_steady_speed_can_show_is_a_force_of_speed_alone(tmp_path: Path) -> None:
     """Not what the input makes: at an imposed speed the input is the friction, so any function of it explains it."""
     (tmp_path / "spec.yaml").write_text(SPEC)
-    system = pipeline.check(tmp_path / "spec.yaml").system
+    system = stiction.check(tmp_path / "spec.yaml").system
     assert is_static(system)
     seen = {
         kind
@@ -96,7 +96,7 @@ def test_what_a_steady_speed_can_show_is_a_force_of_speed_alone(tmp_path: Path) 
 
 def test_a_record_that_turns_back_is_no_steady_one(tmp_path: Path) -> None:
     (tmp_path / "spec.yaml").write_text(SPEC)
-    spec = pipeline.check(tmp_path / "spec.yaml").spec
+    spec = stiction.check(tmp_path / "spec.yaml").spec
     files = ladder(tmp_path, TRAINED, RISE, 1)
     means = means_of(read_logs(files, spec))
     assert means is not None

@@ -27,18 +27,18 @@ MACHINES = {
 SCRIPT = """
 import json, sys, tempfile
 from pathlib import Path
-from codegen import pipeline
+import stiction
 from codegen.base.errors import BadInput
 from codegen.app.readable import analysis_json
 result = {}
 for name in sys.argv[2:]:
     try:
-        result[name] = {"derive": analysis_json(pipeline.derive(name))}
+        result[name] = {"derive": analysis_json(stiction.derive(name))}
     except BadInput as error:
         result[name] = {"derive": str(error)}
     if sys.argv[1] == "all":
         with tempfile.TemporaryDirectory() as folder:
-            pipeline.generate(name, folder, uncertified=True)
+            stiction.generate(name, folder, uncertified=True)
             result[name] |= {str(f.relative_to(folder)): f.read_text() for f in Path(folder).rglob("*") if f.is_file()}
 print(json.dumps(result))
 """

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from codegen import pipeline
+import stiction
 from codegen.analysis.error_dynamics import derive_error_dynamics
 from codegen.observers import Observer
 
@@ -31,7 +31,7 @@ CASES = [
 def generated(variant: Variant, folder: Path) -> ModuleType:
     path = folder / "machine.yaml"
     path.write_text(write(variant))
-    pipeline.generate(path, folder / "twin", uncertified=True)
+    stiction.generate(path, folder / "twin", uncertified=True)
     name = f"twin_{variant.name.replace('-', '_')}"
     loader = importlib.util.spec_from_file_location(name, folder / "twin" / "__init__.py")
     assert loader is not None and loader.loader is not None

@@ -14,8 +14,8 @@ import pinocchio as pin
 import pytest
 
 from codegen.certify.certify import spectral_rate
-from codegen.pipeline import derive
 from mechanics.robots import SPECS
+from stiction import derive
 
 SPEC = SPECS / "seven_joint_arm.yaml"
 

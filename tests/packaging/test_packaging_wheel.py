@@ -36,7 +36,7 @@ def test_resources_are_declared_and_found():
 
     wheel = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["hatch"]["build"]["targets"]["wheel"]
     assert wheel["force-include"] == {name: f"codegen/shipped/{name}" for name in ("templates", "specs")}
-    assert wheel["packages"] == ["codegen"]
+    assert wheel["packages"] == ["codegen", "stiction.py"]
     for name in wheel["force-include"]:
         assert files_under(resource_folder(name)) == files_under(ROOT / name) != set()
 
@@ -49,7 +49,7 @@ def test_contents(tmp_path):
         assert {f"codegen/shipped/{folder}/{name}" for name in files_under(ROOT / folder)} <= names
     assert {f"codegen/{name}" for name in files_under(ROOT / "codegen")} <= names
     outside = {n for n in names if not n.startswith("codegen/") and ".dist-info/" not in n}
-    assert not outside
+    assert outside == {"stiction.py"}
 
 
 @pytest.mark.slow
@@ -61,6 +61,13 @@ def test_demo_from_an_empty_environment(tmp_path):
     run(python, "-m", "pip", "install", "-q", "--disable-pip-version-check", wheel, cwd=away)
     where = run(python, "-I", "-c", "import codegen; print(codegen.__file__)", cwd=away)
     assert str(tmp_path / "venv") in where
+    (away / "codegen.py").write_text("raise SystemExit('the user's own')")
+    script = "import stiction; m = stiction.load('my.yaml'); print(m.verify()); m.generate('out')"
+    run(tmp_path / "venv" / "bin" / "stiction", "init", "my", cwd=away)
+    assert "<Verified: machine my, claim" in run(python, "-c", script, cwd=away)
+    assert {"my.c", "my.h", "certificate.json"} <= files_under(away / "out")
+    assert "my" in run(python, "-m", "stiction", "check", "my.yaml", cwd=away)
+    (away / "codegen.py").unlink()
     said = run(tmp_path / "venv" / "bin" / "stiction", "demo", cwd=away)
     assert "cogging" in said
     written = files_under(away / "demo")

@@ -7,13 +7,13 @@ from pathlib import Path
 import casadi
 import pytest
 
-from codegen.pipeline import check
 from codegen.program import Program, build_program, lower
 from codegen.program.graph import Graph, reachable
 from codegen.program.naming import Names, constant_name
 from codegen.program.normal import normalise
 from codegen.program.translate import to_graph
 from codegen.spec.reader import parse_spec
+from stiction import check
 
 from .test_program_build import TWO, program_of
 

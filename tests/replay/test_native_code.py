@@ -12,13 +12,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen import pipeline
 from codegen.base import compiler
 from codegen.base.compiler import compile_shared, find_compiler, load_library
 from codegen.base.errors import BadInput
 from codegen.base.temporary import refuse_replaceable
 from codegen.replay import cache
 from codegen.replay.cache import cached_library
+from stiction import replay
 from tests.app.command import is_one_message, stiction
 
 SPEC = Path(__file__).parents[2] / "specs" / "two_mass.yaml"
@@ -87,10 +87,10 @@ def test_a_replay_with_a_damaged_library_gives_what_it_gave(home: Path, tmp_path
     log = tmp_path / "log.csv"
     t = np.arange(300) * 1e-3
     np.savetxt(log, np.column_stack([t, t**2, t**2, 0 * t]), "%.17g", ",", header="t,x1,x2,w", comments="")
-    pipeline.replay(SPEC, log, tmp_path / "a.csv")
+    replay(SPEC, log, tmp_path / "a.csv")
     kept = kept_file(home)
     kept.write_bytes(flipped(kept.read_bytes(), 3000))
-    pipeline.replay(SPEC, log, tmp_path / "b.csv")
+    replay(SPEC, log, tmp_path / "b.csv")
     assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
 
 

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen import pipeline
 from codegen.base.errors import BadInput
 from codegen.emit.package import emit_sources, make_header
 from codegen.logs import stream
@@ -21,6 +20,7 @@ from codegen.replay.engine import compiled_engine, twin_engine
 from codegen.replay.twin import load_twin
 from codegen.spec import read_spec
 from codegen.spec.model import CodeChoice
+from stiction import replay
 from tests.app.command import SPECS, is_one_message, stiction
 
 SPEC = SPECS / "two_mass.yaml"
@@ -102,7 +102,7 @@ def test_a_log_in_blocks_gives_the_bits_of_the_twin(
         log.write_text("\n".join(["# made by a test", "", head, *rows]))
     else:
         log = write_npy(tmp_path / "log.npy", table)
-    result = pipeline.replay(SPEC, log, tmp_path / "out.csv")
+    result = replay(SPEC, log, tmp_path / "out.csv")
     names, found = read_csv(tmp_path / "out.csv")
     expected = by_twin(table)
     assert names[0] == "t" and found[:, 0].tobytes() == table[:, 0].tobytes()
@@ -115,24 +115,24 @@ def test_a_log_in_blocks_gives_the_bits_of_the_twin(
 
 def test_npy_out_has_the_same_numbers_and_its_units_beside_it(tmp_path: Path) -> None:
     log = write_csv(tmp_path / "log.csv", record(3000))
-    pipeline.replay(SPEC, log, tmp_path / "out.csv", only=["F_hat_ground", "v1_hat"])
-    pipeline.replay(SPEC, log, tmp_path / "out.npy", only=["F_hat_ground", "v1_hat"])
+    replay(SPEC, log, tmp_path / "out.csv", only=["F_hat_ground", "v1_hat"])
+    replay(SPEC, log, tmp_path / "out.npy", only=["F_hat_ground", "v1_hat"])
     names, table = read_csv(tmp_path / "out.csv")
     assert names[:3] == ["t", "v1_hat", "F_hat_ground"]
     array = np.load(tmp_path / "out.npy")
     assert len(array) == 3000 and all((array[n] == table[:, k]).all() for k, n in enumerate(names))
     units = json.loads((tmp_path / "out.npy.json").read_text())["units"]
     assert units["v1_hat"] == "m/s" and units["F_hat_ground"] == "N" and units["t"] == "s"
-    again = pipeline.replay(SPEC, tmp_path / "log.csv", tmp_path / "out.npy", only=["v1_hat"])
+    again = replay(SPEC, tmp_path / "log.csv", tmp_path / "out.npy", only=["v1_hat"])
     assert again.samples == len(np.load(tmp_path / "out.npy"))
 
 
 def test_without_a_compiler_the_twin_steps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     log = write_csv(tmp_path / "log.csv", record(500))
-    pipeline.replay(SPEC, log, tmp_path / "a.csv")
+    replay(SPEC, log, tmp_path / "a.csv")
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setenv("PATH", str(tmp_path / "none"))
-    result = pipeline.replay(SPEC, log, tmp_path / "b.csv")
+    result = replay(SPEC, log, tmp_path / "b.csv")
     assert "twin" in result.engine
     assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
 
@@ -142,7 +142,7 @@ def test_jitter_goes_through_the_log_reader(tmp_path: Path, monkeypatch: pytest.
     monkeypatch.setattr(stream, "CHARACTERS", 5000)
     table = record(4000)
     table[3000:, 0] += 0.3 * PERIOD * np.random.default_rng(3).random(1000)
-    result = pipeline.replay(SPEC, write_csv(tmp_path / "log.csv", table), tmp_path / "out.csv")
+    result = replay(SPEC, write_csv(tmp_path / "log.csv", table), tmp_path / "out.csv")
     assert any("irregular time stamps" in note for note in result.notes)
     _, found = read_csv(tmp_path / "out.csv")
     assert np.allclose(np.diff(found[:, 0]), PERIOD, rtol=1e-6) and len(found) == result.samples
@@ -151,7 +151,7 @@ def test_jitter_goes_through_the_log_reader(tmp_path: Path, monkeypatch: pytest.
 def test_after_a_gap_the_observer_begins_anew(tmp_path: Path) -> None:
     table = record(4000)
     table[2000:, 0] += 0.1
-    result = pipeline.replay(SPEC, write_csv(tmp_path / "log.csv", table), tmp_path / "out.csv")
+    result = replay(SPEC, write_csv(tmp_path / "log.csv", table), tmp_path / "out.csv")
     assert result.starts == 2 and abs(result.samples - 4000) <= 2
     _, found = read_csv(tmp_path / "out.csv")
     after = found[:, 0] > 2.05
@@ -166,7 +166,7 @@ def test_a_gap_and_a_lost_sample_in_one_log(tmp_path: Path) -> None:
     table = record(4000)
     table[1000, 1] = np.nan
     table[2000:, 0] += 0.1
-    result = pipeline.replay(SPEC, write_csv(tmp_path / "log.csv", table), tmp_path / "out.csv")
+    result = replay(SPEC, write_csv(tmp_path / "log.csv", table), tmp_path / "out.csv")
     names, found = read_csv(tmp_path / "out.csv")
     assert result.starts == 2 and result.faults == 1 and len(found) == 4000
     assert found[:, names.index("fault")].nonzero()[0].tolist() == [1000]
@@ -177,7 +177,7 @@ def test_a_gap_and_a_lost_sample_in_one_log(tmp_path: Path) -> None:
 def test_what_it_writes_is_read_by_everybody(tmp_path: Path) -> None:
     """numpy, and our own reader, take the names from the first line, as of a simulated log."""
     out = tmp_path / "out.csv"
-    pipeline.replay(SPEC, write_csv(tmp_path / "log.csv", record(500)), out)
+    replay(SPEC, write_csv(tmp_path / "log.csv", record(500)), out)
     table = np.genfromtxt(out, delimiter=",", names=True)
     assert table.dtype.names[:3] == ("t", "v1_hat", "v2_hat") and len(table) == 500
     names, rows = read_csv(out)
@@ -206,13 +206,13 @@ def test_a_value_that_is_not_finite_is_held_over_or_refused(tmp_path: Path, bad:
     spec = read_spec(SPEC)
     program = build_program(observer_of(spec))
     if twin_engine(program, emit_sources(program, make_header("a", "b", ""))).holds:
-        result = pipeline.replay(SPEC, log, tmp_path / "out.csv")
+        result = replay(SPEC, log, tmp_path / "out.csv")
         names, found = read_csv(tmp_path / "out.csv")
         assert result.faults == len(faults) and found[:, names.index("fault")].nonzero()[0].tolist() == faults
         assert found[:, 1:].tobytes() == by_twin(table).tobytes()
     else:
         with pytest.raises(BadInput, match=rf"log\.csv:{bad + 2}: x1: .* not finite"):
-            pipeline.replay(SPEC, log)
+            replay(SPEC, log)
 
 
 @pytest.mark.parametrize(
@@ -269,7 +269,7 @@ def test_memory_does_not_grow_with_the_log(tmp_path: Path, monkeypatch: pytest.M
     for count in (5_000, 40_000):
         log = write_csv(tmp_path / f"{count}.csv", record(count))
         tracemalloc.start()
-        pipeline.replay(SPEC, log, tmp_path / "out.csv")
+        replay(SPEC, log, tmp_path / "out.csv")
         peaks.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
     assert peaks[1] < 1.5 * peaks[0]

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen import pipeline
+import stiction
 
 from .machines import ONE_MASS
 
@@ -32,8 +32,8 @@ def spec(folder: Path, law: str) -> Path:
 @pytest.mark.slow
 @pytest.mark.parametrize(("plant", "law"), [("dahl", "dahl"), ("lorentzian", "hess_soom_lag"), ("lorentzian", "ruina")])
 def test_diagnosis_goes_through_and_tells(tmp_path: Path, plant: str, law: str):
-    log = pipeline.simulate(spec(tmp_path, plant), tmp_path / "log.csv").path
-    diagnosis = pipeline.diagnose(spec(tmp_path, law), log, out=tmp_path / "out").diagnosis
+    log = stiction.simulate(spec(tmp_path, plant), tmp_path / "log.csv").path
+    diagnosis = stiction.diagnose(spec(tmp_path, law), log, out=tmp_path / "out").diagnosis
     assert np.isfinite(diagnosis.refit.free_run_rmse)
     told = [words for words in diagnosis.findings["train"] if f"the law {law} at rail is not simulated" in words]
     assert len(told) == (law != "dahl")

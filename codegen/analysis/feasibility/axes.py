@@ -11,7 +11,6 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.base.errors import BadInput, nearest_name
-from codegen.mechanics.system import System
 from codegen.observers import Observer, build_observer
 from codegen.spec.expression import exact_number
 from codegen.spec.free_gains import GainEntry, at_middle, free_entries, gain_entries, with_gains
@@ -74,29 +73,31 @@ class GainAxis:
         return (value - self.low) / (self.high - self.low)
 
 
-def gain_axes(spec: Spec, system: System) -> tuple[Observer, tuple[GainAxis, ...]]:
-    """The observer, and the axes along which its gains are varied.
+def gain_axes(spec: Spec, observer: Observer) -> tuple[GainAxis, ...]:
+    """The axes along which the gains of a spec's observer are varied.
 
     The free gains of a spec; in a spec without free gains each gain as a whole, over a factor of 100 to both sides.
     Which symbols an entry of the spec is behind is found by changing it.
+
+    Args:
+        observer: of the spec, with its free gains at mid-range.
 
     Raises:
         BadInput: for a spec whose observer cannot be built at gains in these ranges.
     """
     nominal = at_middle(spec)
-    observer = build_observer(nominal, system)
     free = free_entries(spec)
     groups = [(e,) for e in free] if free else _by_gain(nominal)
     axes = []
     for group in groups:
         numbers = {(e.gain, e.path): _number(nominal, e) for e in group}
-        changed = build_observer(with_gains(nominal, {at: 2 * value for at, value in numbers.items()}), system)
+        changed = build_observer(with_gains(nominal, {at: 2 * value for at, value in numbers.items()}), observer.system)
         moved = {s: float(v) for s, v in observer.gains.items() if changed.gains[s] != v}
         if moved:
             axes.append(_axis(group, numbers, moved, observer))
     if not axes:
         raise BadInput(spec.place("observer.gains"), "no gain that could be varied", "a gain that is not zero")
-    return observer, tuple(axes)
+    return tuple(axes)
 
 
 def sample_time_axis(observer: Observer) -> GainAxis:

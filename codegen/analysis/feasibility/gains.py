@@ -21,7 +21,6 @@ from codegen.analysis.feasibility.region import GainMap, Margin, intervals, map_
 from codegen.analysis.feasibility.suggest import NothingStable, Suggestion, suggest
 from codegen.analysis.operating_points import operating_points
 from codegen.base.errors import BadInput
-from codegen.mechanics.system import System
 from codegen.observers import Observer
 from codegen.spec.model import Spec
 from codegen.spec.numerics import numerical
@@ -106,18 +105,18 @@ class Feasibility:
 
 
 @numerical("which gains are stable")
-def assess(spec: Spec, system: System, over: Sequence[str] = ()) -> Feasibility:
+def assess(spec: Spec, observer: Observer, over: Sequence[str] = ()) -> Feasibility:
     """Assess the gains of a spec's observer.
 
     Args:
-        system: of the spec, with declared effects.
+        observer: of the spec, with its free gains at mid-range.
         over: names of the two axes of the map; by default the first two gains, or the gain and the sample time.
 
     Raises:
         BadInput: for an observer that cannot be built in the range, unknown axes, or an envelope in which the error
             dynamics are not finite.
     """
-    observer, axes = gain_axes(spec, system)
+    axes = gain_axes(spec, observer)
     pair = chosen_axes(over, axes, observer, spec)
     dynamics = derive_error_dynamics(observer)
     points = operating_points(dynamics, spec)

@@ -1,6 +1,6 @@
 """What to change where a spec is refused: the longest sample time, or the nearest gains, that are certified.
 
-The search looks at eigenvalues over the operating points. What is handed out passed the gate that refused the spec: its
+The search looks at eigenvalues over the operating points. What is handed out passed what refused the spec: its
 files were generated, its certificate found, and the checker took the one for that of the others.
 """
 
@@ -10,13 +10,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from codegen.analysis.analysis import Analysis, analyse
+from codegen.analysis.analysis import Analysis
 from codegen.analysis.feasibility.axes import AROUND, GainAxis, gain_axes, sample_time_axis
 from codegen.analysis.feasibility.family import Family, Settings
 from codegen.analysis.feasibility.region import LINE, bisect, stable
@@ -36,8 +36,19 @@ from codegen.spec.numerics import numerical
 
 Array = NDArray[np.float64]
 Numbers = Mapping[tuple[str, tuple[int, ...]], float]
-Gate = Callable[[Spec], Certificate | Refusal]
-"""What refused the spec: all that is generated from a spec, and its certificate bound to the code."""
+
+
+class Judged(Protocol):
+    """What is derived of a spec: its analysis, and its certificate bound to all that is generated from it."""
+
+    @property
+    def analysis(self) -> Analysis: ...
+
+    @property
+    def outcome(self) -> Certificate | Refusal: ...
+
+
+Derive = Callable[[Spec], Judged]
 
 LARGEST = 8
 """Error components up to which a search is made."""
@@ -46,7 +57,7 @@ MOST_VERTICES, MOST_VERTICES_UNDECIDED = 150, 32
 ATTEMPTS, ATTEMPTS_VARYING = 9, 2
 """How often ``certify`` is tried for each proposal: where A is one matrix, and where it varies over the envelope."""
 MOST_UNBOUND = 2
-"""After so many that have a proof but do not pass the gate, no more are tried: it refuses the code, not the gains."""
+"""After so many with a proof that the checker does not bind to the code, no more are tried: the gains are not why."""
 SHORTER = 1e-5
 SHARES = (0.995, 0.9, 0.7, 0.5, 0.25, 0.1)
 INSIDE = (0.05, 0.2, 0.7)
@@ -57,22 +68,22 @@ SIGN_COSTS = np.log(10.0)
 
 
 @numerical("gains or a sample time that would be certified")
-def propose(spec: Spec, system: System, gate: Gate) -> Proposals:
+def propose(spec: Spec, analysis: Analysis, derive: Derive) -> Proposals:
     """The largest sample time and the nearest gains that are certified in place of those of a refused spec.
 
     Gains are near where the factors on them are small: the distance is the sum of the factors' |log|, over gains taken
     as a whole, and a change of sign counts as a factor of ten. Sums favour proposals that change few gains.
 
     Args:
-        system: of the spec, with declared effects.
-        gate: every proposal passed it.
+        analysis: of the spec.
+        derive: the same for another observer section; what is proposed has a certificate as its outcome.
     """
-    analysis = analyse(spec, build_observer(spec, system))
+    system = analysis.dynamics.observer.system
     count = len(analysis.dynamics.observer.errors)
     if beyond := beyond_checker(analysis.dynamics.observer):
         return _skipped(beyond)
     if count > LARGEST:
-        return replace(_too_large("error components", count, LARGEST), measured=_measured(spec, system, gate))
+        return replace(_too_large("error components", count, LARGEST), measured=_measured(spec, derive))
     try:
         held = build_family(analysis.dynamics, analysis.points.ranges)
     except (NotEnclosable, TypeError) as error:
@@ -90,7 +101,7 @@ def propose(spec: Spec, system: System, gate: Gate) -> Proposals:
     if vertices > limit:
         return _too_large("vertices of Psi over the envelope", vertices, limit)
     tried = ATTEMPTS if vertices == 1 else ATTEMPTS_VARYING
-    return Proposals(_first("sample_time", times[:tried], system, gate), _first("gains", sets[:tried], system, gate))
+    return Proposals(_first("sample_time", times[:tried], derive), _first("gains", sets[:tried], derive))
 
 
 def _too_large(what: str, count: int, limit: int) -> Proposals:
@@ -101,15 +112,15 @@ def _skipped(why: str) -> Proposals:
     return Proposals(None, None, why)
 
 
-def _first(key: str, specs: Sequence[Spec], system: System, gate: Gate) -> Proposal | None:
-    """The first of these specs that passes the gate, and its line under ``key`` in the observer section."""
+def _first(key: str, specs: Sequence[Spec], derive: Derive) -> Proposal | None:
+    """The first of these specs that is certified, and its line under ``key`` in the observer section."""
     unbound = 0
     for spec in specs:
         with suppress(BadInput):
-            analysis = analyse(spec, build_observer(spec, system))
-            if not isinstance(certify(spec, analysis, {}, "certify", further=False), Certificate):
-                continue  # the gate would refuse it too, and look for regions
-            found = gate(spec)
+            derived = derive(spec)
+            if not isinstance(certify(spec, derived.analysis, {}, "certify", further=False), Certificate):
+                continue  # the whole outcome would be a refusal too, after a search for regions
+            found = derived.outcome
             if isinstance(found, Certificate):
                 assert spec.observer is not None
                 h, gains = float(spec.observer.sample_time), spec.observer.gains
@@ -122,13 +133,13 @@ def _first(key: str, specs: Sequence[Spec], system: System, gate: Gate) -> Propo
     return None
 
 
-def _measured(spec: Spec, system: System, gate: Gate) -> Proposal | None:
+def _measured(spec: Spec, derive: Derive) -> Proposal | None:
     """The spec's gains with measured velocity: a tracker's then have a certificate by structure, for any M(x)."""
     choice = spec.observer
     if choice is None or choice.velocity != "estimated":
         return None
     gains = {name: raw for name, raw in choice.gains.items() if name != "K_v"}
-    return _first("velocity", [replace(spec, observer=replace(choice, velocity="measured", gains=gains))], system, gate)
+    return _first("velocity", [replace(spec, observer=replace(choice, velocity="measured", gains=gains))], derive)
 
 
 def _numbers(raw: Any, where: Place) -> Any:
@@ -218,7 +229,8 @@ def _signs(spec: Spec) -> Iterator[tuple[Spec, int]]:
 def _rays(spec: Spec, flips: int, system: System, family: Family) -> Iterator[_Ray]:
     """The directions in which a stable error is found, for one choice of signs."""
     try:
-        observer, axes = gain_axes(spec, system)
+        observer = build_observer(spec, system)
+        axes = gain_axes(spec, observer)
     except BadInput:  # a sign that the observer refuses, or no gain but zero
         return
     gains = np.array([[float(observer.gains[s]) for s in family.symbols]])

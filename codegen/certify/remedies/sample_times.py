@@ -27,7 +27,6 @@ from codegen.certify.regions import one_cell
 from codegen.certify.several_rates import common_at, shown_rates
 from codegen.certify.size import beyond_checker
 from codegen.checker import verify
-from codegen.mechanics.system import System
 from codegen.observers import build_observer
 from codegen.observers.integration import INTEGRATIONS
 from codegen.spec.model import Spec
@@ -45,7 +44,7 @@ Array = NDArray[np.float64]
 
 
 @numerical("the largest sample times")
-def largest_sample_times(spec: Spec, system: System, outcome: Certificate | Refusal | None = None) -> dict[str, float]:
+def largest_sample_times(spec: Spec, own: Analysis, outcome: Certificate | Refusal | None = None) -> dict[str, float]:
     """Integration → the largest sample time in s that was certified, within 1 %; inf where 1000 s still is.
 
     Where A varies over the envelope it is that of one P for all of it, within 2 %. An integration is left out that
@@ -53,11 +52,12 @@ def largest_sample_times(spec: Spec, system: System, outcome: Certificate | Refu
     found. What is handed out has passed the checker.
 
     Args:
+        own: analysis of the spec as it stands.
         outcome: of ``certify``: of a refused DFO that slides in a certified region, it is for that region.
     """
     assert spec.observer is not None
     found: dict[str, float] = {}
-    if beyond_checker(build_observer(spec, system)):
+    if beyond_checker(own.dynamics.observer):
         return found
     regions = outcome.regions if isinstance(outcome, Refusal) else None
     sliding = regions is not None and "sliding.json" in regions.proofs
@@ -68,7 +68,7 @@ def largest_sample_times(spec: Spec, system: System, outcome: Certificate | Refu
             continue
         chosen = replace(spec, observer=replace(spec.observer, integration=integration, domain=None))
         with suppress(BadInput, NotEnclosable, TypeError):
-            analysis = analyse(chosen, build_observer(chosen, system), conditions=False)
+            analysis = analyse(chosen, build_observer(chosen, own.dynamics.observer.system), conditions=False)
             if analysis.points.missing:
                 continue
             if sliding and regions is not None:

@@ -9,6 +9,7 @@ import casadi
 import numpy as np
 
 from codegen.analysis.error_dynamics import derive_error_dynamics
+from codegen.effects.declare import system_of
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.observers import build_observer
 from codegen.simulate.loop_run import LoopRun
@@ -16,7 +17,7 @@ from codegen.spec.model import Spec
 from codegen.thesis.gallery import drawing as d
 from codegen.thesis.gallery.figure import Plot, Runs
 from codegen.thesis.gallery.measures import Array, Reading, after, friction_error, ratio, rms
-from codegen.thesis.gallery.runs import Gains, plant_of, watch
+from codegen.thesis.gallery.runs import Gains, watch
 from codegen.thesis.gallery.setting import Setting
 
 SETTLED = 5.0
@@ -32,7 +33,7 @@ def watched(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None) -
 
 def growth_rates(spec: Spec, run: LoopRun) -> Array:
     """Largest real part of Ψ's eigenvalues, 1/s, with Ψ frozen at every ``STRIDE``-th sample of a motion."""
-    system = plant_of(spec)
+    system = system_of(spec)
     dynamics = derive_error_dynamics(build_observer(spec, system))
     jacobian = dynamics.in_force(dynamics.jacobian)
     variables = [*system.positions, *system.velocities, *system.inputs, *dynamics.observer.signs]

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from codegen.cancellation import cancelling_outputs, with_cancellation
+from codegen.effects.declare import system_of
 from codegen.mechanics import build_system
 from codegen.observers import build_observer
 from codegen.simulate.declared_control import declared_controller
@@ -19,7 +20,7 @@ from codegen.spec.model import Spec
 from codegen.thesis.gallery import drawing as d
 from codegen.thesis.gallery.figure import Plot, Runs
 from codegen.thesis.gallery.measures import Reading, ratio, rms
-from codegen.thesis.gallery.runs import Gains, plant_of
+from codegen.thesis.gallery.runs import Gains
 from codegen.thesis.gallery.setting import Setting, from_zero, simulation_of, without_friction
 
 PUSHED = (np.array([0.0, 0.0]), np.array([0.0, 1.0]))
@@ -55,7 +56,7 @@ def _run(spec: Spec, setting: Setting, observer: Any = None, cancellation: Any =
     simulation = simulation_of(spec)
     samples = round(simulation.duration / simulation.sample_time)
     return run_loop(
-        plant_of(spec),
+        system_of(spec),
         simulation.sample_time,
         samples,
         declared_controller(spec, simulation, samples),

@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from codegen.effects.declare import system_of
 from codegen.spec.model import Spec
 from codegen.thesis.gallery import drawing as d
 from codegen.thesis.gallery.figure import Plot, Runs
 from codegen.thesis.gallery.measures import Array, Reading, after, ratio
-from codegen.thesis.gallery.runs import Gains, plant_of, watch
+from codegen.thesis.gallery.runs import Gains, watch
 from codegen.thesis.gallery.setting import Setting
 
 SPEEDS = np.linspace(0.0, 10.0, 401)
@@ -26,7 +27,7 @@ def levels_of(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None)
 
 def level(spec: Spec, contact: int) -> Array:
     """Force of steady sliding at ``SPEEDS``; at speed 0 what the contact can hold."""
-    system = plant_of(spec)
+    system = system_of(spec)
     law = system.contacts[contact]
     moving = [float(law.law_level.subs({**system.values, law.slip: float(s)})) for s in SPEEDS[1:]]
     rest = float(law.level_at_rest.subs(system.values)) if law.level_at_rest is not None else moving[0]

@@ -11,6 +11,7 @@ import numpy as np
 import sympy
 
 from codegen.analysis.analysis import analyse
+from codegen.effects.declare import system_of
 from codegen.mechanics.system import System
 from codegen.observers import build_observer
 from codegen.simulate.loop_run import LoopRun
@@ -19,7 +20,7 @@ from codegen.spec.model import Spec, symbol
 from codegen.thesis.gallery.figure import Plot, Runs
 from codegen.thesis.gallery.measures import Mask, Reading, hang_off, ratio, rms, sliding
 from codegen.thesis.gallery.rig_picture import DEGREES, drawing_of, target_of
-from codegen.thesis.gallery.runs import Gains, ideal_run, pid_run, plant_of, servo_run, tuned_pid
+from codegen.thesis.gallery.runs import Gains, ideal_run, pid_run, servo_run, tuned_pid
 from codegen.thesis.gallery.setting import Setting, from_zero, observer_choice, simulation_of, with_observer
 
 NAMES = ("CFO", "TO", "DFOa", "DFOb")
@@ -63,7 +64,7 @@ def name_of(spec: Spec) -> str:
 
 def raised_half_way(rig: Spec, factor: float = 1.0) -> System:
     """The rig with its plates brought together half-way through its simulation, every level times ``factor``."""
-    system = plant_of(rig)
+    system = system_of(rig)
     half = sympy.Rational(repr(simulation_of(rig).duration)) / 2
     touching = (1 + Sgn(symbol("t") - half)) / 2
     contacts = [
@@ -195,7 +196,7 @@ def similar(*names: str) -> Any:
 def on_the_boundary(runs: Runs) -> Reading:
     """Spectral radius of the sampled error of a TO with the gains of figure 3.4, at the rig's 100 Hz."""
     spec = with_observer(_tracking(runs), "to", CHAPTER_3)
-    radius = analyse(spec, build_observer(spec, plant_of(spec))).spectral_radius
+    radius = analyse(spec, build_observer(spec, system_of(spec))).spectral_radius
     return Reading(abs(radius - 1), (("spectral radius", radius),))
 
 

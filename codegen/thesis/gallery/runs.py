@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from codegen.effects.declare import add_declared_effects
+from codegen.effects.declare import system_of
 from codegen.mechanics import build_system
 from codegen.mechanics.system import System
 from codegen.observers import build_observer
@@ -89,11 +89,6 @@ class Pid:
         return np.asarray(self.ideal.inputs[k] + position * distance + velocity * slip + integral * self._sum)
 
 
-def plant_of(spec: Spec) -> System:
-    """The machine of a spec with its declared effects."""
-    return add_declared_effects(build_system(spec), spec)
-
-
 def servo_run(
     spec: Spec,
     setting: Setting,
@@ -124,7 +119,7 @@ def servo_run(
     estimate = next((k for k, name in enumerate(outputs) if name == f"{spec.velocities[0]}_hat"), None)
     gains = [next(iter(g.values())) for g in (simulation.position_gain, simulation.velocity_gain)]
     return run_loop(
-        plant if plant is not None else plant_of(spec),
+        plant if plant is not None else system_of(spec),
         period,
         samples,
         Servo(period, reference_of(spec, samples), gains[0], gains[1], estimate),
@@ -170,7 +165,7 @@ def pid_run(
     spec = setting.applied(spec)
     simulation = simulation_of(spec)
     return run_loop(
-        plant if plant is not None else plant_of(spec),
+        plant if plant is not None else system_of(spec),
         simulation.sample_time,
         len(ideal.time),
         Pid(simulation.sample_time, ideal, gains),
@@ -199,7 +194,7 @@ def tuned_pid(
         stiffness, damping, share = (float(part) for part in np.exp(logs))
         return g_1 * stiffness**2, g_2 * stiffness * damping, share * g_1 * g_2 * damping * stiffness**3
 
-    machines = (plant if plant is not None else plant_of(spec), plant_of(without_friction(spec)))
+    machines = (plant if plant is not None else system_of(spec), system_of(without_friction(spec)))
 
     def distance(logs: Array) -> float:
         runs = [pid_run(spec, setting, ideal, gains(logs), machine, TUNING_SEED, substeps) for machine in machines]
@@ -228,7 +223,7 @@ def watch(spec: Spec, setting: Setting, observers: Mapping[str, Spec]) -> dict[s
     simulation = simulation_of(spec)
     samples = round(simulation.duration / simulation.sample_time)
     seen = run_loop(
-        plant_of(spec),
+        system_of(spec),
         simulation.sample_time,
         samples,
         declared_controller(spec, simulation, samples),

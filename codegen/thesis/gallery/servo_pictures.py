@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from codegen.effects.declare import system_of
 from codegen.simulate.loop_run import LoopRun
 from codegen.spec.model import Spec
 from codegen.thesis.gallery import drawing as d
 from codegen.thesis.gallery.figure import Runs
 from codegen.thesis.gallery.measures import position_error
-from codegen.thesis.gallery.runs import plant_of
 
 LETTERS = "abcd"
 
@@ -83,7 +83,7 @@ def _gains(spec: Spec) -> str:
 
 def _friction(axes: Any, spec: Spec, run: LoopRun) -> None:
     """The law of the spec's first contact over the velocities of a run, joined at standstill."""
-    system = plant_of(spec)
+    system = system_of(spec)
     contact = system.contacts[0]
     speed = np.linspace(0, float(np.max(np.abs(run.true_velocities))), 100)
     level = [float(contact.law_level.subs({**system.values, contact.slip: float(s)})) for s in speed]

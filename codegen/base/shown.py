@@ -1,0 +1,29 @@
+"""Results that show themselves: in one line in a console, as a table in a notebook."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from codegen.base.errors import brief
+
+
+class Shown:
+    """A result with a short ``repr`` and an HTML table, both of its ``summary``."""
+
+    @property
+    def summary(self) -> Mapping[str, object]:
+        """What it is about → text or number, a handful of them."""
+        raise NotImplementedError
+
+    def __repr__(self) -> str:
+        return brief(f"<{type(self).__name__}: {', '.join(f'{name} {value}' for name, value in _texts(self))}>")
+
+    def _repr_html_(self) -> str:
+        from codegen.base.text import render  # Jinja, which a console does not need
+
+        return render("text/result.html.j2", kind=type(self).__name__, rows=_texts(self))
+
+
+def _texts(shown: Shown) -> list[tuple[str, str]]:
+    values = shown.summary.items()
+    return [(name, f"{value:.4g}" if isinstance(value, float) else str(value)) for name, value in values]

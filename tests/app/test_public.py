@@ -1,0 +1,229 @@
+"""``import stiction``: each verb as a method and as a function gives what the command prints."""
+
+from __future__ import annotations
+
+import html.parser
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import stiction as api
+from codegen.app import derived
+from codegen.spec import read_spec
+from tests.app.command import SPECS, stiction
+
+ROOT = SPECS.parent
+ONE, TWO = SPECS / "one_mass.yaml", SPECS / "two_mass.yaml"
+
+
+@pytest.fixture(scope="module")
+def one() -> api.Machine:
+    return api.load(ONE)
+
+
+class _Table(html.parser.HTMLParser):
+    """The cells of an HTML table, and the elements that are still open."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.cells: list[str] = []
+        self.open: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if self.open[-1:] == ["td"]:
+            self.cells.append(data)
+
+
+def shows_itself(result: Any) -> None:
+    """One short line in a console, and in a notebook a table of the same."""
+    assert len(repr(result)) < 250 and "\n" not in repr(result)
+    table = _Table(result._repr_html_())
+    assert table.open == [] and len(table.cells) == len(result.summary)
+
+
+def test_every_name_that_is_offered_is_there() -> None:
+    assert all(getattr(api, name) is not None for name in api.__all__)
+    assert dir(api) == sorted(api.__all__)
+    with pytest.raises(AttributeError, match="no attribute 'simulat'"):
+        _ = api.simulat
+
+
+def test_every_verb_of_a_machine_is_a_function_too() -> None:
+    methods = {name for name in vars(api.Machine) if callable(getattr(api.Machine, name)) and name in api.__all__}
+    verbs = {"check", "derive", "gains", "certify", "generate", "simulate", "diagnose", "verify", "cancel", "replay"}
+    assert methods == verbs
+
+
+def test_the_import_alone_loads_nothing() -> None:
+    """Beside the package's own words: not even what reads a spec."""
+    script = "import sys; before = set(sys.modules); import stiction; print(*set(sys.modules) - before)"
+    done = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True)
+    loaded = done.stdout.split()
+    assert {name for name in loaded if name.startswith("codegen")} == {
+        *("codegen", "codegen.base", "codegen.base.errors", "codegen.base.version")
+    }
+    assert not {"numpy", "sympy", "casadi", "typer", "rich", "pydantic", "jinja2"} & set(loaded)
+
+
+@pytest.mark.parametrize(
+    "script",
+    [
+        "import stiction; print(stiction.__version__)",
+        "import runpy; sys.argv[1:] = ['--version']; runpy.run_module('stiction', None, '__main__')",
+    ],
+    ids=["import", "python -m"],
+)
+def test_a_codegen_in_the_working_directory_is_not_taken_for_ours(tmp_path: Path, script: str) -> None:
+    """Both look into the working directory first."""
+    (tmp_path / "codegen.py").write_text("raise SystemExit('the user's own')")
+    script = f"import sys; sys.path.append({str(ROOT)!r}); {script}"
+    environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+    command = [sys.executable, "-c", script]
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (0, f"{api.__version__}\n"), done.stderr
+
+
+def test_another_codegen_that_is_imported_already_is_said(tmp_path: Path) -> None:
+    (tmp_path / "codegen.py").write_text("")
+    script = f"import sys; import codegen; sys.path.append({str(ROOT)!r}); import stiction"
+    environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+    command = [sys.executable, "-c", script]
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+    assert "ImportError: stiction needs its own package codegen" in done.stderr
+
+
+def test_check_is_the_machine(one: api.Machine) -> None:
+    from codegen.app.check import check_text
+
+    assert one.check() is one
+    assert check_text(one) == stiction("check", ONE).out
+    shows_itself(one)
+    with pytest.raises(api.BadInput, match="no_such"):
+        api.check("no_such.yaml")
+
+
+def test_derive(one: api.Machine) -> None:
+    from codegen.app.derive import derive_text
+
+    assert one.derive() is one.derive() is one.analysis
+    assert derive_text(one.derive()) == derive_text(api.derive(ONE)) == stiction("derive", ONE).out
+    shows_itself(one.derive())
+
+
+def test_gains(one: api.Machine) -> None:
+    found = one.gains()
+    assert json.dumps(found.content, indent=1, ensure_ascii=False) == stiction("gains", ONE, "--json").out.rstrip()
+    shows_itself(found)
+
+
+def test_certify_verify_and_generate_hand_out_one_certificate(one: api.Machine, tmp_path: Path) -> None:
+    found = one.certify()
+    assert found.certificate is one.outcome
+    assert json.loads(stiction("certify", ONE, "--json").out)["certificate"] == found.certificate.content
+    made = one.generate(tmp_path / "one_mass")
+    assert (made.folder / "certificate.json").read_text("utf-8") == found.certificate.text
+    assert {path.name: path.read_text("utf-8") for path in made.folder.iterdir()} == dict(one.files)
+    checked = one.verify()
+    assert checked == one.verify(made.folder / "certificate.json") == api.verify(made.folder / "certificate.json", ONE)
+    assert checked.report.bound and checked.report.facts
+    said = stiction("verify", made.folder / "certificate.json", "--spec", ONE).out
+    assert all(fact in said for fact in checked.report.facts)
+    for result in (found, found.certificate, made, checked):
+        shows_itself(result)
+
+
+def test_a_certificate_of_another_machine_is_refused(one: api.Machine) -> None:
+    with pytest.raises(api.Refused):
+        api.load(TWO).verify(ROOT / "generated" / "one_mass" / "certificate.json")
+
+
+def test_verify_without_a_certificate_says_why(tmp_path: Path) -> None:
+    path, text = tmp_path / "slow.yaml", ONE.read_text("utf-8")
+    assert "sample_time: 0.001" in text
+    path.write_text(text.replace("sample_time: 0.001", "sample_time: 0.1"), "utf-8")
+    machine = api.load(path)
+    shows_itself(machine.outcome)
+    with pytest.raises(api.BadInput, match="no certificate"):
+        machine.verify()
+
+
+def test_cancel(one: api.Machine) -> None:
+    found = one.cancel()
+    assert json.dumps(found.content, indent=1, ensure_ascii=False) == stiction("cancel", ONE, "--json").out.rstrip()
+    shows_itself(found)
+
+
+def test_simulate_replay_and_diagnose(one: api.Machine, tmp_path: Path) -> None:
+    log = one.simulate(tmp_path / "log.csv")
+    stiction("simulate", ONE, "-o", tmp_path / "same.csv")
+    assert log.path.read_bytes() == (tmp_path / "same.csv").read_bytes()
+    replayed = one.replay(log.path, tmp_path / "estimates.csv")
+    stiction("replay", ONE, log.path, "-o", tmp_path / "same_estimates.csv")
+    assert (tmp_path / "estimates.csv").read_bytes() == (tmp_path / "same_estimates.csv").read_bytes()
+    for result in (log, replayed):
+        shows_itself(result)
+
+
+@pytest.mark.slow
+def test_diagnose_is_the_verb(one: api.Machine, tmp_path: Path) -> None:
+    log = one.simulate(tmp_path / "log.csv").path
+    found = one.diagnose(log, out=tmp_path / "by_method")
+    stiction("diagnose", ONE, log, "-o", tmp_path / "by_command")
+    by_method, by_command = (tmp_path / f / "diagnosis.json" for f in ("by_method", "by_command"))
+    assert by_method.read_bytes() == by_command.read_bytes()
+    assert found.diagnosis.verdict == json.loads(by_method.read_text("utf-8"))["verdict"]
+    shows_itself(found)
+
+
+def test_what_is_derived_is_derived_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The system by one call and the observer by one, whatever is asked of a machine, in any order."""
+    counts = {"system_of": 0, "build_observer": 0, "_program": 0, "_outcome": 0}
+
+    def counted(name: str) -> Any:
+        real = getattr(derived, name)
+
+        def call(*given: Any) -> Any:
+            counts[name] += 1
+            return real(*given)
+
+        return call
+
+    for name in counts:
+        monkeypatch.setattr(derived, name, counted(name))
+    machine = api.load(ONE)
+    for verb in (machine.check, machine.cancel, machine.derive, machine.certify, machine.verify, machine.gains):
+        verb()
+    assert counts == dict.fromkeys(counts, 1)
+
+
+def test_free_gains_are_at_mid_range_for_what_does_not_depend_on_them(tmp_path: Path) -> None:
+    path = tmp_path / "free.yaml"
+    text = ONE.read_text("utf-8")
+    assert "K_F: 10," in text
+    path.write_text(text.replace("K_F: 10,", "K_F: {free: [1, 100]},"), "utf-8")
+    machine = api.load(path)
+    assert machine.check() is machine and machine.nominal.system is machine.system
+    assert {str(s): float(v) for s, v in machine.nominal.observer.gains.items()} == {"K_F": 10.0, "K_v": 100.0}
+    with pytest.raises(api.BadInput, match="the gain `K_F` is free"):
+        _ = machine.observer
+    assert api.load(ONE).nominal.spec.observer == read_spec(ONE).observer
+
+
+def test_choices_of_the_command_change_the_code_and_share_the_mechanics(one: api.Machine) -> None:
+    single = one.with_overrides(api.Overrides(precision="single"))
+    assert single.system is one.system and one.with_overrides(None) is one
+    assert "float x;" in single.sources["one_mass.h"] and "double x;" in one.sources["one_mass.h"]
+    with pytest.raises(api.BadInput, match="--precision"):
+        one.generate(overrides=api.Overrides(precision="half"))
