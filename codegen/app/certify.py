@@ -14,7 +14,7 @@ from codegen.base.border import verb
 from codegen.base.errors import BadInput
 from codegen.base.files import refuse_target, write_atomically
 from codegen.base.shown import Shown
-from codegen.certify.bound.error_bound import ErrorBound
+from codegen.certify.bound.bounds import ErrorBound
 from codegen.certify.outcome import Certificate, Refusal
 from codegen.certify.remedies.proposals import propose
 from codegen.certify.remedies.sample_times import ANY, largest_sample_times

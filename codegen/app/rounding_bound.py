@@ -13,8 +13,8 @@ from fractions import Fraction
 
 from codegen.analysis.analysis import Analysis
 from codegen.cancellation import with_cancellation
-from codegen.certify.bound.domain_bound import DomainBound
-from codegen.certify.bound.error_bound import ErrorBound, error_bounds, rounding_share
+from codegen.certify.bound.bounds import DomainBound, ErrorBound
+from codegen.certify.bound.error_bound import error_bounds, rounding_share
 from codegen.certify.certify import Certificate
 from codegen.observers.equations import Observer
 from codegen.observers.integration import SAMPLE_TIME

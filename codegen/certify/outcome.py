@@ -6,14 +6,12 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from codegen.base.shown import Shown
+from codegen.certify.bound.bounds import ErrorBound
 from codegen.certify.region_files import REGION_PROOFS
 from codegen.certify.region_proofs import Regions
-
-if TYPE_CHECKING:
-    from codegen.certify.bound.error_bound import ErrorBound
 
 PROOFS = ("certificate.json", "limit.json", "refusal.json", "turning.json", "bound.json", *REGION_PROOFS)
 

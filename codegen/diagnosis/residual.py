@@ -14,8 +14,8 @@ from codegen.diagnosis.numpy_form import numpy_function
 from codegen.diagnosis.shooting import STEPS_PER_PERIOD, Record, Shooter
 from codegen.diagnosis.signals import Motion
 from codegen.diagnosis.trial import Runner, Trial
+from codegen.mechanics.loads import with_loads
 from codegen.mechanics.system import Matrix, System
-from codegen.mechanics.transmission import with_loads
 from codegen.simulate.drive import mean_about_samples
 from codegen.simulate.dynamic_contact import STANDSTILL
 from codegen.spec.functions import Sgn

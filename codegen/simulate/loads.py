@@ -8,8 +8,8 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.loads import with_loads
 from codegen.mechanics.system import System
-from codegen.mechanics.transmission import with_loads
 
 Array = NDArray[np.float64]
 

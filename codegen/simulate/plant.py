@@ -10,9 +10,9 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.loads import with_loads
 from codegen.mechanics.solve import solve_symmetric
 from codegen.mechanics.system import TIME, System
-from codegen.mechanics.transmission import with_loads
 from codegen.simulate.drive import drive_columns
 from codegen.simulate.plant_contacts import PlantContacts
 

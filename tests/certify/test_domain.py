@@ -17,7 +17,7 @@ import stiction
 from codegen.analysis.analysis import analyse
 from codegen.app.rounding_bound import rounding_bounds
 from codegen.base.errors import BadInput
-from codegen.certify.bound.domain_bound import DomainBound
+from codegen.certify.bound.bounds import DomainBound
 from codegen.certify.bound.error_bound import error_bounds, rounding_share
 from codegen.certify.certify import Certificate, Refusal, certify
 from codegen.effects.declare import add_declared_effects

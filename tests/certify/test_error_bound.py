@@ -18,7 +18,8 @@ from scipy.linalg import expm
 from codegen.analysis.analysis import analyse
 from codegen.base.text import render
 from codegen.certify.bound.bound_proof import bound_proof
-from codegen.certify.bound.error_bound import ErrorBound, error_bounds
+from codegen.certify.bound.bounds import ErrorBound
+from codegen.certify.bound.error_bound import error_bounds
 from codegen.certify.bound.error_response import error_response
 from codegen.certify.certify import Certificate, certify, json_text
 from codegen.certify.remedies.sample_times import largest_sample_times

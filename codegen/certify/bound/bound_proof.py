@@ -12,8 +12,9 @@ import sympy
 
 from codegen.analysis.analysis import Analysis
 from codegen.base.text import render
+from codegen.certify.bound.bounds import ErrorBound
 from codegen.certify.bound.disturbances import sliding
-from codegen.certify.bound.error_bound import ErrorBound, error_bounds, refuse_empty_domain
+from codegen.certify.bound.error_bound import error_bounds, refuse_empty_domain
 from codegen.certify.bound.error_response import Response, error_response
 from codegen.certify.decimals import texts
 from codegen.certify.outcome import Certificate, json_text

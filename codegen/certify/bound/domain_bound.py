@@ -22,6 +22,7 @@ from typing import Any
 
 import numpy as np
 
+from codegen.certify.bound.bounds import DomainBound
 from codegen.certify.bound.error_response import Response
 from codegen.friction.law import DynamicLaw
 from codegen.observers.equations import Domain, Observer
@@ -29,25 +30,6 @@ from codegen.observers.equations import Domain, Observer
 LONGEST = 200_000
 ROUNDING = 1e-9
 Peaks = dict[tuple[int, int, int], float]
-
-
-@dataclass(frozen=True)
-class DomainBound:
-    """The bounds of a guarded observer.
-
-    Attributes:
-        inside: on the friction error where the code says ``in_domain``; None where ``slip_speed`` is too low.
-        everywhere: on the level error at every sample, whatever the slip does.
-        velocity: on the error of the slip velocity at every sample, in the slip's unit/s.
-        least_slip_speed: that the domain must have.
-        innovation: the largest |x − (x + h v̂) of the sample before| inside.
-    """
-
-    inside: float | None
-    everywhere: float
-    velocity: float
-    least_slip_speed: float
-    innovation: float
 
 
 @dataclass(frozen=True)

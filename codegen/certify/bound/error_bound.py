@@ -10,8 +10,7 @@ All of it is in doubles, 1e-9 added; the checker does it again in rationals, rou
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
@@ -19,8 +18,9 @@ import numpy as np
 
 from codegen.analysis.analysis import Analysis
 from codegen.base.errors import BadInput
+from codegen.certify.bound.bounds import DomainBound, ErrorBound
 from codegen.certify.bound.disturbances import ModelError, disturbances, sliding, with_rounding
-from codegen.certify.bound.domain_bound import DomainBound, Motion, domain_bound, peaks
+from codegen.certify.bound.domain_bound import Motion, domain_bound, peaks
 from codegen.certify.bound.error_response import Response, error_response
 from codegen.certify.bound.error_sums import LONGEST, ROUNDING, ColumnSum, Steady, Tail, column_sums, steady_bounds
 from codegen.certify.outcome import Certificate
@@ -35,45 +35,6 @@ OFF = {
     "sample time": ModelError(time=PERCENT),
 }
 HALVINGS = 24
-
-
-@dataclass(frozen=True)
-class ErrorBound:
-    """The bound for one friction error.
-
-    Attributes:
-        name, unit: of the error component, as e_a_rail in N.
-        steady: long after a reversal.
-        parts: cause → its share of ``steady``: noise, displacement, velocity, friction, acceleration.
-        start: |error| that is assumed at time 0, when the slip has its new sign in truth and estimate, and a law with a
-            state has come to its level; every other error is taken to be within its own ``steady``.
-        after: (time in s, bound) from ``start`` on, falling to ``steady``.
-        worst: the exact worst case of the first-order system over the samples summed, below ``steady``.
-        slip_speed, slip_unit: the least slip speed at which truth and estimate have one sign, and a guard learns.
-        domain: what holds through reversals, where the spec asks for a ``domain``; or why nothing does.
-        percent: what the model is off by (mass, input gain, sample time) → what the first percent adds to ``steady``.
-        stands: the same → the share by which it may be off before the domain is lost; up to 1.
-        largest: what friction is at most, by the envelope's range of its level or the declared level; None if not said.
-    """
-
-    name: str
-    unit: str
-    steady: float
-    parts: dict[str, float]
-    start: float
-    after: tuple[tuple[float, float], ...]
-    worst: float
-    slip_speed: float
-    slip_unit: str
-    domain: DomainBound | str | None = None
-    percent: Mapping[str, float] = field(default_factory=dict)
-    stands: Mapping[str, float] = field(default_factory=dict)
-    largest: float | None = None
-
-    @property
-    def largest_part(self) -> str:
-        """The cause of the largest of ``parts``."""
-        return max(self.parts, key=self.parts.__getitem__)
 
 
 def error_bounds(
