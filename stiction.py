@@ -15,6 +15,7 @@ tool itself ``InternalError``. The libraries that a verb needs are imported when
 
 from __future__ import annotations
 
+import gc
 import sys
 from importlib import import_module
 from pathlib import Path
@@ -78,6 +79,7 @@ def __dir__() -> list[str]:
 
 def main() -> None:
     """The command ``stiction``; an interrupt while its libraries are being loaded ends it as one during a verb does."""
+    gc.set_threshold(100_000, 50, 50)  # libraries make a million objects that stay: looking through them takes long
     try:
         from codegen.app.cli import main as run
 

@@ -35,6 +35,39 @@ def check_text(machine: Derived) -> str:
     return render("text/check.txt.j2", **machine_view(machine))
 
 
+def check_json(machine: Derived) -> dict[str, Any]:
+    """What ``stiction check --json`` prints: expressions as text, numbers in the units beside them."""
+    spec, system, view = machine.spec, machine.system, machine_view(machine)
+    observer = view["observer"]
+    coordinates = zip(system.positions, system.velocities, system.position_units, strict=True)
+    return {
+        "format": "stiction-check/1",
+        "name": spec.name,
+        "source": spec.source,
+        "coordinates": [{"name": x.name, "velocity": v.name, "unit": unit} for x, v, unit in coordinates],
+        "inputs": [{"name": w.name, "unit": u} for w, u in zip(system.inputs, system.input_units, strict=True)],
+        "mass_matrix": view["mass"],
+        "force": view["force"],
+        "contacts": [dict(zip(("name", "slip", "law", "unit"), row, strict=True)) for row in view["contacts"]],
+        "effects": [{"kind": e.kind, "on": list(e.on)} for e in spec.effects],
+        "values": _numbers(view["values"]),
+        "observer": None
+        if observer is None
+        else {
+            "kind": observer.kind,
+            "velocity": observer.velocity,
+            "sample_time": float(observer.sample_time),
+            "gains": _numbers(view["gains"]),
+            "uncertifiable": view["uncertifiable"] or None,
+        },
+        "envelope": {name: [float(low), float(high)] for name, (low, high) in spec.envelope.items()},
+    }
+
+
+def _numbers(rows: list[tuple[str, float, str]]) -> dict[str, dict[str, Any]]:
+    return {name: {"value": value, "unit": unit} for name, value, unit in rows}
+
+
 def machine_view(machine: Derived) -> dict[str, Any]:
     """What ``stiction check`` prints."""
     system = machine.system

@@ -5,7 +5,6 @@ A verb imports its work when it runs: help, the version and a wrong word need no
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 import traceback
@@ -14,6 +13,7 @@ from typing import Annotated
 
 import typer
 
+from codegen.app.as_json import AsJson, print_json
 from codegen.app.pages import pages
 from codegen.base.errors import TRACEBACK, BadInput, InternalError
 from codegen.base.files import named_path
@@ -26,7 +26,6 @@ REFUSED, STALE, INTERNAL, INTERRUPTED = 3, 4, 70, 130
 app = typer.Typer(
     help="Friction observers from a specification: derived, certified, generated, and checked against measured data.",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,  # plain help takes a tenth of a second less
     context_settings={"max_content_width": 120},
@@ -92,18 +91,22 @@ def schema(
 
 
 @app.command()
-def check(spec: SpecPath) -> None:
+def check(spec: SpecPath, as_json: AsJson = False) -> None:
     """Read and validate a spec; print the system in readable form."""
-    from codegen.app.check import check, check_text
+    from codegen.app.check import check, check_json, check_text
 
-    output.print(check_text(check(spec)), end="")
+    machine = check(spec)
+    if as_json:
+        print_json(check_json(machine))
+    else:
+        output.print(check_text(machine), end="")
 
 
 @app.command()
 def derive(
     spec: SpecPath,
     latex: Annotated[bool, typer.Option("--latex", help="print LaTeX")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="print JSON")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Derive Ψ, its characteristic polynomial and the gain conditions."""
     from codegen.app.derive import derive, derive_text
@@ -111,7 +114,7 @@ def derive(
 
     analysis = derive(spec)
     if as_json:
-        output.print(json.dumps(analysis_json(analysis), indent=1, ensure_ascii=False))
+        print_json(analysis_json(analysis))
     else:
         output.print(derive_text(analysis, latex), end="")
 
@@ -123,7 +126,7 @@ def certify(
         Path | None,
         typer.Option("-o", "--output", parser=named_path, metavar="FILE", help="write certificate.json alone here"),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="print JSON")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Certify the sampled observer over the envelope, or say why not, with a counterexample and what would be."""
     from codegen.app.certify import certify, write_certificate
@@ -132,7 +135,7 @@ def certify(
     found = certify(spec, out)
     target = None if out is None or found.certificate is None else write_certificate(found.certificate, out)
     if as_json:
-        output.print(json.dumps(certified_json(found), indent=1, ensure_ascii=False, allow_nan=False))
+        print_json(certified_json(found))
     else:
         (errors if found.certificate is None else output).print(certified_text(found, target), end="")
     raise typer.Exit(REFUSED if found.certificate is None else 0)
@@ -146,6 +149,7 @@ def verify(
         Path | None, typer.Option("--smt", parser=named_path, metavar="FILE", help="write it for z3 or cvc5 too")
     ] = None,
     kernel: Annotated[bool, typer.Option("--kernel", help="demand that the kernel proves it of the C")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Check a certificate, a bound or proof.json by the independent checker (codegen/checker/, standard library only).
 
@@ -154,12 +158,20 @@ def verify(
     """
     from codegen.checker import newtons as checker
 
-    options = [*(["--spec", str(spec)] if spec is not None else []), *(["--kernel"] if kernel else [])]
-    status = checker.main([str(certificate), *options])
+    if as_json:
+        from codegen.app.verify import verification_json
+
+        content, status = verification_json(certificate, spec, kernel)
+        print_json(content)
+    else:
+        options = [*(["--spec", str(spec)] if spec is not None else []), *(["--kernel"] if kernel else [])]
+        status = checker.main([str(certificate), *options])
     if status not in (2, REFUSED) and smt is not None:
         from codegen.app.write_smt import write_smt
 
-        output.print(str(write_smt(certificate, smt)))
+        written = write_smt(certificate, smt)
+        if not as_json:
+            output.print(str(written))
     raise typer.Exit(status)
 
 
@@ -187,6 +199,7 @@ def generate(
         str | None, typer.Option("--fault", metavar="WORD", help="hold or none, where a sample is not finite")
     ] = None,
     fmi: Annotated[str, typer.Option("--fmi", metavar="VERSION", help="of the FMU: 3.0 or 2.0")] = "3.0",
+    as_json: AsJson = False,
 ) -> None:
     """Write C, Python, certificate and README into generated/NAME/, or NAME.fmu."""
     from codegen.app.fmu import GeneratedFmu, fmu_text, generate_fmu
@@ -200,19 +213,24 @@ def generate(
     again = next((spec for k, spec in enumerate(specs) if identity(spec) in map(identity, specs[:k])), None)
     if again is not None:
         raise BadInput(str(again), "the same spec again", "each spec once")
-    code = 0
+    code, results = 0, []
     for spec in specs:
         made: Generated | GeneratedFmu
         if fmu:
             made = generate_fmu(spec, out, fmi, check_only, uncertified, overrides)
-            output.print(fmu_text(made, check_only, uncertified), end="")
+            text = fmu_text(made, check_only, uncertified)
         else:
             made = generate(spec, out, check_only, uncertified, overrides)
-            output.print(generated_text(made, check_only, uncertified), end="")
+            text = generated_text(made, check_only, uncertified)
+        results.append(made.content)
+        if not as_json:
+            output.print(text, end="")
         if check_only and made.stale:
             code = STALE
         elif made.refused and not uncertified:
             code = code or REFUSED
+    if as_json:
+        print_json({"format": "stiction-generation/1", "machines": results})
     raise typer.Exit(code)
 
 
@@ -229,14 +247,14 @@ def gains(
         tuple[str, str] | None,
         typer.Option("--over", metavar="NAME NAME", help="axes of the map; h is the sample time"),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="print JSON")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Show which gains are stable, with what margin, and suggest some; for free gains or around chosen ones."""
     from codegen.app.gains import gains, gains_text
 
     report = gains(spec, out, over or ())
     if as_json:
-        output.print(json.dumps(report.content, indent=1, ensure_ascii=False, allow_nan=False))
+        print_json(report.content)
     else:
         output.print(gains_text(report), end="")
     raise typer.Exit(REFUSED if report.feasibility.infeasible is not None else 0)
@@ -249,7 +267,7 @@ def cancel(
         Path | None, typer.Option("-o", "--output", parser=named_path, metavar="DIR", help="folder for the results")
     ] = None,
     hunt: Annotated[bool, typer.Option("--hunt", help="look for limit cycles of the closed loop")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="print JSON")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Say which friction the inputs can cancel, why, and by which input."""
     from codegen.app.cancel import cancel, cancel_text
@@ -258,7 +276,7 @@ def cancel(
     with progress() as tell:
         report = cancel(spec, out, hunt, lambda share: tell("simulate", share))
     if as_json:
-        output.print(json.dumps(report.content, indent=1, ensure_ascii=False, allow_nan=False))
+        print_json(report.content)
     else:
         output.print(cancel_text(report), end="")
     raise typer.Exit(REFUSED if report.refusal is not None else 0)
@@ -271,6 +289,7 @@ def simulate(
         Path, typer.Option("-o", "--output", parser=named_path, metavar="LOG", help="the CSV file to write")
     ],
     method: Annotated[str, typer.Option("--method", help="steps, or events: slow, exact between events")] = "steps",
+    as_json: AsJson = False,
 ) -> None:
     """Write a log from the plant of the spec, with its declared effects."""
     from codegen.app.simulate import simulate, simulated_notes
@@ -278,6 +297,9 @@ def simulate(
 
     with progress() as tell:
         result = simulate(spec, out, lambda share: tell("simulate", share), method)
+    if as_json:
+        print_json(result.content)
+        return
     errors.print(simulated_notes(result), end="")
     output.print(str(result.path))
 
@@ -301,6 +323,7 @@ def diagnose(
         str | None,
         typer.Option("--material", metavar="SHARE", help="of the drive force: less is immaterial; 2% by default"),
     ] = None,
+    as_json: AsJson = False,
 ) -> None:
     """Find the effect that the model lacks; write diagnosis.json, spec.yaml (augmented) and report.html."""
     from codegen.app.diagnose import diagnose, diagnosed_text
@@ -308,7 +331,10 @@ def diagnose(
 
     with progress("reading", lines=True) as tell:
         result = diagnose(spec, log, test, out, description, _columns(column or []), tell, propose, material)
-    output.print(diagnosed_text(result), end="")
+    if as_json:
+        print_json(result.content)
+    else:
+        output.print(diagnosed_text(result), end="")
     raise typer.Exit(REFUSED if result.diagnosis.verdict == "unfit" else 0)
 
 
@@ -322,12 +348,16 @@ def replay(
     description: Description = None,
     column: Columns = None,
     only: Annotated[list[str] | None, typer.Option("--only", metavar="OUTPUT", help="write this output")] = None,
+    as_json: AsJson = False,
 ) -> None:
     """Run the generated observer over a log at compiled speed; write its estimates."""
     from codegen.app.replay import replay, replayed_text
 
     result = replay(spec, log, out, description, _columns(column or []), only or ())
-    output.print(replayed_text(result), end="")
+    if as_json:
+        print_json(result.content)
+    else:
+        output.print(replayed_text(result), end="")
 
 
 @app.command()
@@ -371,7 +401,7 @@ def main() -> None:
         )  # a file name may be no text, a screen lack a sign
     traced = bool(os.environ.get(TRACEBACK))
     try:
-        app()
+        app(prog_name="stiction")
     except BadInput as error:
         for each in error.all[:MOST_FAULTS]:
             errors.print("error: " + " ".join(str(each).split()), style="red")

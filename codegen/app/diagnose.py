@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from codegen.app.derived import Derived, Source, derived_from
 from codegen.app.generable import refuse_ungenerable
@@ -50,6 +51,11 @@ class Diagnosed(Shown):
             "augmented": relative[1],
             "folder": self.folder,
         }
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """The JSON object that the command prints."""
+        return {**self.diagnosis.as_json(), "folder": str(self.folder), "files": list(self.files)}
 
 
 @verb

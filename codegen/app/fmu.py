@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from codegen.app.derived import Source, derived_from
 from codegen.app.overrides import Overrides
@@ -39,6 +40,19 @@ class GeneratedFmu(Shown):
     @property
     def summary(self) -> Mapping[str, object]:
         return {"file": self.path, "FMI": self.version, "members": len(self.members), **self.outcome.summary}
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """The JSON object that the command prints."""
+        return {
+            "file": str(self.path),
+            "fmi": self.version,
+            "members": list(self.members),
+            "stale": self.stale,
+            "certified": not self.refused,
+            "reason": self.outcome.reason if isinstance(self.outcome, Refusal) else None,
+            "decay_rate": self.outcome.decay_rate if isinstance(self.outcome, Certificate) else None,
+        }
 
     @property
     def refused(self) -> bool:

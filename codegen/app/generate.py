@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 from codegen.app.derived import Source, derived_from
 from codegen.app.overrides import Overrides
@@ -50,6 +51,18 @@ class Generated(Shown):
     def summary(self) -> Mapping[str, object]:
         stale = {"stale": ", ".join(self.stale)} if self.stale else {}
         return {"folder": self.folder, "files": len(self.files), **stale, **self.outcome.summary}
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """The JSON object that the command prints."""
+        return {
+            "folder": str(self.folder),
+            "files": list(self.files),
+            "stale": list(self.stale),
+            "certified": not self.refused,
+            "reason": self.outcome.reason if isinstance(self.outcome, Refusal) else None,
+            "decay_rate": self.outcome.decay_rate if isinstance(self.outcome, Certificate) else None,
+        }
 
     @property
     def refused(self) -> bool:

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from codegen.app.as_json import AsJson, print_json
 from codegen.base.files import named_path
 from codegen.base.terminal import output
 
@@ -19,15 +20,19 @@ def laws(
         Path | None,
         typer.Option("-o", "--output", parser=named_path, metavar="DIR", help="write laws.md and its pictures here"),
     ] = None,
+    as_json: AsJson = False,
 ) -> None:
     """List the friction laws, or write their page with a picture of each."""
     from codegen.base.text import render
     from codegen.report.laws import law_groups, write_laws
 
-    if out is None:
-        output.print(render("text/laws.txt.j2", groups=law_groups()), end="")
+    written = None if out is None else write_laws(out)
+    if as_json:
+        print_json({"format": "stiction-laws/1", "groups": law_groups()})
+    elif written is not None:
+        output.print(str(written))
     else:
-        output.print(str(write_laws(out)))
+        output.print(render("text/laws.txt.j2", groups=law_groups()), end="")
 
 
 @pages.command()
@@ -36,15 +41,20 @@ def effects(
         Path | None,
         typer.Option("-o", "--output", parser=named_path, metavar="DIR", help="write effects.md and its pictures here"),
     ] = None,
+    as_json: AsJson = False,
 ) -> None:
     """List the effects that a model may lack, or write their page with a picture of each."""
     from codegen.base.text import render
     from codegen.report.effects import effect_views, write_effects
 
-    if out is None:
-        output.print(render("text/effects.txt.j2", effects=effect_views()), end="")
+    written = None if out is None else write_effects(out)
+    if as_json:
+        views = [{key: value for key, value in view.items() if key != "known"} for view in effect_views()]
+        print_json({"format": "stiction-effects/1", "effects": views})
+    elif written is not None:
+        output.print(str(written))
     else:
-        output.print(str(write_effects(out)))
+        output.print(render("text/effects.txt.j2", effects=effect_views()), end="")
 
 
 @pages.command()
@@ -52,16 +62,20 @@ def audit(
     out: Annotated[
         Path | None, typer.Option("-o", "--output", parser=named_path, metavar="FILE", help="write docs/audit.md here")
     ] = None,
-    as_json: Annotated[Path | None, typer.Option("--json", metavar="FILE", help="write the findings as JSON")] = None,
+    as_json: AsJson = False,
 ) -> None:
     """Hold the printed formulas of the thesis against our own derivation of them."""
     from codegen.base.progress import progress
-    from codegen.thesis.audit import audit_summary, run_audit, write_audit
+    from codegen.thesis.audit import audit_json, audit_summary, run_audit, write_audit
 
     with progress() as tell:
         findings = run_audit(progress=lambda share: tell("audit", share))
-    for target in write_audit(findings, out, as_json):
-        output.print(str(target))
+    written = None if out is None else write_audit(findings, out)
+    if as_json:
+        print_json({"format": "stiction-audit/1", "findings": audit_json(findings)})
+        return
+    if written is not None:
+        output.print(str(written))
     output.print(audit_summary(findings), end="")
 
 
@@ -73,13 +87,18 @@ def gallery(
     only: Annotated[
         list[str] | None, typer.Option("--only", metavar="FIGURE", help="such as 4.3; the others stay as last run")
     ] = None,
+    as_json: AsJson = False,
 ) -> None:
     """Run the figures of the thesis, and check what its text says of them."""
     from codegen.base.progress import progress
-    from codegen.thesis.gallery import gallery_summary, run_gallery, write_gallery
+    from codegen.thesis.gallery import gallery_json, gallery_summary, run_gallery, write_gallery
 
     with progress() as tell:
         results = run_gallery(only or (), lambda share: tell("gallery", share))
-    for target in write_gallery(results, out):
+    written = write_gallery(results, out)
+    if as_json:
+        print_json({"format": "stiction-gallery/1", "figures": gallery_json(results), "files": written})
+        return
+    for target in written:
         output.print(str(target))
     output.print(gallery_summary(results), end="")

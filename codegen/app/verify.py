@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from codegen.base.border import verb_that_raises
+from codegen.base.border import verb, verb_that_raises
 from codegen.base.errors import BadInput, Place
 from codegen.base.input_files import read_text
 from codegen.base.shown import Shown
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from codegen.app.derived import Derived
 
 CERTIFICATE = "a certificate (JSON)"
+FORMAT = "stiction-verification/1"
+REFUSED = 3
 
 
 @dataclass(frozen=True, repr=False)
@@ -35,7 +37,7 @@ class Verified(Shown):
     @property
     def content(self) -> dict[str, Any]:
         """The JSON object that ``stiction verify --json`` prints."""
-        return {"format": "stiction-verification/1", **self.report._asdict()}
+        return {"format": FORMAT, "verified": True, **self.report._asdict()}
 
 
 @verb_that_raises(checker.Refused)
@@ -58,6 +60,28 @@ def verify(path: str | Path, spec: str | Path | None = None) -> Verified:
         raise BadInput(str(error.filename or path), found, "a file that the certificate names") from None
     except ValueError as error:
         raise BadInput(str(path), f"no certificate ({error})", CERTIFICATE) from None
+
+
+@verb
+def verification_json(
+    path: str | Path, spec: str | Path | None = None, kernel: bool = False
+) -> tuple[dict[str, Any], int]:
+    """What ``stiction verify --json`` prints, and the command's exit status.
+
+    Args:
+        kernel: whether the status says what the kernel proves of the C, as it always does of proof.json.
+
+    Raises:
+        BadInput: if the file cannot be read.
+    """
+    try:
+        found = verify(path, spec)
+    except checker.Refused as error:
+        return {"format": FORMAT, "verified": False, "refused": str(error)}, REFUSED
+    report = found.report
+    if kernel or not report.claim:
+        return found.content, 0 if report.whole else checker.DOMAIN if report.proved else checker.NO_KERNEL
+    return found.content, 0 if report.bound else checker.NO_CODE
 
 
 @verb_that_raises(checker.Refused)

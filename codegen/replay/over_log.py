@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 
@@ -68,6 +69,11 @@ class Replayed(Shown):
     def summary(self) -> Mapping[str, object]:
         peaks = {f"largest {p.name}": f"{p.value:.4g} {p.unit}" for p in self.peaks}
         return {"machine": self.name, "samples": self.samples, "faults": self.faults, **peaks}
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """The JSON object that the command prints."""
+        return {"format": "stiction-replay/1", **asdict(self), "path": None if self.path is None else str(self.path)}
 
 
 def replay_log(

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 from codegen.base.shown import Shown
 from codegen.simulate.excursions import Excursion, excursions
@@ -31,6 +32,18 @@ class Simulated(Shown):
     def summary(self) -> Mapping[str, object]:
         left = ", ".join(e.name for e in self.excursions)
         return {"log": self.path, "outside the envelope": left or "never"}
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """The JSON object that the command prints."""
+        excursions = [asdict(e) for e in self.excursions]
+        return {
+            "format": "stiction-simulation/1",
+            "log": str(self.path),
+            "excursions": excursions,
+            "gain": self.gain,
+            "share": self.share,
+        }
 
 
 def write_simulated(path: Path, spec: Spec, run: LoopRun) -> Simulated:

@@ -1,4 +1,7 @@
-"""A URDF file → elements with typed values and lines, through ROS's own parser (urdf_parser_py)."""
+"""A URDF file → elements with typed values and lines, through ROS's own parser (urdf_parser_py).
+
+Both parsers are imported when a file is read: few specs name one.
+"""
 
 from __future__ import annotations
 
@@ -7,10 +10,6 @@ import io
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
-
-from lxml import etree
-from urdf_parser_py.urdf import Robot
-from urdf_parser_py.xml_reflection import core
 
 from codegen.base.errors import BadInput, Place
 from codegen.base.input_files import read_bytes
@@ -40,6 +39,8 @@ class RobotFile:
         Raises:
             BadInput: for a file that cannot be read, is no XML or no URDF.
         """
+        from lxml import etree
+
         self.path = path
         expected = "a robot description (URDF), its path relative to the spec"
         self.content = read_bytes(path, expected, LARGEST, named_at)
@@ -83,6 +84,9 @@ class RobotFile:
                     raise BadInput(Place(str(self.path), element.sourceline), found, "a name of its own")
 
     def _parsed(self) -> Any:
+        from urdf_parser_py.urdf import Robot
+        from urdf_parser_py.xml_reflection import core
+
         try:
             # The parser reports attributes that it does not know on stderr; a robot description may have them.
             with contextlib.redirect_stderr(io.StringIO()):
@@ -98,6 +102,8 @@ class RobotFile:
             raise BadInput(Place(str(self.path), line), found, "a robot description (URDF)") from None
 
     def _place_of(self, xpath: str) -> Place:
+        from lxml import etree
+
         with contextlib.suppress(etree.XPathError):
             found = self._root.getroottree().xpath(xpath)
             if isinstance(found, list) and found:

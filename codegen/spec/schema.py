@@ -90,7 +90,7 @@ Direction = Annotated[
 class Section(BaseModel):
     """A mapping of the file; a key that is not listed is an error."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
 
 class FreeSection(Section):
@@ -121,7 +121,7 @@ class ParameterSection(Section):
 class ContactSection(BaseModel):
     """A contact: its law's parameters stand beside these keys, so extra ones are read by the law."""
 
-    model_config = ConfigDict(extra="allow", frozen=True)
+    model_config = ConfigDict(extra="allow", frozen=True, defer_build=True)
 
     name: str
     law: str = "coulomb"
@@ -173,7 +173,7 @@ class EffectSection(Section):
 class AssumedLawSection(BaseModel):
     """The law that an observer assumes at a contact, with its parameters, where it is not the plant's."""
 
-    model_config = ConfigDict(extra="allow", frozen=True)
+    model_config = ConfigDict(extra="allow", frozen=True, defer_build=True)
 
     law: str
 

@@ -55,7 +55,7 @@ def test_verify_needs_python_alone() -> None:
 def test_check_of_a_spec_in_si_units_loads_what_derives_and_nothing_that_solves_or_draws() -> None:
     """CasADi is in it: what ``generate`` would refuse is found by building the program."""
     found = loaded("check", "specs/one_mass.yaml")
-    assert found == {"sympy", "casadi", "numpy", "lxml", "ruamel", "jinja2"}
+    assert found == {"sympy", "casadi", "numpy", "ruamel", "jinja2"}
 
 
 def test_simulate_by_steps_loads_no_solver_and_no_pictures(tmp_path: Path) -> None:

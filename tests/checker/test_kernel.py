@@ -107,7 +107,8 @@ def test_a_matrix_that_depends_on_the_signs_is_proved_for_all_of_them() -> None:
 
 
 def generated(text: str) -> tuple[Certificate, dict[str, str]]:
-    _, files, outcome = generated_program(parse_spec(text, Path("made.yaml")))
+    machine = Derived(parse_spec(text, Path("made.yaml")))
+    files, outcome = machine.files, machine.outcome
     assert isinstance(outcome, Certificate)
     return outcome, files
 

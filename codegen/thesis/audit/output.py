@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,13 +15,10 @@ from codegen.thesis.audit.formula import as_text
 VERDICTS: tuple[Verdict, ...] = ("holds", "wrong", "insufficient", "unnecessary")
 
 
-def write_audit(findings: Sequence[Finding], document: Path | None, as_json: Path | None) -> list[Path]:
-    """Write docs/audit.md and the JSON where a path is given; the paths written."""
-    if document is not None:
-        write_atomically(document, audit_document(findings))
-    if as_json is not None:
-        write_atomically(as_json, json.dumps(audit_json(findings), indent=1, ensure_ascii=False) + "\n")
-    return [path for path in (document, as_json) if path is not None]
+def write_audit(findings: Sequence[Finding], document: Path) -> Path:
+    """Write docs/audit.md; its path."""
+    write_atomically(document, audit_document(findings))
+    return document
 
 
 def audit_json(findings: Sequence[Finding]) -> list[dict[str, Any]]:

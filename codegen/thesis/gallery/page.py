@@ -43,6 +43,11 @@ def gallery_summary(results: Sequence[GalleryResult]) -> str:
     return render("text/gallery.txt.j2", **_view({r.text.entry.figure: kept_of(r) for r in results}))
 
 
+def gallery_json(results: Sequence[GalleryResult]) -> dict[str, Any]:
+    """Figure → its readings and verdicts."""
+    return {r.text.entry.figure: kept_of(r) for r in results}
+
+
 def picture_name(figure: str) -> str:
     """figure_2_4.png for "2.4"."""
     return f"figure_{figure.replace('.', '_')}.png"
