@@ -1,4 +1,4 @@
-"""The JSON object of a certificate or a refutation (docs/certificate.md), as far as both have it, and its numbers."""
+"""What the JSON objects of a certificate and of a refutation have in common (docs/certificate_format.md)."""
 
 from __future__ import annotations
 

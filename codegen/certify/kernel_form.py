@@ -116,7 +116,7 @@ def _step(diagonal: bool, h: str, entry: Any, parameters: Mapping[str, str]) -> 
 
 
 def _infix(entry: Any, names: Mapping[str, str]) -> str:
-    """A prefix expression of a certificate (docs/certificate.md) as one of the kernel's."""
+    """A prefix expression of a certificate (docs/certificate_format.md) as one of the kernel's."""
     if isinstance(entry, str):
         return names.get(entry) or f"({entry})"
     word, *parts = entry

@@ -38,7 +38,7 @@ class Regions:
     """What the checker has accepted of an envelope that is refused as a whole.
 
     Attributes:
-        proofs: file → its content (docs/certificate.md).
+        proofs: file → its content (docs/certificate_format.md).
         ranges: file → variable → (low, high).
         rates: file → 1/s: proved or, of ``sliding_limit.json``, refuted; below zero V may grow.
         reversal: growth of V in ``recovery.json`` where a contact's friction passes zero, by contact.

@@ -1,4 +1,4 @@
-"""The fall of a V whose P follows a slow variable (docs/certificate.md): interval by interval, along chords of A.
+"""The decay of a parameter-dependent V = e'P(θ)e, interval by interval of θ (docs/certificate_theory.md, theorem 3).
 
 Standard library only; part of the checker (verify.py), which hands ``enclosure`` and ``forms`` in. Between the ends of
 an interval P and the chord of A are affine, so the gap cP - F'P+F is a cubic there, and positive semidefinite where its

@@ -1,4 +1,4 @@
-"""The tutorial: its files are written, its commands run in order, and their output compared with the page."""
+"""The commands of a page: files written, commands run in order, what they print compared with the page."""
 
 from __future__ import annotations
 
@@ -10,13 +10,10 @@ import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
-import pytest
-
 from tests.app.command import stiction
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGE = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
-QUICK, SLOW = PAGE.split("<!-- tests: slow from here -->")
+MARK = "<!-- tests: slow from here -->"
 _BLOCK = re.compile(r"^```(\w+) ?([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 _NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 _LEFT_OUT = "…"
@@ -99,48 +96,7 @@ def follow(steps: list[Step]) -> list[str]:
     return missing
 
 
-@pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A new folder beside `tests`, as in a clone."""
-    (tmp_path / "tests").symlink_to(ROOT / "tests")
-    (tmp_path / "my_stage").mkdir()
-    monkeypatch.chdir(tmp_path / "my_stage")
-    return tmp_path / "my_stage"
-
-
-def test_the_tutorial_up_to_the_board(folder: Path) -> None:
-    write_files(QUICK, folder)
-    missing = follow(steps_of(QUICK))
-    if missing:
-        pytest.skip(f"all run but what needs {', '.join(missing)}")
-
-
-@pytest.mark.slow
-def test_the_tutorial_s_log_that_disagrees(folder: Path) -> None:
-    """It needs of the first part the spec, with the gains that are chosen there."""
-    write_files(QUICK, folder)
-    steps = steps_of(QUICK)
-    (chosen,) = [step for step in steps if step.command.startswith("sed ")]
-    follow([chosen, *steps_of(SLOW)])
-
-
-@pytest.mark.parametrize(
-    ("shown", "printed"),
-    [
-        ("rate 41.43 1/s", "rate 42.43 1/s"),
-        ("rate 41.43 1/s", "decay 41.43 1/s"),
-        ("rate 41.43 …", "rate 40.1 1/s, and more"),
-        ("rate 41.43", "rate 41.43 1/s"),
-    ],
-)
-def test_another_output_is_noticed(shown: str, printed: str) -> None:
-    with pytest.raises(AssertionError):
-        compare(Step("", [shown], []), printed)
-    compare(Step("", [shown], []), shown)
-
-
-def test_what_is_left_out_is_marked() -> None:
-    compare(Step("", ["a 1", "…", "c 3"], []), "a 1.001\nb 2\nc 3\n")
-    for shown in (["a 1", "c 3"], ["a 1", "b 2"], ["…", "c 3", "a 1"]):
-        with pytest.raises(AssertionError):
-            compare(Step("", shown, []), "a 1\nb 2\nc 3\n")
+def halves(page: str) -> tuple[str, str]:
+    """The part of a page that every test run follows, and the slow rest."""
+    quick, _, slow = (ROOT / "docs" / page).read_text(encoding="utf-8").partition(MARK)
+    return quick, slow
