@@ -1,7 +1,7 @@
 """A certificate as a proof for the kernel (checker/kernel.py): untrusted, as all that is written for it.
 
 What a certificate says of a matrix is said there of the C: which states show which estimates, in which machine.
-Covered are levels of Coulomb friction and tracked forces with constant M and Ψ and one P.
+Covered are levels of Coulomb friction and tracked forces with constant M and Ψ and a common P.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ Chord = tuple[int, int, int]  # both ends of a line, and how far a parameter may
 # F at a corner of what does not follow: `common` F is the sum of (1, parameters that follow) times `parts`, by columns
 # and entry by entry; speeds: the least and greatest mean velocity of the sample.
 Corner = namedtuple("Corner", "parts common speeds")
-# What has one P: its number, the signs, pairs of corners at both ends of the velocity, the largest |parts|.
+# The data for one P: its number, the signs, pairs of corners at both ends of the velocity, the largest |parts|.
 Signed = namedtuple("Signed", "which signs pairs bends")
 
 
