@@ -116,7 +116,7 @@ class Analysis(Shown):
 
     @property
     def stable(self) -> bool:
-        """Whether the sampled error is stable at every point looked at."""
+        """Whether the sampled error is stable at every sampled point."""
         return self.spectral_radius < 1
 
 

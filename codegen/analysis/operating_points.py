@@ -25,7 +25,7 @@ RANDOM_POINTS = 400
 
 @dataclass(frozen=True)
 class OperatingPoints:
-    """Points of the envelope at which Ψ is looked at.
+    """Sampled points of the envelope at which Ψ is evaluated.
 
     Attributes:
         variables: the symbols that Ψ or the sampled matrix depends on.

@@ -83,7 +83,7 @@ def cancel(
     Args:
         folder: for cancellation.json; None writes nothing.
         hunt: close the spec's loop with its observer and look for limit cycles, in simulation.
-        progress: told the share of that which is done, from 0 to 1.
+        progress: called with the share of that which is done, from 0 to 1.
 
     Raises:
         BadInput: for a bad spec, a force that is not linear in the inputs, or a folder that cannot be written.

@@ -23,7 +23,7 @@ def smt_text(content: Mapping[str, Any]) -> str:
     """The file for a certificate or refutation that the checker has accepted.
 
     Raises:
-        BadInput: for a dwell that is too long to be raised to in exact numbers, a P that follows a slow variable, or a
+        BadInput: for a dwell that is too long to be raised to in exact numbers, a parameter-dependent P, or a
             bound in place of a certificate.
     """
     if "matrix" not in content:

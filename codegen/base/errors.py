@@ -38,7 +38,7 @@ class Place:
 
 
 class BadInput(Exception):
-    """Input that cannot be used, told so that its author can mend it.
+    """Input that cannot be used, reported so that its author can mend it.
 
     Args:
         place: where it stands.

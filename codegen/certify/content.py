@@ -1,4 +1,4 @@
-"""The JSON object of a certificate or a refutation (docs/certificate.md), as far as both have it, and its numbers."""
+"""What the JSON objects of a certificate and of a refutation have in common (docs/certificate_format.md)."""
 
 from __future__ import annotations
 
@@ -77,13 +77,13 @@ def _meaning(error: Any, level_errors: bool) -> str:
 
 @dataclass(frozen=True)
 class Found:
-    """A proposal of the solver: one P for all cells, or one that follows a slow position.
+    """A proposal of the solver: a common P for all cells, or a parameter-dependent P(θ).
 
     Attributes:
         alpha: 1/s.
         splits: variable → breakpoints, exact.
         matrices: P, m by m; none where there is ``slow``.
-        slow: P over θ, exact; None for one P.
+        slow: P over θ, exact; None for a common P.
     """
 
     alpha: float
@@ -113,7 +113,7 @@ def proved_alike(
     analysis: Analysis,
     finish: Callable[[int, dict[str, Any]], dict[str, Any]],
 ) -> list[dict[str, Any]]:
-    """Certificates that the checker accepts all with the same digits: what is proposed with one P has one P.
+    """Certificates that the checker accepts all with the same digits: a proposal with a common P keeps it.
 
     Args:
         parts: what ``proved`` takes, each.
@@ -164,7 +164,7 @@ def _content(
 
 
 def _followed(slow: SlowP) -> dict[str, Any]:
-    """The fields of a P that follows."""
+    """The field ``slow`` of a parameter-dependent P."""
     stated, name = fields(slow), slow.variable.name
     (entry,) = stated["slow"]
     matrices = [[texts(p) for p in each] for each in entry["matrices"]]

@@ -1,7 +1,7 @@
 """A certificate as a proof for the kernel (checker/kernel.py): untrusted, as all that is written for it.
 
 What a certificate says of a matrix is said there of the C: which states show which estimates, in which machine.
-Covered are levels of Coulomb friction and tracked forces with constant M and Ψ and one P.
+Covered are levels of Coulomb friction and tracked forces with constant M and Ψ and a common P.
 """
 
 from __future__ import annotations
@@ -116,7 +116,7 @@ def _step(diagonal: bool, h: str, entry: Any, parameters: Mapping[str, str]) -> 
 
 
 def _infix(entry: Any, names: Mapping[str, str]) -> str:
-    """A prefix expression of a certificate (docs/certificate.md) as one of the kernel's."""
+    """A prefix expression of a certificate (docs/certificate_format.md) as one of the kernel's."""
     if isinstance(entry, str):
         return names.get(entry) or f"({entry})"
     word, *parts = entry

@@ -30,13 +30,13 @@ DIGITS = 3
 
 @dataclass(frozen=True)
 class Extremes:
-    """Over the operating points looked at, a share of 10 % added.
+    """Over the sampled operating points, with a margin of 10 %.
 
     Attributes:
         slowest, fastest: eigenvalues ν of G M⁻¹, 1/s.
         growth: μ, M(x + hv) ≤ (1 + μh) M(x), 1/s, exact.
         shift, slope: ζ, η: |(M⁻¹∂g/∂v + ζ) e|_M ≤ η |e|_M, 1/s, exact.
-        points: how many were looked at.
+        points: how many were sampled.
     """
 
     slowest: float

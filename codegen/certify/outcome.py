@@ -21,7 +21,7 @@ class Certificate(Shown):
     """A certificate that the checker has accepted.
 
     Attributes:
-        content: the JSON object (docs/certificate.md).
+        content: the JSON object (docs/certificate_format.md).
         decay_rate: α, 1/s; V falls by 1 − 2αh in each sample, by 1/(1 + αh)² where the step is implicit.
         spectral_rate: the largest rate that any P could show at the worst operating point.
         facts: what the checker verified.

@@ -1,4 +1,4 @@
-"""SymPy → the prefix expressions of a certificate (docs/certificate.md)."""
+"""SymPy → the prefix expressions of a certificate (docs/certificate_format.md)."""
 
 from __future__ import annotations
 

@@ -38,12 +38,12 @@ class Regions:
     """What the checker has accepted of an envelope that is refused as a whole.
 
     Attributes:
-        proofs: file → its content (docs/certificate.md).
+        proofs: file → its content (docs/certificate_format.md).
         ranges: file → variable → (low, high).
         rates: file → 1/s: proved or, of ``sliding_limit.json``, refuted; below zero V may grow.
         reversal: growth of V in ``recovery.json`` where a contact's friction passes zero, by contact.
         sample_time: s.
-        must_grow: whether it is proved that no V is free of growth (``rising``).
+        must_grow: whether it is proved that no V is non-increasing (``rising``).
         passes_zero: whether the envelope has a friction state of zero.
         whole: files whose region holds the whole envelope.
         levels: (name, value, unit) of the true friction levels for which alone all of it is proved.

@@ -1,4 +1,4 @@
-"""The proof that no V is free of growth over a refused DFO's envelope, where that is so.
+"""The proof that no V is non-increasing over a refused DFO's envelope, where that is so.
 
 Let x be a level's error, and A₁x = A₂x = 0 at two operating points of zero friction: nothing is learnt of the level. If
 V = e'Pe with P > 0 rises at neither, P − Φ'PΦ ≥ 0 vanishes along x, so A₁'Px = A₂'Px = 0. But where x = A₁y₁ + A₂y₂

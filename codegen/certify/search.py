@@ -1,4 +1,4 @@
-"""What is proposed for a family: one P for all of it, or where that falls short one that follows a slow position."""
+"""The search for P of a family: a common P, or where that is too slow, a parameter-dependent P(θ)."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""A Lyapunov matrix that follows a slow position: P(θ), linear between breakpoints, where one P for all θ is too slow.
+"""A parameter-dependent Lyapunov matrix P(θ), linear between breakpoints, where a common P is too slow.
 
 θ is a position on which A depends, its velocity v has a range, and a sample moves θ by h(v + σ), |σ| ≤ h max|v̇|/2.
 Where A holds one product of slip signs, each value of it has its own P: between reversals it stays. P is found at
 points of the envelope, then the range of θ is halved where A bends too far from its chord for it; what is asked on an
-interval is asked by the checker too (docs/certificate.md), here in floating point.
+interval is asked by the checker too (docs/certificate_theory.md), here in floating point.
 """
 
 from __future__ import annotations

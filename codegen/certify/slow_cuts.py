@@ -1,4 +1,4 @@
-"""A P that follows a slow position, as the certificate states it, and where θ is cut so that the checker accepts it."""
+"""A parameter-dependent P(θ) as the certificate states it, and the breakpoints of θ at which the checker accepts it."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class SlowP:
         family: A in functions of θ alone and factors free of it.
         variable, velocity: θ and its rate, both with a range.
         stray: how far the mean velocity of a sample is from that at its start; the width of its range if unknown.
-        signs: the slip signs whose product chooses P; none if there is one P(θ) for all.
+        signs: the slip signs whose product chooses P; none if P(θ) is common to all.
         nodes: values of θ at which P was chosen, exact.
         matrices: P there, m by m, exact, linear in between; for the product 1, then for −1.
         breaks: where θ is to be cut, among them the nodes, exact.
@@ -95,7 +95,7 @@ def cut(found: SlowP, matrices: list[list[Array]], h: Fraction, alpha: float) ->
 
     Args:
         matrices: P at the nodes, for every product of the signs.
-        alpha: 1/s, at which V falls at the points looked at.
+        alpha: 1/s, at which V falls at the sampled points.
     """
     size = np.max([np.sqrt(np.diag(p)) for each in matrices for p in each], axis=0)
     exact = [[_fractions(rounded_matrix(p, DIGITS, size)) for p in each] for each in matrices]

@@ -1,7 +1,7 @@
-"""A family of A in the form that a P which follows a slow position asks for (docs/certificate.md).
+"""A(θ, v, …) in the form that a parameter-dependent P(θ) needs (docs/certificate_theory.md, theorem 3).
 
-A is then affine in functions of the position alone, each along its chord over an interval, with factors that know
-nothing of it: velocities, signs and the rest.
+A is affine in functions of the position θ alone, each replaced by its chord over an interval, with coefficients that do
+not depend on θ: velocities, signs and other parameters.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The fall of a V whose P follows a slow variable (docs/certificate.md): interval by interval, along chords of A.
+"""The decay of a parameter-dependent V = e'P(θ)e, interval by interval of θ (docs/certificate_theory.md, theorem 3).
 
 Standard library only; part of the checker (verify.py), which hands ``enclosure`` and ``forms`` in. Between the ends of
 an interval P and the chord of A are affine, so the gap cP - F'P+F is a cubic there, and positive semidefinite where its
@@ -25,7 +25,7 @@ Chord = tuple[int, int, int]  # both ends of a line, and how far a parameter may
 # F at a corner of what does not follow: `common` F is the sum of (1, parameters that follow) times `parts`, by columns
 # and entry by entry; speeds: the least and greatest mean velocity of the sample.
 Corner = namedtuple("Corner", "parts common speeds")
-# What has one P: its number, the signs, pairs of corners at both ends of the velocity, the largest |parts|.
+# The data for one P: its number, the signs, pairs of corners at both ends of the velocity, the largest |parts|.
 Signed = namedtuple("Signed", "which signs pairs bends")
 
 

@@ -149,7 +149,7 @@ def refuted(top: dict[str, Any], axes: dict[str, Any], h: Fraction, *factors: Fr
 
 
 def reversal(entry: dict[str, Any], nodes: list[tuple[Matrix, ...]], fall: Fraction) -> str:
-    """The fact that what V gains when a contact reverses is made good in time; nodes: the P at one place together."""
+    """The fact that V has recovered after the dwell time of a reversal; nodes: the P at one place together."""
     where, flips, growth, left = (entry[key] for key in ("contact", "flips", "growth", "dwell_samples"))
     where, size, (a, b) = f"reversal of {where}", range(len(nodes[0][0])), growth.as_integer_ratio()
     demand(growth >= 1, f"{where}: growth {show(growth)} is below 1")

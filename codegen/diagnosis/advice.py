@@ -64,7 +64,7 @@ class SetupTried:
 
 @dataclass(frozen=True)
 class Separation:
-    """How candidates that tie could be told apart.
+    """How candidates that tie could be discriminated.
 
     Attributes:
         alike: the first of them with each other one.

@@ -30,7 +30,7 @@ TABLE_SIZE = 12
 MOST = 0.5
 """Share that a law removes, at least, of what a flexible regression on its own variable explains of the residual."""
 SOME = 0.1
-"""Of the square of what is left: a smaller share that a variable explains is told only if its force is material."""
+"""Of the square of what is left: a smaller share that a variable explains is reported only if its force is material."""
 DOUBTFUL = ("jitter", "sample rate", "missing values", "repeated rows")
 """Topics of the preflight that can make a residual by themselves."""
 
@@ -52,7 +52,7 @@ def sentence(
         findings: of the preflight of the training log. left: what the model that is written leaves, by coordinate.
         material: share of the drive force from which on a force matters; variables are named of more alone.
         outcome: of the free runs; None where records at steady speed were judged by their means, ``records`` of them.
-        experiment: how rivals could be told apart.
+        experiment: how rivals could be discriminated.
     """
     most = worst(left, material)
     i = acts_on(said.effects[0], system) if said.effects else 0

@@ -102,7 +102,7 @@ def diagnose_log(
     Args:
         system: of the spec, with its declared effects.
         log: to train on; without ``test_log`` its last 30 % is held out.
-        progress: told (station, share done).
+        progress: called with (station, share done).
         propose: whether to propose terms for an unknown residual.
         material: share of the RMS of the drive force from which on a force matters.
 

@@ -77,7 +77,7 @@ def masks(system: System, motion: Motion, noise_speed: float = 0.0) -> Masks:
 
 
 def inverse_dynamics_residual(system: System, motion: Motion, filtered: bool = True) -> Array:
-    """g − M a − U λ at every sample, (N, n), with the system's own friction levels; low-passed unless told not to."""
+    """g − M a − U λ at every sample, (N, n), with the system's own friction levels; low-passed unless asked not to."""
     raw = _balance(system, motion)
     return motion.low_pass(raw) if filtered else raw
 

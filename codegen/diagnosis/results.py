@@ -15,7 +15,7 @@ Verdict = Literal["effect", "none", "ambiguous", "unknown", "unfit"]
 """``unfit``: the preflight found log and spec not to fit together, so nothing is said of effects."""
 
 MATERIAL = 0.02
-"""Of the RMS of the drive force: structure that is smaller is told as what is left, and not called unknown."""
+"""Of the RMS of the drive force: structure that is smaller is reported as a remainder, and not called unknown."""
 Nature = Literal["immaterial", "noise", "structured"]
 """Of what a model leaves: too small to matter, large but not predicted by the motion, or predicted by it."""
 
@@ -139,7 +139,7 @@ class Remainder:
         share: the same over the RMS of the drive force.
         structured: share of its square that all variables together, or one of them, explain on held-out parts.
         over: variable → share of its square that this variable alone explains on held-out parts, beyond what a constant
-            does, which is told as ``constant``; 0 where these parts do not agree that it explains any.
+            does, which is reported as ``constant``; 0 where these parts do not agree that it explains any.
     """
 
     rms: float

@@ -1,4 +1,4 @@
-"""Effects one after the other while held-out segments credit one, each looked at again once the others are in place."""
+"""Forward selection of effects, cross-validated; each is tested again once the others are in place."""
 
 from __future__ import annotations
 
@@ -147,7 +147,7 @@ def find_effects(search: Search, base: Shot, tell: Progress, refit_only: bool = 
 def _pair(search: Search, ranked: Sequence[Ranked]) -> Shot | None:
     """The best fit of two of the first round together, where they are of different kinds.
 
-    Of two effects that are both lacking, each bends the fit of the other: which of several similar shapes is the right
+    Of two effects that are both lacking, each biases the fit of the other: which of several similar shapes is the right
     one is seen only once the other is in place.
     """
     found: list[Shot] = []

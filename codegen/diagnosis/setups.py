@@ -74,7 +74,7 @@ def setups(system: System, motion: Motion, parts: Sequence[Part]) -> list[Setup]
     """The log's motion again, and every change that fits the machine.
 
     Args:
-        parts: effects of all models that are to be told apart.
+        parts: effects of all models that are to be discriminated.
     """
     drive = np.sqrt(np.mean(drive_force(system, motion)[motion.usable] ** 2, axis=0))
     inertia = 1 / np.maximum(np.diagonal(inverse_mass(system, motion).mean(axis=0)), 1e-300)

@@ -167,7 +167,7 @@ Numbers = Annotated[list[float] | None, BeforeValidator(_numbers)]
 
 
 class EvaluationSection(BaseModel):
-    """How an evaluation filters and cuts; unknown keys are told in the log's notes."""
+    """How an evaluation filters and cuts; unknown keys are named in the log's notes."""
 
     model_config = ConfigDict(extra="allow", frozen=True)
 
@@ -178,7 +178,7 @@ class EvaluationSection(BaseModel):
 
 
 class DescriptionDocument(BaseModel):
-    """The file's shape; unknown keys are told in the log's notes."""
+    """The file's shape; unknown keys are named in the log's notes."""
 
     model_config = ConfigDict(extra="allow", frozen=True)
 

@@ -1,4 +1,4 @@
-"""A log that is too long to be diagnosed whole → the part of it that is looked at, and the words that say which."""
+"""A log that is too long to be diagnosed whole → the excerpt that is used, and the words that say which."""
 
 from __future__ import annotations
 

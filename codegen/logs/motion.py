@@ -23,7 +23,7 @@ class Motion:
         cutoff_hz: of the Butterworth filter of order 4.
         positions, velocities, accelerations: (N, n), SI; as measured or zero where ``usable`` is false.
         usable: (N,) true away from gaps, ends and segments too short to filter.
-        threshold: (n) speed, SI, below which measuring noise cannot be told from motion.
+        threshold: (n) speed, SI, below which motion cannot be distinguished from measurement noise.
         reversals: (n) changes of direction between speeds above the threshold.
         standstill: (n) share of the usable samples that are below the threshold.
     """

@@ -1,4 +1,4 @@
-"""More contacts than motions: when the friction of single contacts cannot be told apart, whoever estimates it."""
+"""More contacts than degrees of freedom: when the friction of single contacts cannot be identified."""
 
 from __future__ import annotations
 

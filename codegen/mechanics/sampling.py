@@ -1,4 +1,4 @@
-"""Points of the envelope at which what should hold everywhere, or almost everywhere, is looked at in numbers."""
+"""Sampled points of the envelope, for numerical tests of what should hold everywhere or almost everywhere."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def numbers_over(
 def rank(matrix: Any, points: list[dict[sympy.Symbol, Any]]) -> int:
     """The generic rank: the largest over the points, each row and column brought to size one first.
 
-    A matrix without a real value at any point counts as of full rank; its fault is told elsewhere.
+    A matrix without a real value at any point counts as of full rank; its fault is reported elsewhere.
     """
     full, best = min(matrix.rows, matrix.cols), -1
     for point in points:

@@ -113,7 +113,7 @@ class Domain:
         slip_speed: in the slip's unit/s.
         samples: whole, at least 1.
         level: (low, high) of the true level, in its unit.
-        innovation: the largest |x − (x + h v̂) of the sample before| in the domain; None: not looked at.
+        innovation: the largest |x − (x + h v̂) of the sample before| in the domain; None: not checked.
     """
 
     slip_speed: Any

@@ -60,7 +60,7 @@ class Evaluator:
         return self._known[node]
 
     def _not_finite(self, node: Node) -> BadInput:
-        """Of the parameters in a constant, the one farthest from 1 is told."""
+        """Of the parameters in a constant, the one farthest from 1 is named."""
         names = [n.name for n in reachable([node]) if n.kind == "symbol"]
         size = {name: abs(math.log(abs(self._parameters[name]) or 5e-324)) for name in names}
         found = f"a constant of {', '.join(names)} that is not finite"

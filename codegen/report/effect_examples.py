@@ -23,7 +23,7 @@ TIME: Array = np.arange(0, 12, 0.002)
 COMMAND: Array = 9 * np.sin(1.7 * TIME) + 5 * np.sin(4.3 * TIME + 0.4) + 2 * np.sin(11.9 * TIME)
 SUBSTEPS = 20
 SLOWEST = 0.01
-"""Share of the top speed below which friction is not looked at."""
+"""Share of the top speed below which friction is not drawn."""
 PARAMETERS: dict[str, dict[str, float]] = {
     "viscous": {"b": 4},
     "quadratic_drag": {"c": 5},

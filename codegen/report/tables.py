@@ -200,7 +200,7 @@ def _candidate_rows(candidates: Sequence[Candidate], diagnosis: Diagnosis, model
 
 
 def separation_view(separation: Separation | None) -> SeparationView | None:
-    """How tied candidates could be told apart; None where none tie."""
+    """How tied candidates could be discriminated; None where none tie."""
     if separation is None:
         return None
     pairs = tuple(

@@ -43,7 +43,7 @@ def simulate(
     Args:
         spec: for its ``simulation`` section, and its observer.
         system: the machine, with its effects; it may differ from what the spec declares.
-        progress: told the share that is done, from 0 to 1.
+        progress: called with the share that is done, from 0 to 1.
         twin: whether the observer is the Python twin and not the compiled C.
         method: of the plant, see ``run_loop``.
 

@@ -138,7 +138,7 @@ class EventPlant:
         forces = forces_of(directions, laws.free, laws.mobility, laws.limits)
         held = laws.compliance @ forces
         size = np.abs(laws.motion) + np.abs(laws.compliance) @ np.abs(forces)
-        # What is the rounding of forces that balance is none: what is held stays for ever.
+        # Rounding of forces that balance is taken as zero, so that a contact at rest stays at rest.
         moved = np.where(np.abs(laws.motion - held) <= _ROUNDING * size, 0.0, laws.motion - held)
         return np.concatenate([state[self._n :], moved])
 

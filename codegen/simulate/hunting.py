@@ -84,7 +84,7 @@ def hunting(
     nor in a limit cycle is run again four times as long.
 
     Args:
-        progress: told the share that is done, from 0 to 1.
+        progress: called with the share that is done, from 0 to 1.
         gains: that alone are tried, in place of the search; the largest is then the largest of these below which none
             hunted.
 

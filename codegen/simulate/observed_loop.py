@@ -65,7 +65,7 @@ def run_loop(
         start: positions and velocities (n,), zero by default.
         substeps: plant steps in a sample; by default as many as ``substeps_of`` says.
         seed: of the noise.
-        progress: told the share that is done, from 0 to 1.
+        progress: called with the share that is done, from 0 to 1.
         method: of the plant: the time stepper, or the slow reference that is exact between events.
 
     Returns:

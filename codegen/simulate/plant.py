@@ -175,7 +175,7 @@ def _step_function(contacts: PlantContacts, motors: int) -> Any:
 
 
 def _moved(v: Any, h: Any, free: Any, compliance: Any, found: Any) -> Any:
-    """v + h (free − M⁻¹U λ), and exactly zero where it is the rounding of what cancels: what is held stays for ever."""
+    """v + h (free − M⁻¹U λ); exactly zero where only rounding is left, so that a contact at rest stays at rest."""
     after = v + h * (free - casadi.mtimes(compliance, found))
     size = casadi.fabs(v) + h * (casadi.fabs(free) + casadi.mtimes(casadi.fabs(compliance), casadi.fabs(found)))
     return casadi.if_else(casadi.fabs(after) / size <= _ROUNDING, 0, after)

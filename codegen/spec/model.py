@@ -86,7 +86,7 @@ class DomainChoice:
     Attributes:
         slip_speed: least speed of the estimated slip, in the slip's unit/s.
         settle: how long the slip has been so fast, with one sign, s.
-        innovation: the largest |x − (x + h v̂) of the sample before|, in the coordinate's unit; None: not looked at.
+        innovation: the largest |x − (x + h v̂) of the sample before|, in the coordinate's unit; None: not checked.
     """
 
     slip_speed: Any

@@ -1,4 +1,4 @@
-"""What a numerical library cannot compute from a user's numbers, told as what is wrong with those numbers."""
+"""Failures of a numerical library on a user's numbers, reported as bad input."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ EXPECTED = "numbers whose products and inverses a double can hold (1e-308 to 1e3
 
 
 def numerical(quantity: str, expected: str = EXPECTED) -> Callable[[Station[Rest, Result]], Station[Rest, Result]]:
-    """A station of the line, whose first argument is the spec: where it cannot compute, the spec is told as bad input.
+    """Decorator of a function whose first argument is the spec: where it cannot compute, the spec is bad input.
 
     Errors that do not come from numbers, such as a TypeError, pass: they are faults of the tool.
 

@@ -45,7 +45,7 @@ def validate(model: type[Model], data: Any, places: Mapping[str, Place], file: s
 def _distinct(errors: list[ErrorDetails], model: type[BaseModel]) -> list[ErrorDetails]:
     """One error for each fault of the author, the unknown keys first.
 
-    Of the alternatives of a union one is told: of a gain that is a mapping, what is wrong with its range. An unknown
+    Of the alternatives of a union one is named: of a gain that is a mapping, what is wrong with its range. An unknown
     key that is nearly the name of a missing one beside it is that key, misspelt.
     """
     ordered = sorted(errors, key=lambda e: (e["type"] != "extra_forbidden", e["loc"][-1:] != ("free",)))

@@ -1,4 +1,4 @@
-"""Certificates of small specs, and what they say in floating point, written from docs/certificate.md."""
+"""Certificates of small specs, and what they say in floating point, written from docs/certificate_format.md."""
 
 from __future__ import annotations
 

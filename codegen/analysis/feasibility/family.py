@@ -67,8 +67,8 @@ def joined(parts: Sequence[Settings]) -> Settings:
 class Family:
     """The error dynamics of one observer with its gains and sample time left open.
 
-    Operating points that give the same matrices are looked at once. ``focus`` finds those that decide, and ``worst``
-    then asks these alone unless told to ask all.
+    Operating points that give the same matrices are evaluated once. ``focus`` finds those that decide, and ``worst``
+    then evaluates these alone unless all are asked for.
 
     Attributes:
         every: indices of the points that differ; ``active`` of those that are asked.

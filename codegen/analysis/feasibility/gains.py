@@ -75,7 +75,7 @@ class Feasibility:
     Attributes:
         axes: what is varied.
         free: whether the spec leaves gains free; else its chosen gains are varied.
-        points: operating points looked at; ``deciding`` of them decide about stability somewhere in the range.
+        points: sampled operating points; ``deciding`` of them decide about stability somewhere in the range.
         noise: of the measured positions.
         units: friction output → unit.
         chosen: the spec's gains, or None where they are free.

@@ -71,7 +71,7 @@ class NoiseModel:
     two noisy positions, so the noise of the sample before, over h, is a state too.
 
     Attributes:
-        variables, points: operating points at which it is looked at, points by variables.
+        variables, points: operating points at which it is computed, points by variables.
         outputs, units: of the friction estimate: contact forces, or generalised ones for a (G)TO.
         levels: steady friction there at each point, points by outputs.
     """

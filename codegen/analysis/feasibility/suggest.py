@@ -32,7 +32,7 @@ class Suggestion:
         numbers: axis name → number, to three digits.
         rule: "fastest": the fastest decay among those below; "product": no gain set of the range keeps both bounds, so
             the least product of noise and decay time.
-        tried: gain sets looked at; ``stable`` of them were stable.
+        tried: gain sets evaluated; ``stable`` of them were stable.
         quiet, wide: of the stable ones, how many keep the noise bound, and whether one of these has the gain margin.
     """
 
@@ -47,7 +47,7 @@ class Suggestion:
 
 @dataclass(frozen=True)
 class NothingStable:
-    """No gain set looked at is stable; ``settings`` is the one whose error grows least."""
+    """No evaluated gain set is stable; ``settings`` is the one whose error grows least."""
 
     settings: Settings
     tried: int
@@ -55,7 +55,7 @@ class NothingStable:
 
 @dataclass(frozen=True)
 class _Candidates:
-    """Gain sets that were looked at: shares of the ranges, radius and noise share of each."""
+    """Gain sets that were evaluated: shares of the ranges, radius and noise share of each."""
 
     shares: Array
     radius: Array

@@ -54,7 +54,7 @@ def with_bounds(spec: Spec, analysis: Analysis, certificate: Certificate, source
 def bound_proof(
     spec: Spec, observer: Observer, certificate: Certificate, response: Response, bounds: tuple[ErrorBound, ...]
 ) -> dict[str, Any]:
-    """The JSON object (docs/certificate.md) that says of ``bounds`` what the checker can prove, rounded upwards."""
+    """The JSON object of ``bound.json`` (docs/certificate_format.md): bounds that the checker can prove, rounded up."""
     system, h = observer.system, float(observer.sample_time)
     slips = system.distribution.subs(observer.values)
     pairs = list(zip(system.positions, system.velocities, strict=True))

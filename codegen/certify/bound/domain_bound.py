@@ -58,7 +58,7 @@ def domain_bound(observer: Observer, domain: Domain, motion: Motion) -> DomainBo
     if not (0 <= phi < 1 and beta > 0):
         return "through reversals no bound is known: h K_v is above 1"
     contact = observer.system.contacts[0]
-    if isinstance(contact.law, DynamicLaw):  # it bends before it slides, and is no monotone relation
+    if isinstance(contact.law, DynamicLaw):  # friction with a state is no monotone relation of slip
         return f"through reversals no bound is known for a law with a state, as {contact.law.name} at {contact.name}"
     if contact.extra_level != 0:  # it turns with the level, and is not within its range
         return f"through reversals no bound is known beside a declared effect on the level of {contact.name}"

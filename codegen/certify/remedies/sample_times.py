@@ -47,7 +47,7 @@ Array = NDArray[np.float64]
 def largest_sample_times(spec: Spec, own: Analysis, outcome: Certificate | Refusal | None = None) -> dict[str, float]:
     """Integration → the largest sample time in s that was certified, within 1 %; inf where 1000 s still is.
 
-    Where A varies over the envelope it is that of one P for all of it, within 2 %. An integration is left out that
+    Where A varies over the envelope it is that of a common P for all of it, within 2 %. An integration is left out that
     does not apply (velocity measured, K_v not diagonal) or whose A a certificate cannot state, and 0 says that none was
     found. What is handed out has passed the checker.
 

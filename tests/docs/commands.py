@@ -1,0 +1,102 @@
+"""The commands of a page: files written, commands run in order, what they print compared with the page."""
+
+from __future__ import annotations
+
+import math
+import re
+import shlex
+import shutil
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+from tests.app.command import stiction
+
+ROOT = Path(__file__).resolve().parents[2]
+MARK = "<!-- tests: slow from here -->"
+_BLOCK = re.compile(r"^```(\w+) ?([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+_NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+_LEFT_OUT = "…"
+
+
+@dataclass(frozen=True)
+class Step:
+    """A command of the page, the lines shown below it, and the programs that it cannot do without."""
+
+    command: str
+    shown: list[str]
+    needs: list[str]
+
+
+def steps_of(text: str) -> list[Step]:
+    found: list[Step] = []
+    for language, rest, body in _BLOCK.findall(text):
+        if language != "console":
+            continue
+        for line in body.splitlines():
+            if line.startswith("$ "):
+                found.append(Step(line[2:], [], rest.removeprefix("needs").split()))
+            else:
+                found[-1].shown.append(line)
+    return found
+
+
+def write_files(text: str, folder: Path) -> None:
+    for language, name, body in _BLOCK.findall(text):
+        if language != "console":
+            (folder / name).write_text(body, encoding="utf-8")
+
+
+def run(command: str) -> str:
+    """What a command prints; `stiction` in this process, everything else by the shell."""
+    words = shlex.split(command)
+    if words[0] == "stiction":
+        result = stiction(*words[1:])
+        assert result.code == 0, f"{command}: {result.err}"
+        return result.out
+    done = subprocess.run(["bash", "-o", "pipefail", "-c", command], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, f"{command}: {done.stderr}"
+    return done.stdout + done.stderr
+
+
+def same(shown: str, printed: str) -> bool:
+    """Equal up to blanks and 1 % of each number, as fits differ between processors; a final … is the rest of a line."""
+    if shown.endswith(_LEFT_OUT):
+        shown = shown.removesuffix(_LEFT_OUT).rstrip()
+        words = len(shown.split())
+        printed = " ".join(printed.split()[:words])
+    if _NUMBER.sub("#", shown).split() != _NUMBER.sub("#", printed).split():
+        return False
+    pairs = zip(_NUMBER.findall(shown), _NUMBER.findall(printed), strict=True)
+    return all(math.isclose(float(a), float(b), rel_tol=1e-2) for a, b in pairs)
+
+
+def compare(step: Step, printed: str) -> None:
+    """Each line of the page is printed, in this order, next to the one before it unless a line … stands between."""
+    lines, at, anywhere = printed.rstrip("\n").splitlines(), 0, False
+    for shown in step.shown:
+        if shown == _LEFT_OUT:
+            anywhere = True
+            continue
+        found = next((k for k in range(at, len(lines)) if same(shown, lines[k])), None)
+        assert found is not None and (anywhere or found == at), f"{step.command}\nnot printed there: {shown}\n{printed}"
+        at, anywhere = found + 1, False
+    if step.shown:
+        assert anywhere or at == len(lines), f"{step.command}\nprinted besides: {lines[at:]}"
+
+
+def follow(steps: list[Step]) -> list[str]:
+    """Run them in the working directory; the programs that are missing here."""
+    missing: list[str] = []
+    for step in steps:
+        absent = [program for program in step.needs if shutil.which(program) is None]
+        missing += absent
+        if not absent:
+            compare(step, run(step.command))
+    return missing
+
+
+def halves(page: str) -> tuple[str, str]:
+    """The part of a page that every test run follows, and the slow rest."""
+    quick, _, slow = (ROOT / "docs" / page).read_text(encoding="utf-8").partition(MARK)
+    return quick, slow
