@@ -19,10 +19,7 @@ import gc
 import sys
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    pass
+from typing import Any
 
 _OFFERED = {
     "app.cancel": ("cancel", "CancelReport"),

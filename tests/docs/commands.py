@@ -7,6 +7,7 @@ import re
 import shlex
 import shutil
 import subprocess
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -48,8 +49,10 @@ def write_files(text: str, folder: Path) -> None:
 
 
 def run(command: str) -> str:
-    """What a command prints; `stiction` in this process, everything else by the shell."""
+    """What a command prints; `stiction` in this process, `python` by this interpreter, everything else by the shell."""
     words = shlex.split(command)
+    if words[0] == "python":
+        command = shlex.join([sys.executable, *words[1:]])
     if words[0] == "stiction":
         result = stiction(*words[1:])
         assert result.code == 0, f"{command}: {result.err}"
