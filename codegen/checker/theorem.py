@@ -16,9 +16,13 @@ PROOF = "proof.json"
 OUT = "rounding, samples with a fault, noise, what moves within a sample, outputs that are no estimate of an error"
 
 
-def is_proof(content: Any) -> bool:
-    """Whether JSON has the fields of a kernel's proof."""
-    return isinstance(content, dict) and content.keys() == {*kernel.FIELDS}
+def read(text: str | bytes) -> dict[str, Any] | None:
+    """A proof, if this is the JSON of one: an object with just a proof's fields."""
+    try:
+        content = json.loads(text)
+    except (ValueError, RecursionError):
+        return None
+    return content if isinstance(content, dict) and content.keys() == {*kernel.FIELDS} else None
 
 
 def proved(proof: dict[str, Any], sources: dict[str, bytes]) -> dict[str, Any]:
@@ -144,10 +148,12 @@ def bound(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[list[str], st
         return [], f"no {PROOF} is beside it", False
     if {f"{top['subject']['name']}.{end}" for end in "ch"} - sources.keys():
         return [], "its C or its header is not here, or not among its files", False
+    proof = read(sources[PROOF])
+    if proof is None:
+        return [], f"{PROOF} is not the JSON of a proof, with just its fields", False
     try:
-        proof = json.loads(sources[PROOF])
-        other = unlike(top, proof) if is_proof(proof) else "it has other fields than a proof"
-    except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError) as why:
+        other = unlike(top, proof)
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as why:
         other = f"it cannot be read ({type(why).__name__})"
     if other:
         return [], f"{PROOF} is not its proof: {other}", False

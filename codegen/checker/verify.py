@@ -278,8 +278,8 @@ def check(
 
     Raises Refused; json.JSONDecodeError; OSError if a file to be compared cannot be read.
     """
-    if '"stiction-' not in text and theorem.is_proof(content := json.loads(text)):
-        return of_proof(content, folder, sources)
+    if '"stiction-' not in text and (proof := theorem.read(text)) is not None:
+        return of_proof(proof, folder, sources)
     try:
         named = (top := parsed(text))["subject"]["files"]
         if sources is None:
