@@ -284,6 +284,7 @@ def check(
         raise Refused(f"{names[0]}: {why}") from None
     facts, left, tied = proved(top, here)
     gaps = [gap for gap in report.open if gap != verify.VALUES]  # of values there is more, or the same, in ``left``
+    gaps = [verify.ALWAYS[0] if gap == verify.BY_KERNEL else gap for gap in gaps]  # the kernel knows no disturbance
     more = {"facts": (*report.facts, *facts), "open": (*gaps, *left), "assumptions": top["assumptions"]}
     more["bound"] = report.bound and tied
     return report._replace(claim=top["claim"], **more)

@@ -53,12 +53,13 @@ DOMAIN, NO_CODE, NO_KERNEL = 4, 5, 6
 READERS = {"stiction-certificate/1": "verify.py", "stiction-bound/1": "newtons.py"}
 VALUES = "values: how estimates move is compared, not a constant added to one, nor outputs that `code` does not name"
 BY_HASH = "their hashes alone bind them (`stiction generate --check`)"
-BY_TWIN = f"that the C computes what {TWIN} does: {BY_HASH}", VALUES  # not compared where the kernel proves nothing
-BY_KERNEL = f"that the C does with lost samples, and at its start, what {TWIN} does: {BY_HASH}"
-ALWAYS = (  # not compared, whatever is given
+ALWAYS = (  # not compared, whatever is given; the first two where the kernel does not prove it of the C
+    f"that the C computes what {TWIN} does: {BY_HASH}",
+    VALUES,
     "that the model (M, g, input gain) is the machine's",
     "that the twin's ENVELOPE and units are the specification's, which is not read",
 )
+BY_KERNEL = f"that the C does with lost samples, and at its start, what {TWIN} does: {BY_HASH}"
 # A certificate: {"field": ...} is an object with just these fields, {"FORM": ...} one with any keys of that form.
 SCHEMA = json.loads("""{"format": "FORMAT", "tool": {"name": "TEXT", "version": "TEXT", "command": "TEXT"},
     "subject": {"name": "LINE", "spec_sha256": "HASH", "files": {"FILE": "HASH"}},
@@ -290,7 +291,7 @@ def check(
     except RecursionError:
         raise Refused("nested too deeply") from None
     unbound = tuple(name for name in named if name not in sources)
-    left += [*([BY_KERNEL] if proved else BY_TWIN), *ALWAYS]
+    left += [BY_KERNEL, *ALWAYS[2:]] if proved else ALWAYS
     words = (top["claim"], (*facts, *more), unbound, tuple(left), top["assumptions"])
     return Report(top["subject"]["name"], *words, tied, tuple(proved), unproved, whole)
 
@@ -302,7 +303,7 @@ def of_proof(proof: dict[str, Any], folder: Path | None, sources: dict[str, byte
         here = [path for end in "ch" if folder and (path := folder / f"{name}.{end}").exists()]
         sources = {path.name: files.read(path) for path in here}
     shown = theorem.proved(proof, sources)
-    open_ = ("a certificate: this is the kernel's proof alone", "the specification", *ALWAYS[:1])
+    open_ = ("a certificate: this is the kernel's proof alone", "the specification", ALWAYS[2])
     return Report(name, "", (), (), open_, (), shown["whole"], tuple(theorem.words(proof, shown)), "", shown["whole"])
 
 
