@@ -33,7 +33,7 @@ def test_warnings_of_numpy_and_loggers_do_not_reach_the_screen(
 ) -> None:
     """And the filters of the process are what they were behind the command, also after bad input."""
 
-    def warns() -> None:
+    def warns(**_options: object) -> None:
         np.float64(1e300) * np.float64(1e300)
         np.exp(np.array([1e4]))
         logging.getLogger("matplotlib.font_manager").warning("Matplotlib is building the font cache")

@@ -24,7 +24,15 @@ SPREAD = Remainder(2.0, 0.2, 0.02, {"load": 0.008})
 
 def words(left: Remainder, **given: Any) -> str:
     """The sentence of a log without an effect, of which this is left."""
-    none: dict[str, Any] = {"verdict": "none", "effects": (), "against": (), "errors": (), "remarks": (), "doubts": ()}
+    none: dict[str, Any] = {
+        "verdict": "none",
+        "effects": (),
+        "against": (),
+        "errors": (),
+        "remarks": (),
+        "doubts": (),
+        "records": 0,
+    }
     shown = none | {"left": left, "left_on": "", "material": 0.02} | given
     return render("text/verdict.j2", over=told(left, shown["material"]), **shown)
 

@@ -1,4 +1,4 @@
-"""Certificates and bounds with damage that knows their format, through the checkers of both: accepted or refused.
+"""Certificates, bounds and proofs about the C with damage that knows their format, through their checkers.
 
 That what is accepted is true is tested in tests/checker; here it is that the checker ends, and says what is wrong.
 """
@@ -48,6 +48,8 @@ def proof(seed: int) -> Case:
     dice = random.Random(f"proof {seed}")
     folder, name = dice.choice(proofs())
     here = GENERATED / folder
+    if name == "proof.json":
+        return _of_the_kernel(here, dice)
     files = {name: (here / name).read_bytes(), TWIN: (here / TWIN).read_bytes()}
     if name == "bound.json":
         files["certificate.json"] = (here / "certificate.json").read_bytes()
@@ -61,6 +63,15 @@ def proof(seed: int) -> Case:
     else:
         files[name] = damaged(files[name].decode(), dice).encode("utf-8", "surrogatepass")
     return Case(files, stages(name))
+
+
+def _of_the_kernel(here: Path, dice: random.Random) -> Case:
+    """A damaged proof about the C, or a sound one beside damaged C."""
+    files = {path.name: path.read_bytes() for path in (here / "proof.json", *here.glob(f"{here.name}.[ch]"))}
+    name = "proof.json" if dice.random() < 0.7 else dice.choice(sorted(files))
+    damage = damaged if name == "proof.json" else damaged_text
+    files[name] = damage(files[name].decode(), dice).encode("utf-8", "surrogatepass")
+    return Case(files, (Stage("verify", through_main("verify", "proof.json")),))
 
 
 def stages(name: str) -> tuple[Stage, ...]:
