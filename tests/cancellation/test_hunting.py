@@ -78,6 +78,7 @@ def test_how_far_the_tracked_estimate_of_the_resonant_mass_rings():
     assert np.abs(response).max() == pytest.approx(2.29, abs=5e-3)
 
 
+@pytest.mark.slow
 def test_an_estimate_that_overshoots_hunts_from_tsypkin_s_threshold_on():
     mass = replace(RESONANT, h=0.0005)
     least = threshold(mass.tsypkin)

@@ -49,7 +49,11 @@ def check(content: Any, files: dict[str, bytes]) -> verify.Report:
     return verify.check(json.dumps(content), sources=files)
 
 
-@pytest.mark.parametrize("path", PROOFS, ids=lambda p: f"{p.parent.name}-{p.stem}")
+@pytest.mark.parametrize(
+    "path",
+    [pytest.param(p, marks=pytest.mark.slow) if p.parent.name == "chain" else p for p in PROOFS],
+    ids=lambda p: f"{p.parent.name}-{p.stem}",
+)
 def test_what_is_shipped_is_that_of_its_twin(path: Path) -> None:
     report = verify.check(path.read_text("utf-8"), path.parent)
     if path.parent.name in UNREAD:

@@ -23,7 +23,7 @@ ROWS = {
 }
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n == "chain" else n for n in NAMES])
 def test_the_row_is_what_the_proofs_say(name: str) -> None:
     folder, row = ROOT / "generated" / name, ROWS[name]
     proofs = {p.name: p.read_text(encoding="utf-8") for p in folder.glob("*.json") if p.name != "manifest.json"}

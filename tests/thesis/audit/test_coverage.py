@@ -36,6 +36,7 @@ def test_json_objects():
             assert len(o["counterexample"]) > 1
 
 
+@pytest.mark.slow
 def test_docs_are_current():
     assert (ROOT / "docs" / "audit.md").read_text(encoding="utf-8") == audit_document(findings())
 
