@@ -306,7 +306,9 @@ def seen(record: Any, kind: str) -> dict[str, float]:
 
 def put(record: Any, values: dict[str, float]) -> None:
     for place, value in values.items():
-        _, field, at = re.fullmatch(r"(\w+)\.(\w+)(?:\[(\d+)\])?", place).groups()  # type: ignore[union-attr]
+        found = re.fullmatch(r"\w+\.(\w+)(?:\[(\d+)\])?", place)
+        assert found is not None, place
+        field, at = found.groups()
         if at is None:
             setattr(record, field, value)
         else:

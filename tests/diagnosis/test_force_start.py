@@ -30,28 +30,13 @@ SLOWER = ("saturation", "input_gain", "input_delay")
 
 
 @pytest.mark.parametrize(
-    "kind", ["dead_zone", "actuator_lag", *(pytest.param(k, marks=pytest.mark.slow) for k in SLOWER)]
+    "kind", ["dead_zone", "actuator_lag", *(pytest.param(k, marks=pytest.mark.slow) for k in SLOWER), *WEIGHTED]
 )
-def test_the_stage_and_the_levels_are_those_of_the_plant(tmp_path: Path, kind: str) -> None:
-    """The log was made with the stage and a level of 5.5 N; declared are 4 N and no stage."""
-    words = ", ".join(f"{name}: {value}" for name, value in LACKING[kind].items())
-    log = log_of(stage(f"[{{kind: {kind}, on: w, parameters: {{{words}}}}}]", 5.5), tmp_path, "train.csv")
-    search = search_in(log)
-    base, part = search.refit(), part_of(CATALOGUE[kind], 0, search.system)
-    trial = base.runner.trial.with_part(part)
-    covered = Attempt(search, base, (part,), lambda share: None).covered(part)
-    found = ForceStart(search.problem, base).best(trial, covered)
-    assert found is not None
-    moved, (parameters,) = trial.split(found[1])
-    assert parameters == pytest.approx(LACKING[kind], rel=0.1)
-    assert moved[0] == pytest.approx(5.5, rel=0.05)
-
-
-@pytest.mark.parametrize("kind", WEIGHTED)
-def test_a_force_and_the_levels_are_those_of_the_plant(tmp_path: Path, kind: str) -> None:
-    """By one linear least-squares step for each shape, far from the refit without the force: 5.5 N for 4 N."""
-    words = ", ".join(f"{name}: {value}" for name, value in WEIGHTED[kind].items())
-    on = {"offset": "x", "spring": "x", "stribeck": "rail"}[kind]
+def test_the_effect_and_the_levels_are_those_of_the_plant(tmp_path: Path, kind: str) -> None:
+    """The log was made with the effect and a level of 5.5 N; declared are 4 N and no effect."""
+    lacking = (LACKING | WEIGHTED)[kind]
+    words = ", ".join(f"{name}: {value}" for name, value in lacking.items())
+    on = {"offset": "x", "spring": "x", "stribeck": "rail"}.get(kind, "w")
     log = log_of(stage(f"[{{kind: {kind}, on: {on}, parameters: {{{words}}}}}]", 5.5), tmp_path, "train.csv")
     search = search_in(log)
     base, part = search.refit(), part_of(CATALOGUE[kind], 0, search.system)
@@ -61,7 +46,7 @@ def test_a_force_and_the_levels_are_those_of_the_plant(tmp_path: Path, kind: str
     assert found is not None
     moved, (parameters,) = trial.split(found[1])
     near = 0.1 if kind != "stribeck" else 0.5  # its speed is taken from a coarse grid
-    assert parameters == pytest.approx(WEIGHTED[kind], rel=near)
+    assert parameters == pytest.approx(lacking, rel=near)
     assert moved[0] == pytest.approx(5.5, rel=0.05)
 
 

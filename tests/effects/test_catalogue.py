@@ -337,3 +337,10 @@ def test_refused(case: str) -> None:
     assert found in told.value.found
     assert told.value.nearest == nearest or nearest is None
     assert str(told.value).startswith("machine.yaml:")
+
+
+def test_a_backlash_is_started_near_any_gap() -> None:
+    """A free run tells of a gap only within about a quarter of its own; four couplings have a start that near."""
+    gaps = [start["gap"] for start in CATALOGUE["backlash"].starts(COVERED)]
+    for gap in np.geomspace(1e-5, 0.15, 60):
+        assert sum(gap / 1.25 <= other <= 1.25 * gap for other in gaps) >= 4
