@@ -1,11 +1,23 @@
-"""Property tests draw the same cases in `make test`, and new ones in `make check-all` (HYPOTHESIS_PROFILE=random)."""
+"""For every test: property tests draw the same cases in `make test`, and new ones in `make check-all`
+(HYPOTHESIS_PROFILE=random); the collector of cycles runs as rarely as in the command; linear algebra takes one thread.
+"""
 
 from __future__ import annotations
 
+import gc
 import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy: two workers on two cores, and threads change bits
 
 from hypothesis import settings
 
 settings.register_profile("repeatable", derandomize=True)
 settings.register_profile("random", derandomize=False)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
+
+gc.set_threshold(100_000, 50, 50)  # as in stiction.main: a fifth of the time of a derivation goes into it otherwise
+
+
+def pytest_collection_finish() -> None:
+    """What is imported and collected stays: the collector need not look at it again."""
+    gc.freeze()

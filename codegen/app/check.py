@@ -12,6 +12,7 @@ from codegen.base.border import verb
 from codegen.base.text import render
 from codegen.certify.size import beyond_checker
 from codegen.simulate.runnable import refuse_unrunnable
+from codegen.spec.free_gains import free_entries
 
 
 @verb
@@ -57,7 +58,7 @@ def check_json(machine: Derived) -> dict[str, Any]:
             "kind": observer.kind,
             "velocity": observer.velocity,
             "sample_time": float(observer.sample_time),
-            "gains": _numbers(view["gains"]),
+            "gains": _numbers(view["gains"]) | view["free"],
             "uncertifiable": view["uncertifiable"] or None,
         },
         "envelope": {name: [float(low), float(high)] for name, (low, high) in spec.envelope.items()},
@@ -72,6 +73,7 @@ def machine_view(machine: Derived) -> dict[str, Any]:
     """What ``stiction check`` prints."""
     system = machine.system
     observer = None if machine.spec.observer is None else machine.nominal.observer
+    free = _free_gains(machine)
     values = [(s.name, float(v), system.units[s]) for s, v in system.values.items()]
     slips = dict(zip([c.name for c in system.contacts], system.slip_velocity, strict=True))
     return {
@@ -86,5 +88,22 @@ def machine_view(machine: Derived) -> dict[str, Any]:
         "values": values,
         "observer": observer,
         "uncertifiable": beyond_checker(observer) if observer else "",
-        "gains": [(s.name, float(v), observer.gain_units[s]) for s, v in observer.gains.items()] if observer else [],
+        "gains": [(s.name, float(v), observer.gain_units[s]) for s, v in observer.gains.items() if s.name not in free]
+        if observer
+        else [],
+        "free": free,
+    }
+
+
+def _free_gains(machine: Derived) -> dict[str, dict[str, Any]]:
+    """Name of each gain that the spec leaves free → its range and unit."""
+    if not free_entries(machine.spec):
+        return {}
+    from codegen.analysis.feasibility.axes import gain_axes
+
+    observer = machine.nominal.observer
+    return {
+        s.name: {"free": sorted((axis.low * sign, axis.high * sign)), "unit": observer.gain_units[s]}
+        for axis in gain_axes(machine.spec, observer)
+        for s, sign in axis.weights.items()
     }

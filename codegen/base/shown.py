@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 
 from codegen.base.errors import brief
 
 
-class Shown:
+class Shown(ABC):
     """A result with a short ``repr`` and an HTML table, both of its ``summary``."""
 
     @property
+    @abstractmethod
     def summary(self) -> Mapping[str, object]:
         """What it is about → text or number, a handful of them."""
-        raise NotImplementedError
 
     def __repr__(self) -> str:
         return brief(f"<{type(self).__name__}: {', '.join(f'{name} {value}' for name, value in _texts(self))}>")

@@ -57,6 +57,7 @@ def law_groups() -> tuple[Group, ...]:
 
 def law_view(law: FrictionLaw) -> dict[str, Any]:
     """A law in words."""
+    drawn = law.name in EXAMPLES
     first, *remarks = inspect.cleandoc(type(law).__doc__ or "").split("\n\n")
     # Known to be positive where they are, so that the expressions read without needless bars.
     symbols = {p.name: _symbol(p) for p in law.parameters}
@@ -83,8 +84,8 @@ def law_view(law: FrictionLaw) -> dict[str, Any]:
         "drives": law.drives or "neither",
         "why_not": law.why_not,
         "source": law.source,
-        "caption": caption(law),
-        "example": "Drawn with " + ", ".join(f"{n} = {with_unit(v, u)}" for n, v, u in _values(law)),
+        "caption": caption(law) if drawn else None,
+        "example": "Drawn with " + ", ".join(f"{n} = {with_unit(v, u)}" for n, v, u in _values(law)) if drawn else None,
     }
 
 
@@ -94,12 +95,13 @@ def laws_page() -> str:
 
 
 def write_laws(folder: Path) -> Path:
-    """Write laws.md and its pictures into laws/ below it; the page's path.
+    """Write laws.md and its pictures into laws/ below it; the page's path. A law without an example has no picture.
 
     Raises:
         BadInput: if the folder cannot be written.
     """
-    write_all(folder, {f"laws/{law.name}.svg": law_picture(law) for law in LAWS.values()} | {"laws.md": laws_page()})
+    drawn = [law for law in LAWS.values() if law.name in EXAMPLES]
+    write_all(folder, {f"laws/{law.name}.svg": law_picture(law) for law in drawn} | {"laws.md": laws_page()})
     return folder / "laws.md"
 
 

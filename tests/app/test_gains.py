@@ -27,7 +27,12 @@ def free(tmp_path: Path) -> Path:
 
 
 def test_a_free_gain_is_checked_but_not_derived_certified_or_generated(free: Path, tmp_path: Path) -> None:
-    assert stiction("check", free).code == 0
+    checked = stiction("check", free)
+    assert checked.code == 0
+    rows = {line.split()[0]: line.split()[1:] for line in checked.out.splitlines() if "free," in line}
+    assert rows == {"K_F": ["free,", "0.1", "to", "10000", "N*s/m"], "K_v": ["free,", "1", "to", "10000", "1/s"]}
+    gains = json.loads(stiction("check", free, "--json").out)["observer"]["gains"]
+    assert gains["K_F"] == {"free": [0.1, 10000], "unit": "N*s/m"} and set(gains) == {"K_F", "K_v"}
     for verb in (["derive"], ["derive", "--json"], ["certify"], ["generate", "-o", tmp_path / "out"]):
         result = stiction(verb[0], free, *verb[1:])
         assert is_one_message(result)

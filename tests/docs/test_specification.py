@@ -19,6 +19,7 @@ from codegen.logs import csv_file, mat_elements, npy_header, source
 from codegen.observers import OBSERVERS
 from codegen.report.effect_pictures import effect_picture
 from codegen.report.effects import effects_page
+from codegen.report.law_examples import EXAMPLES
 from codegen.report.law_pictures import law_picture
 from codegen.report.laws import laws_page
 from codegen.spec import parse_spec, yaml_limits
@@ -51,6 +52,13 @@ def test_every_law_and_observer_is_documented() -> None:
 def test_the_page_of_the_laws_is_current() -> None:
     """Written again by ``stiction laws -o docs``; the pictures are drawn from the same classes."""
     assert laws_page() == PAGE_OF_LAWS
+
+
+def test_a_law_without_an_example_is_on_the_page_without_a_picture(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delitem(EXAMPLES, "lugre")
+    page = laws_page()
+    assert "| `lugre` |" in page and "### `lugre`" in page and "](laws/lugre.svg)" not in page
+    assert "](laws/dahl.svg)" in page
 
 
 def test_the_page_of_the_effects_is_current() -> None:
