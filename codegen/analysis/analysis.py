@@ -141,7 +141,12 @@ def analyse(spec: Spec, observer: Observer, conditions: bool = True) -> Analysis
     if not finite.all():
         at = ", ".join(f"{s} = {v:.4g}" for s, v in zip(points.variables, looked_at.values[~finite][0], strict=True))
         found = f"the error dynamics are not finite at {at or 'every point'}"
-        raise BadInput(spec.place("envelope"), found, "a force and gains whose slopes are finite in the whole envelope")
+        raise BadInput(
+            spec.place("envelope"),
+            found,
+            "a force and gains whose slopes are finite in the whole envelope",
+            code="SPEC033",
+        )
     of_psi, of_step = np.linalg.eigvals(continuous), np.linalg.eigvals(sampled)
     largest = np.abs(dynamics.multipliers(of_step, h)).max(axis=1)
     radii = np.array([float(f"{r:.10g}") for r in largest])[alike]

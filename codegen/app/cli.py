@@ -209,10 +209,12 @@ def generate(
     fmu = target == ["fmu"]
     overrides = Overrides(precision, fault, () if fmu else tuple(target or ()))
     if out is not None and len(specs) > 1:
-        raise BadInput("-o", f"one folder for {len(specs)} specs", "one spec with -o, or several without")
+        raise BadInput(
+            "-o", f"one folder for {len(specs)} specs", "one spec with -o, or several without", code="CALL002"
+        )
     again = next((spec for k, spec in enumerate(specs) if identity(spec) in map(identity, specs[:k])), None)
     if again is not None:
-        raise BadInput(str(again), "the same spec again", "each spec once")
+        raise BadInput(str(again), "the same spec again", "each spec once", code="CALL002")
     code, results = 0, []
     for spec in specs:
         made: Generated | GeneratedFmu
@@ -384,7 +386,7 @@ def _columns(pairs: list[str]) -> dict[str, str]:
     split = {pair: pair.partition("=") for pair in pairs}
     for pair, (name, _, column) in split.items():
         if not name or not column:
-            raise BadInput("--column", f"`{pair}`", "NAME=COLUMN, such as x=qm")
+            raise BadInput("--column", f"`{pair}`", "NAME=COLUMN, such as x=qm", code="CALL001")
     return {name.strip(): column.strip() for name, _, column in split.values()}
 
 
@@ -404,10 +406,13 @@ def main() -> None:
         app(prog_name="stiction")
     except BadInput as error:
         for each in error.all[:MOST_FAULTS]:
-            errors.print("error: " + " ".join(str(each).split()), style="red")
+            code = f" [{each.code}]" if each.code else ""
+            errors.print("error: " + " ".join(str(each).split()) + code, style="red")
         if len(error.all) > MOST_FAULTS:
             more = len(error.all) - MOST_FAULTS
             errors.print(f"and {more} more, which are shown once these are mended", style="red")
+        if "--json" in sys.argv[1:]:
+            print_json({"format": "stiction-errors/1", "errors": [each.parts for each in error.all]})
         sys.exit(2)
     except BrokenPipeError:
         sys.exit(1)

@@ -88,7 +88,7 @@ def diagnose(
     for file in tests:
         if identity(file) in {identity(other) for other in logs}:
             expected = "another log, or none: the end of LOG is then held out"
-            raise BadInput(str(file), "the training log itself as --test", expected)
+            raise BadInput(str(file), "the training log itself as --test", expected, code="LOG014")
     folder = Path(out) if out is not None else Path(f"{Path(logs[0]).stem}_diagnosis")
     read = {"the spec itself": Path(source)} | {f"the log {file}": Path(file) for file in (*logs, *tests)}
     for name in DIAGNOSIS_FILES:

@@ -88,7 +88,7 @@ def generate_fmu(
         BadInput: for a bad spec, no C compiler, or a folder that cannot be written.
     """
     if version not in VERSIONS:
-        raise BadInput("--fmi", f"`{version}`", f"one of {', '.join(VERSIONS)}")
+        raise BadInput("--fmi", f"`{version}`", f"one of {', '.join(VERSIONS)}", code="CALL001")
     machine = derived_from(source).with_overrides(overrides)
     files, outcome = machine.files, machine.outcome
     fmu = emit_fmu(machine.program, dict(files), version)

@@ -116,7 +116,9 @@ def _refuse_folder_of_another(target: Path, name: str) -> None:
     own = (f"{name}.h", f"{name}_lanes.h")
     header = next((file for file in _listed(target) if file.endswith(".h") and file not in own), None)
     if header is not None:
-        raise BadInput(str(target), f"the code of {header.removesuffix('.h')}", f"a folder of its own for {name}")
+        raise BadInput(
+            str(target), f"the code of {header.removesuffix('.h')}", f"a folder of its own for {name}", code="FILE004"
+        )
 
 
 def refuse_hand_written(target: Path, files: Mapping[str, str]) -> None:
@@ -125,7 +127,9 @@ def refuse_hand_written(target: Path, files: Mapping[str, str]) -> None:
     foreign = [name for name in files if name not in listed and is_there(target / name)]
     if foreign:
         found = f"{', '.join(foreign)}, listed in no manifest.json of stiction: written by another hand"
-        raise BadInput(str(target), found, "a new folder, or one that stiction wrote; nothing was replaced")
+        raise BadInput(
+            str(target), found, "a new folder, or one that stiction wrote; nothing was replaced", code="FILE004"
+        )
 
 
 def _listed(folder: Path) -> tuple[str, ...]:

@@ -44,11 +44,13 @@ def init(name: str, source: str | Path | None = None, folder: str | Path = ".") 
         BadInput: for a name that none can have, a source that cannot be used, or a file that is there already.
     """
     if not is_identifier(name):
-        raise BadInput("NAME", f"`{name}`", "letters, digits and _, starting with a letter, such as my_axis")
+        raise BadInput(
+            "NAME", f"`{name}`", "letters, digits and _, starting with a letter, such as my_axis", code="SPEC009"
+        )
     target = Path(folder) / f"{name}.yaml"
     refuse_target(target)
     if is_there(target):
-        raise BadInput(str(target), "a file that is there already", "another name, or another folder")
+        raise BadInput(str(target), "a file that is there already", "another name, or another folder", code="FILE004")
     if source is None:
         files = {target.name: render("text/new_spec.j2", name=name)}
         parse_spec(files[target.name], target)
@@ -70,7 +72,7 @@ def _found(source: str | Path) -> Path:
     if asked not in shipped:
         listed = [known for known in shipped if "/" not in known]
         expected = f"a file that is there, or a shipped spec: {', '.join(listed)}, or one of thesis/ and gallery/"
-        raise BadInput("--from", f"`{source}`, no such file", expected, nearest_name(asked, shipped))
+        raise BadInput("--from", f"`{source}`, no such file", expected, nearest_name(asked, shipped), code="FILE001")
     return shipped[asked]
 
 
@@ -79,12 +81,19 @@ def _of_spec(name: str, path: Path) -> dict[str, str]:
     text = _NAME_LINE.sub(f"name: {name}", read_text(path, "a spec file (YAML)"), count=1)
     spec = parse_spec(text, path)
     if spec.name != name:
-        raise BadInput(Place(str(path)), f"the name `{spec.name}` on no line of its own", "a line `name: …`")
+        raise BadInput(
+            Place(str(path)), f"the name `{spec.name}` on no line of its own", "a line `name: …`", code="SPEC003"
+        )
     files = {f"{name}.yaml": text}
     if spec.robot is not None:
         robot = path.parent / spec.robot[0]
         if robot.name != spec.robot[0]:
-            raise BadInput(spec.place("urdf"), f"`{spec.robot[0]}`, in another folder", "a robot file beside the spec")
+            raise BadInput(
+                spec.place("urdf"),
+                f"`{spec.robot[0]}`, in another folder",
+                "a robot file beside the spec",
+                code="FILE001",
+            )
         files[robot.name] = read_text(robot, "a robot description (URDF)", LARGEST)
     return files
 
@@ -103,5 +112,5 @@ def _refuse_other_robot(folder: Path, files: dict[str, str]) -> None:
     for file in [file for file in files if not file.endswith(".yaml")]:
         if is_there(folder / file):
             if read_text(folder / file, "a robot description (URDF)", LARGEST) != files[file]:
-                raise BadInput(str(folder / file), "another robot file of that name", "another folder")
+                raise BadInput(str(folder / file), "another robot file of that name", "another folder", code="FILE004")
             del files[file]

@@ -32,7 +32,7 @@ class Overrides:
         """
         for option, value, known in (("--precision", self.precision, PRECISIONS), ("--fault", self.fault, FAULTS)):
             if value is not None and value not in known:
-                raise BadInput(option, f"`{value}`", " or ".join(known), nearest_name(value, known))
+                raise BadInput(option, f"`{value}`", " or ".join(known), nearest_name(value, known), code="CALL001")
         for target in self.targets:
             if target not in (*PRINTERS, "all"):
                 raise BadInput(
@@ -40,6 +40,7 @@ class Overrides:
                     f"`{target}`",
                     f"one of {', '.join((*PRINTERS, 'all'))}, or fmu alone",
                     nearest_name(target, PRINTERS),
+                    code="CALL001",
                 )
         return replace(spec, code=CodeChoice(self.precision or spec.code.precision, self.fault or spec.code.fault))
 

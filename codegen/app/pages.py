@@ -1,4 +1,4 @@
-"""The verbs that write pages of docs/: ``laws``, ``effects``, ``audit`` and ``gallery``."""
+"""The verbs that write pages of docs/: ``laws``, ``effects``, ``errors``, ``audit`` and ``gallery``."""
 
 from __future__ import annotations
 
@@ -55,6 +55,27 @@ def effects(
         output.print(str(written))
     else:
         output.print(render("text/effects.txt.j2", effects=effect_views()), end="")
+
+
+@pages.command()
+def errors(
+    out: Annotated[
+        Path | None, typer.Option("-o", "--output", parser=named_path, metavar="DIR", help="write errors.md here")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """List the codes of error messages, with what each says and what to do, or write their page."""
+    from codegen.base.error_codes import CODES
+    from codegen.base.files import write_all
+    from codegen.base.text import render
+
+    if out is not None:
+        write_all(out, {"errors.md": render("text/errors.md.j2", codes=CODES)})
+    if as_json:
+        rows = [{"code": code, "meaning": meaning, "advice": advice} for code, (meaning, advice) in CODES.items()]
+        print_json({"format": "stiction-error-codes/1", "codes": rows})
+    else:
+        output.print(render("text/errors.txt.j2", codes=CODES) if out is None else f"{out / 'errors.md'}\n", end="")
 
 
 @pages.command()

@@ -32,7 +32,7 @@ def simulate(
     """
     chosen = next((known for known in METHODS if known == method), None)
     if chosen is None:
-        raise BadInput("--method", f"`{method}`", " or ".join(METHODS), nearest_name(method, METHODS))
+        raise BadInput("--method", f"`{method}`", " or ".join(METHODS), nearest_name(method, METHODS), code="CALL001")
     target = Path(out)
     refuse_target(target, {"the spec itself": Path(source)}, (".csv", ".txt"))
     machine = derived_from(source)

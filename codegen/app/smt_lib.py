@@ -27,14 +27,16 @@ def smt_text(content: Mapping[str, Any]) -> str:
             bound in place of a certificate.
     """
     if "matrix" not in content:
-        raise BadInput("certificate", "a bound in newtons", "a certificate; only the checker verifies a bound")
+        raise BadInput(
+            "certificate", "a bound in newtons", "a certificate; only the checker verifies a bound", code="CALL003"
+        )
     if content["slow"]:
         found = f"a P that follows {content['slow'][0]['variable']}"
-        raise BadInput("certificate", found, "one P; only the checker verifies the other kind")
+        raise BadInput("certificate", found, "one P; only the checker verifies the other kind", code="CALL003")
     for entry in content["reversals"]:
         if entry["dwell_samples"] > LONGEST_DWELL:
             found = f"{entry['dwell_samples']} dwell samples at {entry['contact']}"
-            raise BadInput("certificate", found, f"at most {LONGEST_DWELL} for a solver")
+            raise BadInput("certificate", found, f"at most {LONGEST_DWELL} for a solver", code="CALL003")
     size = list(range(len(content["error"])))
     name, claim = UserText(content["subject"]["name"]), UserText(content["claim"])
     words = {"name": name, "claim": claim, "c": content, "size": size, "vertices": _vertices(content)}

@@ -54,12 +54,14 @@ def verify(path: str | Path, spec: str | Path | None = None) -> Verified:
     except newtons.Refused as error:
         raise checker.Refused(str(error)) from None
     except json.JSONDecodeError as error:
-        raise BadInput(Place(str(path), error.lineno), error.msg, CERTIFICATE) from None
+        raise BadInput(Place(str(path), error.lineno), error.msg, CERTIFICATE, code="CALL003") from None
     except OSError as error:  # of a file beside it, or of the spec
         found = f"unreadable ({error.strerror})"
-        raise BadInput(str(error.filename or path), found, "a file that the certificate names") from None
+        raise BadInput(
+            str(error.filename or path), found, "a file that the certificate names", code="FILE001"
+        ) from None
     except ValueError as error:
-        raise BadInput(str(path), f"no certificate ({error})", CERTIFICATE) from None
+        raise BadInput(str(path), f"no certificate ({error})", CERTIFICATE, code="CALL003") from None
 
 
 @verb
@@ -95,6 +97,11 @@ def verify_machine(machine: Derived) -> Verified:
     from codegen.certify.outcome import Refusal
 
     if isinstance(machine.outcome, Refusal):
-        raise BadInput(machine.spec.place("name"), f"no certificate ({machine.outcome.reason})", "a certified machine")
+        raise BadInput(
+            machine.spec.place("name"),
+            f"no certificate ({machine.outcome.reason})",
+            "a certified machine",
+            code="CALL003",
+        )
     sources = {name: text.encode() for name, text in machine.files.items()}
     return Verified(newtons.check(machine.outcome.text, None, machine.spec.path, sources))

@@ -27,6 +27,8 @@ def write_smt(certificate: str | Path, out: str | Path) -> Path:
     try:
         checker.parsed(text)
     except (checker.Refused, ValueError, RecursionError) as error:
-        raise BadInput(str(certificate), f"no certificate ({error})", "a stability certificate") from None
+        raise BadInput(
+            str(certificate), f"no certificate ({error})", "a stability certificate", code="CALL003"
+        ) from None
     write_atomically(target, smt_text(json.loads(text)))
     return target

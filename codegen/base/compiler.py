@@ -30,10 +30,10 @@ def find_compiler() -> tuple[str, ...] | None:
     try:
         program, *options = shlex.split(named)
     except ValueError as error:
-        raise BadInput("CC", f"`{named}` ({error})", expected) from None
+        raise BadInput("CC", f"`{named}` ({error})", expected, code="TOOL001") from None
     found = shutil.which(program)
     if found is None:
-        raise BadInput("CC", f"`{named}`, and no program `{program}` that can be run", expected)
+        raise BadInput("CC", f"`{named}`, and no program `{program}` that can be run", expected, code="TOOL001")
     return (found, *options)
 
 
@@ -51,7 +51,9 @@ def compile_shared(sources: Mapping[str, str], units: Sequence[str], flags: Sequ
     """
     compiler = find_compiler()
     if compiler is None:
-        raise BadInput("the C compiler", "none on the path", "cc, gcc or clang (Debian: apt install gcc), or CC")
+        raise BadInput(
+            "the C compiler", "none on the path", "cc, gcc or clang (Debian: apt install gcc), or CC", code="TOOL001"
+        )
     with private_folder() as folder:
         for file, text in sources.items():
             (folder / file).write_text(text, encoding="utf-8")
@@ -59,16 +61,18 @@ def compile_shared(sources: Mapping[str, str], units: Sequence[str], flags: Sequ
         try:
             done = subprocess.run(command, cwd=folder, capture_output=True, text=True, errors="replace", check=False)
         except OSError as error:
-            raise BadInput(shlex.join(compiler), f"cannot be run ({error.strerror})", "a C compiler") from None
+            raise BadInput(
+                shlex.join(compiler), f"cannot be run ({error.strerror})", "a C compiler", code="TOOL001"
+            ) from None
         target = folder / "made.so"
         if done.returncode == 0 and not target.is_file():
             chosen = "CC names it; " if os.environ.get("CC", "").strip() else ""
             found = f"{chosen}it ended without an error and made no library"
-            raise BadInput(shlex.join(compiler), found, "a C99 compiler")
+            raise BadInput(shlex.join(compiler), found, "a C99 compiler", code="TOOL001")
         if done.returncode != 0:
             said = " ".join(done.stderr.split())[:LONGEST_MESSAGE] or f"exit {done.returncode}"
             found = f"`{' '.join(units)}` does not compile: {said}"
-            raise BadInput(shlex.join(compiler), found, "a C99 compiler")
+            raise BadInput(shlex.join(compiler), found, "a C99 compiler", code="TOOL002")
         return target.read_bytes()
 
 
@@ -85,4 +89,6 @@ def load_library(library: bytes) -> ctypes.CDLL:
             return ctypes.CDLL(str(path))
         except OSError as error:
             expected = "a compiler for this machine, and a temporary directory (TMPDIR) in which programs may run"
-            raise BadInput(str(folder.parent), f"compiled code cannot be loaded there ({error})", expected) from None
+            raise BadInput(
+                str(folder.parent), f"compiled code cannot be loaded there ({error})", expected, code="TOOL002"
+            ) from None

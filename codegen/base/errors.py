@@ -46,19 +46,34 @@ class BadInput(Exception):
         expected: what would have been right.
         nearest: the closest right thing, if there is one.
         about: the name in the generated code that it is about, where ``place`` could not be known.
+        code: of the kind of fault, a key of ``error_codes.CODES``; it stays when the words change.
 
     Attributes:
         others: further faults of the same file, found at the same time.
     """
 
     def __init__(
-        self, place: Place | str, found: str, expected: str, nearest: str | None = None, about: str | None = None
+        self,
+        place: Place | str,
+        found: str,
+        expected: str,
+        nearest: str | None = None,
+        about: str | None = None,
+        code: str = "",
     ) -> None:
         self.others: tuple[BadInput, ...] = ()
         self.place = place if isinstance(place, Place) else Place(place)
-        self.found, self.expected, self.nearest, self.about = found, expected, nearest, about
+        self.found, self.expected, self.nearest, self.about, self.code = found, expected, nearest, about, code
         message = f"{self.place}: {brief(found)}; expected {brief(expected, 3 * LONGEST_PART)}"
         super().__init__(f"{message} (did you mean {brief(nearest)!r}?)" if nearest else message)
+
+    @property
+    def parts(self) -> dict[str, str | int | None]:
+        """The message in its parts, as JSON has them."""
+        at = self.place
+        where = {"file": brief(at.file), "line": at.line, "key": brief(at.key)}
+        words = {"found": brief(self.found), "expected": brief(self.expected, 3 * LONGEST_PART)}
+        return {"code": self.code, **where, **words, "nearest": brief(self.nearest) if self.nearest else None}
 
     @property
     def all(self) -> tuple[BadInput, ...]:

@@ -21,7 +21,7 @@ def sha256(text: str) -> str:
 def named_path(text: str) -> Path:
     """The path that an option gives. Raises BadInput for an empty one, which would be the folder that one stands in."""
     if not text:
-        raise BadInput("-o", "an empty name", "a file or folder; `.` for this folder")
+        raise BadInput("-o", "an empty name", "a file or folder; `.` for this folder", code="FILE005")
     return Path(text)
 
 
@@ -34,11 +34,13 @@ def refuse_target(path: Path, sources: Mapping[str, Path] | None = None, endings
     """
     fault = unusable_name(path)
     if fault is not None:
-        raise BadInput(str(path), fault, "a name in UTF-8 for what is written")
+        raise BadInput(str(path), fault, "a name in UTF-8 for what is written", code="FILE005")
     try:
         _refuse_target(path, sources or {}, endings)
     except OSError as error:  # a name that is too long, or a folder that must not be searched
-        raise BadInput(str(path), f"cannot be written ({error.strerror})", "a folder that can be written") from None
+        raise BadInput(
+            str(path), f"cannot be written ({error.strerror})", "a folder that can be written", code="FILE003"
+        ) from None
 
 
 def _refuse_target(path: Path, sources: Mapping[str, Path], endings: Sequence[str]) -> None:
@@ -46,21 +48,29 @@ def _refuse_target(path: Path, sources: Mapping[str, Path], endings: Sequence[st
     for what, source in sources.items():
         same = is_there(path) and is_there(source) and path.samefile(source)
         if same or identity(path) == identity(source):
-            raise BadInput(str(path), what, "another file to write")
+            raise BadInput(str(path), what, "another file to write", code="FILE004")
     if endings and path.suffix.lower() not in endings:
-        raise BadInput(str(path), f"the ending `{path.suffix}`", f"a file ending in {' or '.join(endings)}")
+        raise BadInput(
+            str(path), f"the ending `{path.suffix}`", f"a file ending in {' or '.join(endings)}", code="FILE005"
+        )
     standing = next(folder for folder in path.absolute().parents if folder.exists())
     if not standing.is_dir():
         named = path.parents[path.absolute().parents.index(standing)]
-        raise BadInput(str(named), "cannot be written (a file is there)", "a folder, or a name that is free")
+        raise BadInput(
+            str(named), "cannot be written (a file is there)", "a folder, or a name that is free", code="FILE003"
+        )
     if not os.access(standing, os.W_OK | os.X_OK):
-        raise BadInput(str(path), "cannot be written (Permission denied)", "a folder that can be written")
+        raise BadInput(
+            str(path), "cannot be written (Permission denied)", "a folder that can be written", code="FILE003"
+        )
 
 
 def refuse_foreign(folder: Path, name: str, marks: Sequence[str]) -> None:
     """Raise BadInput where ``name`` stands in a folder without one of the files ``marks``, which we write beside it."""
     if is_there(folder / name) and not any(is_there(folder / mark) for mark in marks):
-        raise BadInput(str(folder / name), "a file that stiction did not write", "another folder for the results")
+        raise BadInput(
+            str(folder / name), "a file that stiction did not write", "another folder for the results", code="FILE004"
+        )
 
 
 def remove(path: Path) -> None:
@@ -68,7 +78,9 @@ def remove(path: Path) -> None:
     try:
         path.unlink(missing_ok=True)
     except OSError as error:
-        raise BadInput(str(path), f"cannot be removed ({error.strerror})", "a folder that can be written") from None
+        raise BadInput(
+            str(path), f"cannot be removed ({error.strerror})", "a folder that can be written", code="FILE003"
+        ) from None
 
 
 def write_atomically(path: Path, text: str) -> None:
@@ -108,7 +120,9 @@ def write_all(folder: Path, files: Mapping[str, str | bytes] | Mapping[str, str]
         for path, (temporary, stream) in sorted(waiting.items(), key=lambda item: item[0].name not in marks):
             take_place(temporary, stream, path)
     except OSError as error:
-        raise BadInput(str(path), f"cannot be written ({error.strerror})", "a folder that can be written") from None
+        raise BadInput(
+            str(path), f"cannot be written ({error.strerror})", "a folder that can be written", code="FILE003"
+        ) from None
     finally:
         for temporary, stream in waiting.values():
             temporary.unlink(missing_ok=True)
@@ -119,4 +133,4 @@ def write_all(folder: Path, files: Mapping[str, str | bytes] | Mapping[str, str]
 def _refuse_special(path: Path) -> None:
     if path.is_dir() or (path.exists() and not path.is_file()):
         there = "a folder" if path.is_dir() else "a device or a pipe"
-        raise BadInput(str(path), f"cannot be written ({there} is there)", "a file, or nothing")
+        raise BadInput(str(path), f"cannot be written ({there} is there)", "a file, or nothing", code="FILE003")

@@ -38,25 +38,29 @@ def opened(path: Path, expected: str, largest: int, named_at: Place | None = Non
     what = f"`{path}`: " if named_at else ""
     fault = unusable_name(path)
     if fault is not None:
-        raise BadInput(place, f"{what}{fault}", expected)
+        raise BadInput(place, f"{what}{fault}", expected, code="FILE001")
     try:
         handle = os.open(path, _FLAGS)
     except (FileNotFoundError, NotADirectoryError):
-        raise BadInput(place, f"{what}no such file", expected) from None
+        raise BadInput(place, f"{what}no such file", expected, code="FILE001") from None
     except OSError as error:
         special = _special(path)
-        raise BadInput(place, f"{what}{special or f'unreadable ({error.strerror})'}", expected) from None
+        raise BadInput(
+            place, f"{what}{special or f'unreadable ({error.strerror})'}", expected, code="FILE001"
+        ) from None
     try:
         found = os.fstat(handle)
         fault = _kind(found.st_mode)
         if fault is not None:
-            raise BadInput(place, f"{what}{fault}", expected)
+            raise BadInput(place, f"{what}{fault}", expected, code="FILE001")
         if found.st_size > largest:
-            raise BadInput(place, f"{what}{found.st_size} bytes", f"{expected} of at most {largest} bytes")
+            raise BadInput(
+                place, f"{what}{found.st_size} bytes", f"{expected} of at most {largest} bytes", code="FILE002"
+            )
         return os.fdopen(handle, "rb")
     except OSError as error:
         os.close(handle)
-        raise BadInput(place, f"{what}unreadable ({error.strerror})", expected) from None
+        raise BadInput(place, f"{what}unreadable ({error.strerror})", expected, code="FILE001") from None
     except BadInput:
         os.close(handle)
         raise
@@ -69,9 +73,9 @@ def read_bytes(path: Path, expected: str, largest: int, named_at: Place | None =
         try:
             data = stream.read(largest + 1)
         except OSError as error:
-            raise BadInput(place, f"unreadable ({error.strerror})", expected) from None
+            raise BadInput(place, f"unreadable ({error.strerror})", expected, code="FILE001") from None
     if data is None or len(data) > largest:  # a file that grows, or has no size, as those of /proc
-        raise BadInput(place, "a file without an end", f"{expected} of at most {largest} bytes")
+        raise BadInput(place, "a file without an end", f"{expected} of at most {largest} bytes", code="FILE002")
     return data
 
 
@@ -84,7 +88,7 @@ def read_text(path: Path, expected: str, largest: int = LARGEST_TEXT) -> str:
     try:
         return read_bytes(path, expected, largest).decode("utf-8")
     except UnicodeDecodeError as error:
-        raise BadInput(Place(str(path)), f"byte {error.start} is not UTF-8", expected) from None
+        raise BadInput(Place(str(path)), f"byte {error.start} is not UTF-8", expected, code="FILE006") from None
 
 
 def read_or_none(path: Path, largest: int = LARGEST_GENERATED) -> str | None:

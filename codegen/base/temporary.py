@@ -81,7 +81,9 @@ def private_folder() -> Iterator[Path]:
     try:
         folder, handle = _new_folder(home)
     except OSError as error:
-        raise BadInput(str(home), f"cannot be written ({error.strerror})", "a temporary directory, or TMPDIR") from None
+        raise BadInput(
+            str(home), f"cannot be written ({error.strerror})", "a temporary directory, or TMPDIR", code="FILE007"
+        ) from None
     try:
         yield folder
     finally:
@@ -98,7 +100,9 @@ def temporary_directory() -> Path:
     try:
         return Path(tempfile.gettempdir())
     except OSError:
-        raise BadInput("TMPDIR", "no temporary directory that can be written", "one, such as /tmp") from None
+        raise BadInput(
+            "TMPDIR", "no temporary directory that can be written", "one, such as /tmp", code="FILE007"
+        ) from None
 
 
 def _new_folder(home: Path) -> tuple[Path, int]:
@@ -144,6 +148,7 @@ def refuse_replaceable(folder: Path) -> None:
                 str(step),
                 "a folder in which other users may rename yours, and native code would lie in it",
                 "a temporary directory such as /tmp with its sticky bit, or TMPDIR set to a folder of your own",
+                code="FILE007",
             )
 
 
@@ -210,6 +215,8 @@ def in_temporary_folder(work: Callable[Given, Result]) -> Callable[Given, Result
             return work(*given, **named)
         except OSError as error:
             found = f"cannot be used ({error.strerror or error})"
-            raise BadInput("the temporary folder", found, "one with room that can be written (TMPDIR)") from None
+            raise BadInput(
+                "the temporary folder", found, "one with room that can be written (TMPDIR)", code="FILE007"
+            ) from None
 
     return guarded

@@ -135,7 +135,7 @@ def file_text(name: str) -> str:
         if unicodedata.category(character) in ("Cc", "Zl", "Zp") or character in '"\\':
             found = f"a file name with the character {unicodedata.name(character, f'U+{ord(character):04X}')}"
             expected = "a name of letters, digits, _, . and -, since generated files print it"
-            raise BadInput(one_line(name), found, expected)
+            raise BadInput(one_line(name), found, expected, code="SPEC009")
     return "".join(c if is_letter(c) or c in "_.-+" else "_" for c in unicodedata.normalize("NFC", name))
 
 

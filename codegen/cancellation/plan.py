@@ -59,7 +59,7 @@ def make_plan(spec: Spec, choice: CancellationChoice, found: Reach) -> Plan:
     B, rank = sympy.Matrix(found.input_matrix), found.rank
     place = spec.place("cancellation")
     if rank == 0:
-        raise BadInput(place, "no input that acts on any coordinate", "a force that the inputs enter")
+        raise BadInput(place, "no input that acts on any coordinate", "a force that the inputs enter", code="SPEC027")
     contacts = _contacts(spec, choice, found)
     if choice.damping:
         weighted = _weighted(found, B)
@@ -106,10 +106,14 @@ def _contacts(spec: Spec, choice: CancellationChoice, found: Reach) -> tuple[int
     place = spec.place("cancellation.contacts")
     if spec.observer is not None and spec.observer.kind in ("to", "gto"):
         observed = f"{spec.observer.kind}, which estimates the force on each coordinate and not that of each contact"
-        raise BadInput(place, f"contacts chosen under {observed}", "`contacts: all`, or gcfo, gdfo or mgto", "mgto")
+        raise BadInput(
+            place, f"contacts chosen under {observed}", "`contacts: all`, or gcfo, gdfo or mgto", "mgto", code="SPEC027"
+        )
     chosen = found.cancellable if choice.contacts == "cancellable" else choice.contacts
     if not chosen:
-        raise BadInput(place, "no contact whose friction the inputs can cancel perfectly", "`contacts: all`", "all")
+        raise BadInput(
+            place, "no contact whose friction the inputs can cancel perfectly", "`contacts: all`", "all", code="SPEC027"
+        )
     return tuple(names.index(name) for name in chosen)
 
 

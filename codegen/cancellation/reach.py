@@ -94,11 +94,11 @@ def input_matrix_of(spec: Spec, system: System) -> Matrix:
     B = system.input_matrix
     if isinstance(B, NonlinearInput):
         expected = "a force g = g0(x, v) + B(x) w (5.2); chapter 5 cancels friction by inputs that enter linearly"
-        raise BadInput(spec.place("force"), B.reason, expected)
+        raise BadInput(spec.place("force"), B.reason, expected, code="SPEC027")
     moving = [v.name for v in system.velocities if v in B.free_symbols]
     if moving:
         found = f"the effect of an input on the force depends on the velocity {moving[0]}"
-        raise BadInput(spec.place("force"), found, "B(x), of positions and parameters")
+        raise BadInput(spec.place("force"), found, "B(x), of positions and parameters", code="SPEC027")
     return B
 
 

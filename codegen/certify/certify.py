@@ -73,7 +73,10 @@ def certify(
         ranges = " and ".join(f"`{name}: [low, high]`" for name in names)
         depends = "it" if len(names) == 1 else "them"
         raise BadInput(
-            spec.place("envelope"), f"no range for {', '.join(names)}", f"{ranges}, since Ψ depends on {depends}"
+            spec.place("envelope"),
+            f"no range for {', '.join(names)}",
+            f"{ranges}, since Ψ depends on {depends}",
+            code="SPEC026",
         )
     if beyond := beyond_checker(analysis.dynamics.observer):
         return _undecided(analysis, beyond, narrower=False)

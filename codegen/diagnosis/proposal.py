@@ -42,7 +42,9 @@ OVER_VELOCITY: Terms = {
 def refuse_without_pysindy() -> None:
     """Raise BadInput, before any work is done, where PySINDy is not installed."""
     if find_spec("pysindy") is None:
-        raise BadInput("--propose", "PySINDy is not installed", "`pip install 'stiction[sindy]'`, or no --propose")
+        raise BadInput(
+            "--propose", "PySINDy is not installed", "`pip install 'stiction[sindy]'`, or no --propose", code="TOOL003"
+        )
 
 
 def propose_terms(system: System, train: Problem, test: Problem, window: Window) -> Proposal:

@@ -53,7 +53,9 @@ def record_of(motion: Motion, log: Log, shorter: float = 1.0) -> Record:
             break
         found = found or f"{len(starts)} stretches of {tried * h:.2g} s in motion"
     else:
-        raise BadInput(log.where, found, f"at least {LEAST_SEGMENTS}, so that friction in slip can be seen")
+        raise BadInput(
+            log.where, found, f"at least {LEAST_SEGMENTS}, so that friction in slip can be seen", code="LOG009"
+        )
     steps = tried * max(1, int(np.ceil(h * STEPS_PER_PERIOD * motion.cutoff_hz)))
     starts = _evenly(starts, max(PLENTY, MOST_STEPS // steps))
     return Record(

@@ -29,13 +29,13 @@ def added(
     if _consists_of(after) != _consists_of(system):
         found = f"{effect.kind} adds or removes coordinates, inputs or contacts"
         expected = "an `add` that leaves these as they are; a load behind a spring is a transmission"
-        raise BadInput(where, found, expected)
+        raise BadInput(where, found, expected, code="SPEC021")
     held = set().union(*(sympy.sympify(e).free_symbols for e in _changed(system, after)))
     without = [name for name, s in symbols.items() if s not in held]
     if without:
         found = f"no equation of the machine depends on {', '.join(f'`{name}`' for name in without)} of {effect.kind}"
         expected = "an `add` that puts every parameter into a force, level, law, inertia, stage, sensor or transmission"
-        raise BadInput(where, found, expected)
+        raise BadInput(where, found, expected, code="SPEC021")
     return after
 
 

@@ -87,7 +87,7 @@ def _add(system: System, spec: Spec, index: int, declared: DeclaredEffect) -> Sy
     key = f"effects[{index}]"
     if declared in spec.effects[:index]:
         found = f"the same {declared.kind} on {', '.join(declared.on)} again"
-        raise BadInput(spec.place(key), found, "it once; another beside it has other parameters")
+        raise BadInput(spec.place(key), found, "it once; another beside it has other parameters", code="SPEC021")
     effect = CATALOGUE.get(declared.kind)
     if effect is None:
         expected = f"one of {', '.join(CATALOGUE)}"
@@ -96,6 +96,7 @@ def _add(system: System, spec: Spec, index: int, declared: DeclaredEffect) -> Sy
             f"unknown effect `{declared.kind}`",
             expected,
             nearest_name(declared.kind, CATALOGUE),
+            code="SPEC008",
         )
     effect = effect.with_parameters(list(declared.parameters))
     on = _place(effect, declared, system, spec, key)
@@ -104,7 +105,7 @@ def _add(system: System, spec: Spec, index: int, declared: DeclaredEffect) -> Sy
     given = _checked(effect, declared, spec, key)
     if effect.demands and not effect.admissible(system, known.index(on), {p: float(v) for p, v in given.items()}):
         found = ", ".join(f"{p} = {float(v):g}" for p, v in given.items())
-        raise BadInput(spec.place(f"{key}.parameters"), found, effect.demands)
+        raise BadInput(spec.place(f"{key}.parameters"), found, effect.demands, code="SPEC021")
     values = {symbols[p]: v for p, v in given.items()}
     units = unit_words(effect, known.index(on), system)
     system = system.with_parameters(values, {symbols[name]: unit for name, unit in units.items()})
@@ -122,10 +123,14 @@ def _place(effect: Effect, declared: DeclaredEffect, system: System, spec: Spec,
             f"{article}{effect.sits_on}: {' or '.join(f'[{k}]' if ',' in k else k for k in known) or 'there is none'}"
         )
         raise BadInput(
-            spec.place(f"{key}.on"), f"{declared.kind} on `{written}`", expected, nearest_name(written, known)
+            spec.place(f"{key}.on"),
+            f"{declared.kind} on `{written}`",
+            expected,
+            nearest_name(written, known),
+            code="SPEC008",
         )
     if not effect.applies(system, known.index(on)):
-        raise BadInput(spec.place(f"{key}.on"), f"{declared.kind} on `{written}`", effect.needs)
+        raise BadInput(spec.place(f"{key}.on"), f"{declared.kind} on `{written}`", effect.needs, code="SPEC021")
     return on
 
 
@@ -135,14 +140,22 @@ def _checked(effect: Effect, declared: DeclaredEffect, spec: Spec, key: str) -> 
         if name not in names:
             place = spec.place(f"{key}.parameters.{name}")
             raise BadInput(
-                place, f"unknown parameter `{name}`", f"{', '.join(names)} of {effect.kind}", nearest_name(name, names)
+                place,
+                f"unknown parameter `{name}`",
+                f"{', '.join(names)} of {effect.kind}",
+                nearest_name(name, names),
+                code="SPEC008",
             )
     for p in effect.parameters:
         if p.name not in declared.parameters:
-            raise BadInput(spec.place(f"{key}.parameters"), f"`{p.name}` is missing", f"`{p.name}:` ({p.meaning})")
+            raise BadInput(
+                spec.place(f"{key}.parameters"), f"`{p.name}` is missing", f"`{p.name}:` ({p.meaning})", code="SPEC003"
+            )
         value = declared.parameters[p.name]
         if (p.low is not None and value <= p.low) or (p.high is not None and value >= p.high):
             limits = [f"{word} {b:g}" for word, b in (("above", p.low), ("below", p.high)) if b is not None]
             wanted = f"a value {' and '.join(limits)}"
-            raise BadInput(spec.place(f"{key}.parameters.{p.name}"), f"{p.name} = {float(value):g}", wanted)
+            raise BadInput(
+                spec.place(f"{key}.parameters.{p.name}"), f"{p.name} = {float(value):g}", wanted, code="SPEC007"
+            )
     return {name: declared.parameters[name] for name in names}

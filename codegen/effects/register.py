@@ -25,15 +25,18 @@ def register(effect: Effect, where: str = "an effect") -> None:
     for name in (effect.kind, *(p.name for p in effect.parameters)):
         if not is_identifier(name):
             expected = "letters, digits and _, starting with a letter, since generated code has names from it"
-            raise BadInput(where, f"an effect with the name `{name}`", expected)
+            raise BadInput(where, f"an effect with the name `{name}`", expected, code="EFFECT001")
     for p in effect.parameters:
         if not is_written(re.sub(r"\{[Fqw]\}", "N", p.unit)):
             raise BadInput(
-                where, f"`{p.name}` in `{p.unit}`", "a unit such as N*m, with {F}, {q} and {w} for those of its place"
+                where,
+                f"`{p.name}` in `{p.unit}`",
+                "a unit such as N*m, with {F}, {q} and {w} for those of its place",
+                code="EFFECT001",
             )
     known = CATALOGUE.get(effect.kind)
     if known is not None and type(known).__qualname__ != type(effect).__qualname__:
-        raise BadInput(where, f"a second effect `{effect.kind}`", "a kind of its own")
+        raise BadInput(where, f"a second effect `{effect.kind}`", "a kind of its own", code="EFFECT001")
     CATALOGUE[effect.kind] = effect
 
 
@@ -51,7 +54,7 @@ def load_effects(path: str | Path) -> tuple[str, ...]:
     where = str(path)
     expected = f"a Python file NAME.py with a list `{LIST}`"
     if Path(path).suffix != ".py":
-        raise BadInput(where, f"the ending `{Path(path).suffix}`", expected)
+        raise BadInput(where, f"the ending `{Path(path).suffix}`", expected, code="FILE005")
     text = read_text(Path(path), expected)
     module = ModuleType(f"stiction_effects_{Path(path).stem}")
     module.__file__ = where
@@ -60,10 +63,15 @@ def load_effects(path: str | Path) -> tuple[str, ...]:
     except (Exception, SystemExit) as error:  # whatever the user's own code raises is theirs to mend
         lines = [frame.lineno for frame in extract_tb(error.__traceback__) if frame.filename == where]
         line = error.lineno if isinstance(error, SyntaxError) else lines[-1] if lines else None
-        raise BadInput(Place(where, line), f"{type(error).__name__}: {error}", expected) from None
+        raise BadInput(Place(where, line), f"{type(error).__name__}: {error}", expected, code="EFFECT001") from None
     found = getattr(module, LIST, None)
     if not isinstance(found, list | tuple) or not found or not all(isinstance(e, Effect) for e in found):
-        raise BadInput(where, f"no list `{LIST}` of effects", f"`{LIST} = [MyEffect()]`, each a codegen.effects.Effect")
+        raise BadInput(
+            where,
+            f"no list `{LIST}` of effects",
+            f"`{LIST} = [MyEffect()]`, each a codegen.effects.Effect",
+            code="EFFECT001",
+        )
     for effect in found:
         register(effect, where)
     return tuple(effect.kind for effect in found)

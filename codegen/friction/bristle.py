@@ -38,7 +38,7 @@ class Bristle(MemoryLaw):
             BadInput: if N is not a whole number.
         """
         if p["N"] != int(p["N"]):
-            raise BadInput(f"the law {self.name}", f"N = {p['N']:g}", "a whole number of bristles")
+            raise BadInput(f"the law {self.name}", f"N = {p['N']:g}", "a whole number of bristles", code="SPEC007")
         t, u = np.asarray(time, dtype=float), np.asarray(slip_velocity, dtype=float)
         random, limit = np.random.default_rng(SEED), p["delta_s"]
         stretch = limit * (2 * (np.arange(int(p["N"])) + 0.5) / int(p["N"]) - 1)

@@ -56,7 +56,7 @@ class SideBySide:
         for part in parts[1:]:
             if len(part.values) != len(parts[0].values):
                 expected = f"{len(parts[0].values)} as in {parts[0].file}: its rows belong to the log's one by one"
-                raise BadInput(Place(part.file), f"{len(part.values)} rows", expected)
+                raise BadInput(Place(part.file), f"{len(part.values)} rows", expected, code="LOG011")
         where = {name: (part, k) for part in parts for k, name in enumerate(part.names)}
         values = np.column_stack([where[name][0].values[:, where[name][1]] for name in wanted])
         return Columns(parts[0].file, tuple(wanted), values, parts[0].lines)

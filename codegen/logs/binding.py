@@ -85,7 +85,7 @@ def bind(source: Named, spec: Spec, description: LogDescription, explicit: Mappi
     scale = {s: _factor(s, terms.get(s), source, spec, description, notes) for s in symbols}
     if not scale["t"] > 0:
         where = description.place("scale.t") if "t" in description.scale else spec.place("log.scale.t")
-        raise BadInput(where, f"factor {scale['t']:g}", "a positive factor for time")
+        raise BadInput(where, f"factor {scale['t']:g}", "a positive factor for time", code="LOG013")
     return Binding(terms, scale, integrated, logged, tuple(notes))
 
 
@@ -111,10 +111,10 @@ def _absent(symbol: str, text: str, origin: Place | str | None, names: Sequence[
     if as_written and OPERATORS & set(text):
         longest = max(as_written, key=len)
         wanted = f"an expression, in which `{shown(longest)}` is written `{identifier(longest)}`"
-        return BadInput(place, f"no column `{shown(text)}`{said}", wanted)
+        return BadInput(place, f"no column `{shown(text)}`{said}", wanted, code="LOG003")
     if origin is None and symbol == "t":
         wanted += ", or `sample_time: SECONDS` there"
-    return BadInput(place, f"no column `{shown(text)}`{said}", wanted, _nearest(text, names))
+    return BadInput(place, f"no column `{shown(text)}`{said}", wanted, _nearest(text, names), code="LOG003")
 
 
 def _unknown_symbols(
@@ -124,7 +124,11 @@ def _unknown_symbols(
     for symbol in explicit:
         if symbol not in symbols:
             raise BadInput(
-                Place("column option"), f"unknown name `{shown(symbol)}`", expected, nearest_name(symbol, symbols)
+                Place("column option"),
+                f"unknown name `{shown(symbol)}`",
+                expected,
+                nearest_name(symbol, symbols),
+                code="LOG013",
             )
     sections = (("columns", description.columns), ("scale", description.scale), ("units", description.units))
     for section, keys in sections:
@@ -133,7 +137,9 @@ def _unknown_symbols(
         for symbol in keys:
             if symbol not in symbols:
                 place = description.place(f"{section}.{symbol}")
-                raise BadInput(place, f"unknown name `{shown(symbol)}`", expected, nearest_name(symbol, symbols))
+                raise BadInput(
+                    place, f"unknown name `{shown(symbol)}`", expected, nearest_name(symbol, symbols), code="LOG013"
+                )
     extra = [s for s in description.columns if s not in symbols]
     return [f"columns that {spec.name} does not use: {listing(extra)}"] if extra else []
 
@@ -181,7 +187,10 @@ def _refuse_twice(terms: Mapping[str, Term], place: Place) -> None:
         name = term.columns[0]
         if name in owner:
             raise BadInput(
-                place, f"column `{shown(name)}` for both {owner[name]} and {symbol}", "a column of its own for each"
+                place,
+                f"column `{shown(name)}` for both {owner[name]} and {symbol}",
+                "a column of its own for each",
+                code="LOG004",
             )
         owner[name] = symbol
 
@@ -197,7 +206,9 @@ def _factor(
         unit = description.units[symbol]
         kind = dimension(parse_unit(unit, place))
         if kind != dimension(parse_unit(own, place)):
-            raise BadInput(place, f"unit {unit}, of {describe(kind)}", f"a unit of {symbol}, which is in {own}")
+            raise BadInput(
+                place, f"unit {unit}, of {describe(kind)}", f"a unit of {symbol}, which is in {own}", code="LOG012"
+            )
         return float(si_factor(unit, place)) * scale
     if term is None or term.expression is not None or symbol in description.scale or symbol in spec.log.scale:
         return scale

@@ -58,13 +58,13 @@ def clean(
     notes: list[str] = []
     rows = len(raw.values)
     if rows == 1:
-        raise BadInput(raw.place(0), "a single row", "rows at two times at least")
+        raise BadInput(raw.place(0), "a single row", "rows at two times at least", code="LOG009")
     timed = _finite_time(raw, description.fill_missing, notes)
     values, repaired = _finite(timed, symbols, held, description.fill_missing, notes)
     kept = _rising(timed, values, notes)
     timed, values = timed.rows(kept), values[kept]
     if len(values) < 2:
-        raise BadInput(timed.place(0), "a single time stamp in all rows", "rows at two times at least")
+        raise BadInput(timed.place(0), "a single time stamp in all rows", "rows at two times at least", code="LOG009")
     factors = np.array([scale[s] for s in symbols])
     values = values * factors
     _plausible(values, timed, symbols)
@@ -116,15 +116,20 @@ def _refuse_many(raw: Columns, column: int, bad: Flags, fill: bool) -> None:
     first = int(np.argmax(bad))
     if run > RUN_NOT_FINITE:
         found = f"{count} of {len(bad)} values are not finite (NaN, inf or empty), {run} of them in a row"
-        raise BadInput(raw.place(start, column), found, f"gaps of at most {RUN_NOT_FINITE} rows")
+        raise BadInput(raw.place(start, column), found, f"gaps of at most {RUN_NOT_FINITE} rows", code="LOG006")
     if not fill:
         found = f"{count} of {len(bad)} values are not finite (NaN, inf or empty), the first here"
         raise BadInput(
-            raw.place(first, column), found, "numbers; `missing: fill` in a log description fills single ones in"
+            raw.place(first, column),
+            found,
+            "numbers; `missing: fill` in a log description fills single ones in",
+            code="LOG006",
         )
     if count > SHARE_NOT_FINITE * len(bad):
         found = f"{count} of {len(bad)} values are not finite (NaN, inf or empty), the first here"
-        raise BadInput(raw.place(first, column), found, f"at most {SHARE_NOT_FINITE:.0%} of them missing")
+        raise BadInput(
+            raw.place(first, column), found, f"at most {SHARE_NOT_FINITE:.0%} of them missing", code="LOG006"
+        )
 
 
 def longest_run(flags: Flags) -> tuple[int, int]:
@@ -146,7 +151,7 @@ def _rising(raw: Columns, values: Array, notes: list[str]) -> Flags:
         count = int((steps < 0).sum())
         found = f"time runs backwards, from {float(time[k])!r} to {float(time[k + 1])!r}"
         more = f" ({count} times in the file, the first here)" if count > 1 else ""
-        raise BadInput(raw.place(k + 1, 0), found + more, "rows in the order of time")
+        raise BadInput(raw.place(k + 1, 0), found + more, "rows in the order of time", code="LOG007")
     repeats = np.concatenate(([False], steps == 0))
     if not repeats.any():
         return ~repeats
@@ -155,7 +160,9 @@ def _rising(raw: Columns, values: Array, notes: list[str]) -> Flags:
     other = repeats & ~same
     if other.sum() > SHARE_REPEATED * len(time):
         found = f"{int(other.sum())} of {len(time)} rows repeat a time stamp with other data, the first here"
-        raise BadInput(raw.place(int(np.argmax(other)), 0), found, "a time of its own for each row (more digits)")
+        raise BadInput(
+            raw.place(int(np.argmax(other)), 0), found, "a time of its own for each row (more digits)", code="LOG007"
+        )
     if same.any():
         notes.append(
             f"{_count(same.sum(), 'row')} that repeat another left out (first: {raw.place(int(np.argmax(same)))})"
@@ -173,10 +180,15 @@ def _plausible(values: Array, source: Columns, symbols: Sequence[str]) -> None:
         j = int(np.argmax(bad.any(axis=0)))
         k = int(np.argmax(bad[:, j]))
         raise BadInput(
-            source.place(k, j), f"{symbols[j]} is {values[k, j]:g} after scaling", f"below {LARGEST_VALUE:g}"
+            source.place(k, j),
+            f"{symbols[j]} is {values[k, j]:g} after scaling",
+            f"below {LARGEST_VALUE:g}",
+            code="LOG005",
         )
     if not (np.diff(values[:, 0]) > 0).all():
-        raise BadInput(source.place(0, 0), "time stamps that fall together after scaling", "another factor for t")
+        raise BadInput(
+            source.place(0, 0), "time stamps that fall together after scaling", "another factor for t", code="LOG007"
+        )
 
 
 def _check_seconds(raw: Columns, time: Array, factor: float, description: LogDescription, notes: list[str]) -> None:
@@ -191,7 +203,7 @@ def _check_seconds(raw: Columns, time: Array, factor: float, description: LogDes
             place = Place(raw.file, raw.place(0).line, shown(raw.names[0]))
             found = f"a median step of {step:g} s where {description.file} says {rate:g} Hz: it seems to be in {unit}"
             scaled = hint if factor == 1.0 else f"{factor * float(hint):g}"
-            raise BadInput(place, found, f"seconds; in a log description `scale: {{t: {scaled}}}`")
+            raise BadInput(place, found, f"seconds; in a log description `scale: {{t: {scaled}}}`", code="LOG012")
     if abs(ratio - 1) > 0.1:
         notes.append(f"the median step is {step:g} s, which is {1 / step:g} Hz; the description says {rate:g} Hz")
 

@@ -70,12 +70,12 @@ class CsvSource:
             if self.names.count(name) > 1:
                 twice = [k + 1 for k, other in enumerate(self.names) if other == name]
                 expected = f"names that stand once, or the column's number, one of {', '.join(map(str, twice))}"
-                raise BadInput(self.place, f"{len(twice)} columns called `{shown(name)}`", expected)
+                raise BadInput(self.place, f"{len(twice)} columns called `{shown(name)}`", expected, code="LOG004")
         indices = [self.names.index(name) if name in self.names else int(name) - 1 for name in wanted]
         body = self.lines[self.first :]
         kept = [i for i, line in enumerate(body) if line and not line.isspace() and line.lstrip()[0] != "#"]
         if not kept:
-            raise BadInput(self.place, "a header and no rows", "rows of numbers after it")
+            raise BadInput(self.place, "a header and no rows", "rows of numbers after it", code="LOG009")
         if len(kept) < len(body):
             body = [body[i] for i in kept]
         if self.layout.wrapped:
@@ -111,7 +111,7 @@ class CsvSource:
                 found.pop()
             if len(found) != width:
                 words = f"{len(found)} {'value' if len(found) == 1 else 'values'} in the row"
-                raise BadInput(place, words, f"{width}, one for each of {listing(self.names)}")
+                raise BadInput(place, words, f"{width}, one for each of {listing(self.names)}", code="LOG005")
             for j, index in enumerate(indices):
                 values[k, j] = self._number(found[index], int(numbers[k]), index)
         return values
@@ -125,7 +125,9 @@ class CsvSource:
         other = text.replace(",", ".")
         nearest = other if other != text and NUMBER.match(other) else None
         expected = "a number with a decimal point"
-        raise BadInput(Place(self.file, line, shown(self.names[index])), f"`{shown(text)}`", expected, nearest)
+        raise BadInput(
+            Place(self.file, line, shown(self.names[index])), f"`{shown(text)}`", expected, nearest, code="LOG005"
+        )
 
 
 def open_csv(path: Path, allowance: Allowance, description: LogDescription) -> Source:
@@ -139,16 +141,20 @@ def open_csv(path: Path, allowance: Allowance, description: LogDescription) -> S
     allowance.take(path, len(data), EXPECTED)
     rows = data.count(b"\n") + data.count(b"\r")
     if rows > MOST_ROWS:
-        raise BadInput(Place(file), f"{rows} lines", f"{EXPECTED}; at most {MOST_ROWS} lines")
+        raise BadInput(Place(file), f"{rows} lines", f"{EXPECTED}; at most {MOST_ROWS} lines", code="LOG010")
     zero = data.find(b"\0")
     if zero >= 0:
         line = data.count(b"\n", 0, zero) + 1
-        raise BadInput(Place(file, line), f"byte {zero} is zero: binary data or UTF-16", f"{EXPECTED}, in UTF-8")
+        raise BadInput(
+            Place(file, line), f"byte {zero} is zero: binary data or UTF-16", f"{EXPECTED}, in UTF-8", code="LOG001"
+        )
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
-        raise BadInput(Place(file, line), f"byte {error.start} is not UTF-8", f"{EXPECTED}, in UTF-8") from None
+        raise BadInput(
+            Place(file, line), f"byte {error.start} is not UTF-8", f"{EXPECTED}, in UTF-8", code="LOG001"
+        ) from None
     return open_lines(file, text.replace("\r\n", "\n").replace("\r", "\n").split("\n"), description)
 
 

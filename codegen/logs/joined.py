@@ -77,7 +77,7 @@ def _refuse_other(one: Log, other: Log) -> None:
         mine, theirs = getattr(one, name), getattr(other, name)
         if mine != theirs:
             expected = f"{mine} as in {one.path.name}: logs of one experiment share their description"
-            raise BadInput(str(other.path), f"{name} {theirs}", expected)
+            raise BadInput(str(other.path), f"{name} {theirs}", expected, code="LOG011")
 
 
 def _appended(one: Log, other: Log) -> Log:

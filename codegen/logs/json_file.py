@@ -69,7 +69,7 @@ class JsonSource(Unannotated):
                     values[k] = np.inf
             else:
                 place = Place(str(self.path), None, f"{shown(self.under)}[{k}].{shown(name)}")
-                raise BadInput(place, f"`{shown(json.dumps(value)[:200])}`", "a number")
+                raise BadInput(place, f"`{shown(json.dumps(value)[:200])}`", "a number", code="LOG005")
         return values
 
 
@@ -86,11 +86,13 @@ def open_json(path: Path, allowance: Allowance, description: LogDescription) -> 
     try:
         content = json.loads(data.decode("utf-8-sig"))
     except json.JSONDecodeError as error:
-        raise BadInput(Place(str(path), error.lineno), f"no JSON ({shown(error.msg)})", EXPECTED) from None
+        raise BadInput(
+            Place(str(path), error.lineno), f"no JSON ({shown(error.msg)})", EXPECTED, code="LOG001"
+        ) from None
     except UnicodeDecodeError as error:
-        raise BadInput(place, f"byte {error.start} is not UTF-8", EXPECTED) from None
+        raise BadInput(place, f"byte {error.start} is not UTF-8", EXPECTED, code="LOG001") from None
     except (ValueError, RecursionError) as error:
-        raise BadInput(place, f"no JSON that can be read ({shown(str(error), 60)})", EXPECTED) from None
+        raise BadInput(place, f"no JSON that can be read ({shown(str(error), 60)})", EXPECTED, code="LOG001") from None
     under, table = _table(path, content, description)
     return _source(path, under, table)
 
@@ -103,9 +105,11 @@ def _table(path: Path, content: Any, description: LogDescription) -> tuple[str, 
         if not isinstance(content, dict) or key not in content:
             known = list(content) if isinstance(content, dict) else []
             expected = f"one of the keys {listing(known)}" if known else "an object with keys"
-            raise BadInput(description.place("records"), f"`{shown(key)}`", expected, nearest_name(key, known))
+            raise BadInput(
+                description.place("records"), f"`{shown(key)}`", expected, nearest_name(key, known), code="LOG013"
+            )
         if not _is_table(content[key]):
-            raise BadInput(place, f"no table under `{shown(key)}`", EXPECTED)
+            raise BadInput(place, f"no table under `{shown(key)}`", EXPECTED, code="LOG001")
         return key, content[key]
     if _is_table(content) and not (isinstance(content, dict) and any(map(_is_records, content.values()))):
         return "", content
@@ -114,8 +118,8 @@ def _table(path: Path, content: Any, description: LogDescription) -> tuple[str, 
         return keys[0], content[keys[0]]
     if keys:
         expected = f"`records: KEY` in a log description, KEY one of {listing(keys)}"
-        raise BadInput(place, f"{len(keys)} tables, under {listing(keys)}", expected)
-    raise BadInput(place, "no list of records", EXPECTED)
+        raise BadInput(place, f"{len(keys)} tables, under {listing(keys)}", expected, code="LOG001")
+    raise BadInput(place, "no list of records", EXPECTED, code="LOG001")
 
 
 def _is_records(value: Any) -> bool:
@@ -140,13 +144,15 @@ def _source(path: Path, under: str, table: Any) -> Source:
         for name, length in lengths.items():
             if length != next(iter(lengths.values())):
                 expected = f"{next(iter(lengths.values()))} values as in `{shown(next(iter(lengths)))}`"
-                raise BadInput(Place(str(path), None, shown(name)), f"{length} values", expected)
+                raise BadInput(Place(str(path), None, shown(name)), f"{length} values", expected, code="LOG011")
         return JsonSource(path, under, tuple(lists), lambda k, name: lists[name][k], next(iter(lengths.values())))
     kind = type(table[0])
     for k, record in enumerate(table):
         if type(record) is not kind or (kind is list and len(record) != len(table[0])):
             what = "an object" if kind is dict else f"a list of {len(table[0])}"
-            raise BadInput(place, f"entry {k} is `{shown(json.dumps(record)[:200])}`", f"{what}, as the first one")
+            raise BadInput(
+                place, f"entry {k} is `{shown(json.dumps(record)[:200])}`", f"{what}, as the first one", code="LOG005"
+            )
     if kind is list:
         numbers = tuple(str(k + 1) for k in range(len(table[0])))
         return JsonSource(path, under, numbers, lambda k, name: table[k][int(name) - 1], len(table))
@@ -154,5 +160,5 @@ def _source(path: Path, under: str, table: Any) -> Source:
     for record in table:
         names |= dict.fromkeys(record)
         if len(names) > MOST_COLUMNS:
-            raise BadInput(place, f"more than {MOST_COLUMNS} names in its records", EXPECTED)
+            raise BadInput(place, f"more than {MOST_COLUMNS} names in its records", EXPECTED, code="LOG010")
     return JsonSource(path, under, tuple(names), lambda k, name: table[k].get(name), len(table))

@@ -52,7 +52,10 @@ class MatSource(Unannotated):
             if len(vector) != length:
                 found = f"{len(vector)} values"
                 raise BadInput(
-                    Place(self.file, None, shown(name)), found, f"{length} values as in `{shown(wanted[0])}`"
+                    Place(self.file, None, shown(name)),
+                    found,
+                    f"{length} values as in `{shown(wanted[0])}`",
+                    code="LOG011",
                 )
         return Columns(self.file, tuple(wanted), np.column_stack(vectors), None)
 
@@ -61,11 +64,11 @@ class MatSource(Unannotated):
         place = Place(self.file, None, shown(name))
         words = "×".join(map(str, variable.shape))
         if not variable.numeric:
-            raise BadInput(place, f"a {variable.kind} of {words}", "a vector of real numbers")
+            raise BadInput(place, f"a {variable.kind} of {words}", "a vector of real numbers", code="LOG005")
         if 0 in variable.shape:
-            raise BadInput(place, f"an empty array ({words})", "a vector of real numbers")
+            raise BadInput(place, f"an empty array ({words})", "a vector of real numbers", code="LOG005")
         if sum(n != 1 for n in variable.shape) > 1:
-            raise BadInput(place, f"an array of {words}", "a vector (N×1 or 1×N)")
+            raise BadInput(place, f"an array of {words}", "a vector (N×1 or 1×N)", code="LOG005")
         return variable.vector()
 
 
@@ -78,12 +81,16 @@ def open_mat(path: Path, allowance: Allowance, description: LogDescription) -> S
     file = str(path)
     data = read_bytes(path, EXPECTED)
     if data.startswith((b"MATLAB 7.3", _HDF5)) or data[512:520] == _HDF5:
-        raise BadInput(Place(file), "MATLAB format 7.3 (HDF5)", "format 7 or older: save(..., '-v7') in MATLAB")
+        raise BadInput(
+            Place(file), "MATLAB format 7.3 (HDF5)", "format 7 or older: save(..., '-v7') in MATLAB", code="LOG002"
+        )
     try:
         found = {v.name: v for v in variables(data, partial(allowance.take, path, expected=EXPECTED)) if v.name}
     except ValueError as error:
-        raise BadInput(Place(file), f"a damaged file ({shown(str(error), 120)})", EXPECTED) from None
+        raise BadInput(Place(file), f"a damaged file ({shown(str(error), 120)})", EXPECTED, code="LOG001") from None
     if not any(v.numeric and sum(n != 1 for n in v.shape) == 1 for v in found.values()):
         words = listing([f"{v.name} ({v.kind} {'×'.join(map(str, v.shape))})" for v in found.values()])
-        raise BadInput(Place(file), f"no vector among the variables {words}" if found else "no variable", EXPECTED)
+        raise BadInput(
+            Place(file), f"no vector among the variables {words}" if found else "no variable", EXPECTED, code="LOG001"
+        )
     return MatSource(file, found)

@@ -45,7 +45,7 @@ class NpySource(Unannotated):
             BadInput: for an empty array, or one that is too large.
         """
         if not self.header.rows:
-            raise BadInput(self.place, "an array without rows", EXPECTED)
+            raise BadInput(self.place, "an array without rows", EXPECTED, code="LOG009")
         self.allowance.take(self.path, 8 * self.header.rows * len(wanted), EXPECTED)
         values = np.concatenate([block.values for block in self.blocks(wanted)])
         return Columns(str(self.path), tuple(wanted), values, None)
@@ -64,9 +64,9 @@ class NpySource(Unannotated):
                 try:
                     data = stream.read(count * dtype.itemsize)
                 except OSError as error:
-                    raise BadInput(self.place, f"unreadable ({error.strerror})", EXPECTED) from None
+                    raise BadInput(self.place, f"unreadable ({error.strerror})", EXPECTED, code="FILE001") from None
                 if len(data) < count * dtype.itemsize:
-                    raise BadInput(self.place, f"{left} rows less than its header says", EXPECTED)
+                    raise BadInput(self.place, f"{left} rows less than its header says", EXPECTED, code="LOG001")
                 rows = np.frombuffer(data, dtype=dtype)
                 values = np.column_stack([rows[name].astype(np.float64) for name in wanted])
                 yield Columns(str(self.path), tuple(wanted), values, None)
@@ -85,12 +85,12 @@ def open_npy(path: Path, allowance: Allowance | None = None) -> NpySource:
             header = read_header(stream)
             size = stream.seek(0, 2)
         except OSError as error:
-            raise BadInput(place, f"unreadable ({error.strerror})", EXPECTED) from None
+            raise BadInput(place, f"unreadable ({error.strerror})", EXPECTED, code="FILE001") from None
         except ValueError as error:
-            raise BadInput(place, shown(str(error), 80), EXPECTED) from None
+            raise BadInput(place, shown(str(error), 80), EXPECTED, code="LOG001") from None
     needed = header.offset + header.rows * header.dtype.itemsize
     if size < needed:
-        raise BadInput(place, f"{size} bytes, where its header speaks of {needed}", EXPECTED)
+        raise BadInput(place, f"{size} bytes, where its header speaks of {needed}", EXPECTED, code="LOG001")
     return NpySource(path, header, allowance or Allowance())
 
 

@@ -72,16 +72,16 @@ class NpzSource(Unannotated):
         file = str(self.path)
         for name in wanted:
             if name in self.others:
-                raise BadInput(Place(file, None, shown(name)), self.others[name], "an array of numbers")
+                raise BadInput(Place(file, None, shown(name)), self.others[name], "an array of numbers", code="LOG005")
         used = list(dict.fromkeys(self.columns[name].member for name in wanted))
         rows = {name: self.members[self.columns[name].member].rows for name in wanted}
         for name, count in rows.items():
             if count != rows[wanted[0]]:
                 found, first = f"{count} values", wanted[0]
                 expected = f"{rows[first]} values as in `{shown(first)}`"
-                raise BadInput(Place(file, None, shown(name)), found, expected)
+                raise BadInput(Place(file, None, shown(name)), found, expected, code="LOG011")
         if not rows[wanted[0]]:
-            raise BadInput(Place(file, None, shown(wanted[0])), "an array without rows", EXPECTED)
+            raise BadInput(Place(file, None, shown(wanted[0])), "an array without rows", EXPECTED, code="LOG009")
         size = sum(self.members[name].size for name in used) + 8 * rows[wanted[0]] * len(wanted)
         self.allowance.take(self.path, len(self.data) + size, EXPECTED)
         arrays = {name: self._array(name) for name in used}
@@ -124,7 +124,9 @@ def open_npz(path: Path, allowance: Allowance, description: LogDescription) -> S
                 if not info.filename.endswith(".npy") or info.flag_bits & 1:
                     continue
                 if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-                    raise BadInput(Place(str(path)), f"packing {info.compress_type}", "numpy.savez_compressed")
+                    raise BadInput(
+                        Place(str(path)), f"packing {info.compress_type}", "numpy.savez_compressed", code="LOG002"
+                    )
                 name = info.filename.removesuffix(".npy")
                 try:
                     with archive.open(info) as stream:
@@ -135,13 +137,13 @@ def open_npz(path: Path, allowance: Allowance, description: LogDescription) -> S
                 members[name] = member
                 columns |= _columns(name, member)
                 if len(columns) > MOST_COLUMNS:
-                    raise BadInput(Place(str(path)), f"more than {MOST_COLUMNS} columns", EXPECTED)
+                    raise BadInput(Place(str(path)), f"more than {MOST_COLUMNS} columns", EXPECTED, code="LOG010")
     except _FAULTS as error:
         raise _damaged(path, error) from None
     others = {name: why for name, why in others.items() if name not in columns}
     if not columns:
         words = ", ".join(f"{shown(name)} ({why})" for name, why in list(others.items())[:3]) or "no array"
-        raise BadInput(Place(str(path)), f"no vector among its members: {words}", EXPECTED)
+        raise BadInput(Place(str(path)), f"no vector among its members: {words}", EXPECTED, code="LOG001")
     return NpzSource(path, data, columns, members, others, allowance)
 
 
@@ -170,12 +172,16 @@ def _refuse_large_directory(path: Path, data: bytes) -> None:
     if at < 0 or data[at : at + 4] != b"PK\5\6" or data[-2:] != b"\0\0":
         at = data.rfind(b"PK\5\6", max(0, len(data) - (1 << 16) - _END.size))
     if at < 0 or at + _END.size > len(data):
-        raise BadInput(Place(str(path)), "no zip archive, or one that is cut off", EXPECTED)
+        raise BadInput(Place(str(path)), "no zip archive, or one that is cut off", EXPECTED, code="LOG001")
     size = _END.unpack_from(data, at)[5]
     if size > LARGEST_DIRECTORY or data[max(0, at - 20) : max(0, at - 20) + 4] == b"PK\6\7":
-        raise BadInput(Place(str(path)), "a list of too many members", f"{EXPECTED}; at most some thousand of them")
+        raise BadInput(
+            Place(str(path)), "a list of too many members", f"{EXPECTED}; at most some thousand of them", code="LOG010"
+        )
 
 
 def _damaged(path: Path, error: Exception, member: str = "") -> BadInput:
     name = shown(member) if member else ""
-    return BadInput(Place(str(path), None, name), f"a damaged archive ({shown(str(error), 80)})", EXPECTED)
+    return BadInput(
+        Place(str(path), None, name), f"a damaged archive ({shown(str(error), 80)})", EXPECTED, code="LOG001"
+    )

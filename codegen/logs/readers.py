@@ -62,7 +62,7 @@ def read_logs(
     seen: set[str] = set()
     for path in map(Path, paths):
         if identity(path) in seen:
-            raise BadInput(str(path), "the same log twice", "each record once")
+            raise BadInput(str(path), "the same log twice", "each record once", code="LOG014")
         seen.add(identity(path))
     given = allowance or Allowance()
     return join_logs([partial(_read, path, spec, description, columns, given) for path in paths])
@@ -115,7 +115,9 @@ def _with_others(path: Path, log: Source, description: LogDescription, allowance
     for name, file in description.beside.items():
         beside = path.parent / file
         if identity(beside) == identity(path):
-            raise BadInput(description.place(f"beside.{name}"), f"`{shown(file)}`, the log itself", "another file")
+            raise BadInput(
+                description.place(f"beside.{name}"), f"`{shown(file)}`, the log itself", "another file", code="LOG014"
+            )
         others[name] = _format(beside)(beside, allowance, plain)
     return SideBySide(log, others)
 
@@ -127,10 +129,12 @@ def _format(path: Path) -> Callable[[Path, Allowance, LogDescription], Source]:
     place, expected = Place(shown(str(path), 200)), f"a log file ending in {', '.join(FORMATS)}"
     if "\0" not in str(path):
         if is_there(path) and path.is_dir():
-            raise BadInput(place, "a folder", expected)
+            raise BadInput(place, "a folder", expected, code="FILE001")
         if not is_there(path):
-            raise BadInput(place, "no such file", expected)
-    raise BadInput(place, f"the ending `{shown(path.suffix)}`", expected, nearest_name(path.suffix.lower(), FORMATS))
+            raise BadInput(place, "no such file", expected, code="FILE001")
+    raise BadInput(
+        place, f"the ending `{shown(path.suffix)}`", expected, nearest_name(path.suffix.lower(), FORMATS), code="LOG002"
+    )
 
 
 def log_description(path: Path, description: str | Path | None) -> LogDescription:
@@ -148,7 +152,7 @@ def _cleaned(raw: Columns, place: Place, binding: Binding, spec: Spec, descripti
     scale = dict(binding.scale)
     if "t" not in symbols:
         if description.sample_rate_hz is None:
-            raise BadInput(place, "no column `t`", "a time column, or sample_time in a log description")
+            raise BadInput(place, "no column `t`", "a time column, or sample_time in a log description", code="LOG003")
         time = np.arange(len(raw.values)) / description.sample_rate_hz
         raw = Columns(raw.file, ("t", *raw.names), np.column_stack([time, raw.values]), raw.lines)
         symbols.insert(0, "t")
@@ -226,7 +230,10 @@ def _per_coordinate(
     if len(values) == 1:
         return values * n
     raise BadInput(
-        description.place(key), f"{len(values)} numbers", f"{n}, one for each of {', '.join(spec.positions)}"
+        description.place(key),
+        f"{len(values)} numbers",
+        f"{n}, one for each of {', '.join(spec.positions)}",
+        code="LOG013",
     )
 
 
@@ -236,7 +243,12 @@ def _cutoff(spec: Spec, description: LogDescription, grid: Uniform) -> float | N
         return cutoff
     key = "cutoff_hz" if "cutoff_hz" in description.places else "evaluation.cutoff_hz"
     place = description.place(key) if description.cutoff_hz else spec.place("log.cutoff_hz")
-    raise BadInput(place, f"{cutoff:g} Hz", f"a frequency below half the log's sample rate, {0.5 / grid.step:.6g} Hz")
+    raise BadInput(
+        place,
+        f"{cutoff:g} Hz",
+        f"a frequency below half the log's sample rate, {0.5 / grid.step:.6g} Hz",
+        code="LOG013",
+    )
 
 
 def _hold_note(description: LogDescription) -> list[str]:

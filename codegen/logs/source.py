@@ -104,7 +104,10 @@ class Allowance:
         if total > LARGEST:
             others = f", {total} bytes with the other logs" if total > size else ""
             raise BadInput(
-                Place(str(path)), f"{size} bytes when unpacked{others}", f"{expected}; at most {LARGEST} bytes in all"
+                Place(str(path)),
+                f"{size} bytes when unpacked{others}",
+                f"{expected}; at most {LARGEST} bytes in all",
+                code="LOG010",
             )
 
 
@@ -117,7 +120,7 @@ def read_bytes(path: Path, expected: str) -> bytes:
     place = Place(str(path))
     data = input_files.read_bytes(path, expected, LARGEST)
     if not data or data.isspace():
-        raise BadInput(place, "an empty file", expected)
+        raise BadInput(place, "an empty file", expected, code="LOG009")
     return data
 
 

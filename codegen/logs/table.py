@@ -75,7 +75,7 @@ def find_layout(file: str, lines: Sequence[str], header: int | None, named: Sequ
     """
     start = next(iter(_significant(lines)), None)
     if start is None and header is None:
-        raise BadInput(Place(file), "comments and no header", EXPECTED)
+        raise BadInput(Place(file), "comments and no header", EXPECTED, code="LOG001")
     if header:
         return _at(file, lines, header)
     plain = None if start is None or header == 0 else _first_line(file, lines, start)
@@ -85,10 +85,10 @@ def find_layout(file: str, lines: Sequence[str], header: int | None, named: Sequ
     if rows is None:
         if plain is not None and len(plain.names) == 1 and len(plain.names[0].split()) > 1:
             found = f"one column `{shown(plain.names[0])}`"
-            raise BadInput(Place(file, plain.line), found, "names separated by comma, semicolon or tab")
+            raise BadInput(Place(file, plain.line), found, "names separated by comma, semicolon or tab", code="LOG001")
         if plain is not None:
             return plain
-        raise BadInput(Place(file), f"no rows of numbers in its first {LINES_SEARCHED} lines", EXPECTED)
+        raise BadInput(Place(file), f"no rows of numbers in its first {LINES_SEARCHED} lines", EXPECTED, code="LOG001")
     above = None if header == 0 else _above(file, lines, rows)
     if above is not None:
         return above
@@ -117,7 +117,7 @@ def fields(text: str, delimiter: str, place: Place) -> list[str]:
     try:
         return next(csv.reader([text], delimiter=delimiter, skipinitialspace=True), [""])
     except csv.Error as error:
-        raise BadInput(place, f"a line that cannot be split ({error})", EXPECTED) from None
+        raise BadInput(place, f"a line that cannot be split ({error})", EXPECTED, code="LOG001") from None
 
 
 def _significant(lines: Sequence[str]) -> Iterator[int]:
@@ -154,7 +154,9 @@ def _first_line(file: str, lines: Sequence[str], index: int) -> Layout | None:
     """The first line as the header, or the comment above numbers; None where it holds numbers and has no names."""
     line, place = lines[index], Place(file, index + 1)
     if len(line) > LONGEST_LINE:
-        raise BadInput(place, f"a line of {len(line)} characters", f"{EXPECTED}; at most {LONGEST_LINE} a line")
+        raise BadInput(
+            place, f"a line of {len(line)} characters", f"{EXPECTED}; at most {LONGEST_LINE} a line", code="LOG010"
+        )
     delimiter = _delimiter(line)
     texts = fields(line, delimiter, place)
     if not all(_is_number(t) for t in texts):
@@ -218,7 +220,7 @@ def _above(file: str, lines: Sequence[str], rows: _Rows) -> Layout | None:
         elif not lines[near[1]].lstrip().startswith("#"):
             found = f"two lines that may be the header, this one and line {near[1] + 1} (`{shown(lines[near[1]])}`)"
             expected = f"`header: {near[0] + 1}` or `header: {near[1] + 1}` in a log description"
-            raise BadInput(Place(file, near[0] + 1), found, expected)
+            raise BadInput(Place(file, near[0] + 1), found, expected, code="LOG001")
     return _told(lines, Layout(_named(split[at]), at + 1, rows.index, rows.delimiter, rows.wrapped, units))
 
 
@@ -269,7 +271,9 @@ def _at(file: str, lines: Sequence[str], header: int) -> Layout:
     count = len(lines) - (not lines[-1])
     if header > count or not lines[header - 1].strip():
         found = "a blank line" if header <= count else f"{count} lines"
-        raise BadInput(Place(file, min(header, count)), found, f"the header on line {header}, as described")
+        raise BadInput(
+            Place(file, min(header, count)), found, f"the header on line {header}, as described", code="LOG013"
+        )
     rows = _find_rows(file, lines[header:])
     line = lines[header - 1].strip().removeprefix("#")
     delimiter, wrapped = (rows.delimiter, rows.wrapped) if rows else (_delimiter(line), False)
@@ -288,7 +292,7 @@ def _without_header(file: str, lines: Sequence[str], rows: _Rows, named: Sequenc
     place = Place(file, rows.index + 1)
     if named and len(named) != rows.width:
         found = f"{rows.width} columns without a header line"
-        raise BadInput(place, found, f"{len(named)}, one for each of {listing(named)}")
+        raise BadInput(place, found, f"{len(named)}, one for each of {listing(named)}", code="LOG013")
     names = tuple(named) or tuple(str(k + 1) for k in range(rows.width))
     words = "the file has no header line: its columns go by their numbers, counted from 1"
     if named:

@@ -68,7 +68,9 @@ def _expression(parsed: Expression, names: Sequence[str], place: Place) -> Term 
     for name in names:
         called = identifier(name)
         if called in used and called in known:
-            raise BadInput(place, f"`{called}` in `{parsed.text}`, which is two columns", "columns with other names")
+            raise BadInput(
+                place, f"`{called}` in `{parsed.text}`, which is two columns", "columns with other names", code="LOG004"
+            )
         known[called] = name
     symbols = {called: sympy.Symbol(called, real=True) for called in known}
     value = parsed.symbolic(symbols)

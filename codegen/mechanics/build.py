@@ -46,7 +46,7 @@ def build_system(spec: Spec, free: Sequence[LinkParameter] = ()) -> System:
             contact = next(c for c in contacts if name in c.law_parameters.values())
             key = f"friction.contacts[{contacts.index(contact)}]"
             found = f"the name `{name}`, which the generated code has for a parameter of {spec.place(key)}"
-            raise BadInput(spec.place(f"parameters.{name}"), found, "a name for each of the two")
+            raise BadInput(spec.place(f"parameters.{name}"), found, "a name for each of the two", code="SPEC009")
     system = System(
         name=spec.name,
         positions=tuple(symbol(c.name) for c in spec.coordinates),
@@ -97,7 +97,7 @@ def check_mass_matrix(system: System, spec: Spec) -> None:
             apart = np.abs(entries[finite, i, j] - entries[finite, j, i]).max(initial=0.0)
             if above != below and apart > 1e-12 * size:
                 found = f"entry [{i}][{j}] `{below}` and [{j}][{i}] `{above}`"
-                raise BadInput(spec.place(f"{key}[{i}][{j}]"), found, "a symmetric mass matrix")
+                raise BadInput(spec.place(f"{key}[{i}][{j}]"), found, "a symmetric mass matrix", code="SPEC017")
     smallest = np.full(len(points), np.nan)
     smallest[finite] = np.linalg.eigvalsh(entries[finite])[:, 0]
     bad = ~(smallest > 0)
@@ -107,9 +107,13 @@ def check_mass_matrix(system: System, spec: Spec) -> None:
     at = dict(zip(system.positions, points[first], strict=True))
     where = ", ".join(f"{x} = {at[x]:.4g}" for x in varying) or "every point"
     if not finite[first]:
-        raise BadInput(spec.place(key), f"no real number at {where}", "real entries in the whole envelope")
+        raise BadInput(
+            spec.place(key), f"no real number at {where}", "real entries in the whole envelope", code="SPEC012"
+        )
     found = f"its smallest eigenvalue is {smallest[first]:.4g} at {where}"
-    raise BadInput(spec.place(key), found, "a mass matrix that is positive definite in the whole envelope")
+    raise BadInput(
+        spec.place(key), found, "a mass matrix that is positive definite in the whole envelope", code="SPEC017"
+    )
 
 
 def _points(system: System, spec: Spec) -> Any:

@@ -52,7 +52,9 @@ def _require_independent_coordinates(spec: Spec, T: Matrix) -> None:
             found = f"coordinate {name} " + (
                 "moves the bodies only as the coordinates before it do" if any(T[:, k]) else "moves no body"
             )
-            raise BadInput(spec.place(f"coordinates.{name}"), found, "a motion of its own for each coordinate")
+            raise BadInput(
+                spec.place(f"coordinates.{name}"), found, "a motion of its own for each coordinate", code="SPEC018"
+            )
 
 
 def _check_equations(spec: Spec, form: Constraints, x: Matrix) -> None:
@@ -67,16 +69,18 @@ def _check_equations(spec: Spec, form: Constraints, x: Matrix) -> None:
         if value > TOLERANCE:
             found = f"equation {k + 1} `{equation}` = {value:.4g} at {at}"
             others = "the equations before it and " if dependent else ""
-            raise BadInput(place, f"contradictory: {found}", f"0, as {others}the positions of the bodies have it")
+            raise BadInput(
+                place, f"contradictory: {found}", f"0, as {others}the positions of the bodies have it", code="SPEC018"
+            )
         if dependent:
             found = f"redundant: equation {k + 1} `{equation}` follows from those before it"
-            raise BadInput(place, found, "equations that are independent")
+            raise BadInput(place, found, "equations that are independent", code="SPEC018")
     wanted = len(axes) - len(spec.positions)
     if form.equations and len(form.equations) != wanted:
         given, motions = len(form.equations), len(spec.positions)
         found = f"{given} of {wanted} equations for {len(axes)} positions and {motions} coordinates"
         expected = f"{wanted} equations, positions less coordinates, or none"
-        raise BadInput(spec.place("constraints.equations"), found, expected)
+        raise BadInput(spec.place("constraints.equations"), found, expected, code="SPEC018")
 
 
 def _largest(expression: sympy.Expr, points: list[dict[sympy.Symbol, sympy.Expr]]) -> tuple[float, str]:

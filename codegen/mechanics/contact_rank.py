@@ -47,7 +47,9 @@ def refuse_dependent_contacts(spec: Spec, distribution: Matrix) -> None:
         f"{names[-1]} follows from that of {' and '.join(names[:-1])}, so U'M^-1 U is singular and no gain tells "
         "their friction apart"
     )
-    raise BadInput(spec.place("observer.kind"), found, "contacts that slide independently, or gto", "gto")
+    raise BadInput(
+        spec.place("observer.kind"), found, "contacts that slide independently, or gto", "gto", code="SPEC019"
+    )
 
 
 def _without(matrix: Matrix, column: int) -> Matrix:

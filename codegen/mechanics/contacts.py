@@ -66,12 +66,19 @@ def _law(spec: Spec, key: str, contact: Contact) -> FrictionLaw:
             f"unknown law `{contact.law}`",
             expected,
             nearest_name(contact.law, LAWS) or ALSO_CALLED.get(contact.law.lower()),
+            code="SPEC008",
         )
     names = [p.name for p in law.parameters]
     for name in contact.parameters:
         if name not in names:
             expected = f"name, law, unit and {', '.join(names)} of the law {law.name}"
-            raise BadInput(spec.place(f"{key}.{name}"), f"unknown key `{name}`", expected, nearest_name(name, names))
+            raise BadInput(
+                spec.place(f"{key}.{name}"),
+                f"unknown key `{name}`",
+                expected,
+                nearest_name(name, names),
+                code="SPEC004",
+            )
     return law
 
 
@@ -79,7 +86,9 @@ def _slip_unit(spec: Spec, distribution: Matrix, index: int, contact: Contact) -
     touched = [i for i in range(len(spec.coordinates)) if distribution[i, index] != 0]
     if not touched:
         place = spec.place("friction.distribution" if contact.sliding is None else f"friction.contacts[{index}]")
-        raise BadInput(place, f"column {index + 1} of zeros", f"a coordinate on which {contact.name} acts")
+        raise BadInput(
+            place, f"column {index + 1} of zeros", f"a coordinate on which {contact.name} acts", code="SPEC019"
+        )
     if contact.sliding is not None:  # bodies may slide by a length while the coordinate is an angle
         place = spec.place(f"friction.contacts[{index}].unit")
         return "m" if dimension(parse_unit(contact.unit, place)) == dimension(parse_unit("N", place)) else "rad"
@@ -90,13 +99,13 @@ def _value(spec: Spec, key: str, law: FrictionLaw, p: LawParameter, contact: Con
     if p.name not in contact.parameters:
         if p.default is None:
             found = f"`{p.name}` ({p.meaning}) is missing"
-            raise BadInput(spec.place(key), found, f"`{p.name}:` for the law {law.name}")
+            raise BadInput(spec.place(key), found, f"`{p.name}:` for the law {law.name}", code="SPEC003")
         return sympy.Rational(p.default)
     value = contact.parameters[p.name]
     too_low = p.lowest is not None and (value < p.lowest or (p.positive and value == p.lowest))
     too_high = p.highest is not None and value > p.highest
     if too_low or too_high:
-        raise BadInput(spec.place(f"{key}.{p.name}"), f"{p.meaning} {float(value):g}", admissible(p))
+        raise BadInput(spec.place(f"{key}.{p.name}"), f"{p.meaning} {float(value):g}", admissible(p), code="SPEC007")
     return value
 
 

@@ -25,10 +25,14 @@ def lagrangian_motion(spec: Spec, form: Lagrangian) -> tuple[Matrix, Matrix]:
     place = spec.place("lagrangian.kinetic")
     if mass.has(*v):
         expected = "an energy of the second degree in the velocities"
-        raise BadInput(place, f"a kinetic energy whose second derivative holds {_first(mass, v)}", expected)
+        raise BadInput(
+            place, f"a kinetic energy whose second derivative holds {_first(mass, v)}", expected, code="SPEC018"
+        )
     for name, row in zip(spec.velocities, range(mass.rows), strict=True):
         if not any(mass.row(row)):
-            raise BadInput(place, f"no kinetic energy in {name}", f"a term with {name}**2 for its inertia")
+            raise BadInput(
+                place, f"no kinetic energy in {name}", f"a term with {name}**2 for its inertia", code="SPEC018"
+            )
     conservative = Matrix([(form.kinetic - form.potential).diff(position) for position in x])
     return mass, Matrix(spec.force + compact(conservative - momentum.jacobian(x) * v))
 

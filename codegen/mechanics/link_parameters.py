@@ -67,7 +67,13 @@ def base_values(spec: Spec, tree: KinematicTree) -> dict[str, Fraction]:
     for name in given:
         if name not in nominal:
             at = spec.place(f"urdf.base_parameters.{name}")
-            raise BadInput(at, f"unknown base parameter `{name}`", "those of its joints", nearest_name(name, nominal))
+            raise BadInput(
+                at,
+                f"unknown base parameter `{name}`",
+                "those of its joints",
+                nearest_name(name, nominal),
+                code="SPEC008",
+            )
     return nominal | given
 
 

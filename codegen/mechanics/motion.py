@@ -80,7 +80,7 @@ def _distribution(spec: Spec, derived: Matrix) -> Matrix:
             found = f"U inconsistent with {form_key(spec)}: column {k + 1} [{_words(column)}] of contact {contact.name}"
             between = " and ".join(contact.sliding.bodies)
             expected = f"[{_words(derived[:, k])}], the slip between {between}, or its negative"
-            raise BadInput(spec.place("friction.distribution"), found, expected)
+            raise BadInput(spec.place("friction.distribution"), found, expected, code="SPEC028")
     return given
 
 

@@ -40,9 +40,9 @@ def _inverse(spec: Spec, T: Matrix) -> Matrix:
     place, expected = spec.place("topology.transform"), "a transform with an inverse: one coordinate a motion"
     if T.free_symbols and T.rows > LARGEST_SYMBOLIC:
         found = f"{T.rows} rows with parameters, not unitary"
-        raise BadInput(place, found, f"numbers, a unitary matrix, or up to {LARGEST_SYMBOLIC} rows")
+        raise BadInput(place, found, f"numbers, a unitary matrix, or up to {LARGEST_SYMBOLIC} rows", code="SPEC015")
     determinant = compact(T.det(method="berkowitz"))
     values = {symbol(p.name): p.value for p in spec.parameters}
     if determinant.subs(values).evalf() == 0:
-        raise BadInput(place, "a transform of determinant 0", expected)
+        raise BadInput(place, "a transform of determinant 0", expected, code="SPEC018")
     return Matrix(T.adjugate() / determinant)

@@ -48,7 +48,12 @@ def build_observer(spec: Spec, system: System) -> Observer:
     """
     choice = spec.observer
     if choice is None:
-        raise BadInput(spec.place("name"), "no `observer:` section", "observer: {kind, velocity, gains, sample_time}")
+        raise BadInput(
+            spec.place("name"),
+            "no `observer:` section",
+            "observer: {kind, velocity, gains, sample_time}",
+            code="SPEC029",
+        )
     builder = OBSERVERS.get(choice.kind)
     place = spec.place("observer.kind")
     if builder is None:
@@ -57,10 +62,11 @@ def build_observer(spec: Spec, system: System) -> Observer:
             f"unknown observer `{choice.kind}`",
             f"one of {', '.join(OBSERVERS)}",
             nearest_name(choice.kind, OBSERVERS),
+            code="SPEC008",
         )
     if choice.kind in SINGLE and (system.degrees_of_freedom > 1 or len(system.contacts) > 1):
         found = f"{choice.kind} on {system.degrees_of_freedom} coordinates and {len(system.contacts)} contacts"
-        raise BadInput(place, found, f"{SINGLE[choice.kind]}, its general form", SINGLE[choice.kind])
+        raise BadInput(place, found, f"{SINGLE[choice.kind]}, its general form", SINGLE[choice.kind], code="SPEC022")
     _refuse_idle_options(spec, choice)
     refuse_integration(spec)
     observer = builder(spec, system)
@@ -79,7 +85,7 @@ def _refuse_idle_options(spec: Spec, choice: ObserverChoice) -> None:
     for key, (given, reader) in options.items():
         if given and not choice.kind.endswith(reader):
             found = f"`{key}` under {choice.kind}, which does not read it"
-            raise BadInput(spec.place(f"observer.{key}"), found, f"it under {reader} or g{reader}")
+            raise BadInput(spec.place(f"observer.{key}"), found, f"it under {reader} or g{reader}", code="SPEC020")
 
 
 def _refuse_shared_names(spec: Spec, observer: Observer) -> None:
@@ -95,7 +101,7 @@ def _refuse_shared_names(spec: Spec, observer: Observer) -> None:
     for name in [*own, *sorted(declared)]:
         if own.count(name) + (name in declared) > 1 or re.fullmatch(r"W\d+(_\d+)?|pi_", name):
             found = f"the name `{name}`, by which the generated observer calls a quantity of its own"
-            raise BadInput(place_of(spec, name), found, "another name")
+            raise BadInput(place_of(spec, name), found, "another name", code="SPEC009")
 
 
 __all__ = ["OBSERVERS", "Equation", "ErrorVariable", "Observer", "build_observer", "observer_of"]

@@ -24,21 +24,33 @@ def read_domain(spec: Spec, system: System) -> Domain | None:
     place = spec.place("observer.domain")
     if system.degrees_of_freedom > 1 or len(system.contacts) > 1:
         found = f"a domain for {system.degrees_of_freedom} coordinates and {len(system.contacts)} contacts"
-        raise BadInput(place, found, "one coordinate with one contact; for several there is no such domain")
+        raise BadInput(
+            place, found, "one coordinate with one contact; for several there is no such domain", code="SPEC022"
+        )
     if choice.velocity != "estimated" or choice.integration not in ("euler", "semi_implicit"):
         found = f"a domain with {choice.velocity} velocity under {choice.integration}"
-        raise BadInput(place, found, "`velocity: estimated`, and euler or semi_implicit")
+        raise BadInput(place, found, "`velocity: estimated`, and euler or semi_implicit", code="SPEC022")
     if choice.exponent != 1 or choice.shape is not None:
-        raise BadInput(place, "a domain beside `exponent` or `h`", "h(s) = s: neither of them")
+        raise BadInput(place, "a domain beside `exponent` or `h`", "h(s) = s: neither of them", code="SPEC005")
     contact = system.contacts[0]
     key = f"a_{contact.name}"
     level = spec.envelope.get(key)
     if level is None:
-        raise BadInput(place, f"no range for {key}", f"`{key}: [low, high]` in the envelope: the true friction level")
+        raise BadInput(
+            place,
+            f"no range for {key}",
+            f"`{key}: [low, high]` in the envelope: the true friction level",
+            code="SPEC026",
+        )
     at_rest = contact.level_at_rest
     if level[0] < 0 or (at_rest is not None and not level[0] <= at_rest.subs(system.values) <= level[1]):
         found = f"[{level[0]}, {level[1]}]"
-        raise BadInput(spec.place(f"envelope.{key}"), found, "a range of levels >= 0 in which the declared one lies")
+        raise BadInput(
+            spec.place(f"envelope.{key}"),
+            found,
+            "a range of levels >= 0 in which the declared one lies",
+            code="SPEC007",
+        )
     domain = choice.domain
     samples = max(1, int(sympy.ceiling(domain.settle / choice.sample_time)))
     return Domain(domain.slip_speed, samples, level, domain.innovation)

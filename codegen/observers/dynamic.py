@@ -210,7 +210,9 @@ def _assumed_law(spec: Spec, system: System, contact: ContactFriction) -> Assume
     if not isinstance(law, DynamicLaw) or law.drives != "state" or len(law.states) != 1:
         reason = law.why_not or f"{law.name} has no state"
         expected = "a law in state-space form, such as dahl, or one under `observer: laws:`"
-        raise BadInput(place, f"the law {law.name} at {contact.name} under a {choice.kind}: {reason}", expected)
+        raise BadInput(
+            place, f"the law {law.name} at {contact.name} under a {choice.kind}: {reason}", expected, code="SPEC020"
+        )
     for p in law.parameters:
         if p.unit == "1":  # an exponent: as a number, so that powers become products and their slopes stay finite
             parameters[p.name] = known[parameters[p.name]]

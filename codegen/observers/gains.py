@@ -63,18 +63,24 @@ def read_gain(
     if raw is None:
         given = ", ".join(choice.gains) or "none"
         raise BadInput(
-            spec.place("observer.gains"), f"gain `{name}` is missing (given: {given})", f"`{name}:` for {choice.kind}"
+            spec.place("observer.gains"),
+            f"gain `{name}` is missing (given: {given})",
+            f"`{name}:` for {choice.kind}",
+            code="SPEC003",
         )
     place = spec.place(key)
     shape = f"{len(rows)} by {len(columns)}"
     if not isinstance(raw, list):
         if len(rows) != len(columns):
-            raise BadInput(place, f"{name}: {raw}", f"{shape} rows, since the matrix is not square")
+            raise BadInput(place, f"{name}: {raw}", f"{shape} rows, since the matrix is not square", code="SPEC015")
         numbers = [exact_number(str(raw), place)] * len(rows)
     elif any(not isinstance(entry, list) for entry in raw):
         if any(isinstance(entry, list) for entry in raw) or len(raw) != len(rows) or len(rows) != len(columns):
             raise BadInput(
-                place, f"{name} of length {len(raw)}", f"a scalar, {len(rows)} diagonal entries or {shape} rows"
+                place,
+                f"{name} of length {len(raw)}",
+                f"a scalar, {len(rows)} diagonal entries or {shape} rows",
+                code="SPEC015",
             )
         numbers = [exact_number(str(entry), place) for entry in raw]
     else:
@@ -82,7 +88,9 @@ def read_gain(
     for label, number in zip(rows, numbers, strict=True):
         if sign and number * sign <= 0:
             wanted = "a positive gain" if sign > 0 else "a negative gain"
-            raise BadInput(place, f"{name} = {float(number):g}" + (f" on {label}" if len(rows) > 1 else ""), wanted)
+            raise BadInput(
+                place, f"{name} = {float(number):g}" + (f" on {label}" if len(rows) > 1 else ""), wanted, code="SPEC007"
+            )
     names = [name] if len(rows) == 1 else [f"{name}_{label}" for label in rows]
     symbols = [symbol(n) for n in names]
     return GainMatrix(diagonal(symbols), dict(zip(symbols, numbers, strict=True)))
@@ -91,7 +99,9 @@ def read_gain(
 def _full(name: str, raw: Any, rows: list[str], columns: list[str], place: Any, shape: str) -> GainMatrix:
     widths = {len(row) for row in raw}
     if len(raw) != len(rows) or widths != {len(columns)}:
-        raise BadInput(place, f"{name} of {len(raw)} rows of {'/'.join(map(str, sorted(widths)))}", f"{shape}")
+        raise BadInput(
+            place, f"{name} of {len(raw)} rows of {'/'.join(map(str, sorted(widths)))}", f"{shape}", code="SPEC015"
+        )
     matrix, values = sympy.zeros(len(rows), len(columns)), {}
     for i, row in enumerate(rows):
         for j, column in enumerate(columns):
@@ -107,10 +117,16 @@ def refuse_unknown_gains(spec: Spec, choice: ObserverChoice, known: tuple[str, .
     """Raise BadInput for a gain that no equation of this observer has."""
     if choice.velocity == "measured" and "K_v" in choice.gains:
         expected = "no K_v with `velocity: measured`, since it is the gain of the velocity observer"
-        raise BadInput(spec.place("observer.gains.K_v"), "a gain `K_v`", expected, "velocity: estimated")
+        raise BadInput(
+            spec.place("observer.gains.K_v"), "a gain `K_v`", expected, "velocity: estimated", code="SPEC004"
+        )
     for name in choice.gains:
         if name not in known:
             place = spec.place(f"observer.gains.{name}")
             raise BadInput(
-                place, f"unknown gain `{name}`", f"{', '.join(known)} for {choice.kind}", nearest_name(name, known)
+                place,
+                f"unknown gain `{name}`",
+                f"{', '.join(known)} for {choice.kind}",
+                nearest_name(name, known),
+                code="SPEC008",
             )

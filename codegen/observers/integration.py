@@ -54,13 +54,18 @@ def velocity_step(spec: Spec, gain: Matrix) -> VelocityStep:
         else:
             if n > LARGEST_FULL_GAIN:
                 found = f"a K_v of order {n} that is not diagonal"
-                raise BadInput(spec.place("observer.gains.K_v"), found, "a diagonal K_v under semi_implicit")
+                raise BadInput(
+                    spec.place("observer.gains.K_v"), found, "a diagonal K_v under semi_implicit", code="SPEC022"
+                )
             weight = (sympy.eye(n) + h * gain).inv(method="ADJ")
         return VelocityStep(Matrix(weight * gain), Matrix(weight))
     if integration == "exponential":
         if not gain.is_diagonal():
             raise BadInput(
-                spec.place("observer.gains.K_v"), "a K_v that is not diagonal", "a diagonal K_v under exponential"
+                spec.place("observer.gains.K_v"),
+                "a K_v that is not diagonal",
+                "a diagonal K_v under exponential",
+                code="SPEC022",
             )
         rates = [(1 - sympy.exp(-h * gain[i, i])) / h for i in range(n)]
         return VelocityStep(
@@ -75,4 +80,6 @@ def refuse_integration(spec: Spec) -> None:
     assert choice is not None
     if choice.velocity == "measured" and choice.integration in ("semi_implicit", "exponential"):
         found = f"{choice.integration} with measured velocity; it integrates the decay of the velocity estimate"
-        raise BadInput(spec.place("observer.integration"), found, "euler or implicit, or `velocity: estimated`")
+        raise BadInput(
+            spec.place("observer.integration"), found, "euler or implicit, or `velocity: estimated`", code="SPEC022"
+        )

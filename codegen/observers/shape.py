@@ -56,19 +56,21 @@ def read_shape(spec: Spec, system: System) -> Shape:
     if choice.shape is None:
         if not 0 < choice.exponent <= LARGEST_EXPONENT:
             wanted = f"a positive number up to {LARGEST_EXPONENT}"
-            raise BadInput(spec.place("observer.exponent"), f"exponent {choice.exponent}", wanted)
+            raise BadInput(spec.place("observer.exponent"), f"exponent {choice.exponent}", wanted, code="SPEC007")
         return Shape(SPEED**choice.exponent)
     shape = Shape(choice.shape)
     place = spec.place("observer.h")
     if not choice.shape.has(SPEED):
-        raise BadInput(place, f"h = {choice.shape}", "an expression that rises with the slip speed s")
+        raise BadInput(place, f"h = {choice.shape}", "an expression that rises with the slip speed s", code="SPEC022")
     top = _top_speed(spec, system)
     speeds = np.concatenate([geometric(1e-6, 1, SAMPLES), np.linspace(0, 1, SAMPLES)[1:]]) * top
     slopes = [float(to_casadi(shape.expression.diff(SPEED), {SPEED: s})) for s in speeds]
     for s, slope in zip(speeds, slopes, strict=True):
         if not slope > 0:
             found = f"h = {choice.shape}, whose slope at s = {s:.3g} is {slope:.3g}"
-            raise BadInput(place, found, f"a function that rises up to the envelope's top slip speed {top:.3g}")
+            raise BadInput(
+                place, found, f"a function that rises up to the envelope's top slip speed {top:.3g}", code="SPEC022"
+            )
     return shape
 
 
@@ -84,7 +86,10 @@ def refuse_infinite_slope(spec: Spec) -> None:
         key = "exponent" if choice.shape is None else "h"
         found = f"h(s) = {shape.expression}, whose slope is infinite at rest"
         raise BadInput(
-            spec.place(f"observer.{key}"), found, "a finite slope (exponent 1 or more), or velocities that are never 0"
+            spec.place(f"observer.{key}"),
+            found,
+            "a finite slope (exponent 1 or more), or velocities that are never 0",
+            code="SPEC033",
         )
 
 

@@ -102,5 +102,5 @@ def _samples(observer: Observer, w: sympy.Symbol, delay: Any) -> tuple[int, Any]
     whole = int(sympy.floor(ratio))
     if whole > LONGEST_DELAY:
         where, found = f"effect input_delay on {w}", f"a delay of {whole} samples"
-        raise BadInput(where, found, f"at most {LONGEST_DELAY}", about=f"input_delay_{w}_T")
+        raise BadInput(where, found, f"at most {LONGEST_DELAY}", about=f"input_delay_{w}_T", code="SPEC007")
     return whole, ratio - whole

@@ -80,5 +80,7 @@ def _operation(operation: int, arguments: list[Node], graph: Graph) -> Node:
 
 def _finite(value: float) -> float:
     if value - value != 0:
-        raise BadInput("generated code", f"the constant {value}", "numbers whose products a double can hold")
+        raise BadInput(
+            "generated code", f"the constant {value}", "numbers whose products a double can hold", code="SPEC028"
+        )
     return value

@@ -172,5 +172,5 @@ def _chosen(program: Program, only: Sequence[str]) -> list[int]:
     for name in only:
         if name not in names:
             expected = f"one of {', '.join(names)}"
-            raise BadInput("--only", f"no output `{name}`", expected, nearest_name(name, names))
+            raise BadInput("--only", f"no output `{name}`", expected, nearest_name(name, names), code="CALL001")
     return [k for k, name in enumerate(names) if name in only] if only else list(range(len(names)))

@@ -103,12 +103,12 @@ class Samples:
         """
         if why is not None and self._path.is_file() and self._path.stat().st_size > LARGEST:
             expected = f"steps of {self.period:g} s within {JITTER:.0%} (a log of more than 1 GB is not resampled)"
-            raise BadInput(why.place, why.found, expected)
+            raise BadInput(why.place, why.found, expected, code="LOG008")
         log = read_log(self._path, self._spec, description=self._given, columns=self._columns)
         if not abs(log.sample_time / self.period - 1) <= JITTER:
             found = f"a sample every {log.sample_time:.6g} s, where the observer takes one every {self.period:.6g} s"
             expected = f"a log at the observer's sample time, or `sample_time: {log.sample_time:.6g}` in the spec"
-            raise BadInput(Place(str(self._path)), found, expected)
+            raise BadInput(Place(str(self._path)), found, expected, code="LOG013")
         self.notes = list(log.notes)
         values = self._of_log(log)
         for start, stop in log.segments:
@@ -163,7 +163,9 @@ class Samples:
     def _require_inputs(self, known: Mapping[str, object], place: Place) -> None:
         for name in self._inputs:
             if name not in known:
-                raise BadInput(place, f"no column `{name}`", "the measured velocity, which this observer takes")
+                raise BadInput(
+                    place, f"no column `{name}`", "the measured velocity, which this observer takes", code="LOG003"
+                )
 
     def _of_log(self, log: Log) -> Array:
         """(N, inputs) of a log."""

@@ -154,9 +154,13 @@ def open_writer(path: Path | None, columns: Sequence[Column], flagged: bool) -> 
     kinds: dict[str, type[CsvWriter] | type[NpyWriter]] = {".csv": CsvWriter, ".npy": NpyWriter}
     kind = kinds.get(path.suffix.lower())
     if kind is None:
-        raise BadInput(str(path), f"the ending `{path.suffix}`", f"a file ending in {' or '.join(kinds)}")
+        raise BadInput(
+            str(path), f"the ending `{path.suffix}`", f"a file ending in {' or '.join(kinds)}", code="FILE005"
+        )
     return kind(path, columns, flagged)
 
 
 def _unwritable(path: Path, error: OSError) -> BadInput:
-    return BadInput(str(path), f"cannot be written ({error.strerror})", "a folder that can be written, with room")
+    return BadInput(
+        str(path), f"cannot be written ({error.strerror})", "a folder that can be written, with room", code="FILE003"
+    )

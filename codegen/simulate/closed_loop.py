@@ -55,7 +55,10 @@ def simulate(
     simulation = spec.simulation
     if simulation is None:
         raise BadInput(
-            spec.place("simulation"), "no simulation section", "`simulation:` with duration, sample_time and inputs"
+            spec.place("simulation"),
+            "no simulation section",
+            "`simulation:` with duration, sample_time and inputs",
+            code="SPEC029",
         )
     refuse_unsimulable(spec, system)
     samples = round(simulation.duration / simulation.sample_time)
@@ -82,7 +85,10 @@ def simulate(
     if not moves.all():
         found = f"a motion that leaves all bounds at t = {run.time[np.argmin(moves)]:.4g} s"
         raise BadInput(
-            spec.place("simulation"), found, "inputs, gains and parameters under which the machine stays bounded"
+            spec.place("simulation"),
+            found,
+            "inputs, gains and parameters under which the machine stays bounded",
+            code="SPEC034",
         )
     return run
 

@@ -46,20 +46,32 @@ def control_loops(spec: Spec, simulation: Simulation) -> dict[int, Loop]:
             index = inputs.index(name)
             coordinate = 0 if len(coordinates) == 1 else index
         if index >= len(inputs) or coordinate >= len(coordinates):
-            raise BadInput(place, f"a reference for `{name}`, which no input moves", f"one of {', '.join(inputs)}")
+            raise BadInput(
+                place, f"a reference for `{name}`, which no input moves", f"one of {', '.join(inputs)}", code="SPEC025"
+            )
         if index in loops:
-            raise BadInput(place, f"a second reference for the input `{inputs[index]}`", "one reference per input")
+            raise BadInput(
+                place, f"a second reference for the input `{inputs[index]}`", "one reference per input", code="SPEC025"
+            )
         if any(loop.coordinate == coordinate and loop.reference != reference for loop in loops.values()):
             found = f"another reference for the coordinate `{coordinates[coordinate]}`"
-            raise BadInput(place, found, "the same one for every input that moves it")
+            raise BadInput(place, found, "the same one for every input that moves it", code="SPEC025")
         if inputs[index] not in simulation.position_gain:
-            raise BadInput(place, "a reference without a gain", f"`position_gain: {{{inputs[index]}: …}}` beside it")
+            raise BadInput(
+                place,
+                "a reference without a gain",
+                f"`position_gain: {{{inputs[index]}: …}}` beside it",
+                code="SPEC025",
+            )
         loops[index] = Loop(coordinate, reference)
     for section in GAINS:
         for name in getattr(simulation, section):
             if inputs.index(name) not in loops:
                 raise BadInput(
-                    spec.place(f"simulation.{section}.{name}"), "a gain", f"a `reference:` that `{name}` is to follow"
+                    spec.place(f"simulation.{section}.{name}"),
+                    "a gain",
+                    f"a `reference:` that `{name}` is to follow",
+                    code="SPEC025",
                 )
     return loops
 

@@ -50,14 +50,18 @@ class EventPlant:
             BadInput: for a contact whose law has states, an actuator that lags, or a load behind a spring.
         """
         if any(system.actuator(k).lag is not None for k in range(len(system.inputs))):
-            raise BadInput(f"the machine {system.name}", "an actuator's lag in an integration by events", _STEPPER)
+            raise BadInput(
+                f"the machine {system.name}", "an actuator's lag in an integration by events", _STEPPER, code="SPEC035"
+            )
         if system.transmissions:
             found = "a compliance or backlash in an integration by events"
-            raise BadInput(f"the machine {system.name}", found, _STEPPER)
+            raise BadInput(f"the machine {system.name}", found, _STEPPER, code="SPEC035")
         contacts = PlantContacts(system)
         if contacts.dynamic.contacts:
             name = system.contacts[contacts.dynamic.contacts[0]].law.name
-            raise BadInput(f"the machine {system.name}", f"the law {name} in an integration by events", _STEPPER)
+            raise BadInput(
+                f"the machine {system.name}", f"the law {name} in an integration by events", _STEPPER, code="SPEC035"
+            )
         n = system.degrees_of_freedom
         self.state: Array = np.concatenate([x, v]).astype(float)
         self.positions, self.velocities = self.state[:n], self.state[n:]

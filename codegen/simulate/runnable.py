@@ -29,6 +29,9 @@ def steps_a_sample(spec: Spec, simulation: Simulation, observer: Observer) -> in
     if every < 1 or abs(ratio / every - 1) > 1e-9:
         found = f"{simulation.sample_time:g} s, and {float(observer.sample_time):g} s of the observer"
         raise BadInput(
-            spec.place("simulation.sample_time"), found, "a sample time that the observer's is a whole multiple of"
+            spec.place("simulation.sample_time"),
+            found,
+            "a sample time that the observer's is a whole multiple of",
+            code="SPEC024",
         )
     return every

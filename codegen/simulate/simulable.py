@@ -40,4 +40,4 @@ def refuse_unsimulable(spec: Spec, system: System) -> None:
             name = contact.law.name
             found = f"the law {name} at {contact.name} in a simulation: {contact.law.why_not}"
             instead = _INSTEAD.get(name, "a law of zero memory or with states")
-            raise BadInput(spec.place(f"friction.contacts[{index}].law"), found, f"such as {instead}")
+            raise BadInput(spec.place(f"friction.contacts[{index}].law"), found, f"such as {instead}", code="SPEC035")

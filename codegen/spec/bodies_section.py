@@ -25,11 +25,13 @@ def read_bodies(
         BadInput: for no body, a body that cannot move or has no mass, unknown names and units that do not fit.
     """
     if not sections:
-        raise BadInput(units.place(f"{key}.bodies"), "no body", "at least one")
+        raise BadInput(units.place(f"{key}.bodies"), "no body", "at least one", code="SPEC003")
     for name in sections:
         if not NAME.match(name) or name == GROUND:
             found = f"the body `{name}`"
-            raise BadInput(units.place(f"{key}.bodies.{name}"), found, f"letters, digits and _, and not `{GROUND}`")
+            raise BadInput(
+                units.place(f"{key}.bodies.{name}"), found, f"letters, digits and _, and not `{GROUND}`", code="SPEC009"
+            )
     return tuple(_body(f"{key}.bodies.{name}", name, s, position, units, constant) for name, s in sections.items())
 
 
@@ -43,7 +45,12 @@ def _body(key: str, name: str, section: BodySection, position: Symbols, units: U
         positions[direction] = expression.symbolic(position)
         units.check(expression, units.of_direction(direction), f"position {direction} of {name}")
     if not positions:
-        raise BadInput(units.place(key), f"body {name} without a position", f"one or more of {', '.join(DIRECTIONS)}")
+        raise BadInput(
+            units.place(key),
+            f"body {name} without a position",
+            f"one or more of {', '.join(DIRECTIONS)}",
+            code="SPEC003",
+        )
     translates = any(direction in TRANSLATIONS for direction in positions)
     weights = {}
     for quantity, needed, why in (
@@ -53,7 +60,7 @@ def _body(key: str, name: str, section: BodySection, position: Symbols, units: U
         text = getattr(section, quantity)
         if (text is not None) != needed:
             found = f"body {name} with {why} but no {quantity}" if needed else f"{quantity} of {name} without {why}"
-            raise BadInput(units.place(f"{key}.{quantity}"), found, f"{quantity} and {why} together")
+            raise BadInput(units.place(f"{key}.{quantity}"), found, f"{quantity} and {why} together", code="SPEC003")
         weights[quantity] = sympy.S.Zero
         if text is not None:
             expression = parse_expression(text, units.place(f"{key}.{quantity}"))
@@ -106,7 +113,9 @@ def read_equations(
         units.check_terms(expression, dimensions)
         if not value.free_symbols - set(constant.values()):
             found = f"`{text}`, which holds no position"
-            raise BadInput(expression.place, found, f"an expression over {', '.join(set(symbols) - set(constant))}")
+            raise BadInput(
+                expression.place, found, f"an expression over {', '.join(set(symbols) - set(constant))}", code="SPEC011"
+            )
         result.append(value)
     return tuple(result)
 
@@ -120,7 +129,10 @@ def _body_symbols(bodies: Sequence[Body], names: Symbols, units: Units) -> dict[
                 if name in names or name in result:
                     found = f"the name `{name}`, which body {body.name} has for its motion, is declared"
                     raise BadInput(
-                        units.place(f"constraints.bodies.{body.name}"), found, "another name for one of them"
+                        units.place(f"constraints.bodies.{body.name}"),
+                        found,
+                        "another name for one of them",
+                        code="SPEC009",
                     )
                 result[name] = symbol(name)
     return result
@@ -138,7 +150,7 @@ def read_sliding(
     if section.bodies is None:
         if document.friction.distribution is None or section.along is not None:
             expected = f"`bodies:`, one or two of {', '.join(b.name for b in bodies)} and {GROUND}"
-            raise BadInput(units.place(key), f"contact {section.name} without `bodies`", expected)
+            raise BadInput(units.place(key), f"contact {section.name} without `bodies`", expected, code="SPEC003")
         return None
     known = {b.name: b for b in bodies}
     for k, name in enumerate(section.bodies):
@@ -146,7 +158,7 @@ def read_sliding(
     moving = [known[name] for name in section.bodies if name != GROUND]
     if not 1 <= len(section.bodies) <= 2 or not moving or len(set(section.bodies)) != len(section.bodies):
         found = f"contact {section.name} between {' and '.join(section.bodies) or 'no bodies'}"
-        raise BadInput(units.place(f"{key}.bodies"), found, f"two bodies, or one and {GROUND}")
+        raise BadInput(units.place(f"{key}.bodies"), found, f"two bodies, or one and {GROUND}", code="SPEC015")
     common = [direction for direction in DIRECTIONS if all(direction in b.positions for b in moving)]
     along = _along(section.along, common, key, f"{form}.bodies", names, units)
     pair = (section.bodies[0], section.bodies[1]) if len(section.bodies) == 2 else (section.bodies[0], GROUND)
@@ -161,14 +173,18 @@ def _along(
 ) -> dict[str, Expression]:
     if not common:
         found = "two bodies that share no direction"
-        raise BadInput(units.place(f"{key}.bodies"), found, f"bodies that both have x, y, z or an angle in {where}")
+        raise BadInput(
+            units.place(f"{key}.bodies"), found, f"bodies that both have x, y, z or an angle in {where}", code="SPEC020"
+        )
     if given is None:
         if len(common) > 1:
             expected = f"`along:` with one of {', '.join(common)}"
-            raise BadInput(units.place(key), f"a contact that could slide along {' or '.join(common)}", expected)
+            raise BadInput(
+                units.place(key), f"a contact that could slide along {' or '.join(common)}", expected, code="SPEC003"
+            )
         given = {common[0]: "1"}
     if not given:
-        raise BadInput(units.place(f"{key}.along"), "no direction", f"one of {', '.join(common)}")
+        raise BadInput(units.place(f"{key}.along"), "no direction", f"one of {', '.join(common)}", code="SPEC003")
     for direction in given:
         _require(direction, common, "direction of these bodies", f"{key}.along", units)
     return {d: parse_expression(text, units.place(f"{key}.along")) for d, text in given.items()}
@@ -177,4 +193,6 @@ def _along(
 def _require(name: str, known: Sequence[str], what: str, key: str, units: Units) -> None:
     if name not in known:
         expected = f"one of {', '.join(known)}"
-        raise BadInput(units.place(key), f"unknown {what} `{name}`", expected, nearest_name(name, known))
+        raise BadInput(
+            units.place(key), f"unknown {what} `{name}`", expected, nearest_name(name, known), code="SPEC008"
+        )

@@ -27,13 +27,20 @@ def read_cancellation(
         return None
     gain = exact_number(section.gain, place("cancellation.gain"))
     if not 0 < gain <= 2:
-        raise BadInput(place("cancellation.gain"), f"gain {section.gain}", "a share of the friction: above 0, up to 2")
+        raise BadInput(
+            place("cancellation.gain"),
+            f"gain {section.gain}",
+            "a share of the friction: above 0, up to 2",
+            code="SPEC007",
+        )
     damping = exact_number(section.damping, place("cancellation.damping"))
     if damping < 0:
-        raise BadInput(place("cancellation.damping"), f"damping {section.damping}", "0 or a positive number")
+        raise BadInput(
+            place("cancellation.damping"), f"damping {section.damping}", "0 or a positive number", code="SPEC007"
+        )
     if damping and section.method == "appendix_b":
         found = "`damping` beside `method: appendix_b`, which has no use for it"
-        raise BadInput(place("cancellation.damping"), found, "method: minimum_norm", "minimum_norm")
+        raise BadInput(place("cancellation.damping"), found, "method: minimum_norm", "minimum_norm", code="SPEC022")
     chosen = section.contacts
     if isinstance(chosen, str):
         return CancellationChoice(section.method, section.weight, gain, chosen, damping)
@@ -41,7 +48,9 @@ def read_cancellation(
     for k, name in enumerate(chosen):
         if name not in names:
             where, known = place(f"cancellation.contacts[{k}]"), f"one of {', '.join(names)}"
-            raise BadInput(where, f"unknown contact `{name}`", known, nearest_name(name, names))
+            raise BadInput(where, f"unknown contact `{name}`", known, nearest_name(name, names), code="SPEC008")
     if not chosen or len(set(chosen)) < len(chosen):
-        raise BadInput(place("cancellation.contacts"), "no contact, or one twice", "names of contacts, each once")
+        raise BadInput(
+            place("cancellation.contacts"), "no contact, or one twice", "names of contacts, each once", code="SPEC015"
+        )
     return CancellationChoice(section.method, section.weight, gain, tuple(chosen), damping)

@@ -48,7 +48,9 @@ def check_dimensions(
                 row = (term, of)
             elif row[1] != of:
                 found = f"{term[0]} gives {describe(of)}"
-                raise BadInput(term[1], found, f"{describe(row[1])}, the unit of {row[0][0]} in the same row")
+                raise BadInput(
+                    term[1], found, f"{describe(row[1])}, the unit of {row[0][0]} in the same row", code="SPEC014"
+                )
 
 
 def _terms(

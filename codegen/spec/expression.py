@@ -52,7 +52,9 @@ class Expression:
         value = _to_sympy(self.tree, self, symbols)
         value = value.replace(sympy.Abs, Magnitude).replace(sympy.sign, Sgn)  # sqrt(x**2) gives SymPy's own
         if value.has(sympy.zoo, sympy.nan, sympy.oo, sympy.I) or value.is_real is False:
-            raise BadInput(self.place, f"`{self.text}` is not a finite real number", "a finite real expression")
+            raise BadInput(
+                self.place, f"`{self.text}` is not a finite real number", "a finite real expression", code="SPEC012"
+            )
         return value
 
     def source(self, node: ast.expr) -> str:
@@ -65,10 +67,10 @@ def exact_number(text: str, place: Place) -> sympy.Rational:
     try:
         size = float(text)
     except ValueError:
-        raise BadInput(place, f"`{text}` is not a number", "a number") from None
+        raise BadInput(place, f"`{text}` is not a number", "a number", code="SPEC006") from None
     zero = not re.search("[1-9]", re.split("[eE]", text)[0])  # 1e-999 is not, though its double is
     if not math.isfinite(size) or not (zero or in_range(size)):
-        raise BadInput(place, f"the number {text}", RANGE)
+        raise BadInput(place, f"the number {text}", RANGE, code="SPEC007")
     return sympy.Integer(0) if zero else decimal_of(size)
 
 
@@ -84,12 +86,14 @@ def parse_expression(text: str | int | float, place: Place) -> Expression:
     """
     words = " ".join(str(text).split()).replace("^", "**")
     if not words:
-        raise BadInput(place, "an empty expression", "an expression such as `m*g*sin(q)`")
+        raise BadInput(place, "an empty expression", "an expression such as `m*g*sin(q)`", code="SPEC010")
     if not words.isascii():  # Python would read a full-width x as x
         foreign = next(c for c in words if not c.isascii())
-        raise BadInput(place, f"`{foreign}` in `{words}`", "letters a to z, digits and + - * / ** ( ) only")
+        raise BadInput(
+            place, f"`{foreign}` in `{words}`", "letters a to z, digits and + - * / ** ( ) only", code="SPEC010"
+        )
     if len(words) > LONGEST:
-        raise BadInput(place, f"an expression of {len(words)} characters", f"at most {LONGEST}")
+        raise BadInput(place, f"an expression of {len(words)} characters", f"at most {LONGEST}", code="SPEC011")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")  # Python warns of `2if`; here it is as wrong as any other text
@@ -99,9 +103,13 @@ def parse_expression(text: str | int | float, place: Place) -> Expression:
         _check(tree, words, place)
     except SyntaxError as error:
         near = words[max(0, (error.offset or 1) - 1) :][:20] or "the end"
-        raise BadInput(place, f"`{words}` cannot be read at `{near}`", "an expression such as `-k*x + w`") from None
+        raise BadInput(
+            place, f"`{words}` cannot be read at `{near}`", "an expression such as `-k*x + w`", code="SPEC010"
+        ) from None
     except (RecursionError, MemoryError, ValueError):
-        raise BadInput(place, "an expression nested too deeply or with control characters", "a plain one") from None
+        raise BadInput(
+            place, "an expression nested too deeply or with control characters", "a plain one", code="SPEC010"
+        ) from None
     return Expression(words, tree, place)
 
 
@@ -111,12 +119,14 @@ def _check(node: ast.expr, text: str, place: Place, depth: int = 1) -> None:
     what = ast.get_source_segment(text, node) or text
     match node:
         case ast.Constant(value=bool() | None | str() | bytes()) | ast.Constant(value=complex()):
-            raise BadInput(place, f"`{what}`", "a number, a name or an operation")
+            raise BadInput(place, f"`{what}`", "a number, a name or an operation", code="SPEC011")
         case ast.Constant():
             exact_number(what, place)
         case ast.Name(id=name):
             if not NAME.match(name):
-                raise BadInput(place, f"the name `{name}`", "letters, digits and _, starting with a letter")
+                raise BadInput(
+                    place, f"the name `{name}`", "letters, digits and _, starting with a letter", code="SPEC009"
+                )
         case ast.UnaryOp(op=ast.UAdd() | ast.USub(), operand=operand):
             _check(operand, text, place, depth + 1)
         case ast.BinOp(left=left, op=op, right=right) if type(op) in _OPERATORS:
@@ -125,12 +135,14 @@ def _check(node: ast.expr, text: str, place: Place, depth: int = 1) -> None:
         case ast.Call(func=ast.Name(id=name), args=[argument], keywords=[]) if name in FUNCTIONS:
             _check(argument, text, place, depth + 1)
         case ast.Call(func=ast.Name(id=name)) if name in FUNCTIONS:
-            raise BadInput(place, f"`{what}`", f"one argument for {name}")
+            raise BadInput(place, f"`{what}`", f"one argument for {name}", code="SPEC011")
         case ast.Call(func=ast.Name(id=name)):
             known = ", ".join(FUNCTIONS)
-            raise BadInput(place, f"a call of `{name}`", f"one of {known}", nearest_name(name, FUNCTIONS))
+            raise BadInput(
+                place, f"a call of `{name}`", f"one of {known}", nearest_name(name, FUNCTIONS), code="SPEC008"
+            )
         case _:
-            raise BadInput(place, f"`{what}`", "numbers, names, + - * / ** and " + ", ".join(FUNCTIONS))
+            raise BadInput(place, f"`{what}`", "numbers, names, + - * / ** and " + ", ".join(FUNCTIONS), code="SPEC011")
 
 
 def _to_sympy(node: ast.expr, whole: Expression, symbols: Mapping[str, sympy.Symbol]) -> Any:
@@ -144,7 +156,13 @@ def _to_sympy(node: ast.expr, whole: Expression, symbols: Mapping[str, sympy.Sym
         case ast.Name(id=name):
             known = sorted(symbols)
             expected = f"one of {', '.join(known)}" if len(known) <= 40 else "a declared name"
-            raise BadInput(whole.place, f"unknown name `{name}` in `{whole.text}`", expected, nearest_name(name, known))
+            raise BadInput(
+                whole.place,
+                f"unknown name `{name}` in `{whole.text}`",
+                expected,
+                nearest_name(name, known),
+                code="SPEC008",
+            )
         case ast.UnaryOp(op=op, operand=operand):
             value = _to_sympy(operand, whole, symbols)
             return -value if isinstance(op, ast.USub) else value
@@ -155,9 +173,14 @@ def _to_sympy(node: ast.expr, whole: Expression, symbols: Mapping[str, sympy.Sym
             value = _combine(op, a, b, whole, node)
             too_long = value.is_Rational and value.p.bit_length() + value.q.bit_length() > LONGEST_NUMBER
             if too_long or (value.is_Pow and value.exp.is_number and abs(value.exp) > 64):
-                raise BadInput(whole.place, f"`{whole.source(node)}`, too large", "powers up to 64 and smaller numbers")
+                raise BadInput(
+                    whole.place,
+                    f"`{whole.source(node)}`, too large",
+                    "powers up to 64 and smaller numbers",
+                    code="SPEC011",
+                )
             return value
-    raise BadInput(whole.place, f"`{whole.source(node)}`", "an arithmetic expression")
+    raise BadInput(whole.place, f"`{whole.source(node)}`", "an arithmetic expression", code="SPEC011")
 
 
 def _combine(op: ast.operator, a: Any, b: Any, whole: Expression, node: ast.expr) -> Any:
@@ -170,11 +193,20 @@ def _combine(op: ast.operator, a: Any, b: Any, whole: Expression, node: ast.expr
             return a * b
         case ast.Div():
             if b.is_zero:
-                raise BadInput(whole.place, f"`{whole.source(node)}` divides by zero", "a divisor that is not zero")
+                raise BadInput(
+                    whole.place, f"`{whole.source(node)}` divides by zero", "a divisor that is not zero", code="SPEC012"
+                )
             return a / b
         case _:
             if not (b.is_number and b.is_real) or abs(b) > 64:
-                raise BadInput(whole.place, f"`{whole.source(node)}`", "a power whose exponent is a number up to 64")
+                raise BadInput(
+                    whole.place,
+                    f"`{whole.source(node)}`",
+                    "a power whose exponent is a number up to 64",
+                    code="SPEC011",
+                )
             if a.is_zero and b.is_negative:
-                raise BadInput(whole.place, f"`{whole.source(node)}` divides by zero", "a base that is not zero")
+                raise BadInput(
+                    whole.place, f"`{whole.source(node)}` divides by zero", "a base that is not zero", code="SPEC012"
+                )
             return a**b

@@ -45,10 +45,15 @@ def read_free_gains(raw: Any, key: str, place: Callable[[str], Place]) -> Any:
     where = place(f"{key}.free")
     low, high = (exact_number(bound, where) for bound in raw.free)
     if not low < high:
-        raise BadInput(where, f"free: [{raw.free[0]}, {raw.free[1]}]", "a range [low, high] with low < high")
+        raise BadInput(
+            where, f"free: [{raw.free[0]}, {raw.free[1]}]", "a range [low, high] with low < high", code="SPEC007"
+        )
     if low < 0 < high and "][" not in key:
         raise BadInput(
-            where, f"free: [{raw.free[0]}, {raw.free[1]}], of both signs", "a range of one sign: a stable gain has one"
+            where,
+            f"free: [{raw.free[0]}, {raw.free[1]}], of both signs",
+            "a range of one sign: a stable gain has one",
+            code="SPEC007",
         )
     return FreeGain(low, high)
 
@@ -71,7 +76,7 @@ def refuse_free_gains(spec: Spec) -> None:
         name = entry.key.removeprefix("observer.gains.")
         found = f"the gain `{name}` is free ({float(entry.value.low):g} to {float(entry.value.high):g})"
         expected = f"a number; `stiction gains {spec.path}` shows which are stable and suggests one"
-        raise BadInput(spec.place(entry.key), found, expected)
+        raise BadInput(spec.place(entry.key), found, expected, code="SPEC023")
 
 
 def with_gains(spec: Spec, numbers: Mapping[tuple[str, tuple[int, ...]], float]) -> Spec:

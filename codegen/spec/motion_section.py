@@ -103,23 +103,25 @@ class _MotionReading:
         given = [name for name in FORMS if getattr(d, name) is not None]
         expected = "`mass_matrix:` with `force:`, or one of `topology:`, `constraints:`, `lagrangian:` and `urdf:`"
         if not given:
-            raise BadInput(self.place("mass_matrix"), "key `mass_matrix` is missing", expected)
+            raise BadInput(self.place("mass_matrix"), "key `mass_matrix` is missing", expected, code="SPEC003")
         if len(given) > 1:
             first, second = sorted(given, key=lambda name: self.place(name).line or 0)[:2]
             found = f"both `{first}` and `{second}`"
-            raise BadInput(self.place(second), found, "one way to state the equation of motion")
+            raise BadInput(self.place(second), found, "one way to state the equation of motion", code="SPEC005")
         (chosen,) = given
         if d.force is None and chosen in ("mass_matrix", "topology"):
-            raise BadInput(self.place("force"), "key `force` is missing", "`force:`")
+            raise BadInput(self.place("force"), "key `force` is missing", "`force:`", code="SPEC003")
         if d.friction.distribution is None and chosen in ("mass_matrix", "lagrangian"):
             key = "friction.distribution"
-            raise BadInput(self.place(key), f"key `{key}` is missing", "`distribution:`, coordinates by contacts")
+            raise BadInput(
+                self.place(key), f"key `{key}` is missing", "`distribution:`, coordinates by contacts", code="SPEC003"
+            )
         for k, contact in enumerate(d.friction.contacts):
             for name in ("bodies", "along"):
                 if getattr(contact, name) is not None and chosen in ("mass_matrix", "lagrangian", "urdf"):
                     key = f"friction.contacts[{k}].{name}"
                     expected = f"`distribution:` alone beside `{chosen}:`; bodies belong to topology and constraints"
-                    raise BadInput(self.place(key), f"`{name}` of contact {contact.name}", expected)
+                    raise BadInput(self.place(key), f"`{name}` of contact {contact.name}", expected, code="SPEC004")
         return chosen
 
     def _topology(self, units: Units) -> Topology:
@@ -137,7 +139,12 @@ class _MotionReading:
         positions = [(b.name, direction) for b in bodies for direction in b.positions]
         if len(positions) != n:
             found = f"{len(positions)} positions of bodies for {n} coordinates"
-            raise BadInput(self.place("topology.transform"), found, "as many as coordinates: T of x = T x̄ is square")
+            raise BadInput(
+                self.place("topology.transform"),
+                found,
+                "as many as coordinates: T of x = T x̄ is square",
+                code="SPEC015",
+            )
         rows = self._matrix("topology.transform", section.transform, (n, n))
         units.check_transform(rows, [direction for _, direction in positions])
         return Topology(bodies, _symbolic(rows, self.constant))
@@ -156,7 +163,7 @@ class _MotionReading:
         for key, name in self._positions(section):
             if not NAME.match(name) or name in declared:
                 found, expected = f"`{name}` as a position before the transform", "a name of its own"
-                raise BadInput(self.place(key), found, expected)
+                raise BadInput(self.place(key), found, expected, code="SPEC009")
         return {name: symbol(name) for _, name in self._positions(section)}
 
     def _one_position_each(self, section: TopologySection, own: Symbols) -> None:
@@ -165,15 +172,15 @@ class _MotionReading:
         for key, name in self._positions(section):
             if name not in own:
                 expected = f"a coordinate ({', '.join(own)}); positions that are functions belong to `constraints:`"
-                raise BadInput(self.place(key), f"position `{name}`", expected, nearest_name(name, own))
+                raise BadInput(self.place(key), f"position `{name}`", expected, nearest_name(name, own), code="SPEC008")
             if name in seen:
                 expected = "a coordinate for each body; bodies that move together belong to `constraints:`"
-                raise BadInput(self.place(key), f"`{name}`, which is {seen[name]} too", expected)
+                raise BadInput(self.place(key), f"`{name}`, which is {seen[name]} too", expected, code="SPEC009")
             seen[name] = key
         for name in own:
             if name not in seen:
                 found = f"coordinate {name}, which is no body's position"
-                raise BadInput(self.place("topology.bodies"), found, f"a body with `{name}`")
+                raise BadInput(self.place("topology.bodies"), found, f"a body with `{name}`", code="SPEC003")
 
     def _constraints(self, units: Units) -> Constraints:
         section = self.document.constraints
@@ -205,7 +212,7 @@ class _MotionReading:
             wanted = f"{shape[0]} entries, one a coordinate" if column else f"{shape[0]} by {shape[1]}"
             if key == "friction.distribution":
                 wanted += " (coordinates by contacts)"
-            raise BadInput(self.place(key), found, wanted)
+            raise BadInput(self.place(key), found, wanted, code="SPEC015")
         return [
             [
                 parse_expression(x, self.place(f"{key}[{i}]" if column else f"{key}[{i}][{j}]"))

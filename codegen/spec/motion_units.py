@@ -71,7 +71,9 @@ class Units:
         """Raise BadInput where an expression is not of the dimension ``wanted``."""
         found = dimension_of(expression, names or self.names)
         if found is not None and found != wanted:
-            raise BadInput(expression.place, f"{what} `{expression.text}` in {describe(found)}", describe(wanted))
+            raise BadInput(
+                expression.place, f"{what} `{expression.text}` in {describe(found)}", describe(wanted), code="SPEC014"
+            )
 
     def check_terms(self, expression: Expression, names: Mapping[str, Dimension]) -> None:
         """Raise BadInput where terms of different dimension are added."""
@@ -90,7 +92,9 @@ class Units:
                 of_force = friction if found is None else found * friction
                 if of_force != self.energy / of:
                     words = f"distribution `{entry.text}` times the friction of contact {k + 1} gives"
-                    raise BadInput(entry.place, f"{words} {describe(of_force)}", describe(self.energy / of))
+                    raise BadInput(
+                        entry.place, f"{words} {describe(of_force)}", describe(self.energy / of), code="SPEC014"
+                    )
 
     def check_transform(self, rows: list[list[Expression]], directions: Sequence[str]) -> None:
         """T of x = T x̄ takes positions of bodies to coordinates."""
@@ -106,7 +110,7 @@ class Units:
             of = self.of_direction(direction) if factor is None else factor * self.of_direction(direction)
             if found is not None and of != found:
                 words = f"`{part.text}` times {direction} in {describe(of)}"
-                raise BadInput(part.place, words, f"{describe(found)}, as the directions before it")
+                raise BadInput(part.place, words, f"{describe(found)}, as the directions before it", code="SPEC014")
             found = of
         return found
 
@@ -115,4 +119,6 @@ class Units:
         wanted = self.energy / slip
         if self.contacts[index] != wanted:
             key = f"friction.contacts[{index}].unit"
-            raise BadInput(self.place(key), f"friction in {describe(self.contacts[index])}", describe(wanted))
+            raise BadInput(
+                self.place(key), f"friction in {describe(self.contacts[index])}", describe(wanted), code="SPEC014"
+            )

@@ -40,7 +40,7 @@ def numerical(quantity: str, expected: str = EXPECTED) -> Callable[[Station[Rest
                 if not is_numerical(error):
                     raise
                 found = f"{quantity} cannot be computed ({type(error).__name__}: {error})"
-                raise BadInput(Place(str(spec.path)), found, expected) from error
+                raise BadInput(Place(str(spec.path)), found, expected, code="SPEC028") from error
 
         return work
 
@@ -58,7 +58,7 @@ def is_numerical(error: Exception) -> bool:
 def require_finite(spec: Spec, content: object, quantity: str) -> None:
     """Raise BadInput where a result, made of dicts and lists, holds a number that is not finite."""
     if isinstance(content, float) and not math.isfinite(content):
-        raise BadInput(Place(str(spec.path)), f"{quantity} cannot be computed ({content})", EXPECTED)
+        raise BadInput(Place(str(spec.path)), f"{quantity} cannot be computed ({content})", EXPECTED, code="SPEC028")
     parts = (
         content.items()
         if isinstance(content, Mapping)

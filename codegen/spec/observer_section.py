@@ -33,13 +33,17 @@ def read_observer(
         return None
     period = read_quantity(section.sample_time, "s", place("observer.sample_time"))
     if period <= 0:
-        raise BadInput(place("observer.sample_time"), f"sample time {section.sample_time}", "a positive time in s")
+        raise BadInput(
+            place("observer.sample_time"), f"sample time {section.sample_time}", "a positive time in s", code="SPEC007"
+        )
     exponent = exact_number(section.exponent, place("observer.exponent"))
     shape = None
     if section.h is not None:
         where = place("observer.h")
         if "exponent" in section.model_fields_set:
-            raise BadInput(where, "both `h` and `exponent`", "one of them: an exponent mu means h = s**mu")
+            raise BadInput(
+                where, "both `h` and `exponent`", "one of them: an exponent mu means h = s**mu", code="SPEC005"
+            )
         shape = parse_expression(section.h, where).symbolic({SLIP_SPEED: symbol(SLIP_SPEED)})
     laws = {name: _assumed(section, name, contacts, place) for name in section.laws}
     gains = {name: read_free_gains(raw, f"observer.gains.{name}", place) for name, raw in section.gains.items()}
@@ -57,10 +61,10 @@ def _domain(section: ObserverSection, place: Callable[[str], Place]) -> DomainCh
     for key in sorted(given.model_fields_set):
         where, text = place(f"observer.domain.{key}"), getattr(given, key)
         if text is None:
-            raise BadInput(where, "nothing", "a number, or no such key")
+            raise BadInput(where, "nothing", "a number, or no such key", code="SPEC006")
         numbers[key] = read_quantity(text, "s", where) if key == "settle" else exact_number(text, where)
         if not numbers[key] > 0:
-            raise BadInput(where, f"{key} {text}", "a positive number")
+            raise BadInput(where, f"{key} {text}", "a positive number", code="SPEC007")
     return DomainChoice(**numbers)
 
 
@@ -71,12 +75,18 @@ def _assumed(
     plant = next((c for c in contacts if c.name == name), None)
     if plant is None:
         names = [c.name for c in contacts]
-        raise BadInput(place(key), f"unknown contact `{name}`", f"one of {', '.join(names)}", nearest_name(name, names))
+        raise BadInput(
+            place(key),
+            f"unknown contact `{name}`",
+            f"one of {', '.join(names)}",
+            nearest_name(name, names),
+            code="SPEC008",
+        )
     law = section.laws[name]
     values: dict[str, Any] = {}
     for parameter, value in (law.model_extra or {}).items():
         where = place(f"{key}.{parameter}")
         if isinstance(value, bool) or not isinstance(value, (str, int, float)):
-            raise BadInput(where, f"`{value}`", "a number")
+            raise BadInput(where, f"`{value}`", "a number", code="SPEC006")
         values[parameter] = exact_number(str(value), where)
     return Contact(name, law.law, plant.unit, values)

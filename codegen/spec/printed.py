@@ -41,5 +41,5 @@ def printed(value: Any, place: Place, found: str) -> sympy.Rational:
     except OverflowError:
         double = math.inf
     if value != 0 and not in_range(double):
-        raise BadInput(place, found, RANGE)
+        raise BadInput(place, found, RANGE, code="SPEC007")
     return decimal_of(double)

@@ -40,5 +40,10 @@ def read_quantity(text: str, unit: str, place: Place) -> sympy.Rational:
     number, given = parts
     found, wanted = dimension(parse_unit(given, place)), dimension(parse_unit(unit, place))
     if found != wanted:
-        raise BadInput(place, f"`{text}`, in {describe(found)}", f"a number in {unit}, or one with another unit of it")
+        raise BadInput(
+            place,
+            f"`{text}`, in {describe(found)}",
+            f"a number in {unit}, or one with another unit of it",
+            code="SPEC014",
+        )
     return printed(exact_number(number, place) * si_factor(given, place), place, f"{text} in {unit}")

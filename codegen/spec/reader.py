@@ -80,7 +80,7 @@ class _Reading:
             self._refuse_splices(d.source)
         coordinates = tuple(Coordinate(name, c.velocity, c.unit) for name, c in d.coordinates.items())
         if not coordinates:
-            raise BadInput(self.place("coordinates"), "no coordinate", "at least one")
+            raise BadInput(self.place("coordinates"), "no coordinate", "at least one", code="SPEC003")
         inputs = tuple(Input(name, i.unit) for name, i in d.inputs.items())
         parameters = tuple(p for p in (self._noted(faults, self._parameter, name) for name in d.parameters) if p)
         self._check_names(coordinates, inputs, d.parameters, faults)
@@ -155,27 +155,29 @@ class _Reading:
         self._name(name, "name")
         if shadows_header(name):
             found = f"the name `{name}`, whose {name}.h would hide a header of C"
-            raise BadInput(self.place("name"), found, "another name", f"{name}_axis")
+            raise BadInput(self.place("name"), found, "another name", f"{name}_axis", code="SPEC009")
         if is_device(name):
             found = f"the name `{name}`, which no file can have on Windows"
-            raise BadInput(self.place("name"), found, "another name", f"{name}_axis")
+            raise BadInput(self.place("name"), found, "another name", f"{name}_axis", code="SPEC009")
 
     def _name(self, name: str, key: str) -> None:
         if not is_identifier(name) or len(name) > 60:
             expected = "at most 60 letters, digits and _, starting with a letter"
-            raise BadInput(self.place(key), f"the name `{name}`", expected)
+            raise BadInput(self.place(key), f"the name `{name}`", expected, code="SPEC009")
         if is_macro(name, self.document.name):
-            raise BadInput(self.place(key), f"the name `{name}`, a macro of the generated code", "another name")
+            raise BadInput(
+                self.place(key), f"the name `{name}`, a macro of the generated code", "another name", code="SPEC009"
+            )
         if reserved(name):
             why = "which complex.h and formulas keep for i and e" if name in ("I", "E") else "a reserved word"
-            raise BadInput(self.place(key), f"the name `{name}`, {why}", "another name", f"{name}_")
+            raise BadInput(self.place(key), f"the name `{name}`, {why}", "another name", f"{name}_", code="SPEC009")
 
     def _refuse_splices(self, source: str) -> None:
         """Refuse a line that would be joined to the next one in C; generated files print none, whatever stands here."""
         for line in source.splitlines()[:-1]:
             if line.rstrip().endswith(("\\", "??/")):
                 found = "a line that ends in a backslash, or in ??/, which C reads as one"
-                raise BadInput(self.place("source"), found, "a book, paper or note in plain words")
+                raise BadInput(self.place("source"), found, "a book, paper or note in plain words", code="SPEC006")
 
     def _check_names(
         self, coordinates: Iterable[Coordinate], inputs: Iterable[Input], parameters: Iterable[str], faults: Faults
@@ -189,7 +191,7 @@ class _Reading:
                 self._name(name, key)
                 if name in seen:
                     found = f"the name `{name}`, which {self.place(seen[name])} has already"
-                    raise BadInput(self.place(key), found, "a name for each of the two")
+                    raise BadInput(self.place(key), found, "a name for each of the two", code="SPEC009")
             seen.setdefault(name, key)
 
     def _si_unit(self, text: str, key: str) -> str:
@@ -211,7 +213,9 @@ class _Reading:
         section, key = self.document.friction.contacts[index], f"friction.contacts[{index}]"
         self._name(section.name, f"{key}.name")
         if section.name in {c.name for c in self.document.friction.contacts[:index]}:
-            raise BadInput(self.place(f"{key}.name"), f"a second contact `{section.name}`", "a name of its own")
+            raise BadInput(
+                self.place(f"{key}.name"), f"a second contact `{section.name}`", "a name of its own", code="SPEC009"
+            )
         unit = self._si_unit(section.unit, f"{key}.unit")
         extra = section.model_extra or {}
         values = {k: self._number(v, f"{key}.{k}") for k, v in extra.items()}
@@ -219,7 +223,7 @@ class _Reading:
 
     def _number(self, value: Any, key: str) -> Any:
         if isinstance(value, bool) or not isinstance(value, (str, int, float)):
-            raise BadInput(self.place(key), f"`{value}`", "a number")
+            raise BadInput(self.place(key), f"`{value}`", "a number", code="SPEC006")
         return exact_number(str(value), self.place(key))
 
     def _effect(self, index: int) -> DeclaredEffect:
@@ -239,10 +243,11 @@ class _Reading:
                 f"unknown name `{name}`",
                 "a coordinate, velocity or input, with _dot or _noise behind it, or a_ or f_ with a contact's name",
                 nearest_name(name, names),
+                code="SPEC008",
             )
         bounds = self._number(low, f"{key}[0]"), self._number(high, f"{key}[1]")
         if not bounds[0] < bounds[1]:
-            raise BadInput(self.place(key), f"[{low}, {high}]", "a range [low, high] with low < high")
+            raise BadInput(self.place(key), f"[{low}, {high}]", "a range [low, high] with low < high", code="SPEC007")
         return bounds
 
     def _known(self, names: Iterable[str], known: set[str], key: str) -> None:
@@ -250,7 +255,11 @@ class _Reading:
             if name not in known:
                 expected = f"one of {', '.join(sorted(known))}"
                 raise BadInput(
-                    self.place(f"{key}.{name}"), f"unknown name `{name}`", expected, nearest_name(name, known)
+                    self.place(f"{key}.{name}"),
+                    f"unknown name `{name}`",
+                    expected,
+                    nearest_name(name, known),
+                    code="SPEC008",
                 )
 
     def _log(self, units: Mapping[str, str]) -> LogColumns:

@@ -49,10 +49,12 @@ class RobotFile:
         try:
             self._root = etree.fromstring(self.content, parser)
         except etree.XMLSyntaxError as error:
-            raise BadInput(Place(str(path), error.lineno), str(error.msg), "a robot description (XML)") from None
+            raise BadInput(
+                Place(str(path), error.lineno), str(error.msg), "a robot description (XML)", code="SPEC030"
+            ) from None
         if self._root is None or self._root.tag != "robot":
             found = f"<{self._root.tag}>" if self._root is not None else "no element"
-            raise BadInput(Place(str(path), 1), found, "<robot>, a robot description (URDF)")
+            raise BadInput(Place(str(path), 1), found, "<robot>, a robot description (URDF)", code="SPEC030")
         self._keep_mechanics()
         self.robot: Any = self._parsed()
 
@@ -75,13 +77,15 @@ class RobotFile:
             tags = [str(child.tag) for child in element]
             twice = [tag for tag in tags if tags.count(tag) > 1 and element is not self._root]
             if twice:
-                raise BadInput(Place(str(self.path), element.sourceline), f"two <{twice[0]}>", "one")
+                raise BadInput(Place(str(self.path), element.sourceline), f"two <{twice[0]}>", "one", code="SPEC030")
         for kind in ("link", "joint"):
             names = [element.get("name") for element in self._root.findall(kind)]
             for element in self._root.findall(kind):
                 if names.count(element.get("name")) > 1:
                     found = f'a second {kind} "{element.get("name")}"'
-                    raise BadInput(Place(str(self.path), element.sourceline), found, "a name of its own")
+                    raise BadInput(
+                        Place(str(self.path), element.sourceline), found, "a name of its own", code="SPEC009"
+                    )
 
     def _parsed(self) -> Any:
         from urdf_parser_py.urdf import Robot
@@ -93,13 +97,15 @@ class RobotFile:
                 return Robot.from_xml(self._root, core.Path("robot", tree=self._root.getroottree()))
         except core.ParseError as error:
             words = " ".join(str(error.e).split())
-            raise BadInput(self._place_of(str(error.path)), words, "a robot description (URDF)") from None
+            raise BadInput(
+                self._place_of(str(error.path)), words, "a robot description (URDF)", code="SPEC030"
+            ) from None
         except (AssertionError, TypeError, ValueError, AttributeError) as error:
             # The parser meets a missing attribute of <mass>, <axis>, <parent> or <child> with one of these.
             incomplete = self._incomplete()
             found = " ".join(str(error).split()) if incomplete is None else f"<{incomplete.tag}> is incomplete"
             line = None if incomplete is None else incomplete.sourceline
-            raise BadInput(Place(str(self.path), line), found, "a robot description (URDF)") from None
+            raise BadInput(Place(str(self.path), line), found, "a robot description (URDF)", code="SPEC030") from None
 
     def _place_of(self, xpath: str) -> Place:
         from lxml import etree

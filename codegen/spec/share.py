@@ -16,7 +16,7 @@ def read_share(text: str, place: Place) -> float:
     """
     number = _share(text, place)
     if not 0 <= number <= LARGEST:
-        raise BadInput(place, f"tolerance {text}", "a share such as 1% or 0.01, at most 1000%")
+        raise BadInput(place, f"tolerance {text}", "a share such as 1% or 0.01, at most 1000%", code="SPEC007")
     return number
 
 
@@ -31,7 +31,7 @@ def read_part(text: str, place: Place) -> float:
     except BadInput:
         number = 0.0
     if not 0 < number < 1:
-        raise BadInput(place, f"`{text}`", "a share above 0 and below 100 %, such as 2% or 0.02")
+        raise BadInput(place, f"`{text}`", "a share above 0 and below 100 %, such as 2% or 0.02", code="SPEC007")
     return number
 
 

@@ -47,7 +47,13 @@ def read_simulation(
         for entry in values:
             if entry not in names:
                 expected = f"one of {', '.join(sorted(names))}"
-                raise BadInput(place(f"{key}.{entry}"), f"unknown name `{entry}`", expected, nearest_name(entry, names))
+                raise BadInput(
+                    place(f"{key}.{entry}"),
+                    f"unknown name `{entry}`",
+                    expected,
+                    nearest_name(entry, names),
+                    code="SPEC008",
+                )
         return values
 
     def numbers(name: str, names: set[str], units: Mapping[str, str] | None = None) -> dict[str, float]:
@@ -59,7 +65,7 @@ def read_simulation(
         for k, value in values.items():
             if value < 0 or (value == 0 and not zero):
                 what = "zero or a positive number" if zero else "a positive number; no entry means no limit"
-                raise BadInput(place(f"simulation.{name}.{k}"), f"{name} {value:g}", what)
+                raise BadInput(place(f"simulation.{name}.{k}"), f"{name} {value:g}", what, code="SPEC007")
         return values
 
     def functions(name: str, names: set[str]) -> dict[str, sympy.Expr]:
@@ -72,11 +78,13 @@ def read_simulation(
     period = number(section.sample_time, "simulation.sample_time", "s")
     for key, value in (("duration", duration), ("sample_time", period)):
         if value <= 0:
-            raise BadInput(place(f"simulation.{key}"), f"{value:g} s", "a positive time in s")
+            raise BadInput(place(f"simulation.{key}"), f"{value:g} s", "a positive time in s", code="SPEC007")
     if not period < duration or duration / period > MOST_SAMPLES:
-        raise BadInput(place("simulation.duration"), f"{duration} s in steps of {period} s", "2 to 10^7 samples")
+        raise BadInput(
+            place("simulation.duration"), f"{duration} s in steps of {period} s", "2 to 10^7 samples", code="SPEC024"
+        )
     if section.seed < 0:
-        raise BadInput(place("simulation.seed"), f"seed {section.seed}", "0 or a positive whole number")
+        raise BadInput(place("simulation.seed"), f"seed {section.seed}", "0 or a positive whole number", code="SPEC007")
     return Simulation(
         duration,
         period,
@@ -100,15 +108,25 @@ def _cancelled(section: SimulationSection, place: Callable[[str], Place]) -> flo
     for key in ("cancel", "cancel_delay"):
         if key in section.model_fields_set and not section.observer:
             found = f"`{key}` without an observer in the loop"
-            raise BadInput(place(f"simulation.{key}"), found, "`observer: true` beside it")
+            raise BadInput(place(f"simulation.{key}"), found, "`observer: true` beside it", code="SPEC024")
     if section.cancel_delay < 0:
         found = f"{section.cancel_delay} samples"
-        raise BadInput(place("simulation.cancel_delay"), found, "0, 1, 2 … samples of the observer")
+        raise BadInput(place("simulation.cancel_delay"), found, "0, 1, 2 … samples of the observer", code="SPEC024")
     if section.cancel is None:
         if "cancel_delay" in section.model_fields_set:
-            raise BadInput(place("simulation.cancel_delay"), "a delay of nothing", "`cancel: 1` beside it, or no delay")
+            raise BadInput(
+                place("simulation.cancel_delay"),
+                "a delay of nothing",
+                "`cancel: 1` beside it, or no delay",
+                code="SPEC024",
+            )
         return None
     share = float(exact_number(section.cancel, place("simulation.cancel")))
     if not 0 < share <= 1:
-        raise BadInput(place("simulation.cancel"), f"{share:g}", "the share of the estimate to cancel, above 0 up to 1")
+        raise BadInput(
+            place("simulation.cancel"),
+            f"{share:g}",
+            "the share of the estimate to cancel, above 0 up to 1",
+            code="SPEC007",
+        )
     return share

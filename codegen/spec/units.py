@@ -111,15 +111,15 @@ def parse_unit(text: str, place: Place) -> SiUnit | Any:
         plain = spelled(str(text))
     except Unreadable as error:
         nearest = error.meant or nearest_name(str(text), _CALLED)
-        raise BadInput(place, f"unit `{text}`", error.expected, nearest) from None
+        raise BadInput(place, f"unit `{text}`", error.expected, nearest, code="SPEC013") from None
     for pattern, meanings, meant in _TWO_MEANINGS:
         if re.search(pattern, plain) or re.search(pattern, with_plain_signs(str(text))):
-            raise BadInput(place, f"unit `{text}`, {meanings}", "one that has one meaning", meant)
+            raise BadInput(place, f"unit `{text}`, {meanings}", "one that has one meaning", meant, code="SPEC013")
     try:
         return si_unit(plain) or _parse(plain)
     except ValueError:
         nearest = nearest_name(str(text), _CALLED)
-        raise BadInput(place, f"unit `{text}`", "a unit such as N*m, kg*m^2 or 1", nearest) from None
+        raise BadInput(place, f"unit `{text}`", "a unit such as N*m, kg*m^2 or 1", nearest, code="SPEC013") from None
 
 
 def unit_name(text: str, place: Place) -> str:
@@ -162,7 +162,7 @@ def require_coherent(text: str, place: Place) -> None:
     """
     if si_factor(text, place) != 1:
         expected = f"{coherent_name(text, place)}, the SI unit; logs in other units are brought to it by their `scale:`"
-        raise BadInput(place, f"unit {text}", expected)
+        raise BadInput(place, f"unit {text}", expected, code="SPEC014")
 
 
 def coherent_name(text: str, place: Place) -> str:
@@ -246,7 +246,7 @@ def _walk(node: ast.expr, whole: Expression, dims: Mapping[str, Dimension]) -> D
                 return _none()
             if inner != _none():
                 found = f"{name} of `{whole.source(argument)}`, which is in {describe(inner)}"
-                raise BadInput(whole.place, found, "an argument without a unit")
+                raise BadInput(whole.place, found, "an argument without a unit", code="SPEC014")
             return _none()
         case ast.BinOp(left=left, op=ast.Pow(), right=right):
             power = _number(right, whole)
@@ -261,7 +261,10 @@ def _walk(node: ast.expr, whole: Expression, dims: Mapping[str, Dimension]) -> D
             if a != b and not _is_zero(left, whole) and not _is_zero(right, whole):
                 found = f"`{whole.source(left)}` in {describe(a)} with `{whole.source(right)}` in {describe(b)}"
                 raise BadInput(
-                    whole.place, found, "terms of the same unit in a sum; give a number its unit as a parameter"
+                    whole.place,
+                    found,
+                    "terms of the same unit in a sum; give a number its unit as a parameter",
+                    code="SPEC014",
                 )
             return b if _is_zero(left, whole) else a
     return _none()

@@ -87,9 +87,13 @@ class _Reading:
             waiting += reversed(following)
         if len(reached) < len(self.links):
             lost = next(name for name in self.links if name not in reached)
-            raise BadInput(self.file.place("link", lost), "a loop of joints", f"links that hang on {root}")
+            raise BadInput(
+                self.file.place("link", lost), "a loop of joints", f"links that hang on {root}", code="SPEC031"
+            )
         if not self.bodies:
-            raise BadInput(str(self.file.path), "no moving joint", f"at least one joint: {', '.join(MOVING)}")
+            raise BadInput(
+                str(self.file.path), "no moving joint", f"at least one joint: {', '.join(MOVING)}", code="SPEC031"
+            )
         digest = hashlib.sha256(self.file.content).hexdigest()
         return KinematicTree(self._moving_bodies(), _vector(gravity), self.file.path.name, digest)
 
@@ -99,25 +103,33 @@ class _Reading:
             for end in ("parent", "child"):
                 if getattr(joint, end) not in self.links:
                     place = self.file.place("joint", joint.name, end)
-                    raise BadInput(place, f'unknown link "{getattr(joint, end)}"', f"a link as {end}")
+                    raise BadInput(place, f'unknown link "{getattr(joint, end)}"', f"a link as {end}", code="SPEC008")
             if joint.child in parent:
                 found = f'link "{joint.child}" is the child of {parent[joint.child]} already'
-                raise BadInput(self.file.place("joint", joint.name, "child"), found, "one joint that moves each link")
+                raise BadInput(
+                    self.file.place("joint", joint.name, "child"),
+                    found,
+                    "one joint that moves each link",
+                    code="SPEC031",
+                )
             parent[joint.child] = joint.name
         roots = [name for name in self.links if name not in parent]
         if len(roots) != 1:
             found = f"links {', '.join(roots)} without a parent" if roots else "no link without a parent"
-            raise BadInput(str(self.file.path), found, "one base link on which all others hang")
+            raise BadInput(str(self.file.path), found, "one base link on which all others hang", code="SPEC031")
         return roots[0]
 
     def _kind(self, joint: Any) -> str:
         place = self.file.place("joint", joint.name)
         if joint.mimic is not None:
             raise BadInput(
-                self.file.place("joint", joint.name, "mimic"), "a mimic joint", "a joint of its own, or a fixed one"
+                self.file.place("joint", joint.name, "mimic"),
+                "a mimic joint",
+                "a joint of its own, or a fixed one",
+                code="SPEC031",
             )
         if joint.type not in (*MOVING, "fixed"):
-            raise BadInput(place, f"a {joint.type} joint", f"one of {', '.join(MOVING)}, fixed")
+            raise BadInput(place, f"a {joint.type} joint", f"one of {', '.join(MOVING)}, fixed", code="SPEC031")
         return str(joint.type)
 
     def _placement(self, origin: Any, place: Place) -> tuple[Exact, Exact]:
@@ -146,19 +158,24 @@ class _Reading:
             return  # the same, written with zeros
         if not mass > 0:
             raise BadInput(
-                self.file.place("link", link, "inertial/mass"), f"a mass of {float(mass):g} kg", "a positive mass"
+                self.file.place("link", link, "inertial/mass"),
+                f"a mass of {float(mass):g} kg",
+                "a positive mass",
+                code="SPEC032",
             )
         if inertial.inertia is None:
-            raise BadInput(place, "<inertia> is missing", "ixx, ixy, ixz, iyy, iyz, izz about the centre of mass")
+            raise BadInput(
+                place, "<inertia> is missing", "ixx, ixy, ixz, iyy, iyz, izz about the centre of mass", code="SPEC032"
+            )
         where = self.file.place("link", link, "inertial/inertia")
         about_centre = exact_array([self._numbers(row, where) for row in inertial.inertia.to_matrix()])
         smallest, middle, largest = (float(value) for value in np.linalg.eigvalsh(about_centre.astype(float)))
         if smallest > 0 and largest > (smallest + middle) * (1 + TRIANGLE):
             found = f"principal moments {smallest:.4g}, {middle:.4g} and {largest:.4g} kg m^2"
-            raise BadInput(where, found, "a body's: the largest is at most the sum of the others")
+            raise BadInput(where, found, "a body's: the largest is at most the sum of the others", code="SPEC032")
         if not smallest > 0:
             found = f"an inertia with the principal moment {smallest:.4g} kg m^2"
-            raise BadInput(where, found, "a positive definite inertia")
+            raise BadInput(where, found, "a positive definite inertia", code="SPEC032")
         turn, centre = self._placement(inertial.origin, self.file.place("link", link, "inertial/origin"))
         turn, c = rotation @ turn, offset + rotation @ centre
         body.mass += mass
@@ -173,11 +190,13 @@ class _Reading:
             name = identifier(joint.name)
             if name in names:
                 found = f'joints "{names[name]}" and "{joint.name}" both read as {name}'
-                raise BadInput(place, found, "names that differ in letters and digits")
+                raise BadInput(place, found, "names that differ in letters and digits", code="SPEC009")
             names[name] = joint.name
             if not body.mass > 0:
                 found = f'nothing with a mass hangs fixed on link "{joint.child}"'
-                raise BadInput(self.file.place("link", joint.child), found, "<inertial> with mass and inertia")
+                raise BadInput(
+                    self.file.place("link", joint.child), found, "<inertial> with mass and inertia", code="SPEC032"
+                )
             result.append(
                 MovingBody(
                     joint=name,
@@ -201,7 +220,7 @@ class _Reading:
         axis = self._numbers(joint.axis if joint.axis is not None else [1.0, 0.0, 0.0], place)
         length = square_root(axis @ axis)
         if not length > 0:
-            raise BadInput(place, "an axis of zeros", "a direction")
+            raise BadInput(place, "an axis of zeros", "a direction", code="SPEC031")
         return cast(Exact, axis / length)
 
     def _dynamics(self, joint: Any, name: str) -> float:
@@ -209,13 +228,13 @@ class _Reading:
         value = getattr(joint.dynamics, name, None) if joint.dynamics is not None else None
         number = float(self._numbers([value or 0.0], place)[0])
         if number < 0:
-            raise BadInput(place, f"{name} {number:g}", "zero or a positive number")
+            raise BadInput(place, f"{name} {number:g}", "zero or a positive number", code="SPEC007")
         return number
 
     def _numbers(self, values: Any, place: Place) -> Exact:
         numbers = np.array(values, dtype=float)
         if not np.isfinite(numbers).all():
-            raise BadInput(place, f"{' '.join(map(str, values))}", "finite numbers")
+            raise BadInput(place, f"{' '.join(map(str, values))}", "finite numbers", code="SPEC006")
         return exact_array([float(number) for number in numbers])
 
 

@@ -44,7 +44,7 @@ def expand_robot(
     tree = _read(filled["urdf"], path, place)
     for key in GIVEN:
         if filled.get(key) is not None:
-            raise BadInput(place(key), f"`{key}:` beside `urdf:`", "the joints of the robot file alone")
+            raise BadInput(place(key), f"`{key}:` beside `urdf:`", "the joints of the robot file alone", code="SPEC005")
     bodies = tree.bodies
     filled["coordinates"] = {b.joint: {"velocity": f"v_{b.joint}", "unit": _position_unit(b)} for b in bodies}
     filled["inputs"] = {f"w_{b.joint}": {"unit": _force_unit(b)} for b in bodies}
@@ -65,11 +65,17 @@ def _read(section: Any, path: Path, place: Callable[[str], Place]) -> KinematicT
     for key in parts:
         if key not in PARTS:
             raise BadInput(
-                place(f"urdf.{key}"), f"unknown key `{key}`", f"{', '.join(PARTS)}", nearest_name(key, PARTS)
+                place(f"urdf.{key}"),
+                f"unknown key `{key}`",
+                f"{', '.join(PARTS)}",
+                nearest_name(key, PARTS),
+                code="SPEC004",
             )
     file, at = parts.get("file"), place("urdf.file" if isinstance(section, Mapping) else "urdf")
     if not isinstance(file, str) or not file.strip() or "\0" in file:
-        raise BadInput(at, f"`{file}` as a file", "the path of a robot description, relative to the spec")
+        raise BadInput(
+            at, f"`{file}` as a file", "the path of a robot description, relative to the spec", code="SPEC006"
+        )
     tree = read_kinematic_tree(path.parent / file, at, _gravity(parts, place))
     return replace(tree, tolerance=_tolerance(parts, place), base_parameters=_base_parameters(parts, place))
 
@@ -79,7 +85,9 @@ def _gravity(parts: Mapping[str, Any], place: Callable[[str], Place]) -> tuple[F
     if gravity is None and "gravity" not in parts:
         return STANDARD_GRAVITY
     if not isinstance(gravity, list) or len(gravity) != 3:
-        raise BadInput(place("urdf.gravity"), f"`{gravity}`", "three numbers in m/s^2, such as [0, 0, -9.81]")
+        raise BadInput(
+            place("urdf.gravity"), f"`{gravity}`", "three numbers in m/s^2, such as [0, 0, -9.81]", code="SPEC006"
+        )
     return tuple(Fraction(str(exact_number(str(g), place(f"urdf.gravity[{k}]")))) for k, g in enumerate(gravity))
 
 
@@ -89,11 +97,11 @@ def _tolerance(parts: Mapping[str, Any], place: Callable[[str], Place]) -> LinkT
         return None
     expected = "`mass`, `centre_of_mass` and `inertia`, or some of them, each with a share such as 20 %"
     if not isinstance(given, Mapping) or not given:
-        raise BadInput(place("urdf.tolerance"), f"`{given}`", expected)
+        raise BadInput(place("urdf.tolerance"), f"`{given}`", expected, code="SPEC006")
     for key in given:
         if key not in TOLERANCES:
             at = place(f"urdf.tolerance.{key}")
-            raise BadInput(at, f"unknown key `{key}`", expected, nearest_name(key, TOLERANCES))
+            raise BadInput(at, f"unknown key `{key}`", expected, nearest_name(key, TOLERANCES), code="SPEC004")
     return LinkTolerance(**{key: read_share(str(v), place(f"urdf.tolerance.{key}")) for key, v in given.items()})
 
 
@@ -102,12 +110,17 @@ def _base_parameters(parts: Mapping[str, Any], place: Callable[[str], Place]) ->
     if given is None:
         return ()
     if not isinstance(given, Mapping):
-        raise BadInput(place("urdf.base_parameters"), f"`{given}`", "names with numbers, as a diagnosis writes them")
+        raise BadInput(
+            place("urdf.base_parameters"),
+            f"`{given}`",
+            "names with numbers, as a diagnosis writes them",
+            code="SPEC006",
+        )
     found = []
     for name, value in given.items():
         at = place(f"urdf.base_parameters.{name}")
         if isinstance(value, bool) or not isinstance(value, (str, int, float)):
-            raise BadInput(at, f"`{value}`", "a number in SI units")
+            raise BadInput(at, f"`{value}`", "a number in SI units", code="SPEC006")
         found.append((str(name), Fraction(str(exact_number(str(value), at)))))
     return tuple(found)
 

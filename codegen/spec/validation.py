@@ -73,11 +73,13 @@ def _explain(
     place = _nearest_place(key, places, file)
     match fault["type"]:
         case "missing":
-            return BadInput(place, f"key `{key}` is missing", f"`{steps[-1]}:`")
+            return BadInput(place, f"key `{key}` is missing", f"`{steps[-1]}:`", code="SPEC003")
         case "extra_forbidden":
             known = _known_keys(model, steps[:-1])
             name = str(steps[-1])
-            return BadInput(place, f"unknown key `{name}`", f"one of {', '.join(known)}", nearest_name(name, known))
+            return BadInput(
+                place, f"unknown key `{name}`", f"one of {', '.join(known)}", nearest_name(name, known), code="SPEC004"
+            )
         case "value_error":
             expected = str(fault["ctx"]["error"]).removeprefix("expected ")
         case "literal_error":
@@ -91,7 +93,7 @@ def _explain(
     found = fault["input"]
     nearest = nearest_name(str(found), re.findall(r"'(\w+)'", expected)) if fault["type"] == "literal_error" else None
     words = "nothing" if found is None else f"`{found}`" if not isinstance(found, (dict, list)) else _shape(found)
-    return BadInput(place, words, expected, nearest)
+    return BadInput(place, words, expected, nearest, code="SPEC006")
 
 
 def _is_variant(step: object) -> bool:

@@ -69,24 +69,26 @@ def refuse_monsters(yaml: YAML, text: str, file: str) -> None:
             case ScalarEvent():
                 merges += event.value == "<<" and inner.key_next
                 if merges > MOST_MERGES:
-                    raise BadInput(Place(file, line), f"more than {MOST_MERGES} keys `<<`", "the values themselves")
+                    raise BadInput(
+                        Place(file, line), f"more than {MOST_MERGES} keys `<<`", "the values themselves", code="SPEC002"
+                    )
                 _scalar(event, inner, Place(file, line))
                 counted.update({event.anchor: 1} if event.anchor else {})
                 inner.nodes += 1
             case AliasEvent():
                 if inner.key_next:
-                    raise BadInput(Place(file, line), f"the alias `*{event.anchor}` as a key", "a word")
+                    raise BadInput(Place(file, line), f"the alias `*{event.anchor}` as a key", "a word", code="SPEC002")
                 if any(event.anchor == node.anchor for node in stack):
                     found = f"the alias `*{event.anchor}` in what it stands for: a node that contains itself"
-                    raise BadInput(Place(file, line), found, "plain YAML without recursive aliases")
+                    raise BadInput(Place(file, line), found, "plain YAML without recursive aliases", code="SPEC002")
                 inner.nodes += counted.get(event.anchor, 1)
             case MappingStartEvent() | SequenceStartEvent():
                 if inner.key_next:
                     kind = "mapping" if isinstance(event, MappingStartEvent) else "list"
-                    raise BadInput(Place(file, line), f"a {kind} as a key", "a word before the colon")
+                    raise BadInput(Place(file, line), f"a {kind} as a key", "a word before the colon", code="SPEC006")
                 if len(stack) > DEEPEST:
                     found = f"more than {DEEPEST} lists and mappings in one another"
-                    raise BadInput(Place(file, line), found, "a spec, whose entries lie six deep")
+                    raise BadInput(Place(file, line), found, "a spec, whose entries lie six deep", code="SPEC002")
                 mapping = isinstance(event, MappingStartEvent)
                 stack.append(_Open(event.anchor, set() if mapping else None, mapping))
                 continue
@@ -99,16 +101,21 @@ def refuse_monsters(yaml: YAML, text: str, file: str) -> None:
         top = stack[-1]
         top.key_next = top.keys is not None and not top.key_next
         if top.nodes > MOST_NODES:
-            raise BadInput(Place(file, line), "too many values, aliases written out", f"at most {MOST_NODES} in a file")
+            raise BadInput(
+                Place(file, line),
+                "too many values, aliases written out",
+                f"at most {MOST_NODES} in a file",
+                code="SPEC002",
+            )
 
 
 def _scalar(event: Any, inner: _Open, place: Place) -> None:
     text = event.value
     if _LONG_NUMBER.search(text):
-        raise BadInput(place, "a number of thousands of digits", f"at most {LONGEST_NUMBER} digits")
+        raise BadInput(place, "a number of thousands of digits", f"at most {LONGEST_NUMBER} digits", code="SPEC002")
     if inner.key_next and inner.keys is not None:
         if len(text) > LONGEST_KEY:
-            raise BadInput(place, f"a key of {len(text)} characters", f"at most {LONGEST_KEY}")
+            raise BadInput(place, f"a key of {len(text)} characters", f"at most {LONGEST_KEY}", code="SPEC002")
         if text in inner.keys:
-            raise BadInput(place, f"duplicate key `{text}`", "each key once")
+            raise BadInput(place, f"duplicate key `{text}`", "each key once", code="SPEC005")
         inner.keys.add(text)

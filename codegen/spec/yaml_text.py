@@ -53,12 +53,14 @@ def load_mapping(text: str, file: str, example: str = "name: one_mass") -> tuple
         mark = error.problem_mark or error.context_mark
         line = mark.line + 1 if mark else None
         found = " ".join((error.problem or "malformed YAML").split())
-        raise BadInput(Place(file, line), found, "YAML 1.2") from None
+        raise BadInput(Place(file, line), found, "YAML 1.2", code="SPEC001") from None
     except (YAMLError, ValueError, TypeError, AttributeError, LookupError, ArithmeticError, AssertionError) as error:
-        raise BadInput(Place(file), f"malformed YAML ({' '.join(str(error).split())[:120]})", "YAML 1.2") from None
+        raise BadInput(
+            Place(file), f"malformed YAML ({' '.join(str(error).split())[:120]})", "YAML 1.2", code="SPEC001"
+        ) from None
     if not isinstance(document, CommentedMap):
         found = "nothing" if document is None else "a list" if isinstance(document, CommentedSeq) else "plain text"
-        raise BadInput(Place(file, 1), found, f"a mapping such as `{example}`")
+        raise BadInput(Place(file, 1), found, f"a mapping such as `{example}`", code="SPEC006")
     places: dict[str, Place] = {}
     if MARK in text:
         document = expanded(document, file)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 from contextlib import redirect_stderr, redirect_stdout
@@ -11,6 +12,7 @@ from pathlib import Path
 from unittest.mock import patch
 
 from codegen.app.cli import main
+from codegen.base.error_codes import CODES
 
 SPECS = Path(__file__).parents[2] / "specs"
 COMMAND = [sys.executable, "-c", "from codegen.app.cli import main; main()"]
@@ -43,11 +45,13 @@ def process(*arguments: object, cwd: Path, **more: object) -> Result:
 
 
 def is_one_message(result: Result) -> bool:
-    """Exit 2 and one line ``error: place: found; expected something`` on standard error, nothing else."""
+    """Exit 2, one line ``error: place: found; expected something [CODE]`` on standard error, and no output but JSON."""
     lines = result.err.splitlines()
+    code = lines[0].rpartition(" [")[2].rstrip("]") if lines else ""
     return (
         result.code == 2
-        and result.out == ""
+        and (result.out == "" or json.loads(result.out)["errors"][0]["code"] == code)
+        and code in CODES
         and len(lines) == 1
         and lines[0].startswith("error: ")
         and "; expected " in lines[0]

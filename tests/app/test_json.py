@@ -15,13 +15,14 @@ import typer
 
 from codegen.app.as_json import plain
 from codegen.app.cli import app
+from codegen.base.error_codes import CODES
 from codegen.effects import CATALOGUE
 from codegen.friction import LAWS
 
 from .command import SPECS, stiction
 
 ROOT = SPECS.parent
-ONE = SPECS / "one_mass.yaml"
+ONE, TWO = SPECS / "one_mass.yaml", SPECS / "two_mass.yaml"
 SHIPPED = ROOT / "generated" / "one_mass"
 WITHOUT = {"init", "schema", "demo", "version"}
 """Verbs that print paths, a schema that is JSON itself, the stations of a demonstration, and a number."""
@@ -87,11 +88,25 @@ def test_lists() -> None:
     laws = [law["name"] for group in printed("laws")["groups"] for law in group["laws"]]
     assert sorted(laws) == sorted(LAWS)
     assert [effect["kind"] for effect in printed("effects")["effects"]] == list(CATALOGUE)
+    assert {row["code"]: (row["meaning"], row["advice"]) for row in printed("errors")["codes"]} == CODES
 
 
-def test_bad_input_is_one_message_beside_no_json() -> None:
+def test_bad_input_is_one_message_and_the_same_as_json() -> None:
     done = stiction("check", "none.yaml", "--json")
-    assert (done.code, done.out) == (2, "") and done.err.startswith("error: none.yaml")
+    assert done.code == 2 and done.err.startswith("error: none.yaml") and done.err.endswith(" [FILE001]\n")
+    content = json.loads(done.out)
+    (error,) = content["errors"]
+    assert content["format"] == "stiction-errors/1"
+    assert (error["code"], error["file"], error["line"], error["nearest"]) == ("FILE001", "none.yaml", None, None)
+    assert f"{error['file']}: {error['found']}; expected {error['expected']}" in done.err
+
+
+def test_every_fault_of_a_spec_is_in_the_json(tmp_path: Path) -> None:
+    text = TWO.read_text("utf-8").replace("eta3*x1 -", "etta3*x1 -").replace("v1: [-5, 5]", "v1: [5, -5]")
+    (tmp_path / "bad.yaml").write_text(text, "utf-8")
+    found = printed("check", tmp_path / "bad.yaml", code=2)["errors"]
+    assert {"SPEC008", "SPEC007"} == {error["code"] for error in found}
+    assert all(error["line"] for error in found)
 
 
 def test_what_is_no_number_is_null() -> None:

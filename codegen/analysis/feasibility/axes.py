@@ -96,7 +96,9 @@ def gain_axes(spec: Spec, observer: Observer) -> tuple[GainAxis, ...]:
         if moved:
             axes.append(_axis(group, numbers, moved, observer))
     if not axes:
-        raise BadInput(spec.place("observer.gains"), "no gain that could be varied", "a gain that is not zero")
+        raise BadInput(
+            spec.place("observer.gains"), "no gain that could be varied", "a gain that is not zero", code="SPEC023"
+        )
     return tuple(axes)
 
 
@@ -116,10 +118,14 @@ def chosen_axes(names: Sequence[str], axes: Sequence[GainAxis], observer: Observ
     for name in names:
         if name not in known:
             expected = f"two of {', '.join(known)}"
-            raise BadInput(f"{spec.path}: --over", f"unknown gain `{name}`", expected, nearest_name(name, known))
+            raise BadInput(
+                f"{spec.path}: --over", f"unknown gain `{name}`", expected, nearest_name(name, known), code="CALL001"
+            )
     picked = list(dict.fromkeys(names))
     if names and len(picked) != 2:
-        raise BadInput(f"{spec.path}: --over", f"`{' '.join(names)}`", f"two different of {', '.join(known)}")
+        raise BadInput(
+            f"{spec.path}: --over", f"`{' '.join(names)}`", f"two different of {', '.join(known)}", code="CALL002"
+        )
     pair = picked or list(known)[:2]
     return known[pair[0]], known[pair[1]]
 

@@ -124,7 +124,12 @@ def assess(spec: Spec, observer: Observer, over: Sequence[str] = ()) -> Feasibil
     nominal = family.settings()
     if not np.isfinite(family.matrices("sampled", nominal)).all():
         found = "the error dynamics are not finite everywhere in it"
-        raise BadInput(spec.place("envelope"), found, "a force and gains whose slopes are finite in the whole envelope")
+        raise BadInput(
+            spec.place("envelope"),
+            found,
+            "a force and gains whose slopes are finite in the whole envelope",
+            code="SPEC033",
+        )
     noise = NoiseModel(observer, spec, position_noise(spec))
     shares = np.random.default_rng(4).uniform(0, 1, (60, len(axes)))
     spread = nominal

@@ -151,11 +151,16 @@ def refuse_empty_domain(spec: Spec, observer: Observer, bounds: tuple[ErrorBound
         return
     domain = bounds if isinstance(bounds, str) else bounds[0].domain
     if isinstance(domain, str):
-        raise BadInput(spec.place("observer.domain"), f"a domain without a bound ({domain})", "one that has a bound")
+        raise BadInput(
+            spec.place("observer.domain"),
+            f"a domain without a bound ({domain})",
+            "one that has a bound",
+            code="SPEC022",
+        )
     if domain is not None and domain.inside is None:
         found = f"slip_speed {float(guarded.slip_speed):.6g}, for which there is no bound"
         expected = f"at least {domain.least_slip_speed * 1.006:.3g}"
-        raise BadInput(spec.place("observer.domain.slip_speed"), found, expected)
+        raise BadInput(spec.place("observer.domain.slip_speed"), found, expected, code="SPEC026")
 
 
 def _stands(

@@ -60,7 +60,7 @@ def emit_fmu(program: Program, files: Mapping[str, str], version: str = "3.0", c
             FMU keeps for itself.
     """
     if version not in VERSIONS:
-        raise BadInput("--fmi", f"`{version}`", f"one of {', '.join(VERSIONS)}")
+        raise BadInput("--fmi", f"`{version}`", f"one of {', '.join(VERSIONS)}", code="CALL001")
     name, header = program.name, files[f"{program.name}.h"]
     variables = variables_of(program, header)
     library = _library(name, version)
@@ -105,7 +105,7 @@ def _library(name: str, version: str) -> str:
         folder = _OF_FMI2.get(folder or "")
     if folder is None:
         found = f"the platform {platform.system()} on {platform.machine()}"
-        raise BadInput("--target fmu", found, f"one that FMI {version} has a folder of binaries for")
+        raise BadInput("--target fmu", found, f"one that FMI {version} has a folder of binaries for", code="TOOL004")
     return f"binaries/{folder}/{name}{ending}"
 
 

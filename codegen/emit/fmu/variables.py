@@ -95,7 +95,12 @@ def variables_of(program: Program, header: str) -> tuple[Variable, ...]:
     taken = [row[0] for row in rows]
     for name in (TIME, FAULT):
         if taken.count(name) > 1:
-            raise BadInput(f"spec {program.name}", f"a quantity called `{name}`", "another name: an FMU has its own")
+            raise BadInput(
+                f"spec {program.name}",
+                f"a quantity called `{name}`",
+                "another name: an FMU has its own",
+                code="SPEC009",
+            )
     return tuple(
         Variable(k, name, "" if unit == "1" else unit, meaning, role, place, integer, start)
         for k, (name, unit, meaning, role, place, integer, start) in enumerate(rows)

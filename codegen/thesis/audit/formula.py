@@ -54,7 +54,7 @@ def inequalities(text: str, names: Mapping[str, Any], place: Place) -> list[tupl
     """``a < b < c`` as [(b − a, strict), (c − b, strict)]: each expression is to be positive (or not negative)."""
     parts = _RELATION.split(text)
     if len(parts) < 3:
-        raise BadInput(place, f"`{text}`", "an inequality such as `k_v > 0`")
+        raise BadInput(place, f"`{text}`", "an inequality such as `k_v > 0`", code="SPEC010")
     sides = [evaluate(part, names, place) for part in parts[::2]]
     result = []
     for left, relation, right in zip(sides, parts[1::2], sides[1:], strict=False):
@@ -88,6 +88,7 @@ def _value(node: ast.expr, whole: Expression, names: Mapping[str, Any]) -> Any:
                 f"unknown name `{name}` in `{whole.text}`",
                 "a name of this derivation's",
                 nearest_name(name, known),
+                code="SPEC008",
             )
         case ast.UnaryOp(op=op, operand=operand):
             value = _value(operand, whole, names)
@@ -97,7 +98,7 @@ def _value(node: ast.expr, whole: Expression, names: Mapping[str, Any]) -> Any:
             return value.applyfunc(FUNCTIONS[name]) if isinstance(value, sympy.MatrixBase) else FUNCTIONS[name](value)
         case ast.BinOp(left=left, op=op, right=right):
             return _combine(op, _value(left, whole, names), _value(right, whole, names), whole)
-    raise BadInput(whole.place, f"`{whole.source(node)}`", "an arithmetic expression")
+    raise BadInput(whole.place, f"`{whole.source(node)}`", "an arithmetic expression", code="SPEC011")
 
 
 def _combine(op: ast.operator, a: Any, b: Any, whole: Expression) -> Any:

@@ -35,14 +35,16 @@ def judge(claim: Claim) -> Finding:
         return Finding(claim, "holds")
     name, _, quantity = claim.entry.against.partition(".")
     if name not in WORLDS:
-        raise BadInput(claim.place, f"no derivation `{name}`", ", ".join(WORLDS), nearest_name(name, WORLDS))
+        raise BadInput(
+            claim.place, f"no derivation `{name}`", ", ".join(WORLDS), nearest_name(name, WORLDS), code="CALL001"
+        )
     world = _world(name)
     if claim.test in ("inequality", "implies"):
         return judge_inequality(claim, world)
     derived = world.derived.get(quantity)
     if derived is None:
         found, known = f"`{name}` derives no `{quantity}`", ", ".join(world.derived)
-        raise BadInput(claim.place, found, f"one of {known}", nearest_name(quantity, world.derived))
+        raise BadInput(claim.place, found, f"one of {known}", nearest_name(quantity, world.derived), code="CALL001")
     if claim.test == "equal":
         return judge_equality(claim, world, derived)
     return judge_conditions(claim, world, derived)

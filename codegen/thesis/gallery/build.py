@@ -73,7 +73,9 @@ def run_gallery(
     numbers = only or figure_numbers()
     for number in numbers:
         if number not in figure_numbers():
-            raise BadInput("--only", f"`{number}`", "a figure's number", nearest_name(number, figure_numbers()))
+            raise BadInput(
+                "--only", f"`{number}`", "a figure's number", nearest_name(number, figure_numbers()), code="CALL001"
+            )
     # The slow ones first, so that none is left alone at the end.
     order = sorted(numbers, key=lambda n: -PLOTS[n].cost)
     found: dict[str, GalleryResult] = {}

@@ -46,7 +46,7 @@ def read_kept(folder: Path) -> dict[str, Kept]:
     try:
         return dict(json.loads(path.read_text(encoding="utf-8")))
     except ValueError as error:
-        raise BadInput(path.name, str(error), f"the {KEPT} that `stiction gallery` writes") from error
+        raise BadInput(path.name, str(error), f"the {KEPT} that `stiction gallery` writes", code="FILE004") from error
 
 
 def kept_text(kept: Mapping[str, Kept], order: Sequence[str]) -> str:

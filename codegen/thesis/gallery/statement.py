@@ -112,5 +112,5 @@ def _figures_of(path: Path) -> list[FigureText]:
 def _statement(entry: StatementEntry, place: Place) -> Statement:
     found = _CONDITION.fullmatch(entry.holds)
     if found is None:
-        raise BadInput(place, f"`{entry.holds}`", "`< 1` or `> 0.5`")
+        raise BadInput(place, f"`{entry.holds}`", "`< 1` or `> 0.5`", code="SPEC010")
     return Statement(entry, found[1] == "<", float(found[2]))
