@@ -10,6 +10,7 @@ from slider_log import rows, write_csv
 
 from codegen.base.errors import BadInput
 from codegen.logs import read_log
+from tests.told import tells
 
 
 @pytest.mark.parametrize("delimiter", [",", ";", "\t"])
@@ -50,30 +51,30 @@ def test_text_in_columns_that_are_not_used(tmp_path, spec):
 
 
 REFUSED = {
-    "empty": ("", "a.csv: an empty file"),
-    "blank": (" \n\n", "an empty file"),
-    "comments only": ("# a\n# b\n", "comments and no header"),
-    "header only": ("t,x,w\n", "a.csv:1: a header and no rows"),
-    "one row": ("t,x,w\n0,1,2\n", "a.csv:2: a single row"),
-    "no header": ("0,1,2\n1,2,3\n", "a.csv:1: no column `t`, and no header line; expected `columns: {t: NUMBER}`"),
-    "missing column": ("t,pos,w\n0,1,2\n1,2,3\n", "a.csv:1: no column `x`; expected one of the columns t, pos, w"),
-    "case": ("T,x,w\n0,1,2\n1,2,3\n", "did you mean 'T'"),
-    "spaces": ("t x w\n0 1 2\n", "names separated by comma, semicolon or tab"),
-    "text": ("t,x,w\n0,1,2\n1,abc,3\n", "a.csv:3: x: `abc`; expected a number"),
+    "empty": ("", "LOG009 a.csv"),
+    "blank": (" \n\n", "LOG009"),
+    "comments only": ("# a\n# b\n", "LOG001"),
+    "header only": ("t,x,w\n", "LOG009 a.csv:1"),
+    "one row": ("t,x,w\n0,1,2\n", "LOG009 a.csv:2"),
+    "no header": ("0,1,2\n1,2,3\n", "LOG003 a.csv:1 `t` `columns NUMBER}`"),
+    "missing column": ("t,pos,w\n0,1,2\n1,2,3\n", "LOG003 a.csv:1 `x`"),
+    "case": ("T,x,w\n0,1,2\n1,2,3\n", "LOG003 'T'"),
+    "spaces": ("t x w\n0 1 2\n", "LOG001"),
+    "text": ("t,x,w\n0,1,2\n1,abc,3\n", "LOG005 a.csv:3 `abc`"),
     "decimal comma": (
         "t;x;w\n0;1;2\n0,5;1;2\n",
-        "a.csv:3: t: `0,5`; expected a number with a decimal point (did you mean '0.5'?)",
+        "LOG005 a.csv:3 `0,5` '0.5'?)",
     ),
-    "underscore": ("t,x,w\n0,1,2\n1,1_0,3\n", "a.csv:3: x: `1_0`"),
-    "ragged": ("t,x,w\n0,1,2\n# note\n1,2\n", "a.csv:4: 2 values in the row; expected 3, one for each of t, x, w"),
-    "long row": ("t,x,w\n0,1,2,9\n1,2,3\n", "a.csv:2: 4 values in the row"),
-    "twice": ("t,x,x,w\n0,1,2,3\n1,2,3,4\n", "2 columns called `x`"),
-    "backwards": ("t,x,w\n0,1,2\n1,2,3\n0.5,2,3\n", "a.csv:4: t: time runs backwards, from 1.0 to 0.5"),
-    "all at once": ("t,x,w\n0,1,2\n0,1,2\n0,1,2\n", "a single time stamp"),
-    "repeats": ("t,x,w\n0,1,2\n0,5,2\n1,1,2\n1,4,2\n", "a.csv:3: t: 2 of 4 rows repeat a time stamp with other data"),
-    "nan": ("t,x,w\n0,1,2\n1,nan,2\n2,1,2\n", "a.csv:3: x: 1 of 3 values are not finite"),
-    "inf": ("t,x,w\n0,1,2\n1,1e999,2\n2,1,2\n", "a.csv:3: x: 1 of 3 values are not finite"),
-    "jump": ("t,x,w\n0,1,2\n1,1,2\n2,1,2\n1e9,1,2\n", "a.csv:5: t: time jumps by 1e+09 s"),
+    "underscore": ("t,x,w\n0,1,2\n1,1_0,3\n", "LOG005 a.csv:3 `1_0`"),
+    "ragged": ("t,x,w\n0,1,2\n# note\n1,2\n", "LOG005 a.csv:4 2 3"),
+    "long row": ("t,x,w\n0,1,2,9\n1,2,3\n", "LOG005 a.csv:2 4"),
+    "twice": ("t,x,x,w\n0,1,2,3\n1,2,3,4\n", "LOG004 2 `x`"),
+    "backwards": ("t,x,w\n0,1,2\n1,2,3\n0.5,2,3\n", "LOG007 a.csv:4 1.0 0.5"),
+    "all at once": ("t,x,w\n0,1,2\n0,1,2\n0,1,2\n", "LOG009"),
+    "repeats": ("t,x,w\n0,1,2\n0,5,2\n1,1,2\n1,4,2\n", "LOG007 a.csv:3 2 4"),
+    "nan": ("t,x,w\n0,1,2\n1,nan,2\n2,1,2\n", "LOG006 a.csv:3 1 3"),
+    "inf": ("t,x,w\n0,1,2\n1,1e999,2\n2,1,2\n", "LOG006 a.csv:3 1 3"),
+    "jump": ("t,x,w\n0,1,2\n1,1,2\n2,1,2\n1e9,1,2\n", "LOG008 a.csv:5 1e+09"),
 }
 
 
@@ -83,7 +84,7 @@ def test_refusals(tmp_path, spec, case):
     (tmp_path / "a.csv").write_text(text)
     with pytest.raises(BadInput) as caught:
         read_log(tmp_path / "a.csv", spec)
-    assert words in str(caught.value)
+    assert tells(caught.value, words)
     assert "\n" not in str(caught.value)
 
 

@@ -18,6 +18,7 @@ from slider_log import rows
 from codegen.base.errors import BadInput
 from codegen.logs import FORMATS, read_log
 from codegen.logs import source as log_source
+from tests.told import tells
 
 MADE = {name: values[:200] for name, values in rows().items()}
 RECORDS = [dict(zip(MADE, map(float, row), strict=True)) for row in zip(*MADE.values(), strict=True)]
@@ -54,21 +55,21 @@ def test_json_words_for_numbers(tmp_path, spec):
 
 
 REFUSED = {
-    "": "an empty file",
-    "{": "a.json:1: no JSON",
-    "[1, 2]": "no list of records",
-    "3": "no list of records",
-    '{"a": []}': "no list of records",
-    "[" * 100_000: "no JSON that can be read",
-    "[" + "9" * 5000 + "]": "no JSON that can be read",
-    '[{"t": 0}, 3]': "entry 1 is `3`; expected an object, as the first one",
-    "[[1, 2], [1]]": "entry 1 is `[1]`; expected a list of 2",
-    '{"a": [{"t": 0}], "b": [{"t": 0}]}': "2 tables, under a, b; expected `records: KEY`",
-    '{"t": [0, 1], "x": [1]}': "1 values; expected 2 values as in `t`",
-    '[{"t": 0, "x": "abc", "w": 1}, {"t": 1, "x": 2, "w": 1}]': '[0].x: `"abc"`; expected a number',
-    '[{"t": 0, "w": 1}, {"t": 1, "w": 1}]': "no column `x`",
-    '[{"t": 0, "x": 1e999, "w": 1}, {"t": 1, "x": 0, "w": 1}]': "not finite",
-    '[{"t": 0, "x": 1' + "0" * 400 + ', "w": 1}, {"t": 1, "x": 0, "w": 1}]': "not finite",
+    "": "LOG009",
+    "{": "LOG001 a.json:1",
+    "[1, 2]": "LOG001",
+    "3": "LOG001",
+    '{"a": []}': "LOG001",
+    "[" * 100_000: "LOG001",
+    "[" + "9" * 5000 + "]": "LOG001",
+    '[{"t": 0}, 3]': "LOG005 1 `3`",
+    "[[1, 2], [1]]": "LOG005 1 `[1]` 2",
+    '{"a": [{"t": 0}], "b": [{"t": 0}]}': "LOG001 2 `records KEY`",
+    '{"t": [0, 1], "x": [1]}': "LOG011 1 2 `t`",
+    '[{"t": 0, "x": "abc", "w": 1}, {"t": 1, "x": 2, "w": 1}]': 'LOG005 [0].x `"abc"`',
+    '[{"t": 0, "w": 1}, {"t": 1, "w": 1}]': "LOG003 `x`",
+    '[{"t": 0, "x": 1e999, "w": 1}, {"t": 1, "x": 0, "w": 1}]': "LOG006",
+    '[{"t": 0, "x": 1' + "0" * 400 + ', "w": 1}, {"t": 1, "x": 0, "w": 1}]': "LOG006",
 }
 
 
@@ -77,7 +78,7 @@ def test_json_refusals(tmp_path, spec, text):
     (tmp_path / "a.json").write_text(text)
     with pytest.raises(BadInput) as told:
         read_log(tmp_path / "a.json", spec)
-    assert REFUSED[text] in str(told.value) and "\n" not in str(told.value) and len(str(told.value)) < 500
+    assert tells(told.value, REFUSED[text]) and "\n" not in str(told.value) and len(str(told.value)) < 500
 
 
 def test_json_is_counted_before_it_is_parsed(tmp_path, spec, monkeypatch):

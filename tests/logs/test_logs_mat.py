@@ -12,6 +12,7 @@ from slider_log import rows
 from codegen.base.errors import BadInput
 from codegen.logs import read_log
 from codegen.logs.mat_elements import variables
+from tests.told import tells
 
 
 @pytest.mark.parametrize("form", [{"format": "4"}, {"format": "5"}, {"format": "5", "do_compression": True}])
@@ -38,16 +39,16 @@ def test_every_number_type_as_scipy_reads_it(tmp_path, kind, compressed):
 
 
 REFUSED = {
-    "complex": ({"x": np.arange(9) * 1j}, "a.mat: x: a complex double of 1×9; expected a vector of real numbers"),
-    "matrix": ({"x": np.ones((9, 2))}, "a.mat: x: an array of 9×2"),
-    "empty": ({"x": np.zeros((0, 1))}, "an empty array"),
-    "struct": ({"x": {"a": 1}}, "x: a struct of 1×1"),
-    "cell": ({"x": np.array(["a", 1.0], dtype=object)}, "x: a cell of 1×2"),
-    "text": ({"x": "hello"}, "x: a text of"),
-    "short": ({"x": np.arange(8.0)}, "x: 8 values; expected 9 values as in `t`"),
-    "missing": ({"pos": np.arange(9.0)}, "no column `x`; expected one of the columns t, w, pos"),
-    "nan": ({"x": np.where(np.arange(9) == 4, np.nan, 1.0)}, "a.mat: x(5): 1 of 9 values are not finite"),
-    "backwards": ({"x": np.ones(9), "t": np.r_[0:8, 3]}, "a.mat: t(9): time runs backwards"),
+    "complex": ({"x": np.arange(9) * 1j}, "LOG005 a.mat 1×9"),
+    "matrix": ({"x": np.ones((9, 2))}, "LOG005 a.mat 9×2"),
+    "empty": ({"x": np.zeros((0, 1))}, "LOG005"),
+    "struct": ({"x": {"a": 1}}, "LOG005 1×1"),
+    "cell": ({"x": np.array(["a", 1.0], dtype=object)}, "LOG005 1×2"),
+    "text": ({"x": "hello"}, "LOG005"),
+    "short": ({"x": np.arange(8.0)}, "LOG011 8 9 `t`"),
+    "missing": ({"pos": np.arange(9.0)}, "LOG003 `x`"),
+    "nan": ({"x": np.where(np.arange(9) == 4, np.nan, 1.0)}, "LOG006 a.mat x(5) 1 9"),
+    "backwards": ({"x": np.ones(9), "t": np.r_[0:8, 3]}, "LOG007 a.mat t(9)"),
 }
 
 
@@ -57,7 +58,7 @@ def test_refusals(tmp_path, spec, case):
     savemat(tmp_path / "a.mat", {"t": np.arange(9.0), "w": np.ones(9), **change})
     with pytest.raises(BadInput) as caught:
         read_log(tmp_path / "a.mat", spec)
-    assert words in str(caught.value)
+    assert tells(caught.value, words)
 
 
 def test_format_7_3_and_garbage(tmp_path, spec):

@@ -20,6 +20,7 @@ from codegen.mechanics.solve import solve_symmetric
 from codegen.spec import parse_spec
 from codegen.spec.expression import parse_expression
 from codegen.spec.model import symbol
+from tests.told import tells
 
 
 def evaluate(expression: Any, values: dict[Any, float]) -> Any:
@@ -111,19 +112,19 @@ envelope: {{q: [-2, {high}]}}
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"off": "J*sin(q)/2", "mirror": "J*cos(q)/2"}, "[1][0]"),
-        ({"off": "J*q/3", "mirror": "J*q/3 + J*1e-9"}, "[1][0]"),
-        ({"off": "J*q/2.2", "mirror": "J*q/2.2", "high": "2.5"}, "smallest eigenvalue is -0.2727 at q = 2.5"),
-        ({"last": "J*(2 - q)", "high": "2.001"}, "smallest eigenvalue is -0.002 at q = 2.001"),
-        ({"last": "J*log(q)"}, "no real number at q = -2"),
-        ({"last": "J/q", "high": "2"}, "q = -2"),
+        ({"off": "J*sin(q)/2", "mirror": "J*cos(q)/2"}, "SPEC017 [1][0]"),
+        ({"off": "J*q/3", "mirror": "J*q/3 + J*1e-9"}, "SPEC017 [1][0]"),
+        ({"off": "J*q/2.2", "mirror": "J*q/2.2", "high": "2.5"}, "SPEC017 -0.2727 2.5"),
+        ({"last": "J*(2 - q)", "high": "2.001"}, "SPEC017 -0.002 2.001"),
+        ({"last": "J*log(q)"}, "SPEC012 -2"),
+        ({"last": "J/q", "high": "2"}, "SPEC017 -2"),
     ],
 )
 def test_a_mass_matrix_that_fails_in_the_envelope(change: dict[str, str], words: str) -> None:
     filled = {"off": "0", "mirror": "0", "last": "J", "high": "1"} | change
     with pytest.raises(BadInput) as told:
         build_system(parse_spec(PENDULUM.format(**filled), Path("p.yaml")))
-    assert words in str(told.value)
+    assert tells(told.value, words)
 
 
 @pytest.mark.parametrize(

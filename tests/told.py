@@ -1,0 +1,14 @@
+"""What a test asks of a message for bad input: its code, and the names and numbers that it must show."""
+
+from __future__ import annotations
+
+from codegen.base.errors import BadInput
+
+
+def tells(fault: BadInput, expected: str) -> bool:
+    """Whether a fault has the code that ``expected`` begins with, and shows each word that follows it there.
+
+    ``expected`` is such as "SPEC008 `etta3` force[1]"; empty where any fault will do.
+    """
+    code, *shown = expected.split() or [fault.code]
+    return fault.code == code and all(word in str(fault) for word in shown)
