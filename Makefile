@@ -28,8 +28,8 @@ lint: $(VENV)/test.stamp
 types: $(VENV)/test.stamp
 	$(BIN)/mypy
 
-test: lint types
-	$(BIN)/python -m pytest -n 2 --dist worksteal
+test: lint types # compiled modules are kept, whatever the environment says: the tests start the command many times
+	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n 2 --dist worksteal
 
 # Debian or Ubuntu; as root, or by sudo. Does nothing where all are there.
 toolchains:

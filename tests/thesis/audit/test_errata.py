@@ -85,6 +85,7 @@ def test_what_else_was_found(equation, part, verdict):
     assert next(f.verdict for f in of(equation, part)) == verdict
 
 
+@pytest.mark.slow
 def test_nothing_else_is_called_wrong():
     """A new verdict is looked at before it is believed: what is in no list above holds."""
     listed = [(e, p) for e, p, *_ in [*KNOWN, *FOUND]] + [("7.19", "at n = 1"), ("7.6.1", "at n = 1")]

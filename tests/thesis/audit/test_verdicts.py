@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from codegen.base.errors import BadInput, Place
-from codegen.thesis.audit.claim import read_claims
 from codegen.thesis.audit.formula import evaluate, inequalities
 from codegen.thesis.audit.run import _world
-from tests.thesis.audit.printed import claim, findings, reprinted
+from tests.thesis.audit.printed import claim, claims, findings, reprinted
 
 MUTATIONS = [
     ("2.8", "", "k_F*mu*abs(v)**(mu - 1)*(w - F_hat)*sgn(v)", "k_F*mu*abs(v)**mu*(w - F_hat)*sgn(v)"),
@@ -65,6 +64,7 @@ def counterexamples():
     return [f for f in findings() if f.kind in ("hurwitz", "negative_definite") and f.counterexample]
 
 
+@pytest.mark.slow
 def test_counterexamples_by_numpy():
     assert len(counterexamples()) >= 6
     for finding in counterexamples():
@@ -85,6 +85,7 @@ def test_counterexamples_by_numpy():
         assert all(v > 0 for v in values) == (finding.verdict == "insufficient")
 
 
+@pytest.mark.slow
 def test_wrong_formulas_differ_at_their_point():
     shown = [f.counterexample for f in findings() if f.verdict == "wrong" and f.counterexample and f.kind == "equal"]
     assert len(shown) > 15
@@ -93,7 +94,7 @@ def test_wrong_formulas_differ_at_their_point():
 
 def test_no_verdict_in_the_claims():
     """The claims hold what is printed and how to derive it; never what comes out."""
-    for c in read_claims():
+    for c in claims():
         assert set(type(c.entry).model_fields) == {
             "equation", "part", "printed", "against", "test", "given", "constant_U", "scan", "note"
         }  # fmt: skip
