@@ -59,7 +59,7 @@ def arm(folder: Path, more: str = "") -> Spec:
 
 def by_joint(search: Search) -> np.ndarray:
     """(2,) RMS of measured less predicted over the noise, of each joint, with the values of the spec."""
-    runner = search.runners([search.nothing])[0]
+    runner = search.runners([search.declared_trial])[0]
     error = (search.record.targets - runner.run(search.declared, search.record.at_rest))[..., 0]
     return np.sqrt((error**2).reshape(len(search.record.start), 2, -1).mean(axis=(0, 2))) / search.record.noise
 
@@ -71,7 +71,7 @@ def test_a_joint_alone_moves_as_in_the_whole_arm(tmp_path: Path) -> None:
     assert search.rigid is not None
     alone = by_joint(search)
     together = replace(search, rigid=None, record=replace(search.record, joints=None))
-    runner = together.runners([together.nothing])[0]
+    runner = together.runners([together.declared_trial])[0]
     error = together.record.targets - runner.run(together.declared, together.record.at_rest)
     whole = np.sqrt((error**2).mean(axis=(0, 1))) / together.record.noise
     assert (alone < 2 * whole).all(), (alone, whole)
@@ -95,8 +95,8 @@ def test_only_joints_with_something_left_are_tried(tmp_path: Path) -> None:
     (k,) = [k for k, p in enumerate(tried.parts) if p.kind == "viscous"]
     found = tried.fitted(tried.screened(k))
     assert found.parameters["b"] == pytest.approx(0.4, rel=0.02)
-    assert len(found.shot.residual) == len(base.residual)
-    assert found.shot.cost < 0.7 * base.cost
+    assert len(found.fit.residual) == len(base.residual)
+    assert found.fit.cost < 0.7 * base.cost
 
 
 def test_masses_within_their_tolerance_are_refitted(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from codegen.diagnosis import rounds
-from codegen.diagnosis.rounds import standing
+from codegen.diagnosis.rounds import still_credited
 
 
 def fit(*parts: str) -> Any:
@@ -36,8 +36,8 @@ def test_one_effect_of_a_pair_stands_alone_only_if_it_is_credited_alone(
     base, one, both = fit(), fit("inertia_error"), fit("inertia_error", "cogging")
     first, second = rival("spring"), rival("inertia_error", "stribeck")
     none: Any = None
-    assert standing(none, base, both, [first, second], 9) == (both, [first, second]) and not asked
-    left = standing(none, base, one, [first, second], 9)
+    assert still_credited(none, base, both, [first, second], 9) == (both, [first, second]) and not asked
+    left = still_credited(none, base, one, [first, second], 9)
     assert asked == [(base, one, 9)]
     assert left == ((one, [first]) if alone_is_credited else (base, []))
 
