@@ -8,16 +8,16 @@ from math import isfinite, sqrt
 from codegen.base.text import render
 from codegen.diagnosis.advice import Separation
 from codegen.diagnosis.answer import Answer
-from codegen.diagnosis.credit import FAR, LEAST_SHARE, NEAR_NOISE, TIE_LEVEL, level, share_far
+from codegen.diagnosis.credit import FAR, LEAST_SHARE, NEAR_NOISE, TIE_LEVEL, noise_ratio, share_far
 from codegen.diagnosis.estimate import Estimate
 from codegen.diagnosis.force_evidence import force_evidence, force_gain, residual_without_levels
+from codegen.diagnosis.forward_selection import Outcome
 from codegen.diagnosis.limits import at_limit
 from codegen.diagnosis.measure import Window, force_errors
 from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.ranking import Ranked, twins
 from codegen.diagnosis.results import Candidate, FoundEffect, Remainder, Round, Verdict
-from codegen.diagnosis.rounds import Outcome
 from codegen.diagnosis.trial import Part
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import places_of, unit_words
@@ -76,7 +76,7 @@ def sentence(
         faults=[f.words for f in findings if f.severity == "problem"],
         doubts=[f.words for f in findings if f.severity == "warning" and f.topic in DOUBTFUL],
         records=records,
-        noise=0.0 if outcome is None else level(outcome.base),
+        noise=0.0 if outcome is None else noise_ratio(outcome.base),
         far=0.0 if outcome is None else share_far(outcome.base),
         far_noise=FAR,
         near_noise=NEAR_NOISE,
@@ -152,7 +152,7 @@ def force_agrees(final: Fit, problem: Problem, refit: System, augmented: System)
     """
     if any(t.gap != 0 for t in augmented.transmissions):
         return True
-    near = level(final) <= NEAR_NOISE
+    near = noise_ratio(final) <= NEAR_NOISE
     if near and augmented.transmissions:
         return True
     window = Window(0, len(problem.motion.time))
@@ -170,7 +170,7 @@ def explains_own_variable(
 
     Not tested for backlash, nor where the free runs leave nothing but noise.
     """
-    if level(outcome.final) <= NEAR_NOISE or any(t.gap != 0 for t in augmented.transmissions):
+    if noise_ratio(outcome.final) <= NEAR_NOISE or any(t.gap != 0 for t in augmented.transmissions):
         return True
     acting = [acts_on(effect, problem.system) for effect in named]
     found = force_evidence(problem, refit, augmented, [effect.kind for effect in named], acting)

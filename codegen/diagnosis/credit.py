@@ -175,6 +175,6 @@ def share_far(fit: Fit) -> float:
     return float((fit.by_segment > FAR**2 * fit.residual.shape[1]).mean())
 
 
-def level(fit: Fit) -> float:
+def noise_ratio(fit: Fit) -> float:
     """Median over segments of the RMS residual, in units of the noise."""
     return float(np.sqrt(np.median(fit.by_segment) / fit.residual.shape[1]))

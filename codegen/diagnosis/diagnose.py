@@ -20,8 +20,9 @@ from codegen.diagnosis.conclusion import (
     sentence,
     verdict_of,
 )
-from codegen.diagnosis.credit import ALPHA, BLOCKS, level, share_far
+from codegen.diagnosis.credit import ALPHA, BLOCKS, noise_ratio, share_far
 from codegen.diagnosis.examination import examine
+from codegen.diagnosis.forward_selection import Outcome, find_effects, within_reach
 from codegen.diagnosis.harmonics import with_harmonics
 from codegen.diagnosis.limits import levels_at_zero
 from codegen.diagnosis.measure import RESTART_S, Window, force_errors, measure, restart_within_reach
@@ -31,7 +32,6 @@ from codegen.diagnosis.record import position_noise, record_of
 from codegen.diagnosis.replay import compare_residuals
 from codegen.diagnosis.residual_regression import remainders
 from codegen.diagnosis.results import MATERIAL, Diagnosis, ErrorFigures, FoundEffect, Round
-from codegen.diagnosis.rounds import Outcome, find_effects, within_reach
 from codegen.diagnosis.search import Search, search_on
 from codegen.diagnosis.separation import separate, tied_fits
 from codegen.diagnosis.signals import SHORTEST_TEST_S, Motion, smooth_motion
@@ -344,9 +344,9 @@ def _search_data(search: Search, outcome: Outcome) -> dict[str, Any]:
         "position_noise": [float(f"{v:.6g}") for v in search.record.noise],
         "alpha": ALPHA,
         "explained": round(outcome.explained, 4),
-        "level_refit": round(level(outcome.base), 3),
+        "level_refit": round(noise_ratio(outcome.base), 3),
         "share_far": round(share_far(outcome.base), 4),
-        "level_final": round(level(outcome.final), 3),
+        "level_final": round(noise_ratio(outcome.final), 3),
     }
 
 

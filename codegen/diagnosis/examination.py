@@ -10,13 +10,13 @@ from codegen.diagnosis.adoption import Refit, adopt_values
 from codegen.diagnosis.answer import Answer
 from codegen.diagnosis.conclusion import explains_own_variable, force_agrees, named_effects
 from codegen.diagnosis.estimate import estimate
+from codegen.diagnosis.forward_selection import Outcome
 from codegen.diagnosis.limits import at_limit
 from codegen.diagnosis.models import with_effects, with_values
 from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.reservations import objections, remarks
 from codegen.diagnosis.results import ErrorFigures, FoundEffect, Verdict
-from codegen.diagnosis.rounds import Outcome
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.veto import Admitted, Option, admitted
 from codegen.mechanics.system import System
@@ -117,7 +117,7 @@ def _examined(
 def without_effects(outcome: Outcome) -> Verdict:
     """The verdict where no effect is credited: ``unknown`` if the refit leaves a material misfit above the noise."""
     base = outcome.base
-    far = credit.level(base) > credit.NEAR_NOISE or credit.share_far(base) > credit.FEW
+    far = credit.noise_ratio(base) > credit.NEAR_NOISE or credit.share_far(base) > credit.FEW
     return "unknown" if far and credit.misfit(base) > credit.LEAST_SIZE else "none"
 
 

@@ -14,9 +14,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen.diagnosis.attempt import NEAR, SHORTEST, Found
+from codegen.diagnosis.candidate_fits import NEAR, SHORTEST, Found
 from codegen.diagnosis.conclusion import force_agrees
-from codegen.diagnosis.credit import evidence, held_out_losses, level, noise_loss
+from codegen.diagnosis.credit import evidence, held_out_losses, noise_loss, noise_ratio
+from codegen.diagnosis.forward_selection import Outcome, explained_share, pruned, worth_it
 from codegen.diagnosis.measure import Window, force_errors
 from codegen.diagnosis.models import with_effects, with_values
 from codegen.diagnosis.output_error import Fit
@@ -24,7 +25,6 @@ from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.ranking import Ranked, chance, credible, relative_size
 from codegen.diagnosis.residual import inverse_dynamics_residual
 from codegen.diagnosis.results import FoundEffect
-from codegen.diagnosis.rounds import Outcome, explained_share, pruned, worth_it
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.trial import Part, part_of
 from codegen.effects.cogging_harmonics import CoggingHarmonics
@@ -90,7 +90,7 @@ def with_harmonics(search: Search, outcome: Outcome, problem: Problem) -> tuple[
     near, base, final = search, outcome.base, outcome.final
     if final is not base and not force_agrees(final, problem, _system(search, base), _system(search, final)):
         final = base  # the force residual contradicts this fit: it is no reference
-    if level(base) > NEAR:
+    if noise_ratio(base) > NEAR:
         near = replace(search, record=search.shorter(SHORTEST), shorter=lambda share: search.shorter(SHORTEST * share))
         base, final = near.on_another_record(base), near.on_another_record(final)
     parts = final.runner.trial.parts
@@ -273,7 +273,7 @@ def _adopted(search: Search, outcome: Outcome, before: Fit, richer: Fit) -> Outc
     now, losses = held_out_losses(base), held_out_losses(after)
     one = evidence(now, losses, base.residual.shape[1], noise_loss(base) / len(now))
     found = Found(richer.runner.trial, richer)
-    ratio, p = level(after) / level(base), chance(search, after, one, 1)
+    ratio, p = noise_ratio(after) / noise_ratio(base), chance(search, after, one, 1)
     ranked = Ranked(found, one, losses, ratio, relative_size(search, found, base), "", p=p)
     return replace(
         outcome,

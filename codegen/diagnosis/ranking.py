@@ -10,8 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.diagnosis import credit
-from codegen.diagnosis.attempt import Found, attempt
-from codegen.diagnosis.credit import Evidence, evidence, held_out_losses, independent_share, level, noise_loss, size_of
+from codegen.diagnosis.candidate_fits import Found, fit_candidates
+from codegen.diagnosis.credit import (
+    Evidence,
+    evidence,
+    held_out_losses,
+    independent_share,
+    noise_loss,
+    noise_ratio,
+    size_of,
+)
 from codegen.diagnosis.force_evidence import ForceGain, force_gain, residual_without_levels
 from codegen.diagnosis.models import model_of, with_effects
 from codegen.diagnosis.output_error import Fit
@@ -90,10 +98,10 @@ def run_round(
     kept = base.residual.shape[1]
     floor = noise_loss(base) / len(before)
     ranked, without = [], ForceCriterion(search, base)
-    for found in attempt(soft, base, parts, report_progress):
+    for found in fit_candidates(soft, base, parts, report_progress):
         losses = held_out_losses(found.fit)
         one = evidence(before, losses, kept, floor)
-        ratio = level(found.fit) / level(base)
+        ratio = noise_ratio(found.fit) / noise_ratio(base)
         size = relative_size(search, found, base)
         force_criterion = ForceCriterion(search, found.fit)
         why_not = _why_not(search, found, one, size) or absorbed_by_refit(without, force_criterion, found)
@@ -134,7 +142,7 @@ def ordered_by_force(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
     the noise another effect is still missing, which could mislead the force residual: the order then stays.
     """
     best = ranked[0]
-    if level(best.found.fit) > credit.NEAR_NOISE:
+    if noise_ratio(best.found.fit) > credit.NEAR_NOISE:
         return list(ranked)
     for other in _tied(search, best, ranked):
         if _preferred(other, best):
@@ -184,7 +192,7 @@ def combined_p(p: float, before: ForceCriterion, after: ForceCriterion, candidat
 def whiteness(search: Search, fit: Fit) -> float:
     """Share of independent residuals; 0 far from the noise, where the Gaussian likelihood does not hold."""
     soft = float(fit.runner.record.noise[0] / search.record.noise[0])
-    return independent_share(fit) if level(fit) * soft <= credit.NEAR_NOISE else 0.0
+    return independent_share(fit) if noise_ratio(fit) * soft <= credit.NEAR_NOISE else 0.0
 
 
 def credible(search: Search, before: Fit, after: Fit, candidates: int) -> bool:

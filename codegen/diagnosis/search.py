@@ -12,7 +12,7 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.diagnosis.balance import slip_velocities
-from codegen.diagnosis.credit import independent_share, level
+from codegen.diagnosis.credit import independent_share, noise_ratio
 from codegen.diagnosis.imposed import RigidTerms, is_separable, rigid_terms
 from codegen.diagnosis.joint_shooter import JointShooter, Memory
 from codegen.diagnosis.measure import Drive
@@ -117,7 +117,7 @@ class Search:
         Args:
             largest_ratio: of the base's error to the noise.
         """
-        factor = max(1.0, level(base) / largest_ratio)
+        factor = max(1.0, noise_ratio(base) / largest_ratio)
         if factor == 1.0:
             return self, base
         record = replace(self.record, noise=factor * self.record.noise)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from codegen.diagnosis.credit import evidence, held_out_losses, level, noise_loss
+from codegen.diagnosis.credit import evidence, held_out_losses, noise_loss, noise_ratio
+from codegen.diagnosis.forward_selection import Outcome
 from codegen.diagnosis.limits import at_limit
 from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.ranking import chance
 from codegen.diagnosis.results import Candidate
-from codegen.diagnosis.rounds import Outcome
 from codegen.diagnosis.search import Search
 from codegen.effects.register import is_own
 
@@ -40,7 +40,7 @@ def _candidate(search: Search, final: Fit, k: int) -> Candidate:
         t=e.t,
         blocks_won=e.won,
         blocks=e.blocks,
-        free_run=level(whole) / level(without),
+        free_run=noise_ratio(whole) / noise_ratio(without),
         accepted=True,
         why_not="",
         also=tuple(part.effect.twins(trial.system, part.place)),

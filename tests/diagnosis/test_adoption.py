@@ -15,13 +15,13 @@ from codegen.diagnosis.adoption import DOUBTFUL, CrossValidation, adopt_values
 from codegen.diagnosis.diagnose import Models, diagnose_log
 from codegen.diagnosis.estimate import Estimate, estimate, standard_errors
 from codegen.diagnosis.force_fit import force_rows, independent_samples
+from codegen.diagnosis.forward_selection import find_effects
 from codegen.diagnosis.measure import Window, force_errors, free_run_errors
 from codegen.diagnosis.models import with_values
 from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.record import record_of
 from codegen.diagnosis.results import Diagnosis, ErrorFigures
-from codegen.diagnosis.rounds import find_effects
 from codegen.diagnosis.search import Search, search_on
 from codegen.diagnosis.signals import smooth_motion
 from codegen.diagnosis.veto import FORCE, RUN, Option, admitted, worsened

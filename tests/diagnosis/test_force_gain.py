@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen.diagnosis.attempt import Found
+from codegen.diagnosis.candidate_fits import Found
 from codegen.diagnosis.credit import ALPHA
 from codegen.diagnosis.force_evidence import force_gain
 from codegen.diagnosis.models import with_values

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from codegen.diagnosis.estimate import estimate, standard_errors
+from codegen.diagnosis.forward_selection import find_effects
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.record import record_of
-from codegen.diagnosis.rounds import find_effects
 from codegen.diagnosis.search import search_on
 from codegen.diagnosis.signals import smooth_motion
 from codegen.diagnosis.trial import part_of

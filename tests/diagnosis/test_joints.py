@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from mechanics.robots import TWO_LINKS
 
-from codegen.diagnosis.attempt import Attempt, every_part
-from codegen.diagnosis.credit import level
+from codegen.diagnosis.candidate_fits import CandidateFits, every_part
+from codegen.diagnosis.credit import noise_ratio
 from codegen.diagnosis.diagnose import _uncertain
 from codegen.diagnosis.imposed import is_separable
 from codegen.diagnosis.problem import Problem
@@ -90,7 +90,7 @@ def test_only_joints_with_something_left_are_tried(tmp_path: Path) -> None:
     log = logged(tmp_path, DRAG)
     search = search_of(arm(tmp_path), log)
     base = search.refit()
-    tried = Attempt(search, base, tuple(every_part(search, ())), lambda share: None)
+    tried = CandidateFits(search, base, tuple(every_part(search, ())), lambda share: None)
     assert {p.effect.coordinate(search.system, p.place) for p in tried.parts} == {1}
     (k,) = [k for k, p in enumerate(tried.parts) if p.kind == "viscous"]
     found = tried.fitted(tried.screened(k))
@@ -108,7 +108,7 @@ def test_masses_within_their_tolerance_are_refitted(tmp_path: Path) -> None:
     assert len(free.moved) > len(held.moved)
     one, other = held.refit(), free.refit()
     assert other.cost < 0.2 * one.cost
-    assert level(other) < 3
+    assert noise_ratio(other) < 3
 
 
 def test_a_spec_without_a_robot_file_is_run_as_a_whole() -> None:
@@ -121,7 +121,7 @@ def test_a_parameter_that_changes_nothing_stays(tmp_path: Path) -> None:
     search = search_of(arm(tmp_path), log)
     base = search.refit()
     parts = [p for p in every_part(search, ()) if (p.kind, p.on) == ("stribeck", "q_2")]
-    tried = Attempt(search, base, tuple(parts), lambda share: None)
+    tried = CandidateFits(search, base, tuple(parts), lambda share: None)
     screened = tried.screened(0)
     assert screened is not None
     index = [s.name for s in search.moved].index("q_1_a")

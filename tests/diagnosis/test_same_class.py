@@ -16,7 +16,7 @@ import pytest
 
 import codegen.diagnosis
 from codegen.base.errors import BadInput
-from codegen.diagnosis.attempt import Attempt, Found, every_part
+from codegen.diagnosis.candidate_fits import CandidateFits, Found, every_part
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.ranking import admissible, relative_size
@@ -100,7 +100,7 @@ class Bench:
     """Every kind at its first place, tried beside one refit."""
 
     system: System
-    attempts: dict[str, Attempt]
+    attempts: dict[str, CandidateFits]
     """By the start of the kinds' names: those shipped, and their heirs."""
 
 
@@ -118,7 +118,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
     give_heirs(folder, *SHIPPED)
     heirs = [first_part(HEIR + kind, system) for kind in SHIPPED]
     tried = {
-        start: Attempt(search, base, tuple(parts), lambda share: None)
+        start: CandidateFits(search, base, tuple(parts), lambda share: None)
         for start, parts in (("", shipped), (HEIR, heirs))
     }
     for attempt in tried.values():

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 import stiction
-from codegen.diagnosis.attempt import attempt
+from codegen.diagnosis.candidate_fits import fit_candidates
 from codegen.diagnosis.credit import Evidence
 from codegen.diagnosis.diagnose import diagnose_log
+from codegen.diagnosis.forward_selection import Outcome
 from codegen.diagnosis.motions import Reach, library, reach_of
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.ranking import Ranked
 from codegen.diagnosis.record import record_of
-from codegen.diagnosis.rounds import Outcome
 from codegen.diagnosis.search import search_on
 from codegen.diagnosis.separation import separate, tied_fits
 from codegen.diagnosis.signals import smooth_motion
@@ -120,7 +120,7 @@ def test_no_motion_tells_exact_twins_apart(tmp_path: Path) -> None:
     search = search_on(Problem(system, motion, {}), lambda share: record_of(motion, log, share))
     base = search.refit()
     parts = [part_of(CATALOGUE[kind], 0, system) for kind in ("offset", "coulomb_asymmetry")]
-    one, two = attempt(search, base, parts, lambda share: None)
+    one, two = fit_candidates(search, base, parts, lambda share: None)
     ranked = Ranked(two, Evidence(0.0, 0.0, 0.0, 0, 0), np.zeros(0), 1.0, 1.0, "")
     outcome = Outcome(base, one.fit, (), (ranked,), 1.0, len(search.record.start))
     told, excitation = separate(search, outcome, tied_fits(search, outcome), log, {})

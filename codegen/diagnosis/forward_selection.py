@@ -8,8 +8,8 @@ from functools import partial
 from itertools import combinations
 
 from codegen.diagnosis import credit
-from codegen.diagnosis.attempt import Found, attempt, every_part
-from codegen.diagnosis.credit import evidence, held_out_losses, level, noise_loss
+from codegen.diagnosis.candidate_fits import Found, every_part, fit_candidates
+from codegen.diagnosis.credit import evidence, held_out_losses, noise_loss, noise_ratio
 from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.ranking import Ranked, admissible, credible, ordered_by_force, run_round, ties, whiteness
 from codegen.diagnosis.search import Search
@@ -74,7 +74,7 @@ def within_reach(search: Search) -> tuple[Search, Fit]:
     ``DIVERGING`` times the noise.
     """
     near, base, share = search, search.refit(), 1.0
-    while level(base) > DIVERGING and share > SHORTEST:
+    while noise_ratio(base) > DIVERGING and share > SHORTEST:
         share /= 2
         near = replace(search, record=search.shorter(share), shorter=partial(_shorter, search, share))
         base = near.refit()
@@ -116,7 +116,7 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
             break
         rivals = tied or rivals
         confirmed = current
-        if not turn and level(current) > credit.FAR:
+        if not turn and noise_ratio(current) > credit.FAR:
             pair = _pair(search, possible[:PAIRED])
             if pair is not None and pair.cost < current.cost and worth_it(search, current, pair, len(parts)):
                 current = confirmed = pair
@@ -131,7 +131,7 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
         current, rivals = (current, rivals) if single is None else (single, [])
         current, rivals = still_credited(search, base, current, rivals, len(first))
     lost = current is base and not refit_only
-    lost = lost and (level(base) > credit.NEAR_NOISE or credit.share_far(base) > credit.FEW)
+    lost = lost and (noise_ratio(base) > credit.NEAR_NOISE or credit.share_far(base) > credit.FEW)
     return Outcome(
         base,
         current,
@@ -176,7 +176,7 @@ def _merged(search: Search, current: Fit) -> Fit | None:
             continue
         rest = search.without(search.without(current, k), j)
         others = [p for p in every_part(search, rest.runner.trial.parts) if _same_signature(p, parts[j])]
-        good = [f for f in attempt(search, rest, others, lambda share: None) if admissible(search, f)]
+        good = [f for f in fit_candidates(search, rest, others, lambda share: None) if admissible(search, f)]
         if good and not worth_it(search, good[0].fit, current, len(others)):
             simpler = search.fitted_again(good[0].fit)
             return _merged(search, simpler) or simpler
@@ -252,7 +252,7 @@ def _swapped(
         others = _others(search, parts, k, first)
         if not others:
             continue
-        tried = attempt(search, search.without(current, k), others, lambda share: None)
+        tried = fit_candidates(search, search.without(current, k), others, lambda share: None)
         good = [f for f in tried if admissible(search, f)]
         if good and good[0].fit.cost < current.cost - BETTER:
             return search.fitted_again(good[0].fit), left

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.diagnosis.coverage import survey
-from codegen.diagnosis.credit import NEAR_NOISE, level, noise_loss
+from codegen.diagnosis.credit import NEAR_NOISE, noise_loss, noise_ratio
 from codegen.diagnosis.force_start import ForceStart
 from codegen.diagnosis.models import with_values
 from codegen.diagnosis.one_joint import of_joint, rows_of, started_as
@@ -70,9 +70,9 @@ def every_part(search: Search, taken: Sequence[Part]) -> list[Part]:
     return [p for p in parts if (p.kind, p.on) not in known and (not p.effect.both_ways or search.reverses[p.place])]
 
 
-def attempt(search: Search, base: Fit, parts: Sequence[Part], report_progress: Progress) -> list[Found]:
+def fit_candidates(search: Search, base: Fit, parts: Sequence[Part], report_progress: Progress) -> list[Found]:
     """Fit the base's trial with each part added; the best first."""
-    tried = Attempt(search, base, tuple(parts), report_progress)
+    tried = CandidateFits(search, base, tuple(parts), report_progress)
     parts = tried.parts
     smooth = [k for k, part in enumerate(parts) if not part.effect.rough]
     screened = [s for s in in_parallel(tried.screened, tried.promising(smooth)) if s]
@@ -87,7 +87,7 @@ def attempt(search: Search, base: Fit, parts: Sequence[Part], report_progress: P
 
 
 @dataclass(eq=False)
-class Attempt:
+class CandidateFits:
     """Candidates added to one base fit.
 
     Attributes:
@@ -122,7 +122,7 @@ class Attempt:
         names = [s.name for s in self.search.moved]
         refit = with_values(self.search.system, dict(zip(names, self.levels, strict=True)))
         self.survey = survey(refit, self.search.motion)
-        if level(self.base) > NEAR_NOISE:
+        if noise_ratio(self.base) > NEAR_NOISE:
             self.forced = self._by_force()
 
     def promising(self, indices: Sequence[int]) -> list[int]:
@@ -244,8 +244,8 @@ def _screening(search: Search, base: Fit, joint: int | None) -> Fit:
     left = base.by_segment
     if joint is not None and base.runner.record.joints is not None:
         left = left.reshape(-1, len(base.runner.record.joints))[:, base.runner.record.joints.index(joint)]
-    level = float(np.sqrt(np.median(left) / base.residual.shape[1]))
-    record = search.shorter(float(np.clip(np.sqrt(NEAR / max(level, NEAR)), SHORTEST, 1.0)))
+    noise_ratio = float(np.sqrt(np.median(left) / base.residual.shape[1]))
+    record = search.shorter(float(np.clip(np.sqrt(NEAR / max(noise_ratio, NEAR)), SHORTEST, 1.0)))
     segments = len(record.start)
     every = max(1, min(segments * record.length // SCREENED_SAMPLES, segments // LEAST_SCREENED))
     few = replace(record, start=np.ascontiguousarray(record.start[::every]))
