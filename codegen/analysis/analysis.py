@@ -1,4 +1,4 @@
-"""Error dynamics → what a person reads: the characteristic polynomial, gain conditions, margins over the envelope."""
+"""Stability analysis of an observer: characteristic polynomial, gain conditions, and figures over the envelope."""
 
 from __future__ import annotations
 
@@ -31,7 +31,12 @@ from codegen.spec.numerics import numerical
 
 @dataclass(frozen=True, eq=False)
 class Deciding:
-    """Ψ where an eigenvalue is slowest and where it is fastest; A where |z| is largest, and for an implicit step."""
+    """Matrices at the operating points that decide the figures of an analysis.
+
+    Attributes:
+        slowest, fastest: Ψ with the largest spectral abscissa, and with the smallest limit of the sample time.
+        widest: A with the largest |z| of a step. implicit: A with the largest real part of an eigenvalue.
+    """
 
     slowest: Any
     fastest: Any
@@ -45,13 +50,13 @@ class Analysis(Shown):
 
     Attributes:
         dynamics: Ψ and the sampled matrix.
-        factors: |sI − Ψ| in force errors as a product over the blocks that Ψ falls apart into.
-        modes: where the conditions are signs of gains whatever the order, and the polynomial a product over modes.
+        factors: |sI − Ψ| in force errors as a product over the diagonal blocks of a block-triangular Ψ.
+        modes: modal form, where the conditions are signs of gains for any order; else None.
         routh, jury: conditions > 0, necessary and sufficient; () where a block is above the fourth order.
-        points: where numbers were taken.
+        points: sampled operating points.
         worst: the point of the largest spectral radius.
         radii: largest |z| of the step at each point, to ten digits.
-        deciding: the matrices, m by m, at the points that decide the figures below.
+        deciding: the matrices, m by m, from which the figures below are computed.
     """
 
     dynamics: ErrorDynamics
@@ -122,24 +127,24 @@ class Analysis(Shown):
 
 @numerical("the error dynamics over the envelope")
 def analyse(spec: Spec, observer: Observer, conditions: bool = True) -> Analysis:
-    """Derive the error dynamics and read them off over the envelope.
+    """Derive the error dynamics and evaluate them over the envelope.
 
     Args:
-        conditions: whether to write the gain conditions too, which can be long.
+        conditions: whether to derive the symbolic gain conditions too, which can take long.
 
     Raises:
-        BadInput: where they are not finite somewhere in the envelope.
+        BadInput: where the error dynamics are not finite somewhere in the envelope.
     """
     refuse_infinite_slope(spec)
     dynamics = rates_for_neighbours(derive_error_dynamics(observer), spec.envelope)
     points = operating_points(dynamics, spec)
     h = float(observer.sample_time)
     psi, step = dynamics.in_force(dynamics.jacobian), dynamics.in_force(dynamics.sampled)
-    looked_at, alike = distinct_points(dynamics, points, psi, step)
-    continuous, sampled = evaluate(dynamics, psi, looked_at), evaluate(dynamics, step, looked_at)
+    distinct, index = distinct_points(dynamics, points, psi, step)
+    continuous, sampled = evaluate(dynamics, psi, distinct), evaluate(dynamics, step, distinct)
     finite = np.isfinite(continuous).all(axis=(1, 2)) & np.isfinite(sampled).all(axis=(1, 2))
     if not finite.all():
-        at = ", ".join(f"{s} = {v:.4g}" for s, v in zip(points.variables, looked_at.values[~finite][0], strict=True))
+        at = ", ".join(f"{s} = {v:.4g}" for s, v in zip(points.variables, distinct.values[~finite][0], strict=True))
         found = f"the error dynamics are not finite at {at or 'every point'}"
         raise BadInput(
             spec.place("envelope"),
@@ -149,8 +154,8 @@ def analyse(spec: Spec, observer: Observer, conditions: bool = True) -> Analysis
         )
     of_psi, of_step = np.linalg.eigvals(continuous), np.linalg.eigvals(sampled)
     largest = np.abs(dynamics.multipliers(of_step, h)).max(axis=1)
-    radii = np.array([float(f"{r:.10g}") for r in largest])[alike]
-    worst = first_largest(largest[alike])  # not of the rounded ones: equal radii may round to two sides of a half
+    radii = np.array([float(f"{r:.10g}") for r in largest])[index]
+    worst = first_largest(largest[index])  # of unrounded values: equal radii may round differently
     return Analysis(
         dynamics=dynamics,
         factors=factor_conditions(dynamics, continuous, sampled, h) if conditions else (),
@@ -161,19 +166,19 @@ def analyse(spec: Spec, observer: Observer, conditions: bool = True) -> Analysis
         deciding=Deciding(
             slowest=continuous[first_largest(of_psi.real.max(axis=1))],
             fastest=continuous[first_largest(-_sample_times(of_psi))],
-            widest=sampled[alike[worst]],
+            widest=sampled[index[worst]],
             implicit=sampled[first_largest(of_step.real.max(axis=1))],
         ),
     )
 
 
 def _sample_times(values: Any) -> Any:
-    """At each point the h below which explicit Euler is stable, −2 Re λ/|λ|² of the first λ to leave; points by m."""
+    """At each point the largest stable h of explicit Euler, the least −2 Re λ/|λ|² over the eigenvalues."""
     stable = (values.real < 0).all(axis=1)
     squares = np.where(values == 0, 1.0, values.real**2 + values.imag**2)
     return np.where(stable, (-2 * values.real / squares).min(axis=1), 0.0)
 
 
 def _all(factors: tuple[Factor, ...], conditions: list[tuple[Condition, ...]]) -> tuple[Condition, ...]:
-    """The conditions of all blocks; none where a block has none, since the rest would not suffice."""
+    """The conditions of all blocks; none where a block has none, since the others would not be sufficient."""
     return tuple(c for block in conditions for c in block) if all(f.polynomial for f in factors) else ()

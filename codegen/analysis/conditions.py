@@ -1,4 +1,4 @@
-"""Gain conditions as a person would write them: positive factors dropped, repeated ones dropped."""
+"""Simplified gain conditions: positive factors and repeated factors removed."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ class Condition:
     """One inequality ``expression`` > 0.
 
     Attributes:
-        name: of the coefficient or determinant it comes from.
-        expression: reduced by factors that are known to be positive.
+        name: of the coefficient or determinant that must be positive.
+        expression: without factors that are known to be positive.
         value: at the spec's numbers and the operating point where it is smallest.
-        readable: whether the expression is short enough to print; otherwise the name stands for it.
+        readable: whether the expression is short enough to print; otherwise only the name is printed.
     """
 
     name: str
@@ -36,18 +36,18 @@ class Condition:
 
 
 def reduce_conditions(raw: Sequence[tuple[str, Any]], positive: set[sympy.Symbol]) -> list[tuple[str, Any]]:
-    """Drop from each condition the factors that are positive: given ones, earlier conditions, squares of denominators.
+    """Remove positive factors from each condition: given symbols, earlier conditions, squares of denominators.
 
-    A square in a numerator stays unless it is known not to be zero: a slip speed or a friction state may pass zero.
+    A square in a numerator stays unless it is known to be nonzero: a slip speed or a friction state may pass zero.
 
     Args:
         raw: (name, expression) pairs, each expression > 0.
-        positive: symbols whose value is positive by their meaning, such as masses.
+        positive: symbols with a positive value, such as masses.
     """
     known: list[Any] = [*positive]
     result: list[tuple[str, Any]] = []
     for name, expression in raw:
-        reduced = sympy.S.Zero if expression == 0 else _without(expression, known)  # 0 > 0 holds for no gain: said
+        reduced = sympy.S.Zero if expression == 0 else _without(expression, known)  # 0 > 0 is never satisfied
         if reduced.is_number and reduced > 0:
             continue
         known.append(reduced)
@@ -57,7 +57,7 @@ def reduce_conditions(raw: Sequence[tuple[str, Any]], positive: set[sympy.Symbol
 
 def _without(expression: Any, known: Sequence[Any]) -> Any:
     if int(sympy.count_ops(expression)) > 400:
-        return expression  # factoring would cost more than it gives
+        return expression  # too expensive to factor
     numerator, denominator = sympy.fraction(sympy.together(expression))
     sign = 1
     kept: list[Any] = []
@@ -77,7 +77,7 @@ def _without(expression: Any, known: Sequence[Any]) -> Any:
         elif above:
             squares.append(part**2)
     if not kept and sign < 0:
-        return sympy.Integer(-1)  # whatever the squares are, it never holds
+        return sympy.Integer(-1)  # negative for any values of the squares
     reduced = sympy.Mul(sign, *kept, *squares)
     return sympy.expand(reduced) if len(kept) + len(squares) <= 1 else reduced
 

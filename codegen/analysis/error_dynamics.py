@@ -1,8 +1,8 @@
-"""Observer → error dynamics: Ψ of the continuous error and the matrix of the sampled one, by one routine for all.
+"""Error dynamics of an observer: Ψ of the continuous error and the matrix of the sampled one, for all kinds.
 
-Both are derived to first order in the error e at e = 0, between reversals, with the plant's truth M v' = g − F. M⁻¹
-stays a symbol W (or 1/M_ii where M is diagonal), and the model's acceleration stays a symbol whose derivative with
-respect to e is carried along, so that no expression grows.
+Both are derived to first order in the error e at e = 0, between reversals, with the plant M v' = g − F. M⁻¹ stays a
+symbol W (or 1/M_ii where M is diagonal), and the model's acceleration stays a symbol with its derivative by e, so that
+expressions stay short.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class ErrorDynamics:
     Attributes:
         observer: from which it is derived.
         jacobian: Ψ, m by m, over gains, parameters, x, v, w, ``inverse_mass`` symbols and slip signs.
-        sampled: A at sample time h (symbol ``h``), by the observer's integration; for the force form see ``in_force``.
+        sampled: A at sample time h (symbol ``h``), by the observer's integration; in force errors by ``in_force``.
         inverse_mass: symbol W_ij → (i, j); empty where M is diagonal.
         next_velocity: symbol → velocity: that of one sample later (before, if implicit), in the same envelope.
         slopes: symbol for the value or a slope of a friction law at the true slip and state → its expression.
@@ -50,7 +50,7 @@ class ErrorDynamics:
 
     @property
     def implicit(self) -> bool:
-        """Whether A stands on the side of the new error."""
+        """Whether the step is (I − h A) e[k+1] = e[k]."""
         return self.observer.integration == "implicit"
 
     def multipliers(self, eigenvalues: Any, h: Any) -> Any:
@@ -63,14 +63,14 @@ class ErrorDynamics:
         return inverse_mass_symbols(self.observer.system)[0]
 
     def tidied(self, matrix: Matrix) -> Matrix:
-        """A matrix over the system's symbols, written as Ψ is: slip signs as symbols, products expanded."""
+        """A matrix over the system's symbols in the form of Ψ: slip signs as symbols, products expanded."""
         slips = _slip_signs(self.observer, {})
         return each(matrix, lambda e: _tidy(e, slips, self.observer.signs))
 
     def in_force(self, matrix: Matrix) -> Matrix:
-        """A Ψ or A in which level errors e_a are replaced by force errors s·e_a.
+        """Ψ or A with force errors s·e_a in place of level errors e_a.
 
-        Between reversals s is constant; for diagonal K_F the signs cancel, and one family without switching is left.
+        Between reversals s is constant; for diagonal K_F the signs cancel, so that the error dynamics do not switch.
         """
         if not self.observer.level_errors:
             return matrix
@@ -80,7 +80,7 @@ class ErrorDynamics:
 
     @cached_property
     def _in_force(self) -> dict[Matrix, Matrix]:
-        """What ``in_force`` was asked for and gave."""
+        """Cache of ``in_force``."""
         return {}
 
     def _turned(self, matrix: Matrix) -> Matrix:
@@ -89,7 +89,7 @@ class ErrorDynamics:
 
 
 def drop_squares(expression: Any, signs: tuple[sympy.Symbol, ...]) -> Any:
-    """s² = 1 for every slip sign."""
+    """Replace s² by 1 for every slip sign."""
     there = expression.free_symbols & set(signs)
     if not there:
         return expression
@@ -115,10 +115,10 @@ def inverse_mass_symbols(system: System) -> tuple[Matrix, dict[sympy.Symbol, tup
 
 
 def derive_error_dynamics(observer: Observer, longest: int = SHORT) -> ErrorDynamics:
-    """Derive Ψ and the sampled matrix of an observer from its equations: Ψ from the differential ones.
+    """Derive Ψ from an observer's differential equations, and the sampled matrix from its step.
 
     Args:
-        longest: operations of a law's value or slope that is written out; a longer one stands as a symbol.
+        longest: most operations of a law's value or slope that is inserted; longer ones stay symbols.
     """
     stepped = _derive(observer, longest)
     if observer.euler is None or stepped.implicit:
@@ -140,7 +140,7 @@ def _derive(observer: Observer, longest: int) -> ErrorDynamics:
     h = symbol("h")
     accelerations = system.accelerations
 
-    # Walk the equations: estimates become truth − e, states follow, the acceleration becomes v' + (∂a/∂e) e.
+    # Substitute in order: estimates are truth − e, states follow from them, the acceleration is v' + (∂a/∂e) e.
     truth = {error.truth: error.truth - error.symbol for error in observer.errors}
     estimate_of = iter(observer.errors)
     values: dict[sympy.Symbol, Any] = {}
@@ -161,7 +161,7 @@ def _derive(observer: Observer, longest: int) -> ErrorDynamics:
                 values[state] = values[element] - other
         elif equation.form == "mass_solve":
             slope = (inverse_mass * jacobian(expression, e)).xreplace(zero)
-            # Each slope is carried by a name of its own: what is differentiated below stays short.
+            # Each slope gets a symbol of its own, so that the expressions differentiated below stay short.
             carried = {sympy.Dummy(f"slope{k}", real=True): entry for k, entry in enumerate(slope) if entry != 0}
             name_of = {entry: name for name, entry in carried.items()}
             first_order = each(slope, name_of.__getitem__) * Matrix(e)
@@ -200,7 +200,7 @@ def _derive(observer: Observer, longest: int) -> ErrorDynamics:
         later = {symbol(f"{v.name}_next"): v for v in system.velocities}
         if (
             observer.euler is not None
-        ):  # Γ x moves so that v̂ = v stays so: the plant's velocity is that within the sample
+        ):  # v̂ = v must stay an equilibrium: the plant's mean velocity over the sample moves Γ x
             change = sympy.Matrix([stepped[z] for z in observer.states[: len(later)]])
             known = (observer.equations[0].expression - observer.equations[0].state).xreplace(stepped)
             held = sympy.Matrix(list(later)) - known + change - change.xreplace(zero)
@@ -236,7 +236,7 @@ def _first_order(
     slopes: dict[sympy.Symbol, Any],
     longest: int,
 ) -> Any:
-    """A law at the estimates: its value at the truth plus slopes times errors, each of more operations as a symbol."""
+    """A law at the estimates: value at the truth plus slopes times errors; longer terms become symbols."""
     at = {s: values[s].xreplace(zero) for s in function.arguments.values()}
 
     def written(label: str, expression: Any) -> Any:
@@ -254,7 +254,7 @@ def _first_order(
 
 
 def _estimates_of_state(observer: Observer) -> Matrix:
-    """The estimates whose errors are e, written over z, x and v alone."""
+    """The estimates whose errors are e, as functions of z, x and v only."""
     values: dict[sympy.Symbol, Any] = {}
     estimates: list[Any] = []
     for equation in observer.equations:
@@ -285,7 +285,7 @@ def _tidy(expression: Any, slips: Mapping[Any, sympy.Symbol], signs: tuple[sympy
 
 
 def _speeds_as_slips(expression: Any, slips: Mapping[Any, sympy.Symbol]) -> Any:
-    """|u| as s·u for slips, since both have one sign between reversals; then terms of neighbouring samples cancel."""
+    """Replace |u| by s·u for slips, whose sign is constant between reversals; terms of neighbouring samples cancel."""
     return expression.replace(
         Magnitude, lambda u: _sign(sympy.expand(u), slips) * u if _is_slip(u, slips) else Magnitude(u)
     )

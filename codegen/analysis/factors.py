@@ -1,4 +1,4 @@
-"""The characteristic polynomial block by block, with Routh–Hurwitz and Jury conditions of each block's own order."""
+"""Characteristic polynomial by diagonal block, with Routh–Hurwitz and Jury conditions for each block."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ SYMBOLIC_ORDER = 4
 
 @dataclass(frozen=True)
 class Factor:
-    """One block of Ψ in force errors that no other block acts back on.
+    """One diagonal block of Ψ in force errors.
 
     Attributes:
         errors: its components of e.
         polynomial: coefficients of its |sI − Ψ_block|, highest first; None above the fourth order.
-        routh, jury: conditions > 0 on the block, necessary and sufficient, each list by itself: ``routh`` for Ψ,
-            ``jury`` for the step; () above order 4; jury () if implicit.
+        routh, jury: conditions > 0 on the block, each list necessary and sufficient: ``routh`` for Ψ, ``jury`` for the
+            step; () above order 4; jury () if implicit.
     """
 
     errors: tuple[sympy.Symbol, ...]
@@ -40,7 +40,7 @@ class Factor:
 
 
 def factor_conditions(dynamics: ErrorDynamics, continuous: Any, sampled: Any, h: float) -> tuple[Factor, ...]:
-    """Every block's polynomial and conditions: written out in the gains where short, else in the coefficients c.
+    """Polynomial and conditions of every block: in the gains where short, else in the coefficients c.
 
     Args:
         continuous, sampled: Ψ and A in force errors at the operating points, points by m by m.
@@ -86,22 +86,22 @@ def _factor(
 def written_conditions(
     raw: Sequence[tuple[str, Any]], c: Sequence[Any], coefficients: Sequence[Any], positive: set[sympy.Symbol]
 ) -> list[tuple[str, Any]]:
-    """The conditions as they are printed, which hold together if and only if those of ``raw`` do.
+    """Printed conditions, which are together equivalent to those of ``raw``.
 
     A factor is dropped only where it is positive by its meaning or by a condition of the same list. So the Jury
-    conditions do not lean on those of Routh–Hurwitz: a step may be unstable where they are all that fails.
+    conditions do not rely on those of Routh–Hurwitz.
 
     Args:
         raw: (name, expression > 0), over ``c``.
         c: symbols of the coefficients, highest first; the first is 1.
-        coefficients: what they are.
-        positive: symbols that are positive by their meaning.
+        coefficients: their values.
+        positive: symbols with a positive value.
     """
     return reduce_conditions(_written(raw, c, coefficients), positive)
 
 
 def _written(raw: Sequence[tuple[str, Any]], c: Sequence[Any], coefficients: Sequence[Any]) -> list[tuple[str, Any]]:
-    """Coefficients put in where that can be read: all at low order, else where that stays short."""
+    """Insert the coefficients: all at low order, else only where the result is short."""
     values = dict(zip(c[1:], coefficients[1:], strict=True))
     result = []
     for name, e in raw:
@@ -131,9 +131,9 @@ def _valued(
 
 
 def _coefficients(matrices: Array) -> Array:
-    """Those of |sI − A| behind the first, order by points, exact and then rounded to doubles.
+    """Coefficients of |sI − A| after the first, order by points, computed exactly and rounded to doubles.
 
-    By Faddeev–LeVerrier in integers, since it cancels: in doubles it loses a slow rate beside a fast one.
+    Faddeev–LeVerrier in integers: in doubles its cancellation would lose a slow rate in the presence of a fast one.
 
     Args:
         matrices: A, points by order by order, finite; the order is at most ``SYMBOLIC_ORDER``.
@@ -149,7 +149,7 @@ def _coefficients(matrices: Array) -> Array:
     found, product = [], np.broadcast_to(unit, matrices.shape)
     for k in range(1, order + 1):
         current = sum(whole[:, :, j, None] * product[:, None, j, :] for j in range(order))
-        coefficient = -sum(current[:, j, j] for j in range(order)) // k  # which divides it
+        coefficient = -sum(current[:, j, j] for j in range(order)) // k  # exact division
         found.append([c / scale**k for c in coefficient])
         product = current + coefficient[:, None, None] * unit
     return np.array(found)

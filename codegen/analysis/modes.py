@@ -1,4 +1,4 @@
-"""What Ψ falls apart into: blocks that do not act back on one another, and modes where gains and masses allow.
+"""Decomposition of Ψ: block-triangular form, and modal form where gains and masses allow it.
 
 A block-triangular Ψ has the eigenvalues of its diagonal blocks, so each block has conditions of its own order.
 """
@@ -26,7 +26,7 @@ LAMBDA = sympy.Symbol("lambda", real=True)
 
 
 def independent_blocks(*matrices: Matrix) -> list[list[int]]:
-    """Index sets of the strongly connected parts of the errors, over all matrices together, in order of first index."""
+    """Index sets of the strongly connected components of the errors, over all matrices, in order of first index."""
     m = matrices[0].rows
     pattern = np.zeros((m, m), dtype=int)
     for place in (place for a in matrices for place in a.todok()):
@@ -37,23 +37,23 @@ def independent_blocks(*matrices: Matrix) -> list[list[int]]:
 
 @dataclass(frozen=True)
 class Modes:
-    """A Ψ whose conditions are signs of gains, and whose polynomial is a product over modes.
+    """A Ψ in modal form, whose conditions are signs of gains and whose polynomial is a product over modes.
 
     With N = G O'M⁻¹O, G symmetric, all eigenvalues λ of N are real and as many are positive as of G, so that Ψ = −N is
-    Hurwitz if and only if G > 0. With the velocity observer and M K_v symmetric, P = diag(M K_v, G⁻¹) gives
-    PΨ + Ψ'P = −2 diag(K_v M K_v, 0); by the inertia theorem (Ostrowski–Schneider, Chen–Wimmer) Ψ is Hurwitz if and only
-    if P > 0, that is K_v > 0 and G > 0: for any number of degrees of freedom, any M(x) that K_v commutes with.
+    Hurwitz if and only if G > 0. With the velocity observer and M K_v symmetric, P = diag(M K_v, G⁻¹) gives PΨ + Ψ'P =
+    −2 diag(K_v M K_v, 0); by the inertia theorem (Ostrowski–Schneider, Chen–Wimmer) Ψ is Hurwitz if and only if P > 0,
+    that is K_v > 0 and G > 0: for any number of degrees of freedom and any M(x) that commutes with K_v.
 
     Attributes:
         product: N in words, as in K_F U' M^-1 U.
         conditions: on the gains, necessary and sufficient.
         uniform: whether K_v is k_v I (or velocity is measured), so that each λ gives one mode: s + λ, or
             s² + k_v s + k_v λ.
-        frictionless: how many motions no contact acts on, n less the contacts, behind a velocity observer: each adds a
+        frictionless: n less the number of contacts, with a velocity observer: each such motion adds a
             factor s + k_v.
         velocity_gain: the symbol of k_v, or None.
         smallest, largest: λ over the operating points.
-        jury: conditions on the explicit Euler step, over every λ; () where a λ is not one mode or A is not Ψ.
+        jury: conditions on the explicit Euler step, over every λ; () where λ is no single mode or A is not Ψ.
         sample_time: the largest of explicit Euler by the closed form, s, the smallest over the operating points; None
             where there is no closed form.
     """
@@ -70,7 +70,7 @@ class Modes:
 
 
 def find_modes(dynamics: ErrorDynamics, continuous: Array, h: float) -> Modes | None:
-    """The modes of an observer whose Ψ has the form above, exactly; None for any other.
+    """The modal form of an observer's Ψ, if it has this form exactly; else None.
 
     Args:
         continuous: Ψ in force errors at the operating points, points by m by m.
@@ -106,15 +106,15 @@ def find_modes(dynamics: ErrorDynamics, continuous: Array, h: float) -> Modes | 
     k = float(observer.gains[first]) if first is not None else 1.0
     sampled = np.linalg.eigvals(product).real
     if sampled.shape[1] < 2 or np.abs(sampled).min() <= 1e-12 * np.abs(sampled).max():
-        return None  # one mode only; or contacts that are not independent, or an h without slope at a slip of zero
+        return None  # a single mode, dependent contacts, or an h with zero slope at zero slip
     lowest, highest = first_largest(-sampled.min(axis=1)), first_largest(sampled.max(axis=1))
     ends = np.sort([eigenvalues(product[lowest]).real.min() / k, eigenvalues(product[highest]).real.max() / k])
-    smallest, largest = (float(end) for end in ends)  # of a negative k_v the other way round
+    smallest, largest = (float(end) for end in ends)  # sorted: a negative k_v reverses them
     alone = uniform and dynamics.in_force(dynamics.sampled).subs(absent) == psi
     conditions = [] if k_v is None else _positive(k_v, "K_v", observer.gains)
     conditions += _positive(form.gain, form.label, observer.gains)
     frictionless = n - contacts if k_v is not None else 0
-    # What follows from λ is least at one of its ends.
+    # The limit is monotonic in λ: smallest at one end of its range.
     limits = [_sample_time(x, None if first is None else k) for x in (smallest, largest) if x > 0 and k > 0]
     settled = alone and len(limits) == 2
     return Modes(
@@ -131,8 +131,10 @@ def find_modes(dynamics: ErrorDynamics, continuous: Array, h: float) -> Modes | 
 
 
 def _jury(gain: sympy.Symbol | None, k: float, h: float, ends: Array, frictionless: int) -> tuple[Condition, ...]:
-    """The Jury conditions of δ + λ, or of δ² + k_v δ + k_v λ and δ + k_v, with the least value over every λ,
-    which is at one of its two ends since each is monotonic in λ."""
+    """Jury conditions of δ + λ, or of δ² + k_v δ + k_v λ and δ + k_v, with the least value over every λ.
+
+    Each is monotonic in λ, so its least value is at one end of the range.
+    """
     step = sympy.Symbol("h", real=True)
     if gain is None:
         return (

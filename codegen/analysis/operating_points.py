@@ -1,4 +1,4 @@
-"""Ψ and the sampled matrix as numbers over the envelope."""
+"""Numerical values of Ψ and the sampled matrix over the envelope."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def dependence(dynamics: ErrorDynamics) -> tuple[sympy.Symbol, ...]:
 
 
 def _variables(dynamics: ErrorDynamics, *matrices: Matrix) -> set[sympy.Symbol]:
-    """What matrices over the symbols of ``dynamics`` depend on beside its gains and parameters."""
+    """Symbols of matrices over the symbols of ``dynamics``, without gains and parameters."""
     constants = set(dynamics.observer.values)
     free = {s for matrix in matrices for s in matrix.free_symbols} - constants
     for expression in dynamics.slopes.values():
@@ -59,7 +59,7 @@ def _variables(dynamics: ErrorDynamics, *matrices: Matrix) -> set[sympy.Symbol]:
 def distinct_points(
     dynamics: ErrorDynamics, points: OperatingPoints, *matrices: Matrix
 ) -> tuple[OperatingPoints, NDArray[np.intp]]:
-    """The points at which matrices can differ, in order, and for each of ``points`` the index of its like there."""
+    """The points at which matrices can differ, in order, and for each of ``points`` the index of the equal one."""
     used = _variables(dynamics, *matrices)
     columns = [k for k, s in enumerate(points.variables) if s in used]
     if len(columns) == len(points.variables):
@@ -70,9 +70,9 @@ def distinct_points(
 
 
 def rates_for_neighbours(dynamics: ErrorDynamics, envelope: Mapping[str, Any]) -> ErrorDynamics:
-    """A neighbouring sample's velocity written by its rate where the envelope bounds that: v_next = v + h v_dot.
+    """The dynamics with a neighbouring sample's velocity as v_next = v + h v_dot, where the envelope bounds v_dot.
 
-    The same for a friction state f_rail and f_rail_dot; then terms that hold the difference are as small as it is.
+    Likewise for a friction state f_rail and f_rail_dot; terms with the difference are then as small as it is.
     """
     h, bounded = sympy.Symbol("h", real=True), {}
     for neighbour, s in dynamics.next_velocity.items():
@@ -85,7 +85,7 @@ def rates_for_neighbours(dynamics: ErrorDynamics, envelope: Mapping[str, Any]) -
 
 
 def operating_points(dynamics: ErrorDynamics, spec: Spec, count: int = RANDOM_POINTS) -> OperatingPoints:
-    """The centre, the corners and random points of the envelope, as far as Ψ depends on it."""
+    """The centre, the corners and random points of the envelope in the variables of Ψ."""
     variables = dependence(dynamics)
     ranges: dict[sympy.Symbol, tuple[Any, Any]] = {}
     missing = []
@@ -118,7 +118,7 @@ def operating_points(dynamics: ErrorDynamics, spec: Spec, count: int = RANDOM_PO
 def _consistent(
     dynamics: ErrorDynamics, variables: tuple[sympy.Symbol, ...], points: Array, generator: np.random.Generator
 ) -> Array:
-    """Slip signs as the velocities say where these are known, else ±1; the next velocity of the same sign."""
+    """Points with slip signs that agree with the velocities, else ±1, and with a next velocity of the same sign."""
     column = {s: k for k, s in enumerate(variables)}
     share = generator.uniform(0.6, 1.4, len(points))
     for following, v in dynamics.next_velocity.items():
@@ -162,7 +162,7 @@ def matrix_function(
     Args:
         matrix: m by m over the symbols of ``dynamics``.
         points: whose variables are the first argument, in order.
-        gains: that stay open; the second argument is these and then h. The others are the spec's.
+        gains: the second argument is these and then h; other gains are the spec's.
     """
     variables = casadi.SX.sym("p", len(points.variables))
     open_values = casadi.SX.sym("k", len(gains) + 1)
@@ -179,7 +179,7 @@ def matrix_function(
 
 
 def evaluate_columns(function: Any, *arguments: Array) -> Array:
-    """A CasADi function of columns at N of them, N by rows by columns of its result; each argument is N by its size."""
+    """A CasADi function of columns at N points, N by rows by columns of its result; each argument is N by its size."""
     count = len(arguments[0])
     rows, columns = function.size_out(0)
     flat = np.asarray(function.map(count)(*[a.T for a in arguments])).reshape(rows, count, columns)

@@ -1,7 +1,7 @@
-"""Characteristic polynomials and the conditions on them: Routh–Hurwitz for Ψ, Jury for the sampled error.
+"""Characteristic polynomials and stability conditions: Routh–Hurwitz for Ψ, Jury for the sampled error.
 
-The Jury conditions are Routh–Hurwitz conditions after the map z = (1 + sh/2)/(1 − sh/2), which takes the open left
-half plane onto the open unit disc; with δ = (z − 1)/h that is δ = s/(1 − sh/2).
+The Jury conditions are Routh–Hurwitz conditions after the bilinear map z = (1 + sh/2)/(1 − sh/2) of the open left half
+plane onto the open unit disc; with δ = (z − 1)/h that is δ = s/(1 − sh/2).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Sums of products, with what stands inside exp, sin, |·| and the like left as it is."""
+"""Expansion of sums of products that leaves the arguments of exp, sin, |·| and other functions unchanged."""
 
 from __future__ import annotations
 

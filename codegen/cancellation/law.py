@@ -1,4 +1,4 @@
-"""The cancelling input as equations behind those of an observer: ū = gain · K(x) F̂."""
+"""The cancelling input as equations after those of an observer: ū = gain · K(x) F̂."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ CLOSED = 3
 
 @numerical("the cancelling input")
 def with_cancellation(spec: Spec, observer: Observer) -> Observer:
-    """The observer with the cancelling input as its last output, as its spec asks; the observer itself without it.
+    """The observer with the cancelling input as its last output; unchanged where the spec asks for none.
 
-    The estimate does not depend on the input of its own sample: w = u + ū of the last sample closes no algebraic loop.
+    The estimate does not depend on the input of its own sample, so w = u + ū with the last ū is no algebraic loop.
 
     Raises:
         BadInput: where the inputs cannot cancel, or not safely in the whole envelope.
@@ -44,7 +44,7 @@ def with_cancellation(spec: Spec, observer: Observer) -> Observer:
 
 
 def cancelling_outputs(system: System) -> tuple[str, ...]:
-    """What the elements of ū are called, in the order of the inputs."""
+    """Names of the elements of ū, in the order of the inputs."""
     return tuple(f"u_{PREFIX}_{w.name}" for w in system.inputs)
 
 
@@ -90,7 +90,7 @@ def _closed_gains(found: Reach, plan: Plan, weight: str, directions: Any) -> Any
 
 
 def _spread(found: Reach, plan: Plan, rows: Any) -> Any:
-    """Appendix B, step 4: the inputs that are not used are zero."""
+    """Appendix B, step 4: unused inputs are zero."""
     if plan.pivots is None:
         return rows
     full = sympy.zeros(len(found.system.inputs), rows.cols)
@@ -100,7 +100,7 @@ def _spread(found: Reach, plan: Plan, rows: Any) -> Any:
 
 
 def _solved(steps: Steps, found: Reach, plan: Plan, weight: str, force: list[Any]) -> list[Any]:
-    """ū by structure: G y = C'W force with G = C'W C, then the smallest ū of R ū = y."""
+    """ū by structure: G y = C'W force with G = C'W C, then the smallest ū with R ū = y."""
     C, R = sympy.Matrix(plan.columns), sympy.Matrix(plan.mixing)
     n, rank = C.shape
     if C.is_Identity and not plan.damping:
@@ -118,7 +118,7 @@ def _solved(steps: Steps, found: Reach, plan: Plan, weight: str, force: list[Any
 
 
 def _square(steps: Steps, C: Any, force: list[Any]) -> list[Any]:
-    """C⁻¹ force by C'(C C')⁻¹: no pivot of a regular C is zero, whatever their order."""
+    """C⁻¹ force by C'(C C')⁻¹: for a regular C no pivot is zero."""
     z = steps.solve("S", _symmetric(steps, "S", C * C.T), force)
     named = steps.named(f"{PREFIX}_multipliers", [f"z{k + 1}" for k in range(C.rows)], z)
     return list(C.T * sympy.Matrix(named))

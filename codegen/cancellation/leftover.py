@@ -1,4 +1,4 @@
-"""What is left of the friction under the best input: on which coordinate, and whether it still only takes energy."""
+"""Remaining friction under the best input: on which coordinates, and whether it is still dissipative."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ NOTHING = 1e-9
 
 @dataclass(frozen=True)
 class Leftover:
-    """For a true estimate and gain 1.
+    """Remaining friction for a perfect estimate and gain 1.
 
     Attributes:
         gains: K at the centre of the envelope, inputs by contacts: ū = K F̄.
-        force: B K − U there, coordinates by contacts: what still acts.
-        pushing: contacts whose rest may feed energy somewhere in the envelope: it is no non-positive multiple of their
-            direction d, so for some motion it acts along the slip and not against it. The best input leaves −(I − P) d,
-            P d being the part of d that the inputs reach: a multiple of d only where P d is d or 0. So these are the
-            contacts cancelled in part; with damping also those perfectly in reach that it leaves askew.
+        force: B K − U there, coordinates by contacts: the remaining force.
+        pushing: contacts whose remainder may feed energy somewhere in the envelope: it is no non-positive multiple of
+            the contact's direction d, so for some motion it acts along the slip. The best input leaves −(I − P) d, with
+            P d the reachable part of d: a multiple of d only where P d is d or 0. So these are the contacts cancelled
+            in part, and with damping also reachable ones whose remainder is not parallel to d.
     """
 
     gains: Array
@@ -36,7 +36,7 @@ class Leftover:
 
 
 def leftover(found: Reach, plan: Plan) -> Leftover:
-    """K and the rest of friction at the centre of the envelope, and what of it may push anywhere in it."""
+    """K and the remaining friction at the centre of the envelope, and the contacts that may feed energy in it."""
     system = found.system
     B, U, M = (found.numbers(m) for m in (found.input_matrix, system.distribution, system.mass_matrix))
     gains = _gains(found, plan, B[0], M[0], U[0])

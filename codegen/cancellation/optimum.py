@@ -1,4 +1,4 @@
-"""The best cancelling input at one operating point, in numbers."""
+"""The best cancelling input at one operating point, numerically."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ SINGULAR = 1e-9
 def best_inputs(
     input_matrix: Array, mass: Array, forces: Array, weight: str, pivots: tuple[int, ...] | None = None
 ) -> Array:
-    """ū that makes r'W r least for r = B ū − force, one column for each column of ``forces``.
+    """ū that minimises r'W r for r = B ū − force, one column for each column of ``forces``.
 
     Args:
         input_matrix: B, n by inputs.
         mass: M, n by n.
         forces: n by m, such as U.
         weight: of the remaining force.
-        pivots: inputs that alone are used (Appendix B); the others are 0. None takes, of all best inputs, the smallest.
+        pivots: the only inputs used (Appendix B); the others are 0. None: the smallest of all best inputs.
 
     Returns:
         inputs by m.
@@ -36,9 +36,9 @@ def best_inputs(
 
 
 def removed_share(input_matrix: Array, mass: Array, forces: Array, weight: str) -> Array:
-    """How much of each force the best input takes away: 1 − min r'W r / force'W force, between 0 and 1; one a column.
+    """Share of each force that the best input removes: 1 − min r'W r / force'W force, between 0 and 1; one a column.
 
-    A force that is zero at this point counts as taken away.
+    1 for a force that is zero at this point.
     """
     V = whitener(weight, mass)
     left = V @ (input_matrix @ best_inputs(input_matrix, mass, forces, weight) - forces)

@@ -1,4 +1,4 @@
-"""How the best input is computed: which inputs carry it, what is factored, and whether that is safe everywhere."""
+"""Solution method for the best input: inputs used, factorisation of B, and proof that it is regular in the envelope."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ MOST_CHOICES = 200
 
 
 class RankFalls(BadInput):
-    """The best input has no bound in the envelope: the rank of B falls somewhere, or may fall."""
+    """The best input is unbounded in the envelope: the rank of B falls somewhere, or could not be proven constant."""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """B = C R with C of full column rank and R of full row rank, everywhere in the envelope.
+    """Rank factorisation B = C R, with C of full column rank and R of full row rank, everywhere in the envelope.
 
     Attributes:
         contacts: indices of the contacts whose friction is to be cancelled.
-        columns: C, n by rank; the identity where B has full row rank, else columns of B, or what its rows are of R.
+        columns: C, n by rank; the identity where B has full row rank, else columns of B, or coefficients of its rows.
         mixing: R, rank by inputs; the identity where B has full column rank; rows of B where its columns lose rank.
-        pivots: inputs that alone are used, by Appendix B; None for the smallest input.
+        pivots: the only inputs used, by Appendix B; None for the smallest input.
         condition: the worst condition number of the weighted C over points of the envelope, next to that of R.
         damping: λ of (B'WB + λ I), or 0.
         proven: whether the rank is proven to hold in the whole envelope.
@@ -50,10 +50,10 @@ class Plan:
 
 @numerical("the best input")
 def make_plan(spec: Spec, choice: CancellationChoice, found: Reach) -> Plan:
-    """Decide how to solve.
+    """Choose the solution method.
 
     Raises:
-        BadInput: where no input acts, or no contact is left to cancel.
+        BadInput: where no input acts, or no contact can be cancelled.
         RankFalls: where the rank of B falls, or may fall, in the envelope, and there is no damping.
     """
     B, rank = sympy.Matrix(found.input_matrix), found.rank
@@ -86,7 +86,7 @@ def make_plan(spec: Spec, choice: CancellationChoice, found: Reach) -> Plan:
 def _factors(spec: Spec, found: Reach, chosen: Any) -> tuple[Any, Any, bool]:
     """C, R and whether they are proven regular, where B has neither full row rank nor full column rank.
 
-    C are columns of B, or R are rows of it: one may lose rank somewhere though B does not.
+    C are columns of B, or R are rows of it: the chosen ones may lose rank where B does not.
     """
     B = sympy.Matrix(found.input_matrix)
     if _regular(found, chosen).proven:
@@ -118,7 +118,7 @@ def _contacts(spec: Spec, choice: CancellationChoice, found: Reach) -> tuple[int
 
 
 def _pivots(found: Reach) -> tuple[int, ...]:
-    """The inputs, as many as the rank, whose columns of B stay the farthest from dependent over the envelope."""
+    """The inputs, as many as the rank, whose columns of B keep the largest least singular value in the envelope."""
     return _farthest(found, sympy.Matrix(found.input_matrix))
 
 
@@ -144,7 +144,7 @@ def _regular(found: Reach, matrix: Any) -> Regularity:
 
 
 def _require_regular(spec: Spec, found: Reach, matrix: Any, what: str = "an input matrix") -> bool:
-    """Raise RankFalls where the solve would divide by zero somewhere in the envelope."""
+    """Raise RankFalls where the solution would divide by zero somewhere in the envelope."""
     regular = _regular(found, matrix)
     if regular.proven:
         return True
@@ -163,6 +163,6 @@ def _weighted(found: Reach, matrix: Any) -> Any:
 
 
 def _condition(found: Reach, matrix: Any) -> float:
-    """The worst over the envelope; the weight counts only where something is left."""
+    """The worst over the envelope; the weight matters only where a force remains."""
     numbers = found.numbers(Matrix(matrix)) if found.rank == matrix.rows else _weighted(found, matrix)
     return float(np.linalg.cond(numbers).max())

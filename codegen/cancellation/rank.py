@@ -17,7 +17,7 @@ LONGEST = 3000
 
 @dataclass(frozen=True)
 class Ranks:
-    """Answers for one system, and how they were found.
+    """Generic ranks of matrices of one system.
 
     Attributes:
         values: exact parameter values.
@@ -33,11 +33,11 @@ class Ranks:
         return int(form.rank()) if form is not None else sampling.rank(Matrix(matrix), self.points)
 
     def is_exact(self, matrices: Iterable[Any]) -> bool:
-        """Whether the ranks of these are exact, and not those at sampled points."""
+        """Whether the ranks of these matrices are exact rather than from sampled points."""
         return all(self._exact(m) is not None for m in matrices)
 
     def is_constant(self, matrix: Any) -> bool:
-        """Whether nothing but parameters stands in it."""
+        """Whether a matrix depends on parameters only."""
         return bool(matrix.free_symbols <= set(self.values))
 
     def _exact(self, matrix: Any) -> DomainMatrix | None:
@@ -56,7 +56,7 @@ class Ranks:
 
 
 def _algebraic(entry: Any) -> Any:
-    """sin and cos of an angle by the tangent of its half, so that no relation between them is left."""
+    """sin and cos of an angle by the tangent of half the angle, which makes them algebraically independent."""
     if not entry.has(sympy.sin, sympy.cos, sympy.tan):
         return entry
     expanded = sympy.expand_trig(entry.rewrite(sympy.tan, sympy.sin) if entry.has(sympy.tan) else entry)

@@ -1,4 +1,4 @@
-"""Which friction the inputs can cancel: perfectly, in part, or not at all; by ranks."""
+"""Which friction the inputs can cancel: perfectly, in part, or not at all; by matrix ranks."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from codegen.base.errors import BadInput
 from codegen.cancellation.optimum import removed_share
 from codegen.cancellation.rank import Ranks
 from codegen.cancellation.reduction import Reduction, reduce
-from codegen.cancellation.weight import weighing_rank_form
+from codegen.cancellation.weight import weighted_rank_form
 from codegen.mechanics.input_matrix import NonlinearInput
 from codegen.mechanics.sampling import numbers_over, position_range
 from codegen.mechanics.system import Matrix, System
@@ -24,13 +24,13 @@ POINTS = 64
 
 @dataclass(frozen=True)
 class Verdict:
-    """Of the friction at one contact, or of a friction force on one coordinate.
+    """Whether the friction at one contact, or a friction force on one coordinate, can be cancelled.
 
     Attributes:
-        kind: ``perfect`` (its direction lies in the range of B), ``partial``, or ``none`` (B'W direction = 0).
+        kind: ``perfect`` (its direction is in the range of B), ``partial``, or ``none`` (B'W direction = 0).
         joined_rank: rank [B direction].
         undriven: coordinates on which it acts and no input does.
-        share: least and largest r'W r that the best input takes away, relative, over points of the envelope.
+        share: smallest and largest share of r'W r that the best input removes, over points of the envelope.
     """
 
     name: str
@@ -42,17 +42,17 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Reach:
-    """What the inputs can do against friction.
+    """Friction that the inputs can cancel.
 
     Attributes:
         input_matrix: B(x), n by inputs.
         rank: of B at almost every point of the envelope.
-        exact: whether the ranks are exact, and not those at sampled points.
-        constant: whether B, U and M hold nothing but parameters.
-        together: the dimension of the friction vectors F̄ with U F̄ in the range of B; it may exceed the number of
-            contacts that can be cancelled one by one, where the friction of several adds up to what the inputs reach.
+        exact: whether the ranks are exact, not from sampled points.
+        constant: whether B, U and M depend on parameters only.
+        together: dimension of the friction vectors F̄ with U F̄ in the range of B; it may exceed the number of contacts
+            that can be cancelled one by one, where several forces add up to a reachable one.
         contacts, coordinates: verdicts in order.
-        variables, ranges: what B, U and M depend on, and where the envelope has it.
+        variables, ranges: positions on which B, U and M depend, and their ranges.
     """
 
     system: System
@@ -86,7 +86,7 @@ class Reach:
 
 
 def input_matrix_of(spec: Spec, system: System) -> Matrix:
-    """B of a system.
+    """The input matrix B of a system.
 
     Raises:
         BadInput: where the force is not linear in the inputs, or B depends on a velocity.
@@ -106,8 +106,8 @@ def input_matrix_of(spec: Spec, system: System) -> Matrix:
 def reach(spec: Spec, system: System, weight: str) -> Reach:
     """Which friction forces the inputs of a system can cancel.
 
-    A force with direction d is cancelled perfectly if d lies in the range of B: rank [B d] = rank B, the condition
-    U₂F̄ = 0 of section 5.3.1 for one force. It cannot be touched at all if the best input against it is zero: B'W d = 0.
+    A force with direction d is cancelled perfectly if d is in the range of B: rank [B d] = rank B, the condition U₂F̄ =
+    0 of section 5.3.1 for one force. It cannot be reduced at all if the best input against it is zero: B'W d = 0.
 
     Raises:
         BadInput: where there is no B.
@@ -157,7 +157,7 @@ def _verdicts(
             joined = ranks.rank(sympy.Matrix.hstack(sympy.Matrix(B), sympy.Matrix(direction)))
         kind: Literal["perfect", "partial", "none"] = "perfect"
         if joined > found.rank:
-            form, without = weighing_rank_form(found.weight, sympy.Matrix(M), sympy.Matrix(B), sympy.Matrix(direction))
+            form, without = weighted_rank_form(found.weight, sympy.Matrix(M), sympy.Matrix(B), sympy.Matrix(direction))
             kind = "none" if B.cols == 0 or ranks.rank(form) == without else "partial"
         on = {positions[i] for i in range(n) if direction[i] != 0}
         undriven = tuple(x for x in found.reduction.undriven if x in on)

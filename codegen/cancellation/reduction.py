@@ -1,4 +1,4 @@
-"""Note 2 of section 5.3: coordinates without input go, and with them the contacts that act there."""
+"""Note 2 of section 5.3: removal of coordinates without input and of the contacts that act on them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Reduction:
     Attributes:
         undriven: coordinates whose row of B is zero (i₁ … iₗ).
         lost: contacts that act on one of these (j₁ … jₛ): their friction cannot be cancelled perfectly.
-        coordinates, contacts: what stays; rows of B̄ and Ū, columns of Ū.
+        coordinates, contacts: the remaining ones; rows of B̄ and Ū, columns of Ū.
         input_matrix, distribution: B̄ and Ū.
     """
 
@@ -29,10 +29,9 @@ class Reduction:
 
 
 def reduce(system: System, input_matrix: Matrix) -> Reduction:
-    """The steps 1 to 3 of note 2.
+    """Steps 1 to 3 of note 2: they remove contacts that act where no input does.
 
-    They find the contacts that act where no input does. A contact that stays may still be out of reach, where B has
-    dependent rows without a zero row; the ranks of ``reach`` tell.
+    A remaining contact may still be unreachable, where B has dependent rows without a zero row; see ``reach``.
 
     Args:
         input_matrix: B, n by inputs.

@@ -1,4 +1,4 @@
-"""Whether a matrix keeps its rank in the whole envelope: proven by intervals, or the point at which it falls."""
+"""Proof by interval arithmetic that a matrix keeps its rank in the envelope, or a point at which it falls."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ Box = tuple[tuple[Fraction, Fraction], ...]
 
 @dataclass(frozen=True)
 class Regularity:
-    """What is known of the rank over the envelope.
+    """Constancy of a rank over the envelope.
 
     Attributes:
         proven: the rank is the same everywhere in it.
@@ -50,7 +50,7 @@ def keeps_rank(
 ) -> Regularity:
     """Whether ``matrix`` has ``rank``, its generic one, at every point of the ranges.
 
-    The envelope is halved until on each box the enclosure of some rank-by-rank minor does not hold zero.
+    The envelope is bisected until on each box the enclosure of some rank-by-rank minor excludes zero.
 
     Args:
         matrix: n by m over parameters and ``variables``.
@@ -115,7 +115,7 @@ def _halves(box: Box, ends: list[Any]) -> list[Box]:
 def _falls(
     matrix: Any, rank: int, variables: tuple[sympy.Symbol, ...], bounds: list[tuple[float, float]]
 ) -> dict[str, float] | None:
-    """A point where the last of the ``rank`` singular values is next to nothing, searched for from several starts."""
+    """A point at which the last of the ``rank`` singular values nearly vanishes, searched for from several starts."""
     at = casadi.SX.sym("at", len(variables))
     names = {s: at[k] for k, s in enumerate(variables)}
     function = casadi.Function("matrix", [at], [casadi.densify(to_casadi(Matrix(matrix), names))])

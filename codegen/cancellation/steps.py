@@ -1,4 +1,4 @@
-"""Small positive definite systems as a list of named equations, as an observer has them."""
+"""Solution of small positive definite systems as a list of named observer equations."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ PREFIX = "cancel"
 
 
 class Steps:
-    """Collects equations in order; each hands out the symbols that later ones use.
+    """Ordered collection of equations; each method returns the symbols for later equations.
 
     Args:
-        source: what the equations come from, for the comments in the code.
+        source: origin of the equations, for comments in the code.
     """
 
     def __init__(self, source: str) -> None:
@@ -25,7 +25,7 @@ class Steps:
         self.equations: list[Equation] = []
 
     def named(self, title: str, names: list[str], values: list[Any]) -> list[Any]:
-        """A block of elements cancel_NAME; zeros and ones stay what they are."""
+        """A block of elements cancel_NAME; zeros and ones stay numbers."""
         kept = [k for k, value in enumerate(values) if value not in (0, 1)]
         symbols = [symbol(f"{PREFIX}_{names[k]}") for k in kept]
         if kept:
@@ -46,10 +46,10 @@ class Steps:
         return symbols
 
     def solve(self, letter: str, matrix: Any, right: list[Any]) -> list[Any]:
-        """y of G y = r for symmetric positive definite G: closed at one and two rows, LDL' with named entries above.
+        """y of G y = r for symmetric positive definite G: closed form up to two rows, LDL' with named entries above.
 
         Args:
-            letter: the names' beginning.
+            letter: prefix of the names.
             matrix: G, k by k; zeros cost nothing.
             right: r, k entries.
         """

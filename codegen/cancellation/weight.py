@@ -1,4 +1,4 @@
-"""What a remaining force costs: the weights W of r'W r, r = B ū − U F̄."""
+"""Weights W in the cost r'W r of a remaining force, r = B ū − U F̄."""
 
 from __future__ import annotations
 
@@ -13,10 +13,8 @@ from codegen.mechanics.system import Matrix
 Array = NDArray[np.float64]
 
 
-def weighing_rank_form(weight: str, mass: Any, left: Any, right: Any) -> tuple[Any, int]:
+def weighted_rank_form(weight: str, mass: Any, left: Any, right: Any) -> tuple[Any, int]:
     """A matrix without inverses whose rank is that of left' W right plus a known number.
-
-    By Schur complements: [[M, R], [L', 0]] has rank n + rank(L' M⁻¹ R).
 
     Args:
         weight: ``mass_inverse``, ``acceleration`` or ``identity``.
@@ -24,7 +22,7 @@ def weighing_rank_form(weight: str, mass: Any, left: Any, right: Any) -> tuple[A
         left, right: n by anything.
 
     Returns:
-        the matrix, and the rank that it has where left' W right = 0.
+        the matrix, and its rank where left' W right = 0.
     """
     n, zeros, eye = mass.rows, sympy.zeros, sympy.eye
     if weight == "identity":
@@ -41,7 +39,7 @@ def weighing_rank_form(weight: str, mass: Any, left: Any, right: Any) -> tuple[A
 
 
 def whitener(weight: str, mass: Array) -> Array:
-    """V with V'V = W: |V r|² is what r costs; n by n."""
+    """V with V'V = W, so that |V r|² is the cost of r; n by n."""
     if weight == "identity":
         return np.eye(len(mass))
     if weight == "acceleration":

@@ -1,9 +1,10 @@
-"""Which values a refit adopts: those that predict held-out blocks of the training log better by both witnesses.
+"""Which refitted parameter values are adopted, chosen by cross-validation on blocks of the training log.
 
-The free runs alone are a biased judge on a real machine: a force that no model holds acts like noise on the input,
-and inertia grows until it no longer moves anything. So levels and parameters are fitted by free runs, by the force
-residual and by both together, each likelihood tempered by its independent samples and pulled by the tolerances; every
-such fit is made without each block in turn and judged there by both witnesses.
+Free-run simulations alone are biased on a real machine: an unmodelled force acts like noise on the input, and the
+inertia estimate grows. So friction levels and toleranced parameters are estimated from three likelihoods: free runs,
+force residual, and both together. Each is tempered by its number of independent samples and has the tolerances as
+Gaussian prior. Every estimate is repeated with each block of the log left out, and its errors on that block are
+compared by both criteria, force residual and free run.
 """
 
 from __future__ import annotations
@@ -19,7 +20,14 @@ from scipy.stats import norm
 from codegen.diagnosis.credit import BLOCKS, independent_share
 from codegen.diagnosis.estimate import CONFIDENCE
 from codegen.diagnosis.force_fit import ForceRows, force_rows, independent_samples, scales
-from codegen.diagnosis.output_error import Shot, fit, means, segment_losses, segment_weights, state_slopes
+from codegen.diagnosis.output_error import (
+    Fit,
+    gauss_newton,
+    mean_residuals,
+    segment_losses,
+    segment_weights,
+    state_slopes,
+)
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.results import ParameterError
 from codegen.diagnosis.search import Search
@@ -29,19 +37,19 @@ Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 SAME = 0.01
-"""Relative change of an error that counts as none."""
+"""Relative change of an error that counts as no change."""
 DOUBTFUL = 2.0
-"""Tolerances from which on a value needs evidence of its own."""
+"""Deviation in tolerances above which a value must improve both criteria by itself."""
 AWAY = 3.0
-"""Tolerances from which on it is named as a parameter error: of a Gaussian tolerance 0.3 % lie there."""
+"""Deviation in tolerances above which a value is reported as a parameter error; 0.3 % of a Gaussian lies beyond."""
 ALIKE = 0.25
-"""Of the way that one parameter is held back, what another that acts alike goes further."""
+"""Share of a parameter's deviation by which another grows, when the first is fixed, to count as its substitute."""
 HALF_WIDTH = float(norm.ppf(0.5 + CONFIDENCE / 2))
 
 
 @dataclass(frozen=True, eq=False)
 class Information:
-    """A likelihood of the moved values, quadratic, by block: ½ θ'Mθ − m'θ.
+    """Quadratic log-likelihood of the refitted values θ in information form, by block of the log: ½ θ'Mθ − m'θ.
 
     Attributes:
         matrix: (BLOCKS, p, p). vector: (BLOCKS, p).
@@ -56,7 +64,7 @@ class Information:
 
 @dataclass(frozen=True)
 class Score:
-    """Errors on blocks that the values were not fitted to.
+    """Cross-validated errors: each block with the values that were estimated without it.
 
     Attributes:
         force: (BLOCKS,) squared force residual, each coordinate in units of what the declared model leaves.
@@ -68,18 +76,21 @@ class Score:
     count: int
 
     def over(self, other: Score) -> tuple[float, float]:
-        """Errors by force and in free run over those of another model."""
+        """(force error, free-run error) relative to another model's."""
         force = float(np.sqrt(self.force.sum() / max(other.force.sum(), 1e-300)))
         return force, float(np.exp((self.run.sum() - other.run.sum()) / self.count))
 
 
 @dataclass(frozen=True, eq=False)
-class Way:
-    """One way to fill in the moved values.
+class MapEstimate:
+    """Maximum a posteriori estimate of the refitted values from one likelihood.
 
     Attributes:
-        values: (p,). deviation: (p,) standard errors. moves: (p,) which of them are fitted; the rest is as declared.
-        source: the likelihood that it is the best of, beside the prior.
+        values: (p,).
+        deviation: (p,) standard errors.
+        moves: (p,) which values are estimated; the others are as declared.
+        source: the likelihood.
+        score: its cross-validated errors.
     """
 
     values: Array
@@ -91,13 +102,13 @@ class Way:
 
 @dataclass(frozen=True, eq=False)
 class Refit:
-    """What a refit says.
+    """The adopted values of a refit.
 
     Attributes:
-        names: of the moved values; ``declared``, ``values``: (p,) and ``deviation``: (p,) standard errors.
-        levels: (p,) the best values with every tolerance parameter as declared.
-        errors: parameters that lie away from what was declared, with their evidence.
-        notes: what the free runs alone ask for and is not adopted, in words.
+        names: of the values; ``declared``, ``values``: (p,) and ``deviation``: (p,) standard errors.
+        levels: (p,) the best values with every toleranced parameter as declared.
+        errors: parameters that differ from their declared values by more than their tolerance explains, with evidence.
+        notes: changes that free runs alone would make and that are not adopted, in words.
     """
 
     names: tuple[str, ...]
@@ -112,38 +123,38 @@ class Refit:
         return dict(zip(self.names, map(float, self.values if values is None else values), strict=True))
 
 
-def settle(search: Search, shot: Shot, problem: Problem, system: System) -> Refit:
-    """The values to adopt beside the effects of a fit, which stay as they are.
+def adopt_values(search: Search, fit: Fit, problem: Problem, system: System) -> Refit:
+    """Choose the values of friction levels and toleranced parameters for a fit whose effects stay as they are.
 
     Args:
-        shot: fit on the search's record.
-        system: declared values with the effects of the fit in it.
+        fit: on the search's record.
+        system: declared values, with the effects of the fit.
     """
-    judge = Judge(search, shot, problem, system)
-    levels = judge.best([judge.unmoved, *(judge.way(s, judge.is_level) for s in judge.sources)])
-    way = levels
-    if not judge.is_level.all():
-        every = np.ones(judge.count, dtype=bool)
-        way = judge.best([levels, *(judge.way(s, every) for s in judge.sources)])
-    justified, errors = judge.justified(way)
-    if justified is not way:  # what is left of its moves need not be worth it
-        way = judge.best([levels, justified])
-        errors = errors if way is justified else ()
+    scoring = CrossValidation(search, fit, problem, system)
+    levels = scoring.best([scoring.unmoved, *(scoring.map_estimate(s, scoring.is_level) for s in scoring.sources)])
+    chosen = levels
+    if not scoring.is_level.all():
+        every = np.ones(scoring.count, dtype=bool)
+        chosen = scoring.best([levels, *(scoring.map_estimate(s, every) for s in scoring.sources)])
+    justified, errors = scoring.justified(chosen)
+    if justified is not chosen:  # the remaining changes may no longer be an improvement
+        chosen = scoring.best([levels, justified])
+        errors = errors if chosen is justified else ()
     names = tuple(s.name for s in search.moved)
-    notes = tuple(judge.refused(judge.distance(way)))
-    return Refit(names, search.declared, way.values, way.deviation, levels.values, errors, notes)
+    notes = tuple(scoring.refused(scoring.distance(chosen)))
+    return Refit(names, search.declared, chosen.values, chosen.deviation, levels.values, errors, notes)
 
 
 @dataclass(frozen=True, eq=False)
-class Judge:
-    """Both witnesses on one record, for one set of effects.
+class CrossValidation:
+    """Estimates of the refitted values, compared by cross-validated force and free-run errors, for one set of effects.
 
     Attributes:
-        shot: fit whose effects stay. system: declared values with those effects.
+        fit: whose effects stay. system: declared values with those effects.
     """
 
     search: Search
-    shot: Shot
+    fit: Fit
     problem: Problem
     system: System
 
@@ -153,127 +164,127 @@ class Judge:
 
     @property
     def is_level(self) -> Flags:
-        return np.asarray(self.search.price == 0)
+        return np.asarray(self.search.prior_precision == 0)
 
     @cached_property
-    def here(self) -> Shot:
-        """The fit on the search's record, as it is, against a noise near which differences count."""
-        soft = self.search.softened(self.shot)[0]
-        runner = replace(self.shot.runner, record=soft.record)
-        theta, offsets = self.shot.theta, self.shot.offsets
+    def here(self) -> Fit:
+        """The fit on the search's record, evaluated without a step, with the noise floor of the comparison."""
+        soft = self.search.with_noise_floor(self.fit)[0]
+        runner = replace(self.fit.runner, record=soft.record)
+        theta, offsets = self.fit.theta, self.fit.offsets
         starts = state_slopes(runner, theta, offsets)
-        prior = self.shot.price, self.shot.centre
-        return fit(runner, theta, offsets, starts, *prior, 0, tempering=self.shot.tempering)
+        prior = self.fit.prior_precision, self.fit.centre
+        return gauss_newton(runner, theta, offsets, starts, *prior, 0, tempering=self.fit.tempering)
 
     @cached_property
     def sources(self) -> list[Information]:
         return [self._by_run, self._by_force, self._by_run + self._by_force]
 
     @cached_property
-    def unmoved(self) -> Way:
+    def unmoved(self) -> MapEstimate:
         nothing = Information(np.zeros((BLOCKS, self.count, self.count)), np.zeros((BLOCKS, self.count)))
-        return self.way(nothing, np.zeros(self.count, dtype=bool))
+        return self.map_estimate(nothing, np.zeros(self.count, dtype=bool))
 
-    def way(self, source: Information, moves: Flags) -> Way:
-        """The best values of a likelihood beside the prior, where only some may move; and without each block."""
+    def map_estimate(self, source: Information, moves: Flags) -> MapEstimate:
+        """The MAP estimate by one likelihood where only some values may move, with its cross-validated score."""
         values = self._solved(source.matrix.sum(axis=0), source.vector.sum(axis=0), moves)
         without = [
             self._solved(np.delete(source.matrix, k, 0).sum(axis=0), np.delete(source.vector, k, 0).sum(axis=0), moves)
             for k in range(BLOCKS)
         ]
         deviation = np.zeros(self.count)
-        matrix = (source.matrix.sum(axis=0) + np.diag(self.search.price))[np.ix_(moves, moves)]
+        matrix = (source.matrix.sum(axis=0) + np.diag(self.search.prior_precision))[np.ix_(moves, moves)]
         if moves.any():
             deviation[moves] = np.sqrt(np.maximum(np.diag(np.linalg.pinv(matrix, hermitian=True)), 0.0))
-        return Way(values, deviation, moves, source, self._score(values, without))
+        return MapEstimate(values, deviation, moves, source, self._score(values, without))
 
-    def best(self, ways: Sequence[Way]) -> Way:
-        """The best of those that are worse than the first by neither witness."""
-        fair = [w for w in ways if all(r <= 1 + SAME for r in w.score.over(ways[0].score))]
-        best = ways[0]
-        for way in fair:
-            best = way if self.better(way, best) else best
+    def best(self, estimates: Sequence[MapEstimate]) -> MapEstimate:
+        """The estimate with the least product of both errors, among those no worse than the first in either error."""
+        fair = [w for w in estimates if all(r <= 1 + SAME for r in w.score.over(estimates[0].score))]
+        best = estimates[0]
+        for chosen in fair:
+            best = chosen if self.better(chosen, best) else best
         return best
 
-    def better(self, way: Way, other: Way) -> bool:
-        force, run = way.score.over(other.score)
+    def better(self, chosen: MapEstimate, other: MapEstimate) -> bool:
+        force, run = chosen.score.over(other.score)
         return force * run < 1 - SAME
 
-    def distance(self, way: Way) -> Array:
-        """(p,) tolerances from what is declared; zero for levels."""
-        return np.asarray(np.abs(way.values - self.search.declared) * np.sqrt(self.search.price))
+    def distance(self, chosen: MapEstimate) -> Array:
+        """(p,) deviation from the declared values in tolerances; zero for friction levels."""
+        return np.asarray(np.abs(chosen.values - self.search.declared) * np.sqrt(self.search.prior_precision))
 
-    def justified(self, way: Way) -> tuple[Way, tuple[ParameterError, ...]]:
-        """Without those moves beyond ``DOUBTFUL`` that do not predict better by both witnesses; and what stays away."""
+    def justified(self, chosen: MapEstimate) -> tuple[MapEstimate, tuple[ParameterError, ...]]:
+        """The estimate without deviations beyond ``DOUBTFUL`` that do not improve both criteria; and remaining ones."""
         while True:
-            far, errors = self.distance(way), []
+            far, errors = self.distance(chosen), []
             for k in (int(k) for k in np.argsort(far) if far[k] > DOUBTFUL):
-                group, held = self._held(way, k)
-                if not all(r < 1 for r in way.score.over(held.score)):
-                    way = held
+                group, fixed = self._with_declared(chosen, k)
+                if not all(r < 1 for r in chosen.score.over(fixed.score)):
+                    chosen = fixed
                     break
                 if far[k] > AWAY:
-                    errors.append(self._error(way, held, k, [j for j in group if j != k]))
+                    errors.append(self._error(chosen, fixed, k, [j for j in group if j != k]))
             else:
-                return way, tuple(errors)
+                return chosen, tuple(errors)
 
-    def _held(self, way: Way, k: int) -> tuple[list[int], Way]:
-        """The fit with a parameter as declared, and with it those others that would go its way in its place."""
-        far, moves = self.distance(way), way.moves.copy()
+    def _with_declared(self, chosen: MapEstimate, k: int) -> tuple[list[int], MapEstimate]:
+        """The estimate with parameter ``k`` as declared; others that would move in its place are fixed too."""
+        far, moves = self.distance(chosen), chosen.moves.copy()
         moves[k] = False
-        alone = self.way(way.source, moves)
+        alone = self.map_estimate(chosen.source, moves)
         others = self.distance(alone) > far + ALIKE * far[k]
         if not others.any():
             return [k], alone
         moves &= ~others
-        return [k, *(int(j) for j in np.flatnonzero(others))], self.way(way.source, moves)
+        return [k, *(int(j) for j in np.flatnonzero(others))], self.map_estimate(chosen.source, moves)
 
     def refused(self, kept: Array) -> list[str]:
-        """Moves beyond ``DOUBTFUL`` that the free runs alone ask for and that the refit does not make.
+        """Deviations beyond ``DOUBTFUL`` that free runs alone ask for and that are not adopted, in words.
 
         Args:
-            kept: (p,) tolerances that each value moves.
+            kept: (p,) adopted deviations in tolerances.
         """
-        alone = self.way(self._by_run, np.ones(self.count, dtype=bool))
+        alone = self.map_estimate(self._by_run, np.ones(self.count, dtype=bool))
         far, words = self.distance(alone), []
         for k in np.flatnonzero((far > DOUBTFUL) & (kept <= DOUBTFUL)):
             s, value = self.search.moved[k], alone.values[k]
             unit = self.search.system.units.get(s, "1")
             in_unit = f" {unit}" if unit != "1" else ""
             words.append(
-                f"free runs alone would move {s.name} from {self.search.declared[k]:.4g} to {value:.4g}{in_unit} "
+                f"free runs alone would change {s.name} from {self.search.declared[k]:.4g} to {value:.4g}{in_unit} "
                 f"({far[k]:.2g} tolerances); on held-out blocks of the training log that is not better by both force "
-                "residual and free run, so it is not adopted"
+                "residual and free-run error, so it is not adopted"
             )
         return words
 
-    def _error(self, way: Way, held: Way, k: int, others: Sequence[int]) -> ParameterError:
-        force, run = way.score.over(held.score)
+    def _error(self, chosen: MapEstimate, fixed: MapEstimate, k: int, others: Sequence[int]) -> ParameterError:
+        force, run = chosen.score.over(fixed.score)
         symbol, declared = self.search.moved[k], float(self.search.declared[k])
-        value, half = float(way.values[k]), HALF_WIDTH * float(way.deviation[k])
+        value, half = float(chosen.values[k]), HALF_WIDTH * float(chosen.deviation[k])
         return ParameterError(
             name=symbol.name,
             unit=str(self.search.system.units.get(symbol, "1")),
             declared=declared,
-            tolerance=float(self.search.price[k] ** -0.5 / abs(declared)) if declared else float("nan"),
+            tolerance=float(self.search.prior_precision[k] ** -0.5 / abs(declared)) if declared else float("nan"),
             estimate=value,
             interval=(value - half, value + half),
-            away=float(self.distance(way)[k]),
+            away=float(self.distance(chosen)[k]),
             alike=tuple(self.search.moved[j].name for j in others),
             force=force,
             free_run=run,
-            blocks_by_force=int((way.score.force < held.score.force).sum()),
-            blocks_by_free_run=int((way.score.run < held.score.run).sum()),
+            blocks_by_force=int((chosen.score.force < fixed.score.force).sum()),
+            blocks_by_free_run=int((chosen.score.run < fixed.score.run).sum()),
             blocks=BLOCKS,
         )
 
     def _solved(self, matrix: Array, vector: Array, moves: Flags) -> Array:
         values = self.search.declared.copy()
         if moves.any():
-            price = self.search.price[moves]
-            inner = matrix[np.ix_(moves, moves)] + np.diag(price)
+            prior_precision = self.search.prior_precision[moves]
+            inner = matrix[np.ix_(moves, moves)] + np.diag(prior_precision)
             fixed = matrix[np.ix_(moves, ~moves)] @ values[~moves]
-            right = vector[moves] - fixed + price * self.search.declared[moves]
+            right = vector[moves] - fixed + prior_precision * self.search.declared[moves]
             size = np.sqrt(np.maximum(np.diag(inner), 1e-300))
             values[moves] = np.linalg.lstsq(inner / np.outer(size, size), right / size, rcond=1e-10)[0] / size
         return values
@@ -287,7 +298,7 @@ class Judge:
                 force[block] += float(((rows.residual[here] + rows.slopes[here] @ change) ** 2).sum()) / size**2
         theta = np.concatenate([values, self.here.theta[self.count :]])
         runner = self.here.runner
-        left = self.here.starts.project(means(runner, runner.run(theta, self.here.offsets)))
+        left = self.here.starts.project(mean_residuals(runner, runner.run(theta, self.here.offsets)))
         run = np.zeros(BLOCKS)
         for block, segments in enumerate(np.array_split(np.arange(len(left)), BLOCKS)):
             moved = np.tensordot(without[block] - values, self.here.slopes[: self.count, segments], axes=1)
@@ -300,12 +311,12 @@ class Judge:
 
     @cached_property
     def _sizes(self) -> Array:
-        """What the declared model leaves on each coordinate."""
+        """RMS force residual of the declared model on each coordinate."""
         return np.array([max(float(np.sqrt(np.mean(r.residual**2))), 1e-300) for r in self._rows])
 
     @cached_property
     def _blocks(self) -> list[NDArray[np.int_]]:
-        """Of each row, the block of segments that it lies in."""
+        """For each row, the block of segments in which it lies."""
         starts = [
             self.here.runner.record.start[s[0]] for s in np.array_split(np.arange(len(self.here.residual)), BLOCKS)
         ]
@@ -313,11 +324,11 @@ class Judge:
 
     @cached_property
     def _by_run(self) -> Information:
-        shot, p = self.here, self.count
-        slopes, share = shot.slopes[:p], independent_share(shot)
-        weighted = slopes * segment_weights(shot.residual)[:, None]
+        fit, p = self.here, self.count
+        slopes, share = fit.slopes[:p], independent_share(fit)
+        weighted = slopes * segment_weights(fit.residual)[:, None]
         matrix = share * np.einsum("ask,bsk->sab", weighted, slopes, optimize=True)
-        vector = share * np.einsum("ask,sk->sa", weighted, shot.residual) + matrix @ shot.theta[:p]
+        vector = share * np.einsum("ask,sk->sa", weighted, fit.residual) + matrix @ fit.theta[:p]
         blocks = np.array_split(np.arange(len(matrix)), BLOCKS)
         return Information(
             np.stack([matrix[b].sum(axis=0) for b in blocks]), np.stack([vector[b].sum(axis=0) for b in blocks])
@@ -328,7 +339,7 @@ class Judge:
         p, declared = self.count, self.search.declared
         matrix, vector = np.zeros((BLOCKS, p, p)), np.zeros((BLOCKS, p))
         free = np.ones(p, dtype=bool)
-        left = scales(self._rows, self.search.price, free, np.zeros(p))
+        left = scales(self._rows, self.search.prior_precision, free, np.zeros(p))
         for rows, size, places in zip(self._rows, left, self._blocks, strict=True):
             weight = independent_samples(rows.residual) / len(rows.residual) / size**2
             for block in range(BLOCKS):

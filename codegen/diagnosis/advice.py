@@ -1,4 +1,4 @@
-"""What a diagnosis says beyond its verdict: how to tell tied candidates apart, and what an unknown residual is like."""
+"""Advice beyond the verdict: experiments that discriminate tied candidates, and terms for an unknown residual."""
 
 from __future__ import annotations
 
@@ -10,18 +10,19 @@ from typing import Any
 from codegen.effects.declare import written_place
 
 WORTH = 2.0
-"""A change of the machine is proposed where it separates so many times what the same motion does again."""
+"""A change of the machine is proposed where it separates this many times better than repeating the same motion."""
 
 
 @dataclass(frozen=True)
-class Likeness:
-    """Two candidates that tie.
+class TiedPair:
+    """Two candidates that the log does not tell apart.
 
     Attributes:
         first, other: (kind, on).
-        angle: degrees between what the two take out of the refit's residual on this log; 0 is the same motion.
+        angle: degrees between the parts of the refit's residual that the two explain on this log; 0 means the same
+            motion.
         distance: how much better the first fits this log, in standard deviations of the noise.
-        separated_by: what the catalogue says tells the two apart; empty where it does not say.
+        separated_by: experiment that the catalogue names for telling the two apart; may be empty.
     """
 
     first: tuple[str, str]
@@ -33,10 +34,11 @@ class Likeness:
 
 @dataclass(frozen=True)
 class MotionTried:
-    """An extra motion in simulation.
+    """A simulated extra motion.
 
     Attributes:
-        duration: s. energy: ∫|w|² dt. separation: the least over the pairs, in standard deviations of the noise.
+        duration: s. energy: ∫|w|² dt.
+        separation: smallest over the pairs, in standard deviations of the noise.
     """
 
     name: str
@@ -47,13 +49,13 @@ class MotionTried:
 
 @dataclass(frozen=True)
 class SetupTried:
-    """A change of the machine under which the log's path is followed again, in simulation.
+    """A simulated change of the machine, under which the log's path is followed again.
 
     Attributes:
         kind: none, load, payload, mounting, speed or temperature. words: what is changed.
-        separation: least distance over the pairs with the best candidate, in standard deviations of what it leaves,
-            where every candidate is fitted to this log and that one together.
-        largest_input: that the path takes then.
+        separation: smallest over the pairs with the best candidate, in standard deviations of its residual, each
+            candidate fitted to both logs together.
+        largest_input: that the path then needs.
     """
 
     kind: str
@@ -64,17 +66,17 @@ class SetupTried:
 
 @dataclass(frozen=True)
 class Separation:
-    """How candidates that tie could be discriminated.
+    """Discriminating experiments for candidates that tie.
 
     Attributes:
-        alike: the first of them with each other one.
+        pairs: the best candidate with each rival.
         tried: motions, in order. chosen: the cheapest that separates; None where none does.
         references: of the chosen motion, coordinate → expression of t. needed: the separation asked for.
-        changes: of the machine, on the log's own path, the one that separates most first; none where a candidate has
-            states of its own.
+        changes: of the machine, on the log's own path, largest separation first; empty where a candidate has states of
+            its own.
     """
 
-    alike: tuple[Likeness, ...]
+    pairs: tuple[TiedPair, ...]
     tried: tuple[MotionTried, ...]
     chosen: MotionTried | None
     references: Mapping[str, str]
@@ -83,7 +85,7 @@ class Separation:
 
     @property
     def change(self) -> SetupTried | None:
-        """The change that separates most, where it separates enough and more than the same motion does again."""
+        """The change that separates most, where that is enough and clearly more than repeating the same motion."""
         again = next((c.separation for c in self.changes if c.kind == "none"), 0.0)
         best = self.changes[0] if self.changes else None
         enough = best is not None and best.kind != "none" and best.separation >= max(self.needed, WORTH * again)
@@ -107,7 +109,7 @@ class Separation:
                     "distance_on_this_log": a.distance,
                     "catalogue": a.separated_by,
                 }
-                for a in self.alike
+                for a in self.pairs
             ],
             "separation_needed": self.needed,
             "motion": None if self.chosen is None else motion(self.chosen) | {"reference": dict(self.references)},
@@ -119,7 +121,7 @@ class Separation:
 
 @dataclass(frozen=True)
 class ProposedTerms:
-    """A sparse sum for the residual of one coordinate; a proposal, never part of a spec.
+    """A sparse sum of terms fitted to the residual of one coordinate; a proposal, never part of a spec.
 
     Attributes:
         terms: expression over positions and velocities → its weight, all in SI.
@@ -134,7 +136,7 @@ class ProposedTerms:
 
 @dataclass(frozen=True)
 class Proposal:
-    """What PySINDy proposes for the force residual g − M a − U λ of the refit."""
+    """Terms that sparse regression (PySINDy) proposes for the force residual g − M a − U λ of the refit."""
 
     coordinates: tuple[ProposedTerms, ...]
 

@@ -1,4 +1,4 @@
-"""The verdict with the models that go with it, as they are written."""
+"""The verdict of a diagnosis with its models."""
 
 from __future__ import annotations
 
@@ -10,13 +10,15 @@ from codegen.mechanics.system import System
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """The verdict with its models.
+    """A verdict and the systems that go with it.
 
     Attributes:
         effects: that are named, whether credited or not.
-        refit, augmented: systems. declared_figures and the like: their errors on held-out data.
-        errors: parameters that lie away from what was declared, in the model that is written.
-        against: why the effects are not credited, in words. remarks: what else must be said.
+        refit, augmented: systems.
+        figures: errors of the declared, refit and augmented model on held-out data.
+        errors: parameter errors in the model that is written.
+        against: why the effects are not credited, in words.
+        remarks: further words for the reader.
     """
 
     verdict: Verdict
@@ -30,7 +32,7 @@ class Answer:
 
     @property
     def adopted(self) -> System | None:
-        """The system whose values are written; None where the spec stays."""
+        """The system whose values are written into the spec; None where the spec stays as it is."""
         if self.verdict == "unfit":
             return None
         return self.augmented if self.verdict == "effect" else self.refit

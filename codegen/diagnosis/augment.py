@@ -1,4 +1,4 @@
-"""The augmented spec: effects added and levels refitted in the author's own text, comments kept."""
+"""The augmented spec: effects and refitted values written into the author's own text, comments kept."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def augmented_text(spec: Spec, effects: Sequence[FoundEffect], values: Mapping[s
 
 
 def _as_it_was(before: str, after: str) -> str:
-    """The new text, with lines that differ from the author's by spacing alone as the author wrote them."""
+    """The new text, but lines that differ only in spacing as the author wrote them."""
     old, new = ([line.rstrip("\r") for line in text.split("\n")] for text in (before, after))
     one, other = ([f"{len(t) - len(t.lstrip())} {' '.join(t.split())}" for t in lines] for lines in (old, new))
     for tag, start, stop, first, _ in SequenceMatcher(None, one, other, autojunk=False).get_opcodes():
@@ -70,9 +70,9 @@ def _as_it_was(before: str, after: str) -> str:
 
 
 def _write_out_joints(document: CommentedMap, spec: Spec) -> None:
-    """Say in the spec what its robot file says of joint friction, so that it can be changed and added to there.
+    """Write the joint friction of a robot file into the spec, where it can be changed.
 
-    A ``friction:`` section takes the place of all of the file's <dynamics>, so its damping is written out as effects.
+    A ``friction:`` section replaces all of the file's <dynamics>, so the damping is written as effects.
     """
     contacts = CommentedSeq()
     for c in spec.contacts:
@@ -90,7 +90,7 @@ def _write_out_joints(document: CommentedMap, spec: Spec) -> None:
 
 
 def _write_links(document: CommentedMap, spec: Spec, values: Mapping[str, float]) -> None:
-    """Put refitted base parameters beside the robot file's name; they then stand in place of the file's."""
+    """Write refitted base parameters next to the robot file's name; they replace the file's values."""
     if not isinstance(spec.form, KinematicTree):
         return
     nominal = base_values(spec, spec.form)
@@ -109,7 +109,7 @@ def _write_links(document: CommentedMap, spec: Spec, values: Mapping[str, float]
 def _replace(
     parent: CommentedMap | CommentedSeq, entry: str | int, key: str, value: float, default: float = 0.0
 ) -> None:
-    """Put a new number into ``parent[entry][key]`` and say beside the entry what stood there, or held by default."""
+    """Replace the number ``parent[entry][key]`` and note the old value, or the default, in a comment."""
     section = parent[entry]
     old = section.get(key, default)
     if float(old) == _short(value):

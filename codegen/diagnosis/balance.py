@@ -25,9 +25,7 @@ def evaluate_forces(
     inputs: Array | None = None,
     values: Mapping[Any, float] | None = None,
 ) -> Array:
-    """Generalised-force columns at every sample, before the coarse filter.
-
-    The errors of the system's sensors are taken out of the motion first.
+    """Generalised forces at every sample, unfiltered, along the motion without the declared sensor errors.
 
     Args:
         columns: n by 1 matrices over x, v, w, accelerations and parameters.
@@ -51,7 +49,7 @@ def evaluate_forces(
 
 
 def true_motion(system: System, motion: Motion) -> tuple[Array, Array, Array]:
-    """Positions, velocities and accelerations behind the readings."""
+    """True positions, velocities and accelerations, from the readings."""
     if not system.sensor_errors:
         return motion.positions, motion.velocities, motion.accelerations
     sensor = SensorError(system)
@@ -61,7 +59,7 @@ def true_motion(system: System, motion: Motion) -> tuple[Array, Array, Array]:
 
 
 def level_parameters(system: System) -> list[sympy.Symbol]:
-    """The friction parameters in which the laws are linear: those that a refit re-estimates."""
+    """The friction parameters in which the laws are linear; a refit estimates them."""
     found: list[sympy.Symbol] = []
     for contact in system.contacts:
         for s in contact.law_parameters.values():

@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Chain:
-    """One input's chain, in the order of effects.md; the defaults change nothing.
+    """The stages of one input in the order of effects.md; the defaults change nothing.
 
     Attributes:
         delay: s. gain: 1. width: of the dead zone, input's unit. limit: input's unit. tau: s.
@@ -43,7 +43,7 @@ class Chain:
 
 
 class Chains:
-    """The chains of all inputs of a system, over the parameters of a fit."""
+    """The actuator chains of all inputs of a system as functions of the parameters of a fit."""
 
     def __init__(self, system: System, symbols: tuple[sympy.Symbol, ...]) -> None:
         """Args:
@@ -72,7 +72,7 @@ class Chains:
 
 
 def _late(w: Array, steps: float) -> Array:
-    """Held values, later by a number of substeps that need not be whole; before the log the first one was held."""
+    """Held values delayed by a number of substeps, which may be fractional; before the log the first value is held."""
     steps = float(np.clip(steps, -len(w), len(w)))
     whole = int(np.floor(steps))
     share = steps - whole

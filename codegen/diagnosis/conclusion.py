@@ -1,4 +1,4 @@
-"""Outcome of the rounds → verdict, effects by name, candidates with their evidence, and all of it in a sentence."""
+"""Verdict, named effects, candidates with evidence, and the sentence, from the outcome of forward selection."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from math import isfinite, sqrt
 from codegen.base.text import render
 from codegen.diagnosis.advice import Separation
 from codegen.diagnosis.answer import Answer
-from codegen.diagnosis.credit import FAR, LEAST_SHARE, NEAR_NOISE, TIE_LEVEL, level, share_far
+from codegen.diagnosis.credit import FAR, LEAST_SHARE, NEAR_NOISE, TIE_LEVEL, noise_ratio, share_far
 from codegen.diagnosis.estimate import Estimate
-from codegen.diagnosis.force_witness import fair_residual, force_evidence, force_gain
+from codegen.diagnosis.force_evidence import force_evidence, force_gain, residual_without_levels
+from codegen.diagnosis.forward_selection import Outcome
 from codegen.diagnosis.limits import at_limit
 from codegen.diagnosis.measure import Window, force_errors
-from codegen.diagnosis.output_error import Shot
+from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.ranking import Ranked, twins
 from codegen.diagnosis.results import Candidate, FoundEffect, Remainder, Round, Verdict
-from codegen.diagnosis.rounds import Outcome
 from codegen.diagnosis.trial import Part
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import places_of, unit_words
@@ -28,16 +28,16 @@ from codegen.mechanics.system import System
 
 TABLE_SIZE = 12
 MOST = 0.5
-"""Share that a law removes, at least, of what a flexible regression on its own variable explains of the residual."""
+"""Least share, of what a flexible regression on an effect's own variable explains, that the effect must remove."""
 SOME = 0.1
-"""Of the square of what is left: a smaller share that a variable explains is reported only if its force is material."""
+"""Share of the squared remainder; a variable that explains less is reported only if its force is material."""
 DOUBTFUL = ("jitter", "sample rate", "missing values", "repeated rows")
-"""Topics of the preflight that can make a residual by themselves."""
+"""Preflight topics that can cause a residual by themselves."""
 
 
 def sentence(
     system: System,
-    said: Answer,
+    answer: Answer,
     rivals: Sequence[FoundEffect],
     findings: Sequence[Finding],
     outcome: Outcome | None,
@@ -46,26 +46,27 @@ def sentence(
     experiment: Separation | None = None,
     records: int = 0,
 ) -> str:
-    """The verdict in words; its figures are of the coordinate on which the first effect acts.
+    """The verdict in words, with figures of the coordinate on which the first effect acts.
 
     Args:
-        findings: of the preflight of the training log. left: what the model that is written leaves, by coordinate.
-        material: share of the drive force from which on a force matters; variables are named of more alone.
-        outcome: of the free runs; None where records at steady speed were judged by their means, ``records`` of them.
+        answer: verdict and models. rivals: of the first effect.
+        findings: of the preflight of the training log. left: remainder of the written model, by coordinate.
+        material: share of the drive force from which on a force matters; only variables above it are named.
+        outcome: of the free-run fits; None where steady records were judged by their means, ``records`` of them.
         experiment: how rivals could be discriminated.
     """
     most = worst(left, material)
-    i = acts_on(said.effects[0], system) if said.effects else 0
-    by_force = all(isfinite(f.force_rms_rows[i]) for f in said.figures)
-    declared, refit, augmented = (f.force_rms_rows[i] if by_force else f.free_run_rmse_rows[i] for f in said.figures)
+    i = acts_on(answer.effects[0], system) if answer.effects else 0
+    by_force = all(isfinite(f.force_rms_rows[i]) for f in answer.figures)
+    declared, refit, augmented = (f.force_rms_rows[i] if by_force else f.free_run_rmse_rows[i] for f in answer.figures)
     words = render(
         "text/verdict.j2",
-        verdict=said.verdict,
-        effects=said.effects,
+        verdict=answer.verdict,
+        effects=answer.effects,
         rivals=rivals,
-        against=said.against,
-        errors=said.errors,
-        remarks=said.remarks,
+        against=answer.against,
+        errors=answer.errors,
+        remarks=answer.remarks,
         by_force=by_force,
         declared=declared,
         refit=refit,
@@ -75,27 +76,27 @@ def sentence(
         faults=[f.words for f in findings if f.severity == "problem"],
         doubts=[f.words for f in findings if f.severity == "warning" and f.topic in DOUBTFUL],
         records=records,
-        noise=0.0 if outcome is None else level(outcome.base),
+        noise=0.0 if outcome is None else noise_ratio(outcome.base),
         far=0.0 if outcome is None else share_far(outcome.base),
         far_noise=FAR,
         near_noise=NEAR_NOISE,
         left=left[most] if isfinite(left[most].share) else None,
         left_on=system.positions[most].name if system.degrees_of_freedom > 1 else "",
-        over=told(left[most], material),
+        over=main_variables(left[most], material),
         material=material,
         experiment=experiment,
     )
     return words.strip()
 
 
-def told(left: Remainder, material: float) -> list[tuple[str, float]]:
-    """Variables that explain much of the square of what is left, or a material force; the best first."""
+def main_variables(left: Remainder, material: float) -> list[tuple[str, float]]:
+    """Variables that explain a large share of the squared remainder, or a material force; the best first."""
     many = [(name, share) for name, share in left.over.items() if share >= SOME or left.share * sqrt(share) >= material]
     return sorted(many, key=lambda one: -one[1])
 
 
 def worst(left: Sequence[Remainder], material: float) -> int:
-    """Index of the coordinate on which most structure of material size is left; where there is none, most force."""
+    """Index of the coordinate with the most material structure left; where there is none, with the most force left."""
 
     def rank(k: int) -> tuple[bool, float]:
         one = left[k]
@@ -106,7 +107,7 @@ def worst(left: Sequence[Remainder], material: float) -> int:
 
 
 def acts_on(effect: FoundEffect, system: System) -> int:
-    """Index of the coordinate whose force balance shows an effect first."""
+    """Index of the first coordinate in whose force balance an effect appears."""
     kind = CATALOGUE[effect.kind].with_parameters(list(effect.parameters))
     place = places_of(kind, system).index(effect.on)
     match kind.sits_on:
@@ -122,7 +123,7 @@ def acts_on(effect: FoundEffect, system: System) -> int:
 
 
 def verdict_of(outcome: Outcome, faults: bool) -> Verdict:
-    """What the rounds say; nothing of effects where log and spec do not fit together."""
+    """The verdict by forward selection; ``unfit`` where log and spec do not fit together."""
     if faults:
         return "unfit"
     if not outcome.parts:
@@ -131,45 +132,45 @@ def verdict_of(outcome: Outcome, faults: bool) -> Verdict:
 
 
 def is_small(left: Sequence[Remainder], material: float) -> bool:
-    """Whether what a nameless curve explains of the residual force is nowhere a material share of the drive force.
+    """Whether the part of the residual force that the motion predicts is below the material share on every coordinate.
 
-    Coordinates that move too little to be judged are left out; where none is judged nothing is called small.
+    Coordinates that move too little to be judged are left out; where none is judged the answer is no.
     """
     judged = [r.material for r in left if isfinite(r.material)]
     return bool(judged) and max(judged) < material
 
 
-def force_agrees(final: Shot, problem: Problem, refit: System, augmented: System) -> bool:
-    """The second witness: what free runs credit must remove as much of the squared force residual as is asked of them.
+def force_agrees(final: Fit, problem: Problem, refit: System, augmented: System) -> bool:
+    """Whether the force residual confirms effects that free runs credit: its square falls by ``LEAST_SHARE`` too.
 
-    Backlash has none: in the gap the load is free, and where it is there no log tells. Where the free runs leave
-    nothing but the noise, the force residual is mostly noise of the differentiation: there it must not contradict; and
-    of a load behind a spring, whose motion is derived from that noise, nothing is asked.
+    Exceptions: backlash, since in the gap no log shows where the load is. Where the free runs leave nothing but noise,
+    the force residual is mostly noise of the differentiation and must only not contradict; there a load behind a
+    spring, whose motion is derived from that noise, is not tested.
 
     Args:
         final: the fit with the effects.
     """
     if any(t.gap != 0 for t in augmented.transmissions):
         return True
-    near = level(final) <= NEAR_NOISE
+    near = noise_ratio(final) <= NEAR_NOISE
     if near and augmented.transmissions:
         return True
     window = Window(0, len(problem.motion.time))
     before, after = (force_errors(s, problem.motion, problem.masks, window)[2] for s in (refit, augmented))
     if after**2 <= (1 - LEAST_SHARE) * before**2:
         return True
-    without, beside = (fair_residual(problem, s) for s in (refit, augmented))
-    return near and force_gain(problem, beside, without).p > TIE_LEVEL
+    plain, richer = (residual_without_levels(problem, s) for s in (refit, augmented))
+    return near and force_gain(problem, richer, plain).p > TIE_LEVEL
 
 
-def takes_its_own(
+def explains_own_variable(
     outcome: Outcome, problem: Problem, refit: System, augmented: System, named: Sequence[FoundEffect]
 ) -> bool:
     """Whether the effects remove most of what a flexible regression on their own variables explains.
 
-    Not asked of backlash, nor where the free runs leave nothing but the noise: then no law could explain more.
+    Not tested for backlash, nor where the free runs leave nothing but noise.
     """
-    if level(outcome.final) <= NEAR_NOISE or any(t.gap != 0 for t in augmented.transmissions):
+    if noise_ratio(outcome.final) <= NEAR_NOISE or any(t.gap != 0 for t in augmented.transmissions):
         return True
     acting = [acts_on(effect, problem.system) for effect in named]
     found = force_evidence(problem, refit, augmented, [effect.kind for effect in named], acting)
@@ -190,7 +191,7 @@ def named_effects(parts: Sequence[Part], estimated: Estimate, system: System) ->
 
 
 def candidates(outcome: Outcome, system: System, verdict: Verdict) -> tuple[Candidate, ...]:
-    """The table of candidates, best first; a user's own effects are in it whatever became of them."""
+    """The table of candidates, best first; always with a user's own effects."""
     ranked = _listed(outcome, outcome.first)
     kept = [r for k, r in enumerate(ranked) if k < TABLE_SIZE or is_own(r.found.part.kind)]
     tried = {(r.found.part.kind, r.found.part.on) for r in ranked}
@@ -198,10 +199,10 @@ def candidates(outcome: Outcome, system: System, verdict: Verdict) -> tuple[Cand
 
 
 def rounds(outcome: Outcome) -> tuple[Round, ...]:
-    """The rounds after the first, with what they were beside."""
+    """The later rounds of forward selection, each with the effects found before it."""
     return tuple(
         Round(
-            tuple((p.kind, p.on) for p in later.beside),
+            tuple((p.kind, p.on) for p in later.found_before),
             tuple(_candidate(r) for r in _listed(outcome, later.ranked)[:TABLE_SIZE]),
         )
         for later in outcome.later
@@ -209,7 +210,7 @@ def rounds(outcome: Outcome) -> tuple[Round, ...]:
 
 
 def _not_tried(system: System, tried: Collection[tuple[str, str]], verdict: Verdict) -> Iterator[Candidate]:
-    """A user's own effects that no fit came to, with the reason."""
+    """A user's own effects that were not fitted, with the reason."""
     for kind, effect in CATALOGUE.items():
         if not is_own(kind):
             continue
@@ -231,24 +232,21 @@ def _not_tried(system: System, tried: Collection[tuple[str, str]], verdict: Verd
 
 
 def _listed(outcome: Outcome, ranked: Sequence[Ranked]) -> list[Ranked]:
-    """A round, with the effects first that stand at the end, and their rivals.
-
-    Another may look better while one is lacking.
-    """
+    """A round with the finally named effects first, then their rivals, then the others in the round's order."""
     order = {(p.kind, p.on): k for k, p in enumerate([*outcome.parts, *(r.found.part for r in outcome.rivals)])}
     order |= {(CATALOGUE[p.kind].refines, p.on): k for k, p in enumerate(outcome.parts)}
     return sorted(ranked, key=lambda r: order.get((r.found.part.kind, r.found.part.on), len(order)))
 
 
 def as_effect(ranked: Ranked, system: System) -> FoundEffect:
-    """A candidate as an effect, with the values of the first round."""
+    """A candidate as an effect, with its values from the round."""
     return _effect_of(ranked.found.part, ranked.found.parameters, system)
 
 
-def first_effect(shot: Shot, system: System) -> FoundEffect:
-    """The first effect of a fit, with its values beside the others."""
-    trial = shot.runner.trial
-    return _effect_of(trial.parts[0], trial.split(shot.theta)[1][0], system)
+def first_effect(fit: Fit, system: System) -> FoundEffect:
+    """The first effect of a fit, with its final values."""
+    trial = fit.runner.trial
+    return _effect_of(trial.parts[0], trial.split(fit.theta)[1][0], system)
 
 
 def _effect_of(part: Part, values: Mapping[str, float], system: System) -> FoundEffect:
@@ -274,6 +272,6 @@ def _candidate(r: Ranked) -> Candidate:
         also=tuple(twins(part, r.found)),
         size=r.size,
         own=is_own(part.kind),
-        at_limit=at_limit(r.found.shot)[-1],
+        at_limit=at_limit(r.found.fit)[-1],
         p=r.p,
     )

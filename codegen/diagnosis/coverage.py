@@ -1,4 +1,4 @@
-"""What a log covers at the place of a candidate, and the periods that stand out in the residual over position."""
+"""The ranges that a log covers at the place of a candidate, and the main spatial periods of the force residual."""
 
 from __future__ import annotations
 
@@ -22,20 +22,21 @@ Array = NDArray[np.float64]
 
 BINS = 16384
 PADDING = 16
-"""Frequencies of the scan are a sixteenth of a turn over the whole span apart."""
+"""Zero padding: the frequencies of the periodogram are 1/16 of a turn over the whole span apart."""
 LEAST_TURNS, MOST_TURNS = 1.0, 2000.0
 KEPT_PERIODS = 3
 RIDGE = 1e-9
-"""Of the scaled normal equations: without a turn of the direction two of their columns are one."""
+"""Ridge on the scaled normal equations, which are singular where the direction of motion never changes."""
 KEPT_RESONANCES = 2
 
 
 @dataclass(frozen=True, eq=False)
 class Survey:
-    """What the scales of all candidates come from.
+    """The data from which the ranges of all candidates are computed.
 
     Attributes:
-        residual: (N, n) force residual of the refitted model. drive: (N, n) low-passed.
+        residual: (N, n) force residual of the refitted model. drive: (N, n) low-passed drive force.
+        mass, distribution: M and U at the mean position.
     """
 
     system: System
@@ -48,7 +49,7 @@ class Survey:
     def covered(
         self, part: Part, levels: Sequence[float], noise: Array, coupling: Mapping[str, float] | None = None
     ) -> Covered:
-        """What the log covers where ``part`` sits.
+        """The range that the log covers at the place of ``part``.
 
         Args:
             levels: of the contacts, as refitted. noise: of the positions.
@@ -83,7 +84,7 @@ class Survey:
 
 
 def survey(system: System, motion: Motion) -> Survey:
-    """Of a system with refitted values."""
+    """The survey of a system with refitted values."""
     middle = dict(zip(system.positions, motion.positions[motion.usable].mean(axis=0), strict=True))
 
     def numbers(matrix: Matrix) -> Array:
@@ -104,7 +105,7 @@ def _sits_on(part: Part) -> str:
 
 
 def _resonances(y: Array, motion: Motion, i: int, inertia: float) -> tuple[dict[str, float], ...]:
-    """As stiffness, damping and share of the inertia of coordinate ``i``."""
+    """Stiffness, damping and load fraction of the main resonances of coordinate ``i``."""
     found = resonances(y, motion.accelerations[:, i], inertia, motion, KEPT_RESONANCES)
     loads = [(r, r.share * inertia) for r in found]
     return tuple(
@@ -114,10 +115,10 @@ def _resonances(y: Array, motion: Motion, i: int, inertia: float) -> tuple[dict[
 
 
 def _periods(sits_on: str, x: Array, v: Array, y: Array, used: NDArray[np.bool_], span: float) -> tuple[float, ...]:
-    """Periods of the waves that take most of a residual y(x) by least squares, as the Lomb–Scargle periodogram has it.
+    """Periods of the waves that explain most of a residual y(x): least-squares (Lomb–Scargle) periodogram.
 
-    y = a + b q + q (c cos 2πx/p + d sin 2πx/p), q what a wave multiplies there: the direction of slip, the square of
-    speed, or 1. How long the motion dwells at each place is in the normal equations and makes no peak of its own.
+    y = a + b q + q (c cos 2πx/p + d sin 2πx/p), with q the factor of a wave at that place: the direction of slip, the
+    squared speed, or 1. The normal equations account for how long the motion stays at each position.
     """
     carrier = {"contact": np.sign(v), "sensor": v**2}.get(sits_on, np.ones_like(v))[used]
     if not carrier.any():

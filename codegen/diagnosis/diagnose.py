@@ -1,4 +1,4 @@
-"""Log × Spec → Diagnosis: which effect the model lacks, the error before and after, and the augmented spec."""
+"""Diagnosis of a log: which effect the model lacks, its errors before and after, and the augmented spec."""
 
 from __future__ import annotations
 
@@ -20,24 +20,23 @@ from codegen.diagnosis.conclusion import (
     sentence,
     verdict_of,
 )
-from codegen.diagnosis.credit import ALPHA, BLOCKS, level, share_far
+from codegen.diagnosis.credit import ALPHA, BLOCKS, noise_ratio, share_far
 from codegen.diagnosis.examination import examine
+from codegen.diagnosis.forward_selection import Outcome, find_effects, within_reach
 from codegen.diagnosis.harmonics import with_harmonics
 from codegen.diagnosis.limits import levels_at_zero
 from codegen.diagnosis.measure import RESTART_S, Window, force_errors, measure, restart_within_reach
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.proposal import propose_terms, refuse_without_pysindy
 from codegen.diagnosis.record import position_noise, record_of
-from codegen.diagnosis.referee import remainders
 from codegen.diagnosis.replay import compare_residuals
+from codegen.diagnosis.residual_regression import remainders
 from codegen.diagnosis.results import MATERIAL, Diagnosis, ErrorFigures, FoundEffect, Round
-from codegen.diagnosis.rounds import Outcome, find_effects, within_reach
 from codegen.diagnosis.search import Search, search_on
 from codegen.diagnosis.separation import separate, tied_fits
 from codegen.diagnosis.signals import SHORTEST_TEST_S, Motion, smooth_motion
-from codegen.diagnosis.standing import beside_the_others
 from codegen.diagnosis.steady_runs import (
-    Ladder,
+    SteadySearch,
     answer_of,
     candidate_of,
     effects_of,
@@ -46,6 +45,7 @@ from codegen.diagnosis.steady_runs import (
     means_of,
     remainders_of,
 )
+from codegen.diagnosis.unlisted import effects_in_no_round
 from codegen.effects.declare import add_declared_effects
 from codegen.logs import Finding, Log, excerpt, preflight
 from codegen.mechanics import build_system
@@ -58,21 +58,22 @@ from codegen.spec.numerics import numerical
 
 HELD_OUT_SHARE = 0.3
 HELD_OUT_EVERY = 3
-"""Of records at steady speed one in so many is held out: their order is one of speeds, not of time."""
+"""Of records at steady speed, every third one is held out: their order is by speed, not by time."""
 Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True, eq=False)
 class Models:
-    """The three models that are compared, and what they were found on.
+    """The three models that are compared, and their data.
 
     Attributes:
         declared, refit, augmented: the systems.
-        train, test: motions; the same object when one log serves for both.
+        train, test: problems; on the same motion when one log serves for both.
         window: the held-out part of ``test``.
         spec_text: the augmented spec.
-        excitation: text of the file of a motion that tells candidates apart; None where there is none.
-        restart_s: between restarts of free runs on ``test``.
+        excitation: text of the file with the discriminating motion; None where there is none.
+        restart_s: between restarts of free-run simulations on ``test``.
+        named: effects of the augmented model.
     """
 
     declared: System
@@ -111,8 +112,8 @@ def diagnose_log(
     """
     if propose:
         refuse_without_pysindy()
-    tell = progress or (lambda station, share: None)
-    tell("preflight", 0.0)
+    report_progress = progress or (lambda station, share: None)
+    report_progress("preflight", 0.0)
     system, deviations = _uncertain(spec, system, log)
     log, cut = excerpt(log)
     findings = {"train": (*cut, *preflight(log, spec), *_steady_laws(system))}
@@ -129,58 +130,60 @@ def diagnose_log(
     faults = any(f.severity == "problem" for f in findings["train"])
     means = means_of(log) if is_static(system) and not faults else None
     if means is not None:
-        tell("means of steady records", 0.2)
+        report_progress("means of steady records", 0.2)
         whole = Problem(system, motion, deviations)
         there = Problem(system, other, {})
         data = _data(log, test_log, motion, window, whole)
         return _of_steady_records(
-            spec, Ladder(whole, means, position_noise(motion, log)), test_log, there, data, findings, material
+            spec, SteadySearch(whole, means, position_noise(motion, log)), test_log, there, data, findings, material
         )
     search = search_on(problem, lambda share: record_of(training, log, share))
-    tell("refit", 0.05)
+    report_progress("refit", 0.05)
     search, base = within_reach(search)
-    outcome = find_effects(search, base, lambda k, share: tell(f"effect {k + 1}", 0.1 + 0.25 * (k + share)), faults)
-    outcome, standing = with_harmonics(search, outcome, problem) if not faults else (outcome, search)
-    tell("values and held-out error", 0.78)
-    judge = Problem(system, other, {})
+    outcome = find_effects(
+        search, base, lambda k, share: report_progress(f"effect {k + 1}", 0.1 + 0.25 * (k + share)), faults
+    )
+    outcome, final_search = with_harmonics(search, outcome, problem) if not faults else (outcome, search)
+    report_progress("values and held-out error", 0.78)
+    test_problem = Problem(system, other, {})
     restart = restart_within_reach(system, other, window)
-    said = examine(
+    answer = examine(
         search,
-        standing,
+        final_search,
         outcome,
         problem,
         verdict_of(outcome, faults),
-        lambda s: measure(s, other, judge.masks, window, restart),
+        lambda s: measure(s, other, test_problem.masks, window, restart),
     )
-    verdict, refit, augmented = said.verdict, said.refit, said.augmented
-    left = remainders(said.adopted or refit, training, problem.masks)
+    verdict, refit, augmented = answer.verdict, answer.refit, answer.augmented
+    left = remainders(answer.adopted or refit, training, problem.masks)
     if verdict == "unknown" and is_small(left, material):
-        verdict, said = "none", replace(said, verdict="none")
-    tied, told, excitation = [], None, None
+        verdict, answer = "none", replace(answer, verdict="none")
+    tied, experiment, excitation = [], None, None
     if verdict == "ambiguous":
-        tell("experiment that separates", 0.85)
+        report_progress("experiment that separates", 0.85)
         tied = tied_fits(search, outcome)
-        told, excitation = separate(search, outcome, tied, log, spec.envelope)
-    tell("tracking observer", 0.93)
+        experiment, excitation = separate(search, outcome, tied, log, spec.envelope)
+    report_progress("tracking observer", 0.93)
     agreement = compare_residuals(spec, system, training)
 
     moved = [*problem.levels, *problem.uncertain]
     values = {s.name: (float(system.values[s]), float(refit.values[s]), float(augmented.values[s])) for s in moved}
     at_zero = levels_at_zero(system, (refit, augmented), problem.levels)
-    words = (f"the fit drives the friction level {name} to zero, below which there is none" for name in at_zero)
-    said = replace(said, remarks=(*said.remarks, *words))
-    adopted = {} if said.adopted is None else {s.name: float(said.adopted.values[s]) for s in moved}
-    text = augmented_text(spec, said.effects if verdict == "effect" else [], adopted, system)
+    words = (f"the fit reduces the friction level {name} to zero, its lowest value" for name in at_zero)
+    answer = replace(answer, remarks=(*answer.remarks, *words))
+    adopted = {} if answer.adopted is None else {s.name: float(answer.adopted.values[s]) for s in moved}
+    text = augmented_text(spec, answer.effects if verdict == "effect" else [], adopted, system)
     rivals = [as_effect(r, refit) for r in outcome.rivals]
-    rivals[: len(tied[1:])] = [first_effect(shot, refit) for shot in tied[1:]]
+    rivals[: len(tied[1:])] = [first_effect(fit, refit) for fit in tied[1:]]
     diagnosis = Diagnosis(
         verdict=verdict,
-        sentence=sentence(system, said, rivals, findings["train"], outcome, left, material, told),
-        effects=said.effects if verdict == "effect" else (),
+        sentence=sentence(system, answer, rivals, findings["train"], outcome, left, material, experiment),
+        effects=answer.effects if verdict == "effect" else (),
         candidates=candidates(outcome, system, verdict),
-        declared=said.figures[0],
-        refit=said.figures[1],
-        augmented=said.figures[2],
+        declared=answer.figures[0],
+        refit=answer.figures[1],
+        augmented=answer.figures[2],
         training=_training(problem, (system, refit, augmented)),
         refitted=values,
         data=_data(log, test_log, motion, window, problem, restart) | _search_data(search, outcome),
@@ -188,23 +191,25 @@ def diagnose_log(
         findings={name: tuple(_words(f) for f in some) for name, some in findings.items()},
         certificate=None,
         later_rounds=rounds(outcome),
-        standing=beside_the_others(standing, outcome),
+        standing=effects_in_no_round(final_search, outcome),
         rivals=tuple(rivals) if verdict == "ambiguous" else (),
-        separation=told,
-        parameter_errors=said.errors,
-        remarks=said.remarks,
+        separation=experiment,
+        parameter_errors=answer.errors,
+        remarks=answer.remarks,
         at_limit=at_zero,
         remainder=left,
         material=material,
-        proposal=propose_terms(refit, problem, judge, window) if propose and verdict == "unknown" else None,
+        proposal=propose_terms(refit, problem, test_problem, window) if propose and verdict == "unknown" else None,
     )
-    tell("done", 1.0)
-    return diagnosis, Models(system, refit, augmented, problem, judge, window, text, excitation, restart, said.effects)
+    report_progress("done", 1.0)
+    return diagnosis, Models(
+        system, refit, augmented, problem, test_problem, window, text, excitation, restart, answer.effects
+    )
 
 
 def _of_steady_records(
     spec: Spec,
-    ladder: Ladder,
+    steady: SteadySearch,
     test_log: Log | None,
     there: Problem,
     data: dict[str, Any],
@@ -216,12 +221,12 @@ def _of_steady_records(
     Args:
         there: the declared system on the motion on which free runs are measured.
     """
-    system, held, count = ladder.system, None, len(ladder.means)
+    system, held, count = steady.system, None, len(steady.means)
     if test_log is not None:
         held = means_of(test_log)
     else:
         apart = np.arange(count) % HELD_OUT_EVERY == HELD_OUT_EVERY - 1
-        held, ladder = ladder.means.of(apart), replace(ladder, means=ladder.means.of(~apart))
+        held, steady = steady.means.of(apart), replace(steady, means=steady.means.of(~apart))
         data |= {"test": f"{data['train']}, one record in {HELD_OUT_EVERY}"}
     window = Window(0, len(there.motion.time))
 
@@ -229,32 +234,32 @@ def _of_steady_records(
         plain = measure(model, there.motion, there.masks, window)
         return plain if held is None else figures_of(model, held, plain)
 
-    said, found = answer_of(ladder, measured, by_means=held is not None)
-    left = remainders_of(said.adopted or said.refit, ladder.means)
-    if said.verdict == "none" and any(r.nature(material) == "structured" for r in left):
-        said = replace(said, verdict="unknown")
+    answer, found = answer_of(steady, measured, by_means=held is not None)
+    left = remainders_of(answer.adopted or answer.refit, steady.means)
+    if answer.verdict == "none" and any(r.nature(material) == "structured" for r in left):
+        answer = replace(answer, verdict="unknown")
     named = [(parts, [candidate_of(a, system) for a in tried]) for parts, tried in found.rounds]
-    rivals = tuple(effects_of(a.fit, said.refit)[0] for a in found.rivals) if said.verdict == "ambiguous" else ()
+    rivals = tuple(effects_of(a.fit, answer.refit)[0] for a in found.rivals) if answer.verdict == "ambiguous" else ()
     moved = {
-        s.name: (float(system.values[s]), float(said.refit.values[s]), float(said.augmented.values[s]))
-        for s in ladder.moved
+        s.name: (float(system.values[s]), float(answer.refit.values[s]), float(answer.augmented.values[s]))
+        for s in steady.moved
     }
-    effects = said.effects if said.verdict == "effect" else ()
+    effects = answer.effects if answer.verdict == "effect" else ()
     adopted = {name: value for name, (_, _, value) in moved.items()}
-    train = Problem(system, ladder.problem.motion, ladder.problem.deviation)
-    three = (system, said.refit, said.augmented)
-    training = tuple(figures_of(model, ladder.means, said.figures[0]).relative_force for model in three)
+    train = Problem(system, steady.problem.motion, steady.problem.deviation)
+    three = (system, answer.refit, answer.augmented)
+    training = tuple(figures_of(model, steady.means, answer.figures[0]).relative_force for model in three)
     diagnosis = Diagnosis(
-        verdict=said.verdict,
-        sentence=sentence(system, said, rivals, findings["train"], None, left, material, records=len(ladder.means)),
+        verdict=answer.verdict,
+        sentence=sentence(system, answer, rivals, findings["train"], None, left, material, records=len(steady.means)),
         effects=effects,
         candidates=tuple(named[0][1][:TABLE_SIZE]),
-        declared=said.figures[0],
-        refit=said.figures[1],
-        augmented=said.figures[2],
+        declared=answer.figures[0],
+        refit=answer.figures[1],
+        augmented=answer.figures[2],
         training=(training[0], training[1], training[2]),
         refitted=moved,
-        data=data | {"segments": len(ladder.means), "alpha": ALPHA},
+        data=data | {"segments": len(steady.means), "alpha": ALPHA},
         agreement=None,
         findings={name: tuple(_words(f) for f in some) for name, some in findings.items()},
         certificate=None,
@@ -262,17 +267,17 @@ def _of_steady_records(
             Round(tuple((p.kind, p.on) for p in parts), tuple(tried[:TABLE_SIZE])) for parts, tried in named[1:]
         ),
         rivals=rivals,
-        remarks=said.remarks,
-        at_limit=levels_at_zero(system, (said.refit, said.augmented), ladder.problem.levels),
+        remarks=answer.remarks,
+        at_limit=levels_at_zero(system, (answer.refit, answer.augmented), steady.problem.levels),
         remainder=left,
         material=material,
     )
     text = augmented_text(spec, list(effects), adopted, system)
-    return diagnosis, Models(*three, train, there, window, text, named=said.effects)
+    return diagnosis, Models(*three, train, there, window, text, named=answer.effects)
 
 
 def _uncertain(spec: Spec, system: System, log: Log) -> tuple[System, Mapping[sympy.Symbol, float]]:
-    """The system with all that is uncertain as parameters, and their standard deviations in SI."""
+    """The system with all uncertain quantities as parameters, and their standard deviations in SI."""
     own = {spec.symbol(p.name): p.tolerance if p.tolerance is not None else log.tolerance for p in spec.parameters}
     deviations = {s: share * abs(float(system.values[s])) for s, share in own.items() if share}
     if isinstance(spec.form, KinematicTree) and spec.form.tolerance is not None:
@@ -283,7 +288,7 @@ def _uncertain(spec: Spec, system: System, log: Log) -> tuple[System, Mapping[sy
 
 
 def _restrict(motion: Motion, start: int, stop: int) -> Motion:
-    """The part of a motion that may be trained on."""
+    """The part of a motion that is used for training."""
     cut = {
         name: getattr(motion, name)[start:stop]
         for name in ("time", "positions", "velocities", "accelerations", "inputs", "commands", "usable", "measured")
@@ -297,8 +302,8 @@ def _restrict(motion: Motion, start: int, stop: int) -> Motion:
 
 
 def _steady_laws(system: System) -> tuple[Finding, ...]:
-    """What residual and free run cannot tell of a contact whose law they take by its level of steady sliding."""
-    words = "its level of steady sliding stands for it, in the residual and in the free run"
+    """Warnings for contacts whose law cannot be simulated and is replaced by its steady-sliding level."""
+    words = "its steady-sliding level is used instead, in the force residual and in free-run simulation"
     return tuple(
         Finding("warning", "law", f"the law {c.law.name} at {c.name} is not simulated: {words}")
         for c in system.contacts
@@ -339,9 +344,9 @@ def _search_data(search: Search, outcome: Outcome) -> dict[str, Any]:
         "position_noise": [float(f"{v:.6g}") for v in search.record.noise],
         "alpha": ALPHA,
         "explained": round(outcome.explained, 4),
-        "level_refit": round(level(outcome.base), 3),
+        "level_refit": round(noise_ratio(outcome.base), 3),
         "share_far": round(share_far(outcome.base), 4),
-        "level_final": round(level(outcome.final), 3),
+        "level_final": round(noise_ratio(outcome.final), 3),
     }
 
 

@@ -1,14 +1,14 @@
-"""Which change of the machine separates two models by most: discriminating experiments by the models' predictions.
+"""Discriminating experiments: the change of the machine that separates two tied models most (T-optimality).
 
-After a change of the machine, model A follows the log's path in simulation. Model B is then fitted to both, this log
-and the simulated one, and what its best fit leaves is how far B is from being able to explain A:
+Model A follows the log's path in simulation after a change of the machine. Model B is then fitted to this log and the
+simulated one together, and what remains is the separation:
 
     d² = min over θ_B of  Σ_logs Σ w (r_B(θ_B) − r_A)² + (θ_B − θ̂_B)′ P (θ_B − θ̂_B)
 
-with r the low-passed force residual, w one over the variance of what A leaves on this log, times the share of its
-samples that is independent, and P the prior of the tolerances. The least of both orders counts. (T-optimality of
-Atkinson and Fedorov, with the log at hand as data.) A level that one load takes for friction has to be the same under
-another.
+with r the low-passed force residual, w the share of independent samples over the variance of A's residual on this log,
+and P the prior precision of the tolerances. The smaller value of both orders (A, B) and (B, A) counts. A friction level
+that explains an effect under one load must then also fit under the other. After Atkinson and Fedorov, with the present
+log as data.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ from codegen.diagnosis.follow import follow
 from codegen.diagnosis.force_fit import independent_samples
 from codegen.diagnosis.models import with_effects, with_values
 from codegen.diagnosis.problem import Problem
-from codegen.diagnosis.referee import acting_force
 from codegen.diagnosis.residual import inverse_dynamics_residual
+from codegen.diagnosis.residual_regression import acting_force
 from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.setups import Setup, setups
@@ -40,31 +40,31 @@ from codegen.mechanics.system import System
 Array = NDArray[np.float64]
 
 STEP = 1e-4
-"""Of a parameter, for its slope."""
+"""Relative step of a parameter, for its slope."""
 ROUNDS = 2
 """Gauss–Newton steps of a fit to both logs."""
 MOST_SAMPLES = 6_000
-"""Of the log's path that is followed again."""
+"""Samples of the log's path that are followed again."""
 UNCHANGED = Setup("none", "as it was logged")
 FLOOR = 1e-3
-"""Of the RMS of the drive force: a simulated log leaves no noise, a machine always does."""
+"""Noise floor over the RMS drive force: a simulated log has no noise, a measured one always has."""
 
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """A fit as a function of its numbers.
+    """A fitted model as a function of its parameters.
 
     Attributes:
-        trial: the declared system with effects. theta: (p,) values of what every fit moves, then the effects' own, SI.
-        price: (p,) prior weights.
+        trial: the declared system with effects. theta: (p,) refitted values, then the effects' own, SI.
+        prior_precision: (p,) diagonal of P.
     """
 
     trial: Trial
     theta: Array
-    price: Array
+    prior_precision: Array
 
     def system(self, theta: Array, setup: Setup, factor: float = 1.0) -> System:
-        """The machine after a change, with friction multiplied by ``factor`` where the change says so."""
+        """The machine after a change, with friction multiplied by ``factor`` where the change affects it."""
         k, effects = len(self.trial.moved), []
         values = {s.name: float(v) for s, v in zip(self.trial.moved, theta[:k], strict=True)}
         if setup.friction is not None:
@@ -79,10 +79,10 @@ class Model:
 
 @dataclass(frozen=True, eq=False)
 class Weighed:
-    """A log, of the machine after a change, and the weights of its force residuals.
+    """A log of the machine after a change, and the weights of its force residuals.
 
     Attributes:
-        problem: with the mask of what slides. weights: (n,) of a sample on each coordinate.
+        problem: with the mask of sliding samples. weights: (n,) of a sample on each coordinate.
     """
 
     setup: Setup
@@ -90,14 +90,14 @@ class Weighed:
     weights: Array
 
     def residual(self, model: Model, theta: Array) -> Array:
-        """(R,) low-passed force residual on all coordinates, by weight; a last number of theta is friction's factor."""
+        """(R,) weighted low-passed force residual on all coordinates; theta may end with the friction factor."""
         numbers, factor = (theta, 1.0) if self.setup.friction is None else (theta[:-1], float(theta[-1]))
         left = inverse_dynamics_residual(model.system(numbers, self.setup, factor), self.problem.motion)
         rows = self.problem.masks.rows
         return np.concatenate([np.sqrt(w) * left[rows[:, i], i] for i, w in enumerate(self.weights)])
 
     def slopes(self, model: Model, theta: Array, at: Array) -> Array:
-        """(R, p) of the residual, by forward differences from ``at``, the residual at theta."""
+        """(R, p) slopes of the residual, by forward differences from ``at``, the residual at theta."""
         columns = []
         for k in range(len(theta)):
             step = STEP * max(abs(float(theta[k])), 1e-6)
@@ -109,7 +109,7 @@ class Weighed:
 
 @dataclass(frozen=True, eq=False)
 class Discrimination:
-    """The fits that tie, on this log.
+    """Separation of tied fits by changes of the machine.
 
     Attributes:
         search: of the log. models: two at least, the best first.
@@ -124,7 +124,7 @@ class Discrimination:
         return Problem(self.search.system, self.search.motion, {})
 
     def tried(self) -> list[SetupTried]:
-        """Every change with the least separation over the pairs with the best model, largest first."""
+        """Every change with its smallest separation over the pairs with the best model, largest first."""
         parts = [p for model in self.models for p in model.trial.parts]
         if any(_keeps_states(model.trial.changed) for model in self.models):
             return []
@@ -136,7 +136,7 @@ class Discrimination:
         return sorted(found, key=lambda tried: -tried.separation)
 
     def _separation(self, setup: Setup) -> tuple[float, float] | None:
-        """(least distance over the pairs, largest input in it); None where the path cannot be followed."""
+        """(smallest separation over the pairs, largest input); None where the path cannot be followed."""
         least, most = float("inf"), 0.0
         followed: dict[int, tuple[Motion, float] | None] = {}
         for one, other in ((a, b) for b in range(1, len(self.models)) for a in (0, b)):
@@ -157,11 +157,11 @@ class Discrimination:
         extra = [] if setup.friction is None else [setup.friction]
         targets = [log.residual(truth, np.append(truth.theta, extra if log.setup is setup else [])) for log in logs]
         theta, best = np.append(rival.theta, extra), float("inf")
-        centre, price = theta.copy(), np.append(rival.price, np.zeros(len(extra)))
+        centre, prior_precision = theta.copy(), np.append(rival.prior_precision, np.zeros(len(extra)))
         count = len(rival.theta)
         for turn in range(ROUNDS + 1):
-            matrix, vector = np.diag(price), price * (centre - theta)
-            cost = float(price @ (theta - centre) ** 2)
+            matrix, vector = np.diag(prior_precision), prior_precision * (centre - theta)
+            cost = float(prior_precision @ (theta - centre) ** 2)
             for log, target in zip(logs, targets, strict=True):
                 own = theta if log.setup.friction is not None else theta[:count]
                 at = log.residual(rival, own)
@@ -194,7 +194,7 @@ class Discrimination:
         return weights
 
     def _follow(self, truth: Model, setup: Setup) -> tuple[Motion, float] | None:
-        """The log's path as the machine of a model follows it after a change, and the largest input that it takes."""
+        """The log's path as a model's machine follows it after a change, and the largest input; None where it fails."""
         motion, h = self.search.motion, self.search.motion.sample_time
         samples = min(len(motion.time), MOST_SAMPLES)
         count = round(samples / setup.pace)
@@ -220,6 +220,6 @@ class Discrimination:
 
 
 def _keeps_states(system: System) -> bool:
-    """Whether the force residual needs states that no log holds: what they do to a path is not computed here."""
+    """Whether the force residual of a system needs states that are not logged; its separation is not computed here."""
     bristles = (c.law.bristle_stiffness(c.law_parameters) for c in system.contacts)
     return states(system) > 0 or any(stiffness != 0 for stiffness in bristles)

@@ -1,4 +1,4 @@
-"""Parameters of the final fit with confidence intervals that do not trust the noise to be white."""
+"""Parameter estimates of the final fit with 95 % confidence intervals by the sandwich covariance."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as student
 
-from codegen.diagnosis.output_error import Shot, scales, segment_weights
+from codegen.diagnosis.output_error import Fit, scales, segment_weights
 
 Array = NDArray[np.float64]
 
@@ -19,7 +19,7 @@ Interval = tuple[float, float]
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """Values in SI with 95 % intervals.
+    """Estimates in SI with 95 % intervals.
 
     Attributes:
         moved: symbol name → value, interval, of friction levels and parameters with a tolerance.
@@ -30,20 +30,20 @@ class Estimate:
     effects: tuple[dict[str, tuple[float, Interval]], ...]
 
 
-def estimate(shot: Shot, other: Shot | None = None) -> Estimate:
-    """The sandwich covariance over segments: the gradient of each counts as it is, whatever the colour of its noise.
+def estimate(fit: Fit, other: Fit | None = None) -> Estimate:
+    """Estimates and intervals of a fit; the sandwich covariance over segments is valid for coloured noise.
 
     Args:
-        other: the same fit on segments of another length; how far the two lie apart is taken as one more deviation.
+        other: the same fit on segments of another length; the difference between the two is added to the deviation.
     """
-    trial = shot.runner.trial
-    deviation = standard_errors(shot)
+    trial = fit.runner.trial
+    deviation = standard_errors(fit)
     if other is not None:
-        deviation = np.hypot(deviation, other.theta - shot.theta)
-    segments, count = len(shot.residual), len(shot.theta)
+        deviation = np.hypot(deviation, other.theta - fit.theta)
+    segments, count = len(fit.residual), len(fit.theta)
     factor = float(student.ppf(0.5 + CONFIDENCE / 2, max(segments - count, 3)))
-    low, high = shot.theta - factor * deviation, shot.theta + factor * deviation
-    moved, found = trial.split(shot.theta)
+    low, high = fit.theta - factor * deviation, fit.theta + factor * deviation
+    moved, found = trial.split(fit.theta)
     below, above = trial.split(low), trial.split(high)
     levels = {
         s.name: (float(v), (float(a), float(b)))
@@ -62,16 +62,16 @@ def estimate(shot: Shot, other: Shot | None = None) -> Estimate:
     return Estimate(levels, tuple(effects))
 
 
-def standard_errors(shot: Shot) -> Array:
-    """(p,) in the coordinates of the fit."""
-    weights = segment_weights(shot.residual)
-    weighted = shot.slopes * weights[:, None]
-    bread = np.einsum("ask,bsk->ab", weighted, shot.slopes, optimize=True) + np.diag(shot.price)
-    gradients = np.einsum("ask,sk->sa", weighted, shot.residual)
-    segments, count = len(shot.residual), len(shot.theta)
+def standard_errors(fit: Fit) -> Array:
+    """(p,) standard errors in the coordinates of the fit."""
+    weights = segment_weights(fit.residual)
+    weighted = fit.slopes * weights[:, None]
+    bread = np.einsum("ask,bsk->ab", weighted, fit.slopes, optimize=True) + np.diag(fit.prior_precision)
+    gradients = np.einsum("ask,sk->sa", weighted, fit.residual)
+    segments, count = len(fit.residual), len(fit.theta)
     meat = gradients.T @ gradients * (segments / max(segments - count, 1))
-    # The declared values err by their tolerance, whatever weight the prior has beside a tempered likelihood.
-    meat += np.diag(shot.price / shot.tempering)
+    # The prior's gradient has the variance of the tolerances, whatever the tempering of the likelihood.
+    meat += np.diag(fit.prior_precision / fit.tempering)
     size = scales(bread)
     inverse = np.linalg.pinv(bread / np.outer(size, size), rcond=1e-12) / np.outer(size, size)
     return np.sqrt(np.maximum(np.diag(inverse @ meat @ inverse), 0.0))

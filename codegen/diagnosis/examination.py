@@ -1,4 +1,4 @@
-"""What the rounds found → what is said and written: effects and values that pass the checks which would refuse them."""
+"""Adoption of values, checks of the effects found, and refusal by held-out data: from the outcome to the answer."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from codegen.diagnosis import credit
-from codegen.diagnosis.adoption import Refit, settle
+from codegen.diagnosis.adoption import Refit, adopt_values
 from codegen.diagnosis.answer import Answer
-from codegen.diagnosis.conclusion import force_agrees, named_effects, takes_its_own
+from codegen.diagnosis.conclusion import explains_own_variable, force_agrees, named_effects
 from codegen.diagnosis.estimate import estimate
+from codegen.diagnosis.forward_selection import Outcome
 from codegen.diagnosis.limits import at_limit
 from codegen.diagnosis.models import with_effects, with_values
-from codegen.diagnosis.output_error import Shot
+from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.reservations import objections, remarks
 from codegen.diagnosis.results import ErrorFigures, FoundEffect, Verdict
-from codegen.diagnosis.rounds import Outcome
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.veto import Admitted, Option, admitted
 from codegen.mechanics.system import System
@@ -25,13 +25,13 @@ Measured = Callable[[System], ErrorFigures]
 
 
 def examine(
-    search: Search, standing: Search, outcome: Outcome, problem: Problem, verdict: Verdict, measured: Measured
+    search: Search, final_search: Search, outcome: Outcome, problem: Problem, verdict: Verdict, measured: Measured
 ) -> Answer:
-    """Settle the values, examine the effects, and let the held-out data refuse what is worse than the declared model.
+    """Adopt values, check the effects, and refuse a model that is worse on held-out data than the declared one.
 
     Args:
-        standing: the search on whose segments the outcome's last fit is.
-        verdict: of the rounds.
+        final_search: the search on whose segments the outcome's last fit is.
+        verdict: by forward selection.
     """
     system = search.system
     declared = measured(system)
@@ -39,7 +39,7 @@ def examine(
         refit = with_values(system, _values(outcome.base))
         figures = measured(refit)
         return Answer(verdict, (), refit, refit, (declared, figures, figures))
-    base = settle(search, outcome.base, problem, system)
+    base = adopt_values(search, outcome.base, problem, system)
     chosen = admitted(_options(system, base, "refitted values"), declared, measured)
     refit = system if chosen.option is None else chosen.option.system
     plain = Answer(
@@ -53,27 +53,29 @@ def examine(
     )
     if not outcome.parts:
         return plain
-    return _with_effects(standing, outcome, problem, plain, measured)
+    return _with_effects(final_search, outcome, problem, plain, measured)
 
 
-def _with_effects(standing: Search, outcome: Outcome, problem: Problem, plain: Answer, measured: Measured) -> Answer:
-    system, verdict = standing.system, plain.verdict
-    shot, found, against = _examined(standing, outcome.final, problem, plain.refit, verdict == "effect")
+def _with_effects(
+    final_search: Search, outcome: Outcome, problem: Problem, plain: Answer, measured: Measured
+) -> Answer:
+    system, verdict = final_search.system, plain.verdict
+    fit, found, against = _examined(final_search, outcome.final, problem, plain.refit, verdict == "effect")
     if against:
         return replace(plain, verdict=without_effects(outcome), effects=found, against=against)
-    richer = settle(standing, shot, problem, with_effects(system, found))
-    without_it = {s.name: float(plain.refit.values[s]) for s in standing.moved}
+    richer = adopt_values(final_search, fit, problem, with_effects(system, found))
+    without_it = {s.name: float(plain.refit.values[s]) for s in final_search.moved}
     options = _options(with_effects(system, found), richer, "the effect with refitted values", without_it)
     if verdict in ("effect", "ambiguous") and not force_agrees(outcome.final, problem, plain.refit, options[0].system):
-        words = "the squared residual force of the training log does not fall by it as it should"
+        words = "it does not reduce the squared residual force of the training log as much as it should"
         return replace(plain, verdict="unknown", effects=found, against=(words,))
-    if verdict == "effect" and not takes_its_own(outcome, problem, plain.refit, options[0].system, found):
+    if verdict == "effect" and not explains_own_variable(outcome, problem, plain.refit, options[0].system, found):
         words = "a smooth curve over its own variable explains twice as much of the residual force as the law does"
         return replace(plain, verdict="unknown", effects=found, against=(words,))
     if verdict == "unknown":
         return replace(plain, verdict=verdict, effects=found)
     without = plain.figures[1]
-    if options[0].system.transmissions:  # the motion of a load is derived from the noise of the differentiation
+    if options[0].system.transmissions:  # the load's motion is computed from differentiated noise: no force criterion
         without = replace(without, force_rms_rows=tuple(float("nan") for _ in without.force_rms_rows))
     chosen = admitted(options, plain.figures[0], measured, without)
     if chosen.option is None:
@@ -87,49 +89,49 @@ def _with_effects(standing: Search, outcome: Outcome, problem: Problem, plain: A
     )
     if verdict == "ambiguous":
         return written
-    said = tuple(w for f, p in zip(found, shot.runner.trial.parts, strict=True) for w in remarks(f, p, problem))
-    return replace(written, remarks=(*said, *richer.notes, *_refused(chosen)))
+    notes = tuple(w for f, p in zip(found, fit.runner.trial.parts, strict=True) for w in remarks(f, p, problem))
+    return replace(written, remarks=(*notes, *richer.notes, *_refused(chosen)))
 
 
 def _examined(
-    search: Search, final: Shot, problem: Problem, refit: System, strict: bool
-) -> tuple[Shot, tuple[FoundEffect, ...], tuple[str, ...]]:
-    """The polished fit with those effects that nothing speaks against; where none is left, all and what does.
+    search: Search, final: Fit, problem: Problem, refit: System, strict: bool
+) -> tuple[Fit, tuple[FoundEffect, ...], tuple[str, ...]]:
+    """The polished fit with the effects without objections; where all have some, that with all and the objections.
 
     Args:
         strict: whether to look for objections.
     """
     while True:
-        shot, other = search.polished(final)
-        parts = shot.runner.trial.parts
-        named = named_effects(parts, estimate(shot, other), refit)
-        found = tuple(replace(f, at_limit=marks) for f, marks in zip(named, at_limit(shot), strict=True))
-        spoken = [objections(f, p, problem) if strict else [] for f, p in zip(found, parts, strict=True)]
-        if not any(spoken):
-            return shot, found, ()
-        if all(spoken):
-            return shot, found, tuple(w for words in spoken for w in words)
-        final = search.without(final, next(k for k, words in enumerate(spoken) if words))
+        fit, other = search.polished(final)
+        parts = fit.runner.trial.parts
+        named = named_effects(parts, estimate(fit, other), refit)
+        found = tuple(replace(f, at_limit=marks) for f, marks in zip(named, at_limit(fit), strict=True))
+        raised = [objections(f, p, problem) if strict else [] for f, p in zip(found, parts, strict=True)]
+        if not any(raised):
+            return fit, found, ()
+        if all(raised):
+            return fit, found, tuple(w for words in raised for w in words)
+        final = search.without(final, next(k for k, words in enumerate(raised) if words))
 
 
 def without_effects(outcome: Outcome) -> Verdict:
-    """The verdict where no effect is credited: whether the refit leaves more than noise, and no small share."""
+    """The verdict where no effect is credited: ``unknown`` if the refit leaves a material misfit above the noise."""
     base = outcome.base
-    far = credit.level(base) > credit.NEAR_NOISE or credit.share_far(base) > credit.FEW
+    far = credit.noise_ratio(base) > credit.NEAR_NOISE or credit.share_far(base) > credit.FEW
     return "unknown" if far and credit.misfit(base) > credit.LEAST_SIZE else "none"
 
 
 def _options(system: System, refit: Refit, words: str, without: Mapping[str, float] | None = None) -> list[Option]:
-    """From the values that the training log prefers to the declared ones, each once.
+    """Models that may be written, from the values that the training log prefers to the declared ones, each once.
 
     Args:
-        without: values adopted for the model without the effects that the system has.
+        without: values adopted for the model without the effects.
     """
     tried: list[Option] = []
     ways: Sequence[tuple[str, Mapping[str, float]]] = (
         (words, refit.mapping()),
         (f"{words} of friction levels alone", refit.mapping(refit.levels)),
-        *([("the effect with the values that are adopted without it", without)] if without else []),
+        *([("the effect with the values of the model without it", without)] if without else []),
         ("the declared values", refit.mapping(refit.declared)),
     )
     for name, values in ways:
@@ -142,6 +144,6 @@ def _refused(chosen: Admitted) -> tuple[str, ...]:
     return tuple(f"{words}: not adopted" for words in chosen.refusals)
 
 
-def _values(shot: Shot) -> dict[str, float]:
-    trial = shot.runner.trial
-    return {s.name: float(v) for s, v in zip(trial.moved, trial.split(shot.theta)[0], strict=True)}
+def _values(fit: Fit) -> dict[str, float]:
+    trial = fit.runner.trial
+    return {s.name: float(v) for s, v in zip(trial.moved, trial.split(fit.theta)[0], strict=True)}

@@ -1,4 +1,4 @@
-"""A machine that follows a path under a position loop, in simulation."""
+"""Simulation of a machine that follows a path under a position loop."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from codegen.simulate.observed_loop import run_loop
 Array = NDArray[np.float64]
 
 LOOP_SHARE, LOOP_SAMPLES = 0.4, 60
-"""The loop's frequency over the coarse cutoff; least samples of its period."""
+"""Bandwidth of the loop over the coarse cutoff; least number of samples in its period."""
 
 
 def follow(
     search: Search, machine: System, target: Array, rate: Array, centre: Array, h: float, limit: Array | None = None
 ) -> LoopRun | None:
-    """The run along (N, n) positions and their rates; None where it does not stay finite.
+    """The simulated run along (N, n) positions and their rates; None where it diverges.
 
     Args:
         centre: (n,) positions at which the loop is critically damped. limit: (m,) of the inputs.
@@ -41,7 +41,7 @@ def follow(
 
 
 def loop_gains(search: Search, centre: Array, h: float) -> tuple[Array, Array]:
-    """(m, n) gains of a critically damped loop on the coordinates that the inputs reach, by M and ∂g/∂w there."""
+    """(m, n) gains of a critically damped loop, from M and ∂g/∂w at ``centre``."""
     system = search.system
     at = dict(system.values) | dict(zip(system.positions, map(float, centre), strict=True))
     at |= dict.fromkeys((*system.velocities, *system.inputs), 0)

@@ -1,4 +1,4 @@
-"""The second witness as a fit: a system's force residual, linear about its values, over what a refit may move."""
+"""Linear least squares on the force residual: the residual and its slopes by the refitted parameters."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from codegen.mechanics.system import TIME, System
 Array = NDArray[np.float64]
 
 REWEIGHED = 2
-"""Rounds in which each coordinate is weighed by what the fit before left on it."""
+"""Iterations of reweighting each coordinate by its residual RMS (iteratively reweighted least squares)."""
 
 
 @dataclass(frozen=True, eq=False)
 class ForceRows:
-    """Low-passed force residual of one coordinate away from standstill.
+    """Linearised low-passed force residual of one coordinate, away from standstill.
 
     Attributes:
         sample: (R,) index of each row in the motion. residual: (R,) at the system's own values. slopes: (R, p).
@@ -36,12 +36,12 @@ class ForceRows:
     slopes: Array
 
     def left(self, change: Array) -> Array:
-        """(R,) residual after the parameters changed by (p,)."""
+        """(R,) residual after a parameter change (p,)."""
         return np.asarray(self.residual + self.slopes @ change)
 
 
 def force_rows(system: System, problem: Problem, symbols: Sequence[sympy.Symbol]) -> list[ForceRows]:
-    """One for each coordinate that ever moves."""
+    """The rows of each coordinate that moves."""
     motion = problem.motion
     residual = inverse_dynamics_residual(system, motion)
     slopes = motion.low_pass(_slopes(system, motion, symbols))
@@ -53,20 +53,20 @@ def force_rows(system: System, problem: Problem, symbols: Sequence[sympy.Symbol]
     return rows
 
 
-def scales(rows: Sequence[ForceRows], price: Array, free: NDArray[np.bool_], pull: Array) -> Array:
-    """RMS that the fit of the free parameters leaves on each coordinate.
+def scales(rows: Sequence[ForceRows], prior_precision: Array, free: NDArray[np.bool_], pull: Array) -> Array:
+    """Residual RMS on each coordinate after the fit of the free parameters.
 
     Args:
-        price: (p,) prior weights. pull: (p,) from the system's values to the centre of the prior.
+        prior_precision: (p,). pull: (p,) from the system's values to the centre of the prior.
     """
     size = np.array([_rms(r.residual) for r in rows])
     for _ in range(REWEIGHED):
-        matrix, vector = np.diag(price), price * pull
+        matrix, vector = np.diag(prior_precision), prior_precision * pull
         for r, one in zip(rows, size, strict=True):
             share = independent_samples(r.residual) / len(r.residual)
             matrix = matrix + share * r.slopes.T @ r.slopes / one**2
             vector = vector - share * r.slopes.T @ r.residual / one**2
-        change = np.zeros(len(price))
+        change = np.zeros(len(prior_precision))
         if free.any():
             change[free] = np.linalg.lstsq(matrix[np.ix_(free, free)], vector[free], rcond=1e-10)[0]
         size = np.array([_rms(r.left(change)) for r in rows])
@@ -74,7 +74,7 @@ def scales(rows: Sequence[ForceRows], price: Array, free: NDArray[np.bool_], pul
 
 
 def independent_samples(residual: Array) -> float:
-    """N over the sum of the autocorrelations up to the first that is not positive, on both sides."""
+    """Effective number of independent samples: N over the two-sided sum of the autocorrelation up to its first zero."""
     count = len(residual)
     spectrum = np.abs(np.fft.rfft(residual, 2 * count)) ** 2
     correlation = np.fft.irfft(spectrum)[:count]
@@ -91,7 +91,7 @@ def _rms(values: Array) -> float:
 
 
 def _slopes(system: System, motion: Motion, symbols: Sequence[sympy.Symbol]) -> Array:
-    """(N, n, p) of g − M a − U λ by parameters, unfiltered."""
+    """(N, n, p) slopes of g − M a − U λ by parameters, unfiltered."""
     n, m = system.degrees_of_freedom, len(system.inputs)
     point, moved = casadi.SX.sym("point", 3 * n + m + 1), casadi.SX.sym("moved", len(symbols))
     variables = [*system.positions, *system.velocities, *system.accelerations, *system.inputs, TIME]

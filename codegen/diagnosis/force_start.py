@@ -1,9 +1,9 @@
-"""Where the fit of a candidate starts: by least squares on the force residual of the measured motion.
+"""Starting values of a candidate's fit by least squares on the force residual of the measured motion.
 
-A free run that has left the measured motion says little of what is lacking. The force residual r = g − M a − U λ is
-linear in an effect's weights and in the friction levels, which it gives together, for each of the effect's shapes. A
-stage of an actuator (a delay, a lag, a limit, a dead zone, a gain) has no such weight; r follows it through the
-effective input w alone, r + (∂g/∂w) (w' − w), over a bounded search of its one parameter.
+They are needed where the free-run simulation of the base leaves the measured motion. The force residual r = g − M a − U
+λ is linear in an effect's weights and in the friction levels, which are solved for together for each of the effect's
+shapes. A stage of an actuator (delay, lag, limit, dead zone, gain) has no weight; it changes r through the effective
+input w alone, r + (∂g/∂w) (w' − w), and its one parameter is found by a bounded search.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from scipy.optimize import minimize_scalar
 from codegen.diagnosis.balance import evaluate_forces, true_motion
 from codegen.diagnosis.force_fit import force_rows
 from codegen.diagnosis.models import model_of
-from codegen.diagnosis.output_error import Shot
+from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.residual import effective_inputs, inverse_dynamics_residual
 from codegen.diagnosis.trial import Trial
@@ -31,25 +31,24 @@ from codegen.mechanics.system import TIME, Matrix, System
 Array = NDArray[np.float64]
 
 SEARCHED, REACH = 16, 2.0
-"""Of the bounded search: values at most, and how far from the best of the grid, in the coordinate of the fit."""
+"""Of the bounded search: most evaluations, and half its width about the best of the grid, in the fit's coordinate."""
 
 
 @dataclass(frozen=True, eq=False)
 class ForceStart:
-    """Starts of candidates beside one fit.
+    """Starting values of candidates in addition to one fit.
 
     Attributes:
         problem: of the declared system on the log's motion. base: the fit without the candidate.
     """
 
     problem: Problem
-    base: Shot
+    base: Fit
 
     def best(self, trial: Trial, covered: Covered) -> tuple[float, Array] | None:
-        """What is left of the force residual, squared, and the trial's vector with its last part and the levels.
+        """(squared force residual that remains, theta) of the trial with starting values of its last part and levels.
 
-        None where the part adds states, or is neither a force with a weight nor a stage of an actuator with one
-        parameter.
+        None where the part adds states, or is neither a force with a weight nor an actuator stage with one parameter.
         """
         part = trial.parts[-1]
         if trial.adds_states or self.base.runner.trial.adds_states:
@@ -74,7 +73,7 @@ class ForceStart:
         return (tried[inner][0], theta) if np.isfinite(theta).all() else None
 
     def _weighted(self, trial: Trial, covered: Covered) -> tuple[float, Array] | None:
-        """The best of an effect's shapes, its weights and the levels by linear least squares."""
+        """The best of an effect's shapes, with its weights and the levels by linear least squares."""
         part, effect = trial.parts[-1], trial.parts[-1].effect
         shapes = effect.starts(covered)
         probes = [effect.probes(shape, covered) for shape in shapes]
@@ -93,7 +92,7 @@ class ForceStart:
         return min(found, key=lambda pair: pair[0], default=None)
 
     def _changes(self, trial: Trial, probes: Sequence[Mapping[str, float]]) -> Iterator[Array]:
-        """(R,) by which the last part, with each of these values, changes the residual."""
+        """(R,) changes of the residual by the last part, for each of these values."""
         system, motion, part = trial.changed, self.problem.motion, trial.parts[-1]
         own = dict(zip(self.base.runner.trial.symbols, self.base.runner.trial.numbers(self.base.theta), strict=True))
         variables = [*system.positions, *system.velocities, *system.accelerations, *system.inputs, TIME, *part.symbols]
@@ -110,7 +109,7 @@ class ForceStart:
             yield self._rows(motion.low_pass(force) - self._residual)
 
     def _left(self, trial: Trial, inner: float) -> tuple[float, Array]:
-        """(squared residual that is left, steps of the levels) with the part at this value."""
+        """(squared residual that remains, steps of the levels) with the part's parameter at this value."""
         change = self._acting(trial, np.append(self.base.theta, inner)) - self._own
         force = np.einsum("jni,nj->ni", self._by_input, change)
         residual = self._rows(self._residual + self.problem.motion.low_pass(force))
@@ -119,13 +118,13 @@ class ForceStart:
         return float(rest @ rest), step
 
     def _acting(self, trial: Trial, theta: Array) -> Array:
-        """(N, m) effective inputs about each sample: the mean of what acts before and behind it."""
+        """(N, m) effective inputs at each sample: the mean of those before and after it."""
         motion = self.problem.motion
         after = trial.chains.act(motion.commands, trial.numbers(theta), motion.sample_time, 1)
         return 0.5 * (after + np.vstack([after[:1], after[:-1]]))
 
     def _rows(self, forces: Array) -> Array:
-        """(R,) forces (N, n) of all coordinates away from standstill, each over what the base leaves there."""
+        """(R,) forces (N, n) of all coordinates away from standstill, each over the RMS residual of the base."""
         used = self.problem.masks.rows.T
         return np.concatenate([f[u] / s for f, u, s in zip(forces.T, used, self._sizes, strict=True) if u.any()])
 
@@ -156,7 +155,7 @@ class ForceStart:
 
     @cached_property
     def _places(self) -> list[int]:
-        """Of the friction levels among what every fit moves."""
+        """Indices of the friction levels among the refitted values."""
         return [k for k, s in enumerate(self.base.runner.trial.moved) if s in self.problem.levels]
 
     @cached_property

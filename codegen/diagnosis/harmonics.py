@@ -1,8 +1,9 @@
-"""Cogging with several waves: which orders the force residual holds over position, and the effect that has them.
+"""Cogging with several harmonics: orders selected on the force residual over position, then fitted in free runs.
 
-A sine is what the rounds try; a motor's slots, poles and eccentricity make a sum of them, which a free run of one sine
-leaves too soon to be fitted. The sum is linear in its weights, so the force residual finds it first: orders one by one,
-judged on blocks of the log that their weights were not fitted to. The free runs then refine it and decide.
+Forward selection tries a single sine. Slots, poles and eccentricity of a motor make a sum of sines, and a free run with
+one of them diverges too soon to be fitted. The force residual is linear in the weights of the sum: orders are added one
+by one and judged on blocks of the log that their weights were not fitted to. The free runs then refine the sum and
+decide.
 """
 
 from __future__ import annotations
@@ -13,17 +14,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen.diagnosis.attempt import NEAR, SHORTEST, Found
+from codegen.diagnosis.candidate_fits import NEAR, SHORTEST, Found
 from codegen.diagnosis.conclusion import force_agrees
-from codegen.diagnosis.credit import evidence, held_out_losses, level, noise_loss
+from codegen.diagnosis.credit import evidence, held_out_losses, noise_loss, noise_ratio
+from codegen.diagnosis.forward_selection import Outcome, explained_share, pruned, worth_it
 from codegen.diagnosis.measure import Window, force_errors
 from codegen.diagnosis.models import with_effects, with_values
-from codegen.diagnosis.output_error import Shot
+from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.problem import Problem
-from codegen.diagnosis.ranking import Ranked, chance, credible, weight_of
+from codegen.diagnosis.ranking import Ranked, chance, credible, relative_size
 from codegen.diagnosis.residual import inverse_dynamics_residual
 from codegen.diagnosis.results import FoundEffect
-from codegen.diagnosis.rounds import Outcome, explained_share, pruned, worth_it
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.trial import Part, part_of
 from codegen.effects.cogging_harmonics import CoggingHarmonics
@@ -36,27 +37,28 @@ Array = NDArray[np.float64]
 BLOCKS = 8
 MOST_ORDER, MOST_WAVES = 120, 40
 COVERED, TURNS = 0.9, 1.5
-"""Share of a period that the log must cover, and periods that it must pass: a place is seen more than once."""
+"""Least share of a period that the log covers, and least number of periods that the motion travels."""
 MULTIPLES = 6
-"""A sine that was found may be a wave of a period up to so many times its own."""
+"""A sine that was found may be a harmonic of a period up to this many times its own."""
 LEAST_SHARE = 0.2
-"""Of the squared force residual, on blocks held out: less is left to what else may be missing."""
+"""Least share of the squared force residual that is explained on held-out blocks."""
 WORTH = 0.003
-"""Of that residual: what a wave more must explain."""
+"""Least share of that residual that each further harmonic explains."""
 FAST = 3.0
-"""Usual speeds: above, waves pass too fast to be seen, and what throws the machine so fast is no cogging."""
+"""Multiple of the median speed above which samples are left out: harmonics pass too fast there, and other forces
+act."""
 REACH = 1.5
-"""Cutoffs of the coarse filter: a wave that passes faster than this at the usual speed is not seen."""
+"""Highest frequency of a harmonic at the median speed, in cutoffs of the coarse filter."""
 
 
 @dataclass(frozen=True, eq=False)
 class Waves:
-    """A sparse sum over one coordinate's force residual.
+    """A sparse sum of harmonics for one coordinate's force residual.
 
     Attributes:
         coordinate: index. period: SI.
-        orders: rising. weights: (2 per order) of sine and cosine, of the effect e.
-        share: of the squared residual that it removes on blocks held out.
+        orders: rising. weights: (2 per order) of sine and cosine.
+        share: of the squared residual that it removes on held-out blocks.
     """
 
     coordinate: int
@@ -66,36 +68,37 @@ class Waves:
     share: float
 
     def effect(self, richer: CoggingHarmonics) -> CoggingHarmonics:
-        """A richer form of a sine with these orders."""
+        """The cogging effect with these orders."""
         return richer.of_orders(self.orders)
 
     def parameters(self, richer: CoggingHarmonics) -> dict[str, float]:
-        """Of that effect."""
+        """The parameters of that effect."""
         return self.effect(richer).values(self.period, [(float(a), float(b)) for a, b in self.weights.reshape(-1, 2)])
 
 
 def with_harmonics(search: Search, outcome: Outcome, problem: Problem) -> tuple[Outcome, Search]:
-    """The outcome with a cogging of several waves in place of what it has, where free runs credit that.
+    """The outcome with a cogging of several harmonics in place of its own, where free runs credit it.
 
-    Tried on every coordinate on which a sine stands or passed its tests alone, and on angles that turn often enough.
-    Where the refit is far from the data, on short segments: a rotor in steep cogging leaves its motion soon.
+    Tried on every coordinate for which a sine is in the outcome or passed its tests alone, and on angles that make
+    enough turns. Where the refit is far from the data, short segments are used: a rotor in steep cogging soon leaves
+    the measured motion.
 
     Returns:
         The outcome, and the search on whose segments its last fit is.
     """
-    standing = search
+    final_search = search
     near, base, final = search, outcome.base, outcome.final
     if final is not base and not force_agrees(final, problem, _system(search, base), _system(search, final)):
-        final = base  # what predicts by coasting need not be beaten
-    if level(base) > NEAR:
+        final = base  # the force residual contradicts this fit: it is no reference
+    if noise_ratio(base) > NEAR:
         near = replace(search, record=search.shorter(SHORTEST), shorter=lambda share: search.shorter(SHORTEST * share))
-        base, final = near.elsewhere(base), near.elsewhere(final)
+        base, final = near.on_another_record(base), near.on_another_record(final)
     parts = final.runner.trial.parts
     for i, richer in _richer_forms(search.system).items():
         on = search.system.positions[i].name
         rest = [k for k, p in enumerate(parts) if not _is_sine(p, on, richer)]
         periods = sorted(_periods(search, outcome, problem, i, richer))
-        best: Shot | None = None
+        best: Fit | None = None
         for kept in ([[], rest] if rest else [[]]) if periods else []:
             moved, system = _start(near, final, problem, kept)
             waves = _best(periods, system, problem, i)
@@ -105,23 +108,23 @@ def with_harmonics(search: Search, outcome: Outcome, problem: Problem) -> tuple[
             if best is None or worth_it(near, best, fitted, MOST_ORDER):
                 best = fitted
         if best is not None and credible(near, base, best, MOST_ORDER) and worth_it(near, final, best, MOST_ORDER):
-            outcome, standing = _adopted(near, outcome, base, best), near
+            outcome, final_search = _adopted(near, outcome, base, best), near
             final, parts = best, best.runner.trial.parts
-    return outcome, standing
+    return outcome, final_search
 
 
 def _richer_forms(system: System) -> dict[int, CoggingHarmonics]:
-    """For each coordinate the effect that has several waves."""
+    """For each coordinate the effect with several harmonics."""
     return {place: effect for effect, place in candidates(system) if isinstance(effect, CoggingHarmonics)}
 
 
 def _is_sine(part: Part, on: str, richer: CoggingHarmonics) -> bool:
-    """Whether a part is the effect of one wave on a coordinate of which another is the richer form."""
+    """Whether a part is the single-sine form, on this coordinate, of the effect with harmonics."""
     return part.on == on and richer.refines in kinds_of(part.kind)
 
 
 def _best(periods: Sequence[float], system: System, problem: Problem, coordinate: int) -> Waves | None:
-    """The waves of the period that explains most, the shorter of two that explain alike; None for a lone wave."""
+    """The harmonics of the period that explains most, the shortest of equals; None where only one sine is left."""
     residual = inverse_dynamics_residual(system, problem.motion)[:, coordinate]
     tried = (regress(system, problem, -residual, coordinate, period) for period in periods)
     found = [waves for waves in tried if waves is not None]
@@ -132,20 +135,20 @@ def _best(periods: Sequence[float], system: System, problem: Problem, coordinate
     return best if best.share >= LEAST_SHARE and len(best.orders) > 1 else None
 
 
-def _start(search: Search, shot: Shot, problem: Problem, kept: Sequence[int]) -> tuple[Array, System]:
-    """Values of what every fit moves, those of the fit or as declared, and the system with them: the less wrong one.
+def _start(search: Search, fit: Fit, problem: Problem, kept: Sequence[int]) -> tuple[Array, System]:
+    """Refitted or declared values, whichever leave less force residual, and the system with them.
 
-    A refit that could not follow the motion may be further from the forces than what was declared.
+    A refit whose free runs diverge can be further from the forces than the declared values.
     """
-    fitted, window = shot.runner.trial.split(shot.theta)[0], Window(0, len(problem.motion.time))
-    ways = [(values, _system(search, shot, kept, values)) for values in (fitted, search.declared)]
+    fitted, window = fit.runner.trial.split(fit.theta)[0], Window(0, len(problem.motion.time))
+    ways = [(values, _system(search, fit, kept, values)) for values in (fitted, search.declared)]
     return min(ways, key=lambda way: force_errors(way[1], problem.motion, problem.masks, window)[2])
 
 
-def _system(search: Search, shot: Shot, kept: Sequence[int] | None = None, moved: Array | None = None) -> System:
-    """The declared system with a fit's values and effects, or those of them that are kept, or other values."""
-    trial = shot.runner.trial
-    own, found = trial.split(shot.theta)
+def _system(search: Search, fit: Fit, kept: Sequence[int] | None = None, moved: Array | None = None) -> System:
+    """The declared system with a fit's values and effects, or only with those kept, or with other values."""
+    trial = fit.runner.trial
+    own, found = trial.split(fit.theta)
     named = {s.name: float(v) for s, v in zip(search.moved, own if moved is None else moved, strict=True)}
     chosen = range(len(found)) if kept is None else kept
     effects = [FoundEffect(trial.parts[k].kind, trial.parts[k].on, found[k], {}) for k in chosen]
@@ -155,7 +158,7 @@ def _system(search: Search, shot: Shot, kept: Sequence[int] | None = None, moved
 def _periods(
     search: Search, outcome: Outcome, problem: Problem, coordinate: int, richer: CoggingHarmonics
 ) -> Iterator[float]:
-    """A whole turn of an angle, and multiples of the sines that were found."""
+    """Periods to try: a whole turn of an angle, and multiples of the sines that were found."""
     system, motion = search.system, problem.motion
     x, used = motion.positions[:, coordinate], motion.usable[1:] & motion.usable[:-1]
     span, way = float(np.ptp(x[motion.usable])), float(np.abs(np.diff(x))[used].sum())
@@ -175,12 +178,12 @@ def _periods(
 
 
 def regress(system: System, problem: Problem, force: Array, coordinate: int, period: float) -> Waves | None:
-    """A sparse sum of sines and cosines of one period for a low-passed force along the motion.
+    """A sparse sum of sines and cosines of one period, fitted to a low-passed force along the motion.
 
-    Offset and direction of motion stand beside the waves: a level that is a little off is none of them.
+    An offset and the direction of motion are fitted too, so that an inexact friction level makes no harmonic.
 
     Args:
-        force: (N,) what the effect e must have been.
+        force: (N,) the force that the effect has to explain.
     """
     motion, rows = problem.motion, problem.masks.rows[:, coordinate]
     x, v = motion.positions[:, coordinate], motion.velocities[:, coordinate]
@@ -201,9 +204,13 @@ def regress(system: System, problem: Problem, force: Array, coordinate: int, per
 
 
 def _sparse(grams: Array, highest: int) -> tuple[tuple[int, ...], Array, float]:
-    """Orders, their weights and the share explained on held-out blocks, from (blocks, columns + 1, columns + 1) sums.
+    """Orders, weights and the share explained on held-out blocks, from Gram matrices of the blocks.
 
-    The first two columns stand in any sum; then come a sine and a cosine for each order; the force is the last.
+    Columns: offset, direction, then a sine and a cosine for each order, then the force. Orders are added by largest
+    gain.
+
+    Args:
+        grams: (blocks, columns + 1, columns + 1).
     """
     whole = grams.sum(axis=0)
     start = _held_out(grams, [0, 1])
@@ -236,7 +243,7 @@ def _columns(orders: Sequence[int]) -> list[int]:
 
 
 def _held_out(grams: Array, used: Sequence[int]) -> float:
-    """Squared error summed over blocks, each with weights from the others."""
+    """Squared error summed over blocks, each with weights fitted to the others."""
     whole, error = grams.sum(axis=0), 0.0
     for block in grams:
         rest = whole - block
@@ -251,25 +258,23 @@ def _solve(matrix: Array, right: Array) -> Array:
     return np.asarray(np.linalg.lstsq(matrix / np.outer(size, size), right / size, rcond=1e-9)[0] / size)
 
 
-def _fitted(
-    search: Search, shot: Shot, moved: Array, kept: Sequence[int], waves: Waves, richer: CoggingHarmonics
-) -> Shot:
-    trial = shot.runner.trial
-    found = trial.split(shot.theta)[1]
+def _fitted(search: Search, fit: Fit, moved: Array, kept: Sequence[int], waves: Waves, richer: CoggingHarmonics) -> Fit:
+    trial = fit.runner.trial
+    found = trial.split(fit.theta)[1]
     part = part_of(waves.effect(richer), waves.coordinate, search.system)
     parts = [*(trial.parts[k] for k in kept), part]
-    return search.exchanged(shot, moved, parts, [*(found[k] for k in kept), waves.parameters(richer)])
+    return search.with_parts(fit, moved, parts, [*(found[k] for k in kept), waves.parameters(richer)])
 
 
-def _adopted(search: Search, outcome: Outcome, before: Shot, richer: Shot) -> Outcome:
-    """The outcome with this fit as its last, and its waves among the candidates."""
-    soft, base = search.softened(before)
-    after = soft.rebased(richer)
+def _adopted(search: Search, outcome: Outcome, before: Fit, richer: Fit) -> Outcome:
+    """The outcome with this fit as its last, and its effect among the candidates."""
+    soft, base = search.with_noise_floor(before)
+    after = soft.fitted_again(richer)
     now, losses = held_out_losses(base), held_out_losses(after)
     one = evidence(now, losses, base.residual.shape[1], noise_loss(base) / len(now))
     found = Found(richer.runner.trial, richer)
-    ratio, p = level(after) / level(base), chance(search, after, one, 1)
-    ranked = Ranked(found, one, losses, ratio, weight_of(search, found, base), "", p=p)
+    ratio, p = noise_ratio(after) / noise_ratio(base), chance(search, after, one, 1)
+    ranked = Ranked(found, one, losses, ratio, relative_size(search, found, base), "", p=p)
     return replace(
         outcome,
         final=richer,

@@ -1,13 +1,14 @@
-"""One joint of an arm at a time: its free run with the measured motion of all other joints imposed.
+"""Free-run simulation of one joint of an arm, with the measured motion of all other joints imposed.
 
-The rigid-body forces of an arm are smooth and dear. Along a measured motion they are numbers at every sample; a free
-run of one joint stays near that motion, so their slopes by the joint's own position and speed say the rest:
+The rigid-body forces of an arm are smooth and expensive. Along the measured motion they are computed once at every
+sample; a free run of one joint stays near that motion, so a linearisation in the joint's own position and speed
+suffices:
 
     M_ii x_i'' = f_i(t) + k_i(t) (x_i − x̂_i) + d_i(t) (v_i − v̂_i) + e_i
 
-with e_i the inputs, effects and friction of joint i as they are, and f_i the row's force less Σ_j M_ij x̂_j''. M_ii does
-not depend on x_i in a tree of joints. What a joint does not
-explain stays at that joint, and a log that moves one joint alone is one joint's log.
+with e_i the inputs, effects and friction of joint i without approximation, and f_i the row's force less Σ_j M_ij
+x̂_j''. M_ii does not depend on x_i in a tree of joints. An unexplained force stays at its joint, and a log that moves
+one joint is a log of that joint alone.
 """
 
 from __future__ import annotations
@@ -34,11 +35,11 @@ _NAMES = ("mass", "force", "stiffness", "damping", "position", "speed")
 SIGNALS = tuple(sympy.Symbol(f"imposed_{name}", real=True) for name in _NAMES)
 MASS, FORCE, STIFFNESS, DAMPING, POSITION, SPEED = SIGNALS
 KEPT = 4
-"""Records whose signals are kept."""
+"""Records whose terms are kept in memory."""
 
 
 def is_separable(system: System) -> bool:
-    """Whether joints can be run one at a time: computed rigid-body terms, and as many contacts on each joint alone."""
+    """Whether joints can be run one at a time: computed rigid-body terms, and equally many contacts on each joint."""
     n = system.degrees_of_freedom
     touched = [[i for i in range(n) if system.distribution[i, c] != 0] for c in range(len(system.contacts))]
     counts = [touched.count([i]) for i in range(n)]
@@ -48,12 +49,12 @@ def is_separable(system: System) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class Joint:
-    """One joint as a system of one coordinate.
+    """One joint as a system with one coordinate.
 
     Attributes:
         index: of its coordinate. contacts: indices of its contacts.
-        inputs: those of the arm that act here; others: positions and speeds of other joints that its effects know.
-        system: its inputs are ``inputs``, SIGNALS and ``others``, filled up to the same number for all joints.
+        inputs: those of the arm that act here; others: positions and speeds of other joints that its effects use.
+        system: its inputs are ``inputs``, SIGNALS and ``others``, in this order.
     """
 
     index: int
@@ -64,7 +65,7 @@ class Joint:
 
 
 def joint_of(system: System, index: int) -> Joint:
-    """A joint of a system that ``is_separable``, with the effects that the system has there."""
+    """One joint of a separable system, with the system's effects there."""
     contacts = tuple(c for c in range(len(system.contacts)) if system.distribution[index, c] != 0)
     x, v = system.positions[index], system.velocities[index]
     force = _written(system.force[index]) + FORCE + STIFFNESS * (x - POSITION) + DAMPING * (v - SPEED)
@@ -97,7 +98,7 @@ def joint_of(system: System, index: int) -> Joint:
 
 
 def _written(expression: sympy.Expr) -> sympy.Expr:
-    """The terms of a sum that are written down, without those that are computed from the arm's bodies."""
+    """The terms of a sum that the spec states, without those computed from the arm's bodies."""
     return sympy.Add(*[term for term in sympy.Add.make_args(expression) if not term.has(ComputedEntry)])
 
 
@@ -106,7 +107,7 @@ def _computed(expression: sympy.Expr) -> sympy.Expr:
 
 
 @dataclass(frozen=True, eq=False)
-class Along:
+class MotionTerms:
     """Rigid-body terms along one measured motion, all (N, n) over samples and joints.
 
     Attributes:
@@ -132,7 +133,7 @@ class Along:
         return mass + self.mass_slopes[:, joint] @ off, force + self.force_slopes[:, joint] @ off
 
     def held(self, joint: int, substeps: int) -> Array:
-        """(N substeps, 4) of what no parameter moves: stiffness, damping, position and speed."""
+        """(N substeps, 4) signals that no parameter changes: stiffness, damping, position and speed."""
         if (joint, substeps) not in self._held:
             rows = (self.stiffness, self.damping, self.positions, self.velocities)
             self._held[joint, substeps] = np.column_stack([between(r[:, joint], substeps) for r in rows])
@@ -140,13 +141,13 @@ class Along:
 
     @cached_property
     def felt(self) -> NDArray[np.bool_]:
-        """(n, P) whether a joint feels a free parameter."""
+        """(n, P) whether a free parameter changes a joint's mass or force."""
         return np.asarray((self.force_slopes != 0).any(axis=0) | (self.mass_slopes != 0).any(axis=0))
 
 
 @dataclass(eq=False)
 class RigidTerms:
-    """The computed terms of a system, to be evaluated along records.
+    """The computed rigid-body terms of a system, evaluated along records.
 
     Attributes:
         parameters: free symbols in the computed terms.
@@ -154,14 +155,14 @@ class RigidTerms:
 
     system: System
     parameters: tuple[sympy.Symbol, ...]
-    _kept: list[tuple[Array, Along]] = field(default_factory=list)
+    _kept: list[tuple[Array, MotionTerms]] = field(default_factory=list)
 
     @property
     def declared(self) -> Array:
         return np.array([float(self.system.values[s]) for s in self.parameters])
 
-    def along(self, record: Record) -> Along:
-        """The terms along a record's smoothed motion; what was computed for the same motion serves again."""
+    def along(self, record: Record) -> MotionTerms:
+        """The terms along a record's smoothed motion; terms of recent motions are kept."""
         for positions, along in self._kept:
             if positions is record.positions:
                 return along
@@ -169,7 +170,7 @@ class RigidTerms:
         self._kept = [*self._kept[1 - KEPT :], (record.positions, made)]
         return made
 
-    def _along(self, record: Record) -> Along:
+    def _along(self, record: Record) -> MotionTerms:
         system, n = self.system, self.system.degrees_of_freedom
         acceleration = central_difference(record.velocities, record.sample_time)
         x, v, a = (casadi.SX.sym(name, n) for name in "xva")
@@ -189,7 +190,7 @@ class RigidTerms:
         raw = function.map(count)(record.positions.T, record.velocities.T, acceleration.T, at)
         plain = [np.ascontiguousarray(np.array(r).T) for r in raw]
         by_parameter = [np.ascontiguousarray(r.reshape(count, free, n).transpose(0, 2, 1)) for r in plain[4:]]
-        return Along(
+        return MotionTerms(
             record.positions,
             record.velocities,
             plain[0],
@@ -202,7 +203,7 @@ class RigidTerms:
 
 
 def _forces(system: System) -> list[sympy.Expr]:
-    """The computed force on each joint less what the acceleration of the other joints takes."""
+    """The computed force on each joint less the inertia coupling of the other joints' accelerations."""
     n, mass = system.degrees_of_freedom, system.mass_matrix
     taken = [
         sympy.Add(*[mass[i, j] * a for j, a in enumerate(system.accelerations) if j != i and mass[i, j] != 0])
@@ -216,15 +217,15 @@ def _masses(system: System) -> list[sympy.Expr]:
 
 
 def rigid_terms(system: System, moved: Sequence[sympy.Symbol]) -> RigidTerms:
-    """Of a system that ``is_separable``, with those of ``moved`` that its computed terms depend on."""
+    """The rigid-body terms of a separable system, with those of ``moved`` on which they depend."""
     own = Matrix([*_forces(system), *_masses(system)])
     return RigidTerms(system, tuple(s for s in moved if own.has(s)))
 
 
 def columns_of(
-    joint: Joint, system: System, drive: Array, along: Along, off: Array, substeps: int, width: int
+    joint: Joint, system: System, drive: Array, along: MotionTerms, off: Array, substeps: int, width: int
 ) -> Array:
-    """(N substeps, width) the joint's inputs, and what is imposed, interpolated to the middle of each step.
+    """(N substeps, width) inputs of a joint: its actuators, then the imposed signals at the middle of each step.
 
     Args:
         drive: (N substeps, inputs of the arm), effective.
@@ -246,7 +247,7 @@ def columns_of(
 
 
 def between(values: Array, substeps: int) -> Array:
-    """(N substeps,) values (N,) at samples, interpolated to the middle of each step; the last one is held."""
+    """(N substeps,) values (N,) interpolated linearly to the middle of each substep, constant after the last sample."""
     share = (np.arange(substeps) + 0.5) / substeps
     rise = np.diff(values, append=values[-1:])
     return np.asarray((values[:, None] + rise[:, None] * share).ravel())

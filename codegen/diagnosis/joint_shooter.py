@@ -1,4 +1,4 @@
-"""Free runs of an arm joint by joint: the interface of ``Shooter``, each joint with the others' motion imposed."""
+"""Free-run simulation of an arm joint by joint, by the interface of ``Shooter``; the others' motion is imposed."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from codegen.diagnosis.imposed import Along, Joint, RigidTerms, columns_of, joint_of
+from codegen.diagnosis.imposed import Joint, MotionTerms, RigidTerms, columns_of, joint_of
 from codegen.diagnosis.law_states import owners
 from codegen.diagnosis.shooting import Record, Shooter, Structure, terms_of
 from codegen.mechanics.system import System
@@ -19,12 +19,12 @@ from codegen.mechanics.system import System
 Array = NDArray[np.float64]
 
 REMEMBERED = 120_000_000
-"""Bytes of runs that are kept: of most changes that a fit tries, only one joint's run is new."""
+"""Bytes of runs that are kept in memory: most changes in a fit need a new run of one joint only."""
 
 
 @dataclass(eq=False)
 class Memory:
-    """Results by what they were computed from, the oldest dropped first."""
+    """Cache of results by their arguments; the oldest are dropped first."""
 
     size: int = 0
     _found: OrderedDict[Hashable, Array] = field(default_factory=OrderedDict)
@@ -47,12 +47,12 @@ class Memory:
 
 
 @dataclass(frozen=True, eq=False)
-class _Own:
+class _JointModel:
     """One joint of one model.
 
     Attributes:
-        place: of its code in the library. identity: what that code was made from.
-        own: where its arguments stand among the model's.
+        place: index of its code in the library. identity: of the equations from which that code was made.
+        own: indices of its arguments among the model's.
     """
 
     joint: Joint
@@ -62,7 +62,7 @@ class _Own:
 
 
 class JointShooter:
-    """Free runs of several systems that differ in their effects."""
+    """Compiled free runs, joint by joint, of several systems that differ in their effects."""
 
     def __init__(
         self,
@@ -72,11 +72,11 @@ class JointShooter:
         memory: Memory,
         loads: int = 0,
     ) -> None:
-        """Compile; joints that are alike in several systems share their code.
+        """Compile; joints with the same equations share their code.
 
         Args:
             terms: of the system without effects.
-            loads: behind springs, the most that any run will have.
+            loads: most loads behind springs in any run.
 
         Raises:
             BadInput: where there is no C compiler.
@@ -87,7 +87,7 @@ class JointShooter:
         places: dict[Hashable, int] = {}
         joints: list[Joint] = []
         arguments: list[tuple[sympy.Symbol, ...]] = []
-        self._models: list[list[_Own]] = []
+        self._models: list[list[_JointModel]] = []
         self._rigid: list[tuple[int, ...]] = []
         for system, symbols in zip(systems, free, strict=True):
             model = []
@@ -101,7 +101,7 @@ class JointShooter:
                     places[identity] = len(joints)
                     joints.append(joint)
                     arguments.append(arguments_here)
-                model.append(_Own(joint, places[identity], identity, own))
+                model.append(_JointModel(joint, places[identity], identity, own))
             self._models.append(model)
             self._rigid.append(tuple(list(symbols).index(s) for s in terms.parameters))
         self._owners = [owners(system) for system in systems]
@@ -111,7 +111,7 @@ class JointShooter:
     def run(
         self, model: int, p: Array, structure: Structure, record: Record, drive: Array, substeps: int, states: Array
     ) -> Array:
-        """Positions (S, L, n) of every segment, as ``Shooter.run``; as measured where a joint is not compared."""
+        """Positions (S, L, n) of every segment, as by ``Shooter.run``; as measured for joints that are not compared."""
         n, along = self.coordinates, self.terms.along(record)
         p = np.asarray(p, dtype=float)
         off = p[list(self._rigid[model])] - self.terms.declared
@@ -136,7 +136,7 @@ class JointShooter:
         return out
 
     def hidden(self, model: int, p: Array, structure: Structure, record: Record, drive: Array, substeps: int) -> Array:
-        """(S, contacts + states + 2 loads) as ``Shooter.hidden``."""
+        """(S, contacts + states + 2 loads) as by ``Shooter.hidden``."""
         along = self.terms.along(record)
         off = np.asarray(p, dtype=float)[list(self._rigid[model])] - self.terms.declared
         hidden = np.zeros((len(record.start), self.contacts + self._states + 2 * self._loads))
@@ -159,7 +159,7 @@ class JointShooter:
         return [k for k, contact in enumerate(self._owners[model]) if contact in joint.contacts]
 
     def _structure_of(self, model: int, structure: Structure, joint: Joint) -> Structure:
-        """What one joint has of it."""
+        """The part of a structure that belongs to one joint."""
         sigma = tuple(structure.sigma[c] for c in joint.contacts)
         loads, states = _own_loads(structure, joint), self._own_states(model, joint)
         return Structure(
@@ -170,7 +170,7 @@ class JointShooter:
         at = [self.terms.system.inputs.index(w) for w in joint.inputs]
         return hash(drive[:, at].tobytes())
 
-    def _columns(self, joint: Joint, drive: Array, along: Along, off: Array, substeps: int) -> Array:
+    def _columns(self, joint: Joint, drive: Array, along: MotionTerms, off: Array, substeps: int) -> Array:
         return columns_of(joint, self.terms.system, drive, along, off, substeps, self._shooter.inputs)
 
 

@@ -1,6 +1,6 @@
-"""Friction laws with states in the compiled free runs: λ = force(u, y), y' = rates(u, y) of each contact that has one.
+"""Friction laws with states in free-run simulation: λ = force(u, y), y' = rates(u, y) for each contact that has one.
 
-A law of Dahl's form around the contact's own level is left to the closed form that the free runs have for it.
+Laws of Dahl's form around the contact's own level use the simulator's closed form instead.
 """
 
 from __future__ import annotations
@@ -19,18 +19,19 @@ from codegen.simulate.dynamic_contact import STANDSTILL, has_states
 from codegen.spec.functions import Sgn
 
 INSIDE = 1 - 1e-9
-"""States keep this hair inside their limits: a power of the gap to the limit may have an infinite slope at it."""
+"""Factor that keeps states just inside their limits: a power of the distance to the limit may have an infinite slope
+there."""
 DIRECTION = sympy.Symbol("direction", real=True)
 TOP_SPEED = sympy.Symbol("top_speed", real=True)
 
 
 @dataclass(frozen=True)
 class LawTerms:
-    """The law of one contact over its slip symbol, ``DIRECTION`` for the sign of slip, and ``states``.
+    """The law of one contact in terms of its slip symbol, ``DIRECTION`` for the sign of slip, and ``states``.
 
     Attributes:
-        limits: (low, high) that each state keeps; None where that depends on how fast the contact slides.
-        rest: of each state, without load.
+        limits: (low, high) of each state; None where the limit depends on the slip speed.
+        rest: states without load.
     """
 
     force: sympy.Expr
@@ -41,7 +42,7 @@ class LawTerms:
 
 
 def law_terms(contact: ContactFriction) -> LawTerms | None:
-    """None for a contact without states, or with Dahl's."""
+    """The terms of a contact's law; None without states, or for Dahl's form."""
     law, p = contact.law, contact.law_parameters
     if not isinstance(law, DynamicLaw) or not has_states(contact) or law.bristle_stiffness(p) != 0:
         return None
@@ -55,7 +56,7 @@ def law_terms(contact: ContactFriction) -> LawTerms | None:
 
 
 def all_law_terms(system: System) -> list[tuple[int, LawTerms]]:
-    """(contact, terms) of those that have any."""
+    """(contact, terms) of all contacts with terms."""
     found = ((c, law_terms(contact)) for c, contact in enumerate(system.contacts))
     return [(c, terms) for c, terms in found if terms is not None]
 
@@ -66,12 +67,12 @@ def owners(system: System) -> list[int]:
 
 
 def law_function(name: str, system: System, free: Sequence[sympy.Symbol], states: int) -> Any:
-    """CasADi (slip, y, p) → (force, ∂force/∂u, ∂force/∂y, rates, ∂rates/∂u, ∂rates/∂y), all dense.
+    """CasADi function (slip, y, p) → (force, ∂force/∂u, ∂force/∂y, rates, ∂rates/∂u, ∂rates/∂y), all dense.
 
     The first two have one entry a contact, the others one a state: of its own contact's force, and of its own rate.
 
     Args:
-        states: how many y are; those that this system does not have stand still.
+        states: number of y; those that this system does not have are constant.
     """
     count = len(system.contacts)
     slip, y, p = casadi.SX.sym("slip", count), casadi.SX.sym("y", states), casadi.SX.sym("p", len(free))
@@ -103,7 +104,7 @@ def _kept(limit: sympy.Expr) -> sympy.Expr | None:
 
 
 def _exponents(contact: ContactFriction, system: System, free: Sequence[sympy.Symbol]) -> dict[sympy.Symbol, Any]:
-    """Parameters without a unit as numbers, so that powers become products; not those that a fit moves."""
+    """Dimensionless law parameters as numbers, so that powers become products; not those that a fit moves."""
     plain = {q.name for q in contact.law.parameters if q.unit == "1"}
     symbols = (s for name, s in contact.law_parameters.items() if name in plain)
     return {s: system.values[s] for s in symbols if s in system.values and s not in free}

@@ -1,4 +1,4 @@
-"""The error of a model on held-out data: force residual, and position in free run."""
+"""Errors of a model on held-out data: RMS force residual, and RMS position error of a free-run simulation."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ Array = NDArray[np.float64]
 
 RESTART_S = 0.5
 SHORTEST_PERIODS = 5.0
-"""Of the coarse cutoff: the shortest free run between two restarts."""
+"""Shortest free run between two restarts, in periods of the coarse cutoff."""
 
 
 @dataclass(frozen=True)
 class Window:
-    """The part of a motion that counts as held out: sample indices [start, stop)."""
+    """The held-out part of a motion: sample indices [start, stop)."""
 
     start: int
     stop: int
@@ -44,10 +44,10 @@ def measure(system: System, motion: Motion, used: Masks, window: Window, restart
 
 
 def force_errors(system: System, motion: Motion, used: Masks, window: Window) -> tuple[tuple[float, ...], float, float]:
-    """RMS of the low-passed residual by coordinate and over all, and its norm over that of the drive force.
+    """RMS low-passed residual by coordinate and over all, and its norm over that of the drive force.
 
-    Both at the drive: friction that follows the drive force makes neither smaller by that alone. The norm is that of
-    ``power``; entries at standstill count as zero in both.
+    Both are scaled by ``residual_at_drive``, so that friction which follows the drive force is not favoured. The norm
+    is that of ``power``; samples at standstill count as zero in both.
     """
     residual = residual_at_drive(system, motion)
     inside = np.zeros(len(motion.time), dtype=bool)
@@ -64,10 +64,10 @@ def force_errors(system: System, motion: Motion, used: Masks, window: Window) ->
 
 
 def restart_within_reach(system: System, motion: Motion, window: Window) -> float:
-    """Seconds between restarts after which free runs are still near the motion: ``RESTART_S``, or halves of it.
+    """Seconds between restarts after which free runs are still near the motion: ``RESTART_S``, halved while necessary.
 
-    A run whose error is larger than the way that the machine went since the restart has left the motion, and where it
-    then goes tells no model from another: in steep cogging a rotor falls into another valley.
+    A run has left the motion when its error exceeds the distance that the machine moved since the restart; it then no
+    longer discriminates models, as with a rotor that falls into another cogging minimum.
     """
     restart, least = RESTART_S, SHORTEST_PERIODS / motion.cutoff_hz
     while restart / 2 >= least:
@@ -100,9 +100,9 @@ def free_run_errors(system: System, motion: Motion, window: Window, restart_s: f
 
 
 def free_run_series(system: System, motion: Motion, restart_s: float = RESTART_S) -> Array:
-    """Predicted less raw position, (N, n); inf where the run diverges.
+    """Predicted less raw position in free-run simulation, (N, n); inf where the run diverges.
 
-    NaN where the motion is trimmed, and from a gap on until the next restart: the state is not known behind it.
+    NaN at the trimmed ends, and from a gap until the next restart, where the state is not known.
     """
     h = motion.sample_time
     start = motion.low_pass(motion.measured)
@@ -130,7 +130,7 @@ def _behind_a_gap(usable: NDArray[np.bool_], cut: int, length: int) -> NDArray[n
 
 
 def drive_force(system: System, motion: Motion) -> Array:
-    """(N, n) the part of g that the inputs make: g(x, v, w) − g(x, v, 0)."""
+    """(N, n) the part of g due to the inputs: g(x, v, w) − g(x, v, 0)."""
     still = system.force.subs(dict.fromkeys(system.inputs, 0))
     forces = evaluate_forces(system, [Matrix(system.force - still)], motion, effective_inputs(system, motion))
     return np.asarray(forces[0])
@@ -146,9 +146,9 @@ def inverse_mass(system: System, motion: Motion) -> Array:
 
 
 def power(inverse: Array, forces: Array) -> Array:
-    """(N,) r' M(x)⁻¹ r of generalised forces r, (N, n): the acceleration that a force makes counts, not its number.
+    """(N,) r' M(x)⁻¹ r of generalised forces r, (N, n): a norm by the acceleration that a force causes.
 
-    It is the same whatever side of a gear a coordinate is on, and adds no newtons to newton metres.
+    It does not depend on the side of a gear on which a coordinate is, and adds no newtons to newton metres.
 
     Args:
         inverse: as by ``inverse_mass``.
@@ -158,18 +158,18 @@ def power(inverse: Array, forces: Array) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Drive:
-    """What the drive does along a motion, as the measure of other forces."""
+    """The drive force along a motion as the reference for other forces."""
 
     system: System
     motion: Motion
 
     def share(self, forces: Array) -> float:
-        """Forces, (N, n), over the drive force in the norm of ``power``, both over the usable samples."""
+        """Forces, (N, n), over the drive force, in the norm of ``power`` over the usable samples."""
         return float(np.sqrt(self._acting(forces) / max(self._driven, 1e-300)))
 
     @cached_property
     def residual(self) -> Array:
-        """(N, n) of the system along the motion."""
+        """(N, n) force residual of the system along the motion."""
         return inverse_dynamics_residual(self.system, self.motion)
 
     @cached_property
@@ -185,5 +185,5 @@ class Drive:
 
 
 def _substeps(h: float) -> int:
-    """Steps of at most half a millisecond."""
+    """Number of steps a sample, at most half a millisecond each."""
     return int(min(20, max(2, np.ceil(h / 5e-4))))

@@ -1,4 +1,4 @@
-"""Systems with refitted values and found effects."""
+"""Systems with refitted values and with found effects."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ Array = NDArray[np.float64]
 
 
 def with_values(system: System, refitted: Mapping[str, float]) -> System:
-    """The system with refitted values; a friction level below zero is zero."""
+    """The system with refitted values; a negative friction level becomes zero."""
     levels = {s.name for contact in system.contacts for s in contact.law_parameters.values()}
     new = {s: refitted[s.name] for s in system.values if s.name in refitted}
     return system.with_parameters({s: sympy.Float(max(v, 0.0) if s.name in levels else v) for s, v in new.items()}, {})
 
 
 def with_effects(system: System, found: Sequence[FoundEffect]) -> System:
-    """The system with fitted effects declared in it."""
+    """The system with fitted effects added to it."""
     for one in found:
         effect = CATALOGUE[one.kind].with_parameters(list(one.parameters))
         place = places_of(effect, system).index(one.on)
@@ -40,7 +40,7 @@ def with_effects(system: System, found: Sequence[FoundEffect]) -> System:
 
 
 def model_of(trial: Trial, theta: Array) -> System:
-    """The system with what a fit's vector says: refitted values, and each part declared with its parameters."""
+    """The system with the values of a fit's vector: refitted parameters, and each part with its own."""
     moved, found = trial.split(theta)
     values = dict(zip((s.name for s in trial.moved), map(float, moved), strict=True))
     effects = [FoundEffect(p.kind, p.on, one, {}) for p, one in zip(trial.parts, found, strict=True)]

@@ -1,4 +1,4 @@
-"""Extra motions that a machine could be asked for, within what its log or its spec's envelope says that it can do."""
+"""Extra motions that could be logged, within the ranges of the log or of the spec's envelope."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ from codegen.mechanics.system import TIME, System
 Array = NDArray[np.float64]
 
 SEGMENTS = 3 * LEAST_SEGMENTS
-"""In the shortest motion: enough for a diagnosis that holds the last part out."""
+"""Segments in the shortest motion: enough for a diagnosis that holds the last part out."""
 LENGTHS = (1, 2)
 LEAST_PERIODS = 4.0
 MARGIN = 0.95
-"""Of a range, that is used."""
+"""Share of a range that is used."""
 PACES = 0.87
-"""Of the pace of the coordinate before, so that several coordinates are not in step."""
+"""Ratio of the pace of one coordinate to the one before, so that several are not in phase."""
 CENTRED = 0.02
-"""A range whose middle is this near to zero, in its half width, is taken as centred there."""
+"""A range whose middle is this near to zero, over its half width, is centred at zero."""
 SLOW, SLOW_TURNS = 0.06, 3
 DIGITS = 4
 
 
 @dataclass(frozen=True, eq=False)
 class Reach:
-    """How far the machine may be moved.
+    """The ranges in which the machine may be moved.
 
     Attributes:
         centre, half: (n,) of the positions. speed: (n,) largest. inputs: (m,) largest magnitudes.
@@ -46,7 +46,7 @@ class Reach:
 
 @dataclass(frozen=True, eq=False)
 class ExtraMotion:
-    """A motion to follow.
+    """A reference motion.
 
     Attributes:
         name: in words.
@@ -68,7 +68,7 @@ class ExtraMotion:
 
 
 def reach_of(system: System, motion: Motion, envelope: Mapping[str, tuple[Any, Any]]) -> Reach:
-    """The ranges of a log, widened to the spec's envelope where that is wider."""
+    """The ranges of a log, extended to the spec's envelope where that is larger."""
     low, high = motion.positions.min(axis=0), motion.positions.max(axis=0)
     speed = np.quantile(np.abs(motion.velocities), 0.99, axis=0)
     inputs = np.abs(motion.commands).max(axis=0)
@@ -84,12 +84,12 @@ def reach_of(system: System, motion: Motion, envelope: Mapping[str, tuple[Any, A
 
 
 def _both_ways(envelope: Mapping[str, tuple[Any, Any]], symbol: sympy.Symbol) -> float:
-    """The magnitude that a variable may have in either direction; 0 where the envelope does not say."""
+    """The magnitude allowed in both directions; 0 where the envelope gives none."""
     return min((abs(float(b)) for b in envelope.get(symbol.name, ())), default=0.0)
 
 
 def library(reach: Reach, motion: Motion) -> list[ExtraMotion]:
-    """Motions of two lengths, shortest first; the same for the same log."""
+    """Reference motions of two lengths, shortest first; deterministic for a log."""
     shortest = SEGMENTS * PERIODS / motion.cutoff_hz
     moves = []
     for factor in LENGTHS:
@@ -104,7 +104,7 @@ def library(reach: Reach, motion: Motion) -> list[ExtraMotion]:
 
 
 def _size(reach: Reach, i: int, duration: float) -> tuple[float, float]:
-    """Amplitude a and frequency Ω = speed/a in rad/s of one coordinate; each at its own pace."""
+    """Amplitude a and frequency Ω = speed/a in rad/s of one coordinate."""
     half, speed = float(reach.half[i]), float(reach.speed[i])
     pace = max(speed / half if half > 0 else 0.0, LEAST_PERIODS * 2 * np.pi / duration) * PACES ** (i % 4)
     return min(half, speed / pace), pace
@@ -133,7 +133,7 @@ def _sweep_and_reversals(a: float, pace: float, duration: float) -> sympy.Expr:
 
 
 def _chirp(a: float, pace: float, duration: float) -> sympy.Expr:
-    """Up and down twice between Ω and 8 Ω, at about the same top speed throughout."""
+    """Up and down twice between Ω and 8 Ω, at a nearly constant top speed."""
     turn = 4 * np.pi / duration
     phase = 4.5 * pace * TIME - 3.5 * pace / turn * sympy.sin(turn * TIME)
     return 0.8 * a / (4.5 - 3.5 * sympy.cos(turn * TIME)) * sympy.sin(phase)
@@ -160,7 +160,7 @@ SHAPES: dict[str, Shape] = {
 
 
 def _plain(expression: sympy.Expr) -> sympy.Expr:
-    """The expression with its numbers rounded, so that its text is short and means exactly what was simulated."""
+    """The expression with rounded numbers, so that its short text is exactly what was simulated."""
     rounded = {n: sympy.Float(f"{float(n):.{DIGITS}g}") for n in expression.atoms(sympy.Float)}
     return expression.xreplace(rounded)
 

@@ -1,4 +1,4 @@
-"""The part of a fit that is one joint's, of an arm that is run joint by joint."""
+"""The part of a fit that belongs to one joint of an arm that is run joint by joint."""
 
 from __future__ import annotations
 
@@ -7,34 +7,34 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen.diagnosis.output_error import Shot, Starts
+from codegen.diagnosis.output_error import Fit, Starts
 
 Array = NDArray[np.float64]
 
 
-def rows_of(shot: Shot, joint: int) -> slice:
-    """Where the rows of a joint stand among those of a fit."""
-    joints = shot.runner.record.joints
+def rows_of(fit: Fit, joint: int) -> slice:
+    """The rows of a joint among those of a fit."""
+    joints = fit.runner.record.joints
     assert joints is not None
     return slice(joints.index(joint), None, len(joints))
 
 
-def of_joint(shot: Shot, joint: int) -> Shot:
-    """The fit on the rows of one joint; its theta stays that of all."""
-    rows, starts = rows_of(shot, joint), shot.starts
+def of_joint(fit: Fit, joint: int) -> Fit:
+    """The fit restricted to the rows of one joint; its theta is unchanged."""
+    rows, starts = rows_of(fit, joint), fit.starts
     return replace(
-        shot,
-        runner=replace(shot.runner, record=replace(shot.runner.record, joints=(joint,))),
-        offsets=shot.offsets[rows],
-        residual=shot.residual[rows],
-        slopes=shot.slopes[:, rows],
+        fit,
+        runner=replace(fit.runner, record=replace(fit.runner.record, joints=(joint,))),
+        offsets=fit.offsets[rows],
+        residual=fit.residual[rows],
+        slopes=fit.slopes[:, rows],
         starts=Starts(starts.slopes[rows], starts.solver[rows], starts.width[rows]),
     )
 
 
-def started_as(shot: Shot, other: Shot, joint: int) -> Shot:
-    """The fit with the start states of one joint as another fit of that joint alone has them."""
-    rows, own, new = rows_of(shot, joint), shot.starts, other.starts
-    offsets, slopes, solver, width = (a.copy() for a in (shot.offsets, own.slopes, own.solver, own.width))
+def started_as(fit: Fit, other: Fit, joint: int) -> Fit:
+    """The fit with the start states of one joint taken from another fit of that joint."""
+    rows, own, new = rows_of(fit, joint), fit.starts, other.starts
+    offsets, slopes, solver, width = (a.copy() for a in (fit.offsets, own.slopes, own.solver, own.width))
     offsets[rows], slopes[rows], solver[rows], width[rows] = other.offsets, new.slopes, new.solver, new.width
-    return replace(shot, offsets=offsets, starts=Starts(slopes, solver, width))
+    return replace(fit, offsets=offsets, starts=Starts(slopes, solver, width))

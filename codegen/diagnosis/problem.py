@@ -1,4 +1,4 @@
-"""One System on one Motion: where it says something about friction in slip, and what a refit may move."""
+"""A System on a Motion: the samples that show sliding friction, and the parameters that a refit may change."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from codegen.mechanics.system import System
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """A System and a Motion to judge it on.
+    """A System and the Motion on which it is judged.
 
     Attributes:
         system: as declared.
@@ -35,7 +35,7 @@ class Problem:
 
     @cached_property
     def noise_speed(self) -> float:
-        """Three times the velocity noise that is left after the fine filter, from the noise of the positions."""
+        """Three standard deviations of the velocity noise after the fine filter, from the noise of the positions."""
         motion = self.motion
         noise = float(np.max(np.std(motion.measured - motion.positions, axis=0)))
         band = motion.fine_hz
@@ -48,6 +48,6 @@ class Problem:
 
     @cached_property
     def uncertain(self) -> list[sympy.Symbol]:
-        """Declared parameters that may move within their tolerance."""
+        """Parameters that may move within their tolerance."""
         error = self.system.equation_error
         return [s for s, size in self.deviation.items() if size > 0 and error.has(s) and s not in self.levels]

@@ -1,4 +1,4 @@
-"""A sparse term on an unknown residual, by PySINDy: a proposal to look at, never part of a spec."""
+"""A sparse sum of terms for an unknown residual by PySINDy: a proposal for the reader, never part of a spec."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from codegen.mechanics.system import System
 Array = NDArray[np.float64]
 
 THRESHOLDS = (0.8, 0.5, 0.3, 0.2, 0.1, 0.05)
-"""Of STLSQ, in the residual's RMS: a term that is smaller is dropped. From the sparsest on."""
+"""Of STLSQ, in the residual's RMS: smaller terms are dropped. Tried from the sparsest on."""
 INNER = 0.7
-"""Share of the training rows that each threshold is fitted to; the rest chooses the threshold."""
+"""Share of the training rows to which each threshold is fitted; the rest chooses the threshold."""
 WORTH = 0.02
-"""Share of the residual by which a term more must explain more."""
+"""Share of the residual that each further term must explain."""
 LEAST_ROWS = 50
 
 
@@ -40,7 +40,7 @@ OVER_VELOCITY: Terms = {
 
 
 def refuse_without_pysindy() -> None:
-    """Raise BadInput, before any work is done, where PySINDy is not installed."""
+    """Raise BadInput where PySINDy is not installed, before any work is done."""
     if find_spec("pysindy") is None:
         raise BadInput(
             "--propose", "PySINDy is not installed", "`pip install 'stiction[sindy]'`, or no --propose", code="TOOL003"
@@ -48,10 +48,10 @@ def refuse_without_pysindy() -> None:
 
 
 def propose_terms(system: System, train: Problem, test: Problem, window: Window) -> Proposal:
-    """Regress each coordinate's force residual of the refit on a library of x, v, |v|, sgn v and the like.
+    """Sparse regression of each coordinate's force residual of the refit on x, v, |v|, sgn v and the like.
 
-    Columns and residual are low-passed alike. The threshold is chosen on the end of the training rows; the share that
-    is explained is of the held-out residual, which no choice has seen.
+    Columns and residual are low-passed alike. The end of the training rows chooses the threshold; the explained share
+    is of the held-out residual, which chose nothing.
 
     Args:
         system: the refit. train, test: motions. window: the held-out part of ``test``.
@@ -88,7 +88,7 @@ def _library(system: System, problem: Problem) -> tuple[list[str], Array]:
 
 
 def _sparse(columns: Array, residual: Array) -> Array:
-    """(K,) weights by sequentially thresholded least squares, the threshold the largest that explains nearly most."""
+    """(K,) weights by sequentially thresholded least squares, with the largest threshold that explains nearly most."""
     none = np.zeros(columns.shape[1])
     if len(columns) < LEAST_ROWS:
         return none
@@ -109,12 +109,12 @@ def _fitted(columns: Array, residual: Array, threshold: float) -> Array:
     scale = np.where(size > 0, size, 1.0)
     solver = pysindy.STLSQ(threshold=threshold, alpha=1e-6)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # that a threshold drops every term is an answer here
+        warnings.simplefilter("ignore", UserWarning)  # a threshold may drop every term
         solver.fit(columns / scale, residual[:, None] / (height or 1.0))
     return np.asarray(solver.coef_[0] * height / scale)
 
 
 def _share(explained: Array, residual: Array) -> float:
-    """Of the squared residual, that is removed; below zero where it is made larger."""
+    """Share of the squared residual that is removed; negative where the residual grows."""
     power = float((residual**2).sum())
     return 1 - float(((residual - explained) ** 2).sum()) / power if power > 0 else 0.0

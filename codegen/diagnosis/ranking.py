@@ -1,4 +1,4 @@
-"""One round: every candidate beside what was found, with its evidence and the test that it fails."""
+"""One round of forward selection: every candidate with its evidence and the first test that it fails."""
 
 from __future__ import annotations
 
@@ -10,38 +10,46 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.diagnosis import credit
-from codegen.diagnosis.attempt import Found, attempt
-from codegen.diagnosis.credit import Evidence, evidence, held_out_losses, independent_share, level, noise_loss, size_of
-from codegen.diagnosis.force_witness import ForceGain, fair_residual, force_gain
+from codegen.diagnosis.candidate_fits import Found, fit_candidates
+from codegen.diagnosis.credit import (
+    Evidence,
+    evidence,
+    held_out_losses,
+    independent_share,
+    noise_loss,
+    noise_ratio,
+    size_of,
+)
+from codegen.diagnosis.force_evidence import ForceGain, force_gain, residual_without_levels
 from codegen.diagnosis.models import model_of, with_effects
-from codegen.diagnosis.output_error import Shot
+from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.reservations import never_passed
 from codegen.diagnosis.residual import drive_left, inverse_dynamics_residual
 from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.trial import Part
 from codegen.effects import CATALOGUE
-from codegen.effects.family import is_anew
+from codegen.effects.family import is_identical
 from codegen.mechanics.system import System
 
 Array = NDArray[np.float64]
 
 FORCE_SHARE = 0.1
-"""Of α, for the force residual's own test."""
+"""Share of α for the test on the force residual (weighted Bonferroni)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Ranked:
-    """A candidate of one round.
+    """A candidate of one round with its evidence.
 
     Attributes:
         losses: (S,) of held-out segments.
-        ratio: median error of its free runs over that of the model without it.
-        size: change of the prediction over what the drive force does.
+        ratio: median free-run error over that of the model without it.
+        size: change of the prediction, or force, over that of the drive force.
         why_not: the test that it fails, in words; empty where it passes all.
-        unsure: whether that test is the probability alone: beside another effect it may still pass.
-        p: probability of such gains without an effect, for one candidate of the round or another; α is its bound.
-        witness: its force residual.
+        unsure: whether it fails only the significance test; in addition to another effect it may still pass.
+        p: probability of such gains without an effect, for any candidate of the round; compared with α.
+        force_criterion: its force residual.
     """
 
     found: Found
@@ -52,19 +60,19 @@ class Ranked:
     why_not: str
     unsure: bool = False
     p: float = 1.0
-    witness: Witness | None = None
+    force_criterion: ForceCriterion | None = None
 
 
 @dataclass(frozen=True, eq=False)
-class Witness:
-    """The force residual of a fit, computed where it is asked for."""
+class ForceCriterion:
+    """The force residual of a fit, computed when it is needed."""
 
     search: Search
-    shot: Shot
+    fit: Fit
 
     @cached_property
     def system(self) -> System:
-        return model_of(self.shot.runner.trial, self.shot.theta)
+        return model_of(self.fit.runner.trial, self.fit.theta)
 
     @cached_property
     def residual(self) -> Array:
@@ -72,48 +80,50 @@ class Witness:
         return inverse_dynamics_residual(self.system, self.search.motion)
 
     @cached_property
-    def fair(self) -> Array:
-        """(N, n) with the friction levels that suit it best."""
-        return fair_residual(self.search.problem, self.system)
+    def without_levels(self) -> Array:
+        """(N, n) less what friction levels explain."""
+        return residual_without_levels(self.search.problem, self.system)
 
-    def over(self, other: Witness) -> ForceGain:
-        """What the force residual says for this fit over another."""
-        return force_gain(self.search.problem, other.fair, self.fair)
+    def over(self, other: ForceCriterion) -> ForceGain:
+        """The gain of this fit over another by force residual."""
+        return force_gain(self.search.problem, other.without_levels, self.without_levels)
 
 
-def run_round(search: Search, current: Shot, parts: Sequence[Part], tell: Callable[[float], None]) -> list[Ranked]:
-    """Every candidate beside what was found already, ranked: those that pass every test first."""
-    soft, base = search.softened(current)
+def run_round(
+    search: Search, current: Fit, parts: Sequence[Part], report_progress: Callable[[float], None]
+) -> list[Ranked]:
+    """Fit and rank every candidate in addition to the current effects: those that pass every test first."""
+    soft, base = search.with_noise_floor(current)
     before = held_out_losses(base)
     kept = base.residual.shape[1]
     floor = noise_loss(base) / len(before)
-    ranked, without = [], Witness(search, base)
-    for found in attempt(soft, base, parts, tell):
-        losses = held_out_losses(found.shot)
+    ranked, without = [], ForceCriterion(search, base)
+    for found in fit_candidates(soft, base, parts, report_progress):
+        losses = held_out_losses(found.fit)
         one = evidence(before, losses, kept, floor)
-        ratio = level(found.shot) / level(base)
-        size = weight_of(search, found, base)
-        witness = Witness(search, found.shot)
-        why_not = _why_not(search, found, one, size) or too_alike(without, witness, found)
-        why_not = why_not or by_the_drive_itself(without, witness)
-        p = chance(search, found.shot, one, len(parts))
-        p = p if why_not else with_force(p, without, witness, len(parts))
+        ratio = noise_ratio(found.fit) / noise_ratio(base)
+        size = relative_size(search, found, base)
+        force_criterion = ForceCriterion(search, found.fit)
+        why_not = _why_not(search, found, one, size) or absorbed_by_refit(without, force_criterion, found)
+        why_not = why_not or only_reduces_drive(without, force_criterion)
+        p = chance(search, found.fit, one, len(parts))
+        p = p if why_not else combined_p(p, without, force_criterion, len(parts))
         unsure = not why_not and p > credit.ALPHA
         if unsure:
             why_not = f"better on {one.won} of {one.blocks} blocks of held-out segments only (t = {one.t:.2g})"
-        ranked.append(Ranked(found, one, losses, ratio, size, why_not, unsure, p, witness))
-    return sorted(ranked, key=lambda r: (bool(r.why_not) and not r.unsure, r.found.shot.cost))
+        ranked.append(Ranked(found, one, losses, ratio, size, why_not, unsure, p, force_criterion))
+    return sorted(ranked, key=lambda r: (bool(r.why_not) and not r.unsure, r.found.fit.cost))
 
 
 def ties(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
-    """Candidates that neither free runs nor the force residual tell from the best one, twins left out."""
+    """Candidates that neither free runs nor force residual tell from the best, its twins left out."""
     return [other for other in _tied(search, ranked[0], ranked) if not _preferred(ranked[0], other)]
 
 
 def _tied(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked]:
-    """Those that free runs do not tell from one of them, twins left out."""
+    """Candidates that free runs do not tell from one of them, its twins left out."""
     same = {(best.found.part.kind, best.found.part.on), *twins(best.found.part, best.found)}
-    kept, white = best.found.shot.residual.shape[1], whiteness(search, best.found.shot)
+    kept, white = best.found.fit.residual.shape[1], whiteness(search, best.found.fit)
     tied = []
     for other in ranked:
         if other is best or (other.why_not and not other.unsure) or _is_one_of(other.found, same):
@@ -125,14 +135,14 @@ def _tied(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked
     return tied
 
 
-def led_by_force(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
-    """The candidates with that one first which the force residual prefers among the best and those that tie with it.
+def ordered_by_force(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
+    """The candidates, led by the one that the force residual prefers among the best and those that tie with it.
 
-    Free runs weigh slow errors, the force residual fast ones: what one leaves open the other may tell. Far from the
-    noise a second effect may be lacking, which the force residual may take for another: there the order stays.
+    Free runs weigh slow errors and the force residual fast ones, so one may decide what the other leaves open. Far from
+    the noise another effect is still missing, which could mislead the force residual: the order then stays.
     """
     best = ranked[0]
-    if level(best.found.shot) > credit.NEAR_NOISE:
+    if noise_ratio(best.found.fit) > credit.NEAR_NOISE:
         return list(ranked)
     for other in _tied(search, best, ranked):
         if _preferred(other, best):
@@ -141,35 +151,34 @@ def led_by_force(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
 
 
 def _preferred(one: Ranked, other: Ranked) -> bool:
-    if one.witness is None or other.witness is None:
+    if one.force_criterion is None or other.force_criterion is None:
         return False
-    gain = one.witness.over(other.witness)
+    gain = one.force_criterion.over(other.force_criterion)
     return gain.left < 1 and gain.p <= credit.TIE_LEVEL
 
 
 def twins(part: Part, found: Found) -> list[tuple[str, str]]:
-    """(kind, on) of effects that give the same motion."""
+    """(kind, on) of effects with the same motion."""
     effect = CATALOGUE[part.kind]
     return effect.twins(found.trial.system, part.place)
 
 
 def _is_one_of(found: Found, known: Collection[tuple[str, str]]) -> bool:
-    """Whether a candidate is an effect of these (kind, on), or one of them under a name of a user's own."""
+    """Whether a candidate is one of these effects (kind, on), also under a user's own name."""
     part, system = found.part, found.trial.system
     kinds = [kind for kind, on in known if on == part.on]
-    return any(part.kind == k or is_anew(part.effect, CATALOGUE[k], system, part.place) for k in kinds)
+    return any(part.kind == k or is_identical(part.effect, CATALOGUE[k], system, part.place) for k in kinds)
 
 
-def chance(search: Search, shot: Shot, e: Evidence, candidates: int) -> float:
+def chance(search: Search, fit: Fit, e: Evidence, candidates: int) -> float:
     """Probability of such a gain without an effect, for any of so many candidates (Bonferroni)."""
-    return min(1.0, candidates * e.p(whiteness(search, shot)))
+    return min(1.0, candidates * e.p(whiteness(search, fit)))
 
 
-def with_force(p: float, before: Witness, after: Witness, candidates: int) -> float:
-    """Probability by either witness, the force residual asked where free runs leave doubt.
+def combined_p(p: float, before: ForceCriterion, after: ForceCriterion, candidates: int) -> float:
+    """Probability by free runs, or by the force residual where free runs leave doubt (weighted Bonferroni, 9 to 1).
 
-    Free runs of a model that is far from the data diverge in some segments and agree in others, whatever is added to
-    it. Of the probability that may be wrong, the force residual has a tenth (weighted Bonferroni).
+    Free runs of a model far from the data diverge in some segments and agree in others, whatever is added.
     """
     free = min(1.0, p / (1 - FORCE_SHARE))
     if free <= credit.ALPHA:
@@ -180,73 +189,73 @@ def with_force(p: float, before: Witness, after: Witness, candidates: int) -> fl
     return min(free, candidates * gain.p / FORCE_SHARE)
 
 
-def whiteness(search: Search, shot: Shot) -> float:
-    """Share of the residuals that count as independent; 0 far from the noise, where no likelihood holds."""
-    soft = float(shot.runner.record.noise[0] / search.record.noise[0])
-    return independent_share(shot) if level(shot) * soft <= credit.NEAR_NOISE else 0.0
+def whiteness(search: Search, fit: Fit) -> float:
+    """Share of independent residuals; 0 far from the noise, where the Gaussian likelihood does not hold."""
+    soft = float(fit.runner.record.noise[0] / search.record.noise[0])
+    return independent_share(fit) if noise_ratio(fit) * soft <= credit.NEAR_NOISE else 0.0
 
 
-def credible(search: Search, before: Shot, after: Shot, candidates: int) -> bool:
+def credible(search: Search, before: Fit, after: Fit, candidates: int) -> bool:
     """Whether a model with more effects is credited over one with fewer."""
-    soft, base = search.softened(before)
-    richer = soft.rebased(after)
+    soft, base = search.with_noise_floor(before)
+    richer = soft.fitted_again(after)
     losses = held_out_losses(base)
     floor = noise_loss(base) / len(losses)
     one = evidence(losses, held_out_losses(richer), base.residual.shape[1], floor)
     if one.share < credit.LEAST_SHARE:
         return False
     p = chance(search, richer, one, candidates)
-    return with_force(p, Witness(search, before), Witness(search, after), candidates) <= credit.ALPHA
+    return combined_p(p, ForceCriterion(search, before), ForceCriterion(search, after), candidates) <= credit.ALPHA
 
 
-def weight_of(search: Search, found: Found, base: Shot) -> float:
-    """Force of the effect over the drive force along the measured motion; else change of the prediction."""
+def relative_size(search: Search, found: Found, base: Fit) -> float:
+    """Force of the effect over the drive force along the motion; where not defined, its change of the prediction."""
     if found.trial.adds_states:
-        return size_of(found.shot, base)
+        return size_of(found.fit, base)
     effect, system = CATALOGUE[found.part.kind], search.system
     if not effect.with_parameters(found.part.names).admissible(system, found.part.place, found.parameters):
-        return size_of(found.shot, base)
+        return size_of(found.fit, base)
     declared = FoundEffect(found.part.kind, found.part.on, found.parameters, {})
     richer = inverse_dynamics_residual(with_effects(system, [declared]), search.motion)
     return search.drive.share(richer - search.drive.residual)
 
 
-def too_alike(before: Witness, after: Witness, found: Found) -> str:
-    """Words where the effect's force is what the refitted values take already, to within ``LEAST_NET``."""
+def absorbed_by_refit(before: ForceCriterion, after: ForceCriterion, found: Found) -> str:
+    """Why not, where refitted values explain the effect's force to within ``LEAST_NET``; else empty."""
     if found.trial.adds_states:
         return ""
     net = before.search.drive.share(after.residual - before.residual)
     if net >= credit.LEAST_NET:
         return ""
-    return f"changes the force by {100 * net:.2g} % of the drive force beside refitted values: too little to matter"
+    return f"changes the force by {100 * net:.2g} % of the drive force once values are refitted: too little to matter"
 
 
 def _why_not(search: Search, found: Found, e: Evidence, size: float) -> str:
     if e.gain <= 0:
-        return "makes the error on held-out segments no smaller"
+        return "does not reduce the error on held-out segments"
     if e.share < credit.LEAST_SHARE:
         return f"removes {100 * e.share:.2g} % of the squared residual on held-out segments"
     if size < (credit.LEAST_NET if found.trial.adds_states else credit.LEAST_SIZE):
         return f"its force is {100 * size:.2g} % of the drive force: too little to matter"
     if not admissible(search, found):
-        return "fits only with values that are not physical"
+        return "fits only with unphysical values"
     if never_passed(search.system, search.motion, found.part, found.parameters):
-        return "its period is longer than the way that the log travels: less than one period shows no repetition"
+        return "its period is longer than the distance that the log covers: less than one period shows no repetition"
     here = CATALOGUE[found.part.kind].coordinate(search.system, found.part.place)
     return found.part.effect.unseen(found.parameters, float(search.record.noise[here]))
 
 
-def by_the_drive_itself(before: Witness, after: Witness) -> str:
-    """Words where friction that follows the drive force explains it by itself.
+def only_reduces_drive(before: ForceCriterion, after: ForceCriterion) -> str:
+    """Why not, where friction that follows the drive force merely scales the force balance down; else empty.
 
-    With the measured drive on both sides of the balance, such friction takes noise and structure away as it takes the
-    drive away: what counts is the residual over the share of the drive that is left.
+    With the measured drive force on both sides of the balance, such friction removes noise and structure in proportion
+    to the drive. So the residual is compared over the share of the drive force that is left.
     """
     motion = before.search.motion
     left, had = drive_left(after.system, motion), drive_left(before.system, motion)
     if np.all(left >= (1 - credit.LEAST_SHARE) * had) or after.over(before).left <= 1 - credit.LEAST_SHARE:
         return ""
-    return f"leaves {100 * left.min():.2g} % of the drive force to the motion, and of that no more is explained"
+    return f"leaves {100 * left.min():.2g} % of the drive force for the motion, and explains no larger share of that"
 
 
 def admissible(search: Search, found: Found) -> bool:

@@ -1,4 +1,4 @@
-"""A Motion as short segments for free runs: where they start, and how noisy the positions are."""
+"""A motion divided into short segments for free-run simulation, and the noise of its positions."""
 
 from __future__ import annotations
 
@@ -13,23 +13,24 @@ from codegen.logs import Log
 Array = NDArray[np.float64]
 
 PERIODS = 5.0
-"""Length of a segment in periods of the coarse cutoff: a wrong force shows, and a wrong start can still be seen."""
+"""Length of a segment in periods of the coarse cutoff: long enough to show a wrong force, short enough to correct a
+wrong start."""
 LEAST_SAMPLES = 12
 EDGE_S = 0.2
 STILL = 0.02
-"""A segment whose speed stays below this share of the 95 % speed says nothing that can be fitted."""
+"""A segment whose speed stays below this share of the 95 % speed is not used."""
 LEAST_SEGMENTS = 12
 SHORTENED = (1.0, 0.8, 0.64, 0.5)
-"""Shares of the usual length that are tried in turn where a log of a few seconds holds too few segments."""
+"""Shares of the usual segment length, tried in turn where a short log has too few segments."""
 MOST_STEPS, PLENTY = 40_000, 120
-"""Time steps of all segments, and segments that are kept whatever their steps: a log of a fast motion, which takes
-several steps a sample, is looked at in segments spread over it."""
+"""Most time steps of all segments, unless there are fewer segments than ``PLENTY``; the kept segments are spread
+over the log."""
 A_RECORD = 3
-"""Segments that fit into a record of usual length, where an experiment is made of several."""
+"""Segments in a record of usual length, where an experiment consists of several."""
 
 
 def record_of(motion: Motion, log: Log, shorter: float = 1.0) -> Record:
-    """Segments of a motion, each starting where the machine moves fastest near by: a start at rest may stick for good.
+    """Segments of a motion, each starting at a fast sample nearby, since a run that starts at rest may stay stuck.
 
     Args:
         shorter: factor on the length of the segments.
@@ -72,16 +73,16 @@ def record_of(motion: Motion, log: Log, shorter: float = 1.0) -> Record:
 
 
 def _evenly(starts: list[int], most: int) -> list[int]:
-    """At most so many of them, spread over the log."""
+    """At most so many of them, evenly spread."""
     if len(starts) <= most:
         return starts
     return [starts[k] for k in np.linspace(0, len(starts) - 1, most).round().astype(int)]
 
 
 def _starts(motion: Motion, usable: NDArray[np.bool_], stretches: list[tuple[int, int]], length: int) -> list[int]:
-    """Where segments of ``length`` samples start: within one stretch each, where the machine moves fastest near by.
+    """Start samples of segments of ``length`` samples within one stretch each, where the machine moves fastest nearby.
 
-    Of a record on a grid finer than its own there are so many segments as it has samples for.
+    A log resampled on a finer grid gets only as many segments as its own samples fill.
     """
     h, count = motion.sample_time, len(motion.time)
     speed = np.abs(motion.velocities)
@@ -103,13 +104,13 @@ def _starts(motion: Motion, usable: NDArray[np.bool_], stretches: list[tuple[int
 
 
 def position_noise(motion: Motion, log: Log) -> Array:
-    """(n,) standard deviation: what the log's description says, else what lies above the fine filter."""
+    """(n,) standard deviation of the positions: from the log's description, else estimated above the fine filter."""
     above = np.std((motion.measured - motion.positions)[motion.usable], axis=0)
     seen = above / np.sqrt(max(0.05, 1 - 2 * motion.fine_hz * motion.sample_time))
     step = np.array(log.encoder_step or log.intake.smallest_step or (0.0,) * len(seen)) / np.sqrt(12)
-    said = np.hypot(step, np.array(log.description.position_noise or (0.0,) * len(seen)))
+    stated = np.hypot(step, np.array(log.description.position_noise or (0.0,) * len(seen)))
     size = np.ptp(motion.measured, axis=0)
-    return np.asarray(np.where(said > 0, said, np.maximum(seen, 1e-9 * np.where(size > 0, size, 1.0))))
+    return np.asarray(np.where(stated > 0, stated, np.maximum(seen, 1e-9 * np.where(size > 0, size, 1.0))))
 
 
 def _near_data(motion: Motion, log: Log) -> NDArray[np.bool_]:

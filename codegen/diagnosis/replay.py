@@ -1,4 +1,4 @@
-"""The second way to the residual: replay the generated tracking observer over the log."""
+"""The generated tracking observer replayed over a log: a second, independent friction estimate."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 DAMPING = 0.9
 MOST_SAMPLES = 60_000
 FASTEST = 0.15
-"""Bandwidth times sample time at most: far inside the stability limit of explicit Euler."""
+"""Largest bandwidth times sample time: well inside the stability limit of explicit Euler."""
 
 
 def tracking_choice(system: System, motion: Motion, bandwidth: float) -> ObserverChoice:
@@ -40,7 +40,7 @@ def tracking_choice(system: System, motion: Motion, bandwidth: float) -> Observe
 
 
 def tracked_friction(spec: Spec, system: System, motion: Motion, bandwidth: float) -> Array:
-    """(N, n) generalised friction as the generated tracking observer sees it."""
+    """(N, n) generalised friction estimated by the generated tracking observer."""
     choice = tracking_choice(system, motion, bandwidth)
     observer = build_observer(replace(spec, observer=choice), system)
     program = build_program(observer)
@@ -55,13 +55,13 @@ def tracked_friction(spec: Spec, system: System, motion: Motion, bandwidth: floa
 
 
 def compare_residuals(spec: Spec, system: System, motion: Motion) -> Agreement | None:
-    """Both ways to the friction, and how far they agree; None if the observer's numbers are not finite."""
+    """Agreement of the observer's friction estimate with inverse dynamics; None if the observer diverges."""
     bandwidth = min(2 * np.pi * motion.cutoff_hz, FASTEST / motion.sample_time)
     tracked = tracked_friction(spec, system, motion, bandwidth)
     direct = friction_estimate(system, motion)[: len(tracked)]
     lagged = _second_order(direct, bandwidth, motion.sample_time)
     used = motion.usable[: len(tracked)]
-    # What the observer passes above the coarse cutoff is noise in both; compare below it.
+    # Above the coarse cutoff both are noise; compare below it.
     a, b = motion.low_pass(tracked)[used], motion.low_pass(lagged)[used]
     if not np.isfinite(a).all() or len(a) < 10:
         return None

@@ -1,4 +1,4 @@
-"""What speaks against an effect that the rounds credit, or must be said with it."""
+"""Objections to an effect that forward selection credits, and remarks that must accompany it."""
 
 from __future__ import annotations
 
@@ -19,30 +19,30 @@ MOST_SPEED = 0.95
 
 
 def objections(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
-    """Why an effect is not credited, in words: it may be absent, or its period was never passed."""
+    """Why an effect is not credited: its interval includes its absence, or the log covers less than its period."""
     words = []
     sizes = _intervals_of_size(found)
     if sizes and all(low <= neutral <= high for low, high, neutral in sizes.values()):
         listed = ", ".join(f"{name} ({low:.3g} to {high:.3g})" for name, (low, high, _) in list(sizes.items())[:3])
-        words.append(f"the 95 % interval of {listed} holds the value at which {found.kind} is absent")
+        words.append(f"the 95 % interval of {listed} contains the value at which {found.kind} is absent")
     if never_passed(problem.system, problem.motion, part, found.parameters):
         stroke, period = _stroke(problem.system, problem.motion, part), found.parameters["period"]
         unit = found.units["period"]
         words.append(
-            f"{found.kind} has a period of {period:.3g} {unit}, but the log travels {stroke:.3g} {unit} there: "
+            f"{found.kind} has a period of {period:.3g} {unit}, but the log covers only {stroke:.3g} {unit} there: "
             "less than one period does not show that it repeats"
         )
     return words
 
 
 def never_passed(system: System, motion: Motion, part: Part, parameters: Mapping[str, float]) -> bool:
-    """Whether an effect has a period that is longer than the way that the log travels, and no known turn."""
+    """Whether an effect's period is longer than the distance that the log covers, and is not a known turn."""
     period = parameters.get("period", 0.0)
     return period > _stroke(system, motion, part) and not _known_turn(system, part, period)
 
 
 def remarks(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
-    """What the log does not cover of an effect that is credited."""
+    """Parts of a credited effect's curve that the log does not cover, in words."""
     words = []
     stroke, period = _stroke(problem.system, problem.motion, part), found.parameters.get("period", 0.0)
     if period > stroke and _known_turn(problem.system, part, period):
@@ -62,7 +62,7 @@ def remarks(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
 
 
 def _intervals_of_size(found: FoundEffect) -> dict[str, tuple[float, float, float]]:
-    """Name → interval and neutral value of the parameters that scale an effect."""
+    """Interval and neutral value of each parameter that scales an effect."""
     effect = CATALOGUE[found.kind].with_parameters(list(found.parameters))
     return {
         p.name: (*found.intervals[p.name], p.neutral)
@@ -72,7 +72,7 @@ def _intervals_of_size(found: FoundEffect) -> dict[str, tuple[float, float, floa
 
 
 def _known_turn(system: System, part: Part, period: float) -> bool:
-    """Whether a period is that of a whole turn of an angle, which needs no log to be known."""
+    """Whether a period is a whole turn of an angle, which is known without a log."""
     on_angle = CATALOGUE[part.kind].sits_on in ("coordinate", "sensor") and system.position_units[part.place] == "rad"
     return on_angle and abs(period - WHOLE_TURN) <= 1e-9 * WHOLE_TURN
 
@@ -89,7 +89,7 @@ def _top_speed(problem: Problem, part: Part) -> float:
 
 
 def _direction(system: System, part: Part) -> NDArray[np.float64]:
-    """What the place of an effect is, as a sum of coordinates; a contact's slip where it is the same everywhere."""
+    """(n,) the place of an effect as a combination of coordinates; a contact's slip where U is constant."""
     if CATALOGUE[part.kind].sits_on == "contact":
         column = system.distribution[:, part.place].subs(system.values)
         return np.array([float(c) if c.is_number else 1.0 for c in column])

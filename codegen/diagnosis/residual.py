@@ -1,4 +1,4 @@
-"""The residual of a model on a log, by zero-phase inverse dynamics and by replaying the generated tracking observer."""
+"""The force residual of a model on a log, by inverse dynamics with zero-phase filters."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ Array = NDArray[np.float64]
 STICK_SHARE = 0.004
 """A slip slower than this share of its own 95 % speed counts as standstill."""
 LEAST_LEFT = 1e-6
-"""Of the drive force: less is as good as nothing."""
+"""Least share of the drive force, to avoid a division by zero."""
 LONGEST_CROSSING_S = 0.03
-"""A reversal passes through standstill faster than this; whatever lasts longer is stick."""
+"""A reversal passes through standstill faster than this; a longer standstill is stick."""
 
 
 @dataclass(frozen=True, eq=False)
 class Masks:
-    """Which samples say something about friction in slip.
+    """Samples that show sliding friction.
 
     Attributes:
         rows: (N, n) usable for each coordinate's force balance.
@@ -44,7 +44,7 @@ class Masks:
 
 
 def effective_inputs(system: System, motion: Motion) -> Array:
-    """The motion's inputs behind declared actuators, as ``System.equation_error`` takes them."""
+    """The motion's inputs after the declared actuators, as ``System.equation_error`` takes them."""
     inputs = motion.inputs.copy()
     for k, w in enumerate(system.inputs):
         if w in system.actuators:
@@ -55,9 +55,8 @@ def effective_inputs(system: System, motion: Motion) -> Array:
 def masks(system: System, motion: Motion, noise_speed: float = 0.0) -> Masks:
     """Samples to use: away from ends, gaps and standstill.
 
-    At standstill friction takes any value within its level, so sgn(0) would be wrong; those samples are left out with
-    the filter's reach around them. Quick crossings of zero stay. Of a record on a grid finer than its own, only so many
-    samples are used as it has.
+    At standstill friction takes any value within its level, so these samples are left out, with the filter's reach
+    around them. Quick zero crossings stay. Of a log resampled on a finer grid, only as many samples are used as it had.
     """
     slip = slip_velocities(system, motion)
     reach = max(1, round(0.35 / (motion.cutoff_hz * motion.sample_time)))
@@ -77,7 +76,11 @@ def masks(system: System, motion: Motion, noise_speed: float = 0.0) -> Masks:
 
 
 def inverse_dynamics_residual(system: System, motion: Motion, filtered: bool = True) -> Array:
-    """g − M a − U λ at every sample, (N, n), with the system's own friction levels; low-passed unless asked not to."""
+    """Force residual g − M a − U λ at every sample, (N, n), with the system's friction levels.
+
+    Args:
+        filtered: whether it is low-passed.
+    """
     raw = _balance(system, motion)
     return motion.low_pass(raw) if filtered else raw
 
@@ -85,18 +88,19 @@ def inverse_dynamics_residual(system: System, motion: Motion, filtered: bool = T
 def residual_at_drive(system: System, motion: Motion) -> Array:
     """The low-passed residual, (N, n), over the share of the logged drive force that is left to the motion.
 
-    Friction that follows the measured drive force takes as much of the residual away as of that force, and so does an
-    actuator with a small gain: with all of it taken, nothing is left to be wrong. The same where nothing takes any.
+    Friction that follows the measured drive force, or an actuator with a small gain, reduces residual and drive in the
+    same proportion; this ratio removes that advantage. It is the plain residual where nothing takes a share of the
+    drive.
     """
     return np.asarray(inverse_dynamics_residual(system, motion) / drive_left(system, motion))
 
 
 def drive_left(system: System, motion: Motion) -> Array:
-    """(n,) median over samples of Σ w ∂/∂w of g − U λ behind the actuators over that of g as logged; at most 1.
+    """(n,) median over samples of Σ w ∂/∂w of g − U λ after the actuators over that of g as logged; at most 1.
 
-    Slopes, since a dead zone takes a part of the drive and passes every error of it on as it is; of a saturation only
-    those samples count at which it passes anything. The median, since at a crawl the sign of the speed is noise, and
-    friction then adds to the drive.
+    Slopes, because a dead zone subtracts a constant and passes errors of the drive unchanged; samples at which a
+    saturation passes nothing are not counted. The median, because at very low speed the sign of the speed is noise and
+    friction may then add to the drive.
     """
     n = system.degrees_of_freedom
     if not system.actuators and not any(c.force.has(w) for c in system.contacts for w in system.inputs):
@@ -118,7 +122,7 @@ def _by_inputs(system: System, force: Matrix) -> Matrix:
 
 
 def _balance(system: System, motion: Motion) -> Array:
-    """g − M a − U λ, (N, n); states that no log holds (of friction laws, of loads) follow the measured motion."""
+    """g − M a − U λ, (N, n); states that are not logged are simulated along the measured motion."""
     inputs = effective_inputs(system, motion)
     laws = dict(all_law_terms(system))
     bristles = [k for k, c in enumerate(system.contacts) if c.law.bristle_stiffness(c.law_parameters) != 0]
@@ -163,7 +167,7 @@ def _law_force(system: System, contact: int, terms: LawTerms, slip: Array, state
 
 
 def _hidden_states(system: System, motion: Motion) -> Array:
-    """(N, contacts + states + 2 loads) bristles' deflections, states of laws, positions and velocities of loads."""
+    """(N, contacts + states + 2 loads) bristle deflections, states of laws, positions and velocities of loads."""
     h, count = motion.sample_time, len(motion.time)
     record = Record(
         motion.measured,
@@ -181,7 +185,7 @@ def _hidden_states(system: System, motion: Motion) -> Array:
 
 
 def friction_estimate(system: System, motion: Motion) -> Array:
-    """g − M a, (N, n): all that the friction must have been, unfiltered."""
+    """g − M a, (N, n): total generalised friction by inverse dynamics, unfiltered."""
     bare = replace(
         system,
         contacts=tuple(replace(c, extra_level=sympy.Integer(0), extra_force=sympy.Integer(0)) for c in system.contacts),
@@ -201,7 +205,7 @@ def _rms(values: Array) -> float:
 
 
 def _long_runs(flags: NDArray[np.bool_], longest: int) -> NDArray[np.bool_]:
-    """Keep only runs of True longer than ``longest``."""
+    """Runs of True that are longer than ``longest``."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(np.int8), [0]])))
     kept = np.zeros_like(flags)
     for start, stop in zip(edges[::2], edges[1::2], strict=True):

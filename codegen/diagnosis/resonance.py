@@ -1,12 +1,12 @@
-"""A load behind a spring that shows in the force residual of a rigid model: where the fit of a compliance starts.
+"""Starting values for a compliance: resonance of a load behind a spring in the force residual of a rigid model.
 
-Let a share ρ of the inertia M hang behind a spring k and a damper c. The load follows the motor's acceleration a as
+Let a share ρ of the inertia M hang behind a spring k and a damper c. The load follows the motor's acceleration a by
 a_load = (c s + k)/(ρM s² + c s + k) a, and the residual of the rigid model is
 
     r = ρM (a_load − a) = −ρM · s²/(s² + 2ζω s + ω²) a,   ω² = k/(ρM), 2ζω = c/(ρM),
 
-so for each ω and ζ one regression of r on the filtered acceleration gives ρ. A light resonance is so narrow that a free
-run whose frequency is off by a tenth says nothing of it; here a fine grid costs little.
+so for each ω and ζ one regression of r on the filtered acceleration gives ρ. A lightly damped resonance is so narrow
+that a free run with a frequency 10 % off gives no information; here a fine grid is cheap.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ from codegen.diagnosis.signals import Motion
 Array = NDArray[np.float64]
 
 FREQUENCIES = np.geomspace(0.03, 1.5, 40)
-"""Of the load against a held motor, in the cutoff of the log."""
+"""Frequencies of the load with the motor held, in cutoffs of the log."""
 DAMPING_RATIOS = (0.03, 0.12, 0.4)
 LEAST, MOST = 0.03, 0.97
-"""Share of the inertia."""
+"""Range of the load's share of the inertia."""
 APART = 1.3
-"""Factor between the frequencies of two starts."""
+"""Least ratio between the frequencies of two starting values."""
 
 
 @dataclass(frozen=True)
 class Resonance:
-    """A load behind a spring: its ω in rad/s with the motor held, damping ratio ζ and share ρ of the inertia."""
+    """A load behind a spring: ω in rad/s with the motor held, damping ratio ζ and share ρ of the inertia."""
 
     frequency: float
     damping_ratio: float
@@ -43,7 +43,7 @@ class Resonance:
 def resonances(
     residual: Array, acceleration: Array, inertia: float, motion: Motion, most: int
 ) -> tuple[Resonance, ...]:
-    """Those that explain most of a residual (N,), the best first, each at a frequency of its own.
+    """The resonances that explain most of a residual (N,), best first, with distinct frequencies.
 
     Args:
         acceleration: (N,) of the coordinate. inertia: M.

@@ -1,4 +1,4 @@
-"""What a diagnosis says, typed; ``as_json`` is diagnosis.json."""
+"""Typed results of a diagnosis; ``as_json`` is diagnosis.json."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from codegen.effects.declare import written_place
 
 Interval = tuple[float, float]
 Verdict = Literal["effect", "none", "ambiguous", "unknown", "unfit"]
-"""``unfit``: the preflight found log and spec not to fit together, so nothing is said of effects."""
+"""``unfit``: by the preflight, log and spec do not fit together, so no effect is tested."""
 
 MATERIAL = 0.02
-"""Of the RMS of the drive force: structure that is smaller is reported as a remainder, and not called unknown."""
+"""Share of the RMS drive force below which structure is only reported as a remainder, not called ``unknown``."""
 Nature = Literal["immaterial", "noise", "structured"]
-"""Of what a model leaves: too small to matter, large but not predicted by the motion, or predicted by it."""
+"""Of a remainder: too small to matter, large but not predicted by the motion, or predicted by it."""
 
 
 @dataclass(frozen=True)
@@ -26,9 +26,10 @@ class FoundEffect:
 
     Attributes:
         parameters, units: in SI, by name.
-        also: twins, (kind, on): the same motion once friction levels are refitted, so either name is right.
+        also: twins, (kind, on): effects with the same motion once friction levels are refitted, so either name is
+            right.
         intervals: of the parameters, 95 %.
-        at_limit: names of those at a bound or at the end of what the fit allows: their value is no estimate.
+        at_limit: names of parameters at a bound or at the end of the fit's reach: their value is no estimate.
     """
 
     kind: str
@@ -42,15 +43,15 @@ class FoundEffect:
 
 @dataclass(frozen=True)
 class ParameterError:
-    """A declared value that the log puts away from where its tolerance has it.
+    """A declared value that differs from the log's estimate by more than its tolerance explains.
 
     Attributes:
         tolerance: relative, as declared; nan where the declared value is zero.
-        estimate, interval: 95 %, in SI, pulled to the declared value by its tolerance. away: in tolerances.
-        force, free_run: error on held-out blocks of the training log over that with the value as declared and all else
-            fitted again: residual force, and error of free runs.
-        alike: other parameters that would go the same way in its place; held with it in that comparison.
-        blocks_by_force, blocks_by_free_run: on how many of ``blocks`` held-out blocks the moved value is better.
+        estimate, interval: 95 %, in SI, with the tolerance as prior. away: difference in tolerances.
+        alike: other parameters that could move in its place; fixed together with it in that comparison.
+        force, free_run: cross-validated error on the training log over that with the value as declared and all else
+            fitted again: force residual, and free-run error.
+        blocks_by_force, blocks_by_free_run: on how many of ``blocks`` held-out blocks the estimate is better.
     """
 
     name: str
@@ -70,20 +71,20 @@ class ParameterError:
 
 @dataclass(frozen=True)
 class Candidate:
-    """One effect at one place, with its evidence in the first round.
+    """One effect at one place, with its evidence in one round.
 
     Attributes:
         gain: share of the refit's squared free-run residual that it removes, geometric mean over held-out segments.
         t: sum of the segments' gains over the root of the sum of their squares.
         blocks_won, blocks: on how many held-out blocks of segments it is better than the refit.
         free_run: median free-run error of a segment divided by the refit's.
-        force: residual force divided by the refit's, the second witness; None where it was not computed.
-        size: change of the motion over what the whole drive force does to it.
+        force: force residual divided by the refit's; None where it was not computed.
+        size: force, or change of the motion, over that of the whole drive force.
         accepted: whether it passes every test.
-        why_not: which test it fails, or why it was not tried, in words.
+        why_not: the test that it fails, or why it was not tried, in words.
         own: whether it is a user's own effect.
-        at_limit: names of its parameters at a bound or at the end of what the fit allows.
-        p: probability of such gains without an effect, for one candidate of the round or another.
+        at_limit: names of its parameters at a bound or at the end of the fit's reach.
+        p: probability of such gains without an effect, for any candidate of the round.
     """
 
     kind: str
@@ -106,9 +107,9 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Round:
-    """A round after the first: candidates, best first, each beside the effects (kind, on) that were found before."""
+    """A round after the first: candidates, best first, each in addition to the effects (kind, on) found before."""
 
-    beside: tuple[tuple[str, str], ...]
+    found_before: tuple[tuple[str, str], ...]
     candidates: tuple[Candidate, ...]
 
 
@@ -132,14 +133,14 @@ class ErrorFigures:
 
 @dataclass(frozen=True)
 class Remainder:
-    """What a model leaves on one coordinate.
+    """The force residual that a model leaves on one coordinate.
 
     Attributes:
         rms: of the low-passed force residual, in the coordinate's force unit.
-        share: the same over the RMS of the drive force.
-        structured: share of its square that all variables together, or one of them, explain on held-out parts.
-        over: variable → share of its square that this variable alone explains on held-out parts, beyond what a constant
-            does, which is reported as ``constant``; 0 where these parts do not agree that it explains any.
+        share: the same over the RMS drive force.
+        structured: share of its square that a regression on all variables, or on one, explains on held-out parts.
+        over: variable → share of its square that this variable alone explains on held-out parts, beyond that of a
+            constant, which is reported as ``constant``; 0 where these parts do not agree that it explains any.
     """
 
     rms: float
@@ -149,11 +150,11 @@ class Remainder:
 
     @property
     def material(self) -> float:
-        """RMS of the explained part over the RMS of the drive force."""
+        """RMS of the explained part over the RMS drive force."""
         return self.share * sqrt(max(self.structured, 0.0))
 
     def nature(self, limit: float) -> Nature:
-        """What it is, where a force of less than ``limit`` of the drive force is immaterial."""
+        """Its nature, where a force below the share ``limit`` of the drive force is immaterial."""
         if not self.share >= limit:
             return "immaterial"
         return "structured" if self.material >= limit else "noise"
@@ -161,10 +162,10 @@ class Remainder:
 
 @dataclass(frozen=True)
 class Agreement:
-    """The residual computed both ways: generated tracking observer against zero-phase inverse dynamics.
+    """Agreement of two friction estimates: the generated tracking observer and zero-phase inverse dynamics.
 
     Attributes:
-        correlation: of the two friction estimates, the second seen through the observer's own lag.
+        correlation: of the two estimates, the second filtered by the observer's own dynamics.
         relative_difference: RMS of their difference over RMS of the friction.
         samples: replayed.
     """
@@ -184,24 +185,24 @@ class CertificateChange:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """The whole answer.
+    """The complete result of a diagnosis.
 
     Attributes:
         candidates: of the first round, best first.
-        refitted: friction level, or parameter with a tolerance → its value in the declared, refit and augmented model.
-        training: relative force error of the declared, refit and augmented model on the training log itself, to stand
-            beside what others publish of their fits; no measure of merit.
+        refitted: friction level, or toleranced parameter → its value in the declared, refit and augmented model.
+        training: relative force error of the declared, refit and augmented model on the training log, for comparison
+            with published fits; no measure of quality.
         findings: preflight of each log, in words.
-        parameter_errors: declared values that the log puts away from where their tolerance has them.
-        at_limit: names of refitted values at the end of what they may be (a friction level at zero).
-        remarks: what a reader of the verdict must know: moves that were refused, what the log does not cover.
+        parameter_errors: declared values that differ from the estimates by more than their tolerance explains.
+        at_limit: names of refitted values at a limit (a friction level at zero).
+        remarks: further words for the reader: changes that were refused, what the log does not cover.
         later_rounds: the rounds after the first.
-        standing: effects of the verdict that were a candidate in no round, each against the fit without it.
-        rivals: of the first effect, which the log does not tell from it, on the verdict ``ambiguous``.
-        separation: of candidates that tie, on the verdict ``ambiguous``.
-        proposal: of terms for the residual, on the verdict ``unknown`` where it was asked for.
-        remainder: what the credited model leaves of the training log's force, one a coordinate.
-        material: share of the RMS of the drive force from which on a force matters.
+        standing: effects of the verdict that were a candidate in no round, each compared with the fit without it.
+        rivals: of the first effect, which the log does not tell from it; on the verdict ``ambiguous``.
+        separation: discriminating experiments for candidates that tie; on the verdict ``ambiguous``.
+        proposal: of terms for the residual; on the verdict ``unknown`` where it was asked for.
+        remainder: force residual of the written model on the training log, one a coordinate.
+        material: share of the RMS drive force from which on a force matters.
     """
 
     verdict: Verdict
@@ -248,7 +249,8 @@ class Diagnosis:
             "rivals": [_effect(e) for e in self.rivals],
             "candidates": [_row(c) for c in self.candidates],
             "later_rounds": [
-                {"beside": _twins(r.beside), "candidates": [_row(c) for c in r.candidates]} for r in self.later_rounds
+                {"beside": _twins(r.found_before), "candidates": [_row(c) for c in r.candidates]}
+                for r in self.later_rounds
             ],
             "standing": [_row(c) for c in self.standing],
             "error": {"declared": error(self.declared), "refit": error(self.refit), "augmented": error(self.augmented)},

@@ -1,4 +1,4 @@
-"""Encoders that read wrong, over the parameters of a fit: states behind readings, and readings of positions."""
+"""Encoder errors in a fit: true states from readings, and readings from positions."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ Array = NDArray[np.float64]
 
 ITERATIONS, POLISHES = 8, 3
 LEAST_SLOPE = 0.2
-"""Of a reading over position: where it is smaller, a reading does not tell the state, and is taken as if right."""
+"""Least slope of a reading over position; below it the reading does not determine the state and is not corrected."""
 
 
 class Sensors:
-    """The sensors of a system.
+    """The position sensors of a system with their declared errors.
 
     Attributes:
         symbols: whose values every method is given, in order.
@@ -31,12 +31,12 @@ class Sensors:
         self._wrong = [i for i, x in enumerate(system.positions) if system.sensor_errors.get(x, 0) != 0]
 
     def true(self, states: Array, numbers: Array) -> Array:
-        """(S, 2n) states that are read as ``states``, by fixed-point iteration and Newton's method behind it."""
+        """(S, 2n) true states for readings ``states``, by fixed-point iteration and then Newton's method."""
         if not self._wrong:
             return states
         n = self._system.degrees_of_freedom
         read, states = states, states.copy()
-        with np.errstate(invalid="ignore", over="ignore"):  # errors as steep as this have no state behind a reading
+        with np.errstate(invalid="ignore", over="ignore"):  # for too steep errors the reading is not invertible
             for turn in range(ITERATIONS + POLISHES):
                 errors = self._at(self._errors, states[:, :n], numbers)
                 slopes = self._slopes_at(states, numbers) if turn >= ITERATIONS else [1.0] * len(errors)
@@ -47,7 +47,7 @@ class Sensors:
         return states
 
     def _slopes_at(self, states: Array, numbers: Array) -> list[Any]:
-        """Of readings over positions."""
+        """Slopes of the readings by position."""
         slopes = self._at(self._slopes, states[:, : self._system.degrees_of_freedom], numbers)
         return [np.where(np.abs(1 + slope) > LEAST_SLOPE, 1 + slope, 1.0) for slope in slopes]
 
@@ -56,7 +56,7 @@ class Sensors:
         if not self._wrong:
             return positions
         read = positions.copy()
-        with np.errstate(invalid="ignore", over="ignore"):  # a run that diverged is counted as such elsewhere
+        with np.errstate(invalid="ignore", over="ignore"):  # mean_residuals handles diverged runs
             for i, error in zip(self._wrong, self._at(self._errors, positions, numbers), strict=True):
                 read[..., i] += error
         return read

@@ -1,7 +1,7 @@
-"""What can be changed at a machine between two logs of the same motion: load, payload, mounting, speed, temperature.
+"""Changes of a machine between two logs of the same motion: load, payload, mounting, speed, temperature.
 
-A log under one load cannot tell friction that grows with the load from a larger Coulomb level, nor one in one mounting
-weight from an offset of the drive. A change of the machine that is known, or that acts on all friction alike, can.
+A log under one load cannot tell load-dependent friction from a larger Coulomb level, and a log in one mounting cannot
+tell weight from an offset of the drive. A known change of the machine, or one that affects all friction alike, can.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ Array = NDArray[np.float64]
 Kind = Literal["none", "load", "payload", "mounting", "speed", "temperature"]
 
 LOAD = 0.5
-"""Of the RMS of the drive force: the constant force of another load."""
+"""Constant force of another load, over the RMS drive force."""
 PAYLOAD = 0.5
-"""Of a coordinate's mean inertia."""
+"""Added inertia over a coordinate's mean inertia."""
 PACES = (0.5, 2.0)
 WARM = 0.7
-"""Of the friction of all contacts: what it may be at another temperature. The fit does not know the figure."""
+"""Factor on the friction of all contacts at another temperature; unknown to the fit."""
 MASSES = {"m": "kg", "rad": "kg·m²"}
 DIGITS = 2
 
@@ -39,10 +39,10 @@ class Setup:
 
     Attributes:
         words: what a person changes, for a page.
-        pace: of the log's path.
+        pace: factor on the speed along the log's path.
         force, inertia: known additions, SI, by index of the coordinate.
-        turned: whether weight acts the other way.
-        friction: what the friction of all contacts is multiplied by, a factor that nobody knows; None leaves it.
+        turned: whether gravity acts in the opposite direction.
+        friction: unknown factor on the friction of all contacts; None for no change.
     """
 
     kind: Kind
@@ -54,7 +54,7 @@ class Setup:
     friction: float | None = None
 
     def base(self, system: System) -> System:
-        """The declared system with what is known of the change."""
+        """The declared system with the known part of the change."""
         for i, value in (self.force or {}).items():
             system = system.with_force(i, sympy.Float(value))
         for i, value in (self.inertia or {}).items():
@@ -62,7 +62,7 @@ class Setup:
         return system
 
     def values(self, part: Part, values: Mapping[str, float], factor: float) -> dict[str, float]:
-        """The parameters that an effect has after the change; ``factor`` is that of friction."""
+        """The parameters of an effect after the change; ``factor`` is that of friction."""
         changed = part.effect.turned(values) if self.turned else dict(values)
         if self.friction is None or part.effect.sits_on != "contact":
             return changed
@@ -71,10 +71,10 @@ class Setup:
 
 
 def setups(system: System, motion: Motion, parts: Sequence[Part]) -> list[Setup]:
-    """The log's motion again, and every change that fits the machine.
+    """The log's motion repeated, and every change that is possible on the machine.
 
     Args:
-        parts: effects of all models that are to be discriminated.
+        parts: effects of all models to be discriminated.
     """
     drive = np.sqrt(np.mean(drive_force(system, motion)[motion.usable] ** 2, axis=0))
     inertia = 1 / np.maximum(np.diagonal(inverse_mass(system, motion).mean(axis=0)), 1e-300)

@@ -1,4 +1,4 @@
-"""Free runs over short segments of a log in compiled C, with parameters as arguments."""
+"""Free-run simulation over short segments of a log in compiled C (multiple shooting), with parameters as arguments."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ Indices = NDArray[np.int32]
 
 FLAGS = ("-fno-math-errno", "-fno-trapping-math")
 OF_ONE, OF_MANY = ("-O1",), ("-O3", "-fno-tree-vectorize")
-"""For one coordinate with one contact, and for more, whose loops are worth unrolling. The bits are the same at every
-level; measured with gcc 12, -O2 takes up to twice the time a step, for the vectors and branches that it mends."""
+"""Compiler flags for one coordinate with one contact, and for more, whose loops are worth unrolling. The results are
+bit-identical at every level; with gcc 12, -O2 takes up to twice the time a step."""
 KEPT_LIBRARIES = 32
 _AT_REST = 1e-30
 WARM_S = 1.0
@@ -37,16 +37,17 @@ STEPS_PER_PERIOD = 50
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """What a free run needs of a log.
+    """The data of a log that free-run simulation needs.
 
     Attributes:
-        measured: (N, n) raw positions. positions, velocities: (N, n) smoothed, to start from.
+        measured: (N, n) raw positions. positions, velocities: (N, n) smoothed, for start states.
         commands: (N, m), held from t_k to t_(k+1).
         sample_time: s. time0: of the first row since the log began, s.
         noise: (n,) standard deviation of the measured positions' noise.
         start: (S,) first samples of the segments. length: samples of each.
-        joints: of an arm that is run joint by joint, those that are compared; each segment of each of them is then a
-            row of its own, all joints of a segment in turn. None where the coordinates of a segment stand together.
+        joints: for an arm that is run joint by joint, the joints that are compared; each segment of each joint is then
+            a row of its own, the joints of a segment in turn. None where the coordinates of a segment are compared
+            together.
     """
 
     measured: Array
@@ -66,14 +67,14 @@ class Record:
         return self.by_row(np.asarray(self.measured[self.start[:, None] + np.arange(self.length)]))
 
     def by_row(self, positions: Array) -> Array:
-        """Positions (S, L, n) as the rows that are compared."""
+        """Positions (S, L, n) in the rows that are compared."""
         if self.joints is None:
             return positions
         chosen = positions[..., list(self.joints)].transpose(0, 2, 1)
         return np.ascontiguousarray(chosen.reshape(-1, chosen.shape[2], 1))
 
     def of_segments(self, offsets: Array) -> Array:
-        """Offsets of the rows' start states as (S, 2n)."""
+        """Start-state offsets of the rows as (S, 2n)."""
         if self.joints is None:
             return offsets
         n, at = self.measured.shape[1], list(self.joints)
@@ -83,7 +84,7 @@ class Record:
         return states
 
     def of_starts(self, values: Array) -> Array:
-        """(n,) values as they hold for the rows, (1, n) or (S joints, 1)."""
+        """(n,) values for the rows, (1, n) or (S joints, 1)."""
         return values[None] if self.joints is None else np.tile(values[list(self.joints)], len(self.start))[:, None]
 
     @cached_property
@@ -105,13 +106,13 @@ class Record:
 
 @dataclass(frozen=True)
 class Structure:
-    """What a model has beyond M, g and U λ.
+    """Numeric structure of a model besides M, g and U λ.
 
     Attributes:
-        sigma: one a contact; above 0 Dahl's law with that stiffness in place of the set-valued law.
+        sigma: one a contact; above 0 the stiffness of Dahl's law in place of the set-valued law.
         split: the coordinates whose inertia is shared with a load.
-        coupling: (loads, 4) share of the inertia behind the spring, stiffness, damping and gap.
-        limits: (2, states) low and high that the states of other laws keep. rest: (states,) without load.
+        coupling: (loads, 4) load's share of the inertia, stiffness, damping and gap of the spring.
+        limits: (2, states) lower and upper limits of the states of other laws. rest: (states,) without load.
     """
 
     sigma: tuple[float, ...]
@@ -122,11 +123,11 @@ class Structure:
 
 
 class Shooter:
-    """Compiled free runs of several systems.
+    """Compiled free-run simulations of several systems.
 
     Attributes:
         free: for each system the symbols that are arguments, in order.
-        loads: room for so many. states: of friction laws, room for so many.
+        loads: most loads of any run. states: most states of friction laws.
     """
 
     def __init__(
@@ -136,12 +137,12 @@ class Shooter:
         loads: int | None = None,
         driven: Sequence[int] | None = None,
     ) -> None:
-        """Compile.
+        """Compile the systems into one library.
 
         Args:
-            loads: behind springs, the most that any run will have; by default the most of ``systems``.
-            driven: how many of each system's inputs are an actuator's; what follows them is imposed from outside. By
-                default all.
+            loads: most loads behind springs in any run; by default the most of ``systems``.
+            driven: how many of each system's inputs belong to actuators; the others are imposed signals. By default
+                all.
 
         Raises:
             BadInput: where there is no C compiler.
@@ -178,11 +179,11 @@ class Shooter:
         return out
 
     def hidden(self, model: int, p: Array, structure: Structure, record: Record, drive: Array, substeps: int) -> Array:
-        """What no log holds, at each start, along the measured motion.
+        """States that are not logged, at the start of each segment, simulated along the measured motion.
 
         Returns:
-            (S, contacts + states + 2 loads): the deflection z of each contact, the states of laws, positions of the
-            loads, their velocities.
+            (S, contacts + states + 2 loads): bristle deflection of each contact, states of laws, positions of the
+                loads, their velocities.
         """
         hidden = np.zeros((len(record.start), self.contacts + self.states + 2 * self.loads))
         if structure.split or len(structure.rest) or max(structure.sigma, default=0.0) > 0:
@@ -195,13 +196,13 @@ class Shooter:
         return hidden
 
     def _warm(self, record: Record, structure: Structure) -> int:
-        """Samples for which hidden states are followed before each start; −1: all, in one go."""
+        """Samples of simulation before each start; −1: the whole log in one pass."""
         warm = max(record.length, round(WARM_S / record.sample_time))
         few = len(record.start) * warm < len(record.positions)
         return warm if few and structure.split else -1
 
     def _plant(self, model: int, p: Array, structure: Structure) -> tuple[Any, ...]:
-        """The first arguments of both loops."""
+        """The first arguments of both C functions."""
         idle = np.zeros(self.states - len(structure.rest))
         states = np.concatenate([structure.rest, idle, structure.limits[0], idle, structure.limits[1], idle, [0.0]])
         split = np.array([*structure.split, 0], dtype=np.int32)
@@ -213,7 +214,7 @@ class Shooter:
 
 @lru_cache(maxsize=KEPT_LIBRARIES)
 def _library(source: str, level: tuple[str, ...]) -> ctypes.CDLL:
-    """Compiled and loaded; fits of the same models follow each other."""
+    """The compiled and loaded library; recent ones are cached."""
     return load_library(compile_shared({"shooting.c": source}, ["shooting.c"], (*level, *FLAGS)))
 
 
@@ -224,7 +225,7 @@ def shooting_source(
     states: int,
     driven: Sequence[int],
 ) -> str:
-    """The C of all systems' terms and the loops over segments."""
+    """The C source of all systems' equations and the loops over segments."""
     generator = casadi.CodeGenerator("models", {"with_header": False, "main": False})
     kept = 0
     for k, (system, symbols) in enumerate(zip(systems, free, strict=True)):
@@ -252,14 +253,14 @@ def shooting_source(
 
 
 def terms_of(system: System) -> tuple[Any, ...]:
-    """What is compiled of a system: two with the same share it."""
+    """The compiled expressions of a system; systems with equal ones share code."""
     contacts = [(_set_valued_level(c), c.extra_force) for c in system.contacts]
     laws = [(c, terms.force, *terms.rates) for c, terms in all_law_terms(system)]
     return (system.mass_matrix, system.force, system.distribution, *contacts, *laws)
 
 
 def term_symbols(changed: System, system: System) -> set[sympy.Symbol]:
-    """The symbols in those compiled terms of a changed system that differ from the system's own."""
+    """Symbols in the compiled expressions of a changed system that differ from the original system's."""
     pairs = zip_longest(_entries(changed), _entries(system), fillvalue=sympy.S.Zero)
     return {s for entry, own in pairs if entry != own for s in entry.free_symbols}
 
@@ -270,16 +271,19 @@ def _entries(system: System) -> list[Any]:
 
 
 def _set_valued_level(contact: ContactFriction) -> sympy.Expr:
-    """Of a law with states only what effects add to its level: λ = force(u, y) + sgn(u) extra_level + extra_force."""
+    """The level of the set-valued law; for a law with states only the part that effects add to it.
+
+    λ = force(u, y) + sgn(u) extra_level + extra_force
+    """
     return contact.extra_level if law_terms(contact) is not None else contact.law_level + contact.extra_level
 
 
 def terms_functions(name: str, system: System, free: Sequence[sympy.Symbol]) -> tuple[Any, Any]:
-    """Two CasADi functions, all results dense.
+    """Two CasADi functions of a system, all results dense.
 
     Returns:
         place_NAME (x, w, t, p) → (M, U, kept), and model_NAME (x, v, w, t, p, kept) → (g, levels forward, levels
-        backward, smooth friction): what velocities do not change is computed once for several of them.
+            backward, smooth friction): ``kept`` are values independent of v, computed once for several velocities.
     """
     n = system.degrees_of_freedom
     x, v, w = casadi.SX.sym("x", n), casadi.SX.sym("v", n), casadi.SX.sym("w", len(system.inputs))

@@ -1,7 +1,7 @@
-"""Log → smooth motion and one low-pass for everything that enters the force balance.
+"""Filters of a log: a smooth motion, and one low-pass for every term of the force balance.
 
 Two zero-phase Butterworth filters: a fine one gives positions, velocities and accelerations smooth enough to evaluate
-the model on; a coarse one is put on every term of the force balance alike, so that no term leads or lags another.
+the model; a coarse one filters every term of the force balance alike, so that no term leads or lags another.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ FINE_TO_COARSE = 2.5
 TRIM_S = 1.0
 SHORTEST_S = 4.0
 SHORTEST_TEST_S = 3.0
-"""Of a log on which models are compared and none is fitted: both ends trimmed, it still holds two free runs."""
+"""For a log that only compares models: both ends trimmed, it still holds two free runs."""
 CUTOFFS_HZ = (20.0, 14.0, 10.0, 7.0, 5.0, 3.5, 2.5)
-"""Where nobody says the cutoff: the highest of these, at most a tenth of the sample rate, with little noise."""
+"""Default cutoff: the highest of these, at most a tenth of the sample rate, with little noise."""
 NOISE_SHARE = 0.05
-"""Noise in the low-passed acceleration over that acceleration, at most, on every coordinate."""
+"""Largest share of noise in the low-passed acceleration, on every coordinate."""
 FASTER_HZ = (80.0, 56.0, 40.0, 28.0)
-"""Cutoffs for a motion that is mostly faster than the usual one lets through, such as a motor's cogging at speed."""
+"""Cutoffs for a motion that is mostly above the usual ones, such as a motor's cogging at speed."""
 MOSTLY_FASTER = 0.5
-"""Of a coordinate's squared acceleration at the faster cutoff: what the usual one must lose for it."""
+"""Share of a coordinate's squared acceleration that the usual cutoff must lose for a faster one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,8 +47,7 @@ class Motion:
         cutoff_hz, fine_hz: of the coarse and the fine filter.
         usable: (N,) samples away from the ends and from gaps.
         measured: (N, n) the raw positions.
-        counted: (N,) samples that stand for a row of the log; between them its grid is finer than the record was.
-            None where all do.
+        counted: (N,) samples that were logged, where the grid is finer than the log; None where all were.
     """
 
     time: Array
@@ -70,7 +69,7 @@ class Motion:
 
 
 def low_pass(signals: Array, cutoff_hz: float, sample_time: float) -> Array:
-    """Fourth-order Butterworth forth and back: zero phase, −6 dB at the cutoff."""
+    """Fourth-order Butterworth filter forward and backward: zero phase, −6 dB at the cutoff."""
     b, a = butter(ORDER, min(2 * cutoff_hz * sample_time, 0.95))
     return np.asarray(filtfilt(b, a, signals, axis=0, padlen=min(len(signals) - 1, 3 * max(len(a), len(b)) * 8)))
 
@@ -81,7 +80,7 @@ def smooth_motion(log: Log, cutoff_hz: float | None = None, shortest_s: float = 
     Args:
         log: uniform samples.
         cutoff_hz: of the coarse filter; by default the log's own, else as high as the noise of the positions allows.
-        shortest_s: what a log must last.
+        shortest_s: least duration of a log.
 
     Raises:
         BadInput: if the log is too short to filter and to split into blocks.
@@ -119,10 +118,10 @@ def smooth_motion(log: Log, cutoff_hz: float | None = None, shortest_s: float = 
 
 
 def quiet_cutoff(positions: Array, h: float) -> float:
-    """The highest admitted cutoff in Hz at which the acceleration is motion and not noise.
+    """The highest cutoff in Hz at which the acceleration is mostly motion and not noise.
 
-    The noise is what lies above a fifth of the sample rate, taken as white: low-passed at f its second derivative has
-    the RMS σ (2πf)² √(2fh/5). Above 20 Hz only where most of the acceleration lies there.
+    The noise is estimated above a fifth of the sample rate and taken as white: low-passed at f, its second derivative
+    has the RMS σ (2πf)² √(2fh/5). Above 20 Hz only where most of the acceleration is there.
     """
     above = positions - low_pass(positions, 0.2 / h, h)
     noise = np.std(above, axis=0) / np.sqrt(0.6)

@@ -1,11 +1,10 @@
-"""Records at one steady speed each, as an expert fits them: the mean force of each record at its mean speed.
+"""Diagnosis of records at one steady speed each: the mean force of each record at its mean speed.
 
     r_k = g(v_k, w_k) − U λ(v_k, w_k),  k = 1 … R records,
 
-with v and w the means of speed and input over the record. Within such a record waves of a turn make most of what a
-model leaves, and a free run follows them and not the friction; over the record they average out. One record is one
-observation: parameters by least squares with the tolerances as prior, an effect by the F test of the squares that it
-removes and by leave-one-out prediction (PRESS, Allen 1974).
+with v and w the means of speed and input over the record. Within such a record most of a model's residual is ripple of
+a turn, which free runs would follow; its mean over the record vanishes. One record is one observation: parameters by
+least squares with the tolerances as prior, an effect by the F test and by leave-one-out prediction (PRESS, Allen 1974).
 """
 
 from __future__ import annotations
@@ -49,11 +48,11 @@ SETTLING = 0.1
 """Share of each record that is left out at its start."""
 MOST_EFFECTS = 3
 WEIGHED = 3
-"""Rounds in which the tolerances are weighed against what the fit before left."""
+"""Iterations in which the prior is weighed against the residual of the fit before."""
 TRIES, STEP = 400, 1e-5
-"""Evaluations of a fit, at most, and the step of its slopes, in the size of each parameter."""
+"""Most evaluations of a fit, and the step of its slopes over the size of each parameter."""
 TIE_NATS = float(-np.log(credit.TIE_LEVEL))
-"""Of log-likelihood by which a fit must be better than another for the records to tell the two apart."""
+"""Nats of log-likelihood by which a fit must be better for the records to tell two effects apart."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +70,7 @@ class Means:
 
 
 def means_of(log: Log) -> Means | None:
-    """The means of an experiment of steady records; None where some record is not steady on some coordinate."""
+    """The means of an experiment of steady records; None where a record is not steady on every coordinate."""
     if len(log.records) < LEAST_RUNS:
         return None
     steady = steady_speeds(log, measured_motion(log))
@@ -87,7 +86,7 @@ def means_of(log: Log) -> Means | None:
 
 
 def is_static(system: System) -> bool:
-    """Whether mean speeds and inputs say what the mean force must be: nothing depends on place, time or the past."""
+    """Whether the mean force is a function of mean speeds and inputs: no dependence on position, time or history."""
     away = {*system.positions, TIME}
     moving = any(chain.has_memory for chain in system.actuators.values()) or bool(system.sensor_errors)
     bristles = any(c.law.bristle_stiffness(c.law_parameters) != 0 for c in system.contacts)
@@ -97,8 +96,8 @@ def is_static(system: System) -> bool:
 def is_seen(trial: Trial) -> bool:
     """Whether records at steady speed can show the last part of a trial.
 
-    A force that the input makes cannot be seen: at an imposed speed the input is what friction asks for, so that any
-    function of it would explain it by itself.
+    Forces that depend on the input are excluded: at an imposed speed the input follows friction, so that any function
+    of it would explain friction by itself.
     """
     changed, before = trial.changed, replace(trial, parts=trial.parts[:-1]).changed
     if not is_static(changed):
@@ -109,19 +108,19 @@ def is_seen(trial: Trial) -> bool:
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
+class SteadyFit:
     """Least squares of one trial on the means.
 
     Attributes:
         theta: (p,) the trial's vector. residual: (R n) of the force. slopes: (R n, p) of the residual.
-        price: (p,) prior weights over the squared scale of the residual: those of the normal matrix.
+        prior_precision: (p,) times the squared scale of the residual, as in the normal matrix.
     """
 
     trial: Trial
     theta: Array
     residual: Array
     slopes: Array
-    price: Array
+    prior_precision: Array
 
     @property
     def squares(self) -> float:
@@ -134,18 +133,18 @@ class Fit:
 
     @cached_property
     def _inverse(self) -> Array:
-        normal = self.slopes.T @ self.slopes + np.diag(self.price)
+        normal = self.slopes.T @ self.slopes + np.diag(self.prior_precision)
         size = np.sqrt(np.maximum(np.diag(normal), 1e-300))
         return np.asarray(np.linalg.pinv(normal / np.outer(size, size), rcond=1e-12) / np.outer(size, size))
 
     @cached_property
     def left_out(self) -> Array:
-        """(R n,) residual of each mean under the fit to the others, by its leverage."""
+        """(R n,) leave-one-out residual of each mean, by its leverage."""
         leverage = np.einsum("ri,ij,rj->r", self.slopes, self._inverse, self.slopes)
         return np.asarray(self.residual / np.maximum(1 - leverage, 0.02))
 
     def intervals(self) -> list[dict[str, Interval]]:
-        """95 % of the parameters of each part."""
+        """95 % intervals of the parameters of each part."""
         free = max(len(self.residual) - len(self.theta), 1)
         deviation = np.sqrt(np.maximum(np.diag(self._inverse), 0.0) * self.squares / free)
         half = float(student.ppf(0.5 + CONFIDENCE / 2, free)) * deviation
@@ -155,15 +154,15 @@ class Fit:
 
 
 @dataclass(frozen=True, eq=False)
-class Attempted:
-    """A candidate of one round: its fit and what speaks for it over the fit without it.
+class SteadyCandidate:
+    """A candidate of one round with its evidence over the fit without it.
 
     Attributes:
         share: of the squared leave-one-out residual that it removes. p: by the F test, for any of the candidates.
         size: change of the force over the drive force, RMS.
     """
 
-    fit: Fit
+    fit: SteadyFit
     share: float
     t: float
     won: int
@@ -178,11 +177,11 @@ class Attempted:
 
 
 @dataclass(frozen=True, eq=False)
-class Ladder:
+class SteadySearch:
     """Fits on the means of steady records.
 
     Attributes:
-        problem: of the declared system on the log's motion, of which the places of shapes are taken.
+        problem: of the declared system on the log's motion.
         noise: of the positions.
     """
 
@@ -212,15 +211,15 @@ class Ladder:
         """(R n,) force of the inputs."""
         return mean_forces(self.system, self.means)[1].ravel()
 
-    def refit(self) -> Fit:
+    def refit(self) -> SteadyFit:
         return self.fit(Trial(self.system, (), self.moved), [self.declared])
 
-    def fit(self, trial: Trial, starts: Sequence[Array]) -> Fit:
-        """The best from several starts."""
+    def fit(self, trial: Trial, starts: Sequence[Array]) -> SteadyFit:
+        """The best fit from several starting values."""
         error = _residual_of(trial, self.means)
         return min((self._fit_from(trial, error, theta) for theta in starts), key=lambda one: one.squares)
 
-    def _fit_from(self, trial: Trial, error: Callable[[Array], Array], theta: Array) -> Fit:
+    def _fit_from(self, trial: Trial, error: Callable[[Array], Array], theta: Array) -> SteadyFit:
         free = len(theta) - len(self.prior)
         prior, centre = np.append(self.prior, np.zeros(free)), np.append(self.declared, np.zeros(free))
         least = 1e-12 * max(float(np.abs(self.drive).max()), 1e-300)
@@ -237,10 +236,10 @@ class Ladder:
             scale = max(float(np.sqrt(residual @ residual / max(len(residual) - len(theta), 1))), least)
         steps = STEP * size
         slopes = [(error(theta + d) - error(theta - d)) / (2 * h) for d, h in zip(np.diag(steps), steps, strict=True)]
-        return Fit(trial, theta, residual, np.stack(slopes, axis=1), prior * scale**2)
+        return SteadyFit(trial, theta, residual, np.stack(slopes, axis=1), prior * scale**2)
 
-    def round_beside(self, base: Fit) -> list[Attempted]:
-        """Every effect that such records can show beside those of a fit: the credited ones first, best first."""
+    def ranked_candidates(self, base: SteadyFit) -> list[SteadyCandidate]:
+        """Every effect that such records can show, in addition to those of a fit: credited ones first, best first."""
         trial, taken = base.trial, {(p.kind, p.on) for p in base.trial.parts}
         trials = [
             trial.with_part(part_of(effect, place, self.system))
@@ -248,17 +247,17 @@ class Ladder:
             if not effect.refines
         ]
         trials = [t for t in trials if (t.parts[-1].kind, t.parts[-1].on) not in taken and is_seen(t)]
-        tried = [self._attempted(t, base, len(trials)) for t in trials]
+        tried = [self._tried(t, base, len(trials)) for t in trials]
         return sorted((a for a in tried if a is not None), key=lambda a: (bool(a.why_not), a.fit.squares))
 
-    def ties(self, ranked: Sequence[Attempted]) -> list[Attempted]:
+    def ties(self, ranked: Sequence[SteadyCandidate]) -> list[SteadyCandidate]:
         """Credited candidates that the records cannot tell from the best, its twins left out."""
         best, count = ranked[0], len(ranked[0].fit.residual)
         same = best.part.effect.twins(self.system, best.part.place)
         others = [a for a in ranked[1:] if not a.why_not and (a.part.kind, a.part.on) not in same]
         return [a for a in others if _nats(a.fit, count) < _nats(best.fit, count) + TIE_NATS]
 
-    def _attempted(self, trial: Trial, base: Fit, count: int) -> Attempted | None:
+    def _tried(self, trial: Trial, base: SteadyFit, count: int) -> SteadyCandidate | None:
         starts = self._starts(trial, base)
         if not starts:
             return None
@@ -272,7 +271,7 @@ class Ladder:
             p = min(1.0, count * float(fisher.sf(ratio, more, freedom)))
         changed = mean_forces(model_of(trial, fit.theta), self.means)[0].ravel()
         change = changed - mean_forces(model_of(base.trial, base.theta), self.means)[0].ravel()
-        found = Attempted(
+        found = SteadyCandidate(
             fit,
             1 - float(after.sum()) / max(float(before.sum()), 1e-300),
             float(gains.sum() / max(float(np.sqrt((gains**2).sum())), 1e-300)),
@@ -284,22 +283,22 @@ class Ladder:
         )
         return replace(found, why_not=self._why_not(found, bool(base.trial.parts)))
 
-    def _why_not(self, tried: Attempted, further: bool) -> str:
+    def _why_not(self, tried: SteadyCandidate, further: bool) -> str:
         effect, values = tried.part.effect, tried.fit.parameters
         if tried.share < (credit.FURTHER if further else credit.LEAST_SHARE):
-            return f"removes {100 * tried.share:.2g} % of the squared means of records left out"
+            return f"removes {100 * tried.share:.2g} % of the squared residual of left-out records"
         if not effect.admissible(self.system, tried.part.place, values):
-            return "fits only with values that are not physical"
+            return "fits only with unphysical values"
         if tried.size < credit.LEAST_SIZE:
             return f"its force is {100 * tried.size:.2g} % of the drive force: too little to matter"
         sizes = {q.name: q.neutral for q in effect.parameters if q.neutral is not None}
         spans = tried.fit.intervals()[-1]
         if sizes and all(spans[name][0] <= neutral <= spans[name][1] for name, neutral in sizes.items()):
-            return f"the 95 % interval of {', '.join(sizes)} holds the value at which it is absent"
-        return "" if tried.p <= credit.ALPHA else f"as likely as {tried.p:.2g} without an effect"
+            return f"the 95 % interval of {', '.join(sizes)} contains the value at which it is absent"
+        return "" if tried.p <= credit.ALPHA else f"not significant: p = {tried.p:.2g} without an effect"
 
-    def _starts(self, trial: Trial, base: Fit) -> list[Array]:
-        """A start for each shape of the last part, what scales it by one linear step."""
+    def _starts(self, trial: Trial, base: SteadyFit) -> list[Array]:
+        """A starting value for each shape of the last part, its weights by one linear step."""
         part, error, starts = trial.parts[-1], _residual_of(trial, self.means), []
         levels = [float(v) for v in base.trial.split(base.theta)[0]]
         covered = replace(
@@ -328,8 +327,8 @@ class Ladder:
         return survey(self.system, self.problem.motion)
 
 
-def _nats(fit: Fit, count: int) -> float:
-    """−log-likelihood of a fit whose scale is unknown, and a nat a parameter (Akaike)."""
+def _nats(fit: SteadyFit, count: int) -> float:
+    """−log-likelihood of a fit with unknown scale, plus one nat a parameter (Akaike)."""
     return 0.5 * count * float(np.log(max(fit.squares, 1e-300))) + len(fit.theta)
 
 
@@ -345,7 +344,7 @@ def _residual_of(trial: Trial, means: Means) -> Callable[[Array], Array]:
 
 
 def _forces_of(system: System, symbols: Sequence[sympy.Symbol], means: Means) -> Callable[[Array], tuple[Array, Array]]:
-    """Values of these symbols → what ``mean_forces`` returns."""
+    """The function ``mean_forces`` of the values of these symbols."""
     n, m, count = system.degrees_of_freedom, len(system.inputs), len(means)
     point, moved = casadi.SX.sym("point", n + m), casadi.SX.sym("moved", len(symbols))
     names = {s: casadi.SX(float(v)) for s, v in system.values.items()}
@@ -366,7 +365,7 @@ def _forces_of(system: System, symbols: Sequence[sympy.Symbol], means: Means) ->
 
 
 def figures_of(system: System, means: Means, measured: ErrorFigures) -> ErrorFigures:
-    """Errors of the means, beside the free runs as measured."""
+    """Force errors of the means in place of the measured ones; free-run errors as measured."""
     residual, drive = mean_forces(system, means)
     rows = tuple(float(v) for v in np.sqrt(np.mean(residual**2, axis=0)))
     relative = float(np.linalg.norm(residual) / max(float(np.linalg.norm(drive)), 1e-300))
@@ -376,8 +375,11 @@ def figures_of(system: System, means: Means, measured: ErrorFigures) -> ErrorFig
 
 
 def remainders_of(system: System, means: Means) -> tuple[Remainder, ...]:
-    """What a model leaves of the means: of its square that much follows from speed which a straight line between the
-    records of the next slower and the next faster speed, in the same direction, predicts of each."""
+    """The remainder of a model on the means; its structured share is what interpolation over speed predicts.
+
+    Each record is predicted by linear interpolation between those of the next lower and next higher speed in the same
+    direction.
+    """
     residual, drive = mean_forces(system, means)
     found = []
     for i in range(residual.shape[1]):
@@ -396,7 +398,7 @@ def remainders_of(system: System, means: Means) -> tuple[Remainder, ...]:
     return tuple(found)
 
 
-def effects_of(fit: Fit, system: System) -> tuple[FoundEffect, ...]:
+def effects_of(fit: SteadyFit, system: System) -> tuple[FoundEffect, ...]:
     """The parts of a fit as effects, with their intervals."""
     found = zip(fit.trial.parts, fit.trial.split(fit.theta)[1], fit.intervals(), strict=True)
     return tuple(_effect(part, values, system, spans) for part, values, spans in found)
@@ -408,8 +410,8 @@ def _effect(part: Part, values: Mapping[str, float], system: System, spans: Mapp
     return FoundEffect(part.kind, part.on, values, unit_words(effect, part.place, system), also, spans)
 
 
-def candidate_of(tried: Attempted, system: System) -> Candidate:
-    """A candidate for the table: records left out stand for blocks."""
+def candidate_of(tried: SteadyCandidate, system: System) -> Candidate:
+    """A candidate for the table; its blocks are the records."""
     part = tried.part
     return Candidate(
         kind=part.kind,
@@ -431,44 +433,46 @@ def candidate_of(tried: Attempted, system: System) -> Candidate:
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
-    """What forward selection on the means found.
+class SteadyOutcome:
+    """The result of forward selection on the means.
 
     Attributes:
         base: the refit without effects. final: with them; the base where there is none.
-        rounds: of candidates, each beside what was found before.
+        rounds: candidates, each round with the effects found before.
         rivals: of the first effect, which the records do not tell from it.
     """
 
-    base: Fit
-    final: Fit
-    rounds: tuple[tuple[tuple[Part, ...], tuple[Attempted, ...]], ...]
-    rivals: tuple[Attempted, ...]
+    base: SteadyFit
+    final: SteadyFit
+    rounds: tuple[tuple[tuple[Part, ...], tuple[SteadyCandidate, ...]], ...]
+    rivals: tuple[SteadyCandidate, ...]
 
 
-def find(ladder: Ladder) -> Found:
-    """Effects one after the other, while one is credited."""
-    base = current = ladder.refit()
-    rounds: list[tuple[tuple[Part, ...], tuple[Attempted, ...]]] = []
-    rivals: tuple[Attempted, ...] = ()
+def select_effects(search: SteadySearch) -> SteadyOutcome:
+    """Forward selection: effects one after the other, while one is credited."""
+    base = current = search.refit()
+    rounds: list[tuple[tuple[Part, ...], tuple[SteadyCandidate, ...]]] = []
+    rivals: tuple[SteadyCandidate, ...] = ()
     for turn in range(MOST_EFFECTS):
-        ranked = ladder.round_beside(current)
+        ranked = search.ranked_candidates(current)
         rounds.append((current.trial.parts, tuple(ranked)))
         if not ranked or ranked[0].why_not:
             break
         current = ranked[0].fit
-        rivals = rivals if turn else tuple(ladder.ties(ranked))
-    return Found(base, current, tuple(rounds), rivals)
+        rivals = rivals if turn else tuple(search.ties(ranked))
+    return SteadyOutcome(base, current, tuple(rounds), rivals)
 
 
-def answer_of(ladder: Ladder, measured: Callable[[System], ErrorFigures], by_means: bool) -> tuple[Answer, Found]:
-    """What is said and may be written; held-out records can refuse it.
+def answer_of(
+    search: SteadySearch, measured: Callable[[System], ErrorFigures], by_means: bool
+) -> tuple[Answer, SteadyOutcome]:
+    """The answer, which held-out records may refuse.
 
     Args:
         measured: errors of a system on held-out data.
-        by_means: whether those are means of steady records, of which free runs say nothing.
+        by_means: whether those are means of steady records, for which free runs are not used.
     """
-    system, found = ladder.system, find(ladder)
+    system, found = search.system, select_effects(search)
 
     def judged(model: System) -> ErrorFigures:
         figures = measured(model)
@@ -477,12 +481,12 @@ def answer_of(ladder: Ladder, measured: Callable[[System], ErrorFigures], by_mea
 
     declared = judged(system)
     fitted = values_of(found.base)
-    options = [Option("refitted values", with_values(system, fitted), fitted)] if is_better(ladder, found.base) else []
+    options = [Option("refitted values", with_values(system, fitted), fitted)] if is_better(search, found.base) else []
     options.append(Option("the declared values", system, values_of(found.base)))
     chosen = admitted(options, declared, judged)
     refit = system if chosen.option is None else chosen.option.system
     refused = tuple(f"{words}: not adopted" for words in chosen.refusals)
-    remarks = (f"each of the {len(ladder.means)} records runs at one speed, so it is judged by its mean", *refused)
+    remarks = (f"each of the {len(search.means)} records runs at one speed, so it is judged by its mean", *refused)
     plain = (measured(system), measured(refit), measured(refit))
     answer = Answer("none", (), refit, refit, plain, remarks=remarks)
     if not found.final.trial.parts:
@@ -498,13 +502,13 @@ def answer_of(ladder: Ladder, measured: Callable[[System], ErrorFigures], by_mea
     return replace(answer, verdict=verdict, effects=effects, augmented=augmented, figures=figures), found
 
 
-def values_of(fit: Fit) -> dict[str, float]:
-    """Of what every fit moves, by name."""
+def values_of(fit: SteadyFit) -> dict[str, float]:
+    """The refitted values by name."""
     moved = fit.trial.split(fit.theta)[0]
     return {s.name: float(v) for s, v in zip(fit.trial.moved, moved, strict=True)}
 
 
-def is_better(ladder: Ladder, fit: Fit) -> bool:
-    """Whether a refit predicts records that it did not see better than the declared values do."""
-    declared = mean_forces(ladder.system, ladder.means)[0].ravel()
+def is_better(search: SteadySearch, fit: SteadyFit) -> bool:
+    """Whether a refit predicts left-out records better than the declared values do."""
+    declared = mean_forces(search.system, search.means)[0].ravel()
     return float(fit.left_out @ fit.left_out) < float(declared @ declared)

@@ -1,4 +1,4 @@
-"""What a system has beyond M, g and U λ, over the parameters of a fit: states that no log holds."""
+"""Parts of a system besides M, g and U λ, as functions of a fit's parameters: states that are not logged."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from codegen.mechanics.system import System
 Array = NDArray[np.float64]
 
 FAR = 1e300
-"""What limits a state that keeps none."""
+"""Limit of a state without limits."""
 
 
 def states(system: System) -> int:
-    """How many states a free run has beyond positions and velocities."""
+    """Number of states of a free run besides positions and velocities."""
     laws = (c.law for c in system.contacts)
     return 2 * len(system.transmissions) + sum(len(law.states) for law in laws if isinstance(law, DynamicLaw))
 
 
 class Structures:
-    """The bristles of a system's contacts, the states of its friction laws, and the loads behind its springs."""
+    """Bristle stiffnesses, states of friction laws, and loads behind springs of a system."""
 
     def __init__(self, system: System, symbols: tuple[sympy.Symbol, ...]) -> None:
         """Args:

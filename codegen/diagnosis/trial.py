@@ -1,4 +1,4 @@
-"""A model on trial: the declared system with effects at their places, and every number in it that a fit may move."""
+"""A model under test: the declared system with effects at their places, and the parameters that a fit estimates."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ class Part:
     Attributes:
         kind, place, on: as in the catalogue.
         names: of its parameters, in order.
-        symbols: of those in the changed System.
-        coordinates: in which a fit moves those.
+        symbols: of its parameters in the changed System.
+        coordinates: transformations of its parameters in a fit.
     """
 
     kind: str
@@ -73,9 +73,9 @@ class Trial:
     """A system with parts.
 
     Attributes:
-        system: as declared; ``changed`` has the parts that are changes of a System.
+        system: as declared.
         parts: in the order in which they were found.
-        moved: friction levels and parameters with a tolerance, which every fit moves.
+        moved: friction levels and toleranced parameters, which every fit estimates.
     """
 
     system: System
@@ -84,7 +84,7 @@ class Trial:
 
     @cached_property
     def changed(self) -> System:
-        """The system with all parts; their symbols stand for numbers in the order of ``symbols``."""
+        """The system with all parts; their symbols have placeholder values."""
         system = self.system
         for part in self.parts:
             units = dict.fromkeys(part.symbols, "1")
@@ -94,7 +94,7 @@ class Trial:
 
     @property
     def symbols(self) -> tuple[sympy.Symbol, ...]:
-        """Everything that a fit moves: the levels and tolerated parameters, then those of the parts."""
+        """All estimated symbols: levels and toleranced parameters, then those of the parts."""
         return (*self.moved, *(s for part in self.parts for s in part.symbols))
 
     @cached_property
@@ -105,7 +105,7 @@ class Trial:
 
     @cached_property
     def adds_states(self) -> bool:
-        """Whether the last part adds states to the free run: its force along a log is not given by the log alone."""
+        """Whether the last part adds states to the free run; its force then cannot be computed from the log alone."""
         return states(self.changed) > states(replace(self, parts=self.parts[:-1]).changed)
 
     def with_part(self, part: Part) -> Trial:
@@ -143,10 +143,10 @@ class Trial:
 
 @dataclass(frozen=True, eq=False)
 class Runner:
-    """Free runs of one trial on one record.
+    """Free-run simulation of one trial on one record.
 
     Attributes:
-        model: of the trial in ``shooter``.
+        model: index of the trial in ``shooter``.
     """
 
     trial: Trial
@@ -156,9 +156,9 @@ class Runner:
     substeps: int
 
     def run(self, theta: Array, offsets: Array, gain: float = 1.0) -> Array:
-        """Predicted measurements (S, L, n), the segments started ``offsets`` (S, 2n) off the smoothed state.
+        """Predicted measurements (S, L, n); each segment starts ``offsets`` (S, 2n) from the smoothed state.
 
-        Of an arm whose joints are compared one by one: (S joints, L, 1), by offsets (S joints, 2).
+        For an arm whose joints are compared one by one: (S joints, L, 1), with offsets (S joints, 2).
 
         Args:
             gain: on all inputs.
@@ -177,15 +177,15 @@ class Runner:
         return record.by_row(trial.sensors.measured(found, numbers))
 
     def hidden(self) -> Array:
-        """What no log holds, as the shooter has it, of the trial without parts."""
+        """States that are not logged, as by ``Shooter.hidden``, for the trial without parts."""
         trial, none = self.trial, np.zeros(0)
         structure = trial.structures.at(none)
-        assert isinstance(self.shooter, Shooter)  # an arm's residual is that of the whole arm
+        assert isinstance(self.shooter, Shooter)  # an arm is never separated here
         return self.shooter.hidden(self.model, none, structure, self.record, self._drive(none), self.substeps)
 
     @cached_property
     def _arguments(self) -> list[int]:
-        """Where the arguments of the compiled terms stand among the trial's symbols."""
+        """Indices of the compiled code's arguments among the trial's symbols."""
         place = {s: k for k, s in enumerate(self.trial.symbols)}
         return [place[s] for s in self.trial.free]
 

@@ -1,6 +1,6 @@
-"""The last check of what is written: it may be worse on held-out data neither than the declared model nor the refit.
+"""The last check of a model: on held-out data it may be worse neither than the declared model nor than the refit.
 
-The held-out log chooses nothing. It can only refuse, from a short list that the training log put in order.
+The held-out log does not choose; it can only refuse options, whose order the training log determined.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from codegen.mechanics.system import System
 
 FORCE, RUN = "residual force", "error in free run"
 REFIT_WORSE = 0.05
-"""Share by which an effect may make either error larger than in the refit without it: noise, and no more."""
+"""Share by which an effect may increase either error over the refit without it; noise can make that much."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +24,7 @@ class Option:
     """A model that may be written.
 
     Attributes:
-        words: what it is, for a reader. values: of what a refit may move.
+        words: description for a reader. values: of the refitted parameters.
     """
 
     words: str
@@ -52,18 +52,18 @@ def admitted(
     measured: Callable[[System], ErrorFigures],
     refit: ErrorFigures | None = None,
 ) -> Admitted:
-    """Go through the options in their order.
+    """Check the options in their order on held-out data.
 
     Args:
-        refit: of the model without the effects that the options have; an option may be no worse than it either, by
-            more than ``REFIT_WORSE``.
+        refit: errors of the model without the effects; an option may exceed them by at most ``REFIT_WORSE``.
     """
     refusals: list[str] = []
     first: ErrorFigures | None = None
     for option in options:
         figures = measured(option.system)
         first = first or figures
-        for model, other, most in (("the declared model", declared, SAME), ("the refit without", refit, REFIT_WORSE)):
+        references = (("the declared model", declared, SAME), ("the refit without the effect", refit, REFIT_WORSE))
+        for model, other, most in references:
             worse = worsened(figures, other, most) if other is not None else {}
             if worse:
                 refusals.append(f"on held-out data {option.words} would make {_list(worse)} than with {model}")
@@ -76,7 +76,7 @@ def admitted(
 
 
 def worsened(figures: ErrorFigures, declared: ErrorFigures, most: float = SAME) -> dict[str, float]:
-    """Witness → error over that of the declared model, where it is larger by more than a share ``most``."""
+    """Criterion → error over that of the declared model, where it is larger by more than a share ``most``."""
     ratios = {
         FORCE: _over(figures.force_rms_rows, declared.force_rms_rows),
         RUN: _over(figures.free_run_rmse_rows, declared.free_run_rmse_rows),
@@ -85,7 +85,7 @@ def worsened(figures: ErrorFigures, declared: ErrorFigures, most: float = SAME) 
 
 
 def _over(errors: Iterable[float], declared: Iterable[float]) -> float:
-    """RMS over coordinates of each error over the declared model's, so that no unit counts for more."""
+    """RMS over coordinates of the ratio of errors, so that units do not matter."""
     ratios = [_ratio(a, b) for a, b in zip(errors, declared, strict=True) if not (np.isnan(a) or np.isnan(b))]
     return float(np.sqrt(np.mean(np.square(ratios)))) if ratios else 1.0
 

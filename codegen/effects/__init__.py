@@ -1,4 +1,4 @@
-"""The catalogue of effects a model may lack. Adding one: a file with its class, and its class in CATALOGUE."""
+"""The catalogue of effects that a model may lack. To add one: a file with its class, and the class in CATALOGUE."""
 
 from codegen.effects.actuator_lag import ActuatorLag
 from codegen.effects.cogging import Cogging

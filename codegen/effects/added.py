@@ -1,4 +1,4 @@
-"""An effect added to a System; refused where no equation holds its parameters: no fit could find them."""
+"""Adding an effect to a System, with a check that its parameters can be identified at all."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def added(
         symbols: of the effect's parameters; none of them in the system's equations yet.
 
     Raises:
-        BadInput: if a parameter changes no equation, or the effect changes what the machine consists of.
+        BadInput: if a parameter appears in no equation, or the effect changes the coordinates, inputs or contacts.
     """
     after = effect.add(system, place, symbols)
     if _consists_of(after) != _consists_of(system):
@@ -45,7 +45,7 @@ def _consists_of(system: System) -> tuple[Any, ...]:
 
 
 def _changed(before: System, after: System) -> Iterator[Any]:
-    """The expressions of a system that another one has not at the same place."""
+    """The expressions of a system that differ from another's."""
     for name in ("mass_matrix", "force", "distribution"):
         yield from (new for new, old in zip(getattr(after, name), getattr(before, name), strict=True) if new != old)
     for contact, old in zip(after.contacts, before.contacts, strict=True):

@@ -18,14 +18,15 @@ STIFFNESS = EffectParameter("k", "{F}/{q}", "stiffness", low=0.0)
 DAMPING = EffectParameter("c", "{F}*s/{q}", "damping", low=0.0)
 SHARE = EffectParameter("load_fraction", "1", "share ρ of the inertia behind the spring", low=0.0, high=1.0)
 FREQUENCIES = (0.15, 0.4, 1.0, 2.5, 6.0)
-"""Resonances to start from, in the cutoff of the log."""
+"""Starting values of the resonance, in cutoffs of the log."""
 LOADS = (0.3, 0.65)
 DAMPING_RATIOS = (0.15, 0.6)
 GAPS, GAP_RATIO = 5, 1.25
-"""Gaps to start from with every coupling, and between those with one of a middling stiffness, well damped: a free run
-tells of a gap only within about a quarter of its own, but for any coupling near the true one."""
+"""Number of starting gaps for every coupling, and ratio of those tried with a well damped coupling of medium
+stiffness. The loss of a free run is informative only within about a quarter of the true gap, but then for any
+coupling near the true one."""
 SEEN_GAP = 2.0
-"""Standard deviations of the position's noise: the play of a smaller one is a compliance's freedom to fit."""
+"""Least gap in standard deviations of the position's noise; with a smaller one backlash is only a compliance."""
 NEEDS = "an axis with a constant inertia of its own, not coupled to others, and no compliance or backlash yet"
 
 
@@ -84,7 +85,7 @@ class Backlash(Effect):
         Confusion("input_delay", "a chirp at two amplitudes"),
     )
     needs = NEEDS
-    rough = True  # by a small change of a parameter the load hits the end of its play a sample sooner or later
+    rough = True  # impacts: a small parameter change shifts them by a sample
 
     def applies(self, system: System, place: int) -> bool:
         return Compliance().applies(system, place)
@@ -114,7 +115,7 @@ class Backlash(Effect):
 
 
 def _coupling(covered: Covered, frequency: float, load: float, damping_ratio: float) -> dict[str, float]:
-    """The spring at which motor and load swing against each other at ``frequency``, in the cutoff."""
+    """The spring with which motor and load resonate at ``frequency``, in cutoffs of the log."""
     shared = load * (1 - load) * covered.inertia
     k = shared * (2 * pi * frequency * covered.cutoff_hz) ** 2
     return {"k": k, "c": 2 * damping_ratio * sqrt(k * shared), "load_fraction": load}

@@ -1,4 +1,4 @@
-"""The coordinate in which a fit moves a parameter: one without bounds, in which the parameter keeps its own."""
+"""Transformations of a bounded parameter to an unbounded coordinate in which a fit changes it."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ LARGEST_EXPONENT = 300.0
 
 
 class Coordinate(ABC):
-    """A rising map between a parameter's values and all numbers.
+    """A monotone map between a parameter's values and the real numbers.
 
     Attributes:
-        reach: how far a fit may go from where it starts, in this coordinate.
-        of_unit_size: whether a change by 1 is a large one; else a change by the value itself is.
-        curved: whether an interval in it is not symmetric about the value.
+        reach: largest change from the start of a fit, in this coordinate.
+        of_unit_size: whether a change by 1 is large; else a change by the value itself is.
+        curved: whether an interval in it is asymmetric about the value.
     """
 
     reach: float = inf
@@ -35,7 +35,7 @@ class Coordinate(ABC):
 
 @dataclass(frozen=True)
 class Free(Coordinate):
-    """The value itself."""
+    """The identity."""
 
     of_unit_size: bool = False
     curved: bool = False
@@ -49,7 +49,7 @@ class Free(Coordinate):
 
 @dataclass(frozen=True)
 class Above(Coordinate):
-    """The logarithm of what the value is above a bound; a fit may go a factor of 150 either way."""
+    """The logarithm of the distance to a lower bound; a fit may change it by a factor of 150."""
 
     low: float = 0.0
     reach: float = 5.0
@@ -79,4 +79,4 @@ class Between(Coordinate):
 FREE = Free()
 ANGLE = Free(of_unit_size=True)
 PERIOD = Above(reach=0.2)
-"""A period is changed by a fifth at most: further away a wave fits by another of its turns."""
+"""A period may change by a fifth: beyond, another number of waves fits in the stroke."""

@@ -1,4 +1,4 @@
-"""Declared effects into the System: each entry of a spec's ``effects:`` checked against the catalogue and added."""
+"""Declared effects: each entry of a spec's ``effects:`` is checked against the catalogue and added to the System."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from codegen.spec.model import DeclaredEffect, Spec, symbol
 
 
 def places_of(effect: Effect, system: System) -> list[str]:
-    """The names that an effect of this kind can sit on; two coordinates are written `x1, x2`."""
+    """The names of the places for an effect of this kind; two coordinates are written `x1, x2`."""
     match effect.sits_on:
         case "contact":
             return [c.name for c in system.contacts]
@@ -31,13 +31,13 @@ def places_of(effect: Effect, system: System) -> list[str]:
 
 
 def written_place(on: str) -> str | list[str]:
-    """A name of ``places_of`` as a spec or a JSON file holds it: two coordinates as a list."""
+    """A name of ``places_of`` as in a spec or a JSON file: two coordinates as a list."""
     names = on.split(", ")
     return names if len(names) > 1 else on
 
 
 def system_of(spec: Spec, free: Sequence[LinkParameter] = ()) -> System:
-    """The system of a spec with every effect that it declares; ``free`` as for ``build_system``.
+    """The system of a spec with its declared effects; ``free`` as for ``build_system``.
 
     Raises:
         BadInput: as ``build_system`` and ``add_declared_effects``.
@@ -59,7 +59,7 @@ def add_declared_effects(system: System, spec: Spec) -> System:
 
 
 def effect_symbols(effect: Effect, on: str, system: System) -> dict[str, sympy.Symbol]:
-    """Parameter symbols named kind_place_parameter, numbered when the same effect sits there twice."""
+    """Parameter symbols named kind_place_parameter, numbered when the same effect is there twice."""
     taken = {s.name for s in system.values}
     head, suffix, count = f"{effect.kind}_{on.replace(', ', '_')}", "", 1
     while any(f"{head}{suffix}_{p.name}" in taken for p in effect.parameters):
@@ -87,7 +87,7 @@ def _add(system: System, spec: Spec, index: int, declared: DeclaredEffect) -> Sy
     key = f"effects[{index}]"
     if declared in spec.effects[:index]:
         found = f"the same {declared.kind} on {', '.join(declared.on)} again"
-        raise BadInput(spec.place(key), found, "it once; another beside it has other parameters", code="SPEC021")
+        raise BadInput(spec.place(key), found, "it once; a second one has other parameters", code="SPEC021")
     effect = CATALOGUE.get(declared.kind)
     if effect is None:
         expected = f"one of {', '.join(CATALOGUE)}"
@@ -113,7 +113,7 @@ def _add(system: System, spec: Spec, index: int, declared: DeclaredEffect) -> Sy
 
 
 def _place(effect: Effect, declared: DeclaredEffect, system: System, spec: Spec, key: str) -> str:
-    """The place that an entry of ``effects:`` names, as ``places_of`` writes it."""
+    """The place named by an entry of ``effects:``, as ``places_of`` writes it."""
     known = places_of(effect, system)
     written = ", ".join(declared.on)
     on = next((name for name in known if sorted(name.split(", ")) == sorted(declared.on)), None)

@@ -1,6 +1,6 @@
-"""What an effect is: parameters, a place, and what it does to the System.
+"""The base class of effects: parameters, a place, and a change of the System.
 
-Everything else is derived from that one change: the force it adds, its free runs in diagnosis, its part in Ψ, the
+Everything else follows from that change: the added force, free-run simulation in diagnosis, the terms in Ψ, the
 certificate and the generated code.
 """
 
@@ -15,7 +15,7 @@ from typing import ClassVar, Literal
 import sympy
 
 from codegen.effects.coordinate import FREE, Above, Between, Coordinate
-from codegen.effects.places import driven_coordinate, pairs, rubbed_coordinate
+from codegen.effects.places import contact_coordinate, driven_coordinate, pairs
 from codegen.effects.start import Covered, Start
 from codegen.mechanics.system import Matrix, System
 
@@ -24,9 +24,9 @@ Axis = Literal["velocity", "position", "load", "time", "acceleration", "input", 
 Symbols = Mapping[str, sympy.Symbol]
 
 SHARES = (0.1, 0.5)
-"""Where a shape parameter without a start of its own is tried, in what makes its effect as large as the force."""
+"""Default starting values of a shape parameter, over the value at which its effect is as large as the force."""
 PROBE = 1e-3
-"""Size of a probe of a parameter that scales an effect, in what makes its effect as large as the force."""
+"""Step of a scale parameter for its slope, over the value at which its effect is as large as the force."""
 
 
 @dataclass(frozen=True)
@@ -36,10 +36,10 @@ class EffectParameter:
     Attributes:
         unit: template over {F} (force), {q} (coordinate), {w} (input).
         low, high: open interval of admissible values; None means unbounded.
-        neutral: the value at which the effect vanishes (for those that scale it), or None for shape parameters.
-        start: the values from which a fit to a log may start; without it, least squares finds a parameter that
-            scales the effect, and a shape parameter at a tenth and a half of what makes it as large as the force.
-        moved_in: the coordinate in which a fit moves it; None leaves that to its bounds.
+        neutral: for scale parameters, the value at which the effect vanishes; None for shape parameters.
+        start: function for the starting values of a fit; by default a scale parameter starts by least squares, and a
+            shape parameter at a tenth and a half of the value at which its effect is as large as the force.
+        moved_in: the transformation with which a fit changes it; by default from its bounds.
     """
 
     name: str
@@ -53,7 +53,7 @@ class EffectParameter:
 
     @property
     def coordinate(self) -> Coordinate:
-        """In which a fit moves it: what vanishes at zero crosses it freely, any other value keeps its bounds."""
+        """The transformation in a fit: identity for a parameter that may cross zero, else one that keeps the bounds."""
         if self.moved_in is not None:
             return self.moved_in
         if self.low is None or self.neutral not in (None, 1.0):
@@ -63,11 +63,11 @@ class EffectParameter:
 
 @dataclass(frozen=True)
 class Confusion:
-    """What looks like an effect, and the motion that tells the two apart.
+    """An effect or cause with a similar signature, and the motion that discriminates the two.
 
     Attributes:
-        other: a kind of the catalogue, or in words what is no effect.
-        separated_by: the motion, or whatever else it takes.
+        other: a kind of the catalogue, or another cause in words.
+        separated_by: the motion or other measure.
     """
 
     other: str
@@ -79,17 +79,17 @@ class Effect(ABC):
 
     Attributes:
         kind: its name in a spec and in diagnosis.json.
-        sits_on: what ``on`` names; an axis or a sensor is that of a coordinate and is named by it.
-        equation: as a person writes it.
-        signature: what it leaves in a residual.
-        seen_over: against what the signature is seen best.
+        sits_on: the kind of place that ``on`` names; an axis or a sensor is named by its coordinate.
+        equation: in plain notation.
+        signature: its pattern in a residual.
+        seen_over: the variable over which the signature is seen best.
         parameters: in order.
-        confused_with: what leaves a similar signature.
-        needs: where ``applies`` is not always true, the condition in words.
-        demands: where ``admissible`` asks for more than each parameter's bounds, that in words.
-        refines: the kind of which this is the richer form, worth trying only where that one is found; "" for none.
-        both_ways: of an effect on a contact, whether it is seen only where the slip has both directions.
-        rough: whether the error of a free run jumps as its parameters change, so that slopes alone find no minimum.
+        confused_with: effects or causes with a similar signature.
+        needs: the condition of ``applies`` in words.
+        demands: the condition of ``admissible`` beyond each parameter's bounds, in words.
+        refines: the kind of which this is a refinement, tried only where that one is found; "" for none.
+        both_ways: for an effect on a contact, whether it is identifiable only with slip in both directions.
+        rough: whether the free-run error is a non-smooth function of the parameters, so that slopes find no minimum.
     """
 
     kind: ClassVar[str]
@@ -110,14 +110,14 @@ class Effect(ABC):
         """The system with this effect at ``place``: index of the contact, coordinate, input or pair of coordinates."""
 
     def with_parameters(self, names: Sequence[str]) -> Effect:
-        """The effect with the parameters that a spec gives it; another one only where their number is open."""
+        """The effect with the parameters that a spec gives it; differs only where their number is variable."""
         return self
 
     def coordinate(self, system: System, place: int) -> int:
-        """Index of the coordinate on which the effect acts most; of two coordinates the first."""
+        """Index of the coordinate on which the effect acts most; the first of two coordinates."""
         match self.sits_on:
             case "contact":
-                return rubbed_coordinate(system, place)
+                return contact_coordinate(system, place)
             case "input":
                 return driven_coordinate(system, place)
             case "two coordinates":
@@ -125,31 +125,31 @@ class Effect(ABC):
         return place
 
     def applies(self, system: System, place: int) -> bool:
-        """Whether the effect makes sense at this place of this system; ``needs`` says when."""
+        """Whether the effect is possible at this place of this system; see ``needs``."""
         return True
 
     def admissible(self, system: System, place: int, values: Mapping[str, float]) -> bool:
-        """Whether these parameter values are physical: inside their bounds, and what else a kind demands."""
+        """Whether these parameter values are physical: inside their bounds, and as ``demands`` says."""
         bounds = [(values[p.name], p.low, p.high) for p in self.parameters]
         return all((low is None or v > low) and (high is None or v < high) for v, low, high in bounds)
 
     def change(self, system: System, place: int, p: Symbols) -> Matrix:
-        """What the effect adds to g − M a − U λ, n by 1, over x, v, w, accelerations and its parameters."""
+        """Change of g − M a − U λ by the effect, n by 1, over x, v, w, accelerations and its parameters."""
         return Matrix(self.add(system, place, p).equation_error - system.equation_error)
 
     @property
     def shapes(self) -> tuple[EffectParameter, ...]:
-        """The parameters that a fit tries at several values before it refines them."""
+        """Parameters for which a fit tries several starting values."""
         return tuple(q for q in self.parameters if q.start is not None or q.neutral is None)
 
     @property
     def scaling(self) -> tuple[EffectParameter, ...]:
-        """The parameters in which the effect is linear near no effect: least squares finds them for each shape."""
+        """Parameters in which the effect is linear near no effect; least squares finds them for each shape."""
         shapes = self.shapes
         return tuple(q for q in self.parameters if q not in shapes)
 
     def probes(self, shape: Mapping[str, float], covered: Covered) -> list[tuple[dict[str, float], float]]:
-        """(parameters, size of the step) of a small effect of this shape, one for each weight to be found."""
+        """(parameters, step size) of a small effect of this shape, one for each weight to be estimated."""
         none = dict(shape) | {q.name: float(q.neutral or 0.0) for q in self.scaling}
         steps = [(q.name, PROBE * covered.size(q.unit)) for q in self.scaling]
         return [(none | {name: none[name] + step}, step) for name, step in steps]
@@ -160,31 +160,31 @@ class Effect(ABC):
         return dict(shape) | {q.name: float(q.neutral or 0.0) + float(w) for q, w in found}
 
     def normal_form(self, values: Mapping[str, float]) -> dict[str, float]:
-        """These parameters, or those of the same effect by which it is named where several give it."""
+        """These parameters in a unique form, where several describe the same effect."""
         return dict(values)
 
     def turned(self, values: Mapping[str, float]) -> dict[str, float]:
-        """The parameters that the effect has where weight acts the other way; the same, unless it is weight."""
+        """The parameters with gravity in the opposite direction; unchanged unless the effect is a weight."""
         return dict(values)
 
     def coupling(self, values: Mapping[str, float]) -> dict[str, float] | None:
-        """The fitted spring between motor and load (k, c, load_fraction) from which others start; None: it is none."""
+        """The fitted spring between motor and load (k, c, load_fraction), for other fits; None for other effects."""
         return None
 
     def unseen(self, values: Mapping[str, float], noise: float) -> str:
-        """Why a log with this noise of the position (standard deviation) cannot show these values; else empty."""
+        """Why a log with this position noise (standard deviation) cannot show these values; empty where it can."""
         return ""
 
     def starts(self, covered: Covered) -> list[dict[str, float]]:
-        """Every combination of the values that the shape parameters start from; one empty where there are none."""
+        """Every combination of the shape parameters' starting values; one empty entry where there are none."""
         shapes = self.shapes
         grids = [q.start(covered) if q.start else [s * covered.size(q.unit) for s in SHARES] for q in shapes]
         return [{q.name: float(v) for q, v in zip(shapes, values, strict=True)} for values in product(*grids)]
 
     def suggested(self, covered: Covered) -> list[dict[str, float]]:
-        """Values that the force residual suggests: a fit starts from each, however it looks before the fit."""
+        """Starting values computed from the force residual; a fit starts from each of them."""
         return []
 
     def twins(self, system: System, place: int) -> list[tuple[str, str]]:
-        """(kind, on) of effects that give the same motion once friction levels may be refitted."""
+        """(kind, on) of effects with the same motion once friction levels are refitted."""
         return []

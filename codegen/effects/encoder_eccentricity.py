@@ -44,9 +44,9 @@ class EncoderEccentricity(Periodic):
         return self.column(system, place, p["amplitude"] * sympy.sin(self.angle(system, place, p) + p["phase"]))
 
     def column(self, system: System, place: int, wave: sympy.Expr) -> Matrix:
-        """What g − M a − U λ over measured motion lacks if x = x_measured − wave(x_measured), to first order."""
+        """First-order change of g − M a − U λ over the measured motion for x = x_measured − wave(x_measured)."""
         x, v, a = system.positions[place], system.velocities[place], system.accelerations[place]
-        slope, bend = wave.diff(x), wave.diff(x, 2)
+        slope, curvature = wave.diff(x), wave.diff(x, 2)
         error = system.equation_error
-        change = error.diff(x) * wave + error.diff(v) * (slope * v) + error.diff(a) * (bend * v**2 + slope * a)
+        change = error.diff(x) * wave + error.diff(v) * (slope * v) + error.diff(a) * (curvature * v**2 + slope * a)
         return Matrix(-change)

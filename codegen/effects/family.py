@@ -1,4 +1,4 @@
-"""Effects under another name: which kinds an effect's class comes from, and whether it is one of them anew."""
+"""Relations between effect classes: inherited kinds, and user effects that are identical to a shipped one."""
 
 from __future__ import annotations
 
@@ -13,34 +13,34 @@ from codegen.mechanics.system import ContactFriction, System
 
 
 def kinds_of(kind: str) -> set[str]:
-    """A kind and those of the classes that its class comes from: what is confused with them is confused with it."""
+    """A kind and the kinds of its base classes, whose confusions it inherits."""
     classes = type(CATALOGUE[kind]).__mro__
     return {kind, *(c.kind for c in classes if issubclass(c, Effect) and "kind" in vars(c))}
 
 
 def candidates(system: System) -> Iterator[tuple[Effect, int]]:
-    """(effect, place) of the whole catalogue wherever it applies, less shipped ones that a user's own is anew."""
+    """(effect, place) of the catalogue wherever it applies; a user's own replaces an identical shipped effect."""
     for effect in CATALOGUE.values():
-        heirs = [] if is_own(effect.kind) else [CATALOGUE[k] for k in CATALOGUE if is_own(k)]
+        users = [] if is_own(effect.kind) else [CATALOGUE[k] for k in CATALOGUE if is_own(k)]
         for place in range(len(places_of(effect, system))):
-            if effect.applies(system, place) and not any(is_anew(heir, effect, system, place) for heir in heirs):
+            if effect.applies(system, place) and not any(is_identical(own, effect, system, place) for own in users):
                 yield effect, place
 
 
-def is_anew(heir: Effect, effect: Effect, system: System, place: int) -> bool:
-    """Whether an effect of a class from another's is that one: by the same parameters the same change of the System."""
-    comes_from_it = isinstance(heir, type(effect)) and heir.sits_on == effect.sits_on
-    if not comes_from_it or [p.name for p in heir.parameters] != [p.name for p in effect.parameters]:
+def is_identical(own: Effect, effect: Effect, system: System, place: int) -> bool:
+    """Whether a user's effect is identical to one it is derived from: same parameters, same change of the System."""
+    comes_from_it = isinstance(own, type(effect)) and own.sits_on == effect.sits_on
+    if not comes_from_it or [p.name for p in own.parameters] != [p.name for p in effect.parameters]:
         return False
-    if not heir.applies(system, place):
+    if not own.applies(system, place):
         return False
     symbols = effect_symbols(effect, places_of(effect, system)[place], system)
-    changed = [e.add(system, place, symbols) for e in (heir, effect)]
+    changed = [e.add(system, place, symbols) for e in (own, effect)]
     return _compared(changed[0]) == _compared(changed[1])
 
 
 def _compared(system: System) -> tuple[Any, ...]:
-    """A System as a value: laws have no equality of their own."""
+    """A System as a comparable value: laws have no equality of their own."""
     laws = [(type(c.law), vars(c.law)) for c in system.contacts]
     return replace(system, contacts=()), [_without_law(c) for c in system.contacts], laws
 

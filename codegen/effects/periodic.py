@@ -1,4 +1,4 @@
-"""What the effects of wave form share: size and phase are found together, as a sine and a cosine."""
+"""Base class of periodic effects: amplitude and phase are estimated together, as sine and cosine weights."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ PHASE = EffectParameter(PHASE_NAME, "rad", "phase at zero", moved_in=coordinate.
 
 
 class Periodic(Effect):
-    """An effect that is size·sin(angle + phase), where the angle follows a position."""
+    """An effect size·sin(angle + phase) whose angle is a function of position."""
 
     size: ClassVar[str] = "amplitude"
 
     @property
     def shapes(self) -> tuple[EffectParameter, ...]:
-        """Without the phase: it is found together with the size."""
+        """Without the phase, which is estimated with the size."""
         return tuple(q for q in super().shapes if q.name != PHASE_NAME)
 
     def probes(self, shape: Mapping[str, float], covered: Covered) -> list[tuple[dict[str, float], float]]:
@@ -57,5 +57,5 @@ class Periodic(Effect):
         return self.act(system, place, p[self.size] * sympy.sin(self.angle(system, place, p) + p["phase"]))
 
     def column(self, system: System, place: int, wave: sympy.Expr) -> Matrix:
-        """What a wave adds to g − M a − U λ."""
+        """Change of g − M a − U λ by a wave."""
         return Matrix(self.act(system, place, wave).equation_error - system.equation_error)

@@ -1,4 +1,4 @@
-"""Where effects sit: which coordinates a contact acts on, which an input drives; it decides which are twins."""
+"""Places of effects: the coordinates of a contact or an input, which decide which effects are twins."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from codegen.mechanics.system import System
 
 
 def pairs(system: System) -> list[tuple[int, int]]:
-    """Every two coordinates, the first before the second."""
+    """Every pair of coordinates, the first before the second."""
     return list(combinations(range(system.degrees_of_freedom), 2))
 
 
-def rubbed_coordinate(system: System, contact: int) -> int:
+def contact_coordinate(system: System, contact: int) -> int:
     """The coordinate that a contact acts on most, by the size of its column of U."""
     return _largest(system, system.distribution[:, contact])
 
@@ -33,7 +33,7 @@ def _largest(system: System, entries: Iterable[sympy.Expr]) -> int:
 
 
 def coupled_or_varying(system: System, coordinate: int) -> bool:
-    """Whether a coordinate's inertia moves others or depends on where it is."""
+    """Whether a coordinate's inertia is coupled to others or depends on position."""
     row = system.mass_matrix[coordinate, :]
     coupled = any(row[j] != 0 for j in range(row.cols) if j != coordinate)
     return coupled or bool(row[coordinate].has(*system.positions))
@@ -45,7 +45,7 @@ def drives(system: System, index: int) -> bool:
 
 
 def drive_force(system: System, contact: int) -> sympy.Expr:
-    """L: what the inputs exert along a contact, U' (g(w) − g(0)) / U'U; on one coordinate the drive force on it."""
+    """L: force of the inputs along a contact, U' (g(w) − g(0)) / U'U; on one coordinate the drive force on it."""
     column = system.distribution[:, contact]
     driven = system.force - system.force.subs(dict.fromkeys(system.inputs, 0))
     return sympy.expand(column.dot(driven) / column.dot(column))

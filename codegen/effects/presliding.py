@@ -1,4 +1,4 @@
-"""Friction that is a spring before it slides."""
+"""Presliding: friction that acts as a spring before it slides."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Effects of a user's own, from one Python file that the user names; nothing else is ever run."""
+"""User-defined effects from one Python file that the user names; no other file is executed."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LIST = "EFFECTS"
 
 
 def register(effect: Effect, where: str = "an effect") -> None:
-    """Add an effect to the catalogue for this run; the same class again takes the place of the earlier.
+    """Add an effect to the catalogue for this run; the same class again replaces the earlier one.
 
     Raises:
         BadInput: if its kind is taken by another effect, or its names are no identifiers, or a unit is none.
@@ -41,12 +41,12 @@ def register(effect: Effect, where: str = "an effect") -> None:
 
 
 def is_own(kind: str) -> bool:
-    """Whether a kind is a user's own, and none of the catalogue that is shipped."""
+    """Whether a kind is a user's own and not in the shipped catalogue."""
     return not type(CATALOGUE[kind]).__module__.startswith("codegen.effects.")
 
 
 def load_effects(path: str | Path) -> tuple[str, ...]:
-    """Run a Python file and register what its list ``EFFECTS`` holds; their kinds.
+    """Run a Python file and register the effects of its list ``EFFECTS``; return their kinds.
 
     Raises:
         BadInput: if the file cannot be read or is not Python, or has no list of effects.
@@ -60,7 +60,7 @@ def load_effects(path: str | Path) -> tuple[str, ...]:
     module.__file__ = where
     try:
         exec(compile(text, where, "exec"), module.__dict__)
-    except (Exception, SystemExit) as error:  # whatever the user's own code raises is theirs to mend
+    except (Exception, SystemExit) as error:  # any error of the user's own code
         lines = [frame.lineno for frame in extract_tb(error.__traceback__) if frame.filename == where]
         line = error.lineno if isinstance(error, SyntaxError) else lines[-1] if lines else None
         raise BadInput(Place(where, line), f"{type(error).__name__}: {error}", expected, code="EFFECT001") from None

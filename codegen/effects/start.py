@@ -1,4 +1,4 @@
-"""Where a fit starts: values of shape parameters from what a log covers."""
+"""Starting values of shape parameters from the ranges that a log covers."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Covered:
-    """What a log covers at the place of an effect; SI.
+    """The ranges that a log covers at the place of an effect; SI.
 
     Attributes:
-        force: standard deviation of the drive force there, or of what moves the inertia, whichever is larger.
+        force: standard deviation of the drive force there, or of inertia times acceleration, whichever is larger.
         span: distance from the lowest to the highest position.
         top_speed: 95 % quantile of the speed of the coordinate, or of the contact's slip.
         top_input: 98 % quantile of the input's size.
@@ -22,9 +22,9 @@ class Covered:
         level: friction level of the contact as refitted; 1 where there is none.
         noise: standard deviation of the measured position's noise.
         sample_time, duration: s. cutoff_hz: below it the log shows accelerations.
-        periods: asked for only where it is needed: distances after which the residual repeats itself.
+        periods: function for the main periods of the residual over position.
         coupling: k, c and load_fraction of the compliance that was fitted at this place, where one was.
-        resonances: asked for only where they are needed: k, c and load_fraction of loads behind springs that the
+        resonances: function for the k, c and load_fraction of loads behind springs that the
             residual suggests.
     """
 
@@ -52,7 +52,7 @@ class Covered:
         return 1 / (2 * np.pi * self.cutoff_hz)
 
     def size(self, unit: str) -> float:
-        """The size that a parameter with this unit template has where its effect is as large as the force."""
+        """The value of a parameter with this unit template at which its effect is as large as the force."""
         words = {
             "F": self.force,
             "q": self.half_span,

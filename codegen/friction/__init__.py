@@ -1,4 +1,4 @@
-"""The friction laws. Adding one: a file with its class, and its class in LAWS."""
+"""The friction laws. To add one: a file with its class, and the class in LAWS."""
 
 from codegen.friction.bo_pavelescu import BoPavelescu
 from codegen.friction.bristle import Bristle
@@ -50,6 +50,6 @@ _MEMORY: tuple[FrictionLaw, ...] = (Derjaguin(), Kato(), HessSoomLag(), SevenPar
 
 LAWS: dict[str, FrictionLaw] = {law.name: law for law in (*_ZERO_MEMORY, *_STATE_SPACE, *_MEMORY)}
 ALSO_CALLED = {"stribeck": "gaussian", "viscous": "static_viscous", "stiction": "static_viscous"}
-"""What others call a law of ours."""
+"""Other names for these laws."""
 
 __all__ = ["ALSO_CALLED", "LAWS", "DynamicLaw", "FrictionLaw", "LawParameter", "LawState", "MemoryLaw", "ZeroMemoryLaw"]

@@ -1,4 +1,4 @@
-"""Canudas de Wit's law that is linear in its parameters and bends downwards at low velocity."""
+"""Canudas de Wit's law, linear in its parameters, with a level that falls at low velocity."""
 
 from __future__ import annotations
 

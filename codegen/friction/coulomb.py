@@ -1,4 +1,4 @@
-"""Coulomb friction: one level, whatever the speed."""
+"""Coulomb friction: a constant level."""
 
 from __future__ import annotations
 

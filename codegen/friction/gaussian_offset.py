@@ -1,4 +1,4 @@
-"""The Gaussian Stribeck curve with its crest off standstill."""
+"""The Gaussian Stribeck curve with its maximum away from standstill."""
 
 from __future__ import annotations
 

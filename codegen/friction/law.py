@@ -1,4 +1,4 @@
-"""What a friction law is: its parameters, its level in steady sliding, a bound on its slope, what it can drive."""
+"""The base classes of friction laws: parameters, steady-sliding level, bound on its slope, states."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ class FrictionLaw(ABC):
     """A law of the force λ at one contact whose slip velocity is u.
 
     Attributes:
-        name: as it stands in a spec.
+        name: as in a spec.
         source: where the law is published.
         parameters: in order.
-        drives: what an observer can estimate by this law: "level" (CFO, GCFO), "state" (DFO, GDFO), or "" if neither.
+        drives: which observers can use the law: "level" (CFO, GCFO), "state" (DFO, GDFO), or "" if neither.
         why_not: where ``drives`` is empty, the reason.
     """
 
@@ -101,10 +101,10 @@ class DynamicLaw(FrictionLaw):
     def state_range(
         self, top_speed: sympy.Expr, p: Mapping[str, sympy.Expr]
     ) -> tuple[tuple[sympy.Expr, sympy.Expr], ...]:
-        """An interval for each state that it cannot leave while |u| ≤ top_speed, if it starts in it."""
+        """An invariant interval for each state while |u| ≤ top_speed."""
 
     def in_sliding(self, p: Mapping[str, sympy.Expr]) -> tuple[sympy.Expr, sympy.Expr] | None:
-        """(speed, slope): sliding faster than this for long, |dλ/dt| ≤ slope |du/dt|; None where no such is known."""
+        """(speed, slope): in sustained sliding above this speed |dλ/dt| ≤ slope |du/dt|; None if no bound is known."""
         return None
 
     def rest_state(self, p: Mapping[str, sympy.Expr]) -> tuple[sympy.Expr, ...]:
@@ -119,7 +119,7 @@ class MemoryLaw(FrictionLaw):
 
     @abstractmethod
     def response(self, time: Any, slip_velocity: Any, p: Mapping[str, float], applied_force: Any = None) -> Any:
-        """The force over a whole history.
+        """The force over a whole history of slip.
 
         Args:
             time: s, increasing, length N.

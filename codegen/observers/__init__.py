@@ -1,4 +1,4 @@
-"""The observers: equations only. Adding one: a file with its builder, and its kinds in OBSERVERS."""
+"""The observers as lists of equations. To add one: a file with its builder, and its kinds in OBSERVERS."""
 
 import re
 from collections.abc import Callable
@@ -41,7 +41,7 @@ def observer_of(spec: Spec) -> Observer:
 
 @numerical("the observer")
 def build_observer(spec: Spec, system: System) -> Observer:
-    """The observer that the spec asks for, on this system.
+    """The observer of the spec's ``observer:`` section for this system.
 
     Raises:
         BadInput: for a spec without observer, an unknown kind, or a single-coordinate kind on several coordinates.
@@ -78,7 +78,7 @@ def build_observer(spec: Spec, system: System) -> Observer:
 
 
 def _refuse_idle_options(spec: Spec, choice: ObserverChoice) -> None:
-    """Raise BadInput for what only another kind of observer reads, so that nobody takes it for done."""
+    """Raise BadInput for options that the chosen kind of observer would ignore."""
     options = {"laws": (bool(choice.laws), "dfo"), "h": (choice.shape is not None, "cfo")}
     options["domain"] = (choice.domain is not None, "cfo")
     options["exponent"] = (choice.exponent != 1, "cfo")
@@ -89,7 +89,7 @@ def _refuse_idle_options(spec: Spec, choice: ObserverChoice) -> None:
 
 
 def _refuse_shared_names(spec: Spec, observer: Observer) -> None:
-    """Raise BadInput where two things would be one symbol: of the spec and of the observer, or both of the observer."""
+    """Raise BadInput where two quantities, of the spec or of the observer, would have one name."""
     system = observer.system
     own = [s.name for e in observer.equations for s in (*e.symbols, *(e.state or ()))]
     own += [s.name for e in observer.errors for s in {e.symbol, e.truth} - {*system.velocities}]

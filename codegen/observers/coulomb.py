@@ -1,4 +1,4 @@
-"""CFO and GCFO: friction as an unknown level times the sign of slip; the level is estimated."""
+"""CFO and GCFO: friction is modelled as an unknown level times the sign of slip; the level is estimated."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ def coulomb_friction_observer(spec: Spec, system: System) -> Observer:
 
 
 def _declared_levels(system: System, slip: Matrix | None, gain: Matrix, shape: Shape) -> list[sympy.Expr]:
-    """z_F at the start, so that â is the level that the spec declares for zero slip; 0 where the law has none there."""
+    """Initial z_F, such that â is the declared level at zero slip; 0 where the law has no level there."""
     at_rest = [c.level_at_rest for c in system.contacts]
     levels = Matrix([0 if level is None else level for level in at_rest])
     speeds = [0] * len(levels) if slip is None else list(slip)
@@ -121,7 +121,7 @@ def _declared_levels(system: System, slip: Matrix | None, gain: Matrix, shape: S
 
 
 def _gain_units(gain: GainMatrix, system: System, shape: Shape) -> dict[sympy.Symbol, str]:
-    """Of K_F: a level over h of a slip speed."""
+    """Units of K_F: level over h of a slip speed."""
     mu, slips = shape.exponent, [c.slip_unit for c in system.contacts]
     if mu is None:
         divisors = [" per unit of h"] * len(slips)

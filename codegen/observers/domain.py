@@ -1,4 +1,4 @@
-"""``observer.domain`` of a spec → Domain: where a (G)CFO's estimate is certified through reversals, stick and noise."""
+"""``observer.domain`` of a spec: where a (G)CFO's estimate is certified through reversals, stick and noise."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from codegen.spec.model import Spec
 
 
 def read_domain(spec: Spec, system: System) -> Domain | None:
-    """The domain that the spec asks for; the true level's range is the envelope's ``a_CONTACT``.
+    """The domain of the spec; the range of the true level is the envelope's ``a_CONTACT``.
 
     Raises:
         BadInput: for a domain on several coordinates or contacts, with measured velocity, another h than h(s) = s or
-            exponential or implicit steps, or without a range for the level, in which the declared level lies.
+            exponential or implicit steps, or without a range for the level that contains the declared one.
     """
     choice = spec.observer
     assert choice is not None
@@ -31,7 +31,7 @@ def read_domain(spec: Spec, system: System) -> Domain | None:
         found = f"a domain with {choice.velocity} velocity under {choice.integration}"
         raise BadInput(place, found, "`velocity: estimated`, and euler or semi_implicit", code="SPEC022")
     if choice.exponent != 1 or choice.shape is not None:
-        raise BadInput(place, "a domain beside `exponent` or `h`", "h(s) = s: neither of them", code="SPEC005")
+        raise BadInput(place, "a domain together with `exponent` or `h`", "h(s) = s: neither of them", code="SPEC005")
     contact = system.contacts[0]
     key = f"a_{contact.name}"
     level = spec.envelope.get(key)

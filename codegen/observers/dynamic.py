@@ -1,4 +1,4 @@
-"""DFO and GDFO: friction by a law with a state; the state and the level that multiplies it are both estimated."""
+"""DFO and GDFO: friction follows a law with a state; the state and its multiplying level are both estimated."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from codegen.spec.model import Spec, symbol
 
 @dataclass(frozen=True)
 class AssumedLaw:
-    """The law with one state that the observer assumes at a contact: λ = a φ(u, f), f' = ξ₁(u, f).
+    """The one-state law that the observer assumes at a contact: λ = a φ(u, f), f' = ξ₁(u, f).
 
     Attributes:
-        level: the nominal a: the law's scale, or 1 where the law has none and a is a factor of the whole force.
-        values, units: of the law's parameter symbols, where the observer assumes another law than the plant's.
+        level: nominal a: the law's scale, or 1 where the law has none and a is a factor of the whole force.
+        values, units: of the law's parameter symbols, where the observer assumes a law other than the plant's.
     """
 
     contact: ContactFriction
@@ -40,7 +40,7 @@ class AssumedLaw:
         return self.law.states[0].unit.format(F=self.contact.unit, q=self.contact.slip_unit)
 
     def force(self, level: Any, slip: Any, state: Any) -> Any:
-        """λ with the level in the scale's place."""
+        """λ with ``level`` in place of the law's scale."""
         if self.law.scale:
             return self.law.force(slip, (state,), {**self.parameters, self.law.scale: level})
         return level * self.law.force(slip, (state,), self.parameters)
@@ -214,7 +214,7 @@ def _assumed_law(spec: Spec, system: System, contact: ContactFriction) -> Assume
             place, f"the law {law.name} at {contact.name} under a {choice.kind}: {reason}", expected, code="SPEC020"
         )
     for p in law.parameters:
-        if p.unit == "1":  # an exponent: as a number, so that powers become products and their slopes stay finite
+        if p.unit == "1":  # a numeric exponent: powers become products with finite slopes
             parameters[p.name] = known[parameters[p.name]]
     if law.scale:
         scale = parameters[law.scale]
@@ -223,12 +223,12 @@ def _assumed_law(spec: Spec, system: System, contact: ContactFriction) -> Assume
 
 
 def _declared(law: AssumedLaw) -> Any:
-    """The level at the start, as a parameter of the generated code where the law has one."""
+    """The initial level, as a parameter of the generated code where the law has one."""
     return law.parameters[law.law.scale] if law.law.scale else law.level
 
 
 def _range(spec: Spec, system: System, law: AssumedLaw) -> tuple[Any, Any] | None:
-    """The states that the law can reach within the envelope's slip speeds, exact; None where these are unknown."""
+    """Exact range of the law's state within the envelope's slip speeds; None where these are unknown."""
     column = system.distribution.col(system.contact_index(law.contact.name)).subs(system.values)
     top: Any = sympy.Integer(0)
     for entry, v in zip(column, system.velocities, strict=True):
@@ -248,7 +248,7 @@ def _range(spec: Spec, system: System, law: AssumedLaw) -> tuple[Any, Any] | Non
 
 
 def _rational(value: Any, outward: int) -> Any:
-    """An exact number as it is; any other as the nearest decimal of 15 digits on the outer side."""
+    """An exact rational, or else a decimal of 15 digits rounded outwards."""
     if value.is_Rational:
         return value
     number = sympy.Rational(str(sympy.N(value, 20)))

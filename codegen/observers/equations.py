@@ -1,6 +1,6 @@
-"""What an observer is: an ordered list of named equations, its states and their rates. Nothing else.
+"""The form of every observer: an ordered list of named equations, with states and their rates.
 
-The error dynamics, Ψ, the gain conditions, the certificate and the generated code all follow from this list.
+Error dynamics, Ψ, gain conditions, certificate and generated code are derived from this list.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ class Equation:
     """One named block of the observer.
 
     Attributes:
-        name: what it is, in the field's words (``velocity_estimate``).
-        symbols: the symbols that stand for its elements in later equations, k by 1.
+        name: a textbook term (``velocity_estimate``).
+        symbols: the symbols of its elements in later equations, k by 1.
         expression: its value over earlier symbols, states, x, v and w; for a ``mass_solve`` the r of M a = r.
         units: one per element.
         source: equation number.
-        state: the state z whose estimate this is (estimate = z + …), k by 1, or None.
-        output: whether the generated code hands it out.
-        law: where each element is a function of its own few symbols by a friction law: these symbols, and what the
-            function is called; its slopes stay symbols in Ψ, so that no law's formula hides the structure.
+        state: the state z of this estimate (estimate = z + …), k by 1, or None.
+        output: whether it is an output of the generated code.
+        law: for elements that are functions of a friction law: the arguments and the function's name. Their slopes stay
+            symbols in Ψ, which keeps its structure visible.
     """
 
     name: str
@@ -43,10 +43,10 @@ class Equation:
 
 @dataclass(frozen=True)
 class LawFunction:
-    """One element of an Equation as a function of a law.
+    """One element of an Equation as a function of a friction law.
 
     Attributes:
-        label: of its value, such as xi_rail; its slopes are label_symbol.
+        label: of its value, such as xi_rail; a slope is named with the letter of its argument, such as xi_u_rail.
         arguments: letter → symbol of an earlier equation, such as u → slip_rail.
     """
 
@@ -82,9 +82,9 @@ class ErrorVariable:
 
 @dataclass(frozen=True)
 class Cascade:
-    """The form Ψ = −G D O' M⁻¹ O, or [[−K_v, −M⁻¹O], [G D O' K_v, 0]] behind the velocity observer, in force errors.
+    """Cascade form of Ψ in force errors: −G D O' M⁻¹ O, or with a velocity observer [[−K_v, −M⁻¹O], [G D O' K_v, 0]].
 
-    It holds where g does not depend on v and U not on x; ``stability`` checks that against the derived Ψ.
+    Valid where g does not depend on v and U not on x; the analysis checks it against the derived Ψ.
 
     Attributes:
         gain: G, p by p: K_F of a (G)CFO, −K_2 of a (G)TO with K_1 = 0.
@@ -104,10 +104,10 @@ class Cascade:
 
 @dataclass(frozen=True)
 class Domain:
-    """Where a (G)CFO's estimate is certified, on one contact: how the code guards its level there, all exact.
+    """Region of slip in which a (G)CFO's estimate is certified, on one contact; all values exact.
 
-    The level is learnt only while the estimated slip is faster than ``slip_speed`` and keeps its sign; outside it is
-    held within ``level``. The estimate is in the domain after ``samples`` such samples one after the other.
+    The level is updated only while the estimated slip is faster than ``slip_speed`` and keeps its sign; otherwise it is
+    held within ``level``. The estimate is in the domain after ``samples`` consecutive such samples.
 
     Attributes:
         slip_speed: in the slip's unit/s.
@@ -127,23 +127,23 @@ class Observer:
     """An observer on a System.
 
     Attributes:
-        kind, velocity: as the spec names them.
+        kind, velocity: as in the spec.
         equations: in the order in which they are computed.
         states: z, in order; ``rates`` is dz/dt over the equations' symbols; ``initial`` is z at the first sample, with
             zero velocity estimate and the declared friction level.
         errors: in order; ``true_friction`` is the generalised friction force over their true values and ``signs``.
         signs: the slip signs s = ±1, one a contact, constant between reversals.
-        gains: gain symbols' exact values; ``gain_units`` their units.
+        gains: exact values of the gain symbols; ``gain_units`` their units.
         sample_time: exact, seconds.
         level_errors: whether the friction error is in levels (a − â), whose force form carries the slip sign.
-        assumed: exact values of what Ψ holds beside gains and the system's parameters: the parameters of the law that
-            the observer assumes, and true levels that the envelope gives no range for; ``assumed_units`` their units.
-        truth_ranges: true values that vary, such as a friction state, and the range that their law keeps them in.
-        cascade: the form that Ψ has for this kind where g does not depend on v; None if it has no such form.
+        assumed: exact values of other constants in Ψ than gains and the system's parameters: parameters of the law that
+            the observer assumes, and true levels without a range in the envelope; ``assumed_units`` their units.
+        truth_ranges: ranges of true values that vary, such as a friction state, from their law.
+        cascade: form of Ψ for this kind where g does not depend on v; None if there is none.
         exact: whether e = 0 is an equilibrium: the observer assumes the plant's own laws and parameters (ξ₁ = ξ).
-        integration: how the step is made from the rates; the equations hold what is chosen of it there.
-        euler: the same observer by ``integration: euler``, whose equations are the differential ones; None: this is it.
-        domain: how the code guards the level estimate through reversals; None: as the equations stand.
+        integration: method by which rates become a step; it also changes the velocity equations.
+        euler: the observer with explicit Euler, whose equations are the differential ones; None: it is this one.
+        domain: region in which the code updates the level estimate; None: everywhere.
     """
 
     kind: str
@@ -172,9 +172,9 @@ class Observer:
 
     @property
     def declared_levels(self) -> tuple[tuple[str, Any, str], ...]:
-        """(name, exact value, unit) of each true friction level that Ψ holds as the declared number, and as no other.
+        """(name, exact value, unit) of each true friction level that enters Ψ as a fixed number, the declared one.
 
-        These are of a DFO whose envelope has no range for the level: what is certified is true at that level alone.
+        For a DFO without a range for the level in the envelope: the certificate holds at that level only.
         """
         return tuple((e.truth.name, self.assumed[e.truth], e.unit) for e in self.errors if e.truth in self.assumed)
 

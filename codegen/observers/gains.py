@@ -17,7 +17,7 @@ from codegen.spec.model import ObserverChoice, Spec, symbol
 
 @dataclass(frozen=True)
 class GainMatrix:
-    """A gain as symbols, with their values.
+    """A gain matrix of symbols, with their values.
 
     Attributes:
         matrix: symbols where the spec gives a number, zeros elsewhere.
@@ -28,7 +28,7 @@ class GainMatrix:
     values: dict[sympy.Symbol, Any]
 
     def units(self, rows: Sequence[str], columns: Sequence[str]) -> dict[sympy.Symbol, str]:
-        """Each symbol's unit: of its row, then of its column; a machine that turns and slides has several."""
+        """Unit of each symbol, from its row and column; they differ on a machine with rotation and translation."""
         return {
             self.matrix[i, j]: row + column
             for i, row in enumerate(rows)
@@ -51,7 +51,7 @@ def read_gain(
     Args:
         rows, columns: names of the contacts or coordinates, for the symbols' names.
         sign: +1 or −1 where every entry of a diagonal gain must have that sign for a stable error, else 0.
-        optional: whether the spec may leave the gain out: it is then a zero that costs nothing, and no parameter.
+        optional: whether the spec may omit the gain: it is then a structural zero and no parameter.
 
     Raises:
         BadInput: for a missing gain, a wrong shape or a wrong sign.
@@ -114,7 +114,7 @@ def _full(name: str, raw: Any, rows: list[str], columns: list[str], place: Any, 
 
 
 def refuse_unknown_gains(spec: Spec, choice: ObserverChoice, known: tuple[str, ...]) -> None:
-    """Raise BadInput for a gain that no equation of this observer has."""
+    """Raise BadInput for a gain that this observer does not have."""
     if choice.velocity == "measured" and "K_v" in choice.gains:
         expected = "no K_v with `velocity: measured`, since it is the gain of the velocity observer"
         raise BadInput(

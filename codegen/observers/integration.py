@@ -1,15 +1,14 @@
-"""How the differential equations of an observer become difference equations: the spec's ``integration``.
+"""Discretisation of an observer's differential equations: the spec's ``integration``.
 
-With v̂ = z + Γ x, dz/dt = −Γ v̂ + Φ a and an explicit Euler step, the velocity estimate moves by
-v̂[k+1] = (I − hΓ) v̂[k] + Γ (x[k+1] − x[k]) + h Φ a[k], so that Γ and Φ choose how its decay K_v is integrated:
+With v̂ = z + Γ x, dz/dt = −Γ v̂ + Φ a and an explicit Euler step, the velocity estimate becomes v̂[k+1] = (I − hΓ)
+v̂[k] + Γ (x[k+1] − x[k]) + h Φ a[k], so Γ and Φ choose how its decay K_v is integrated:
 
-- ``euler``: Γ = K_v, Φ = I, as in the thesis;
-- ``semi_implicit``: Γ = (I + hK_v)⁻¹ K_v, Φ = (I + hK_v)⁻¹, the decay −K_v v̂ taken at the new sample, all else at the
-  old;
-- ``exponential``: Γ = (I − exp(−hK_v))/h, Φ = Γ K_v⁻¹, the decay exact over a sample.
+  - ``euler``: Γ = K_v, Φ = I, as in the thesis;
+  - ``semi_implicit``: Γ = (I + hK_v)⁻¹ K_v, Φ = (I + hK_v)⁻¹, the decay −K_v v̂ at the new sample, the rest at the old;
+  - ``exponential``: Γ = (I − exp(−hK_v))/h, Φ = Γ K_v⁻¹, the decay exact over a sample.
 
-``implicit`` (backward Euler) takes every rate at the new sample; its equations are those of ``euler``, and the step is
-made in ``program/implicit_step.py``.
+``implicit`` (backward Euler) takes every rate at the new sample; its equations are those of ``euler``, and
+``program/implicit_step.py`` solves for the step.
 """
 
 from __future__ import annotations
@@ -75,7 +74,7 @@ def velocity_step(spec: Spec, gain: Matrix) -> VelocityStep:
 
 
 def refuse_integration(spec: Spec) -> None:
-    """Raise BadInput for a way to integrate the velocity estimate where velocity is measured."""
+    """Raise BadInput for an integration of the velocity estimate where velocity is measured."""
     choice = spec.observer
     assert choice is not None
     if choice.velocity == "measured" and choice.integration in ("semi_implicit", "exponential"):

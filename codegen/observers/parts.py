@@ -1,4 +1,4 @@
-"""The equations that all observers share: velocity, slip, known friction, acceleration."""
+"""Equations shared by all observers: velocity, slip, known friction, acceleration."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def per(unit: str, *below: str) -> str:
 
 
 def slip_rate(system: System, velocity: Matrix, acceleration: Matrix) -> Matrix:
-    """d(U'v)/dt = U' v' + (dU/dt)' v; the second part, which the thesis leaves out, is zero where U is constant."""
+    """d(U'v)/dt = U' v' + (dU/dt)' v; the thesis omits the second term, which is zero for constant U."""
     distribution = sympy.Matrix(system.distribution)
     rate = sympy.zeros(*distribution.shape)
     moving = distribution.free_symbols
@@ -104,7 +104,7 @@ def slip_rate(system: System, velocity: Matrix, acceleration: Matrix) -> Matrix:
 
 
 def friction_equations(system: System, slip: Equation, law_force: Matrix, source: str) -> list[Equation]:
-    """From the contact forces of a law: what declared effects add, F̂ at the contacts, U F̂ on the coordinates."""
+    """Known friction of declared effects, then F̂ at the contacts and U F̂ on the coordinates."""
     equations = []
     if has_declared_friction(system):
         equations.append(declared_friction(system, slip.symbols))
@@ -129,7 +129,7 @@ def friction_equations(system: System, slip: Equation, law_force: Matrix, source
 
 
 def declared_friction(system: System, slip: Matrix) -> Equation:
-    """Contact forces of declared effects, known to the observer and so not estimated."""
+    """Contact forces of declared effects, which are known and not estimated."""
     known = system.known_friction(slip)
     return Equation(
         "known_friction", vector("known", contact_names(system)), known, contact_units(system), "declared effects"
@@ -141,7 +141,7 @@ def has_declared_friction(system: System) -> bool:
 
 
 def acceleration_equation(system: System, velocity: Matrix, friction: Matrix) -> Equation:
-    """M(x) a = g(x, v̂, w) − F̂, with the friction estimate as generalised forces ``friction``."""
+    """M(x) a = g(x, v̂, w) − F̂, with the estimated generalised friction ``friction``."""
     force = system.force.xreplace(dict(zip(system.velocities, velocity, strict=True)))
     symbols = Matrix([symbol(f"{v.name}_dot_hat") for v in system.velocities])
     units = tuple(f"{unit}/s^2" for unit in system.position_units)

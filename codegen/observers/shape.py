@@ -1,4 +1,4 @@
-"""The monotone function h of the slip speed on which a (G)CFO's level estimate is built."""
+"""The monotone function h of the slip speed in a (G)CFO's level estimate."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def read_shape(spec: Spec, system: System) -> Shape:
 
 
 def refuse_infinite_slope(spec: Spec) -> None:
-    """Raise BadInput where an envelope holds the machine at rest, and there h has no finite slope for Ψ to hold."""
+    """Raise BadInput where the envelope contains rest and h has an infinite slope there, so that Ψ is unbounded."""
     choice = spec.observer
     if choice is None or not choice.kind.endswith("cfo"):
         return

@@ -1,4 +1,4 @@
-"""TO, GTO and MGTO: friction as an unknown constant input; the force itself is tracked."""
+"""TO, GTO and MGTO (disturbance observers): friction is an unknown constant input, and the force is estimated."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Observer → Program, the intermediate form, and Program → Code, the one order of operations that is printed."""
+"""Program, the intermediate form of an observer as named blocks, and Code, its printed order of operations."""
 
 from codegen.program.build import build_program
 from codegen.program.code import Code

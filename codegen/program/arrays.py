@@ -1,7 +1,7 @@
-"""Numbered names as elements of arrays: x1 … x64 are x[0] … x[63].
+"""Arrays for numbered names: x1 … x64 become x[0] … x[63].
 
-Quantities that a spec numbers without a gap, sixteen or more of them, are kept in one array each, and what is computed
-for every one of them alike is computed in a loop.
+Sixteen or more quantities that a spec numbers without a gap are stored in one array; identical computations for all of
+them become a loop.
 """
 
 from __future__ import annotations
@@ -14,25 +14,25 @@ from codegen.program.naming import Names
 from codegen.spec.reserved import reserved
 
 LEAST = 16
-"""Fewer than these stay single."""
+"""Smallest number of quantities that become an array."""
 
 _Key = tuple[object, ...]
 
 
 @dataclass(frozen=True)
 class Element:
-    """A place in an array, counted from zero."""
+    """An array element, by array and index from zero."""
 
     array: str
     at: int
 
 
 def elements(names: Sequence[str], taken: Names) -> dict[str, Element]:
-    """The place of every name that is one of a numbered family; the others are left out.
+    """The array element of every name in a numbered family; other names are left out.
 
     Args:
-        names: of one struct or block, in order; the members of a family keep their order in it.
-        taken: hands out the arrays' names.
+        names: of one struct or block, in order; a family keeps this order.
+        taken: provider of the arrays' names.
     """
     numbered: dict[_Key, list[tuple[int, str]]] = {}
     for name in names:
@@ -49,7 +49,7 @@ def elements(names: Sequence[str], taken: Names) -> dict[str, Element]:
 
 
 def gathered(names: Sequence[str], places: dict[str, Element]) -> list[str]:
-    """The names with those of an array side by side, where the first of them stood."""
+    """The names with those of one array next to each other, at the place of the first."""
     rank = {name: k for k, name in enumerate(names)}
     first: dict[str, int] = {}
     for name in names:
@@ -64,7 +64,7 @@ def gathered(names: Sequence[str], places: dict[str, Element]) -> list[str]:
 
 
 def _keys(name: str) -> Iterable[tuple[_Key, int]]:
-    """What stays of a name when one of its numbers runs, or all of them run together (L10_9)."""
+    """(stem, number) for each number of a name as the running index, and for all together (L10_9)."""
     parts = re.split(r"(0|[1-9]\d*)", name)
     numbers = [int(n) for n in parts[1::2]]
     for k, number in enumerate(numbers):
@@ -74,7 +74,7 @@ def _keys(name: str) -> Iterable[tuple[_Key, int]]:
 
 
 def _longest_run(members: list[tuple[int, str]]) -> list[str]:
-    """The names of the longest run of numbers without a gap."""
+    """The names of the longest run of consecutive numbers."""
     runs: list[list[str]] = []
     before = None
     for number, name in sorted(members):
@@ -86,7 +86,7 @@ def _longest_run(members: list[tuple[int, str]]) -> list[str]:
 
 
 def _stem(first: str, second: str) -> str:
-    """The name less the numbers that run."""
+    """The name without the running numbers."""
     pairs = zip(re.split(r"(0|[1-9]\d*)", first), re.split(r"(0|[1-9]\d*)", second), strict=True)
     stem = re.sub(r"__+|_$", "_", "".join(a if a == b else "" for a, b in pairs)).strip("_")
     return f"{stem}_" if not re.match(r"[A-Za-z]", stem) or reserved(stem) else stem

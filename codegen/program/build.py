@@ -1,4 +1,4 @@
-"""Observer → Program: each equation becomes a block, the mass matrix is solved, the states make their step."""
+"""From Observer to Program: each equation becomes a block, M a = r is solved by structure, the states are stepped."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ EXAMPLE = "example_main"
 
 
 def build_program(observer: Observer, choice: CodeChoice | None = None) -> Program:
-    """The program of an observer, stepped as its ``integration`` says.
+    """The program of an observer with the step of its ``integration``.
 
     Args:
-        choice: precision and what to do with faults; double and ``hold`` by default.
+        choice: precision and fault handling; double and ``hold`` by default.
 
     Raises:
-        BadInput: if two quantities would get one name in the generated code, or a delay is longer than 1000 samples.
+        BadInput: if two quantities would have one name in the generated code, or a delay is longer than 1000 samples.
     """
     system = observer.system
     names: dict[sympy.Symbol, Any] = {}
@@ -165,14 +165,14 @@ def _parameters(observer: Observer, names: dict[sympy.Symbol, Any]) -> list[Fiel
 
 
 def _written_out(expressions: Any, blocks: list[tuple[Any, Any]]) -> Any:
-    """Expressions with what blocks stand for: at the first sample no block is computed yet."""
+    """Expressions with blocks inserted: at the first sample no block has been computed."""
     for symbols, meaning in blocks:
         expressions = casadi.substitute(expressions, symbols, meaning)
     return expressions
 
 
 def _needed(blocks: list[Block], next_state: list[Any]) -> list[Block]:
-    """The blocks without the elements that nothing after them uses; outputs stay."""
+    """The blocks without elements that nothing uses; outputs stay."""
     kept: list[Block] = []
     used = _used([], next_state)
     for block in reversed(blocks):

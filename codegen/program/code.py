@@ -1,4 +1,4 @@
-"""The program as it is printed: assignments in order, constants apart, every expression a node of one graph."""
+"""The program in its printed form: assignments in order, constants separate, expressions as nodes of one graph."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from codegen.program.graph import Node, reachable
 from codegen.program.stretch import Rolled
 
 LIMITS = ("exp", "tanh", "sign", "pow")
-"""Functions that may be finite where their argument is not."""
+"""Functions that may return a finite value for a non-finite argument."""
 
 
 @dataclass(frozen=True)
 class Assignment:
-    """A name and what it holds; ``unit`` is empty for a partial result."""
+    """A name and its expression; ``unit`` is empty for a partial result."""
 
     name: str
     value: Node
@@ -23,7 +23,7 @@ class Assignment:
 
 @dataclass(frozen=True)
 class Group:
-    """Assignments under one comment: what they are and the equation's number."""
+    """Assignments under one comment: what they compute, and the equation's number."""
 
     title: str
     source: str
@@ -32,7 +32,7 @@ class Group:
 
 @dataclass(frozen=True)
 class Operations:
-    """What a step costs: additions and subtractions, products, divisions, calls of functions, selections of a sign."""
+    """Operation counts of a step: additions and subtractions, products, divisions, function calls, sign selections."""
 
     additions: int
     products: int
@@ -47,7 +47,7 @@ class Operations:
 
 @dataclass(frozen=True)
 class Setting:
-    """States that are set beside the step: ``parts`` first, then ``states``; ``names`` of the parts' nodes."""
+    """States that are set outside the normal step: ``parts`` first, then ``states``; ``names`` of the parts' nodes."""
 
     states: tuple[Assignment, ...]
     parts: tuple[Assignment, ...]
@@ -55,7 +55,7 @@ class Setting:
 
     @property
     def nodes(self) -> list[Node]:
-        """Every value."""
+        """All expressions."""
         return [a.value for a in (*self.parts, *self.states)]
 
 
@@ -64,14 +64,14 @@ class Code:
     """A lowered program.
 
     Attributes:
-        derived: constants that follow from the parameters, in the order in which ``prepare`` computes them;
-            ``derived_values`` are theirs, by the same operations.
-        step: in order; ``next_state`` and ``outputs`` are over what it assigns.
+        derived: constants computed from the parameters, in the order of ``prepare``;
+            ``derived_values`` are computed by the same operations.
+        step: in order; ``next_state`` and ``outputs`` use its assignments.
         initial: the first state, over parameters and inputs.
-        carried, resumed: the states that change with a sample that is lost, and with the good one after many; empty
-            where no sample is held.
-        rolled: the same over arrays and in loops, where the program has arrays; this is then what is printed.
-        names: node → how later expressions call it, where it has a name.
+        carried, resumed: the states that change with an invalid sample, and with the valid one after many; empty
+            without fault handling.
+        rolled: the same with arrays and loops, where the program has arrays; this form is then printed.
+        names: node → its name, where it has one.
     """
 
     derived: tuple[Assignment, ...]
@@ -86,7 +86,7 @@ class Code:
     rolled: Rolled | None = None
 
     def unseen(self, inputs: Iterable[str]) -> tuple[str, ...]:
-        """The inputs that may be NaN or infinite without a next state being so."""
+        """Inputs that may be NaN or infinite while every next state stays finite."""
         bits = {name: 1 << k for k, name in enumerate(inputs)}
         through: dict[Node, int] = {}
         for node in reachable(a.value for a in self.next_state):
@@ -111,7 +111,7 @@ class Code:
 
     @property
     def constants(self) -> dict[Node, str]:
-        """The node of each derived constant → its name."""
+        """The node of each derived constant and its name."""
         return {a.value: a.name for a in self.derived}
 
     @property
@@ -122,7 +122,7 @@ class Code:
 
     @property
     def divides(self) -> bool:
-        """Whether anything is divided by what is not constant."""
+        """Whether there is a division by a variable."""
         values = [a.value for a in (*self._assigned, *self.next_state, *self.outputs)]
         return any(node.kind == "quotient" and not node.constant for node in reachable([*values, *self._set]))
 
@@ -135,7 +135,7 @@ class Code:
         return [a for group in self.step for a in group.assignments]
 
     def operations(self) -> Operations:
-        """Counted as they are printed: a node with a name once."""
+        """Operation counts as printed: a named node counts once."""
         nodes = [n for n in reachable(a.value for a in (*self._assigned, *self.next_state)) if not n.constant]
         calls = [n.name for n in nodes if n.kind == "call"]
         return Operations(
@@ -148,7 +148,7 @@ class Code:
 
 
 def _passing(roots: Iterable[Node]) -> set[Node]:
-    """The nodes below the roots which, infinite or NaN, make a root so."""
+    """Nodes below the roots whose infinite or NaN value makes a root infinite or NaN."""
     found: set[Node] = set()
     waiting = list(roots)
     while waiting:
@@ -161,6 +161,6 @@ def _passing(roots: Iterable[Node]) -> set[Node]:
 
 
 def _may_overflow(node: Node) -> bool:
-    """Whether finite arguments can give what is not finite, other than by a sum or a constant factor."""
+    """Whether finite arguments may give a non-finite result, other than by a sum or a constant factor."""
     varying = [a for a in node.arguments if not a.constant]
     return (node.kind == "quotient" and not node.constant) or (node.kind == "product" and len(varying) > 1)

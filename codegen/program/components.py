@@ -6,9 +6,9 @@ from collections.abc import Iterable
 
 
 def strong_components(count: int, edges: Iterable[tuple[int, int]]) -> list[int]:
-    """For each of the nodes 0 to ``count`` - 1 a label, the same for nodes that reach each other.
+    """For each of the nodes 0 to ``count`` - 1 the label of its strongly connected component.
 
-    SciPy has the same; importing it takes longer than all else that ``stiction check`` does here.
+    SciPy has this too, but its import takes longer than the rest of ``stiction check``.
 
     Args:
         edges: (from, to).

@@ -1,13 +1,13 @@
-"""The guard of a (G)CFO's level in generated code, and the output that says whether the estimate is in its domain.
+"""Guarded level update of a (G)CFO in generated code, and the output that tells whether the estimate is in its domain.
 
-While the estimated slip is fast and keeps its sign the step is that of the observer's equations. Elsewhere the level
-is held, within the range that the true one has: a sign of v̂ that chatters moves nothing. So that a level update is
-made with one sign, the level is read with the sign of the step that made it:
+While the estimated slip is fast and keeps its sign, the step is that of the observer's equations. Otherwise the level
+is held within the range of the true one, so that a chattering sign of v̂ has no effect. For level updates with a
+constant sign, the level is evaluated with the sign d of the step that updated it:
 
     â[k] = z[k] − K_F d[k] û[k],    d[k+1] = g[k] s[k],    z[k+1] = â[k] + g[k] (K_F |û[k]| + h dz_F/dt[k]),
 
-g = 1 where |û| is above the domain's slip speed and s is not −d, else 0; where g = 0, â is cut to the level's range.
-Only abs and sgn are used, so that every language can say it.
+g = 1 where |û| is above the domain's slip speed and s is not −d, else 0; where g = 0, â is clipped to the level's
+range. Only abs and sgn are used, which every output language has.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from codegen.spec.model import symbol
 
 
 class Guard:
-    """The blocks, parameters and states that a domain adds to the program of an observer on one contact."""
+    """Blocks, parameters and states that a domain adds to the program of an observer on one contact."""
 
     def __init__(self, observer: Observer, domain: Domain, names: dict[sympy.Symbol, Any]) -> None:
         self.observer, self.domain, self.names = observer, domain, names
@@ -54,7 +54,7 @@ class Guard:
         self.initial = [casadi.SX(0), casadi.SX(0), names[self.position]][: len(self.states)]
 
     def level(self, equation: Equation) -> list[Block]:
-        """The blocks in place of the equation of the level estimate."""
+        """The blocks that replace the equation of the level estimate."""
         assert self.observer.cascade is not None
         slip, sign = (next(e for e in self.observer.equations if e.name == n) for n in ("slip_velocity", "slip_sign"))
         self.slip, self.sign, self.gain = slip.symbols[0], sign.symbols[0], self.observer.cascade.gain[0, 0]
@@ -100,20 +100,20 @@ class Guard:
         return self.names[equation.symbols[0]] + self.names[symbol("learning")] * learnt
 
     def carried(self, period: Field) -> list[Any]:
-        """The states after a lost sample, of which no bound tells: the samples are counted anew."""
+        """The states after an invalid sample: the count of samples starts again."""
         kept = [self.names[symbol(f.name)] for f in self.states]
         return [kept[0], casadi.SX(0), *(x + self._way(period) for x in kept[2:])]
 
     def resumed(self, period: Field) -> list[Any]:
-        """The states as a good sample after lost ones sets them."""
+        """The states set by a valid sample after invalid ones."""
         return [*self.initial[:2], *(x + self._way(period) for x in self.initial[2:])]
 
     def resumed_level(self, equation: Equation) -> Any:
-        """z_F then: it is read without direction."""
+        """z_F in that case, without direction (d = 0)."""
         return held(equation.symbols)[equation.symbols[0]]
 
     def _way(self, period: Field) -> Any:
-        """That of a sample at the velocity estimate that is held."""
+        """h v̂ with the velocity estimate that is held."""
         return period.symbol * next(iter(held(self.observer.equations[0].symbols).values()))
 
     def _field(self, name: str, unit: str, meaning: str, value: Any = None) -> Field:

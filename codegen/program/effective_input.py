@@ -1,4 +1,4 @@
-"""The actuator chain of an input in generated code: past samples and a lag as states, the effective input a block."""
+"""Actuator chain of an input in generated code: past samples and a lag are states, the effective input is a block."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LONGEST_DELAY = 1000
 
 @dataclass(frozen=True)
 class EffectiveInput:
-    """What a chain adds to a program; states, next_state and initial belong together."""
+    """Additions of an actuator chain to a program; states, next_state and initial correspond to each other."""
 
     blocks: tuple[Block, ...] = ()
     states: tuple[Field, ...] = ()
@@ -30,11 +30,11 @@ class EffectiveInput:
 def effective_input(
     observer: Observer, index: int, command: Field, period: Field, names: dict[sympy.Symbol, Any]
 ) -> EffectiveInput:
-    """The mean effective input over the sample to come; from now on the input's symbol stands for it in ``names``.
+    """The mean effective input over the coming sample; it replaces the input's symbol in ``names``.
 
-    The command is held between samples, so over [t_k, t_k+1) a delayed command takes two of its values. A lag is
-    stepped exactly; behind a delay that is no whole number of samples, with the mean of the two. Before the first
-    sample its command is taken to have been held.
+    The command is held between samples, so over [t_k, t_k+1) a delayed command has two values. A lag is integrated
+    exactly; after a fractional delay, for the mean of the two. Before the first sample its command is assumed to have
+    been held.
 
     Raises:
         BadInput: if the delay is longer than ``LONGEST_DELAY`` samples.
@@ -76,9 +76,9 @@ def effective_input(
 
 
 def held_input(observer: Observer, index: int, command: Field, names: dict[sympy.Symbol, Any]) -> EffectiveInput:
-    """An input as it was held since the last sample, which is what moved the machine to where it is measured now.
+    """The input held since the last sample, which moved the machine to the present measurement.
 
-    It is the effective input; at the first sample, that of a command held since long before.
+    It is the effective input; at the first sample, that of a command held for long.
     """
     w, chain = observer.system.inputs[index], observer.system.actuator(index)
     settled = to_casadi(chain.static(w), {**names, w: command.symbol})
@@ -96,7 +96,7 @@ def _words(delay: Any, w: sympy.Symbol) -> str:
 
 
 def _samples(observer: Observer, w: sympy.Symbol, delay: Any) -> tuple[int, Any]:
-    """A delay in whole samples and the share of a sample that is left."""
+    """A delay in whole samples and the remaining share of a sample."""
     values: Mapping[sympy.Symbol, Any] = observer.system.values
     ratio = sympy.Rational(delay.subs(values)) / observer.sample_time
     whole = int(sympy.floor(ratio))

@@ -1,4 +1,4 @@
-"""Values of constants, by the operations and in the order in which the generated code computes them."""
+"""Values of constants, with the operations and in the order of the generated code."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _CALLS: dict[str, Callable[..., float]] = {
 class Evaluator:
     """Evaluates constant nodes in double or in single precision.
 
-    A function in single precision is that of the double, rounded: the last bit may differ from that of ``sinf``.
+    A function in single precision is the rounded double result: its last bit may differ from ``sinf``.
     """
 
     def __init__(self, parameters: Mapping[str, float], single: bool) -> None:
@@ -37,7 +37,7 @@ class Evaluator:
         self._known: dict[Node, float] = {}
 
     def values(self, nodes: Iterable[Node]) -> tuple[float, ...]:
-        """The values of constant nodes, as ``value`` gives them."""
+        """The values of constant nodes, as by ``value``."""
         nodes = list(nodes)
         for node in reachable(nodes):
             self.value(node)
@@ -60,7 +60,7 @@ class Evaluator:
         return self._known[node]
 
     def _not_finite(self, node: Node) -> BadInput:
-        """Of the parameters in a constant, the one farthest from 1 is named."""
+        """The error; it names the parameter in the constant that is farthest from 1."""
         names = [n.name for n in reachable([node]) if n.kind == "symbol"]
         size = {name: abs(math.log(abs(self._parameters[name]) or 5e-324)) for name in names}
         found = f"a constant of {', '.join(names)} that is not finite"

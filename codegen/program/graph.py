@@ -1,4 +1,4 @@
-"""Expressions as a graph in which equal ones are one node: sums and products of several terms, quotients, calls."""
+"""Expressions as a graph with shared nodes: sums and products of several terms, quotients, calls."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, eq=False)
 class Node:
-    """One expression; two nodes of a graph are equal only if they are the same.
+    """One expression; equal expressions of a graph are one node.
 
     Attributes:
         kind: number, symbol, sum, product, quotient, negative or call; in rolled code also element (of an array) and
             local.
-        arguments: terms, factors, (numerator, denominator), the negated, or the arguments of a call.
+        arguments: terms, factors, (numerator, denominator), the negated node, or the arguments of a call.
         signs: of a sum's terms, 1 or -1.
         value: of a number.
         name: of a symbol or a function.
-        constant: whether it depends on parameters and numbers alone.
-        index: in the order of creation; arguments come before what they are arguments of.
+        constant: whether it depends on parameters and numbers only.
+        index: order of creation; arguments come before the nodes that use them.
     """
 
     kind: str
@@ -38,7 +38,7 @@ class Node:
 
 
 class Graph:
-    """Makes nodes, each expression once."""
+    """Factory of nodes, one for each expression."""
 
     def __init__(self) -> None:
         self._known: dict[tuple[object, ...], Node] = {}
@@ -75,7 +75,7 @@ class Graph:
         return self._node("local", name=name, signs=(1,) if inner else (), constant=False)
 
     def like(self, node: Node, arguments: Sequence[Node]) -> Node:
-        """A node with other arguments, or of another graph."""
+        """A node with other arguments, or copied from another graph."""
         return self._node(node.kind, arguments, node.signs, node.value, node.name, node.constant)
 
     def _node(

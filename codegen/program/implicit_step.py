@@ -1,8 +1,8 @@
 """Backward Euler as blocks: z[k] = z[k−1] + h f(z[k], x[k], w[k−1]) by one Newton step, exact where f is linear in z.
 
-The unknowns are the states and the acceleration a, so that M(x) stands in the equations as it is and nothing is
-inverted: M a = g − F̂ is one more row. Newton starts where the velocity estimate is without a, and the other states as
-they were; the signs of slip are those of that start. The step stands at the beginning of a sample, when x[k] is known.
+The unknowns are the states and the acceleration a; M a = g − F̂ is one more row, so that M(x) is not inverted. Newton
+starts from the velocity estimate for a = 0 and the previous other states, with the slip signs of that start. The step
+is made at the beginning of a sample, when x[k] is known.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ SOURCE = "z[k] = z[k-1] + h f(z[k]), one Newton step"
 def implicit_blocks(
     observer: Observer, names: Mapping[sympy.Symbol, Any], states: Sequence[Field], period: Any, taken: set[str]
 ) -> tuple[list[Block], Block]:
-    """The blocks that make the step, and the last of them: the states at this sample.
+    """The blocks of the step, and the last of them: the states at this sample.
 
     Args:
         names: symbol → SX of every parameter, measurement and input; the inputs are those held since the last sample.
-        states: as the last sample left them.
+        states: after the last sample.
         period: SX of the sample time, s.
-        taken: names that are in use; grows.
+        taken: names in use; extended.
     """
     before = casadi.vertcat(*[f.symbol for f in states])
     z = casadi.SX.sym("z", len(states))
@@ -51,7 +51,7 @@ def implicit_blocks(
 
 
 def _rates(observer: Observer, names: Mapping[sympy.Symbol, Any], z: Any, a: Any) -> tuple[Any, Any]:
-    """dz/dt and M a − (g − F̂) over z and a."""
+    """dz/dt and M a − (g − F̂) as functions of z and a."""
     values = dict(names) | dict(zip(observer.states, casadi.vertsplit(z), strict=True))
     balance = casadi.SX(0, 1)
     for equation in observer.equations:
@@ -64,7 +64,7 @@ def _rates(observer: Observer, names: Mapping[sympy.Symbol, Any], z: Any, a: Any
 
 
 def _start(observer: Observer, solve: MassSolve, residual: Any, unknown: Any, before: Any) -> Any:
-    """The states at which Newton starts: z_v[k] for a = 0, which is linear, and the others as before."""
+    """Newton's start: z_v[k] for a = 0, which is linear, and the other states as before."""
     if observer.velocity == "measured":
         return before
     n = observer.system.degrees_of_freedom

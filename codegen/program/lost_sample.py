@@ -1,10 +1,10 @@
-"""What becomes of the states while samples are lost, so that the estimates go on when good ones are back.
+"""States during invalid samples, chosen so that the estimates continue when valid samples return.
 
-The estimates are held: v̂ = z + Γ x and the others. Meanwhile the machine is taken to go on with the velocity that is
-held, so for each lost sample the states go along, z − h (∂v̂/∂x) v̂, and the next good sample finds v̂ where it was but
-for Γ times what the position did otherwise. After n lost in a row that is a step of (n + 1) h, so it stands only while
-(n + 1) h Γ < 2. From then on the next good sample x sets the states so that each estimate is the held one: at x, or for
-an explicit step at the x + h v̂ to come.
+The estimates are held: v̂ = z + Γ x and the others. The machine is assumed to continue with the held velocity, so each
+invalid sample changes the states by −h (∂v̂/∂x) v̂, and the next valid sample finds v̂ unchanged except for Γ times the
+deviation of the position. After n invalid samples that is a step of (n + 1) h, which is stable only while (n + 1) h Γ <
+2. After more, the next valid sample x sets the states so that each estimate equals the held one: at x, or for an
+explicit step at the coming x + h v̂.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ from codegen.observers.integration import SAMPLE_TIME
 from codegen.program.model import HELD
 
 MOST = (8, 4, 2)
-"""Samples lost in a row from which on a good one sets the states, where the gains allow. Powers of two, so that their
-count in fractions of 1/2 is exact."""
+"""Consecutive invalid samples after which a valid one sets the states, where the gains allow. Powers of two, so that
+counting in halves is exact."""
 
 
 def held(names: Iterable[sympy.Symbol]) -> dict[sympy.Symbol, Any]:
-    """SX of outputs as the last good sample left them."""
+    """SX of the outputs of the last valid sample."""
     return {s: casadi.SX.sym(f"{HELD}{s.name}") for s in names}
 
 
 def most_lost(observer: Observer) -> int:
-    """How many samples lost in a row need a good one that sets the states; 1 where their way is not known."""
+    """Number of consecutive invalid samples after which a valid one sets the states; 1 where no more are safe."""
     slopes = [(e, slope) for e in observer.equations for _, slope in _slopes(observer, e)]
     if observer.velocity == "measured":
         return 1 if slopes else MOST[0]
@@ -46,7 +46,7 @@ def most_lost(observer: Observer) -> int:
 
 
 def carried_states(observer: Observer, names: Mapping[sympy.Symbol, Any], period: Any) -> dict[sympy.Symbol, Any]:
-    """z → what is added to it for a lost sample, where the velocity is estimated.
+    """z → its change by an invalid sample, where the velocity is estimated.
 
     Args:
         names: SX of every parameter.
@@ -61,7 +61,7 @@ def carried_states(observer: Observer, names: Mapping[sympy.Symbol, Any], period
 
 
 def resumed_states(observer: Observer, names: Mapping[sympy.Symbol, Any], period: Any) -> dict[sympy.Symbol, Any]:
-    """z → its value by which the estimates go on from the held ones, set from a good sample.
+    """z → its value, set from a valid sample, with which the estimates continue from the held ones.
 
     Args:
         names: SX of every parameter and of this sample's positions, velocities and inputs.
@@ -89,7 +89,7 @@ def resumed_states(observer: Observer, names: Mapping[sympy.Symbol, Any], period
 
 
 def _slopes(observer: Observer, equation: Equation) -> Iterator[tuple[sympy.Symbol, dict[sympy.Symbol, sympy.Expr]]]:
-    """(z, position → ∂ of its estimate), for the states whose estimate holds a position."""
+    """(z, position → slope of its estimate), for states whose estimate depends on a position."""
     for z, expression in zip(equation.state or (), equation.expression, strict=False):
         free = expression.free_symbols
         along = {x: expression.diff(x) for x in observer.system.positions if x in free}

@@ -1,4 +1,4 @@
-"""Program → Code: one graph over all blocks, its expressions short, constants apart, shared work once."""
+"""From Program to Code: one graph over all blocks, short expressions, separate constants, shared subexpressions."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from codegen.program.translate import to_graph
 
 
 def lower(program: Program) -> Code:
-    """The cheaper of the program's two forms: with and without its sums factored.
+    """The cheaper of two forms of the program: with and without factored sums.
 
     Raises:
-        BadInput: if a constant is not finite, or a name has no place in the generated code.
+        BadInput: if a constant is not finite, or a name cannot be used in the generated code.
     """
     if program.arrays:
         lowering = _Lowering(program, factoring=False)
@@ -73,7 +73,7 @@ class _Lowering:
         )
 
     def _translated(self) -> tuple[dict[str, Node], list[Node]]:
-        """The node of every element, and those that stay whole because they are printed under their name."""
+        """The node of every element, and those that stay whole because they are printed under their names."""
         raw: dict[str, Node] = {}
         named: list[Node] = []
         for block in self.program.blocks:
@@ -87,7 +87,7 @@ class _Lowering:
         return to_graph(casadi.vertcat(*values), {**self.symbols, **raw}, self.graph) if values else []
 
     def _derived(self, roots: list[Node], value: dict[str, Node]) -> tuple[Assignment, ...]:
-        """The constants that a step needs; for code in loops also those of which several of them are made."""
+        """The constants that a step needs; with loops also constants from which several of these are computed."""
         needed = {a for n in reachable(roots) if not n.constant for a in n.arguments if a.constant}
         needed |= {n for n in roots if n.constant}
         wishes: dict[Node, str] = {}
@@ -104,7 +104,7 @@ class _Lowering:
         return tuple(result)
 
     def _groups(self, value: dict[str, Node], final: list[Node]) -> tuple[tuple[Group, ...], dict[Node, str]]:
-        """Assignments under the blocks: partial results where they are first needed, then the elements."""
+        """Assignments by block: partial results where they are first needed, then the elements."""
         blocks = self.program.blocks
         wishes: dict[Node, str] = {}
         for block in blocks:
@@ -162,7 +162,7 @@ class _Lowering:
         return self.names.take(wish) if wish and wish.isidentifier() and len(wish) <= 40 else self.names.numbered(stem)
 
     def _setting(self, expressions: Sequence[Any], stem: str) -> Setting:
-        """What sets the states, but for those that stay as they are."""
+        """The assignments of states that change."""
         nodes = self._nodes(expressions, {})
         short = normalise(nodes, [], self.graph, factoring=False)
         final = [short[node] for node in nodes]

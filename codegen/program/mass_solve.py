@@ -1,6 +1,6 @@
-"""M a = r by structure, as blocks: closed form at n = 2, otherwise LDLᵀ over M's own sparsity, one division a pivot.
+"""Solution of M a = r as blocks: closed form for n = 2, otherwise LDLᵀ over M's sparsity, one division a pivot.
 
-A diagonal M costs one division an entry; where M is constant, all that is left of it in a step are stored constants.
+A diagonal M costs one division an entry; for a constant M only stored constants remain in a step.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from codegen.program.model import Block
 
 
 class MassSolve:
-    """Builds the blocks in order; each entry has a name that later entries use.
+    """Builder of the blocks, in order; later entries use the names of earlier ones.
 
     Args:
-        taken: names that are in use.
+        taken: names in use.
         source: equation number.
     """
 
@@ -43,9 +43,9 @@ class MassSolve:
         return self._factored(matrix, force)
 
     def eliminate(self, matrix: Any, right: Any) -> Any:
-        """x of A x = r for an A that need not be symmetric: elimination over A's sparsity, rows in their order.
+        """x of A x = r for an unsymmetric A: Gaussian elimination over A's sparsity, without pivoting.
 
-        No row is exchanged, so every leading minor of A must differ from zero.
+        Every leading minor of A must differ from zero.
         """
         n = matrix.shape[0]
         label = _label(n)
@@ -120,7 +120,7 @@ class MassSolve:
         return casadi.vertcat(*a)
 
     def _named(self, block: str, letter: str, matrix: Any, n: int) -> dict[tuple[int, int], Any]:
-        """Symbols for the entries of the lower triangle that are not zero."""
+        """Symbols for the nonzero entries of the lower triangle."""
         label = _label(n)
         rows, columns = matrix.sparsity().get_triplet()
         places = [(i, j) for i, j in zip(rows, columns, strict=True) if i >= j and not matrix[i, j].is_zero()]
@@ -131,7 +131,7 @@ class MassSolve:
         return self.named(block, [_label(len(values))(letter, i) for i in range(len(values))], values)
 
     def named(self, name: str, wishes: Sequence[str], values: Sequence[Any]) -> list[Any]:
-        """Symbols for values under names of their own, in a block of that name."""
+        """Symbols for values under given names, in one block."""
         elements = []
         for wish in wishes:
             free = (wish, f"{wish}_", *(f"{wish}_{k}" for k in range(2, len(self._taken) + 2)))

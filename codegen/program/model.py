@@ -1,6 +1,6 @@
 """The intermediate form: an ordered list of named blocks with shapes, units and sources, over CasADi SX.
 
-Every language prints from this one list in this one order, so that two languages compute the same bits.
+Every language is printed from this list in this order, so that all compute the same bits.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from codegen.program.arrays import Element
 PRECISIONS = ("double", "single")
 FAULTS = ("hold", "none")
 LARGEST = {"double": 1e150, "single": 1e18}
-"""What a step holds is refused beyond this: a product of two such quantities does not overflow."""
+"""Largest accepted sum of a step's states: a product of two such quantities does not overflow."""
 HELD = "outputs."
-"""Before the name of an output as the last good sample left it, as a symbol."""
+"""Prefix of the symbol of an output of the last valid sample."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Field:
     """A scalar of a struct: a parameter, state, input or output.
 
     Attributes:
-        name: as in the spec where it has one there.
+        name: as in the spec, where it has one.
         unit, meaning: for the comment.
         value: the spec's value, or None.
         symbol: its SX symbol.
@@ -42,14 +42,14 @@ class Block:
     """A named vector quantity.
 
     Attributes:
-        name: what it is (``friction_level``).
+        name: a textbook term (``friction_level``).
         elements: a local name for each element (``a_hat_rail``).
         symbols: SX symbols that later blocks use for the elements, k by 1.
         expression: SX over fields and earlier blocks, k by 1.
         units: one per element.
         source: equation number.
         output: whether the elements are outputs.
-        inner: whether an element is written under its name only where it is used more than once.
+        inner: whether an element gets a variable only where it is used more than once.
     """
 
     name: str
@@ -73,13 +73,13 @@ class Program:
         blocks: computed in order in a step.
         next_state: SX of each state one sample later, over fields and blocks.
         initial_state: SX of each state at the first sample, over parameters and inputs.
-        carried_state: SX of each state after a sample that is lost, over parameters, states and held outputs;
-            of ``most_lost`` in a row the next good sample has to set them.
-        resumed_state: SX of each state as a good sample sets it so that the held estimates go on, over inputs too.
+        carried_state: SX of each state after an invalid sample, over parameters, states and held outputs;
+            after ``most_lost`` in a row the next valid sample sets them.
+        resumed_state: SX of each state set by a valid sample so that the held estimates continue, over inputs too.
         precision: of the arithmetic, ``double`` or ``single``.
-        fault: what a step does with samples that are not finite: ``hold`` the last estimate, or ``none``.
-        integration: how the states are stepped, in words.
-        arrays: the place of every field or element that is kept in an array; members stand side by side, in order.
+        fault: handling of non-finite samples: ``hold`` the last estimate, or ``none``.
+        integration: method of the step, in words.
+        arrays: array element of every field or block element in an array; members are adjacent, in order.
     """
 
     name: str
@@ -100,7 +100,7 @@ class Program:
     arrays: Mapping[str, Element] = field(default_factory=dict)
 
     def reference(self, name: str) -> str:
-        """A field as every language writes it behind its struct: m, or x[3] of an array."""
+        """A field as written after its struct in every language: m, or x[3] of an array."""
         place = self.arrays.get(name)
         return name if place is None else f"{place.array}[{place.at}]"
 

@@ -1,4 +1,4 @@
-"""Names for what a spec has no name for: constants derived from parameters, and partial results."""
+"""Names for constants derived from parameters and for partial results, which a spec does not name."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from codegen.program.graph import Node
 
 LONGEST = 40
 DEEPEST = 8
-"""Formulas of more levels get no name of their own."""
+"""Formulas with more levels get no name of their own."""
 WORDS = {
     "state",
     "parameters",
@@ -34,14 +34,14 @@ WORDS = {
 
 
 class Names:
-    """Hands out names, each once; ``taken`` are those that are in use already, whatever their case."""
+    """Provider of unique names; ``taken`` are those already in use, compared without case."""
 
     def __init__(self, taken: set[str]) -> None:
         self._taken = {name.lower() for name in taken}
         self._counts: dict[str, int] = {}
 
     def take(self, wish: str) -> str:
-        """The wish, or the wish with a number behind it."""
+        """The wished name, with a number appended if it is taken."""
         name = wish
         while name.lower() in self._taken:
             self._counts[wish] = self._counts.get(wish, 1) + 1
@@ -60,7 +60,7 @@ class Names:
 
 
 def constant_name(node: Node) -> str | None:
-    """A constant's formula as a name: h_K_F_rail, one_over_m1, eta2_plus_eta3; None where that gets too long."""
+    """A name from a constant's formula: h_K_F_rail, one_over_m1, eta2_plus_eta3; None where it would be too long."""
     words = _words(node, DEEPEST)
     return words if words is not None and len(words) <= LONGEST else None
 
@@ -100,7 +100,7 @@ def _powers(words: list[str]) -> list[str]:
 
 
 def partial_name(node: Node, known: Mapping[Node, str]) -> str | None:
-    """sin_x, omega_squared, one_over_d: where one operation on something with a name makes it; else None."""
+    """A name from one operation on a named node: sin_x, omega_squared, one_over_d; else None."""
     inner = [known.get(a) or (a.name if a.kind == "symbol" else None) for a in node.arguments]
     if None in inner[:1] and not (node.kind == "quotient" and inner[-1]):
         return None

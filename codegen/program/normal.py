@@ -1,8 +1,8 @@
-"""The rules by which expressions get short: constants gathered, divisions by constants made products, like terms added.
+"""Simplification rules: constants collected, divisions by constants made products, like terms added, sums factored.
 
-A node that is named or used more than once is closed: it is computed as it stands. What is open may be taken apart by
-what uses it. Every rule either saves operations of a step or moves them into constants; the result is the one order of
-operations that every language prints.
+A node that is named or used more than once is closed: it is computed as it is. An open node may be merged into the one
+that uses it. Every rule saves operations of a step or moves them into constants; the result is the order of operations
+in every language.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ def normalise(
     factoring: bool,
     places: Mapping[str, Element] | None = None,
 ) -> dict[Node, Node]:
-    """The short form of every node below the roots.
+    """The simplified form of every node below the roots.
 
     Args:
-        roots: what is to be computed.
-        named: nodes that get a name, and so stay whole.
-        factoring: whether sums are factored: a x + b x as (a + b) x with a and b that vary.
-        places: of symbols in arrays; terms of sums are then ordered by the first array and place that they depend on,
-            so that what is computed alike for every place is written alike.
+        roots: nodes to be computed.
+        named: nodes with a name, which stay whole.
+        factoring: whether sums are factored: a x + b x as (a + b) x for variable a and b.
+        places: of symbols in arrays; terms of sums are then ordered by the first array element on which they depend,
+            so that equal computations for every element are written equally.
     """
     nodes = reachable(roots)
     uses = Counter(a for node in nodes for a in node.arguments)
@@ -58,7 +58,7 @@ class _Rules:
         self.first: dict[Node, tuple[str, int]] = {}
 
     def first_place(self, node: Node) -> tuple[str, int]:
-        """The first array and place that an expression depends on; what depends on none comes last."""
+        """The first array element on which an expression depends; expressions without one come last."""
         if node not in self.first:
             place = self.places.get(node.name) if node.kind == "symbol" and not node.constant else None
             own = ("~", 0) if place is None else (place.array, place.at)
@@ -82,7 +82,7 @@ class _Rules:
         return node
 
     def of_a_sum(self, name: str, angle: Node) -> Node:
-        """Sine or cosine of two angles' sum from theirs, where these are needed anyway."""
+        """Sine or cosine of a sum of two angles from theirs, where these are needed anyway."""
         if len(angle.arguments) != 2 or not self.angles.issuperset(angle.arguments):
             return self.graph.call(name, [angle])
         (sin_a, cos_a), (sin_b, cos_b) = (
@@ -98,7 +98,7 @@ class _Rules:
         return node.constant or node not in self.closed
 
     def coefficient(self, node: Node) -> tuple[Node | None, Node | None]:
-        """(constant factor, the rest that varies) of a term; None for what there is not."""
+        """(constant factor, variable rest) of a term; None where there is none."""
         if node.constant:
             return node, None
         if node.kind == "product" and node.arguments[0].constant and self.open(node):
@@ -128,7 +128,7 @@ class _Rules:
         return self.assembled(result)
 
     def flat(self, terms: Sequence[Term]) -> list[Term]:
-        """Open sums and negatives opened, the signs of numbers taken out, zeros left out."""
+        """Open sums and negatives expanded, signs of numbers extracted, zeros removed."""
         result: list[Term] = []
         for sign, node in terms:
             if node.kind == "sum" and self.open(node) and not node.constant:
@@ -143,7 +143,7 @@ class _Rules:
         return result
 
     def factored(self, terms: list[Term]) -> list[Term]:
-        """A factor that several open products share taken out, the most frequent first."""
+        """Common factors of several open products extracted, the most frequent first."""
         counts: Counter[Node] = Counter()
         for _, node in terms:
             counts.update({f for f in self.factors(node) if not f.constant})
@@ -212,7 +212,7 @@ class _Rules:
         return node.kind == "product" and not node.constant and self.open(node)
 
     def absorbs(self, node: Node) -> bool:
-        """Whether a constant factor of this sum costs nothing, as each of its terms has one already."""
+        """Whether a constant factor of this sum is free, because each of its terms has one already."""
         if node.kind != "sum" or not self.open(node):
             return False
         return all(self.coefficient(t)[0] is not None for t in node.arguments)

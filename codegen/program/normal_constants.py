@@ -1,4 +1,4 @@
-"""Arithmetic of constant nodes: numbers at once, parameters as a product over a product."""
+"""Arithmetic of constant nodes: numbers are evaluated, parameters become a product over a product."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from codegen.program.graph import Graph, Node
 
 
 def constant_product(factors: Sequence[Node], graph: Graph) -> Node:
-    """One number, then the other factors in the order of their creation, over what any of them is divided by."""
+    """One number, then the other factors in the order of their creation, over all their divisors."""
     number = 1.0
     above: list[Node] = []
     below: list[Node] = []
@@ -40,7 +40,7 @@ def constant_product(factors: Sequence[Node], graph: Graph) -> Node:
 
 
 def constant_sum(terms: Sequence[tuple[int, Node]], graph: Graph) -> Node:
-    """The parameters' part first, numbers added up behind it."""
+    """The part with parameters first, then the sum of the numbers."""
     number = 0.0
     named: list[tuple[int, Node]] = []
     for sign, node in terms:

@@ -1,4 +1,4 @@
-"""Code → Rolled: the values of numbered families in arrays, and what is computed alike for all of them in loops."""
+"""From Code to Rolled: values of numbered families in arrays, and equal computations for all of them in loops."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from codegen.program.schedule import Run, Value, schedule
 from codegen.program.stretch import Line, Part, Rolled, RolledSetting, Stretch, Sum
 
 FEWEST = 8
-"""Partial results that are alike get an array from this many on."""
+"""Smallest number of equal partial results that get an array."""
 
 
 def roll(program: Program, code: Code, names: Names) -> Rolled:
-    """The arrays and loops of a program some of whose quantities are numbered.
+    """The form with arrays and loops, for a program with numbered quantities.
 
     Args:
-        names: for arrays that the program has no name for.
+        names: provider of names for further arrays.
     """
     return _Rolling(program, names).rolled(code)
 
@@ -86,7 +86,7 @@ class _Rolling:
             given=given,
         )
 
-    # What there is to compute.
+    # Values to compute.
 
     def _setting(self, constants: list[Value], setting: Setting) -> RolledSetting:
         before, self.scalars = self._local_arrays(), []
@@ -100,7 +100,7 @@ class _Rolling:
         return tuple(array for array, kind in self.storage.items() if kind == "local")
 
     def _constants(self, code: Code) -> list[Value]:
-        """Derived constants: those whose names are numbered formulas by their names, the others by their formulas."""
+        """Derived constants: those with a numbered formula name grouped by name, the others by formula."""
         named = [a.name for a in code.derived if not re.fullmatch(r"constant_\d+", a.name)]
         places = elements(named, self.names)
         values = [Value(a.value, a.name, "", "", "", places.get(a.name), "parameters", True) for a in code.derived]
@@ -108,12 +108,12 @@ class _Rolling:
         return values
 
     def _field(self, name: str, node: Node, field: str) -> Value:
-        """A value that goes into a struct."""
+        """A value that is stored in a struct."""
         place = self.places.get(name)
         return Value(node, name, "", "", "", place, field, True)
 
     def _following(self, code: Code) -> tuple[list[Value], list[Node]]:
-        """The next states, and nodes that stand for them."""
+        """The next states, and their nodes."""
         arrays: dict[str, str] = {}
         values, markers = [], []
         for a in code.next_state:
@@ -132,7 +132,7 @@ class _Rolling:
         return Node("symbol", name=name)
 
     def _place(self, values: Sequence[Value]) -> None:
-        """Let values be referred to, and find an array for those that have none but are computed alike."""
+        """Register values, and find an array for unplaced ones with equal computations."""
         classes: dict[object, int] = {}
         members: dict[int, list[Value]] = {}
         for v in values:
@@ -151,7 +151,7 @@ class _Rolling:
             for v in several:
                 v.place = None if array is None else Element(array, v.at)
 
-    # Expressions, cut where something has a name.
+    # Expressions, ending at named nodes.
 
     def _place_of(self, node: Node) -> Element | None:
         value = self.defined.get(node)
@@ -173,7 +173,7 @@ class _Rolling:
             yield from self._values_in(a)
 
     def _alike(self, node: Node, at: int, whole: bool = False) -> object:
-        """Equal for two expressions that differ only by the place they are written for."""
+        """A key that is equal for two expressions that differ only by the index for which they are written."""
         if not whole:
             place = self._place_of(node)
             if place is not None:
@@ -188,7 +188,7 @@ class _Rolling:
         return self.defined.get(v.node) is v
 
     def _written(self, node: Node, run: Run, whole: bool = False) -> Node:
-        """The expression in the first iteration of a run, over elements and locals."""
+        """The expression for the first iteration of a run, with array elements and locals."""
         if not whole:
             if node in self.defined:
                 return self._name(self.defined[node], run)
@@ -240,7 +240,7 @@ class _Rolling:
         return tuple(result)
 
     def _decide_stored(self, values: Sequence[Value], runs: Sequence[Run]) -> None:
-        """An array is needed where a value is used outside of its own iteration."""
+        """Store a value in an array where another iteration uses it."""
         for v in values:
             for u in v.uses:
                 run, other = self.run_of[v], self.run_of[u]
@@ -272,7 +272,7 @@ class _Rolling:
         self.lengths[place.array] = max(self.lengths.get(place.array, 0), place.at + 1)
 
     def _sums(self, nodes: Sequence[Node]) -> tuple[Sum, ...]:
-        """What stands alone first, then arrays, those of one range together."""
+        """Sums: single terms first, then arrays, grouped by range."""
         single: list[Node] = []
         ranges: dict[str, list[int]] = {}
         for node in nodes:
@@ -288,7 +288,7 @@ class _Rolling:
 
 
 def _merged(parts: Sequence[Part]) -> tuple[Part, ...]:
-    """Neighbours under one comment together."""
+    """Neighbouring parts with the same comment merged."""
     result: list[Part] = []
     for part in parts:
         if result and (result[-1].title, result[-1].source) == (part.title, part.source):

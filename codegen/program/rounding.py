@@ -1,8 +1,8 @@
-"""How far rounding takes a step of the generated code from its equations: interval arithmetic over the printed graph.
+"""Bound on the rounding error of a step of the generated code: interval arithmetic over the printed graph.
 
-Every node is an interval of its exact value and a bound on what is computed less that. An operation adds u of its
-result, u = 2⁻⁵³ or 2⁻²⁴, and the least number that is not zero; parameters and numbers carry their own rounding. The
-order of operations is the printed one, and no compiler may fuse them (FP_CONTRACT is off).
+Every node has an interval of its exact value and a bound on the difference to the computed value. An operation adds u
+times its result, u = 2⁻⁵³ or 2⁻²⁴, and the least positive number; parameters and numbers are rounded too. The order of
+operations is the printed one, and compilers may not fuse them (FP_CONTRACT is off).
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Enclosed:
 
 
 class Undecided(Exception):
-    """The sign of a node may be either, or a function has no enclosure here."""
+    """The sign of a node is not determined, or a function has no enclosure here."""
 
 
 def enclose(
@@ -44,15 +44,15 @@ def enclose(
     precision: str,
     given: Mapping[Node, Enclosed] | None = None,
 ) -> list[Enclosed]:
-    """The roots' values and rounding.
+    """Intervals and rounding errors of the roots.
 
     Args:
         ranges: of every symbol below the roots, by its name.
-        known: ranges that nodes are known to keep.
-        given: nodes that are taken as this; their own rounding counts elsewhere.
+        known: ranges of nodes that are known to hold.
+        given: nodes with a given enclosure; their own rounding is counted elsewhere.
 
     Raises:
-        Undecided: where a sign could be either, a divisor zero, or a function is other than abs and sign.
+        Undecided: where a sign is not determined, a divisor may be zero, or a function is other than abs and sign.
     """
     found: dict[Node, Enclosed] = {}
     for node in reachable(roots):

@@ -1,7 +1,7 @@
-"""Values → stretches in order: runs of values that are computed alike become loops, loops over one range are joined.
+"""Loop formation: runs of equal computations become loops, and loops over one range are joined, respecting dependences.
 
-A run is computed in the order of its index, upwards or downwards, as what each value needs of its neighbours asks.
-Dependences are those of single values, so the order is one in which the unrolled code could stand too.
+A run goes upwards or downwards in its index, as its dependences on neighbours require. Dependences are between single
+values, so the order is also valid for the unrolled code.
 """
 
 from __future__ import annotations
@@ -16,22 +16,22 @@ from codegen.program.components import strong_components
 from codegen.program.graph import Node
 
 SHORTEST = 4
-"""Runs of fewer values are written out."""
+"""Shorter runs are written out."""
 EDGE = 3
-"""Ranges that differ by no more than this at each end are brought to their common part, the ends written out."""
+"""Ranges that differ by at most this at each end are reduced to their common part, and the ends written out."""
 
 
 @dataclass(eq=False)
 class Value:
-    """Something that is computed and has a name.
+    """A named computed value.
 
     Attributes:
-        place: where it is kept if it is kept in an array.
-        order: in a sequence in which everything stands behind what it needs.
-        alike: equal for two values that are computed alike from places at the same distance.
-        uses: the values of the same function that it needs.
-        field: the struct that it is a field of, or empty.
-        stored: whether it is kept in its array, not in a local of its own.
+        place: its array element, if it has one.
+        order: in a topological order.
+        alike: key that is equal for equal computations at the same index distance.
+        uses: values of the same function on which it depends.
+        field: its struct, or empty.
+        stored: whether it is stored in its array, not in a local.
     """
 
     node: Node
@@ -73,13 +73,13 @@ class Run:
 
 
 def schedule(values: Sequence[Value], join: bool) -> list[Run]:
-    """Every value in a run, runs in an order in which all is computed before it is needed.
+    """All values in runs, in an order that respects dependences.
 
     Args:
-        join: whether loops over one range become one.
+        join: whether loops over one range are joined.
     """
     runs = _runs(values, join)
-    runs = _without_circles(runs)
+    runs = _without_cycles(runs)
     of = {v: run for run in runs for v in run.values}
     needs = {run: {of[u] for v in run.values for u in v.uses} - {run} for run in runs}
     followers: dict[Run, list[Run]] = {run: [] for run in runs}
@@ -112,7 +112,7 @@ def schedule(values: Sequence[Value], join: bool) -> list[Run]:
 
 
 def _runs(values: Sequence[Value], join: bool) -> list[Run]:
-    """Runs of each array, cut where the computation changes and, to be joined, at the edges of a common range."""
+    """Runs of each array, split where the computation changes and, to be joined, at the ends of a common range."""
     arrays: dict[str, list[Value]] = {}
     result = []
     for v in values:
@@ -166,8 +166,8 @@ def _loop(columns: list[list[Value]]) -> Run:
     return run
 
 
-def _without_circles(runs: list[Run]) -> list[Run]:
-    """Runs that need each other become one loop over their range if it can be one, and single values if not."""
+def _without_cycles(runs: list[Run]) -> list[Run]:
+    """Mutually dependent runs become one loop over their range where possible, else single values."""
     of = {v: k for k, run in enumerate(runs) for v in run.values}
     edges = {(k, of[u]) for k, run in enumerate(runs) for v in run.values for u in v.uses if of[u] != k}
     if not edges:
@@ -185,7 +185,7 @@ def _without_circles(runs: list[Run]) -> list[Run]:
 
 
 def _joins(host: Run, run: Run, needed: set[Run], into: dict[Run, Run], of: dict[Value, Run]) -> bool:
-    """Whether ``run`` can be computed in the iterations of ``host``, which stands before it; if so, it is marked."""
+    """Whether ``run`` can be computed in the iterations of the earlier ``host``; if so, it is marked."""
     if (run.first, run.stop) != (host.first, host.stop) or not run.loop:
         return False
     if any(other is not host and other.position > host.position for other in needed):

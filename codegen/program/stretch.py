@@ -1,4 +1,4 @@
-"""What rolled code is made of: stretches of assignments, straight or repeated over an index, and sums over arrays."""
+"""Elements of rolled code: stretches of assignments, straight or in a loop, and sums over arrays."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from codegen.program.graph import Node
 
 @dataclass(frozen=True)
 class Line:
-    """``target`` is an element of an array or a local; with ``field`` a field of that struct."""
+    """An assignment; ``target`` is an array element or a local, with ``field`` a field of that struct."""
 
     target: Node
     value: Node
@@ -43,7 +43,7 @@ class Stretch:
 
 @dataclass(frozen=True)
 class Sum:
-    """Terms that are added up once, or for every i of [first, stop)."""
+    """Terms added up once, or for every i of [first, stop)."""
 
     terms: tuple[Node, ...]
     first: int = 0
@@ -56,7 +56,7 @@ class Sum:
 
 @dataclass(frozen=True)
 class RolledSetting:
-    """A Setting over arrays; ``scalars`` and ``arrays``, with their lengths in ``Rolled``, are its locals."""
+    """A Setting with arrays; ``scalars`` and ``arrays`` are its locals, lengths in ``Rolled``."""
 
     stretches: tuple[Stretch, ...] = ()
     scalars: tuple[str, ...] = ()
@@ -65,16 +65,16 @@ class RolledSetting:
 
 @dataclass(frozen=True)
 class Rolled:
-    """A program over arrays: the same operations in the same order as the single assignments of its Code.
+    """A program with arrays and loops: the same operations in the same order as the assignments of its Code.
 
     Attributes:
         storage: array → parameters, state, inputs, outputs or local; ``lengths`` of every array.
         arrays: those that are local to the step.
-        constants: derived constant → array and place, for those that are in one.
-        scalars: locals that live as long as the step.
-        prepare, step, outputs, following: what the functions do; ``following`` makes the next state the state.
+        constants: derived constant → array element, for those in an array.
+        scalars: locals of the whole step.
+        prepare, step, outputs, following: bodies of the functions; ``following`` assigns the next state.
         initial, carried, resumed: as in Code.
-        check, begun, given: sums of what must be finite after a step and at the start, and of the inputs.
+        check, begun, given: sums that must be finite after a step, at the start, and of the inputs.
     """
 
     storage: Mapping[str, str]

@@ -1,4 +1,4 @@
-"""CasADi SX → graph, instruction by instruction."""
+"""CasADi SX expressions as a graph, instruction by instruction."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def to_graph(expression: Any, names: Mapping[str, Node], graph: Graph) -> list[N
         names: the node of every SX symbol in it, by its name.
 
     Raises:
-        TypeError: for a CasADi operation that no language has a word for.
+        TypeError: for a CasADi operation that no output language has.
         BadInput: for a constant that is not finite.
     """
     symbols = casadi.symvar(casadi.SX(expression))

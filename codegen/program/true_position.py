@@ -1,4 +1,4 @@
-"""The true position behind a sensor that reads wrong, in the generated code."""
+"""Correction of a declared sensor error in the generated code: the true position from the measured one."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from codegen.mechanics.system import System
 from codegen.program.model import Block
 
 STEPS = 4
-"""Of Newton's method; with |η'| < 1/2, which the catalogue demands, what is left is below 1e-13 of the period."""
+"""Newton steps; with |η'| < 1/2, required by the catalogue, the remaining error is below 1e-13 of the period."""
 
 
 def true_positions(system: System, names: dict[sympy.Symbol, Any]) -> list[Block]:
-    """A block for each wrong sensor; from now on the position's symbol stands for the true one in ``names``.
+    """A block for each sensor with an error; the true position replaces the position's symbol in ``names``.
 
-    x_measured = x + η(x) is solved for x, from x_measured − η(x_measured) on.
+    x_measured = x + η(x) is solved for x by Newton's method, starting at x_measured − η(x_measured).
     """
     blocks = []
     for x, unit in zip(system.positions, system.position_units, strict=True):

@@ -1,1 +1,1 @@
-"""The generated observer over a measured log: compiled C over blocks of samples, or the Python twin."""
+"""Replay of the generated observer over a measured log: compiled C, or the Python twin."""

@@ -1,7 +1,7 @@
-"""Compiled libraries kept between runs, in a folder of the temporary directory that only this user can write.
+"""Cache of compiled libraries, in a folder of the temporary directory that only this user can write.
 
-A kept file is the SHA-256 of a library in hexadecimal, a line end, and the library. What is loaded is the bytes that
-were hashed, and never the file.
+A cached file is the SHA-256 of a library in hexadecimal, a line end, and the library. The verified bytes are loaded,
+never the file itself.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from codegen.base.temporary import refuse_replaceable, temporary_directory
 
 FOLDER = "stiction-libraries"
 LARGEST = 1 << 28
-"""Bytes; no library that is kept is larger."""
+"""Bytes: largest library that is cached."""
 
 
 def cached_library(sources: Mapping[str, str], units: Sequence[str]) -> bytes:
-    """The shared library of these sources, compiled at their first use, and again where the kept one is damaged.
+    """The shared library of these sources; compiled at first use, or where the cached one is damaged.
 
     Raises:
         BadInput: where there is no compiler, or it refuses the code.
@@ -38,13 +38,13 @@ def cached_library(sources: Mapping[str, str], units: Sequence[str]) -> bytes:
     library = _checked(kept)
     if library is None:
         library = compile_shared(sources, units)
-        with suppress(BadInput):  # a full disk, say: it is compiled again the next time
+        with suppress(BadInput):  # not cached, for example on a full disk
             write_all(folder, {kept.name: _digest(library) + library})
     return library
 
 
 def _checked(kept: Path) -> bytes | None:
-    """The library that a file holds, if its bytes are those that were written."""
+    """The library of a cached file; None where its hash does not match."""
     try:
         found = kept.lstat()
         content = kept.read_bytes() if stat.S_ISREG(found.st_mode) and found.st_size <= LARGEST else b""
@@ -60,7 +60,7 @@ def _digest(library: bytes) -> bytes:
 
 
 def _folder() -> Path | None:
-    """Ours alone: nobody else may put a library there for us to load; None where that cannot be had."""
+    """The cache folder, owned by and writable for this user alone; None where that is not possible."""
     owner = os.getuid() if hasattr(os, "getuid") else 0
     folder = temporary_directory() / f"{FOLDER}-{owner}"
     try:

@@ -1,4 +1,4 @@
-"""What steps the observer over rows of samples: its C, compiled once, or its Python twin; the same bits either way."""
+"""Engines that step an observer over rows of samples: compiled C, or the Python twin; both give the same bits."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ class Engine(Protocol):
     """An observer with the spec's parameters.
 
     Attributes:
-        name: what it is, in words.
-        holds: whether it holds its estimates over samples that are not finite, and flags them.
+        name: in words.
+        holds: whether it holds its estimates over non-finite samples and flags them.
     """
 
     name: str
@@ -39,7 +39,7 @@ class Engine(Protocol):
         """Step over (N, inputs): the (N, outputs) estimates, and the fault flag of each sample (0 without one)."""
 
     def peek(self, row: Array) -> Array:
-        """The (outputs,) that a step over (1, inputs) would give; the state stays as it is."""
+        """The (outputs,) of a step over (1, inputs), without a change of state."""
 
 
 def engine_for(program: Program, files: Mapping[str, str]) -> Engine:
@@ -59,7 +59,7 @@ def compiled_engine(program: Program, files: Mapping[str, str], kept: bool = Tru
 
     Args:
         files: name → text, of the C at least.
-        kept: whether the library is kept for later runs: not where the code is of one log alone.
+        kept: whether the library is cached for later runs.
 
     Raises:
         BadInput: where there is no compiler, or it refuses the code.

@@ -1,4 +1,4 @@
-"""The observer over a log: blocks in, blocks out, and what there was to see."""
+"""Replay of an observer over a log, block by block, with summary figures."""
 
 from __future__ import annotations
 
@@ -38,18 +38,18 @@ class Peak:
 
 @dataclass(frozen=True, repr=False)
 class Replayed(Shown):
-    """What ``replay`` did.
+    """Result of ``replay``.
 
     Attributes:
         name: of the spec.
-        engine: what stepped, in words.
+        engine: in words.
         samples: steps taken; duration: from the first to the last, s.
-        starts: how often the observer was begun: 1, and 1 more for each gap in the log.
+        starts: number of initialisations: 1, and 1 more for each gap in the log.
         faults: samples over which the observer held its last estimate, or whose estimates are not finite.
         peaks: of every friction estimate.
-        step_seconds: mean time of one step, without reading and writing.
-        seconds: of everything.
-        notes: what was done to the log.
+        step_seconds: mean computing time of one step.
+        seconds: total time.
+        notes: preprocessing of the log, in words.
         path: of the estimates, or None.
     """
 
@@ -104,7 +104,7 @@ def replay_log(
 
 
 class _Seen:
-    """Running figures."""
+    """Running summary figures."""
 
     def __init__(self, program: Program) -> None:
         outputs = [(name, unit) for name, unit, _ in program.outputs]
@@ -151,7 +151,7 @@ def _run(program: Program, engine: Engine, blocks: Iterator[Block], path: Path |
     seen = _Seen(program)
     columns = [program.outputs[k][:2] for k in chosen]
     every = chosen == list(range(len(program.outputs)))
-    block = next(blocks, None)  # what is wrong with the log is said before a file is begun
+    block = next(blocks, None)  # errors in the log are raised before a file is created
     if block is None:
         return seen
     with open_writer(path, columns, engine.holds) as writer:

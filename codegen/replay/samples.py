@@ -1,4 +1,4 @@
-"""A log → the observer's inputs at its sample time: read in blocks where the stamps are regular, else whole."""
+"""A log as the observer's inputs at its sample time: read in blocks where the time stamps are regular, else whole."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ ROWS = 1 << 16
 
 @dataclass(frozen=True)
 class Block:
-    """Samples in a row.
+    """Consecutive samples.
 
     Attributes:
         time: (N,) s.
         rows: (N, inputs) in the Program's order.
-        fresh: whether the observer begins anew here: at the start, and after a gap.
+        fresh: whether the observer is initialised here: at the start, and after a gap.
     """
 
     time: Array
@@ -43,7 +43,7 @@ class Block:
 
 
 class Irregular(Exception):
-    """The log cannot be taken row by row; ``args`` are where and what, for a message."""
+    """The log cannot be used row by row; ``args`` are place and cause for a message."""
 
     def __init__(self, place: Place, found: str) -> None:
         super().__init__(place, found)
@@ -55,7 +55,7 @@ class Samples:
 
     Attributes:
         period: the observer's sample time, s.
-        notes: what was done to the log, in plain words; complete once the blocks have been taken.
+        notes: preprocessing of the log, in words; complete after the last block.
     """
 
     def __init__(
@@ -74,29 +74,29 @@ class Samples:
         self._given, self._columns = description, columns
 
     def streamed(self) -> Iterator[Block]:
-        """The rows as they stand in the file, in blocks.
+        """The rows of the file as they are, in blocks.
 
         Raises:
             BadInput: for a log that cannot be used.
-            Irregular: for a step that is neither the sample time within 1 % nor a gap, or a value that is not finite
-                and that the observer cannot hold over: only ``whole`` can tell what to do.
+            Irregular: for a step that is neither the sample time within 1 % nor a gap, or a non-finite value
+                that the observer cannot hold over; ``whole`` handles these.
             NotStreamed: for a format that is read whole.
         """
         described = log_description(self._path, self._given)
         stream = open_stream(self._path, described)
         binding = bind(stream, self._spec, described, self._columns)
         if described.beside or described.unwrap or set(binding.integrated) & set(self._inputs):
-            raise NotStreamed  # rows that say something only together with others
+            raise NotStreamed  # rows depend on other rows
         require_columns(stream.names, described)
         self._require_inputs(binding.terms, stream.place)
         self.notes = [*described.unknown, *stream.notes, *binding.notes]
         yield from self._blocks(stream, binding, described)
 
     def whole(self, why: Irregular | None) -> Iterator[Block]:
-        """The log on its uniform grid, as a diagnosis takes it, begun anew after each gap.
+        """The log on its uniform grid, as in a diagnosis, the observer initialised after each gap.
 
         Args:
-            why: what kept the rows from being taken as they stand.
+            why: why the rows could not be used as they are.
 
         Raises:
             BadInput: for a log that cannot be used, or whose sample time is not the observer's.
@@ -140,7 +140,7 @@ class Samples:
             count, before = count + len(time), float(time[-1])
 
     def _gaps(self, columns: Columns, time: Array, before: float) -> list[int]:
-        """Rows that come after a gap; other steps are the sample time, and most are."""
+        """Rows after a gap; most other steps must be the sample time."""
         first = int(np.isnan(before))
         steps = np.diff(time) if first else np.diff(time, prepend=before)
         wrong = ~(np.abs(steps / self.period - 1) <= JITTER)
@@ -164,7 +164,7 @@ class Samples:
         for name in self._inputs:
             if name not in known:
                 raise BadInput(
-                    place, f"no column `{name}`", "the measured velocity, which this observer takes", code="LOG003"
+                    place, f"no column `{name}`", "the measured velocity, an input of this observer", code="LOG003"
                 )
 
     def _of_log(self, log: Log) -> Array:

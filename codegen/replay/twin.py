@@ -1,4 +1,4 @@
-"""A generated Python twin: made from its source, its records filled from rows and read into rows."""
+"""The generated Python twin as a module, and conversion of its records from and to rows."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from codegen.program import Program
 
 
 def load_twin(source: str, name: str) -> ModuleType:
-    """The module that a generated ``__init__.py`` is, made from its text without a file."""
+    """The module of a generated ``__init__.py``, from its text without a file."""
     module = ModuleType(name)
     exec(compile(source, f"<the twin of {name}>", "exec", dont_inherit=True), module.__dict__)
     return module
@@ -24,7 +24,7 @@ def inputs_of(twin: ModuleType, program: Program, row: Sequence[float]) -> Any:
 
 
 def fill(record: Any, program: Program, values: Mapping[str, float]) -> None:
-    """Set named elements of one of the twin's records; numbered ones lie in arrays."""
+    """Set named elements of one of the twin's records; numbered ones are in arrays."""
     for name, value in values.items():
         place = program.arrays.get(name)
         if place is None:

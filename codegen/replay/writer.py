@@ -1,4 +1,4 @@
-"""Estimates → a file, block by block, that takes its place only when it is complete."""
+"""Writers of estimates to a file, block by block; the file replaces its target only when it is complete."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ Column = tuple[str, str]
 
 
 class Writer(Protocol):
-    """What takes blocks of samples."""
+    """Receiver of blocks of samples."""
 
     def add(self, time: Array, estimates: Array, faults: NDArray[np.intc]) -> None:
         """Append (N,), (N, outputs) and (N,)."""
 
 
 class Nowhere:
-    """Keeps nothing."""
+    """Writer that discards everything."""
 
     def __enter__(self) -> Self:
         return self
@@ -42,7 +42,7 @@ class Nowhere:
 
 
 class _InPlace(ABC):
-    """A file beside its target, which it replaces on a good end and is removed on a bad one.
+    """Temporary file next to its target; it replaces the target on success and is removed on failure.
 
     Raises:
         BadInput: if the folder cannot be made or written.
@@ -89,7 +89,7 @@ class _InPlace(ABC):
 
     @abstractmethod
     def _begin(self) -> None:
-        """What stands before the first block."""
+        """Write the header."""
 
     @abstractmethod
     def _append(self, time: Array, estimates: Array, faults: NDArray[np.intc]) -> None:
@@ -100,7 +100,7 @@ class _InPlace(ABC):
 
 
 class CsvWriter(_InPlace):
-    """CSV as of a simulated log: a header, then numbers, every double in the fewest digits that give it back."""
+    """CSV in the format of a simulated log: a header, then numbers in the shortest round-trip form."""
 
     def _begin(self) -> None:
         names = ["t", *(name for name, _ in self.columns), *(["fault"] if self.flagged else [])]
@@ -115,7 +115,7 @@ class CsvWriter(_InPlace):
 
 
 class NpyWriter(_InPlace):
-    """A structured .npy array, and its units in a JSON file beside it."""
+    """A structured .npy array, and its units in a JSON file next to it."""
 
     def _begin(self) -> None:
         fields: list[tuple[str, str]] = [("t", "<f8"), *((name, "<f8") for name, _ in self.columns)]
@@ -123,7 +123,7 @@ class NpyWriter(_InPlace):
         self._head()
 
     def _head(self) -> None:
-        """NumPy leaves room in the header for the length to grow."""
+        """Write the header; NumPy leaves room in it for a larger length."""
         described = {"descr": self.dtype.descr, "fortran_order": False, "shape": (self.rows,)}
         np.lib.format.write_array_header_2_0(self.stream, described)
 

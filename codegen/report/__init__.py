@@ -1,4 +1,4 @@
-"""Diagnosis → one HTML page that stands alone: no scripts, nothing fetched."""
+"""The diagnosis report: one self-contained HTML page, without scripts or external files."""
 
 from codegen.report.page import render_report
 

@@ -1,4 +1,4 @@
-"""The motion and the parameters with which the effects are drawn, and the residual that each leaves in it."""
+"""Example motion and parameters for the pictures of effects, and the force residual of each effect in it."""
 
 from __future__ import annotations
 
@@ -64,9 +64,9 @@ PARAMETERS: dict[str, dict[str, float]] = {
 
 @dataclass(frozen=True)
 class Residual:
-    """What the declared model does not explain: force in N or N*m over the axis on which it is seen best.
+    """Force residual of the declared model over the variable on which the effect is seen best; N or N*m.
 
-    NaN where a contact stands or turns.
+    NaN at standstill and reversals.
     """
 
     axis: Array
@@ -74,7 +74,7 @@ class Residual:
 
 
 def example_residual(effect: Effect, parameters: dict[str, float]) -> Residual:
-    """Simulate an axis with the effect and take the inverse dynamics of the axis without it, where it slides."""
+    """Simulate an axis with the effect; inverse dynamics of the axis without it, where it slides."""
     angular = effect.needs == "a coordinate in rad"
     plain = _axis("rad" if angular else "m", 2 if effect.sits_on == "two coordinates" else 1)
     symbols = effect_symbols(effect, places_of(effect, plain)[0], plain)

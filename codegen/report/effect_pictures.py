@@ -1,4 +1,4 @@
-"""The pictures of the effects as SVG: what each leaves in the residual, in the style of the laws' pictures."""
+"""Pictures of the effects as SVG: the force residual of each, in the style of the laws' pictures."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from codegen.report.law_pictures import framed, rounded, svg_of
 from codegen.report.style import CURVE
 
 EVERY = 6
-"""One sample in so many is drawn."""
+"""Every sixth sample is drawn."""
 
 
 def effect_picture(effect: Effect) -> str:

@@ -1,4 +1,4 @@
-"""The page of the catalogue of effects: what each class says of itself, in words, and its picture."""
+"""The page of the catalogue of effects, from their classes' docstrings and attributes, with pictures."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from codegen.report.wording import with_unit
 
 
 def effect_view(effect: Effect) -> dict[str, Any]:
-    """An effect in words."""
+    """The fields of an effect for the template."""
     first, *remarks = inspect.cleandoc(type(effect).__doc__ or "").split("\n\n")
     angular = effect.needs == "a coordinate in rad"
     units = {"F": "N*m" if angular else "N", "q": "rad" if angular else "m", "w": "N"}
@@ -59,12 +59,12 @@ def effects_page() -> str:
 
 
 def write_effects(folder: Path) -> Path:
-    """Write effects.md and its pictures into effects/ below it; the page's path. What a user registers has no picture.
+    """Write effects.md and the pictures of shipped effects into effects/ below it; return the page's path.
 
     Raises:
         BadInput: if the folder cannot be written.
     """
-    from codegen.report.effect_pictures import effect_picture  # draws: a second that the list alone need not pay
+    from codegen.report.effect_pictures import effect_picture  # matplotlib: a second to import, not needed for the list
 
     drawn = [e for e in CATALOGUE.values() if e.kind in PARAMETERS]
     write_all(folder, {f"effects/{e.kind}.svg": effect_picture(e) for e in drawn} | {"effects.md": effects_page()})

@@ -1,7 +1,7 @@
-"""What each named effect takes of the force residual, beside a smooth curve over the same variable that knows no law.
+"""Comparison of each named effect with a smooth regression curve over the same variable, on the force residual.
 
-An effect with a name is convincing where its law follows the curve and takes about as much; where the curve has another
-shape, or takes much more, the name may be wrong though the error falls.
+An effect is convincing where its law follows the curve and explains about as much. Where the curve has another shape or
+explains much more, the name may be wrong although the error falls.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from codegen.diagnosis.conclusion import acts_on
 from codegen.diagnosis.diagnose import Models
-from codegen.diagnosis.force_witness import VARIABLES, without_levels
+from codegen.diagnosis.force_evidence import VARIABLES, without_levels
 from codegen.diagnosis.models import with_effects, with_values
 from codegen.diagnosis.problem import Problem
-from codegen.diagnosis.referee import explained_over, remainder_columns, sliding, smooth_curve, variables_of
 from codegen.diagnosis.residual import residual_at_drive
+from codegen.diagnosis.residual_regression import explained_over, remainder_columns, sliding, smooth_curve, variables_of
 from codegen.diagnosis.results import Diagnosis, FoundEffect
 from codegen.effects import CATALOGUE
 from codegen.mechanics.system import System
@@ -28,13 +28,13 @@ Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 BOTH_WAYS = ("position", "load")
-"""Variables over which a residual may have another shape in each direction of motion."""
+"""Variables over which a residual may have a different shape in each direction of motion."""
 ROWS_IN_BIN, MOST_BINS = 40, 160
 
 
 @dataclass(frozen=True, eq=False)
 class LawPanel:
-    """One direction of motion, or both: samples, the smooth curve and the law, over the variable in SI."""
+    """One direction of motion, or both: samples, the smooth curve and the law's force, over the variable in SI."""
 
     direction: str
     samples: Curve
@@ -44,13 +44,14 @@ class LawPanel:
 
 @dataclass(frozen=True, eq=False)
 class LawEvidence:
-    """One effect.
+    """One effect compared with a smooth curve.
 
     Attributes:
         coordinate: index. variable: over which the effect is seen best.
         smooth: share of the mean square of the residual without the effect that a smooth curve over the variable
-            predicts on held-out parts. law: share of it that the effect takes. left: share that a smooth curve over
-            the variable still predicts of what the effect leaves.
+            predicts on held-out parts.
+        law: share of it that the effect explains.
+        left: share of the residual with the effect that such a curve still predicts.
     """
 
     kind: str
@@ -64,9 +65,9 @@ class LawEvidence:
 
 
 def law_evidence(diagnosis: Diagnosis, models: Models) -> tuple[LawEvidence, ...]:
-    """Of every effect that the verdict names, credited or not, each beside the others; of rivals in the first's place.
+    """The comparison for every effect that the verdict names, given the others, and for rivals in place of the first.
 
-    All on the training log, to which the effects were fitted, with friction levels refitted to each residual.
+    On the training log, to which the effects were fitted, with friction levels refitted to each residual.
     """
     credited = diagnosis.verdict in ("effect", "ambiguous")
     values = {name: (augmented if credited else refit) for name, (_, refit, augmented) in diagnosis.refitted.items()}

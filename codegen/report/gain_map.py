@@ -38,7 +38,7 @@ STYLE = {
 
 
 def gain_map_png(report: Feasibility) -> bytes:
-    """The picture; the same report gives the same bytes."""
+    """The map as PNG; deterministic for a report."""
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(STYLE)
@@ -113,7 +113,7 @@ def _draw(figure: Any, axes: Any, report: Feasibility) -> None:
     )
     figure.legend(handles=handles, loc="outside lower left", ncols=2, frameon=False, handlelength=1.8)
     if lines is not None:
-        figure.draw_without_rendering()  # labels take their room on the lines as these will stand
+        figure.draw_without_rendering()  # labels need the final layout of the lines
         axes.clabel(lines, fmt=lambda v: f"{number(v, 3)}/s", fontsize=14, colors="#123f5e")
 
 

@@ -1,4 +1,4 @@
-"""What the pictures of the laws show: example parameters, prescribed slips, and the force that a law gives to them."""
+"""Example parameters and prescribed slip motions for the pictures of friction laws, and the force of a law in them."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from codegen.spec.model import symbol
 
 @dataclass(frozen=True)
 class Example:
-    """How a law is shown, in N, m and s.
+    """Parameters and motion with which a law is drawn, in N, m and s.
 
     Attributes:
-        top_speed: of the slip velocity, a sine of ``frequency``.
-        presliding: amplitudes of the small sines of the slip beside it.
+        top_speed: amplitude of the sinusoidal slip velocity at ``frequency``.
+        presliding: amplitudes of small sinusoidal slips.
     """
 
     parameters: Mapping[str, float]
@@ -75,11 +75,11 @@ EXAMPLES: dict[str, Example] = {
     "bristle": Example({"N": 25.0, "sigma_0": 1000.0, "delta_s": 0.002}, presliding=(0.001, 0.004)),
 }
 DRAG = {"mass": 1.0, "stiffness": 1000.0, "speed": 0.1}
-"""kg, N/m and m/s: what Karnopp's contact is dragged by."""
+"""kg, N/m and m/s: mass, spring and speed of the drive that drags Karnopp's contact."""
 
 
 def caption(law: FrictionLaw) -> str:
-    """What a law's picture shows."""
+    """Caption of a law's picture."""
     match law:
         case Ruina() | LinkerDieterich():
             return "force of steady sliding, and the force through a step of the velocity to ten times as much and back"
@@ -111,7 +111,7 @@ def steady_force(law: FrictionLaw, velocity: Any) -> Any:
 
 
 def force_over(law: FrictionLaw, time: Any, velocity: Callable[[float], float]) -> Any:
-    """The force of a dynamic or a memory law over a slip that begins at rest without load, in N."""
+    """The force of a dynamic or a memory law during a slip motion that starts at rest without load, in N."""
     p = EXAMPLES[law.name].parameters
     u_over_time = np.array([velocity(t) for t in time])
     if isinstance(law, MemoryLaw):

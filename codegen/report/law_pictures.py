@@ -1,4 +1,4 @@
-"""The pictures of the laws as SVG: one style, the same bytes from the same data."""
+"""Pictures of the friction laws as SVG; deterministic for the same data."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def law_picture(law: FrictionLaw) -> str:
 
 
 def _characteristic(axes: Any, law: FrictionLaw) -> None:
-    """Both directions, joined at standstill by all that the law can hold there."""
+    """Force over velocity in both directions, with the range of forces at standstill as a vertical line."""
     top = EXAMPLES[law.name].top_speed
     speed = np.concatenate(([0.0, 0.0], np.geomspace(top * 1e-6, top, SAMPLES // 2)))
     level = steady_level(law, speed)
@@ -75,7 +75,7 @@ def _loop(axes: Any, law: FrictionLaw) -> None:
 
 
 def _presliding(axes: Any, law: FrictionLaw) -> None:
-    """From rest: the virgin curve and two loops."""
+    """From rest: the virgin curve and two hysteresis loops."""
     example = EXAMPLES[law.name]
     omega = 2 * np.pi * example.frequency
     time = np.linspace(0, 2.25 / example.frequency, 2 * SAMPLES + 1)
@@ -160,7 +160,7 @@ def _drag_time(axes: Any, motion: tuple[Any, Any, Any]) -> None:
 
 
 def _plot(axes: Any, x: Any, y: Any, colour: str, dashes: Any = "-", width: float = 2.2) -> None:
-    """Rounded to some digits of its size, so that the last bits of a platform do not show."""
+    """Plot values rounded to some digits, so that rounding differences between platforms do not show."""
     axes.plot(rounded(x), rounded(y), color=colour, linestyle=dashes, linewidth=width)
 
 

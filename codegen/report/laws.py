@@ -1,4 +1,4 @@
-"""The page of the friction laws: what each class says of itself, in words, and its picture."""
+"""The page of the friction laws, from their classes' docstrings and attributes, with pictures."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SPEED = sympy.Symbol("s", nonnegative=True)
 
 @dataclass(frozen=True)
 class Group:
-    """A kind of law with its laws as the template reads them."""
+    """One kind of law with its laws for the template."""
 
     title: str
     about: str
@@ -56,10 +56,10 @@ def law_groups() -> tuple[Group, ...]:
 
 
 def law_view(law: FrictionLaw) -> dict[str, Any]:
-    """A law in words."""
+    """The fields of a law for the template."""
     drawn = law.name in EXAMPLES
     first, *remarks = inspect.cleandoc(type(law).__doc__ or "").split("\n\n")
-    # Known to be positive where they are, so that the expressions read without needless bars.
+    # Declared positive where they are, so that expressions simplify without absolute values.
     symbols = {p.name: _symbol(p) for p in law.parameters}
     return {
         "name": law.name,
@@ -95,7 +95,7 @@ def laws_page() -> str:
 
 
 def write_laws(folder: Path) -> Path:
-    """Write laws.md and its pictures into laws/ below it; the page's path. A law without an example has no picture.
+    """Write laws.md and the pictures of laws with an example into laws/ below it; return the page's path.
 
     Raises:
         BadInput: if the folder cannot be written.

@@ -1,4 +1,4 @@
-"""The report: a typed page from a diagnosis, and the one template that prints it."""
+"""The diagnosis report: a typed page from a diagnosis, rendered by one template."""
 
 from __future__ import annotations
 
@@ -47,18 +47,18 @@ SEVERITIES = ("problem", "warning", "info")
 
 
 def render_report(spec: Spec, diagnosis: Diagnosis, models: Models, files: Mapping[str, str] | None = None) -> str:
-    """The HTML of a diagnosis: it stands alone, and the same diagnosis gives the same bytes.
+    """The self-contained HTML report of a diagnosis; deterministic.
 
     Args:
         spec: that was diagnosed.
-        models: that belong to ``diagnosis``.
-        files: label → path relative to the report, of what was written beside it.
+        models: of ``diagnosis``.
+        files: label → path relative to the report, of the other files written.
     """
     return render("report/report.html.j2", page=page_view(spec, diagnosis, models, files or {}))
 
 
 def page_view(spec: Spec, diagnosis: Diagnosis, models: Models, files: Mapping[str, str]) -> Page:
-    """Everything the template prints."""
+    """All values that the template prints."""
     return Page(
         name=spec.name,
         source=spec.source,
@@ -154,8 +154,8 @@ def _level(agreement: Agreement) -> Literal["close", "fair", "poor"]:
 
 def _findings(diagnosis: Diagnosis) -> tuple[FindingGroup, ...]:
     groups = []
-    for role, told in diagnosis.findings.items():
-        views = sorted((_finding(words) for words in told), key=lambda view: SEVERITIES.index(view.severity))
+    for role, lines in diagnosis.findings.items():
+        views = sorted((_finding(words) for words in lines), key=lambda view: SEVERITIES.index(view.severity))
         groups.append(FindingGroup(role, str(diagnosis.data.get(role, role)), tuple(views)))
     return tuple(groups)
 
@@ -166,7 +166,7 @@ def _finding(words: str) -> FindingView:
 
 
 def _difference(spec: Spec, text: str) -> tuple[DifferenceLine, ...]:
-    """The lines of the spec that change, and what they change to, each place under its line number."""
+    """The changed lines of the spec, each group under its line number."""
     before, after = spec.text.splitlines(), text.splitlines()
     lines = list(difflib.unified_diff(before, after, lineterm="", n=0))[2:]
     return tuple(_difference_line(line) for line in lines)

@@ -1,5 +1,4 @@
-"""Pictures as SVG, a panel each so that a narrow screen shows one a row: axes and words are vectors, clouds of points a
-bitmap inside; same data, same bytes."""
+"""Pictures of the report as SVG, one panel each for narrow screens: axes and text as vectors, samples as a bitmap."""
 
 from __future__ import annotations
 
@@ -24,7 +23,7 @@ COLOURS = {"declared": "#7d848d", "refit": "#e08214", "augmented": "#1f6fb4"}
 DARK = {"declared": "#3b4047", "refit": "#8c4a00", "augmented": "#0b3c6b"}
 SMOOTH, LAW = "#26282b", "#1f6fb4"
 SIZE_IN = (4.3, 2.95)
-"""Of a panel: 410 pixels wide, so that its words stay readable on a screen of 390."""
+"""Size of a panel: 410 pixels wide, so that its text is readable on a screen of 390."""
 EDGES = {"left": 0.185, "right": 0.975, "bottom": 0.185, "top": 0.9}
 DPI = 110
 TICKS_HZ = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
@@ -33,14 +32,14 @@ DOTS: dict[str, Any] = {"markersize": 2.4, "markeredgewidth": 0, "alpha": 0.3, "
 
 @dataclass(frozen=True)
 class Panel:
-    """A picture: what it shows in words, and its data address."""
+    """A picture: its title and its data address."""
 
     words: str
     address: str
 
 
 def residual_panels(series: HeldOutSeries, coordinate: CoordinateSeries) -> tuple[Panel, ...]:
-    """The residual force on a coordinate over four variables, time and frequency, and the error of the free run."""
+    """Panels of one coordinate: residual force over four variables, time and frequency, and the free-run error."""
     force = f"residual in {unit_text(coordinate.force_unit)}"
     over = (
         ("velocity", f"{coordinate.velocity} in {unit_text(coordinate.unit)}/s", 1.0),
@@ -73,7 +72,7 @@ def residual_panels(series: HeldOutSeries, coordinate: CoordinateSeries) -> tupl
 
 
 def law_picture(panel: LawPanel, variable: str, units: tuple[str, str], words: str) -> Panel:
-    """Residual without an effect, a smooth curve through it, and what the effect's law takes.
+    """Residual without an effect, a smooth curve through it, and the force of the effect's law.
 
     Args:
         units: of the variable, of the force.
@@ -178,7 +177,7 @@ def _squared(unit: str) -> str:
 
 
 def _panel(words: str, draw: Callable[[Any], None]) -> Panel:
-    """The SVG that ``draw`` makes on axes, as a data address; only this block sees the style."""
+    """The SVG of what ``draw`` draws on axes, as a data address; the style is set only here."""
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(STYLE)

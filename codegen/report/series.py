@@ -1,4 +1,4 @@
-"""What the pictures show: residuals, spectra and free-run errors of the models on the held-out window, thinned."""
+"""Data of the pictures: residuals, spectra and free-run errors of the models on the held-out window, thinned."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from scipy.signal import welch
 
 from codegen.diagnosis.diagnose import Models
 from codegen.diagnosis.measure import free_run_series
-from codegen.diagnosis.referee import predicted_load
 from codegen.diagnosis.residual import residual_at_drive
+from codegen.diagnosis.residual_regression import predicted_load
 from codegen.mechanics.system import System
 
 Array = NDArray[np.float64]
@@ -22,7 +22,7 @@ MOST_POINTS = 4000
 BUCKETS = 900
 BINS = 32
 BINS_OVER = {"position": 96}
-"""Waves over position may be short."""
+"""More bins over position, where waves may be short."""
 LEAST_IN_BIN = 20
 LONGEST_SEGMENT_S = 4.0
 SHORTEST_SEGMENT = 64
@@ -41,12 +41,12 @@ class Curve:
 
 @dataclass(frozen=True, eq=False)
 class ModelResidual:
-    """The residual of one model on one coordinate, away from standstill.
+    """The force residual of one model on one coordinate, away from standstill.
 
     Attributes:
         over: variable → thinned samples, and their mean in bins of equal width, NaN in a bin with few samples.
-        by_time: least and largest value of short stretches, NaN at standstill.
-        spectrum: power density (force²/Hz) over Hz, or None where no stretch of motion is long enough.
+        by_time: minimum and maximum of short intervals, NaN at standstill.
+        spectrum: power density (force²/Hz) over Hz, or None where no interval of motion is long enough.
     """
 
     over: Mapping[str, tuple[Curve, Curve]]
@@ -84,7 +84,7 @@ class HeldOutSeries:
 
 
 def held_out_series(models: Models, names: Sequence[str]) -> HeldOutSeries:
-    """Compute what the pictures show.
+    """Compute the data of the pictures.
 
     Args:
         names: of the models to compare, attributes of ``models``.
@@ -159,7 +159,7 @@ def bin_means(x: Array, y: Array, bins: int = BINS) -> Curve:
 
 
 def _envelope(time: Array, values: Array, rows: Flags) -> Curve:
-    """Least and largest value of each short stretch, in the order they occur; NaN where unused."""
+    """Minimum and maximum of each short interval, in order of time; NaN where unused."""
     shown = np.where(rows, values, np.nan)
     if len(time) <= 2 * BUCKETS:
         return Curve(time, shown)
@@ -176,7 +176,7 @@ def _envelope(time: Array, values: Array, rows: Flags) -> Curve:
 
 
 def _spectrum(residual: Array, rows: Flags, period: float, cutoff_hz: float) -> Curve | None:
-    """Welch's power density over stretches without standstill, the mean kept in; None if they are too short."""
+    """Welch's power spectral density over intervals without standstill, mean included; None if they are too short."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], rows.astype(np.int8), [0]])))
     runs = list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
     length = 1 << int(np.log2(max(LONGEST_SEGMENT_S / period, SHORTEST_SEGMENT)))
@@ -197,7 +197,7 @@ def _spectrum(residual: Array, rows: Flags, period: float, cutoff_hz: float) -> 
 
 
 def _limit(residuals: list[Array]) -> float:
-    """Half the height of the axis: all samples, unless a few peaks would flatten the rest."""
+    """Half the height of the axis: all samples, unless a few peaks would compress the rest."""
     sizes = [np.abs(r) for r in residuals if len(r)]
     if not sizes:
         return 1.0

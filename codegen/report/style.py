@@ -1,4 +1,4 @@
-"""One style for all pictures of reports, laws and gallery: colours, fonts, and figures drawn away from any display."""
+"""Colours, fonts and drawing functions shared by the pictures of reports, laws and gallery."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ STYLE = {
 
 
 def png(draw: Callable[[Any], None], size: tuple[float, float], dpi: int, **style: Any) -> bytes:
-    """The PNG of what ``draw`` puts on a figure: the same data give the same bytes.
+    """The PNG of what ``draw`` draws on a figure; deterministic.
 
     Args:
         size: width and height in inches.
-        style: matplotlib settings beside ``STYLE``, dots in their names as double underscores.
+        style: matplotlib settings in addition to ``STYLE``, dots in their names as double underscores.
     """
     with matplotlib.rc_context():
         matplotlib.rcdefaults()

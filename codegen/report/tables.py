@@ -32,14 +32,14 @@ from codegen.report.wording import change, estimated, joined, number, percent, p
 Quantity = Literal["force", "relative", "position"]
 Outcome = Literal["chosen", "carried", "rival", "later", "passed", "rejected"]
 MOST_PARAMETERS = 8
-"""Lines of one candidate in a table; a sum of many waves has three times its orders."""
+"""Most lines of one candidate in a table; a sum of harmonics has two parameters an order."""
 Read = Callable[[int, ErrorFigures], float]
 
 
 def error_rows(diagnosis: Diagnosis, system: System) -> tuple[ErrorRow, ...]:
     """Residual force and free-run position error by coordinate, and the relative force error.
 
-    Coordinates are not put together: one side of a gear is no measure for the other.
+    Coordinates are not combined: the two sides of a gear are not comparable.
     """
     forces = [system.force_unit(i) for i in range(system.degrees_of_freedom)]
 
@@ -53,7 +53,7 @@ def error_rows(diagnosis: Diagnosis, system: System) -> tuple[ErrorRow, ...]:
 
 
 def training_row(diagnosis: Diagnosis) -> ErrorRow:
-    """The relative force error on the training log itself, which published fits report."""
+    """The relative force error on the training log, which published fits report."""
     declared, refit, augmented = (percent(value, 4) for value in diagnosis.training)
     moved = change(diagnosis.training[0], diagnosis.training[2])
     return ErrorRow("training", "", "", declared, refit, augmented, moved)
@@ -107,7 +107,7 @@ def effect_views(diagnosis: Diagnosis) -> tuple[EffectView, ...]:
 
 
 def _estimate(found: FoundEffect, name: str, value: float) -> tuple[str, str]:
-    """Value with unit, and interval; a value at its limit is no estimate and has none."""
+    """Value with unit, and interval; none for a value at its limit, which is no estimate."""
     interval = () if name in found.at_limit else found.intervals.get(name, ())
     shown, words = estimated(value, interval)
     return joined(shown, found.units[name]), words
@@ -132,7 +132,7 @@ def refitted_rows(diagnosis: Diagnosis, system: System) -> tuple[RefittedRow, ..
 
 
 def remainder_rows(diagnosis: Diagnosis, system: System) -> tuple[RemainderRow, ...]:
-    """What the written model leaves on each coordinate of the training log: its size, its nature, and over what."""
+    """The remainder of the written model on each coordinate: size, nature, and the variables that predict it."""
     return tuple(
         RemainderRow(
             coordinate=x.name,
@@ -147,7 +147,7 @@ def remainder_rows(diagnosis: Diagnosis, system: System) -> tuple[RemainderRow, 
 
 
 def parameter_error_rows(diagnosis: Diagnosis) -> tuple[ParameterErrorRow, ...]:
-    """Declared values that the log puts away from where their tolerance has them."""
+    """Declared values that differ from the log's estimates by more than their tolerance explains."""
 
     def ratio(value: float, won: int, blocks: int) -> str:
         return f"{change(1.0, value)}, better on {won} of {blocks}"
@@ -169,11 +169,11 @@ def parameter_error_rows(diagnosis: Diagnosis) -> tuple[ParameterErrorRow, ...]:
 
 
 def round_views(diagnosis: Diagnosis, models: Models) -> tuple[RoundView, ...]:
-    """Every round's ranking with evidence, and what of the verdict stands in none of them."""
+    """The candidates of every round with their evidence, and effects of the verdict that were in no round."""
     views = [RoundView((), _candidate_rows(diagnosis.candidates, diagnosis, models))]
     for later in diagnosis.later_rounds:
         rows = _candidate_rows(later.candidates, diagnosis, models)
-        views.append(RoundView(tuple(_words(place) for place in later.beside), rows))
+        views.append(RoundView(tuple(_words(place) for place in later.found_before), rows))
     if diagnosis.standing:
         views.append(RoundView((), _candidate_rows(diagnosis.standing, diagnosis, models), exchanged=True))
     return tuple(view for view in views if view.rows)
@@ -205,7 +205,7 @@ def separation_view(separation: Separation | None) -> SeparationView | None:
         return None
     pairs = tuple(
         PairView(_words(a.first), _words(a.other), number(a.angle, 2), number(a.distance, 2), a.separated_by)
-        for a in separation.alike
+        for a in separation.pairs
     )
     chosen = None if separation.chosen is None else _motion(separation.chosen)
     tried = tuple(_motion(m) for m in separation.tried)
@@ -221,7 +221,7 @@ def separation_view(separation: Separation | None) -> SeparationView | None:
 
 
 def proposal_rows(proposal: Proposal | None) -> tuple[ProposedRow, ...]:
-    """What is proposed for each coordinate; empty where nothing was asked for."""
+    """Proposed terms for each coordinate; empty where none were asked for."""
     if proposal is None:
         return ()
     return tuple(

@@ -1,4 +1,4 @@
-"""What the page's template is given, typed: every number already in print, every word of prose left to the template."""
+"""Typed data of the report's template: numbers already formatted; prose is in the template."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ class ErrorRow:
 
 @dataclass(frozen=True)
 class ParameterView:
-    """A parameter of an effect: value with unit, its meaning in the catalogue, and its 95 % interval in print.
+    """A parameter of an effect: value with unit, meaning in the catalogue, and formatted 95 % interval.
 
     Attributes:
-        at_limit: whether it stands at the end of what the fit allows.
+        at_limit: whether it is at the end of the fit's range.
     """
 
     name: str
@@ -62,7 +62,7 @@ class RefittedRow:
     """A friction level or uncertain parameter in the three models; ``change`` is augmented against declared.
 
     Attributes:
-        at_limit: whether it stands at the end of what it may be.
+        at_limit: whether it is at the end of its range.
     """
 
     name: str
@@ -76,11 +76,11 @@ class RefittedRow:
 
 @dataclass(frozen=True)
 class ParameterErrorRow:
-    """A declared value that the log puts elsewhere, in print.
+    """A declared value that differs from the log's estimate, formatted.
 
     Attributes:
-        force, free_run: change of the error by moving it, and on how many held-out blocks it is smaller.
-        alike: other parameters that would do as well.
+        force, free_run: change of the error by the estimate, and on how many held-out blocks it is smaller.
+        alike: other parameters that explain the log as well.
     """
 
     name: str
@@ -100,11 +100,11 @@ class CandidateRow:
 
     Attributes:
         parameters: name = value unit.
-        gain, t, blocks, free_run: evidence in print; ``free_run`` is empty where it was not run.
-        outcome: "chosen", "carried" (by the augmented model while others tie), "rival" (that ties with it), "later"
+        gain, t, blocks, free_run: formatted evidence; ``free_run`` is empty where there is none.
+        outcome: "chosen", "carried" (in the augmented model while others tie), "rival" (ties with that one), "later"
             (rejected here, but in the verdict), "passed" or "rejected".
         why_not: in words, for "rejected".
-        bar: gain in %, 0 to 100, for the bar behind the number.
+        bar: gain in %, 0 to 100, for the bar in the table.
     """
 
     rank: int
@@ -126,11 +126,11 @@ class RoundView:
     """A round of candidates.
 
     Attributes:
-        beside: effects that were in the model already, in words. exchanged: whether these came in when effects were
-            exchanged, and were compared with the fit without them.
+        found_before: effects that were in the model already, in words.
+        exchanged: whether these replaced others, and were compared with the fit without them.
     """
 
-    beside: tuple[str, ...]
+    found_before: tuple[str, ...]
     rows: tuple[CandidateRow, ...]
     exchanged: bool = False
 
@@ -170,7 +170,7 @@ class CertificateSide:
 
 @dataclass(frozen=True)
 class AgreementView:
-    """Observer replay against inverse dynamics, in print; ``level`` says how well the two agree."""
+    """Agreement of observer replay and inverse dynamics, formatted; ``level`` rates it."""
 
     correlation: str
     difference: str
@@ -180,7 +180,7 @@ class AgreementView:
 
 @dataclass(frozen=True)
 class DataView:
-    """What the figures were measured on, in print."""
+    """The data of the figures, formatted."""
 
     train: str
     train_samples: str
@@ -203,12 +203,12 @@ class CoordinateView:
 
 @dataclass(frozen=True)
 class PictureView:
-    """The pictures, and what their caption says.
+    """The pictures and the data of their caption.
 
     Attributes:
         legend: (model, colour) in the order of drawing.
-        same: whether the refit adopts no value, so that the declared model alone is drawn for both.
-        thinned: how many samples a model are drawn at most; empty where all are.
+        same: whether the refit changes no value, so that only the declared model is drawn.
+        thinned: most samples drawn a model; empty where all are.
     """
 
     coordinates: tuple[CoordinateView, ...]
@@ -220,11 +220,12 @@ class PictureView:
 
 @dataclass(frozen=True)
 class LawView:
-    """An effect beside a curve that knows no law, in print.
+    """An effect compared with a smooth curve, formatted.
 
     Attributes:
         smooth, law: share of the mean square of the residual without the effect that the curve predicts on held-out
-            parts, and that the effect takes. left: that the curve still predicts of what the effect leaves.
+            parts, and that the effect explains.
+        left: share of the residual with the effect that such a curve still predicts.
     """
 
     kind: str
@@ -238,7 +239,7 @@ class LawView:
 
 @dataclass(frozen=True)
 class RemainderRow:
-    """What the written model leaves on one coordinate, in print.
+    """The remainder of the written model on one coordinate, formatted.
 
     Attributes:
         share: of the drive force. predicted: by all variables together, as a share of the drive force.
@@ -263,7 +264,7 @@ class FileLink:
 
 @dataclass(frozen=True)
 class PairView:
-    """Two candidates that tie, in print."""
+    """Two candidates that tie, formatted."""
 
     first: str
     other: str
@@ -274,7 +275,7 @@ class PairView:
 
 @dataclass(frozen=True)
 class MotionView:
-    """An extra motion that was tried in simulation, in print."""
+    """A simulated extra motion, formatted."""
 
     name: str
     duration: str
@@ -284,7 +285,7 @@ class MotionView:
 
 @dataclass(frozen=True)
 class ChangeView:
-    """A change of the machine on the log's own path, in print."""
+    """A change of the machine on the log's own path, formatted."""
 
     words: str
     separation: str
@@ -293,7 +294,7 @@ class ChangeView:
 
 @dataclass(frozen=True)
 class SeparationView:
-    """What would tell tied candidates apart; ``motion`` and ``change`` are None where none does."""
+    """Experiments that discriminate tied candidates; ``motion`` and ``change`` are None where none does."""
 
     pairs: tuple[PairView, ...]
     motion: MotionView | None
@@ -306,7 +307,7 @@ class SeparationView:
 
 @dataclass(frozen=True)
 class ProposedRow:
-    """A sparse sum for one coordinate's residual: (weight, term) in print, and the share of it that is explained."""
+    """A sparse sum for one coordinate's residual: (weight, term), and the explained share, formatted."""
 
     coordinate: str
     unit: str

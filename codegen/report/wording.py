@@ -1,4 +1,4 @@
-"""Numbers and units as the report shows them."""
+"""Formatting of numbers and units in the report."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from codegen.base.significant import significant_digits
 
 DIGITS = 4
 PREFIXES = (("", 1.0, 0.1), ("m", 1e3, 1e-4), ("µ", 1e6, 0.0))
-"""(prefix, factor, least value in SI that is shown with it)."""
+"""(prefix, factor, least value in SI for which it is used)."""
 
 
 def number(value: float, digits: int = DIGITS, form: str = "") -> str:
-    """A number with a true minus sign; a word where there is none to show.
+    """A number with a true minus sign, or a word for nan and infinity.
 
     Args:
-        form: ``#`` keeps zeros at the end.
+        form: ``#`` keeps trailing zeros.
     """
     if math.isnan(value):
         return "not measured"
@@ -31,7 +31,7 @@ def number(value: float, digits: int = DIGITS, form: str = "") -> str:
 
 
 def estimated(value: float, interval: Sequence[float]) -> tuple[str, str]:
-    """A value and its 95 % interval with the digits that the interval's width lets them have; none where none is."""
+    """A value and its 95 % interval with the digits that the width of the interval justifies."""
     if not all(map(math.isfinite, interval)):
         return number(value), "not bounded"
     if len(interval) != 2 or interval[0] == interval[1]:
@@ -40,7 +40,7 @@ def estimated(value: float, interval: Sequence[float]) -> tuple[str, str]:
 
 
 def _fixed(value: float, interval: Sequence[float]) -> str:
-    """All digits down to the second of the interval's half width, zeros too."""
+    """All digits down to the second of the interval's half width, trailing zeros included."""
     digits = significant_digits(value, interval)
     return number(float(f"{value:.{digits}g}"), digits, "#")
 
@@ -54,7 +54,7 @@ def percent(share: float, digits: int = 3) -> str:
 
 
 def change(before: float, after: float) -> str:
-    """Relative change with its sign, or nothing where it has no meaning."""
+    """Relative change with its sign; empty where it is undefined."""
     if not (math.isfinite(before) and math.isfinite(after)) or before == 0:
         return ""
     share = 100 * (after - before) / abs(before)
@@ -62,7 +62,7 @@ def change(before: float, after: float) -> str:
 
 
 def unit_text(unit: str) -> str:
-    """A unit in print: N*s/m → N·s/m, m^2 → m²; nothing for the unit 1."""
+    """A formatted unit: N*s/m → N·s/m, m^2 → m²; empty for the unit 1."""
     text = unit.replace("**", "^").replace("*", "·").replace("^2", "²").replace("^3", "³")
     return "" if text == "1" else text
 
@@ -73,13 +73,13 @@ def with_unit(value: float, unit: str, digits: int = DIGITS) -> str:
 
 
 def joined(shown: str, unit: str) -> str:
-    """A number in print and its unit."""
+    """A formatted number and its unit."""
     words = unit_text(unit)
     return f"{shown} {words}" if words else shown
 
 
 def prefixed(values: Iterable[float], unit: str) -> tuple[float, str]:
-    """Factor and prefixed unit in which the largest finite value of a length or an angle reads well."""
+    """Factor and prefixed unit that suit the largest finite value of a length or an angle."""
     largest = max((abs(v) for v in values if math.isfinite(v)), default=0.0)
     if unit not in ("m", "rad") or largest == 0:
         return 1.0, unit

@@ -349,7 +349,7 @@ def test_rounding_needs_ranges() -> None:
         ({"step": "implicit"}, "observer.domain", "a domain with estimated velocity under implicit"),
         ({"inner": ", speed: 1"}, "observer.domain", "unknown key `speed`"),
         ({"edge": -1}, "observer.domain.slip_speed", "slip_speed -1"),
-        ({"inner": "}, exponent: 2, laws: {"}, "observer.domain", "a domain beside `exponent` or `h`"),
+        ({"inner": "}, exponent: 2, laws: {"}, "observer.domain", "a domain together with `exponent` or `h`"),
         ({"level": "f_rail: [20, 40]"}, "observer.domain", "no range for a_rail"),
         ({"level": "a_rail: [31, 40]"}, "envelope.a_rail", "[31, 40]"),
     ],

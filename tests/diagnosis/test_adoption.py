@@ -11,17 +11,17 @@ import pytest
 from scipy.signal import butter, sosfiltfilt
 
 from codegen.diagnosis import diagnose, examination
-from codegen.diagnosis.adoption import DOUBTFUL, Judge, settle
+from codegen.diagnosis.adoption import DOUBTFUL, CrossValidation, adopt_values
 from codegen.diagnosis.diagnose import Models, diagnose_log
 from codegen.diagnosis.estimate import Estimate, estimate, standard_errors
 from codegen.diagnosis.force_fit import force_rows, independent_samples
+from codegen.diagnosis.forward_selection import find_effects
 from codegen.diagnosis.measure import Window, force_errors, free_run_errors
 from codegen.diagnosis.models import with_values
-from codegen.diagnosis.output_error import Shot
+from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.record import record_of
 from codegen.diagnosis.results import Diagnosis, ErrorFigures
-from codegen.diagnosis.rounds import find_effects
 from codegen.diagnosis.search import Search, search_on
 from codegen.diagnosis.signals import smooth_motion
 from codegen.diagnosis.veto import FORCE, RUN, Option, admitted, worsened
@@ -84,8 +84,8 @@ def test_a_refit_is_not_drawn_away_by_a_force_that_no_model_holds(
     train, test = rough
     spec = loose()
     search, _ = search_of(spec, train)
-    shot = search.refit()
-    alone = {s.name: float(v) for s, v in zip(search.moved, shot.theta, strict=True)}
+    fit = search.refit()
+    alone = {s.name: float(v) for s, v in zip(search.moved, fit.theta, strict=True)}
     motion = smooth_motion(test)
     judge, window = Problem(search.system, motion, {}), Window(0, test.size)
 
@@ -109,19 +109,19 @@ def test_a_refit_is_not_drawn_away_by_a_force_that_no_model_holds(
 def test_the_prior_is_weighed_by_the_independent_samples(rough: tuple[Log, Log]) -> None:
     """Neighbours of a residual that is motion, not noise, follow each other: each counts for little."""
     search, _ = search_of(loose(), rough[0])
-    shot = search.refit()
-    priced = search.price > 0
-    assert shot.tempering < 0.3
-    assert shot.price[priced] == pytest.approx(search.price[priced] / shot.tempering)
+    fit = search.refit()
+    priced = search.prior_precision > 0
+    assert fit.tempering < 0.3
+    assert fit.prior_precision[priced] == pytest.approx(search.prior_precision[priced] / fit.tempering)
 
 
 def test_an_interval_is_as_wide_as_the_tolerance_where_the_log_says_nothing(rough: tuple[Log, Log]) -> None:
     """However heavy the prior is beside a tempered likelihood, the declared value errs by its tolerance."""
     spec = loose(more="\n  z: {value: 3, unit: N, tolerance: 10%}")
     spec = parse_spec(spec.text.replace("w - b*v", "w - b*v - 1e-6*z"), Path("stage.yaml"))
-    shot = search_of(spec, rough[0])[0].refit()
-    place = [s.name for s in shot.runner.trial.moved].index("z")
-    assert standard_errors(shot)[place] == pytest.approx(0.3, rel=1e-3)
+    fit = search_of(spec, rough[0])[0].refit()
+    place = [s.name for s in fit.runner.trial.moved].index("z")
+    assert standard_errors(fit)[place] == pytest.approx(0.3, rel=1e-3)
 
 
 def test_a_declared_value_that_is_wrong_is_named_with_its_evidence(
@@ -141,7 +141,7 @@ def test_a_declared_value_that_is_wrong_is_named_with_its_evidence(
     assert (mass.declared, mass.tolerance) == (2.0, pytest.approx(0.05))
     assert mass.away == pytest.approx((mass.estimate - 2.0) / 0.1) and mass.away > 5
     assert mass.force < 0.7 and mass.free_run < 0.7 and mass.blocks_by_force == mass.blocks_by_free_run == 8
-    told = f"The log puts m at {mass.estimate:.4g} kg"
+    told = f"The log gives m = {mass.estimate:.4g} kg"
     assert told in diagnosis.sentence and f"{mass.away:.2g} tolerances from the declared 2 kg" in diagnosis.sentence
     (entry,) = diagnosis.as_json()["parameter_errors"]
     assert json.loads(json.dumps(entry))["tolerances_away"] == mass.away
@@ -177,7 +177,7 @@ def test_a_level_driven_to_zero_is_marked(tmp_path: Path, monkeypatch: pytest.Mo
     diagnosis, models = refitted(monkeypatch, stage(), log, None)
     assert diagnosis.refitted["rail_a"][1] == 0.0 and diagnosis.at_limit == ("rail_a",)
     assert diagnosis.as_json()["values"]["rail_a"]["at_limit"] is True
-    assert "drives the friction level rail_a to zero" in diagnosis.sentence
+    assert "reduces the friction level rail_a to zero" in diagnosis.sentence
     assert '<span class="limit">at its limit</span>' in render_report(stage(), diagnosis, models)
 
 
@@ -219,15 +219,15 @@ def test_held_out_data_refuse_the_best_of_several_that_tie_too(tmp_path: Path, m
 
 
 def test_an_effect_whose_interval_holds_zero_is_not_credited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def wide(shot: Shot, other: Shot | None = None) -> Estimate:
-        found = estimate(shot, other)
+    def wide(fit: Fit, other: Fit | None = None) -> Estimate:
+        found = estimate(fit, other)
         return Estimate(found.moved, tuple({n: (v, (-1.0, 40.0)) for n, (v, _) in e.items()} for e in found.effects))
 
     monkeypatch.setattr(examination, "estimate", wide)
     log = log_of(stage("[{kind: spring, on: x, parameters: {k: 18}}]"), tmp_path, "train.csv")
     diagnosis, models = diagnose_log(stage(), system_of(stage()), log)
     assert diagnosis.verdict == "unknown" and diagnosis.effects == ()
-    assert "the 95 % interval of k (-1 to 40) holds the value at which spring is absent" in diagnosis.sentence
+    assert "the 95 % interval of k (-1 to 40) contains the value at which spring is absent" in diagnosis.sentence
     assert parse_spec(models.spec_text, Path("s.yaml")).effects == ()
 
 
@@ -304,7 +304,7 @@ def test_an_arm_s_joint_is_refitted_no_worse_than_declared(tmp_path: Path, monke
     assert diagnosis.refit.force_rms <= 1.01 * diagnosis.declared.force_rms
     assert diagnosis.refit.free_run_rmse <= 1.01 * diagnosis.declared.free_run_rmse
     assert diagnosis.refitted["J"][1] == pytest.approx(0.1024, rel=0.2)
-    assert any("free runs alone would move J" in words for words in diagnosis.remarks)
+    assert any("free runs alone would change J" in words for words in diagnosis.remarks)
     assert diagnosis.augmented == diagnosis.refit
 
 
@@ -322,8 +322,8 @@ def test_a_published_fit_is_not_replaced_by_a_worse_one(monkeypatch: pytest.Monk
 def test_without_a_block_the_values_are_fitted_without_it(rough: tuple[Log, Log]) -> None:
     """Poison one block of the force residual: the values that are judged on it do not change."""
     search, problem = search_of(loose(), rough[0])
-    shot = search.refit()
-    judge, poisoned = (Judge(search, shot, problem, search.system) for _ in range(2))
+    fit = search.refit()
+    judge, poisoned = (CrossValidation(search, fit, problem, search.system) for _ in range(2))
     for rows, places in zip(poisoned._rows, poisoned._blocks, strict=True):
         rows.residual[places == 3] += 50.0
     kept = judge._by_force.vector[np.arange(8) != 3]
@@ -334,8 +334,8 @@ def test_without_a_block_the_values_are_fitted_without_it(rough: tuple[Log, Log]
 
 def test_settled_values_stay_within_reach_of_both_witnesses(rough: tuple[Log, Log]) -> None:
     search, problem = search_of(loose(), rough[0])
-    refit = settle(search, search.refit(), problem, search.system)
-    far = np.abs(refit.values - refit.declared) * np.sqrt(search.price)
+    refit = adopt_values(search, search.refit(), problem, search.system)
+    far = np.abs(refit.values - refit.declared) * np.sqrt(search.prior_precision)
     assert (far <= DOUBTFUL).all() and refit.errors == ()
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from codegen.diagnosis.adoption import Refit
-from codegen.diagnosis.attempt import every_part
+from codegen.diagnosis.candidate_fits import every_part
 from codegen.diagnosis.examination import _options
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.record import MOST_STEPS, PLENTY, record_of

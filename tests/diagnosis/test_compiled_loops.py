@@ -11,7 +11,7 @@ import casadi
 import numpy as np
 import pytest
 
-from codegen.diagnosis import side_by_side as both
+from codegen.diagnosis import parallel as both
 from codegen.diagnosis.replay import tracked_friction, tracking_choice
 from codegen.diagnosis.signals import Motion
 from codegen.emit.package import emit_sources, make_header
@@ -42,9 +42,9 @@ def test_results_stand_in_order_and_calls_within_run_one_after_the_other(monkeyp
     monkeypatch.setattr(both, "WORKERS", 2)
 
     def within(k: int) -> list[tuple[int, int]]:
-        return both.side_by_side(lambda j: (10 * k + j, threading.get_ident()), range(3))
+        return both.in_parallel(lambda j: (10 * k + j, threading.get_ident()), range(3))
 
-    found = both.side_by_side(within, range(5))
+    found = both.in_parallel(within, range(5))
     assert [[value for value, _ in some] for some in found] == [[10 * k + j for j in range(3)] for k in range(5)]
     assert all(len({thread for _, thread in some}) == 1 for some in found)
     assert threading.get_ident() not in {thread for some in found for _, thread in some}

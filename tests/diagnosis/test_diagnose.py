@@ -248,7 +248,7 @@ def test_a_log_that_cannot_be_of_this_spec_gives_no_verdict_on_effects(
     diagnosis, models = diagnose_log(spec, system_of(spec), log)
     assert diagnosis.verdict == diagnosis.as_json()["verdict"] == "unfit"
     assert diagnosis.effects == diagnosis.candidates == ()
-    assert "nothing is concluded" in diagnosis.sentence
+    assert "no effect was tested" in diagnosis.sentence
     assert word in diagnosis.sentence
     assert models.spec_text == spec.text
 

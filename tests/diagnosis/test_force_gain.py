@@ -1,4 +1,4 @@
-"""The force residual as the second witness: what it says for one model over another, and what refitted levels take."""
+"""The force residual as second criterion: evidence for one model over another, and what refitted levels explain."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen.diagnosis.attempt import Found
+from codegen.diagnosis.candidate_fits import Found
 from codegen.diagnosis.credit import ALPHA
-from codegen.diagnosis.force_witness import force_gain
+from codegen.diagnosis.force_evidence import force_gain
 from codegen.diagnosis.models import with_values
 from codegen.diagnosis.problem import Problem
-from codegen.diagnosis.ranking import Witness, too_alike, with_force
+from codegen.diagnosis.ranking import ForceCriterion, absorbed_by_refit, combined_p
 from codegen.diagnosis.record import record_of
 from codegen.diagnosis.residual import drive_left, inverse_dynamics_residual, masks, residual_at_drive
 from codegen.diagnosis.search import Search, search_on
@@ -69,9 +69,9 @@ def test_an_offset_that_a_level_takes_is_alike_where_the_motion_never_turns(tmp_
         trial = base.runner.trial.with_part(part_of(CATALOGUE["offset"], 0, search.system))
         moved = base.theta.copy()
         moved[0] -= 1.0
-        shot = replace(base, runner=replace(base.runner, trial=trial), theta=np.append(moved, -1.0))
-        before, after = Witness(search, base), Witness(search, shot)
-        assert bool(too_alike(before, after, Found(trial, shot))) is alike
+        fit = replace(base, runner=replace(base.runner, trial=trial), theta=np.append(moved, -1.0))
+        before, after = ForceCriterion(search, base), ForceCriterion(search, fit)
+        assert bool(absorbed_by_refit(before, after, Found(trial, fit))) is alike
 
 
 def test_the_force_residual_decides_where_free_runs_leave_doubt(log: Log) -> None:
@@ -80,10 +80,10 @@ def test_the_force_residual_decides_where_free_runs_leave_doubt(log: Log) -> Non
     base = search.refit()
     trial = base.runner.trial.with_part(part_of(CATALOGUE["spring"], 0, search.system))
     lacking = replace(base, runner=replace(base.runner, trial=trial), theta=np.append(base.theta, 18.0))
-    declared, false = Witness(search, base), Witness(search, lacking)
-    assert with_force(0.05, declared, false, 20) > ALPHA
-    assert with_force(0.05, false, declared, 20) < ALPHA
-    assert with_force(0.001, declared, false, 20) == pytest.approx(0.001 / 0.9)
+    declared, false = ForceCriterion(search, base), ForceCriterion(search, lacking)
+    assert combined_p(0.05, declared, false, 20) > ALPHA
+    assert combined_p(0.05, false, declared, 20) < ALPHA
+    assert combined_p(0.001, declared, false, 20) == pytest.approx(0.001 / 0.9)
 
 
 STEADY = "0.25*t"

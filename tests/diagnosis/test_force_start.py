@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from codegen.diagnosis.attempt import Attempt
+from codegen.diagnosis.candidate_fits import CandidateFits
 from codegen.diagnosis.force_start import ForceStart
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.record import record_of
@@ -41,7 +41,7 @@ def test_the_effect_and_the_levels_are_those_of_the_plant(tmp_path: Path, kind: 
     search = search_in(log)
     base, part = search.refit(), part_of(CATALOGUE[kind], 0, search.system)
     trial = base.runner.trial.with_part(part)
-    covered = Attempt(search, base, (part,), lambda share: None).covered(part)
+    covered = CandidateFits(search, base, (part,), lambda share: None).covered(part)
     found = ForceStart(search.problem, base).best(trial, covered)
     assert found is not None
     moved, (parameters,) = trial.split(found[1])
@@ -55,7 +55,7 @@ def test_what_adds_states_or_is_no_force_has_no_such_start(tmp_path: Path) -> No
     base = search.refit()
     for kind in ("compliance", "encoder_eccentricity"):
         part = part_of(CATALOGUE[kind], 0, search.system)
-        covered = Attempt(search, base, (part,), lambda share: None).covered(part)
+        covered = CandidateFits(search, base, (part,), lambda share: None).covered(part)
         assert ForceStart(search.problem, base).best(base.runner.trial.with_part(part), covered) is None
 
 

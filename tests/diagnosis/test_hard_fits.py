@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from codegen.diagnosis.estimate import estimate, standard_errors
+from codegen.diagnosis.forward_selection import find_effects
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.record import record_of
-from codegen.diagnosis.rounds import find_effects
 from codegen.diagnosis.search import search_on
 from codegen.diagnosis.signals import smooth_motion
 from codegen.diagnosis.trial import part_of
@@ -58,7 +58,7 @@ def test_an_interval_knows_of_the_fit_on_shorter_segments(tmp_path: Path) -> Non
     search = search_on(Problem(system, motion, {}), lambda share: record_of(motion, log, share))
     base = search.refit()
     part = part_of(CATALOGUE["viscous"], 0, system)
-    first = search.exchanged(base, base.theta, [part], [{"b": 0.8 * truth}])
+    first = search.with_parts(base, base.theta, [part], [{"b": 0.8 * truth}])
     one, other = search.polished(first)
     assert other.runner.record.length == pytest.approx(0.6 * one.runner.record.length, rel=0.05)
     alone, both = (estimate(*fits).effects[0]["b"][1] for fits in ((one,), (one, other)))

@@ -9,11 +9,11 @@ import pytest
 
 import stiction
 from codegen.base.resources import resource_folder
+from codegen.diagnosis.forward_selection import Outcome
 from codegen.diagnosis.harmonics import regress, with_harmonics
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.record import record_of
 from codegen.diagnosis.residual import inverse_dynamics_residual
-from codegen.diagnosis.rounds import Outcome
 from codegen.diagnosis.search import search_on
 from codegen.diagnosis.signals import smooth_motion
 from codegen.diagnosis.trial import part_of
@@ -56,7 +56,7 @@ def test_free_runs_put_the_waves_in_the_place_of_a_lone_sine(tmp_path: Path) -> 
     search = search_on(problem, lambda share: record_of(problem.motion, log, share))
     base = search.refit()
     sine = part_of(CATALOGUE["cogging"], 0, search.system)
-    lone = search.exchanged(
+    lone = search.with_parts(
         base, np.array([4.5]), [sine], [{"amplitude": 1.3, "period": 1.002 * PERIOD, "phase": -0.4}]
     )
     found, _ = with_harmonics(search, Outcome(base, lone, (), (), 0.6, len(search.record.start)), problem)

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from mechanics.robots import TWO_LINKS
 
-from codegen.diagnosis.attempt import Attempt, every_part
-from codegen.diagnosis.credit import level
+from codegen.diagnosis.candidate_fits import CandidateFits, every_part
+from codegen.diagnosis.credit import noise_ratio
 from codegen.diagnosis.diagnose import _uncertain
 from codegen.diagnosis.imposed import is_separable
 from codegen.diagnosis.problem import Problem
@@ -59,7 +59,7 @@ def arm(folder: Path, more: str = "") -> Spec:
 
 def by_joint(search: Search) -> np.ndarray:
     """(2,) RMS of measured less predicted over the noise, of each joint, with the values of the spec."""
-    runner = search.runners([search.nothing])[0]
+    runner = search.runners([search.declared_trial])[0]
     error = (search.record.targets - runner.run(search.declared, search.record.at_rest))[..., 0]
     return np.sqrt((error**2).reshape(len(search.record.start), 2, -1).mean(axis=(0, 2))) / search.record.noise
 
@@ -71,7 +71,7 @@ def test_a_joint_alone_moves_as_in_the_whole_arm(tmp_path: Path) -> None:
     assert search.rigid is not None
     alone = by_joint(search)
     together = replace(search, rigid=None, record=replace(search.record, joints=None))
-    runner = together.runners([together.nothing])[0]
+    runner = together.runners([together.declared_trial])[0]
     error = together.record.targets - runner.run(together.declared, together.record.at_rest)
     whole = np.sqrt((error**2).mean(axis=(0, 1))) / together.record.noise
     assert (alone < 2 * whole).all(), (alone, whole)
@@ -90,13 +90,13 @@ def test_only_joints_with_something_left_are_tried(tmp_path: Path) -> None:
     log = logged(tmp_path, DRAG)
     search = search_of(arm(tmp_path), log)
     base = search.refit()
-    tried = Attempt(search, base, tuple(every_part(search, ())), lambda share: None)
+    tried = CandidateFits(search, base, tuple(every_part(search, ())), lambda share: None)
     assert {p.effect.coordinate(search.system, p.place) for p in tried.parts} == {1}
     (k,) = [k for k, p in enumerate(tried.parts) if p.kind == "viscous"]
     found = tried.fitted(tried.screened(k))
     assert found.parameters["b"] == pytest.approx(0.4, rel=0.02)
-    assert len(found.shot.residual) == len(base.residual)
-    assert found.shot.cost < 0.7 * base.cost
+    assert len(found.fit.residual) == len(base.residual)
+    assert found.fit.cost < 0.7 * base.cost
 
 
 def test_masses_within_their_tolerance_are_refitted(tmp_path: Path) -> None:
@@ -108,7 +108,7 @@ def test_masses_within_their_tolerance_are_refitted(tmp_path: Path) -> None:
     assert len(free.moved) > len(held.moved)
     one, other = held.refit(), free.refit()
     assert other.cost < 0.2 * one.cost
-    assert level(other) < 3
+    assert noise_ratio(other) < 3
 
 
 def test_a_spec_without_a_robot_file_is_run_as_a_whole() -> None:
@@ -121,7 +121,7 @@ def test_a_parameter_that_changes_nothing_stays(tmp_path: Path) -> None:
     search = search_of(arm(tmp_path), log)
     base = search.refit()
     parts = [p for p in every_part(search, ()) if (p.kind, p.on) == ("stribeck", "q_2")]
-    tried = Attempt(search, base, tuple(parts), lambda share: None)
+    tried = CandidateFits(search, base, tuple(parts), lambda share: None)
     screened = tried.screened(0)
     assert screened is not None
     index = [s.name for s in search.moved].index("q_1_a")

@@ -1,4 +1,4 @@
-"""What is left is told by its size and nature: variables are named only where a share of material size follows them."""
+"""The remainder in the sentence: size and nature, and the variables that explain a material share of it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from codegen.app import diagnose
 from codegen.base.errors import BadInput
 from codegen.base.text import render
 from codegen.diagnosis.advice import MotionTried, Separation, SetupTried
-from codegen.diagnosis.conclusion import told, worst
+from codegen.diagnosis.conclusion import main_variables, worst
 from codegen.diagnosis.results import FoundEffect, Remainder
 from tests.app.command import is_one_message, stiction
 from tests.diagnosis.stage import log_of, stage
@@ -34,7 +34,7 @@ def words(left: Remainder, **given: Any) -> str:
         "records": 0,
     }
     shown = none | {"left": left, "left_on": "", "material": 0.02} | given
-    return render("text/verdict.j2", over=told(left, shown["material"]), **shown)
+    return render("text/verdict.j2", over=main_variables(left, shown["material"]), **shown)
 
 
 def test_variables_are_named_only_where_what_follows_them_is_material() -> None:
@@ -60,10 +60,13 @@ def test_an_ambiguous_verdict_says_what_would_tell() -> None:
     motion = MotionTried("chirp up and down", 10.0, 1.0, 12.0)
     given = {"verdict": "ambiguous", "effects": (spring,), "rivals": (drag,)}
     both = words(SMALL, experiment=Separation((), (motion,), motion, {}, 10.0, tried), **given)
-    assert "cannot tell spring on x (k = 3 N/m) from viscous on rail (b = 2.123 N*s/m). What would tell: " in both
+    assert (
+        "cannot tell spring on x (k = 3 N/m) from viscous on rail (b = 2.123 N*s/m). What would tell them apart: "
+        in both
+    )
     assert "another motion, chirp up and down (excitation.csv); or this motion again with a constant force of" in both
     change = words(SMALL, experiment=Separation((), (motion,), None, {}, 10.0, tried), **given)
-    assert "What would tell: this motion again with a constant force of 3 N on x." in change
+    assert "What would tell them apart: this motion again with a constant force of 3 N on x." in change
     assert "What would tell" not in words(SMALL, experiment=Separation((), (), None, {}, 10.0, tried[1:]), **given)
 
 

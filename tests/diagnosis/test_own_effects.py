@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from codegen.base.text import render
-from codegen.diagnosis import attempt
+from codegen.diagnosis import candidate_fits
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.effects import CATALOGUE
 from codegen.effects.register import is_own, load_effects
@@ -77,7 +77,7 @@ def mine(tmp_path: Path) -> Iterator[None]:
 def test_own_effects_are_listed_with_what_became_of_them(
     mine: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(attempt, "FITTED", 1)  # no place among the first for what is tried and no good
+    monkeypatch.setattr(candidate_fits, "FITTED", 1)  # no place among the first for what is tried and no good
     assert [kind for kind in CATALOGUE if is_own(kind)] == ["bump", "elsewhere", "unstarted", "square"]
     entry = "[{kind: bump, on: x, parameters: {p: 6.0, x_0: 0.06, s: 0.04}}]"
     log = log_of(stage(entry), tmp_path, "train.csv")

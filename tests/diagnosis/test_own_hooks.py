@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen.diagnosis.credit import level
+from codegen.diagnosis.credit import noise_ratio
 from codegen.diagnosis.models import with_effects
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.record import record_of
@@ -155,7 +155,7 @@ def test_a_refit_finds_the_parameters_of_a_declared_law_with_states(tmp_path: Pa
     refit = search_on(problem, lambda share: record_of(motion, log, share)).refit()
     found = {s.name: value for s, value in zip(refit.runner.trial.moved, refit.theta, strict=True)}
     assert found["rail_F_s"] == pytest.approx(5.0, rel=0.01)
-    assert level(refit) < 1.5
+    assert noise_ratio(refit) < 1.5
 
 
 def test_a_declared_sensor_error_is_in_the_free_runs() -> None:

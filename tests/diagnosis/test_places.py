@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen.diagnosis.attempt import every_part
+from codegen.diagnosis.candidate_fits import every_part
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.ranking import run_round
 from codegen.diagnosis.record import record_of

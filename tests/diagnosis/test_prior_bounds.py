@@ -16,7 +16,7 @@ def test_a_fit_that_begins_beyond_the_prior_s_bounds_ends_within_them(tmp_path: 
     heavier = "[{kind: inertia_error, on: x, parameters: {delta: 2}}]"
     search, _ = search_of(loose(), log_of(stage(heavier), tmp_path, "train.csv"))
     refit = search.refit()
-    tolerance = np.where(search.price > 0, np.maximum(search.price, 1e-300) ** -0.5, np.inf)
+    tolerance = np.where(search.prior_precision > 0, np.maximum(search.prior_precision, 1e-300) ** -0.5, np.inf)
     place = [s.name for s in refit.runner.trial.moved].index("m")
     start = refit.theta.copy()
     start[place] = 4.0

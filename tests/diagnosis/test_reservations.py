@@ -10,7 +10,7 @@ import pytest
 from codegen.diagnosis import examination
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.limits import at_limit
-from codegen.diagnosis.output_error import Shot
+from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.reservations import objections, remarks
 from codegen.diagnosis.results import FoundEffect
@@ -48,7 +48,7 @@ def test_a_period_longer_than_the_stroke_is_not_credited(log: Log) -> None:
         for kind in ("cogging", "position_dependent_friction", "encoder_eccentricity"):
             against, _ = said(log, kind, amplitude=1.5, period=period, phase=0.3)
             assert (against == []) == credited, kind
-    assert "less than one period" in against[0] and f"travels {stroke:.3g} m" in against[0]
+    assert "less than one period" in against[0] and f"covers only {stroke:.3g} m" in against[0]
 
 
 @pytest.mark.parametrize(
@@ -77,7 +77,7 @@ def test_a_value_at_the_end_of_its_reach_is_marked(log: Log) -> None:
     base = search.refit()
     part = part_of(CATALOGUE["cogging"], 0, search.system)
     start = {"amplitude": 2.0, "period": 0.3, "phase": 0.0}
-    raw = search.exchanged(base, base.theta, [part], [start])
+    raw = search.with_parts(base, base.theta, [part], [start])
     first = replace(raw, theta=np.append(base.theta, part.inward(start)))
     trial = first.runner.trial
     _, reach = search.sizes(trial, first.theta)
@@ -96,17 +96,17 @@ def test_a_value_at_a_bound_is_marked(log: Log) -> None:
     part = part_of(CATALOGUE["compliance"], 0, search.system)
     for fraction, marks in ((0.5, ()), (0.9999, ("load_fraction",)), (1e-4, ("load_fraction",))):
         values = {"k": 8000.0, "c": 20.0, "load_fraction": fraction}
-        trial = search.nothing.with_part(part)
+        trial = search.declared_trial.with_part(part)
         theta = trial.theta(base.theta, [values])
-        shot = replace(
+        fit = replace(
             base, runner=replace(base.runner, trial=trial), theta=theta, limited=np.zeros(len(theta), dtype=bool)
         )
-        assert at_limit(shot) == [marks]
+        assert at_limit(fit) == [marks]
 
 
 def test_a_limit_is_told_in_sentence_json_and_table(log: Log, monkeypatch: pytest.MonkeyPatch) -> None:
-    def marked(shot: Shot) -> list[tuple[str, ...]]:
-        return [(part.names[0],) for part in shot.runner.trial.parts]
+    def marked(fit: Fit) -> list[tuple[str, ...]]:
+        return [(part.names[0],) for part in fit.runner.trial.parts]
 
     monkeypatch.setattr(examination, "at_limit", marked)
     diagnosis, models = diagnose_log(stage(), system_of(stage()), log)

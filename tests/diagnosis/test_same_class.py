@@ -16,10 +16,10 @@ import pytest
 
 import codegen.diagnosis
 from codegen.base.errors import BadInput
-from codegen.diagnosis.attempt import Attempt, Found, every_part
+from codegen.diagnosis.candidate_fits import CandidateFits, Found, every_part
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.problem import Problem
-from codegen.diagnosis.ranking import admissible, weight_of
+from codegen.diagnosis.ranking import admissible, relative_size
 from codegen.diagnosis.record import record_of
 from codegen.diagnosis.screen import starting_points
 from codegen.diagnosis.search import search_on
@@ -100,7 +100,7 @@ class Bench:
     """Every kind at its first place, tried beside one refit."""
 
     system: System
-    attempts: dict[str, Attempt]
+    attempts: dict[str, CandidateFits]
     """By the start of the kinds' names: those shipped, and their heirs."""
 
 
@@ -118,7 +118,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
     give_heirs(folder, *SHIPPED)
     heirs = [first_part(HEIR + kind, system) for kind in SHIPPED]
     tried = {
-        start: Attempt(search, base, tuple(parts), lambda share: None)
+        start: CandidateFits(search, base, tuple(parts), lambda share: None)
         for start, parts in (("", shipped), (HEIR, heirs))
     }
     for attempt in tried.values():
@@ -141,7 +141,7 @@ def test_an_heir_is_fitted_as_its_parent(kind: str, bench: Bench, tmp_path: Path
     found: dict[str, Any] = {}
     for start, attempt in bench.attempts.items():
         k = next(k for k, part in enumerate(attempt.parts) if part.kind == start + kind)
-        part, few, raw = attempt.parts[k], attempt._few(k).shot, attempt._few(k).raw
+        part, few, raw = attempt.parts[k], attempt._few(k).fit, attempt._few(k).raw
         runner = replace(attempt.runners[k], record=few.runner.record)
         noise = attempt.search.record.noise
         covered = attempt.survey.covered(part, attempt.levels, noise, attempt.couplings.get(part.place))
@@ -150,15 +150,15 @@ def test_an_heir_is_fitted_as_its_parent(kind: str, bench: Bench, tmp_path: Path
         run = runner.run(theta, few.offsets)
         moved = runner.run(theta + 0.01 * np.eye(len(theta))[-1], few.offsets)
         assert np.abs(moved - run).max() > 0, "nothing depends on the last parameter"
-        shot = attempt.search.fit_from(runner, theta, few, 1, raw)
-        one = Found(attempt.trials[k], shot)
+        fit = attempt.search.fit_from(runner, theta, few, 1, raw)
+        one = Found(attempt.trials[k], fit)
         found[start] = {
             "starts": [cost, *theta, *(v for pair in others for v in (pair[0], *pair[1]))],
             "run": run,
-            "fit": shot.theta,
+            "fit": fit.theta,
             "sizes": np.concatenate(attempt.search.sizes(attempt.trials[k], theta)),
             "values": list(one.parameters.values()),
-            "weight": weight_of(attempt.search, one, few),
+            "weight": relative_size(attempt.search, one, few),
             "judged": (admissible(attempt.search, one), one.trial.adds_states, part.effect.rough),
             "unseen": part.effect.unseen(one.parameters, 1.0),
         }

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 import stiction
-from codegen.diagnosis.attempt import attempt
+from codegen.diagnosis.candidate_fits import fit_candidates
 from codegen.diagnosis.credit import Evidence
 from codegen.diagnosis.diagnose import diagnose_log
+from codegen.diagnosis.forward_selection import Outcome
 from codegen.diagnosis.motions import Reach, library, reach_of
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.ranking import Ranked
 from codegen.diagnosis.record import record_of
-from codegen.diagnosis.rounds import Outcome
 from codegen.diagnosis.search import search_on
 from codegen.diagnosis.separation import separate, tied_fits
 from codegen.diagnosis.signals import smooth_motion
@@ -86,7 +86,7 @@ def test_a_look_alike_that_the_log_ruled_out_does_not_come_back(tmp_path: Path) 
     assert told is not None
     assert told.chosen is not None
     # It ties with a gain; on moves with rests it would be apart from that, and be called a delay.
-    assert {told.alike[0].first[0], told.alike[0].other[0]} == {"actuator_lag", "input_gain"}
+    assert {told.pairs[0].first[0], told.pairs[0].other[0]} == {"actuator_lag", "input_gain"}
     again = log_of(coarse(plant, told.references["x"], told.chosen.duration, "1e-3"), tmp_path, "again.csv")
     second, _ = diagnose_log(spec, system_of(spec), again)
     assert [e.kind for e in second.effects] == ["actuator_lag"]
@@ -120,12 +120,12 @@ def test_no_motion_tells_exact_twins_apart(tmp_path: Path) -> None:
     search = search_on(Problem(system, motion, {}), lambda share: record_of(motion, log, share))
     base = search.refit()
     parts = [part_of(CATALOGUE[kind], 0, system) for kind in ("offset", "coulomb_asymmetry")]
-    one, two = attempt(search, base, parts, lambda share: None)
+    one, two = fit_candidates(search, base, parts, lambda share: None)
     ranked = Ranked(two, Evidence(0.0, 0.0, 0.0, 0, 0), np.zeros(0), 1.0, 1.0, "")
-    outcome = Outcome(base, one.shot, (), (ranked,), 1.0, len(search.record.start))
+    outcome = Outcome(base, one.fit, (), (ranked,), 1.0, len(search.record.start))
     told, excitation = separate(search, outcome, tied_fits(search, outcome), log, {})
     assert told.chosen is None
     assert excitation is None
-    assert told.alike[0].angle < 2  # two fits of noisy positions stop a degree apart
+    assert told.pairs[0].angle < 2  # two fits of noisy positions stop a degree apart
     assert len(told.tried) == len(library(reach_of(system, motion, {}), motion))
     assert max(m.separation for m in told.tried) < 2

@@ -12,7 +12,7 @@ import html5lib
 import numpy as np
 import pytest
 
-from codegen.diagnosis.advice import Likeness, Separation, SetupTried
+from codegen.diagnosis.advice import Separation, SetupTried, TiedPair
 from codegen.diagnosis.results import Agreement, CertificateChange, ErrorFigures, FoundEffect, Remainder, Round
 from codegen.report import page, render_report
 from codegen.report.evidence import law_evidence
@@ -54,8 +54,8 @@ def test_order_of_the_page(lacking: Case) -> None:
         "Published by others",
         "What was found",
         "Refitted values",
-        "beside a curve",
-        "leaves over",
+        "compared with a smooth curve",
+        "Residual of the model",
     ]
     heads += ["Candidates and", "Can the residual", "Preflight", "Change of the spec", "Stability certificate"]
     places = [text.index(head) for head in heads]
@@ -128,7 +128,7 @@ def test_two_coordinates_have_a_row_each(two_masses: Case) -> None:
     for name, value in zip(("x1", "x2"), two_masses.diagnosis.refit.force_rms_rows, strict=True):
         assert f"residual force, RMS on {name}" in read.text and number(value) in read.text
     assert "all coordinates" not in read.text and "mixed" not in read.text
-    assert "neither side of a gear" in read.text
+    assert "independent of gear ratios" in read.text
     alts = [image["alt"] or "" for image in read.tags("img")]
     for name in ("x1", "x2"):
         over = ("velocity", "position", "load", "acceleration", "time")
@@ -139,7 +139,7 @@ def test_every_model_is_drawn_and_named(lacking: Case, complete: Case) -> None:
     """The declared one too; one colour serves for both where the refit adopts nothing."""
     for case, added in ((lacking, True), (complete, False)):
         same = all(a == b for a, b, _ in case.diagnosis.refitted.values())
-        legend = re.findall(r"</i>([^<]*)</span>", case.html.partition("What the model leaves over")[2])
+        legend = re.findall(r"</i>([^<]*)</span>", case.html.partition("Residual of the model")[2])
         models = ["declared and refit (no other value was adopted)"] if same else ["declared", "refit"]
         assert legend == models + ["augmented"] * added
 
@@ -186,19 +186,15 @@ def test_every_round_and_every_effect_of_the_verdict_is_in_a_table(
     text = ReadPage(
         words(lacking, monkeypatch, candidates=first, later_rounds=(later,), standing=(replace(spring, accepted=True),))
     ).text
-    assert "Round 1: each alone" in text and "Round 2: beside offset on x" in text
-    assert (
-        "Came in when effects were exchanged" in text
-        and text.count("spring on x") == 2
-        and text.count("k = 4.5 N/m") == 2
-    )
+    assert "Round 1: each effect alone" in text and "Round 2: in addition to offset on x" in text
+    assert "Effects that replaced others" in text and text.count("spring on x") == 2 and text.count("k = 4.5 N/m") == 2
     rivals = tuple(FoundEffect(c.kind, c.on, c.parameters, {"d": "N"}) for c in first[1:2])
     text = ReadPage(words(lacking, monkeypatch, verdict="ambiguous", effects=(), rivals=rivals)).text
     assert text.count("tied with the one shown as augmented") == 1
 
 
 def test_what_would_separate_tied_candidates_is_told(lacking: Case, monkeypatch: pytest.MonkeyPatch) -> None:
-    pair = Likeness(("offset", "x"), ("coulomb_asymmetry", "rail"), 0.5, 0.1, "another mounting")
+    pair = TiedPair(("offset", "x"), ("coulomb_asymmetry", "rail"), 0.5, 0.1, "another mounting")
     tried = (SetupTried("mounting", "upside down", 61.8, 30.0), SetupTried("none", "nothing changed", 0.2, 29.0))
     told = Separation((pair,), (), None, {}, 10.0, tried)
     text = ReadPage(words(lacking, monkeypatch, verdict="ambiguous", effects=(), separation=told)).text

@@ -1,4 +1,4 @@
-"""The gains that a feasibility report varies: each an axis, with the gain symbols that move along it."""
+"""The gains that a feasibility report varies: each an axis with its gain symbols."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ class GainAxis:
     """One number that is varied; a gain symbol s is ``weights[s]`` times it.
 
     Attributes:
-        name: of the gain, or of its symbol where one entry of a matrix is varied alone.
+        name: of the gain, or of its symbol where only one entry of a matrix is varied.
         unit: of the number; "1" for a factor on a matrix whose entries differ.
         weights: gain symbol → weight; the sign of a negative gain is in the weight.
         entries: (gain, path) in the spec → weight.
         low, high: the range that is examined.
         chosen: the number in the spec, or None where the gain is free.
-        logarithmic: whether steps along it are factors; else the range holds zero.
+        logarithmic: whether steps along it are factors; else the range contains zero.
     """
 
     name: str
@@ -46,7 +46,7 @@ class GainAxis:
 
     @property
     def factor(self) -> bool:
-        """Whether the number is a factor on the spec's gains, which differ among each other."""
+        """Whether the number is a common factor of gains with different values."""
         return any(abs(w) != 1 for w in self.weights.values())
 
     @property
@@ -56,7 +56,7 @@ class GainAxis:
 
     @property
     def label(self) -> str:
-        """What stands at the axis, without the unit."""
+        """Label of the axis, without the unit."""
         return f"factor on {self.name}" if self.factor else f"-{self.name}" if self.negative else self.name
 
     def at(self, share: Any) -> Any:
@@ -76,8 +76,8 @@ class GainAxis:
 def gain_axes(spec: Spec, observer: Observer) -> tuple[GainAxis, ...]:
     """The axes along which the gains of a spec's observer are varied.
 
-    The free gains of a spec; in a spec without free gains each gain as a whole, over a factor of 100 to both sides.
-    Which symbols an entry of the spec is behind is found by changing it.
+    The free gains of a spec; in a spec without free gains each gain as a whole, by a factor of 100 up and down. The
+    symbols that depend on an entry of the spec are found by changing it.
 
     Args:
         observer: of the spec, with its free gains at mid-range.
@@ -103,7 +103,7 @@ def gain_axes(spec: Spec, observer: Observer) -> tuple[GainAxis, ...]:
 
 
 def sample_time_axis(observer: Observer) -> GainAxis:
-    """The sample time as an axis of the map, two decades to both sides of the spec's."""
+    """The sample time as an axis of the map, two decades around the spec's."""
     h = float(observer.sample_time)
     return GainAxis(SAMPLE_TIME, "s", {}, {}, h / AROUND, h * AROUND, h)
 

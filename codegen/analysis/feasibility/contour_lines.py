@@ -1,4 +1,4 @@
-"""The line between the cells of a grid that are inside and those that are not: marching squares over yes and no."""
+"""Boundary line of a region on a grid of true and false nodes (marching squares)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Edge = tuple[int, int, int]
 
 
 def crossing_edges(inside: NDArray[np.bool_]) -> list[Edge]:
-    """The grid edges with one end inside."""
+    """The grid edges that cross the boundary: one end inside, one outside."""
     found: list[Edge] = []
     for direction in (0, 1):
         differ = np.diff(inside, axis=direction)
@@ -33,7 +33,7 @@ def edge_ends(edges: list[Edge], inside: NDArray[np.bool_]) -> tuple[list[Any], 
 
 
 def polylines(edges: list[Edge], inside: NDArray[np.bool_]) -> list[list[Edge]]:
-    """The crossings in the order in which the line passes them; a closed line ends where it began."""
+    """The crossings in order along the boundary; a closed line ends at its first crossing."""
     neighbours: dict[Edge, list[Edge]] = {e: [] for e in edges}
     for i in range(inside.shape[0] - 1):
         for j in range(inside.shape[1] - 1):

@@ -1,4 +1,4 @@
-"""Why a gain set is not stable: the condition or eigenvalue that fails, with its number, and where."""
+"""Why a gain set is not stable: the failing condition or eigenvalue, its value and operating point."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ HIGHEST_ORDER = 4
 
 @dataclass(frozen=True)
 class FailedCondition:
-    """A condition that must be positive and is not; ``name`` as `stiction derive` prints it."""
+    """A condition that is not positive; ``name`` as printed by `stiction derive`."""
 
     name: str
     value: float
@@ -25,7 +25,7 @@ class FailedCondition:
 
 @dataclass(frozen=True)
 class Failure:
-    """The worst of one gain set.
+    """The worst failure of one gain set.
 
     Attributes:
         which: "continuous" where Ψ itself is unstable, so that no sample time helps; else "sampled".
@@ -45,7 +45,7 @@ class Failure:
 
 
 def explain_failure(family: Family, settings: Settings) -> Failure | None:
-    """What fails at one gain set over all operating points, or None where nothing does."""
+    """The failure of one gain set over all operating points; None where it is stable."""
     every = family.every
     h = float(settings.sample_time[0])
     for which in ("continuous", "sampled"):
@@ -75,7 +75,7 @@ def explain_failure(family: Family, settings: Settings) -> Failure | None:
 
 
 def largest_sample_time(family: Family, settings: Settings) -> float:
-    """Explicit Euler of one gain set is stable for h < −2 Re λ/|λ|² at every λ and point, where A = Ψ; s."""
+    """Stability limit of explicit Euler for one gain set: h < −2 Re λ/|λ|² at every λ and point, where A = Ψ; s."""
     matrices = family.matrices("continuous", settings, family.every)[0]
     eigenvalues = np.linalg.eigvals(matrices)
     if not (eigenvalues.real < 0).all():

@@ -1,4 +1,4 @@
-"""Ψ and the sampled matrix over operating points and gains at once, and the worst of their eigenvalues."""
+"""Vectorised evaluation of Ψ and the sampled matrix over operating points and gains, and of their worst eigenvalues."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ BATCH = 60_000
 
 @dataclass(frozen=True)
 class Settings:
-    """Gain sets with a sample time each.
+    """Gain sets, each with a sample time.
 
     Attributes:
         gains: sets by gain symbols, in the order of ``symbols``.
@@ -36,7 +36,7 @@ class Settings:
 
     @property
     def columns(self) -> Array:
-        """Gains and sample time side by side, sets by (gains + 1)."""
+        """Gains and sample time, sets by (gains + 1)."""
         return np.column_stack([self.gains, self.sample_time])
 
     def along(self, axis: GainAxis, values: Any) -> Settings:
@@ -58,20 +58,20 @@ class Settings:
 
 
 def joined(parts: Sequence[Settings]) -> Settings:
-    """Sets of several, in order."""
+    """The sets of several Settings, in order."""
     return Settings(
         parts[0].symbols, np.vstack([p.gains for p in parts]), np.concatenate([p.sample_time for p in parts])
     )
 
 
 class Family:
-    """The error dynamics of one observer with its gains and sample time left open.
+    """The error dynamics of one observer as functions of gains and sample time.
 
-    Operating points that give the same matrices are evaluated once. ``focus`` finds those that decide, and ``worst``
-    then evaluates these alone unless all are asked for.
+    Operating points with equal matrices are evaluated once. ``focus`` finds the deciding points, and ``worst``
+    evaluates only these unless all are asked for.
 
     Attributes:
-        every: indices of the points that differ; ``active`` of those that are asked.
+        every: indices of distinct points; ``active`` of the deciding ones.
     """
 
     def __init__(self, dynamics: ErrorDynamics, points: OperatingPoints) -> None:
@@ -114,7 +114,7 @@ class Family:
         return found
 
     def start(self, settings: Settings) -> None:
-        """Leave out points that give the same matrices at all of these sets, and keep those that decide."""
+        """Remove points with equal matrices at all of these sets, and find the deciding ones."""
         few = settings.rows(slice(0, 3))
         both = [self.matrices(which, few, self.every) for which in self._functions]
         flat = np.concatenate([m.transpose(1, 0, 2, 3).reshape(len(self.every), -1) for m in both], axis=1)
@@ -123,7 +123,7 @@ class Family:
         self.focus(settings)
 
     def focus(self, settings: Settings) -> None:
-        """Keep the points at which one of these sets is worst, besides those kept before."""
+        """Add the points at which one of these sets is worst to the deciding ones."""
         at = [self.every[self.measures(w, settings, self.every).argmax(axis=1)] for w in self._functions]
         self.active = np.unique(np.concatenate([self.active, *at]))
 

@@ -1,6 +1,6 @@
-"""Feasibility of gains: which are stable over the whole envelope, with what margin, and which to take.
+"""Feasibility of gains: which are stable over the whole envelope, with which margins, and a suggestion.
 
-The other half of ``analysis``: there the gains are numbers and one looks at operating points; here both are open.
+``analysis`` evaluates operating points at fixed gains; here gains and operating points both vary.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ Intervals = tuple[tuple[float, float], ...]
 
 @dataclass(frozen=True)
 class GainSet:
-    """One gain set judged.
+    """Stability, noise and margins of one gain set.
 
     Attributes:
         numbers: axis name → number.
@@ -79,8 +79,8 @@ class Feasibility:
         noise: of the measured positions.
         units: friction output → unit.
         chosen: the spec's gains, or None where they are free.
-        suggestion, suggested: found by which rule, and judged; None where nothing in the range is stable.
-        infeasible: where nothing in the range is stable: what fails at the gain set whose error grows least.
+        suggestion, suggested: the suggested set and its assessment; None where nothing in the range is stable.
+        infeasible: where nothing in the range is stable, the failure of the set whose error grows least.
         sampled, continuous: axis name → stable intervals, the others as suggested.
         region: the plane of two axes; ``noise_share`` of its grid, infinite where unstable.
     """
@@ -163,7 +163,7 @@ def assess(spec: Spec, observer: Observer, over: Sequence[str] = ()) -> Feasibil
 
 
 def judge(family: Family, noise: NoiseModel, settings: Settings, axes: Sequence[GainAxis]) -> GainSet:
-    """Decay, noise and margins of one gain set, or what fails."""
+    """Decay, noise and margins of one gain set, or its failure."""
     radius = float(family.worst("sampled", settings, True)[0])
     h = float(settings.sample_time[0])
     failure = explain_failure(family, settings)

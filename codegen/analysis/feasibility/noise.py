@@ -1,7 +1,7 @@
-"""What measurement noise does to the estimate: the sampled error's stationary covariance.
+"""Effect of measurement noise on the estimate: stationary covariance of the sampled error (discrete Lyapunov equation).
 
-The noise input matrix is the derivative of the observer's own equations, taken by CasADi: one sample of the explicit
-Euler code with the measured x and v disturbed, its estimates at the next sample with x and v true again.
+The noise input matrix is the derivative of the observer's equations by CasADi: one explicit Euler step with noise on
+the measured x and v, then estimates at the next sample without.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 POINTS = 12
 DOUBLINGS = 44
 DEFAULT_STEP = 1e-5
-"""Encoder step, m or rad, where neither the spec's simulation section nor its envelope gives a step or a noise."""
+"""Encoder step, m or rad, where the spec gives neither a step nor a noise."""
 
 
 @dataclass(frozen=True)
@@ -35,8 +35,8 @@ class PositionNoise:
 
     Attributes:
         rms: one a coordinate, m or rad: encoder step/√12 and position noise together.
-        sources: who says it, one a coordinate: the spec's ``simulation`` or ``envelope``, or nobody (``assumed``).
-        given: coordinates for which the spec says it; the others have an encoder step of 1e-5.
+        sources: one a coordinate: the spec's ``simulation`` or ``envelope``, or ``assumed``.
+        given: coordinates with a value in the spec; the others have an encoder step of 1e-5.
     """
 
     rms: tuple[float, ...]
@@ -45,7 +45,7 @@ class PositionNoise:
 
 
 def position_noise(spec: Spec) -> PositionNoise:
-    """From the spec's simulation section, else uniform in the envelope's ``x_noise``, else the default."""
+    """Noise from the spec's simulation section, else uniform in the envelope's ``x_noise``, else the default."""
     rms, sources = [], []
     for x in spec.positions:
         step = spec.simulation.encoder_step.get(x, 0.0) if spec.simulation else 0.0
@@ -65,10 +65,11 @@ def position_noise(spec: Spec) -> PositionNoise:
 
 
 class NoiseModel:
-    """The sampled error with noise: e⁺ = Φ e + B n, friction estimate F̂ = C e + D n, e less the present noise's part.
+    """Sampled error with noise: e⁺ = Φ e + B n, friction estimate F̂ = C e + D n.
 
-    e is the estimates' deviation from the truth. With velocity: measured the velocity is taken as the difference of
-    two noisy positions, so the noise of the sample before, over h, is a state too.
+    e is the estimates' deviation from the truth without the part of the present noise. With velocity: measured the
+    velocity is taken as the difference of two noisy positions over h, so the noise of the previous sample is a state
+    too.
 
     Attributes:
         variables, points: operating points at which it is computed, points by variables.
@@ -137,7 +138,7 @@ class NoiseModel:
         return np.where(np.isfinite(found), found, np.inf)
 
     def exact_rms(self, settings: Settings) -> Array:
-        """The same for one stable set by SciPy's solver of the discrete Lyapunov equation, points by outputs."""
+        """The RMS of one stable set by SciPy's discrete Lyapunov solver, points by outputs."""
         scale = np.asarray(self.noise.rms)
         result = []
         for phi, driven, seen, direct in zip(*(m[0] for m in self.matrices(settings)), strict=True):
@@ -147,7 +148,7 @@ class NoiseModel:
         return np.array(result)
 
     def share(self, settings: Settings) -> Array:
-        """Largest noise RMS over friction level, over points and outputs, one a set; outputs without friction aside."""
+        """Largest noise RMS over friction level, over points and outputs with friction, one a set."""
         return self.largest_share(self.rms(settings))
 
     def largest_share(self, rms: Array) -> Array:
@@ -156,7 +157,7 @@ class NoiseModel:
         return found
 
     def shares(self, rms: Array) -> Array:
-        """The same output by output: the largest over the points."""
+        """Largest ratio of RMS to level over the points, for each output."""
         with np.errstate(all="ignore"):
             ratio = np.where(self.levels > 0, rms / self.levels, 0.0)
         found: Array = ratio.max(axis=-2)
@@ -174,7 +175,7 @@ class NoiseModel:
 
 
 def _points(observer: Observer, spec: Spec) -> tuple[tuple[sympy.Symbol, ...], Array]:
-    """Random points of the envelope in sliding; where it has no range: x = 0, w = 0, |v| up to 1."""
+    """Random points of the envelope in sliding; default ranges: x = 0, w = 0, |v| up to 1."""
     system = observer.system
     ranges = dict.fromkeys((*system.positions, *system.inputs), (0.0, 0.0)) | dict.fromkeys(
         system.velocities, (-1.0, 1.0)

@@ -1,4 +1,4 @@
-"""Where the error is stable: the region over two gains, intervals along one, margins; boundaries by bisection."""
+"""Stability region over two gains, stable intervals of one, gain and sample-time margins; boundaries by bisection."""
 
 from __future__ import annotations
 
@@ -54,11 +54,11 @@ class GainMap:
 
 @dataclass(frozen=True)
 class Margin:
-    """How far one axis may be moved before the sampled error is unstable.
+    """Gain margin: how far one axis may change before the sampled error is unstable.
 
     Attributes:
         name: of the axis, or "all gains", or "sample time".
-        up, down: the factor that may be applied (up > 1 > down); None where no boundary lies within a factor of 1000.
+        up, down: largest and smallest factor (up > 1 > down); None where no boundary is within a factor of 1000.
         at_up, at_down: the eigenvalue z that reaches the unit circle there.
     """
 
@@ -82,7 +82,7 @@ def grid(base: Settings, x: GainAxis, y: GainAxis, x_values: Array, y_values: Ar
 
 
 def map_region(family: Family, base: Settings, x: GainAxis, y: GainAxis) -> GainMap:
-    """The region over two axes; where a boundary turns out unstable at a point left aside, that point is taken in."""
+    """The region over two axes; operating points that contradict a boundary are added to the deciding ones."""
     shares = np.linspace(0, 1, GRID)
     x_values, y_values = np.asarray(x.at(shares)), np.asarray(y.at(shares))
     settings = grid(base, x, y, x_values, y_values)
@@ -107,7 +107,7 @@ def map_region(family: Family, base: Settings, x: GainAxis, y: GainAxis) -> Gain
 
 
 def intervals(family: Family, which: str, base: Settings, axis: GainAxis) -> tuple[tuple[float, float], ...]:
-    """The stable intervals of one axis through ``base``; an end of the axis' range is no boundary."""
+    """The stable intervals of one axis through ``base``; the ends of the axis' range are no boundaries."""
     shares = np.linspace(0, 1, LINE)
     inside = stable(family, which, base.along(axis, axis.at(shares)))
     at = np.flatnonzero(inside[1:] != inside[:-1])
@@ -123,7 +123,7 @@ def margin(family: Family, name: str, scaled: Callable[[Array], Settings]) -> Ma
     """The margin of a gain set.
 
     Args:
-        scaled: factors, N → the N sets that these give; at the factor 1 the set is stable.
+        scaled: N factors → N sets; the set at factor 1 is stable.
     """
     up, at_up = _one_way(family, scaled, SEARCHED)
     down, at_down = _one_way(family, scaled, 1 / SEARCHED)
@@ -131,7 +131,7 @@ def margin(family: Family, name: str, scaled: Callable[[Array], Settings]) -> Ma
 
 
 def bisect(inside: Callable[[Array], NDArray[np.bool_]], good: Array, bad: Array) -> tuple[Array, Array]:
-    """The boundary between shares that are inside and shares that are not, elementwise; (middle, inner end)."""
+    """The boundary between inner and outer shares, elementwise; (middle, inner end)."""
     for _ in range(BISECTIONS if len(good) else 0):
         middle = (good + bad) / 2
         ok = inside(middle)
@@ -165,7 +165,7 @@ def _boundary(
 def _one_way(
     family: Family, scaled: Callable[[Array], Settings], farthest: float
 ) -> tuple[float | None, complex | None]:
-    """The first factor towards ``farthest`` at which stability is lost, and the eigenvalue z that leaves there."""
+    """The first factor towards ``farthest`` at which stability is lost, and the eigenvalue z on the unit circle."""
 
     def inside(share: Array) -> NDArray[np.bool_]:
         return stable(family, "sampled", scaled(farthest**share))
@@ -181,7 +181,7 @@ def _one_way(
         surprises = ~stable(family, "sampled", reached, True)
         if not surprises.any():
             break
-        family.focus(reached.rows(surprises))  # unstable at a point that was left aside
+        family.focus(reached.rows(surprises))  # unstable at a point that was not evaluated
     if not len(lost):
         return None, None
     factor = farthest ** float(middle[0])
@@ -189,7 +189,7 @@ def _one_way(
 
 
 def leaving(family: Family, settings: Settings) -> complex:
-    """The sampled error's eigenvalue of largest size at one set, over all operating points; its upper conjugate."""
+    """The sampled error's eigenvalue of largest magnitude at one set, over all points; its upper conjugate."""
     point = int(family.every[family.measures("sampled", settings, family.every)[0].argmax()])
     matrix = family.matrices("sampled", settings, [point])[0, 0]
     values = family.dynamics.multipliers(np.linalg.eigvals(matrix), float(settings.sample_time[0]))

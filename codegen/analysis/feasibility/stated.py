@@ -1,4 +1,4 @@
-"""The suggested gains in the author's own text, comments kept."""
+"""The suggested gains written into the author's own text, comments kept."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ DIGITS = 6
 
 
 def suggested_text(spec: Spec, axes: Sequence[GainAxis], suggestion: Suggestion) -> str:
-    """The spec's text with the suggested gains in place of the free or chosen ones, and a comment that says so."""
+    """The spec's text with the suggested gains in place of the free or chosen ones, and a comment."""
     assert spec.observer is not None
     document, _ = load_mapping(spec.text, str(spec.path))
     section = document["observer"]
@@ -33,7 +33,7 @@ def suggested_text(spec: Spec, axes: Sequence[GainAxis], suggestion: Suggestion)
 
 
 def _place(gains: CommentedMap, keys: tuple[Any, ...], number: float | int) -> None:
-    """Put a number at gains[k][k]…, whatever stood there."""
+    """Write a number at gains[k][k]…."""
     parent: CommentedMap | CommentedSeq = gains
     for key in keys[:-1]:
         parent = parent[key]
@@ -41,7 +41,7 @@ def _place(gains: CommentedMap, keys: tuple[Any, ...], number: float | int) -> N
 
 
 def _comment(section: CommentedMap, gains: CommentedMap, name: str, note: str) -> None:
-    """Beside the gain; behind the whole mapping where it stands on one line. What stood there stays."""
+    """Append a comment to the gain, or after the whole mapping where it is on one line; old comments stay."""
     parent, key = (section, "gains") if gains.fa.flow_style() else (gains, name)
     tokens = [t for t in (parent.ca.items.get(key) or []) if t is not None and not isinstance(t, list)]
     words = "; ".join(t.value.strip().lstrip("# ") for t in tokens if t.value.strip())

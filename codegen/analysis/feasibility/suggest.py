@@ -1,4 +1,4 @@
-"""A suggested gain set: the fastest error decay whose noise and margins are still good, by search over the range."""
+"""Suggested gains: the fastest error decay within bounds on noise and gain margin, by random search."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ DIGITS = 3
 
 @dataclass(frozen=True)
 class Suggestion:
-    """A gain set and by which rule it was found.
+    """A gain set and the rule by which it was chosen.
 
     Attributes:
         numbers: axis name → number, to three digits.
-        rule: "fastest": the fastest decay among those below; "product": no gain set of the range keeps both bounds, so
-            the least product of noise and decay time.
+        rule: "fastest": fastest decay within both bounds; "product": no set of the range is within both bounds, so
+            least product of noise and decay time.
         tried: gain sets evaluated; ``stable`` of them were stable.
-        quiet, wide: of the stable ones, how many keep the noise bound, and whether one of these has the gain margin.
+        quiet, wide: how many stable sets are within the noise bound, and whether one of these has the gain margin.
     """
 
     numbers: Mapping[str, float]
@@ -55,7 +55,7 @@ class NothingStable:
 
 @dataclass(frozen=True)
 class _Candidates:
-    """Gain sets that were evaluated: shares of the ranges, radius and noise share of each."""
+    """Evaluated gain sets: shares of the ranges, radius and noise share of each."""
 
     shares: Array
     radius: Array
@@ -63,15 +63,15 @@ class _Candidates:
 
 
 def suggest(family: Family, noise: NoiseModel, base: Settings, axes: Sequence[GainAxis]) -> Suggestion | NothingStable:
-    """Search all axes together, first the whole range, then around the best."""
+    """Search over all axes together: first the whole range, then around the best."""
     generator = np.random.default_rng(3)
-    looked = _look(family, noise, base, axes, _first(len(axes), generator))
-    tried = len(looked.shares)
-    best, rule = _best(family, base, axes, looked)
+    evaluated = _evaluated(family, noise, base, axes, _first(len(axes), generator))
+    tried = len(evaluated.shares)
+    best, rule = _best(family, base, axes, evaluated)
     for k in range(LOCAL_ROUNDS):
         width = WIDEST * NARROWING**k
         around = best + generator.uniform(-width, width, (LOCAL, len(axes)))
-        more = _look(family, noise, base, axes, np.vstack([best, np.clip(around, 0, 1)]))
+        more = _evaluated(family, noise, base, axes, np.vstack([best, np.clip(around, 0, 1)]))
         tried += LOCAL
         better, found = _best(family, base, axes, more)
         if rule != "fastest" or found == "fastest":
@@ -82,11 +82,11 @@ def suggest(family: Family, noise: NoiseModel, base: Settings, axes: Sequence[Ga
     claimed = joined([settings, *_scaled(settings, axes)]) if rule == "fastest" else settings
     surprises = ~stable(family, "sampled", claimed, True)
     if surprises.any():
-        family.focus(claimed.rows(surprises))  # unstable at a point that was left aside: look again with that point
+        family.focus(claimed.rows(surprises))  # unstable at a point that was not evaluated: repeat with it
         return suggest(family, noise, base, axes)
     numbers = {axis.name: float(_numbers(axis, best[[k]])[0]) for k, axis in enumerate(axes)}
-    held = looked.radius < 1
-    quiet = int((held & (looked.noise <= NOISE_SHARE)).sum())
+    held = evaluated.radius < 1
+    quiet = int((held & (evaluated.noise <= NOISE_SHARE)).sum())
     return Suggestion(numbers, settings, rule, tried, int(held.sum()), quiet, rule == "fastest")
 
 
@@ -99,7 +99,7 @@ def wide_margin(family: Family, base: Settings, axes: Sequence[GainAxis]) -> NDA
 
 
 def _scaled(base: Settings, axes: Sequence[GainAxis]) -> list[Settings]:
-    """The sets with one axis doubled or halved, each."""
+    """The sets with one axis doubled or halved, for each axis."""
     moved = []
     for axis in axes:
         s, weight = next(iter(axis.weights.items()))
@@ -109,7 +109,7 @@ def _scaled(base: Settings, axes: Sequence[GainAxis]) -> list[Settings]:
 
 
 def _first(count: int, generator: np.random.Generator) -> Array:
-    """A line, a grid or scattered shares."""
+    """Initial shares: a line, a grid, or random."""
     if count == 1:
         return np.linspace(0, 1, LINE)[:, None]
     if count == 2:
@@ -131,7 +131,9 @@ def _sets(base: Settings, axes: Sequence[GainAxis], shares: Array) -> Settings:
     return base
 
 
-def _look(family: Family, noise: NoiseModel, base: Settings, axes: Sequence[GainAxis], shares: Array) -> _Candidates:
+def _evaluated(
+    family: Family, noise: NoiseModel, base: Settings, axes: Sequence[GainAxis], shares: Array
+) -> _Candidates:
     settings = _sets(base, axes, shares)
     radius = family.worst("sampled", settings)
     good = np.flatnonzero(radius < 1)
@@ -141,20 +143,20 @@ def _look(family: Family, noise: NoiseModel, base: Settings, axes: Sequence[Gain
     return _Candidates(shares, radius, found)
 
 
-def _best(family: Family, base: Settings, axes: Sequence[GainAxis], looked: _Candidates) -> tuple[Array, str]:
+def _best(family: Family, base: Settings, axes: Sequence[GainAxis], evaluated: _Candidates) -> tuple[Array, str]:
     """The best candidate and the rule: "fastest", "product" or "none"."""
     h = float(base.sample_time[0])
-    decay = -np.log(np.clip(looked.radius, 1e-12, None)) / h
-    eligible = np.flatnonzero((looked.radius < 1) & (looked.noise <= NOISE_SHARE))
+    decay = -np.log(np.clip(evaluated.radius, 1e-12, None)) / h
+    eligible = np.flatnonzero((evaluated.radius < 1) & (evaluated.noise <= NOISE_SHARE))
     eligible = eligible[np.argsort(-decay[eligible], kind="stable")]
     for start in range(0, len(eligible), CHUNK):
         chunk = eligible[start : start + CHUNK]
-        chunk = chunk[wide_margin(family, _sets(base, axes, looked.shares[chunk]), axes)]
+        chunk = chunk[wide_margin(family, _sets(base, axes, evaluated.shares[chunk]), axes)]
         if len(chunk):
             as_fast = chunk[decay[chunk] >= AS_FAST * decay[chunk].max()]
-            return looked.shares[as_fast[looked.noise[as_fast].argmin()]], "fastest"
-    good = looked.radius < 1
+            return evaluated.shares[as_fast[evaluated.noise[as_fast].argmin()]], "fastest"
+    good = evaluated.radius < 1
     if good.any():
-        product = np.where(good & np.isfinite(looked.noise), looked.noise / np.where(good, decay, 1.0), np.inf)
-        return looked.shares[int(product.argmin())], "product"
-    return looked.shares[int(looked.radius.argmin())], "none"
+        product = np.where(good & np.isfinite(evaluated.noise), evaluated.noise / np.where(good, decay, 1.0), np.inf)
+        return evaluated.shares[int(product.argmin())], "product"
+    return evaluated.shares[int(evaluated.radius.argmin())], "none"

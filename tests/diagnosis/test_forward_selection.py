@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from codegen.diagnosis import rounds
-from codegen.diagnosis.rounds import standing
+from codegen.diagnosis import forward_selection
+from codegen.diagnosis.forward_selection import still_credited
 
 
 def fit(*parts: str) -> Any:
@@ -32,12 +32,12 @@ def test_one_effect_of_a_pair_stands_alone_only_if_it_is_credited_alone(
         asked.append((before, after, candidates))
         return alone_is_credited
 
-    monkeypatch.setattr(rounds, "credible", credible)
+    monkeypatch.setattr(forward_selection, "credible", credible)
     base, one, both = fit(), fit("inertia_error"), fit("inertia_error", "cogging")
     first, second = rival("spring"), rival("inertia_error", "stribeck")
     none: Any = None
-    assert standing(none, base, both, [first, second], 9) == (both, [first, second]) and not asked
-    left = standing(none, base, one, [first, second], 9)
+    assert still_credited(none, base, both, [first, second], 9) == (both, [first, second]) and not asked
+    left = still_credited(none, base, one, [first, second], 9)
     assert asked == [(base, one, 9)]
     assert left == ((one, [first]) if alone_is_credited else (base, []))
 
@@ -58,8 +58,8 @@ def test_segments_are_halved_while_free_runs_are_far_off(
     scale: float, share: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """80, 320, 1,600 and 160,000 times the noise at full length; a quarter is the shortest."""
-    monkeypatch.setattr(rounds, "level", lambda error: scale * error)
+    monkeypatch.setattr(forward_selection, "noise_ratio", lambda error: scale * error)
     search: Any = Fake(1.0, lambda share: share)
-    near, base = rounds.within_reach(search)
+    near, base = forward_selection.within_reach(search)
     assert (near.record, base) == (share, 1600.0 * share**2)
     assert near.shorter(0.5) == 0.5 * share

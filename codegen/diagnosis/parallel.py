@@ -1,4 +1,4 @@
-"""Free runs on both cores: compiled loops leave the interpreter free while they run."""
+"""Threads for free-run simulations: the compiled loops release the interpreter lock."""
 
 from __future__ import annotations
 
@@ -15,11 +15,8 @@ Result = TypeVar("Result")
 _inside = threading.local()
 
 
-def side_by_side(function: Callable[[Item], Result], items: Sequence[Item]) -> list[Result]:
-    """The results for all items, in their order, whatever the number of threads.
-
-    One after the other within a call of this function: the cores are busy then.
-    """
+def in_parallel(function: Callable[[Item], Result], items: Sequence[Item]) -> list[Result]:
+    """The results for all items, in their order, whatever the number of threads; a nested call runs serially."""
     if len(items) < 2 or WORKERS < 2 or getattr(_inside, "busy", False):
         return [function(item) for item in items]
     with ThreadPoolExecutor(WORKERS, initializer=_enter) as pool:

@@ -1,4 +1,4 @@
-"""The second witness: what effects do to the force residual, beside each other and beside a flexible regression."""
+"""Evidence from the force residual, the second criterion: comparison of models, and with a flexible regression."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from codegen.diagnosis.balance import slip_velocities
 from codegen.diagnosis.credit import SIGNED, random_signs
 from codegen.diagnosis.problem import Problem
-from codegen.diagnosis.referee import LEAST_ROWS, explained_over, remainder_columns, sliding
 from codegen.diagnosis.residual import residual_at_drive
+from codegen.diagnosis.residual_regression import LEAST_ROWS, explained_over, remainder_columns, sliding
 from codegen.diagnosis.signals import Motion
 from codegen.effects import CATALOGUE
 from codegen.mechanics.system import System
@@ -29,17 +29,17 @@ VARIABLES = {
     "input rate": "input rate",
     "time": "time",
 }
-"""Axis over which an effect is seen best → the referee's variable."""
+"""Variable over which an effect is seen best → variable of the flexible regression."""
 
 
 @dataclass(frozen=True)
 class ForceGain:
-    """What the force residual says for one model over another.
+    """Comparison of two models by their force residuals.
 
     Attributes:
-        left: squared residual that it leaves over what the other leaves, on the coordinate where they differ most.
-        nats: of log-likelihood, of as many residuals as are independent.
-        t: sum of what blocks of the log gain over the root of the sum of their squares.
+        left: squared residual over the other model's, on the coordinate where they differ most.
+        nats: gain in log-likelihood for the number of independent residuals.
+        t: sum of the gains of blocks of the log over the root of the sum of their squares.
     """
 
     left: float
@@ -48,19 +48,17 @@ class ForceGain:
 
     @property
     def p(self) -> float:
-        """One-sided probability of such a gain where the model is no better: by random signs and by the likelihood.
+        """One-sided probability of such a gain where the model is no better: larger of sign test and likelihood ratio.
 
-        The larger of the two. The likelihood ratio holds where the other model is true, the signs of blocks where
-        both lack something.
+        The likelihood ratio is valid where the other model is true, the sign test where both lack something.
         """
         return max(random_signs(self.t), exp(-max(self.nats, 0.0)))
 
 
 def force_gain(problem: Problem, before: Array, after: Array) -> ForceGain:
-    """For residuals ``after`` over ``before``, both (N, n) by ``fair_residual``.
+    """The gain of residuals ``after`` over ``before``, both (N, n) by ``residual_without_levels``.
 
-    The residual is low-passed, so a log of T seconds holds 2 f T values below the cutoff f; of those as many count as
-    their correlation leaves independent.
+    The residual is low-passed at f, so a log of T seconds holds 2 f T values, fewer where these are correlated.
     """
     motion, rows = problem.motion, problem.masks.rows
     rate = 2 * motion.cutoff_hz * motion.sample_time
@@ -81,14 +79,14 @@ def force_gain(problem: Problem, before: Array, after: Array) -> ForceGain:
 
 
 def independent(values: Array) -> float:
-    """Share of values that count as independent: (1 − φ)/(1 + φ) with φ the correlation of neighbours."""
+    """Share of independent values, (1 − φ)/(1 + φ), with φ the correlation of neighbours."""
     power = float(values @ values)
     phi = min(max(float(values[1:] @ values[:-1]) / power, 0.0), 0.99) if power > 0 else 0.0
     return (1 - phi) / (1 + phi)
 
 
-def fair_residual(problem: Problem, system: System) -> Array:
-    """(N, n) low-passed force residual of a system, its friction levels refitted to it on each coordinate."""
+def residual_without_levels(problem: Problem, system: System) -> Array:
+    """(N, n) low-passed force residual of a system, less the least-squares contribution of its friction levels."""
     residual = residual_at_drive(system, problem.motion)
     columns = [
         without_levels(system, problem.motion, problem.masks.rows[:, i], residual[:, i], i)
@@ -99,12 +97,12 @@ def fair_residual(problem: Problem, system: System) -> Array:
 
 @dataclass(frozen=True)
 class ForceEvidence:
-    """What effects explain of the force residual on one coordinate.
+    """Share of the force residual on one coordinate that effects explain.
 
     Attributes:
         coordinate: index.
         removed: share of the refit's squared residual that the augmented model removes.
-        own: share of it that a flexible regression on the effects' own variables explains on held-out parts.
+        own: share that a flexible regression on the effects' own variables explains on held-out parts.
     """
 
     coordinate: int
@@ -115,7 +113,7 @@ class ForceEvidence:
 def force_evidence(
     problem: Problem, refit: System, augmented: System, kinds: Sequence[str], acting: Collection[int]
 ) -> list[ForceEvidence]:
-    """Of effects of these kinds, on each coordinate on which they are seen."""
+    """The evidence for effects of these kinds, on each coordinate on which they act."""
     motion = problem.motion
     before, after = (residual_at_drive(s, motion) for s in (refit, augmented))
     own = {VARIABLES[CATALOGUE[kind].seen_over] for kind in kinds}
@@ -131,9 +129,9 @@ def force_evidence(
 
 
 def without_levels(system: System, motion: Motion, used: NDArray[np.bool_], residual: Array, i: int) -> Array:
-    """A residual on one coordinate, (N,), with the friction levels there refitted to it by least squares.
+    """The residual of one coordinate, (N,), less the least-squares contribution of its friction levels.
 
-    The free runs weigh the log differently and put the levels elsewhere; what a level can take is no effect.
+    Free runs weigh the log differently and may give other levels; what a level explains is not evidence for an effect.
     """
     touching = [c for c in range(system.distribution.shape[1]) if system.distribution[i, c] != 0]
     if not touching or not used.any():

@@ -1,11 +1,11 @@
-"""How much of a force residual a flexible regression explains over one variable or all, with no law and no name.
+"""How much of a force residual a flexible regression explains over each variable, without any law: penalised B-splines.
 
 For each coordinate the low-passed residual r of a model is regressed on cubic B-splines of one variable at a time
 (speed, position, load, acceleration, rate of the input, time, distance since the last reversal), on a line of its
-spectrum, and on all of them together. The penalty on second differences of the weights is chosen by cross-validation,
-and every share is 1 − Σ(r − r̂)²/Σr² on parts of the log that the weights were not fitted to. A law with a name should
-explain most of what its own variable can; what no variable explains is noise to this log. What a constant explains is
-told apart, since every variable explains it too.
+spectrum, and on all of them together. The penalty on second differences of the weights (P-splines) is chosen by
+cross-validation; every share is 1 − Σ(r − r̂)²/Σr² on held-out parts of the log. A friction law should explain most of
+what a regression on its own variable can; what no variable explains is noise. The share of a constant is reported
+separately, since every variable includes it.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from codegen.mechanics.system import Matrix, System
 Array = NDArray[np.float64]
 
 CHUNKS, FOLDS = 48, 8
-"""The log in pieces of equal length; every eighth piece is held out together."""
+"""Pieces of equal length of the log; every eighth piece is held out together."""
 KNOTS = 14
 POSITION_KNOTS = 40
 MOST_ROWS = 6000
@@ -34,17 +34,17 @@ PENALTIES = (1e-6, 1e-3, 1e-1, 1e1)
 """On squared second differences of the weights, over the mean diagonal of the normal matrix."""
 DEGREE = 3
 LEAST_ROWS = 200
-BESIDE, LEAST_PERIODS = 2, 6
-"""Of a line in the spectrum: bins beside it, which a change of its amplitude fills; periods that the log holds."""
+NEIGHBOURS, LEAST_PERIODS = 2, 6
+"""For a spectral line: neighbouring bins on each side, which allow its amplitude to vary; least number of periods in
+the log."""
 REPEATED = 2.0
-"""What the held-out parts gain together over the root of the sum of their squares, at least: were nothing explained,
-each gain could as well have the other sign."""
+"""Least z-score of the held-out gains by sign: their sum over the root of the sum of their squares."""
 SLIDING = 0.03
-"""Share of a contact's 95 % speed from which on it slides for sure: slower, friction may balance any load."""
+"""Share of a contact's 95 % speed above which it surely slides; below, friction may balance any load."""
 
 
 def remainders(system: System, motion: Motion, used: Masks) -> tuple[Remainder, ...]:
-    """Of a model along a motion, one a coordinate.
+    """The remainder of a model along a motion, one a coordinate.
 
     Args:
         used: samples away from standstill, ends and gaps.
@@ -59,7 +59,7 @@ def remainders(system: System, motion: Motion, used: Masks) -> tuple[Remainder, 
 
 
 def acting_force(system: System, motion: Motion) -> Array:
-    """(N, n) low-passed force of the inputs on each coordinate; on one that no input reaches, its row of M a."""
+    """(N, n) low-passed force of the inputs on each coordinate; where no input acts, the row of M a."""
     drive = motion.low_pass(drive_force(system, motion))
     idle = ~np.any(drive != 0, axis=0)
     if idle.any():
@@ -71,14 +71,14 @@ def acting_force(system: System, motion: Motion) -> Array:
 def predicted_load(system: System, motion: Motion, residual: Array) -> Array:
     """(N, n) the acting force less the residual, so that noise of the input does not explain itself.
 
-    On a coordinate that no input reaches the residual is in no input, and the acting force is it.
+    Where no input acts, the acting force itself.
     """
     reached = np.any(drive_force(system, motion) != 0, axis=0)
     return np.asarray(acting_force(system, motion) - np.where(reached, residual, 0.0))
 
 
 def sliding(system: System, motion: Motion, used: Masks, i: int) -> NDArray[np.bool_]:
-    """(N,) samples at which every contact on a coordinate slides for sure."""
+    """(N,) samples at which every contact on a coordinate surely slides."""
     slip = np.abs(slip_velocities(system, motion))
     touching = [c for c in range(slip.shape[1]) if system.distribution[i, c] != 0]
     fast = [slip[:, c] >= SLIDING * float(np.quantile(slip[:, c], 0.95)) for c in touching]
@@ -91,14 +91,14 @@ def explained_over(residual: Array, rows: NDArray[np.bool_], columns: Sequence[A
 
 
 def repeated_share(residual: Array, rows: NDArray[np.bool_], columns: Sequence[Array]) -> float:
-    """The same where the held-out parts agree that there is one; else 0."""
+    """The explained share where the held-out parts agree that it is positive; else 0."""
     gains = _gains(residual, rows, columns)
     share, spread = float(gains.sum()), float(np.sqrt((gains**2).sum()))
     return share if share > 0 and share >= REPEATED * spread else 0.0
 
 
 def _gains(residual: Array, rows: NDArray[np.bool_], columns: Sequence[Array]) -> Array:
-    """(CHUNKS,) of the squared residual, what is explained on each piece of the log while it is held out."""
+    """(CHUNKS,) share of the squared residual that is explained on each held-out piece."""
     kept = _thinned(rows)
     if kept.sum() < LEAST_ROWS:
         return np.zeros(CHUNKS)
@@ -106,7 +106,7 @@ def _gains(residual: Array, rows: NDArray[np.bool_], columns: Sequence[Array]) -
 
 
 def smooth_curve(residual: Array, rows: NDArray[np.bool_], columns: Array) -> Array:
-    """(N,) the curve over one variable's columns that is fitted to all rows, by the penalty that is best held out."""
+    """(N,) the regression curve over one variable's columns, fitted to all rows with the cross-validated penalty."""
     kept = _thinned(rows)
     if kept.sum() < LEAST_ROWS:
         return np.full(len(residual), np.nan)
@@ -127,7 +127,7 @@ def _remainder(r: Array, drive: Array, rows: NDArray[np.bool_], variables: Mappi
 
 
 def variables_of(system: System, motion: Motion, residual: Array, i: int) -> dict[str, Array]:
-    """(N,) variables of one coordinate over which a residual may have a shape; the load is the predicted one."""
+    """(N,) variables of one coordinate over which a residual may have a shape; the load is ``predicted_load``."""
     x, v = motion.positions[:, i], motion.velocities[:, i]
     rate = central_difference(acting_force(system, motion)[:, [i]], motion.sample_time)
     touching = [c for c in range(system.distribution.shape[1]) if system.distribution[i, c] != 0]
@@ -143,7 +143,7 @@ def variables_of(system: System, motion: Motion, residual: Array, i: int) -> dic
 
 
 def remainder_columns(system: System, motion: Motion, residual: Array, i: int) -> dict[str, Array]:
-    """(N, m) columns by variable of one coordinate."""
+    """(N, m) regression columns by variable of one coordinate."""
     over = variables_of(system, motion, residual, i)
     sign = motion.low_pass(np.sign(over["speed"])[:, None])[:, 0]
     along, load = splines(over["position"], POSITION_KNOTS), over["load"]
@@ -160,7 +160,7 @@ def remainder_columns(system: System, motion: Motion, residual: Array, i: int) -
 
 
 def line(residual: Array, motion: Motion) -> Array:
-    """(N, m) sines and cosines at the highest peak of the spectrum below the cutoff, and at ``BESIDE`` bins beside."""
+    """(N, m) sines and cosines at the highest peak of the spectrum below the cutoff, and at neighbouring bins."""
     count, h = len(residual), motion.sample_time
     power = np.abs(np.fft.rfft(np.where(motion.usable, residual, 0.0))) ** 2
     frequencies = np.fft.rfftfreq(count, h)
@@ -168,12 +168,12 @@ def line(residual: Array, motion: Motion) -> Array:
     if not seen.any():
         return np.ones((count, 1))
     peak = int(np.argmax(np.where(seen, power, 0.0)))
-    turns = [2 * np.pi * frequencies[k] * motion.time for k in range(max(1, peak - BESIDE), peak + BESIDE + 1)]
+    turns = [2 * np.pi * frequencies[k] * motion.time for k in range(max(1, peak - NEIGHBOURS), peak + NEIGHBOURS + 1)]
     return np.column_stack([f(turn) for turn in turns for f in (np.sin, np.cos)])
 
 
 def since_reversal(x: Array, v: Array) -> Array:
-    """(N,) square root of the distance gone since the velocity last changed its sign."""
+    """(N,) square root of the distance moved since the velocity last changed its sign."""
     turned = np.concatenate([[0], np.flatnonzero(np.diff(np.sign(v)) != 0) + 1])
     last = turned[np.searchsorted(turned, np.arange(len(x)), side="right") - 1]
     return np.asarray(np.sqrt(np.abs(x - x[last])))
@@ -192,7 +192,7 @@ def splines(z: Array, knots: int) -> Array:
 
 
 def _thinned(rows: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """At most ``MOST_ROWS`` of the true entries, evenly."""
+    """At most ``MOST_ROWS`` of the true entries, evenly spread."""
     places = np.flatnonzero(rows)
     kept = np.zeros_like(rows)
     kept[places[:: max(1, len(places) // MOST_ROWS)]] = True
@@ -206,11 +206,11 @@ def _pieces(kept: NDArray[np.bool_]) -> NDArray[np.int64]:
 
 
 def _cross_validated(y: Array, groups: Sequence[Array], piece: NDArray[np.int64]) -> tuple[Array, Array]:
-    """Ridge regression with the penalty, of ``PENALTIES``, that is best on the held-out parts.
+    """Ridge regression with the cross-validated penalty of ``PENALTIES``.
 
     Returns:
-        (CHUNKS,) shares of y'y by which each piece falls while its fold is held out, and the weights on all, the last
-        one of a constant.
+        (CHUNKS,) share of y'y that is removed on each piece while its fold is held out, and the weights fitted to all
+            rows; the last is of a constant.
     """
     fold = piece % FOLDS
     a = np.hstack([*groups, np.ones((len(y), 1))])
@@ -237,11 +237,11 @@ def _cross_validated(y: Array, groups: Sequence[Array], piece: NDArray[np.int64]
 
 
 def _roughness(widths: Sequence[int]) -> Array:
-    """Squared second differences of the weights of each group, and a little of the weights themselves."""
+    """Penalty matrix: squared second differences of the weights of each group, and a small ridge."""
     total = np.zeros((sum(widths) + 1, sum(widths) + 1))
     start = 0
     for width in widths:
-        bend = np.diff(np.eye(width), 2, axis=0) if width > 2 else np.zeros((0, width))
-        total[start : start + width, start : start + width] = bend.T @ bend + 1e-3 * np.eye(width)
+        second = np.diff(np.eye(width), 2, axis=0) if width > 2 else np.zeros((0, width))
+        total[start : start + width, start : start + width] = second.T @ second + 1e-3 * np.eye(width)
         start += width
     return total

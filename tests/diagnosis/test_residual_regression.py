@@ -8,9 +8,16 @@ import numpy as np
 import pytest
 
 from codegen.base.resources import resource_folder
-from codegen.diagnosis.conclusion import is_small, told
+from codegen.diagnosis.conclusion import is_small, main_variables
 from codegen.diagnosis.problem import Problem
-from codegen.diagnosis.referee import explained_over, remainders, repeated_share, since_reversal, sliding, splines
+from codegen.diagnosis.residual_regression import (
+    explained_over,
+    remainders,
+    repeated_share,
+    since_reversal,
+    sliding,
+    splines,
+)
 from codegen.diagnosis.results import Remainder
 from codegen.diagnosis.signals import smooth_motion
 from codegen.logs import read_log
@@ -91,8 +98,11 @@ def test_a_share_in_which_the_held_out_parts_do_not_agree_is_none() -> None:
 
 def test_the_sentence_names_a_variable_by_its_force_and_not_only_by_its_share() -> None:
     left = Remainder(1.0, 0.3, 0.06, {"input rate": 0.06, "speed": 0.0, "load": 0.002})
-    assert told(left, 0.02) == [("input rate", 0.06)]
-    assert told(Remainder(1.0, 0.01, 0.5, {"load": 0.2, "speed": 0.5}), 0.02) == [("speed", 0.5), ("load", 0.2)]
+    assert main_variables(left, 0.02) == [("input rate", 0.06)]
+    assert main_variables(Remainder(1.0, 0.01, 0.5, {"load": 0.2, "speed": 0.5}), 0.02) == [
+        ("speed", 0.5),
+        ("load", 0.2),
+    ]
 
 
 def test_what_is_left_is_small_where_every_coordinate_that_can_be_judged_says_so() -> None:

@@ -1,0 +1,257 @@
+"""Fits of every candidate effect in one round of forward selection: on few segments first, the best then on all."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codegen.diagnosis.coverage import survey
+from codegen.diagnosis.credit import NEAR_NOISE, noise_loss, noise_ratio
+from codegen.diagnosis.force_start import ForceStart
+from codegen.diagnosis.models import with_values
+from codegen.diagnosis.one_joint import of_joint, rows_of, started_as
+from codegen.diagnosis.output_error import Fit, gauss_newton, polish, raw_slopes, state_slopes
+from codegen.diagnosis.parallel import in_parallel
+from codegen.diagnosis.screen import simplex_search, starting_points
+from codegen.diagnosis.search import ROUNDS, Search
+from codegen.diagnosis.trial import Part, Trial, part_of
+from codegen.effects.family import candidates
+from codegen.effects.register import is_own
+from codegen.effects.start import Covered
+
+Array = NDArray[np.float64]
+
+SCREENED_SAMPLES = 9000
+LEAST_SCREENED = 60
+"""Segments: candidates are first fitted on about ``SCREENED_SAMPLES`` samples, but at least this many segments."""
+NEAR, SHORTEST = 30.0, 0.2
+"""Where the refit's error exceeds this many times the noise, candidates are first fitted on segments shortened down to
+this share, on which a free-run simulation stays near the measured motion (its error grows with the square of time)."""
+LEAST_EXCESS = 0.05
+"""Joints of an arm whose loss above the noise is less than this share of the worst joint's wait for a later round."""
+FIRST_ROUNDS = 4
+PROMISING, BY_FORCE = 8, 4
+"""How many scalable effects are fitted on few segments: those that gain most by one linear step of the free runs, and
+those that leave least of the force residual."""
+AS_GOOD = 0.5
+"""Share of the best start's gain from which on another start of the same effect is fitted too."""
+FITTED = 6
+POLISHES, MOVING = 4, 0.01
+"""The slopes by the segments' start states are computed again at most so often, while the cost falls by this share."""
+JOINED = 2
+"""Gauss–Newton steps on all joints of an arm after an effect was fitted on its own joint."""
+
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """A fitted candidate: the trial, whose last part it is, and the fit."""
+
+    trial: Trial
+    fit: Fit
+
+    @property
+    def part(self) -> Part:
+        return self.trial.parts[-1]
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        return self.trial.split(self.fit.theta)[1][-1]
+
+
+def every_part(search: Search, taken: Sequence[Part]) -> list[Part]:
+    """Effects at their places that the log can show, less those already taken and refined forms of a kind."""
+    known, changed = {(p.kind, p.on) for p in taken}, replace(search.declared_trial, parts=tuple(taken)).changed
+    parts = [part_of(effect, place, search.system) for effect, place in candidates(changed) if not effect.refines]
+    return [p for p in parts if (p.kind, p.on) not in known and (not p.effect.both_ways or search.reverses[p.place])]
+
+
+def fit_candidates(search: Search, base: Fit, parts: Sequence[Part], report_progress: Progress) -> list[Found]:
+    """Fit the base's trial with each part added; the best first."""
+    tried = CandidateFits(search, base, tuple(parts), report_progress)
+    parts = tried.parts
+    smooth = [k for k, part in enumerate(parts) if not part.effect.rough]
+    screened = [s for s in in_parallel(tried.screened, tried.promising(smooth)) if s]
+    gains = sorted(map(tried.gain, screened), reverse=True)
+    tried.least_gain = max([0.0, *gains[FITTED - 1 : FITTED]])
+    rough = [k for k in range(len(parts)) if k not in smooth]
+    screened += [s for s in in_parallel(tried.screened, rough) if s]
+    screened.sort(key=tried.gain, reverse=True)
+    kept = [s for rank, s in enumerate(screened) if rank < FITTED or is_own(parts[s[0]].kind)]
+    found = in_parallel(tried.fitted, kept)
+    return sorted(found, key=lambda f: f.fit.cost)
+
+
+@dataclass(eq=False)
+class CandidateFits:
+    """Candidates added to one base fit.
+
+    Attributes:
+        starts: by index of the part, starting points that were already computed.
+        forced: by index of the part, starting points from the force residual, used where the base is far above the
+            noise.
+        left: by index of the part, squared force residual that remains with such a start.
+        couplings: by coordinate, parameters of the spring between motor and load that was fitted there.
+        few: the base on few segments, by joint for an arm that is run joint by joint, else under None.
+        least_gain: the cost of a part with a non-smooth loss must fall by this much at its start to be fitted.
+    """
+
+    search: Search
+    base: Fit
+    parts: tuple[Part, ...]
+    report_progress: Progress
+    done: int = 0
+    couplings: dict[int, dict[str, float]] = field(default_factory=dict)
+    starts: dict[int, list[tuple[float, Array]]] = field(default_factory=dict)
+    forced: dict[int, list[Array]] = field(default_factory=dict)
+    left: dict[int, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        joints = {self._joint(part) for part in self.parts}
+        self.few = {joint: _Screening(_screening(self.search, self.base, joint)) for joint in joints}
+        self.parts = tuple(part for part in self.parts if self._is_worth_trying(part))
+        self.trials = [self.base.runner.trial.with_part(part) for part in self.parts]
+        self.runners = self.search.runners(self.trials)
+        self.raw = raw_slopes(self.base)
+        self.levels = [float(v) for v in self.base.runner.trial.split(self.base.theta)[0]]
+        self.least_gain = 0.0
+        names = [s.name for s in self.search.moved]
+        refit = with_values(self.search.system, dict(zip(names, self.levels, strict=True)))
+        self.survey = survey(refit, self.search.motion)
+        if noise_ratio(self.base) > NEAR_NOISE:
+            self.forced = self._by_force()
+
+    def promising(self, indices: Sequence[int]) -> list[int]:
+        """Those of these parts that are fitted: the best by the gain of one linear step from their best start.
+
+        An effect without a scale starts from a coarse grid of values, which says too little: it is always fitted.
+        """
+        starts = dict(zip(indices, in_parallel(self._starts, indices), strict=True))
+        self.starts |= starts
+        gains = {k: self._few(k).fit.cost - starts[k][0][0] if starts[k] else -np.inf for k in indices}
+        scaled = [k for k in indices if self.parts[k].effect.scaling and not is_own(self.parts[k].kind)]
+        by_force = sorted((k for k in scaled if k in self.left), key=self.left.__getitem__)[:BY_FORCE]
+        left_out = sorted(scaled, key=lambda k: -gains[k])[PROMISING:]
+        chosen = [k for k in indices if k not in left_out or k in by_force]
+        self.done += len(indices) - len(chosen)
+        return chosen
+
+    def _by_force(self) -> dict[int, list[Array]]:
+        """Starting points from the force residual, one after the other: CasADi builds expressions in one thread."""
+        start, found = ForceStart(self.search.problem, self.base), {}
+        for k, part in enumerate(self.parts):
+            covered = self.covered(part)
+            stage = start.best(self.trials[k], covered)
+            others = part.effect.suggested(covered)
+            found[k] = [np.append(self.base.theta, part.inward(values)) for values in others]
+            if stage is not None:
+                self.left[k], theta = stage
+                found[k].append(theta)
+        return found
+
+    def covered(self, part: Part) -> Covered:
+        """The range that the log covers at the place of a part."""
+        return self.survey.covered(part, self.levels, self.search.record.noise, self.couplings.get(part.place))
+
+    def _starts(self, k: int) -> list[tuple[float, Array]]:
+        """(cost after one linear step, theta) of the best starting points of part ``k`` on few segments."""
+        few, part = self._few(k), self.parts[k]
+        runner = replace(self.runners[k], record=few.fit.runner.record)
+        return starting_points(runner, few.fit, few.raw, self.covered(part), 3 if len(part.names) > 2 else 2)
+
+    def screened(self, k: int) -> tuple[int, Fit] | None:
+        """Part ``k`` fitted on few segments from its best starting points; None where there is no promising one."""
+        few = self._few(k)
+        part, runner = self.parts[k], replace(self.runners[k], record=few.fit.runner.record)
+        starts = self.starts[k] if k in self.starts else self._starts(k)
+        if part.effect.rough:
+            near = [theta for cost, theta in starts if cost < few.fit.cost - self.least_gain]
+            starts = [simplex_search(runner, few.fit, few.raw, theta) for theta in near]
+        elif part.effect.scaling and starts:
+            enough = few.fit.cost - AS_GOOD * max(few.fit.cost - starts[0][0], 0.0)
+            starts = [starts[0], *(s for s in starts[1:] if s[0] < enough)]
+        thetas = [*(theta for _, theta in starts), *self.forced.get(k, [])]
+        fits = [self.search.fit_from(runner, theta, few.fit, FIRST_ROUNDS, few.raw) for theta in thetas]
+        self._count_one()
+        if not fits:
+            return None
+        best = min(fits, key=lambda fit: fit.cost)
+        coupling = part.effect.coupling(self.trials[k].split(best.theta)[1][-1])
+        if coupling is not None:
+            self.couplings[part.place] = coupling
+        return k, best
+
+    def fitted(self, screened: tuple[int, Fit]) -> Found:
+        """The part fitted on all segments, the slopes of their start states computed again while that helps."""
+        k, start = screened
+        joint = self._joint(self.parts[k])
+        if joint is None:
+            fit = self._polished(k, start.theta, self.base, self.raw)
+        else:
+            rows = rows_of(self.base, joint)
+            alone = self._polished(k, start.theta, of_joint(self.base, joint), [slope[rows] for slope in self.raw])
+            base = started_as(self.base, alone, joint)
+            fit = self.search.fit_from(self.runners[k], alone.theta, base, JOINED, self.raw)
+        self._count_one()
+        return Found(self.trials[k], fit)
+
+    def _polished(self, k: int, theta: Array, base: Fit, raw: Sequence[Array]) -> Fit:
+        """Part ``k`` fitted in addition to a base, the slopes of the start states computed again while that helps."""
+        runner = replace(self.runners[k], record=base.runner.record)
+        fit, before = self.search.fit_from(runner, theta, base, ROUNDS, raw), np.inf
+        for _ in range(POLISHES):
+            if fit.cost > (1 - MOVING) * before:
+                break
+            before = fit.cost
+            fit = polish(fit, ROUNDS, *self.search.sizes(self.trials[k], fit.theta))
+        return fit
+
+    def _is_worth_trying(self, part: Part) -> bool:
+        """Whether the base leaves enough loss above the noise at the joint on which a part acts."""
+        excess = {joint: few.fit.cost - noise_loss(few.fit) for joint, few in self.few.items()}
+        return is_own(part.kind) or excess[self._joint(part)] >= LEAST_EXCESS * max(excess.values())
+
+    def gain(self, screened: tuple[int, Fit]) -> float:
+        """Reduction of the cost on the segments that the part was screened on."""
+        k, fit = screened
+        return self._few(k).fit.cost - fit.cost
+
+    def _few(self, k: int) -> _Screening:
+        return self.few[self._joint(self.parts[k])]
+
+    def _joint(self, part: Part) -> int | None:
+        """The joint on which a part acts, for an arm that is run joint by joint; else None."""
+        return part.effect.coordinate(self.search.system, part.place) if self.search.rigid else None
+
+    def _count_one(self) -> None:
+        self.done += 1
+        self.report_progress(min(1.0, self.done / (len(self.parts) + FITTED)))
+
+
+class _Screening:
+    """The base fit on few segments, and the slopes of its parameters there before projection."""
+
+    def __init__(self, fit: Fit) -> None:
+        self.fit, self.raw = fit, raw_slopes(fit)
+
+
+def _screening(search: Search, base: Fit, joint: int | None) -> Fit:
+    """The base on fewer and, where it is far from the data, shorter segments; of one joint alone where one is given."""
+    left = base.by_segment
+    if joint is not None and base.runner.record.joints is not None:
+        left = left.reshape(-1, len(base.runner.record.joints))[:, base.runner.record.joints.index(joint)]
+    noise_ratio = float(np.sqrt(np.median(left) / base.residual.shape[1]))
+    record = search.shorter(float(np.clip(np.sqrt(NEAR / max(noise_ratio, NEAR)), SHORTEST, 1.0)))
+    segments = len(record.start)
+    every = max(1, min(segments * record.length // SCREENED_SAMPLES, segments // LEAST_SCREENED))
+    few = replace(record, start=np.ascontiguousarray(record.start[::every]))
+    few = few if joint is None else replace(few, joints=(joint,))
+    runner, zero = replace(base.runner, record=few), few.at_rest
+    size, reach = search.sizes(runner.trial, base.theta)
+    starts = state_slopes(runner, base.theta, zero)
+    prior = base.prior_precision, base.centre
+    return gauss_newton(runner, base.theta, zero, starts, *prior, FIRST_ROUNDS, (), size, reach, base.tempering)

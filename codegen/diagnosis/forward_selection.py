@@ -1,0 +1,291 @@
+"""Forward selection of effects with cross-validation; each effect is tested again once the others are included."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import combinations
+
+from codegen.diagnosis import credit
+from codegen.diagnosis.candidate_fits import Found, every_part, fit_candidates
+from codegen.diagnosis.credit import evidence, held_out_losses, noise_loss, noise_ratio
+from codegen.diagnosis.output_error import Fit
+from codegen.diagnosis.ranking import Ranked, admissible, credible, ordered_by_force, run_round, ties, whiteness
+from codegen.diagnosis.search import Search
+from codegen.diagnosis.shooting import Record
+from codegen.diagnosis.trial import Part
+from codegen.effects import CATALOGUE
+from codegen.effects.family import kinds_of
+
+MOST_EFFECTS = 3
+DIVERGING, SHORTEST = 100.0, 0.25
+"""Error of the refit, in noise, above which segments are halved, down to this share of their length."""
+SWAPPED = 6
+PAIRED = 5
+"""Best candidates of the first round that are tried in pairs, where the best leaves far more than the noise."""
+BETTER = 10.0
+"""Nats by which another effect must fit better to replace one found earlier."""
+
+Progress = Callable[[int, float], None]
+
+
+@dataclass(frozen=True, eq=False)
+class LaterRound:
+    """A round after the first: the effects found before it, and its candidates, best first."""
+
+    found_before: tuple[Part, ...]
+    ranked: tuple[Ranked, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """The result of forward selection.
+
+    Attributes:
+        base: the refit of the declared structure. final: the fit with all effects (``base`` where there is none).
+        first: the first round, best first. rivals: of the first effect, which the data cannot tell from it.
+        explained: share of the squared residual, or of its excess over the noise, that the effects remove.
+        segments: number in the record.
+        unexplained: whether no effect is credited although the residual is material and far above the noise, at least
+            in some segments.
+        later: rounds after the first, whether or not they found an effect.
+    """
+
+    base: Fit
+    final: Fit
+    first: tuple[Ranked, ...]
+    rivals: tuple[Ranked, ...]
+    explained: float
+    segments: int
+    unexplained: bool = False
+    later: tuple[LaterRound, ...] = ()
+
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        return self.final.runner.trial.parts
+
+
+def within_reach(search: Search) -> tuple[Search, Fit]:
+    """The search with segments so short that free runs stay near the measured motion, and its refit.
+
+    The error of a free run grows with the square of time, in a chaotic machine faster; a run that has left the motion
+    no longer discriminates candidates, and its slopes are useless. Segments are halved while the refit's error exceeds
+    ``DIVERGING`` times the noise.
+    """
+    near, base, share = search, search.refit(), 1.0
+    while noise_ratio(base) > DIVERGING and share > SHORTEST:
+        share /= 2
+        near = replace(search, record=search.shorter(share), shorter=partial(_shorter, search, share))
+        base = near.refit()
+    return near, base
+
+
+def _shorter(search: Search, factor: float, share: float) -> Record:
+    return search.shorter(factor * share)
+
+
+def find_effects(search: Search, base: Fit, report_progress: Progress, refit_only: bool = False) -> Outcome:
+    """Forward selection until no candidate is credited; no round at all where ``refit_only``.
+
+    Args:
+        base: the refit of the declared structure.
+    """
+    current = confirmed = base
+    first: list[Ranked] = []
+    rivals: list[Ranked] = []
+    later: list[LaterRound] = []
+    for turn in range(0 if refit_only else MOST_EFFECTS):
+        if turn and at_noise(current):
+            break
+        parts = every_part(search, current.runner.trial.parts)
+        ranked = run_round(search, current, parts, partial(report_progress, turn))
+        first = first or ranked
+        if turn:
+            later.append(LaterRound(current.runner.trial.parts, tuple(ranked)))
+        possible = [r for r in ranked if not r.why_not or r.unsure]
+        if not possible:
+            break
+        possible = ordered_by_force(search, possible)
+        tied = ties(search, possible)
+        current = search.fitted_again(possible[0].found.fit)
+        rivals = rivals if turn else tied
+        if not credible(search, confirmed, current, len(parts)):
+            continue
+        if confirmed is not base and explained_share(search, confirmed, current) < credit.FURTHER:
+            break
+        rivals = tied or rivals
+        confirmed = current
+        if not turn and noise_ratio(current) > credit.FAR:
+            pair = _pair(search, possible[:PAIRED])
+            if pair is not None and pair.cost < current.cost and worth_it(search, current, pair, len(parts)):
+                current = confirmed = pair
+                rivals = []
+    current = confirmed
+    if not current.runner.trial.parts:
+        rivals = []
+    if len(current.runner.trial.parts) > 1:
+        current, rivals = _reconsidered(search, current, first, rivals)
+        current = pruned(search, current, 1)
+        single = _merged(search, current)
+        current, rivals = (current, rivals) if single is None else (single, [])
+        current, rivals = still_credited(search, base, current, rivals, len(first))
+    lost = current is base and not refit_only
+    lost = lost and (noise_ratio(base) > credit.NEAR_NOISE or credit.share_far(base) > credit.FEW)
+    return Outcome(
+        base,
+        current,
+        tuple(first),
+        tuple(rivals),
+        explained_share(search, base, current),
+        len(search.record.start),
+        lost and credit.misfit(base) > credit.LEAST_SIZE,
+        tuple(later),
+    )
+
+
+def _pair(search: Search, ranked: Sequence[Ranked]) -> Fit | None:
+    """The best fit with two effects of the first round, of different signature.
+
+    Where two effects are missing, each biases the fit of the other; which of several similar effects is right is seen
+    only with both in the model.
+    """
+    found: list[Fit] = []
+    for k, one in enumerate(ranked[:-1]):
+        others = [r.found.part for r in ranked[k + 1 :] if not _same_signature(one.found.part, r.found.part)]
+        if others:
+            both = run_round(search, search.fitted_again(one.found.fit), others, lambda share: None)
+            found += [search.fitted_again(r.found.fit) for r in both if not r.why_not][:1]
+    return min(found, key=lambda fit: fit.cost, default=None)
+
+
+def _same_signature(one: Part, other: Part) -> bool:
+    """Whether two effects act at the same place and are seen over the same variable."""
+    effects = CATALOGUE[one.kind], CATALOGUE[other.kind]
+    return one.on == other.on and effects[0].seen_over == effects[1].seen_over
+
+
+def _merged(search: Search, current: Fit) -> Fit | None:
+    """The fit with one effect in place of two of the same signature, where it fits as well; None elsewhere.
+
+    Example: part of a long wave and a hardening spring found first can together imitate a linear spring.
+    """
+    parts = current.runner.trial.parts
+    for j, k in combinations(range(len(parts)), 2):
+        if not _same_signature(parts[j], parts[k]):
+            continue
+        rest = search.without(search.without(current, k), j)
+        others = [p for p in every_part(search, rest.runner.trial.parts) if _same_signature(p, parts[j])]
+        good = [f for f in fit_candidates(search, rest, others, lambda share: None) if admissible(search, f)]
+        if good and not worth_it(search, good[0].fit, current, len(others)):
+            simpler = search.fitted_again(good[0].fit)
+            return _merged(search, simpler) or simpler
+    return None
+
+
+def worth_it(search: Search, fit: Fit, richer: Fit, candidates: int) -> bool:
+    """Whether free runs credit the fit with more effects, which explains at least ``FURTHER`` of the remaining loss."""
+    much = explained_share(search, fit, richer) >= credit.FURTHER
+    return much and credible(search, fit, richer, candidates)
+
+
+def pruned(search: Search, fit: Fit, candidates: int, spared: int = 0) -> Fit:
+    """Backward elimination: the fit without effects that are not worth it once the others are included.
+
+    Args:
+        spared: number of last effects that stay.
+    """
+    for k in range(len(fit.runner.trial.parts) - 1 - spared, -1, -1):
+        if len(fit.runner.trial.parts) > 1:
+            without = search.without(fit, k)
+            fit = fit if worth_it(search, without, fit, candidates) else without
+    return fit
+
+
+def still_credited(
+    search: Search, base: Fit, current: Fit, rivals: Sequence[Ranked], candidates: int
+) -> tuple[Fit, list[Ranked]]:
+    """A fit from which effects were dropped, with its rivals; the refit where a remaining single effect is not
+    credited.
+
+    Two effects may be credited together while neither is alone. A rival that was tried in addition to an effect is no
+    rival of a single one.
+    """
+    alone = len(current.runner.trial.parts) == 1
+    if alone and not credible(search, base, current, candidates):
+        return base, []
+    return current, [r for r in rivals if not alone or len(r.found.trial.parts) == 1]
+
+
+def at_noise(fit: Fit) -> bool:
+    """Whether a model leaves nothing but the noise of the positions."""
+    noise = noise_loss(fit)
+    return bool(held_out_losses(fit).sum() <= (1 + credit.AT_NOISE) * noise)
+
+
+def _reconsidered(
+    search: Search, current: Fit, first: Sequence[Ranked], rivals: Sequence[Ranked]
+) -> tuple[Fit, list[Ranked]]:
+    """Each effect compared with replacements: the best of the first round, and effects confused with it.
+
+    Returns:
+        The better fit, and the rivals of the first effect that still tie with it.
+    """
+    for _ in range(MOST_EFFECTS):
+        leader = current.runner.trial.parts[0]
+        better, left = _swapped(search, current, first, rivals)
+        if better is None:
+            return current, left
+        current = better
+        if not _same(leader, current.runner.trial.parts[0]):
+            rivals = []
+    return current, []
+
+
+def _swapped(
+    search: Search, current: Fit, first: Sequence[Ranked], rivals: Sequence[Ranked]
+) -> tuple[Fit | None, list[Ranked]]:
+    """The fit with one effect replaced (the new one is last), or None; and the first one's rivals that tie."""
+    left: list[Ranked] = []
+    parts = current.runner.trial.parts
+    for k in range(len(parts)):
+        others = _others(search, parts, k, first)
+        if not others:
+            continue
+        tried = fit_candidates(search, search.without(current, k), others, lambda share: None)
+        good = [f for f in tried if admissible(search, f)]
+        if good and good[0].fit.cost < current.cost - BETTER:
+            return search.fitted_again(good[0].fit), left
+        if k == 0:
+            left = [r for r in rivals if any(_ties(search, f, current) for f in good if _same(f.part, r.found.part))]
+    return None, left
+
+
+def _others(search: Search, parts: Sequence[Part], k: int, first: Sequence[Ranked]) -> list[Part]:
+    """Possible replacements of effect ``k``; the last effect was chosen with the others already included."""
+    rest = [p for j, p in enumerate(parts) if j != k]
+    alike = {c.other for c in CATALOGUE[parts[k].kind].confused_with}
+    best = {(r.found.part.kind, r.found.part.on) for r in first[:SWAPPED]} if k < len(parts) - 1 else set()
+    possible = [p for p in every_part(search, rest) if not _same(p, parts[k])]
+    return [p for p in possible if kinds_of(p.kind) & alike or (p.kind, p.on) in best]
+
+
+def _ties(search: Search, found: Found, current: Fit) -> bool:
+    better = evidence(held_out_losses(found.fit), held_out_losses(current), current.residual.shape[1])
+    return better.p(whiteness(search, current)) > credit.TIE_LEVEL
+
+
+def _same(one: Part, other: Part) -> bool:
+    return (one.kind, one.on) == (other.kind, other.on)
+
+
+def explained_share(search: Search, base: Fit, final: Fit) -> float:
+    """Share of the squared residual removed, or share of the loss above noise removed, whichever is larger."""
+    if final is base:
+        return 0.0
+    soft, before = search.with_noise_floor(base)
+    after = soft.fitted_again(final)
+    a, b = held_out_losses(before), held_out_losses(after)
+    one = evidence(a, b, before.residual.shape[1])
+    excess = float(a.sum()) - noise_loss(before)
+    return max(one.share, one.gain / excess if excess > 0 else 0.0)
