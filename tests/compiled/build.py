@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import subprocess
 from dataclasses import replace
+from hashlib import sha256
 from pathlib import Path
 from types import ModuleType
 
@@ -32,7 +33,11 @@ def sources_of(program: Program, source: str = "") -> dict[str, str]:
 
 
 def compile_shared(folder: Path, file: str, *more: str) -> Path:
-    target = folder / f"{file}{''.join(more)}.so"
+    """The library of a C file; the same text with the same flags is compiled once."""
+    text = b"".join((folder / file).read_bytes() for file in (file, *sorted(p.name for p in folder.glob("*.h"))))
+    target = folder / f"{sha256(text).hexdigest()[:16]}{''.join(more)}.so"
+    if target.exists():
+        return target
     command = ["gcc", *FLAGS, *(more or ("-O2",)), "-fPIC", "-shared", "-o", str(target), str(folder / file), "-lm"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

@@ -42,6 +42,10 @@ def builds(workshop: Workshop, spec: str, precision: str) -> list[Loaded]:
     return [*found, load_lanes(workshop, spec, precision)] if shutil.which(GCC.command) else found
 
 
+def first_build(workshop: Workshop, spec: str, precision: str) -> Loaded:
+    return load(workshop, sources(spec, precision), interface(spec, precision), *BUILDS[0])
+
+
 def first_difference(runners: Sequence[Runner], rows: Sequence[np.ndarray]) -> str:
     """Where a runner gives other bits than the first, or nothing. Each part of ``rows`` begins with an init."""
     done = 0
@@ -88,14 +92,14 @@ def test_a_million_steps_through_every_compiler(workshop, spec, precision):
 def test_a_million_steps_through_the_twin(workshop, spec):
     face = interface(spec)
     twin = Twin(sources(spec)["__init__.py"], face)
-    assert first_difference([twin, builds(workshop, spec, "double")[0]], steps(spec, 1 << 20)) == ""
+    assert first_difference([twin, first_build(workshop, spec, "double")], steps(spec, 1 << 20)) == ""
 
 
 @pytest.mark.parametrize("precision", PRECISIONS)
 @pytest.mark.parametrize("spec", SHIPPED)
 def test_ordinary_motion_stays_finite_and_moves_every_output(workshop, spec, precision):
     face = interface(spec, precision)
-    observer = builds(workshop, spec, precision)[0]
+    observer = first_build(workshop, spec, precision)
     rows = ordinary(excitation(spec, precision), 1 << 12)
     observer.start(rows[0])
     outputs, states = observer.run(rows)
@@ -109,7 +113,7 @@ def test_ordinary_motion_stays_finite_and_moves_every_output(workshop, spec, pre
 @pytest.mark.parametrize("spec", SHIPPED)
 def test_a_broken_sensor_holds_the_estimate_and_raises_the_flag(workshop, spec, precision):
     face = interface(spec, precision)
-    observer = builds(workshop, spec, precision)[0]
+    observer = first_build(workshop, spec, precision)
     rows = broken(excitation(spec, precision), 1 << 12)
     observer.start(rows[0])
     outputs, states = observer.run(rows)
@@ -128,7 +132,7 @@ def test_a_broken_sensor_holds_the_estimate_and_raises_the_flag(workshop, spec, 
 @pytest.mark.parametrize("spec", SHIPPED)
 def test_no_state_or_output_is_ever_nan(workshop, spec, precision):
     face, drive = interface(spec, precision), excitation(spec, precision)
-    observer = builds(workshop, spec, precision)[0]
+    observer = first_build(workshop, spec, precision)
     raised = 0
     for rows in (*(huge(drive, 1 << 11, seed) for seed in range(8)), broken_at_first(drive, 100)):
         observer.start(rows[0])
@@ -157,7 +161,7 @@ def test_unsafe_optimisation_is_noticed(workshop, flag):
     for spec in ("thesis/two_mass_gdfo", "seven_joint_arm"):
         files, face = sources(spec), interface(spec)
         unsafe = load(workshop, files, face, GCC, "-O3", flag)
-        found.append(first_difference([builds(workshop, spec, "double")[0], unsafe], steps(spec, 1 << 12)))
+        found.append(first_difference([first_build(workshop, spec, "double"), unsafe], steps(spec, 1 << 12)))
     assert any(found)
 
 
