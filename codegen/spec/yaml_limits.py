@@ -1,4 +1,4 @@
-"""What a YAML file may be made of, counted while it is read as a stream of events and before anything is built.
+"""What a YAML file may be made of, counted in its stream of events and before anything is built.
 
 The loader takes time exponential in the depth of keys that are mappings, and aliases can stand for more values than
 memory holds.
@@ -10,7 +10,6 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
-from ruamel.yaml import YAML
 from ruamel.yaml.events import (
     AliasEvent,
     DocumentStartEvent,
@@ -50,25 +49,34 @@ class _Open:
     nodes: int = 1
 
 
-def refuse_monsters(yaml: YAML, text: str, file: str) -> None:
-    """Raise BadInput for keys that are not plain words, a key that stands twice, and too many or too deep values.
+class Limits:
+    """What is counted while the events of a file's text come by, one after the other.
 
-    Raises:
-        BadInput: at the line.
-        ruamel.yaml.error.YAMLError: for text that is not YAML.
+    Args:
+        file: for messages.
     """
-    counted: dict[str, int] = {}
-    merges = 0
-    stack = [_Open(None, None, False)]
-    for event in yaml.parse(text):
-        line = event.start_mark.line + 1
+
+    def __init__(self, file: str) -> None:
+        self._file = file
+        self._counted: dict[str, int] = {}
+        self._merges = 0
+        self._stack = [_Open(None, None, False)]
+
+    def meet(self, event: Any) -> None:
+        """Count the next event.
+
+        Raises:
+            BadInput: at the line, for keys that are not plain words, a key that stands twice, and too many or too deep
+                values.
+        """
+        file, line, counted, stack = self._file, event.start_mark.line + 1, self._counted, self._stack
         inner = stack[-1]
         match event:
             case DocumentStartEvent():
                 counted.clear()
             case ScalarEvent():
-                merges += event.value == "<<" and inner.key_next
-                if merges > MOST_MERGES:
+                self._merges += event.value == "<<" and inner.key_next
+                if self._merges > MOST_MERGES:
                     raise BadInput(
                         Place(file, line), f"more than {MOST_MERGES} keys `<<`", "the values themselves", code="SPEC002"
                     )
@@ -91,13 +99,13 @@ def refuse_monsters(yaml: YAML, text: str, file: str) -> None:
                     raise BadInput(Place(file, line), found, "a spec, whose entries lie six deep", code="SPEC002")
                 mapping = isinstance(event, MappingStartEvent)
                 stack.append(_Open(event.anchor, set() if mapping else None, mapping))
-                continue
+                return
             case MappingEndEvent() | SequenceEndEvent():
                 stack.pop()
                 counted.update({inner.anchor: inner.nodes} if inner.anchor else {})
                 stack[-1].nodes += inner.nodes
             case _:
-                continue
+                return
         top = stack[-1]
         top.key_next = top.keys is not None and not top.key_next
         if top.nodes > MOST_NODES:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from io import StringIO
 from typing import Any
 
@@ -9,10 +10,11 @@ from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from ruamel.yaml.constructor import DuplicateKeyError, RoundTripConstructor
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from ruamel.yaml.parser import RoundTripParser
 
 from codegen.base.errors import BadInput, Place
 from codegen.spec.ranges import MARK, expanded
-from codegen.spec.yaml_limits import refuse_monsters
+from codegen.spec.yaml_limits import Limits
 
 
 class _Constructor(RoundTripConstructor):
@@ -22,6 +24,28 @@ class _Constructor(RoundTripConstructor):
         if key in mapping:
             raise DuplicateKeyError(None, None, f"duplicate key `{key_node.value}`", key_node.start_mark)
         return True
+
+
+class _Parser(RoundTripParser):
+    """The loader's own, each event of which is counted before the tree takes it."""
+
+    def __init__(self, loader: Any, limits: Limits) -> None:
+        super().__init__(loader)
+        self._limits = limits
+
+    def peek_event(self) -> Any:
+        if self.current_event is None and self.state:
+            self.current_event = self.state()
+            self._limits.meet(self.current_event)
+        return self.current_event
+
+    def check_event(self, *choices: Any) -> bool:
+        event = self.peek_event()
+        return isinstance(event, choices) if choices else event is not None
+
+    def get_event(self) -> Any:
+        self.peek_event()
+        return super().get_event()
 
 
 def round_trip_yaml() -> YAML:
@@ -47,8 +71,9 @@ def load_mapping(text: str, file: str, example: str = "name: one_mass") -> tuple
         BadInput: on YAML that cannot be read or is not a mapping.
     """
     try:
-        refuse_monsters(round_trip_yaml(), text, file)
-        document = round_trip_yaml().load(text)
+        yaml = round_trip_yaml()
+        yaml.Parser = partial(_Parser, limits=Limits(file))
+        document = yaml.load(text)
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line = mark.line + 1 if mark else None

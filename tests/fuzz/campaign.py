@@ -20,7 +20,10 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
+
+import typer.main
 
 from .case import Case, run
 from .verdict import Verdict
@@ -76,6 +79,13 @@ class Campaign:
     def cases(self) -> int:
         return sum(self.counts.values())
 
+    def far(self) -> str:
+        """How many cases ended in which stage."""
+        stages = Counter[str]()
+        for (stage, _), n in self.counts.items():
+            stages[stage] += n
+        return ", ".join(f"{stage} {n}" for stage, n in stages.most_common())
+
     def of(self, kind: str) -> int:
         return sum(n for (_, known), n in self.counts.items() if known == kind)
 
@@ -86,11 +96,12 @@ class Campaign:
 def work(family: str, seeds: Iterable[int]) -> None:
     """Run the cases here; what they print on the process's own channels is a failure too."""
     make = families()[family]
+    typer.main.get_command = cache(typer.main.get_command)  # it makes the tree of verbs anew for each call
     channel = os.fdopen(os.dup(1), "w")
     with tempfile.TemporaryDirectory(prefix="stiction-fuzz-") as name, (Path(name) / "screen").open("wb+") as screen:
         for number in (1, 2):
             os.dup2(screen.fileno(), number)
-        make(0)  # imports
+        run(make(0), Path(name) / "case")  # imports
         gc.freeze()
         gc.set_threshold(50_000, 20, 100)
         used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
@@ -197,9 +208,10 @@ def _lines(worker: subprocess.Popen[bytes], end: float | None) -> Iterator[bytes
 def table(found: Iterable[Campaign]) -> str:
     """What became of the cases, and the faults that were seen, each with the seeds that show it."""
     found = list(found)
-    lines = [f"{'family':8}{'cases':>10}{'results':>10}{'errors':>10}{'failures':>10}"]
+    lines = [f"{'family':8}{'cases':>10}{'results':>10}{'errors':>10}{'failures':>10}  ended in"]
     for one in found:
-        lines.append(f"{one.family:8}{one.cases:>10}{one.of('result'):>10}{one.of('error'):>10}{len(one.failures):>10}")
+        numbers = (one.cases, one.of("result"), one.of("error"), len(one.failures))
+        lines.append(f"{one.family:8}" + "".join(f"{n:>10}" for n in numbers) + f"  {one.far()}")
     for one in found:
         spots: dict[tuple[str, str], list[Told]] = {}
         for told in one.failures:

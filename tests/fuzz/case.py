@@ -39,11 +39,18 @@ class Case:
     stages: tuple[Stage, ...]
 
 
+def _emptied(folder: Path, files: Mapping[str, bytes]) -> None:
+    """The folder with no other files in it; to make and remove one takes as long as to read a spec."""
+    there = list(folder.iterdir()) if folder.is_dir() else None
+    if there is None or any(path.name not in files or path.is_symlink() or not path.is_file() for path in there):
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
+
+
 def run(case: Case, folder: Path) -> tuple[str, Verdict]:
     """The last stage that was reached, and what became of it. The folder holds the case's files alone."""
     here = Path.cwd()
-    shutil.rmtree(folder, ignore_errors=True)
-    folder.mkdir(parents=True)
+    _emptied(folder, case.files)
     for name, content in case.files.items():
         (folder / name).write_bytes(content)
     os.chdir(folder)
@@ -56,6 +63,9 @@ def run(case: Case, folder: Path) -> tuple[str, Verdict]:
                 verdict = judged(stage.border, case.files, stage.seconds)
             if verdict.kind != "result":
                 break
+        left = [] if verdict.failed else sorted(path.name for path in folder.rglob(".*"))
+        if left:
+            verdict = Verdict("left", f"{left[:3]}", "a hidden file is left")
         return name, verdict
     finally:
         os.chdir(here)

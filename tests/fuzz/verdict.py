@@ -38,7 +38,8 @@ class Verdict:
 
     Attributes:
         kind: ``result``, ``error`` (clear), or the class of a failure: ``exception``, ``message``, ``screen``,
-            ``slow``, ``memory``; ``crash`` and ``hang`` are found by the process that watches.
+            ``slow``, ``memory``, ``left`` (a temporary file); ``crash`` and ``hang`` are found by the process
+            that watches.
         words: the message, or what went wrong.
         spot: of a failure: the exception and the last function of ours that it came through; alike for one fault.
     """
