@@ -17,37 +17,42 @@ import re
 import sys
 from fractions import Fraction
 from itertools import product
-from math import comb, lcm
+from math import comb, lcm, prod
 from pathlib import Path
 from typing import Any
 
 
-def demand(holds: Any, why: str) -> None:
-    if not holds:
-        raise ValueError(why)
+def demand(holds: Any, why: str, steps: int = 0) -> None:
+    Poly.work += steps  # each of about a microsecond, so that no file takes more than seconds
+    if not holds or Poly.work > 5_000_000:
+        raise ValueError("more work than the limit" if holds else why)
 
 
 # LEMMA 1. A polynomial is kept as {monomial: coefficient, not 0}, a monomial being its names, sorted, each as often as
 # its power. Two are the same function of real variables just if they are the same here: comparing decides identities.
 # A name of Poly.signs is 1 or -1, its square is 1, and so pairs of it are left out.
 class Poly(dict[tuple[str, ...], Fraction]):
-    signs: frozenset[str] = frozenset()
+    signs, work = frozenset[str](), 0
+
+    def after(self, steps: int) -> "Poly":
+        size = max((len(m) + (abs(c.numerator) | c.denominator).bit_length() // 9 for m, c in self.items()), default=0)
+        demand(size < 600, "a power or a coefficient is too large", steps * (9 + size) // 9)
+        return self
 
     def __add__(self, other: "Poly") -> "Poly":
         terms = self | {m: self.get(m, 0) + c for m, c in other.items()}
-        return Poly({m: c for m, c in terms.items() if c})
+        return Poly({m: c for m, c in terms.items() if c}).after(len(self) + len(other))
 
     def __sub__(self, other: "Poly") -> "Poly":
         return self + term(-1) * other
 
     def __mul__(self, other: "Poly") -> "Poly":
-        demand(len(self) * len(other) <= 200_000, "a polynomial grows too large")
         terms: dict[tuple[str, ...], Fraction] = {}
-        for (m, c), (n, d) in product(self.items(), other.items()):
+        for (m, c), (n, d) in product(self.after(3 * len(self) * len(other)).items(), other.items()):
             twice = self.signs.intersection(m, n)
             key = tuple(sorted(x for x in m + n if x not in twice))
             terms[key] = terms.get(key, 0) + c * d
-        return Poly({m: c for m, c in terms.items() if c})
+        return Poly({m: c for m, c in terms.items() if c}).after(0)
 
     def names(self) -> set[str]:
         return {name for m in self for name in m}
@@ -70,11 +75,13 @@ def times(A: Any, B: Any) -> list[list[Poly]]:
 # p > 0, A is positive semidefinite (definite) just if B - r r'/p is; if p = 0, semidefinite just if r = 0 and B is; if
 # p < 0, never. Times p and over the last p, entries that are whole stay whole (Bareiss).
 def positive(A: list[list[Fraction]], definite: bool = False) -> bool:
-    demand([list(column) for column in zip(*A, strict=True)] == A, "a matrix is not symmetric")
+    bits = sum(x.denominator.bit_length() for row in A for x in row)
+    demand([[*column] for column in zip(*A, strict=True)] == A, "a matrix is not symmetric", bits * bits // 10**6)
     common, last = lcm(*(x.denominator for row in A for x in row)), 1
     rest = [[int(x * common) for x in row] for row in A]
     while rest:
         (p, *r), *rest = rest
+        demand(True, "", len(r) ** 2 * (1 + max(p, last, *map(abs, r)).bit_length() // 500) ** 2)
         if p < 0 or (p == 0 and (definite or any(r))):
             return False
         rest = [[(p * x - a * b) // last if p else x for x, b in zip(row, r, strict=True)] for a, *row in rest]
@@ -96,20 +103,19 @@ def bernstein(p: Poly, cell: dict[str, tuple[Fraction, Fraction]], at: dict[str,
     return total
 
 
-# LEMMA 4. A cell that is cut between its ends is covered by its two parts: so the leaves of a tree of cuts cover the
-# box without a gap, and what holds on every leaf holds on the box. THE CLAIM, shown or refused, is always the same:
-# the symmetric matrix A of polynomials is positive semidefinite for all variables in the cell.
+# LEMMA 4. The two parts of a cell cut between its ends cover it: what holds on every leaf of a tree of cuts holds
+# on the box. THE CLAIM, always: the symmetric matrix A of polynomials is positive semidefinite for all of the cell.
 def semidefinite(A: list[list[Poly]], cell: dict[str, tuple[Fraction, Fraction]], tree: Any) -> None:
     if tree == "":
-        degrees = {x: max(m.count(x) for row in A for p in row for m in [*p, ()]) for x in cell}
+        degrees = dict(sorted({(x, m.count(x)) for row in A for p in row for m in p for x in m if x in cell}))
+        demand(True, "", prod(2 * d + 1 for d in degrees.values()) * sum(len(p) + 1 for row in A for p in row))
         for k in product(*(range(d + 1) for d in degrees.values())):
-            at = {x: (i, d) for i, (x, d) in zip(k, degrees.items(), strict=True) if d}
+            at = {x: (i, d) for i, (x, d) in zip(k, degrees.items(), strict=True)}
             good = positive([[bernstein(p, cell, at) for p in row] for row in A])
             demand(good, f"a matrix is not positive semidefinite in {[(x, *map(str, cell[x])) for x in cell]}")
     else:
         (x, text, below, above), (low, high) = tree, cell[tree[0]]
-        cut = Text({}, {}).value(text).constant()
-        demand(low < cut < high, f"{x} is not cut between its ends")
+        demand(low < (cut := Text({}, {}).value(text).constant()) < high, f"{x} is not cut between its ends")
         semidefinite(A, cell | {x: (low, cut)}, below)
         semidefinite(A, cell | {x: (cut, high)}, above)
 
@@ -130,7 +136,7 @@ class Text:  # expressions over `names`, and statements that set them; `sign`: w
         self.names, self.known, self.sign = names, known, sign
 
     def value(self, text: str) -> Poly:
-        demand(re.fullmatch(EXPRESSION, text), f"{text[:80]!r} is no expression")
+        demand(re.fullmatch(EXPRESSION, text), f"{text[:80]!r} is no expression", 20 + 5 * len(text))
         return self.of(ast.parse(text.strip(), mode="eval").body, text.strip())
 
     def of(self, node: ast.expr, text: str) -> Poly:
@@ -142,9 +148,8 @@ class Text:  # expressions over `names`, and statements that set them; `sign`: w
             return term(-1) * self.of(node.operand, text)
         if isinstance(node, ast.BinOp):
             a, b = self.of(node.left, text), self.of(node.right, text)
-            if isinstance(node.op, ast.Div):
-                return a * term(1 / b.constant())
-            return {ast.Add: Poly.__add__, ast.Sub: Poly.__sub__, ast.Mult: Poly.__mul__}[type(node.op)](a, b)
+            b = term(1 / b.constant()) if isinstance(node.op, ast.Div) else b
+            return {ast.Add: a.__add__, ast.Sub: a.__sub__, ast.Mult: a.__mul__, ast.Div: a.__mul__}[type(node.op)](b)
         if isinstance(node, ast.Call) and len(node.args) == 1 and not node.keywords:
             return self.call(ast.unparse(node.func), self.of(node.args[0], text))
         name = ast.unparse(node)
@@ -153,12 +158,11 @@ class Text:  # expressions over `names`, and statements that set them; `sign`: w
         demand(name in self.names, f"{name[:80]} is nothing that is known here")
         return self.names[name]
 
-    # LEMMA 6. |p| = sgn(p) p. The sign of p is that of a number, or s or -s where the proof says that p or -p has the
-    # sign s; any other, and the value of any other function, is a new variable, one for each argument: an identity that
-    # holds whatever its value is holds for the right one, and nothing need be known of it.
+    # LEMMA 6. |p| = sgn(p) p. The sign of p is a number's, or s or -s where the proof says so of p or -p. Any other, or
+    # another function's value, is a new variable for each argument: what holds for all values holds for that one.
     def call(self, name: str, p: Poly) -> Poly:
         kind = "sgn" if name in ("fabs", self.sign) else name
-        value = self.known.setdefault((kind, frozenset(p.items())), term(1, f"?{kind}{len(self.known)}"))
+        value = self.known.setdefault((kind, frozenset(p.after(len(p)).items())), term(1, f"?{kind}{len(self.known)}"))
         if kind == "sgn" and not p.names():
             value = term((p.constant() > 0) - (p.constant() < 0))
         return value * p if name == "fabs" else value
@@ -167,23 +171,22 @@ class Text:  # expressions over `names`, and statements that set them; `sign`: w
         while loop := re.search(LOOP, text):
             own, bodies = "|".join(re.findall(r"double (\w+)", loop[3])) or "(?!)", ""
             for k in range(int(loop[1]), int(loop[2])):
+                demand(True, "", len(loop[3]) * (9 + own.count("|")) // 9 + len(text) // 99)
                 bodies += re.sub(rf"\b({own})\b", rf"\1_{k}_", re.sub(r"\bi\b", str(k), loop[3]))
             text = text[: loop.start()] + bodies + text[loop.end() :]
         for found in re.finditer(STATEMENT, text, re.ASCII):
-            local, name, way, value, array, size = found.groups()
             demand(found.start() == read, f"{text[read : read + 80]!r} cannot be read")
-            read, writable = found.end(), writable | {f"{array}[{k}]" for k in range(int(size or 0))}
-            if name:
-                demand(local or name in writable, f"{name} is set")
-                writable = writable | ({name} if local == "double " else set())
-                self.names[name] = (self.names[name] if way == "+=" else Poly()) + self.value(value)
+            read, (local, name, way, value, array, size) = found.end(), found.groups()
+            demand(not name or local or name in writable, f"{name} is set", int(size or 0))
+            writable |= {f"{array}[{k}]" for k in range(int(size or 0))} | ({name} if local == "double " else set())
+            self.names |= {name: (self.names[name] if way == "+=" else Poly()) + self.value(value)} if name else {}
         demand(read == len(text), f"{text[read : read + 80]!r} cannot be read")
 
 
 # LEMMA 7. Comments aside, the two files are of these forms (a blank: any white space): four structs of doubles, values,
 # functions. No macro, type or global besides can give `step` another meaning, or another value to a parameter.
 BODY = r"(?:[^{}#\"']++|\{(?:[^{}#\"']++|\{[^{}#\"']*+\})*+\})*+"
-STRUCT = r"typedef struct \{ ((?:double \w+(?:\[\d+\])?; )+)(?:int fault; )?\} NAME_"
+STRUCT = r"typedef struct \{ ((?:double \w+(?:\[\d{1,3}\])?; )+)(?:int fault; )?\} NAME_"
 HEADER = (r'#ifndef STICTION_UPPER_H\n#define STICTION_UPPER_H\n#ifdef __cplusplus\nextern "C" \{\n#endif\n'
     rf"{STRUCT}parameters;\n#define UPPER_PARAMETERS \{{ ([^\n]*) \}}\n{STRUCT}state; {STRUCT}inputs; {STRUCT}outputs;"
     r"(?: void NAME_\w+\([\w\s*,]*\);)*\n#ifdef __cplusplus\n\}\n#endif\n#endif")  # fmt: skip
@@ -192,17 +195,17 @@ SOURCE = (r'#include "NAME\.h"\n#include <math\.h>\n#if defined\(__clang__\)\n#p
     r"(?: static inline double NAME_sign\(double u\) \{ return \(u > 0\.0\) \? 1\.0 : \(\(u < 0\.0\) \? -1\.0 : "
     rf"0\.0\); \}})? void NAME_prepare\(NAME_parameters \*parameters\) \{{({BODY})\}}(?: (?:static )?(?:UPPER_COLD )?"
     rf"void NAME_\w+\([\w\s*,]*\) \{{{BODY}\}})*? void NAME_step\(NAME_state \*state, const NAME_parameters "
-    r"\*parameters, const NAME_inputs \*inputs, NAME_outputs \*outputs\) \{([^#\"']*)"
-    r"if \(fabs\(check\) <= ([0-9e+]+) && state->waiting < 0\.5\) \{([^#\"']*)outputs->fault = 0; "
-    r"\} else \{ NAME_set_anew\(state, parameters, inputs, outputs\); \} \}")  # fmt: skip
+    r"\*parameters, const NAME_inputs \*inputs, NAME_outputs \*outputs\) \{((?:(?!if \(fabs\(check)[^#\"'])*+)"
+    r"if \(fabs\(check\) <= ([0-9e+]+) && state->waiting < 0\.5\) \{((?:(?!outputs->fault)[^#\"'])*+)"
+    r"outputs->fault = 0; \} else \{ NAME_set_anew\(state, parameters, inputs, outputs\); \} \}")  # fmt: skip
 
 
 def matched(form: str, file: str, text: str) -> list[str]:
     """What the form's groups are in the file's text without comments and needless blanks."""
-    text, (stem, _) = text.replace("\\\n", ""), file.split(".")
+    text, (stem, _), size = text.replace("\\\n", ""), file.split("."), len(text) ** 2 // 2000
     demand(not re.search(r"[\x00-\x09\x0b-\x1f\x7f-\x9f\\]|\?\?", text), "control characters, a backslash or ??")
-    plain = re.sub(r'/\*.*?\*/|("[^"\n]*"|//)', lambda m: m[1] or " ", text, flags=re.DOTALL)
-    demand("//" not in plain and plain.isascii(), "a comment from // on, or letters that are not ASCII")
+    plain = re.sub(r'/\*.*?(?:\*/|\Z)|("[^"\n]*"|//)', lambda m: m[1] or " ", text, flags=re.DOTALL)
+    demand("//" not in plain and plain.isascii(), "a comment from // on, or letters that are not ASCII", size)
     plain = "\n".join(line for line in (" ".join(line.split()) for line in plain.split("\n")) if line)
     form = form.replace(" ", r"\s").replace("NAME", stem).replace("UPPER", stem.upper())
     demand(found := re.fullmatch(form, plain), f"{file} is not of the form that is read")
@@ -212,17 +215,16 @@ def matched(form: str, file: str, text: str) -> list[str]:
 def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     """What holds besides the fields of the proof, if it is one of these files (name: text); ValueError if not."""
     name, signs, errors, formulas, velocity = (proof[x] for x in ("name", "signs", "errors", "states", "positions"))
-    demand({*proof} == {*FIELDS} and re.fullmatch("[a-z][a-z0-9_]*", name), f"not a name, or not just {FIELDS}")
+    demand({*proof} == {*FIELDS} and re.fullmatch("[a-z][a-z0-9_]*", name), "not a name, not just FIELDS", -Poly.work)
     prepare, before, limit, good = matched(SOURCE, f"{name}.c", files[f"{name}.c"])
-    first, values, *others = matched(HEADER, f"{name}.h", files[f"{name}.h"])
+    first, given, *others = matched(HEADER, f"{name}.h", files[f"{name}.h"])
     arrays = [re.findall(r"double (\w+)(?:\[(\d+)\])?;", struct) for struct in (first, *others)]
-    shape = ", ".join(rf"\{{ {', '.join([NUMBER] * int(n))} \}}" if n else NUMBER for _, n in arrays[0])
-    demand(re.fullmatch(shape, values) and "double" not in good, "values not as their fields, or a local after check")
-    kinds = zip(("parameters", "state", "inputs", "outputs"), arrays, strict=True)
-    fields = ([f"{of}.{x}{f'[{k}]' * bool(n)}" for x, n in array for k in range(int(n or 1))] for of, array in kinds)
-    parameters, states, inputs, outputs = fields
+    as0 = ", ".join(f"{{ {', '.join('0' * int(n))} }}" if n else "0" for _, n in arrays[0])
+    demand(re.sub(NUMBER, "0", given) == as0 and "double" not in good, "not as their fields, or a local after check")
+    parameters, states, inputs, outputs = ([f"{of}.{x}{n and f'[{k}]'}" for x, n in array for k in range(int(n or 1))]
+        for of, array in zip(("parameters", "state", "inputs", "outputs"), arrays, strict=True))  # fmt: skip
     # Parameters are what `prepare` makes of the values, exactly: the decimals there are that, rounded.
-    stated = dict(zip(parameters, map(Fraction, re.findall(NUMBER, values)), strict=True))
+    stated = dict(zip(parameters, map(Fraction, re.findall(NUMBER, given)), strict=True))
     code = Text({p: term(x) for p, x in stated.items()}, {}, f"{name}_sign")
     code.run(prepare, {*parameters})
     demand(all(abs(code.names[p].constant() - x) <= abs(x) / 2**50 for p, x in stated.items()), "prepare gives others")
@@ -239,9 +241,8 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     # these same estimates: a map of R^n to R^n that is one-to-one, hence, being polynomial, onto (linear algebra where
     # it is affine, else Bialynicki-Birula and Rosenlicht 1962). So every state is met, and shows its estimates.
     claim, hidden = Text(names, {}), {x for e in error for x in e.names()}
-    for s, of in [*signs.items(), *(("", of) for of in proof["domain"])]:
-        for way in (term(-1), term(1)):
-            claim.known["sgn", frozenset((way * claim.value(of)).items())] = way * names[s]
+    for (s, of), way in product([*signs.items(), *(("", of) for of in proof["domain"])], (term(-1), term(1))):
+        claim.known["sgn", frozenset((way * claim.value(of)).items())] = way * names[s]
     start = {z: claim.value(of) for z, of in formulas.items()}
     moving = [z for z, p in start.items() if hidden & p.names()]
     demand({*start} <= {*states} - {"state.waiting"} and len(moving) == len(errors), "not an error for each state")
@@ -258,9 +259,8 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     own = {*velocity} <= {*inputs} - {*rate} and {*velocity.values()} <= {*rate} <= {*truths, *inputs}
     demand(own and {x for a in rate.values() for x in a.names()} <= free, "not over the machine's own quantities")
     later = names | {v: names[v] + h * a for v, a in rate.items()}
-    mean = {"euler": names, "semi_implicit": later}[proof["step"]]
     later |= {x: term(1, f"{x} later") for x in (*inputs, *aside) if x not in rate}
-    later |= {x: names[x] + h * mean[v] for x, v in velocity.items()}
+    later |= {x: names[x] + h * {"euler": names, "semi_implicit": later}[proof["step"]][v] for x, v in velocity.items()}
     moved = [e for row in times(phi, [[e] for e in error]) for e in row]
     later |= {x: later[t] - names[s] * e for x, t, s, e in zip(estimates, truths, turned, moved, strict=True)}
     off = {z: code.names[z] - Text(later, claim.known).value(of) for z, of in formulas.items()}
@@ -280,7 +280,7 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
         growth, dwell = (claim.value(turn[part]).constant() for part in ("growth", "dwell"))
         J = [-1 if s == turn["sign"] else 1 for s in turned]
         rise = [[(growth - i * j) * p for j, p in zip(J, row, strict=True)] for i, row in zip(J, fixed, strict=True)]
-        demand(positive(rise), "growth P - J'PJ is not positive semidefinite")
+        demand(positive(rise), "not positive semidefinite", min(int(dwell), 10**5) * fall.denominator.bit_length())
         demand(dwell in range(10**5) and fall ** int(dwell) * growth <= 1 and turn["sign"] in signs, "not made good")
     unit = dict(re.findall(r"double (\w+)(?:\[\d+\])?; /\* (\S+): ", files[f"{name}.h"]))
     shown = {"whole": not proof["domain"] and len(moving) == len(formulas), "first order": any(off.values())}

@@ -1,0 +1,161 @@
+"""Proofs and C made to keep the kernel busy: each is refused in few steps; honest proofs stay far below the limit."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from codegen.checker import kernel
+
+GENERATED = Path(__file__).parents[2] / "generated"
+HERE = GENERATED / "one_mass"
+LIMIT = 5_000_000
+
+Files = dict[str, Any]
+
+
+def files() -> Files:
+    """The shipped proof, and the C that it is one of, as they may be changed."""
+    found: Files = {path.name: path.read_text("utf-8") for path in HERE.glob("one_mass.[ch]")}
+    return {**found, "proof": json.loads((HERE / "proof.json").read_text("utf-8"))}
+
+
+def many_variables(f: Files) -> None:
+    """A product of sums in sixty sign variables: three powers of each for every other."""
+    f["proof"]["signs"] |= {f"sign.s{k}": "outputs.v_hat" for k in range(60)}
+    f["proof"]["matrix"][0][0] = "*".join(f"(1 + sign.s{k})" for k in range(60))
+
+
+def many_cells(f: Files) -> None:
+    """Corners of a box of sixty variables."""
+    names = [f"in_{k}" for k in range(60)]
+    struct = "".join(f"    double {name}; /* 1: input */\n" for name in names)
+    f["one_mass.h"] = f["one_mass.h"].replace("    double w; /* N", f"{struct}    double w; /* N")
+    f["proof"]["box"] = {f"inputs.{name}": ["0", "1"] for name in names}
+    f["proof"]["matrix"] = [["9/10", " + ".join(f"inputs.{name}" for name in names)], ["1", "1"]]
+
+
+def many_monomials(f: Files) -> None:
+    f["proof"]["force"][0] += "*(" + ")*(".join(f"inputs.x + inputs.w + true.v + {k}" for k in range(99)) + ")"
+
+
+def a_power_that_doubles(f: Files) -> None:
+    squares = "".join(f"    const double b{k + 1} = b{k} * b{k};\n" for k in range(60))
+    into_step(f, f"    const double b0 = inputs->x;\n{squares}")
+
+
+def a_number_that_doubles(f: Files) -> None:
+    squares = "".join(f"    const double b{k + 1} = b{k} * b{k};\n" for k in range(60))
+    into_step(f, f"    const double b0 = 1.000000001;\n{squares}")
+
+
+def loops_in_loops(f: Files) -> None:
+    loop = "const double a = 1.0;"
+    for _ in range(5):
+        loop = f"for (int i = 0; i < 9999; i++) {{ {loop} }} "
+    into_step(f, loop)
+
+
+def long_arrays(f: Files) -> None:
+    into_step(f, "".join(f"    double a{k}[9999];\n" for k in range(2000)))
+
+
+def a_field_of_a_billion(f: Files) -> None:
+    f["one_mass.h"] = f["one_mass.h"].replace("double w;", "double w[999999999];")
+
+
+def comments_that_do_not_end(f: Files) -> None:
+    f["one_mass.c"] += "/*" * 10**6
+
+
+def steps_that_do_not_match(f: Files) -> None:
+    f["one_mass.c"] += f["one_mass.c"][f["one_mass.c"].index("void one_mass_step") :] * 4000
+
+
+def a_large_matrix(f: Files) -> None:
+    size = 400
+    for field in ("matrix", "lyapunov_matrix"):
+        f["proof"][field] = [["1" if i == j else "0" for j in range(size)] for i in range(size)]
+
+
+def denominators(f: Files) -> None:
+    size = 90
+    rows = [[f"1/{10**9 + 2 * (i * j) + 1}" for j in range(size)] for i in range(size)]
+    f["proof"]["mass_matrix"], f["proof"]["force"] = rows, ["0"] * size
+    f["proof"]["acceleration"] = {f"true.v{k}": "0" for k in range(size)}
+
+
+def many_cuts(f: Files) -> None:
+    tree: Any = ""
+    for k in range(12):
+        tree = ["sign.rail", f"{k + 1}/20", tree, tree]
+    f["proof"]["cover"] = tree
+
+
+def a_long_dwell(f: Files) -> None:
+    f["proof"]["reversals"] = [f["proof"]["reversals"][0] | {"dwell": "99999"}] * 9
+    f["proof"]["decay_rate"] = f"1/{'9' * 90}"
+
+
+def a_huge_exponent(f: Files) -> None:
+    f["proof"]["decay_rate"] = "*".join(["1e999"] * 3000)
+
+
+def long_texts(f: Files) -> None:
+    f["proof"]["domain"] = ["inputs.x" + " + inputs.x" * 1800] * 900
+
+
+def into_step(f: Files, text: str) -> None:
+    """Put statements at the beginning of the step."""
+    before, after = f["one_mass.c"].split("    /* velocity estimate, (4.25) */\n", 1)
+    f["one_mass.c"] = f"{before}{text}{after}"
+
+
+BUSY: tuple[Callable[[Files], None], ...] = (
+    *(many_variables, many_cells, many_monomials, a_power_that_doubles, a_number_that_doubles, loops_in_loops),
+    *(long_arrays, a_field_of_a_billion, comments_that_do_not_end, steps_that_do_not_match, a_large_matrix),
+    *(denominators, many_cuts, a_long_dwell, a_huge_exponent, long_texts),
+)
+
+
+@pytest.mark.parametrize("change", BUSY, ids=lambda change: change.__name__)
+def test_a_busy_proof_is_refused(change: Callable[[Files], None]) -> None:
+    changed = files()
+    change(changed)
+    with pytest.raises((ValueError, RecursionError)):
+        kernel.prove(changed.pop("proof"), changed)
+
+
+def test_a_cell_of_many_variables_has_too_many_corners() -> None:
+    names = [f"x{k}" for k in range(60)]
+    kernel.Poly.work = 0
+    with pytest.raises(ValueError, match="more work"):
+        kernel.semidefinite([[kernel.term(1, *names)]], dict.fromkeys(names, (Fraction(0), Fraction(1))), "")
+
+
+@pytest.mark.parametrize("folder", sorted(path.parent.name for path in GENERATED.glob("*/proof.json")))
+def test_shipped_proofs_are_far_below_the_limit(folder: str) -> None:
+    here = GENERATED / folder
+    proof = json.loads((here / "proof.json").read_text("utf-8"))
+    kernel.prove(proof, {path.name: path.read_text("utf-8") for path in here.glob("*.[ch]")})
+    assert 0 < kernel.Poly.work < LIMIT / 5
+
+
+def test_the_count_begins_anew_with_each_proof() -> None:
+    busy = files()
+    a_large_matrix(busy)
+    with pytest.raises(ValueError, match="more work than the limit"):
+        kernel.prove(busy.pop("proof"), busy)
+    sound = files()
+    kernel.prove(sound.pop("proof"), sound)
+
+
+def test_the_limit_is_the_stated_one() -> None:
+    text = Path(kernel.__file__).read_text("utf-8")
+    assert re.search(r"Poly\.work > 5_000_000", text)
