@@ -6,13 +6,16 @@ the machine is made from the proof that the kernel accepted; the certificate's o
 
 import json
 import re
-from fractions import Fraction
+from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from codegen.checker import enclosure, kernel
 
 PROOF = "proof.json"
+KINDS = "(?:parameters|inputs|outputs|state|true)"
+UNIT = r"[A-Za-z0-9*/^().-]{1,40}"
 OUT = "rounding, samples with a fault, noise, what moves within a sample, outputs that are no estimate of an error"
 
 
@@ -27,24 +30,54 @@ def read(text: str | bytes) -> dict[str, Any] | None:
 
 def proved(proof: dict[str, Any], sources: dict[str, bytes]) -> dict[str, Any]:
     """What holds besides the fields of the proof (kernel.prove), with these sources, or enclosure.Refused."""
+    numbers(proof)
     try:
         shown: dict[str, Any] = kernel.prove(proof, {name: text.decode() for name, text in sources.items()})
     except Exception as why:  # the kernel stops at anything that is not as it must be, by whatever Python raises
         raise enclosure.Refused(
             f"the kernel does not prove {PROOF} of the C: {type(why).__name__} {str(why)[:200]}"
         ) from None
+    odd = [unit for unit in shown["units"] if not re.fullmatch(UNIT, unit)]
+    enclosure.demand(not odd, f"{odd[:1]} in {proof['name']}.h is no unit")
     return shown
+
+
+def numbers(proof: dict[str, Any]) -> dict[str, Any]:
+    """The proof's numbers that are compared and printed: rationals as the certificate writes them, or refused.
+
+    The kernel takes expressions too, of any size.
+    """
+    try:
+        return {
+            "P": [[enclosure.rational(x, "P") for x in row] for row in proof["lyapunov_matrix"]],
+            "rate": enclosure.rational(proof["decay_rate"], "decay_rate"),
+            "turns": {
+                turn["sign"]: (enclosure.rational(turn["growth"], "growth"), enclosure.rational(turn["dwell"], "dwell"))
+                for turn in proof["reversals"]
+            },
+        }
+    except (LookupError, TypeError) as why:
+        raise enclosure.Refused(f"{PROOF} cannot be read ({type(why).__name__})") from None
 
 
 def words(proof: dict[str, Any], shown: dict[str, Any]) -> list[str]:
     """What was proved, in lines."""
-    show, c = enclosure.show, f"{proof['name']}.c"
+    show, c, plain = enclosure.show, f"{proof['name']}.c", partial(without_kinds, twice=ambiguous(proof, shown))
+    known = numbers(proof)
     h, fall = show(shown["values"]["parameters.sample_time"]), show(shown["fall"])
     turns = ", ".join(plain(s) for s in proof["signs"])
-    pushed = [f"{left(row, proof)} = {plain(f)}" for row, f in zip(proof["mass_matrix"], proof["force"], strict=True)]
+    pushed = [
+        f"{left(row, proof, plain)} = {plain(f)}" for row, f in zip(proof["mass_matrix"], proof["force"], strict=True)
+    ]
     pushed += [f"{plain(x)}' = {plain(v)}" for x, v in proof["positions"].items()]
-    errors = [f"{lag(entry)} [{unit}]" for entry, unit in zip(proof["errors"], shown["units"], strict=True)]
-    free = ", ".join(sorted({plain(e["truth"]) for e in proof["errors"]} - {plain(v) for v in proof["acceleration"]}))
+    lags = [
+        f"{plain(e['sign'])}*({plain(e['truth'])} - {plain(e['estimate'])})"
+        if e["sign"]
+        else f"{plain(e['truth'])} - {plain(e['estimate'])}"
+        for e in proof["errors"]
+    ]
+    errors = [f"{lag} [{unit}]" for lag, unit in zip(lags, shown["units"], strict=True)]
+    free = ", ".join(plain(x) for x in sorted({e["truth"] for e in proof["errors"]} - {*proof["acceleration"]}))
     held = {z: of for z, of in proof["states"].items() if not re.search(r"\boutputs\.", of)}
     first = ", to first order in them" if shown["first order"] else ""
     stays = f" while {turns} {'stays' if len(proof['signs']) == 1 else 'stay'}" if turns else ""
@@ -58,37 +91,34 @@ def words(proof: dict[str, Any], shown: dict[str, Any]) -> list[str]:
         f"errors: {', '.join(errors)}: of every state of {c}",
         f"in a sample of {h} s of {c} they become a matrix times what they were{first}: an identity in state, inputs,"
         f" {free}",
-        f"V = e'Pe is afterwards at most {fall} times what it was ({show(rate(proof))} 1/s){stays}",
+        f"V = e'Pe is afterwards at most {fall} times what it was ({show(known['rate'])} 1/s){stays}",
         *(
-            f"where {plain(turn['sign'])} turns V grows at most by the factor {show(Fraction(turn['growth']))}; after"
-            f" {turn['dwell']} samples in which none turns it is not above what it was"
-            for turn in proof["reversals"]
+            f"where {plain(sign)} turns V grows at most by the factor {show(growth)}; after"
+            f" {dwell} samples in which none turns it is not above what it was"
+            for sign, (growth, dwell) in known["turns"].items()
         ),
         f"with the values of {proof['name']}.h: {values}",
         f"in exact arithmetic; not covered: {OUT}",
     ]
 
 
-def plain(expression: str) -> str:
-    """Names without their kinds; the sign of a contact's slip as sign(contact)."""
+def ambiguous(proof: dict[str, Any], shown: dict[str, Any]) -> set[str]:
+    """What two quantities are called, a parameter and a true level, say: their kinds are printed with them."""
+    full = {*re.findall(rf"\b{KINDS}\.\w+", json.dumps(proof)), *(x.split("[")[0] for x in shown["values"])}
+    bare = [x.split(".")[1] for x in full]
+    return {x for x in bare if bare.count(x) > 1}
+
+
+def without_kinds(expression: str, twice: set[str]) -> str:
+    """Names without their kinds, where that leaves no doubt; the sign of a contact's slip as sign(contact)."""
     text = re.sub(r"\bsign\.(\w+)", r"sign(\1)", expression)
-    return re.sub(r"\b(?:parameters|inputs|outputs|state|true)\.", "", text)
+    return re.sub(rf"\b{KINDS}\.(\w+)", lambda found: found[0] if found[1] in twice else found[1], text)
 
 
-def left(row: list[str], proof: dict[str, Any]) -> str:
+def left(row: list[str], proof: dict[str, Any], plain: Callable[[str], str]) -> str:
     """A row of mass matrix times acceleration."""
     rates = [f"{plain(v)}'" for v in proof["acceleration"]]
     return " + ".join(f"({plain(m)}) {v}" for m, v in zip(row, rates, strict=True) if m != "0")
-
-
-def lag(entry: dict[str, str]) -> str:
-    """An error over truth and estimate."""
-    difference = f"{plain(entry['truth'])} - {plain(entry['estimate'])}"
-    return f"{plain(entry['sign'])}*({difference})" if entry["sign"] else difference
-
-
-def rate(proof: dict[str, Any]) -> Fraction:
-    return Fraction(proof["decay_rate"])
 
 
 def unlike(top: dict[str, Any], proof: dict[str, Any]) -> str:
@@ -101,13 +131,14 @@ def unlike(top: dict[str, Any], proof: dict[str, Any]) -> str:
     names = [e["name"].removeprefix("e_a_") for e in top["error"]]
     signs = [f"sign.{name}" if turns else "" for turns, name in zip(turned, names, strict=False)]
     turns = {f"sign.{e['contact']}": (e["growth"], e["dwell_samples"]) for e in top["reversals"]}
+    known = numbers(proof)
     same = {
         "the machine": top["subject"]["name"] == proof["name"],
         "the step": top["observer"]["integration"] == proof["step"],
         "the errors": [(e["estimate"], e["sign"]) for e in proof["errors"]] == [*zip(places, signs, strict=True)],
-        "P": not top["slow"] and top["lyapunov_matrix"] == [[*map(Fraction, row)] for row in proof["lyapunov_matrix"]],
-        "the rate": top["decay_rate"] == rate(proof),
-        "reversals": turns == {t["sign"]: (Fraction(t["growth"]), int(t["dwell"])) for t in proof["reversals"]},
+        "P": not top["slow"] and top["lyapunov_matrix"] == known["P"],
+        "the rate": top["decay_rate"] == known["rate"],
+        "reversals": turns == known["turns"] and len(turns) == len(proof["reversals"]),
     }
     return ", ".join(what for what, alike in same.items() if not alike)
 
@@ -153,7 +184,7 @@ def bound(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[list[str], st
         return [], f"{PROOF} is not the JSON of a proof, with just its fields", False
     try:
         other = unlike(top, proof)
-    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as why:
+    except (AttributeError, LookupError, TypeError, ValueError, enclosure.Refused) as why:
         other = f"it cannot be read ({type(why).__name__})"
     if other:
         return [], f"{PROOF} is not its proof: {other}", False
