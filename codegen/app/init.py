@@ -58,7 +58,7 @@ def init(name: str, source: str | Path | None = None, folder: str | Path = ".") 
         files = _of_robot(name, Path(source))
     else:
         files = _of_spec(name, _found(source))
-    _refuse_other_robot(Path(folder), files)
+    _refuse_other_robot(Path(folder), target.name, files)
     write_all(Path(folder), files)
     return tuple(Path(folder) / file for file in files)
 
@@ -94,6 +94,10 @@ def _of_spec(name: str, path: Path) -> dict[str, str]:
                 "a robot file beside the spec",
                 code="FILE001",
             )
+        if robot.name in files:
+            raise BadInput(
+                spec.place("urdf"), f"`{robot.name}`, the name of the new spec", "another NAME", code="FILE004"
+            )
         files[robot.name] = read_text(robot, "a robot description (URDF)", LARGEST)
     return files
 
@@ -103,13 +107,20 @@ def _of_robot(name: str, path: Path) -> dict[str, str]:
     text = read_text(path, "a robot description (URDF)", LARGEST)
     joints = read_kinematic_tree(path, Place(str(path))).bodies
     written = render("text/new_robot_spec.j2", name=name, file=json.dumps(path.name), joints=joints)
-    parse_spec(written, path.parent / f"{name}.yaml")
+    target = path.parent / f"{name}.yaml"
+    try:
+        parse_spec(written, target)
+    except BadInput as error:
+        if error.place.file != str(target):
+            raise
+        found = f"a robot of which no spec can be made: {error.found}"  # which is not there yet, to be looked at
+        raise BadInput(str(path), found, error.expected, error.nearest) from None
     return {f"{name}.yaml": written, path.name: text}
 
 
-def _refuse_other_robot(folder: Path, files: dict[str, str]) -> None:
+def _refuse_other_robot(folder: Path, spec: str, files: dict[str, str]) -> None:
     """Drop a robot file that lies there already; raise BadInput where it is another one of that name."""
-    for file in [file for file in files if not file.endswith(".yaml")]:
+    for file in [file for file in files if file != spec]:
         if is_there(folder / file):
             if read_text(folder / file, "a robot description (URDF)", LARGEST) != files[file]:
                 raise BadInput(str(folder / file), "another robot file of that name", "another folder", code="FILE004")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from pathlib import Path
 
@@ -77,3 +78,38 @@ def test_what_cannot_be_written(folder: Path, arguments: tuple[str, ...], words:
 def test_the_nearest_shipped_spec_is_named(folder: Path) -> None:
     result = stiction("init", "new", "--from", "two_maas")
     assert is_one_message(result) and "did you mean 'two_mass'?" in result.err
+
+
+def robot_called(name: str) -> None:
+    """A spec beside a robot file of that name."""
+    shutil.copy(SPECS / "seven_joint_arm.urdf", name)
+    text = (SPECS / "seven_joint_arm.yaml").read_text().replace("urdf: seven_joint_arm.urdf", f"urdf: {name}")
+    Path("source.yaml").write_text(text)
+
+
+def test_a_robot_file_called_like_the_new_spec_does_not_take_its_place(folder: Path) -> None:
+    robot_called("robot.yaml")
+    Path("below").mkdir()
+    os.chdir("below")
+    made = stiction("init", "robot", "--from", "../source.yaml")
+    assert made.code == 2 and is_one_message(made) and "the name of the new spec" in made.err
+    assert list(contents(Path())) == []
+
+
+def test_a_robot_file_with_the_ending_of_a_spec_replaces_no_file(folder: Path) -> None:
+    robot_called("robot.yaml")
+    Path("below").mkdir()
+    os.chdir("below")
+    Path("robot.yaml").write_text("mine\n")
+    made = stiction("init", "other", "--from", "../source.yaml")
+    assert made.code == 2 and is_one_message(made) and "another robot file" in made.err
+    assert Path("robot.yaml").read_text() == "mine\n"
+
+
+@pytest.mark.parametrize("joint", ["a" * 400, "in"])
+def test_a_fault_of_a_robot_is_told_of_its_file(folder: Path, joint: str) -> None:
+    text = (SPECS / "seven_joint_arm.urdf").read_text()
+    Path("arm.urdf").write_text(text.replace('"shoulder_yaw"', f'"{joint}"'))
+    made = stiction("init", "my_arm", "--from", "arm.urdf")
+    assert made.code == 2 and is_one_message(made) and made.err.startswith("error: arm.urdf: ")
+    assert list(contents(folder)) == ["arm.urdf"]
