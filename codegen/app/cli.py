@@ -5,6 +5,7 @@ A verb imports its work when it runs: help, the version and a wrong word need no
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 import traceback
@@ -397,6 +398,9 @@ MOST_FAULTS = 20
 @without_library_warnings()
 def main() -> None:
     """Run a verb; bad input is one message and exit code 2, a fault of the tool one and 70, never a traceback."""
+    raw = getattr(sys.stdout, "buffer", None)
+    if isinstance(raw, io.RawIOBase):  # -u: what is not taken at once would be dropped
+        sys.stdout = io.TextIOWrapper(io.BufferedWriter(raw), sys.stdout.encoding)
     for stream in (sys.stdout, sys.stderr):
         getattr(stream, "reconfigure", dict)(
             errors="backslashreplace"
@@ -419,6 +423,10 @@ def main() -> None:
     except KeyboardInterrupt:
         sys.exit(INTERRUPTED)
     except Exception as error:
+        if isinstance(error, OSError) and error.filename is None:  # of a print: a verb's own border lets none through
+            errors.print(f"error: standard output: cannot be written ({error.strerror}); expected room for a result")
+            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what is left is not tried again when Python ends
+            sys.exit(2)
         if traced:
             traceback.print_exc()
         fault = error if isinstance(error, InternalError) else InternalError("stiction", sys.argv[1:], error)
