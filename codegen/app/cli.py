@@ -5,6 +5,7 @@ A verb imports its work when it runs: help, the version and a wrong word need no
 
 from __future__ import annotations
 
+import contextlib
 import io
 import os
 import sys
@@ -425,7 +426,8 @@ def main() -> None:
     except Exception as error:
         if isinstance(error, OSError) and error.filename is None:  # of a print: a verb's own border lets none through
             errors.print(f"error: standard output: cannot be written ({error.strerror}); expected room for a result")
-            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what is left is not tried again when Python ends
+            with contextlib.suppress(OSError):  # what is left is not tried again when Python ends
+                os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             sys.exit(2)
         if traced:
             traceback.print_exc()

@@ -114,7 +114,7 @@ def _of_robot(name: str, path: Path) -> dict[str, str]:
         if error.place.file != str(target):
             raise
         found = f"a robot of which no spec can be made: {error.found}"  # which is not there yet, to be looked at
-        raise BadInput(str(path), found, error.expected, error.nearest) from None
+        raise BadInput(str(path), found, error.expected, error.nearest, code=error.code) from None
     return {f"{name}.yaml": written, path.name: text}
 
 

@@ -173,7 +173,7 @@ class _Reading:
             smallest, middle, largest = (float(value) for value in np.linalg.eigvalsh(about_centre.astype(float)))
         except np.linalg.LinAlgError as error:
             found = f"principal moments that cannot be computed ({error})"
-            raise BadInput(where, found, "a positive definite inertia") from None
+            raise BadInput(where, found, "a positive definite inertia", code="SPEC032") from None
         if smallest > 0 and largest > (smallest + middle) * (1 + TRIANGLE):
             found = f"principal moments {smallest:.4g}, {middle:.4g} and {largest:.4g} kg m^2"
             raise BadInput(where, found, "a body's: the largest is at most the sum of the others", code="SPEC032")
