@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from codegen.base.errors import BadInput, Place, nearest_name
 from codegen.logs.description import LogDescription
@@ -28,6 +28,15 @@ class Named(Protocol):
     @property
     def units(self) -> Mapping[str, str]:
         """Column → unit that the file states."""
+
+
+@runtime_checkable
+class PartlyUnread(Protocol):
+    """A file of which some parts cannot be read."""
+
+    @property
+    def unread(self) -> Mapping[str, str]:
+        """Topic → why it has no columns."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +84,7 @@ def bind(source: Named, spec: Spec, description: LogDescription, explicit: Mappi
         if symbol == "t" and origin is None and description.sample_rate_hz:
             notes.append(f"no column t: time counted at the description's {description.sample_rate_hz:g} Hz")
             continue
-        error = _absent(symbol, text, origin, names, place)
+        error = _unread(text, source) or _absent(symbol, text, origin, names, place)
         if symbol not in spec.positions or not by_name:
             raise error
         missing[symbol] = error
@@ -99,6 +108,16 @@ def _choice(
     if symbol in spec.log.columns:
         return spec.log.columns[symbol], spec.place(f"log.columns.{symbol}")
     return symbol, None
+
+
+def _unread(text: str, source: Named) -> BadInput | None:
+    """Why a column of a topic that is there cannot be had."""
+    topics = source.unread if isinstance(source, PartlyUnread) else {}
+    topic = next((t for t in topics if text == t or text.startswith(f"{t}.")), None)
+    if topic is None:
+        return None
+    place = Place(source.place.file, None, shown(topic, 80))
+    return BadInput(place, f"no column `{shown(text, 80)}`: {topics[topic]}", "a topic whose messages can be read")
 
 
 def _absent(symbol: str, text: str, origin: Place | str | None, names: Sequence[str], place: Place) -> BadInput:

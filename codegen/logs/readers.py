@@ -11,17 +11,20 @@ import numpy as np
 
 from codegen.base.errors import BadInput, Place, nearest_name
 from codegen.base.input_files import identity, is_there
+from codegen.logs.bag_folder import is_bag, open_bag
 from codegen.logs.beside import SideBySide
 from codegen.logs.binding import Binding, bind
 from codegen.logs.cleaning import Clean, clean
 from codegen.logs.counters import counter_findings, mended, repeats, require_columns
 from codegen.logs.csv_file import open_csv
+from codegen.logs.db3_file import open_db3
 from codegen.logs.description import LogDescription, read_description
 from codegen.logs.encoder import smallest_step
 from codegen.logs.joined import join_logs
 from codegen.logs.json_file import open_json
 from codegen.logs.log import Intake, Log
 from codegen.logs.mat_file import open_mat
+from codegen.logs.mcap_file import open_mcap
 from codegen.logs.npy_file import open_npy_log
 from codegen.logs.npz_file import open_npz
 from codegen.logs.source import Allowance, Columns, Source, shown
@@ -38,6 +41,8 @@ FORMATS: Mapping[str, Callable[[Path, Allowance, LogDescription], Source]] = {
     ".npy": open_npy_log,
     ".npz": open_npz,
     ".json": open_json,
+    ".mcap": open_mcap,
+    ".db3": open_db3,
 }
 
 
@@ -126,9 +131,11 @@ def _format(path: Path) -> Callable[[Path, Allowance, LogDescription], Source]:
     reader = FORMATS.get(path.suffix.lower())
     if reader is not None:
         return reader
-    place, expected = Place(shown(str(path), 200)), f"a log file ending in {', '.join(FORMATS)}"
+    place, expected = Place(shown(str(path), 200)), f"a log file ending in {', '.join(FORMATS)}, or a ROS 2 bag folder"
     if "\0" not in str(path):
         if is_there(path) and path.is_dir():
+            if is_bag(path):
+                return open_bag
             raise BadInput(place, "a folder", expected, code="FILE001")
         if not is_there(path):
             raise BadInput(place, "no such file", expected, code="FILE001")

@@ -1,0 +1,98 @@
+"""A library of an extra, called on a stranger's file: named where it is absent, bounded, and its faults one message."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import io
+import logging
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from codegen.base.errors import BadInput, Place
+from codegen.logs.source import shown
+
+try:
+    import resource
+except ImportError:  # no Unix: the lengths that a file states are checked all the same
+    resource = None  # type: ignore[assignment]
+
+MOST_MEMORY = 2_000_000_000
+"""Bytes that a library may take at once for a file, whatever the file states of itself."""
+
+
+def library(module: str, extra: str, path: Path) -> Any:
+    """A module of an extra.
+
+    Raises:
+        BadInput: where it is not installed.
+    """
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        found = f"a log that needs the package `{module.partition('.')[0]}`, which cannot be imported ({error})"
+        raise BadInput(Place(str(path)), found, f"it installed: pip install 'stiction[{extra}]'") from None
+
+
+@contextlib.contextmanager
+def reading(path: Path, expected: str) -> Iterator[None]:
+    """Around calls of a library on a file: at most so much memory, nothing on the screen, one error.
+
+    A library meets a damaged file with whatever exception its next line raises; all of them mean the same here.
+
+    Raises:
+        BadInput: for every exception but BadInput itself.
+    """
+    place = Place(str(path))
+    try:
+        with _bounded(), _quiet():
+            yield
+    except BadInput:
+        raise
+    except MemoryError:
+        raise BadInput(place, f"a file whose reading takes more than {MOST_MEMORY} bytes", expected) from None
+    except Exception as error:
+        words = shown(str(error).strip(), 100) or "no words"
+        raise BadInput(place, f"a damaged file ({type(error).__name__}: {words})", expected) from None
+
+
+@contextlib.contextmanager
+def _bounded() -> Iterator[None]:
+    """A limit of the address space: compressed data that swell beyond it end in MemoryError."""
+    used = _address_space()
+    if resource is None or used is None:
+        yield
+        return
+    soft, hard = resource.getrlimit(resource.RLIMIT_AS)
+    known = [limit for limit in (soft, hard) if limit != resource.RLIM_INFINITY]
+    resource.setrlimit(resource.RLIMIT_AS, (min([used + MOST_MEMORY, *known]), hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
+
+
+def _address_space() -> int | None:
+    try:
+        pages = int(Path("/proc/self/statm").read_text().split()[0])
+    except (OSError, ValueError, IndexError):
+        return None
+    return pages * resource.getpagesize()
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    before = logging.root.manager.disable
+    logging.disable(logging.CRITICAL)
+    try:
+        with (
+            warnings.catch_warnings(),
+            contextlib.redirect_stdout(io.StringIO()),
+            contextlib.redirect_stderr(io.StringIO()),
+        ):
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        logging.disable(before)
