@@ -39,6 +39,15 @@ class PartlyUnread(Protocol):
         """Topic → why it has no columns."""
 
 
+@runtime_checkable
+class HoldsCommands(Protocol):
+    """A file with positions that were asked for, under names that do not say so."""
+
+    @property
+    def asked(self) -> Mapping[str, str]:
+        """Column of such a position → the column where the measured one stands."""
+
+
 @dataclass(frozen=True)
 class Binding:
     """Symbols and the file's columns.
@@ -91,6 +100,7 @@ def bind(source: Named, spec: Spec, description: LogDescription, explicit: Mappi
     integrated = _integrated(missing, terms, spec, names, notes)
     logged = _drop_some_velocities(terms, spec, description, integrated, notes)
     _refuse_twice(terms, place)
+    _refuse_positions_as_forces(terms, source, spec)
     scale = {s: _factor(s, terms.get(s), source, spec, description, notes) for s in symbols}
     if not scale["t"] > 0:
         where = description.place("scale.t") if "t" in description.scale else spec.place("log.scale.t")
@@ -113,11 +123,11 @@ def _choice(
 def _unread(text: str, source: Named) -> BadInput | None:
     """Why a column of a topic that is there cannot be had."""
     topics = source.unread if isinstance(source, PartlyUnread) else {}
-    topic = next((t for t in topics if text == t or text.startswith(f"{t}.")), None)
+    topic = next((t for t in topics if text == t or text.startswith((f"{t}.", f"{t}["))), None)
     if topic is None:
         return None
     place = Place(source.place.file, None, shown(topic, 80))
-    return BadInput(place, f"no column `{shown(text, 80)}`: {topics[topic]}", "a topic whose messages can be read")
+    return BadInput(place, f"no column `{shown(text, 80)}`: {topics[topic]}", "one that can be read")
 
 
 def _absent(symbol: str, text: str, origin: Place | str | None, names: Sequence[str], place: Place) -> BadInput:
@@ -212,6 +222,21 @@ def _refuse_twice(terms: Mapping[str, Term], place: Place) -> None:
                 code="LOG004",
             )
         owner[name] = symbol
+
+
+def _refuse_positions_as_forces(terms: Mapping[str, Term], source: Named, spec: Spec) -> None:
+    """Refuse a position that was asked for as an input in another unit; in an expression it is the author's."""
+    asked = source.asked if isinstance(source, HoldsCommands) else {}
+    units = {c.unit for c in spec.coordinates}
+    for i in spec.inputs:
+        column = terms[i.name].columns[0]
+        if terms[i.name].expression is None and column in asked and i.unit not in units:
+            found = f"`{shown(column)}`, a position that was asked for, as the input {i.name} in {i.unit}"
+            law = f"25*({identifier(column)} - {identifier(asked[column])})"
+            expected = (
+                f"a measured current or torque, or the servo's own law as an expression of columns, such as {law}"
+            )
+            raise BadInput(Place(source.place.file), found, expected)
 
 
 def _factor(

@@ -27,6 +27,7 @@ from codegen.logs.mat_file import open_mat
 from codegen.logs.mcap_file import open_mcap
 from codegen.logs.npy_file import open_npy_log
 from codegen.logs.npz_file import open_npz
+from codegen.logs.parquet_file import open_parquet
 from codegen.logs.source import Allowance, Columns, Source, shown
 from codegen.logs.term import columns_of, compute
 from codegen.logs.uniform import Uniform, uniform
@@ -43,6 +44,7 @@ FORMATS: Mapping[str, Callable[[Path, Allowance, LogDescription], Source]] = {
     ".json": open_json,
     ".mcap": open_mcap,
     ".db3": open_db3,
+    ".parquet": open_parquet,
 }
 
 
@@ -103,12 +105,25 @@ def _read(
     source = _with_others(path, reader(path, allowance, described), described, allowance)
     binding = bind(source, spec, described, columns)
     require_columns(source.names, described)
-    raw = mended(source.load(columns_of(binding.terms)), described)
+    raw = mended(_loaded(source, columns_of(binding.terms), described), described)
     found = counter_findings(raw, binding.terms)
     cleaned = _cleaned(compute(raw, binding.terms), source.place, binding, spec, described)
     log = _log(path, spec, described, source.notes, binding, cleaned, step)
     doubted = frozenset(s for symbols, _ in found for s in symbols)
     return replace(log, intake=replace(log.intake, findings=tuple(f for _, f in found), doubted=doubted))
+
+
+def _loaded(source: Source, wanted: Sequence[str], description: LogDescription) -> Columns:
+    """The wanted columns, of the rows that the description asks for."""
+    raw = source.load([*wanted, *(name for name in description.rows if name not in wanted)])
+    kept = np.ones(len(raw.values), dtype=bool)
+    for name, value in description.rows.items():
+        kept &= raw.values[:, raw.names.index(name)] == value
+    if not kept.any():
+        asked = ", ".join(f"{shown(name)} = {value:g}" for name, value in description.rows.items())
+        raise BadInput(description.place("rows"), f"no row with {asked}", "values that the columns have")
+    part = Columns(raw.file, tuple(wanted), raw.values[:, : len(wanted)], raw.lines)
+    return part if kept.all() else part.rows(kept)
 
 
 def _with_others(path: Path, log: Source, description: LogDescription, allowance: Allowance) -> Source:
