@@ -93,7 +93,8 @@ def bind(source: Named, spec: Spec, description: LogDescription, explicit: Mappi
         if symbol == "t" and origin is None and description.sample_rate_hz:
             notes.append(f"no column t: time counted at the description's {description.sample_rate_hz:g} Hz")
             continue
-        error = _unread(text, source) or _absent(symbol, text, origin, names, place)
+        _refuse_unread(text, source)
+        error = _absent(symbol, text, origin, names, place)
         if symbol not in spec.positions or not by_name:
             raise error
         missing[symbol] = error
@@ -120,14 +121,13 @@ def _choice(
     return symbol, None
 
 
-def _unread(text: str, source: Named) -> BadInput | None:
-    """Why a column of a topic that is there cannot be had."""
-    topics = source.unread if isinstance(source, PartlyUnread) else {}
-    topic = next((t for t in topics if text == t or text.startswith((f"{t}.", f"{t}["))), None)
-    if topic is None:
-        return None
-    place = Place(source.place.file, None, shown(topic, 80))
-    return BadInput(place, f"no column `{shown(text, 80)}`: {topics[topic]}", "one that can be read")
+def _refuse_unread(text: str, source: Named) -> None:
+    """Say why a column cannot be had that is part of what the file has."""
+    unread = source.unread if isinstance(source, PartlyUnread) else {}
+    for whole, why in unread.items():
+        if text == whole or text.startswith((f"{whole}.", f"{whole}[")):
+            place = Place(source.place.file, None, shown(whole, 80))
+            raise BadInput(place, f"no column `{shown(text, 80)}`: {why}", "one that can be read")
 
 
 def _absent(symbol: str, text: str, origin: Place | str | None, names: Sequence[str], place: Place) -> BadInput:

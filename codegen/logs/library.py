@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 import importlib
 import io
 import logging
+import sys
+import traceback
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
@@ -46,16 +49,26 @@ def reading(path: Path, expected: str) -> Iterator[None]:
         BadInput: for every exception but BadInput itself.
     """
     place = Place(str(path))
-    try:
-        with _bounded(), _quiet():
+    with _bounded(), _quiet():
+        try:
             yield
-    except BadInput:
-        raise
-    except MemoryError:
-        raise BadInput(place, f"a file whose reading takes more than {MOST_MEMORY} bytes", expected) from None
-    except Exception as error:
-        words = shown(str(error).strip(), 100) or "no words"
-        raise BadInput(place, f"a damaged file ({type(error).__name__}: {words})", expected) from None
+        except BadInput:
+            raise
+        except Exception as error:
+            words = shown(str(error).strip(), 100) or "no words"
+            found = f"a damaged file ({type(error).__name__}: {words})"
+            if isinstance(error, MemoryError):
+                found = f"a file whose reading takes more than {MOST_MEMORY} bytes"
+            _release(error)
+            raise BadInput(place, found, expected) from None
+
+
+def _release(error: BaseException | None) -> None:
+    """Let go of what a library left half made while its complaints about that are not shown."""
+    while error is not None:
+        traceback.clear_frames(error.__traceback__)
+        error = error.__context__
+    gc.collect()
 
 
 @contextlib.contextmanager
@@ -84,8 +97,9 @@ def _address_space() -> int | None:
 
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
-    before = logging.root.manager.disable
+    before, hook = logging.root.manager.disable, sys.unraisablehook
     logging.disable(logging.CRITICAL)
+    sys.unraisablehook = lambda _: None
     try:
         with (
             warnings.catch_warnings(),
@@ -96,3 +110,4 @@ def _quiet() -> Iterator[None]:
             yield
     finally:
         logging.disable(before)
+        sys.unraisablehook = hook

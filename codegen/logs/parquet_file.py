@@ -98,7 +98,8 @@ class ParquetSource(Unannotated):
             place = Place(str(self.path), None, f"{shown(name)}({before + row + 1})")
             raise BadInput(place, f"a list of {lengths[row]}", "lists as long as the first one")
         starts = np.concatenate([[0], np.cumsum(lengths)[:-1]])
-        return _floats(column.flatten())[starts + entry]
+        found: Array = _floats(column.flatten())[starts + entry]
+        return found
 
 
 def open_parquet(path: Path, allowance: Allowance, description: LogDescription) -> ParquetSource:

@@ -20,16 +20,20 @@ from codegen.logs.csv_file import open_csv
 from codegen.logs.db3_file import open_db3
 from codegen.logs.description import LogDescription, read_description
 from codegen.logs.encoder import smallest_step
+from codegen.logs.hdf5_file import open_hdf5
 from codegen.logs.joined import join_logs
 from codegen.logs.json_file import open_json
 from codegen.logs.log import Intake, Log
 from codegen.logs.mat_file import open_mat
 from codegen.logs.mcap_file import open_mcap
+from codegen.logs.mdf_file import open_mdf
 from codegen.logs.npy_file import open_npy_log
 from codegen.logs.npz_file import open_npz
 from codegen.logs.parquet_file import open_parquet
 from codegen.logs.source import Allowance, Columns, Source, shown
+from codegen.logs.tdms_file import open_tdms
 from codegen.logs.term import columns_of, compute
+from codegen.logs.ulog_file import open_ulog
 from codegen.logs.uniform import Uniform, uniform
 from codegen.spec.model import Spec
 
@@ -45,6 +49,11 @@ FORMATS: Mapping[str, Callable[[Path, Allowance, LogDescription], Source]] = {
     ".mcap": open_mcap,
     ".db3": open_db3,
     ".parquet": open_parquet,
+    ".h5": open_hdf5,
+    ".hdf5": open_hdf5,
+    ".mf4": open_mdf,
+    ".ulg": open_ulog,
+    ".tdms": open_tdms,
 }
 
 
