@@ -100,6 +100,16 @@ def read_log(
     return _read(path, spec, description, columns, Allowance(), None)
 
 
+def log_names(path: str | Path) -> tuple[str, ...]:
+    """Names of the columns that a log has.
+
+    Raises:
+        BadInput: as ``read_log``, for a file that cannot be opened.
+    """
+    path = Path(path)
+    return _format(path)(path, Allowance(), log_description(path, None)).names
+
+
 def _read(
     path: str | Path,
     spec: Spec,

@@ -1,0 +1,103 @@
+"""A spec for a robot file: a URDF, or a MuJoCo model that becomes one, and a log of it whose columns are matched."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from codegen.app.guess_columns import Guess, guess_columns
+from codegen.base.errors import Place
+from codegen.base.input_files import read_text
+from codegen.base.text import render
+from codegen.logs.readers import log_names
+from codegen.spec import parse_spec
+from codegen.spec.kinematics import MovingBody
+from codegen.spec.mjcf import MjcfJoint, read_mjcf
+from codegen.spec.robot_file import LARGEST
+from codegen.spec.urdf import read_kinematic_tree
+
+ENDINGS = (".urdf", ".xml")
+STANDARD = (0.0, 0.0, -9.81)
+
+
+@dataclass(frozen=True)
+class _Robot:
+    """The robot file's name and text, and what stands in the spec beside it."""
+
+    file: str
+    text: str
+    gravity: tuple[float, float, float] = STANDARD
+    joints: tuple[MjcfJoint, ...] = ()
+    remarks: tuple[str, ...] = ()
+
+
+def robot_files(name: str, path: Path, log: Path | None) -> dict[str, str]:
+    """The spec and the robot file beside it, by file.
+
+    Args:
+        name: of the machine. path: a URDF or MJCF file. log: whose columns the spec is to name, or None.
+
+    Raises:
+        BadInput: for a robot file or a log that cannot be used.
+    """
+    robot = _robot(name, path)
+    with tempfile.TemporaryDirectory(prefix="stiction-") as folder:
+        beside = path.parent if robot.file == path.name else Path(folder)
+        if beside == Path(folder):
+            (beside / robot.file).write_text(robot.text, encoding="utf-8")
+        bodies = read_kinematic_tree(beside / robot.file, Place(str(path))).bodies
+        guess = _guess(log, bodies)
+        written = render("text/new_robot_spec.j2", name=name, **_content(robot, bodies, guess, log))
+        parse_spec(written, beside / f"{name}.yaml")
+    return {f"{name}.yaml": written, robot.file: robot.text}
+
+
+def _robot(name: str, path: Path) -> _Robot:
+    text = read_text(path, "a robot description (URDF) or a MuJoCo model (MJCF)", LARGEST)
+    if "<mujoco" not in text:
+        return _Robot(path.name, text)
+    found = read_mjcf(path)
+    return _Robot(f"{name}.urdf", found.urdf, found.gravity, found.joints, found.remarks)
+
+
+def _guess(log: Path | None, bodies: Sequence[MovingBody]) -> Guess:
+    if log is None:
+        return Guess({}, ())
+    return guess_columns(log_names(log), {body.joint: body.label for body in bodies})
+
+
+def _content(robot: _Robot, bodies: Sequence[MovingBody], guess: Guess, log: Path | None) -> Mapping[str, Any]:
+    beyond = {joint.joint: joint for joint in robot.joints}
+    ranges = {}
+    for body in bodies:
+        limits = beyond[body.joint].limits if body.joint in beyond else None
+        ranges[body.joint] = (
+            [float(f"{x:.6g}") for x in limits] if limits else [-3.1, 3.1] if body.kind == "revolute" else [-1, 1]
+        )
+    return {
+        "file": json.dumps(robot.file),
+        "gravity": list(robot.gravity) if robot.gravity != STANDARD else None,
+        "joints": bodies,
+        "ranges": ranges,
+        "effects": [effect for joint in robot.joints for effect in _effects(joint)],
+        "remarks": robot.remarks,
+        "log": log is not None,
+        "columns": {symbol: json.dumps(column) for symbol, column in guess.columns.items()},
+        "unmatched": guess.remarks,
+    }
+
+
+def _effects(joint: MjcfJoint) -> list[tuple[str, str, str]]:
+    """(kind, joint, parameters) of what acts on a joint and is in no robot description."""
+    found = []
+    if joint.armature:
+        found.append(("inertia_error", joint.joint, f"delta: {joint.armature:.12g}"))
+    if joint.stiffness:
+        found.append(("spring", joint.joint, f"k: {joint.stiffness:.12g}"))
+    if joint.stiffness and joint.rest:
+        found.append(("offset", joint.joint, f"f0: {joint.stiffness * joint.rest:.12g}"))
+    return found
