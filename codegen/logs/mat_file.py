@@ -16,7 +16,7 @@ from codegen.logs.log import Array
 from codegen.logs.mat_elements import Variable, variables
 from codegen.logs.source import Allowance, Columns, Source, Unannotated, listing, read_bytes, shown
 
-EXPECTED = "a MATLAB file (.mat, format 4 to 7) with one vector a column"
+EXPECTED = "a MATLAB file (.mat) with one vector a column"
 
 
 @dataclass(frozen=True)

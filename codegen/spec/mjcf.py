@@ -157,7 +157,9 @@ class _Conversion:
         if m.opt.density or m.opt.viscosity:
             words.append("density and viscosity of the medium: left out")
         if any(m.geom_contype[g] and m.geom_conaffinity[g] for g in range(m.ngeom)):
-            words.append("contacts between bodies, and limits of joints: left out; use stretches of a log without them")
+            words.append("contacts between bodies: left out; use stretches of a log without them")
+        if any(m.jnt_limited[j] for j in self.of_body.values()):
+            words.append("forces at the limits of joints: left out; use stretches of a log without them")
         return tuple(words)
 
     def _free_objects(self) -> set[int]:

@@ -83,7 +83,7 @@ def test_what_a_robot_file_does_not_hold(tmp_path: Path) -> None:
     said = "\n".join(robot.remarks)
     assert "actuator actuator_0 on shoulder pan: w_shoulder_pan = 50*ctrl" in said
     assert "actuator servo on slide: w_slide = 60*ctrl -180*slide -18*v_slide, force within -3.0 3.0" in said
-    assert "free body cube: left out" in said and "contacts between bodies" in said
+    assert "free body cube: left out" in said and "contacts between bodies" in said and "forces at the limits" in said
 
 
 BODY = '<body name="a">{}<geom type="sphere" size=".1"/></body>'
