@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from codegen.app.guess_columns import Guess, guess_columns
-from codegen.base.errors import Place
+from codegen.base.errors import BadInput, Place
 from codegen.base.input_files import read_text
 from codegen.base.text import render
 from codegen.logs.readers import log_names
@@ -26,10 +26,11 @@ STANDARD = (0.0, 0.0, -9.81)
 
 @dataclass(frozen=True)
 class _Robot:
-    """The robot file's name and text, and what stands in the spec beside it."""
+    """The robot file's name and text, whether it was made of a MuJoCo model, and what stands in the spec beside it."""
 
     file: str
     text: str
+    converted: bool = False
     gravity: tuple[float, float, float] = STANDARD
     joints: tuple[MjcfJoint, ...] = ()
     remarks: tuple[str, ...] = ()
@@ -45,15 +46,27 @@ def robot_files(name: str, path: Path, log: Path | None) -> dict[str, str]:
         BadInput: for a robot file or a log that cannot be used.
     """
     robot = _robot(name, path)
+    if not robot.converted:
+        written = _spec_text(name, robot, path.parent, log)
+        return {f"{name}.yaml": written, robot.file: robot.text}
     with tempfile.TemporaryDirectory(prefix="stiction-") as folder:
-        beside = path.parent if robot.file == path.name else Path(folder)
-        if beside == Path(folder):
-            (beside / robot.file).write_text(robot.text, encoding="utf-8")
-        bodies = read_kinematic_tree(beside / robot.file, Place(str(path))).bodies
-        guess = _guess(log, bodies)
-        written = render("text/new_robot_spec.j2", name=name, **_content(robot, bodies, guess, log))
-        parse_spec(written, beside / f"{name}.yaml")
+        (Path(folder) / robot.file).write_text(robot.text, encoding="utf-8")
+        try:
+            written = _spec_text(name, robot, Path(folder), log)
+        except BadInput as error:
+            if Path(error.place.file).parent != Path(folder):
+                raise
+            raise BadInput(Place(str(path), None, error.place.key), error.found, error.expected) from None
     return {f"{name}.yaml": written, robot.file: robot.text}
+
+
+def _spec_text(name: str, robot: _Robot, folder: Path, log: Path | None) -> str:
+    """The spec beside the robot file in a folder, read once to be sure of it."""
+    bodies = read_kinematic_tree(folder / robot.file, Place(str(folder / robot.file))).bodies
+    content = _content(robot, bodies, _guess(log, bodies), log)
+    written = render("text/new_robot_spec.j2", name=name, **content)
+    parse_spec(written, folder / f"{name}.yaml")
+    return written
 
 
 def _robot(name: str, path: Path) -> _Robot:
@@ -61,7 +74,7 @@ def _robot(name: str, path: Path) -> _Robot:
     if "<mujoco" not in text:
         return _Robot(path.name, text)
     found = read_mjcf(path)
-    return _Robot(f"{name}.urdf", found.urdf, found.gravity, found.joints, found.remarks)
+    return _Robot(f"{name}.urdf", found.urdf, True, found.gravity, found.joints, found.remarks)
 
 
 def _guess(log: Path | None, bodies: Sequence[MovingBody]) -> Guess:

@@ -71,7 +71,8 @@ def read_mjcf(path: Path) -> MjcfRobot:
     """
     mujoco, model = _compiled(path)
     conversion = _Conversion(path, mujoco, model)
-    return MjcfRobot(conversion.urdf(), conversion.joints(), _three(model.opt.gravity), conversion.remarks())
+    with np.errstate(all="ignore"):  # numbers that are too large are refused by the reader of the robot description
+        return MjcfRobot(conversion.urdf(), conversion.joints(), _three(model.opt.gravity), conversion.remarks())
 
 
 def _compiled(path: Path) -> tuple[Any, Any]:
@@ -81,6 +82,7 @@ def _compiled(path: Path) -> tuple[Any, Any]:
     except ImportError as error:
         found = f"a MuJoCo model, and no package `mujoco` that can be imported ({error})"
         raise BadInput(Place(str(path)), found, "it installed: pip install 'stiction[mujoco]'") from None
+    mujoco.set_mju_user_warning(lambda _: None)  # by itself it would write a file beside the user's
     try:
         return mujoco, mujoco.MjModel.from_xml_path(str(path))
     except (ValueError, RuntimeError, mujoco.FatalError) as error:

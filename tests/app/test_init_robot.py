@@ -86,6 +86,15 @@ def test_a_mujoco_model_with_a_log(folder: Path) -> None:
     assert (folder / "my_arm.urdf").read_text() == "mine" and len(contents(folder)) == len(before) - 1
 
 
+def test_what_cannot_be_converted_is_told_of_the_model(folder: Path) -> None:
+    """And not of the robot description that it became for a moment."""
+    pytest.importorskip("mujoco", reason="needs the extra mujoco")
+    (folder / "arm.xml").write_text(MODEL.replace('"elbow"', '"shoulder-pan"'))
+    result = stiction("init", "arm.xml")
+    assert is_one_message(result) and 'error: arm.xml: joint "shoulder-pan"' in result.err, result.err
+    assert list(contents(folder)) == ["arm.xml"]
+
+
 def test_a_urdf_with_a_log(folder: Path) -> None:
     shutil.copy(SPECS / "seven_joint_arm.urdf", folder / "arm.urdf")
     joint = read_spec(SPECS / "seven_joint_arm.yaml").positions[0]
