@@ -58,7 +58,9 @@ def init(
         raise BadInput(str(target), "a file that is there already", "another name, or another folder", code="FILE004")
     robot = source is not None and Path(source).suffix.lower() in ENDINGS
     if log is not None and not robot:
-        raise BadInput("--log", "a log without a robot file", f"a robot file ending in {' or '.join(ENDINGS)}")
+        raise BadInput(
+            "--log", "a log without a robot file", f"a robot file ending in {' or '.join(ENDINGS)}", code="CALL002"
+        )
     if source is None:
         files = {target.name: render("text/new_spec.j2", name=name)}
         parse_spec(files[target.name], target)

@@ -56,7 +56,9 @@ def robot_files(name: str, path: Path, log: Path | None) -> dict[str, str]:
         except BadInput as error:
             if Path(error.place.file).parent != Path(folder):
                 raise
-            raise BadInput(Place(str(path), None, error.place.key), error.found, error.expected) from None
+            raise BadInput(
+                Place(str(path), None, error.place.key), error.found, error.expected, code=error.code
+            ) from None
     return {f"{name}.yaml": written, robot.file: robot.text}
 
 

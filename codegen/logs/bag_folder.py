@@ -55,15 +55,17 @@ def open_bag(path: Path, allowance: Allowance, description: LogDescription) -> S
     section = plain(document).get("rosbag2_bagfile_information")
     names = section.get("relative_file_paths") if isinstance(section, dict) else None
     if not isinstance(names, list) or not names or not all(isinstance(name, str) for name in names):
-        raise BadInput(place, "no list of files under rosbag2_bagfile_information", EXPECTED)
+        raise BadInput(place, "no list of files under rosbag2_bagfile_information", EXPECTED, code="LOG001")
     if str(section.get("compression_mode", "")).upper() == "MESSAGE":
-        raise BadInput(place, "messages that are packed one by one", f"{EXPECTED} (`ros2 bag convert` unpacks them)")
+        raise BadInput(
+            place, "messages that are packed one by one", f"{EXPECTED} (`ros2 bag convert` unpacks them)", code="LOG002"
+        )
     parts = []
     for name in names:
         if Path(name).name != name:
-            raise BadInput(place, f"`{shown(name)}`, in another folder", EXPECTED)
+            raise BadInput(place, f"`{shown(name)}`, in another folder", EXPECTED, code="LOG001")
         if Path(name).suffix not in STORAGES:
             found = f"`{shown(name)}`, packed or of another kind"
-            raise BadInput(place, found, f"{EXPECTED} (`zstd -d` unpacks a file)")
+            raise BadInput(place, found, f"{EXPECTED} (`zstd -d` unpacks a file)", code="LOG002")
         parts.append(STORAGES[Path(name).suffix](path / name))
     return open_ros(Bag(path, parts), allowance, description)

@@ -127,7 +127,7 @@ def _refuse_unread(text: str, source: Named) -> None:
     for whole, why in unread.items():
         if text == whole or text.startswith((f"{whole}.", f"{whole}[")):
             place = Place(source.place.file, None, shown(whole, 80))
-            raise BadInput(place, f"no column `{shown(text, 80)}`: {why}", "one that can be read")
+            raise BadInput(place, f"no column `{shown(text, 80)}`: {why}", "one that can be read", code="LOG003")
 
 
 def _absent(symbol: str, text: str, origin: Place | str | None, names: Sequence[str], place: Place) -> BadInput:
@@ -236,7 +236,7 @@ def _refuse_positions_as_forces(terms: Mapping[str, Term], source: Named, spec: 
             expected = (
                 f"a measured current or torque, or the servo's own law as an expression of columns, such as {law}"
             )
-            raise BadInput(Place(source.place.file), found, expected)
+            raise BadInput(Place(source.place.file), found, expected, code="LOG012")
 
 
 def _factor(

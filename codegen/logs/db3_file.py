@@ -39,7 +39,7 @@ class Db3Storage:
         library("mcap_ros2", "mcap", path)
         with opened(path, EXPECTED, LARGEST_STREAM) as stream:
             if stream.read(16) != b"SQLite format 3\0":
-                raise BadInput(Place(str(path)), "no SQLite file", EXPECTED)
+                raise BadInput(Place(str(path)), "no SQLite file", EXPECTED, code="LOG001")
         self._ids: dict[int, str] = {}
         self.topics: Mapping[str, Topic] = {}
         with reading(path, EXPECTED), closing(self._connection()) as bag:
@@ -77,7 +77,7 @@ class Db3Storage:
             columns = {row[1] for row in bag.execute(f"PRAGMA table_xinfo({table})") if row[6] == 0}
             if kinds != {"table"} or not wanted <= columns:
                 found = f"no table `{table}` with {', '.join(sorted(wanted))}"
-                raise BadInput(Place(str(self.path)), found, EXPECTED)
+                raise BadInput(Place(str(self.path)), found, EXPECTED, code="LOG001")
 
     def _definitions(self, bag: sqlite3.Connection) -> dict[str, tuple[str, str]]:
         """Type → (encoding, definition), as far as the bag holds them."""

@@ -63,7 +63,7 @@ class Hdf5Source(Unannotated):
         for name, count in rows.items():
             if count != rows[first]:
                 expected = f"{rows[first]} as in `{shown(first)}`"
-                raise BadInput(Place(str(self.path), None, shown(name, 80)), f"{count} values", expected)
+                raise BadInput(Place(str(self.path), None, shown(name, 80)), f"{count} values", expected, code="LOG011")
         self.allowance.take(self.path, 8 * rows[first] * len(wanted), EXPECTED)
         values = np.empty((rows[first], len(wanted)))
         with opened(self.path, EXPECTED, LARGEST_STREAM) as stream, reading(self.path, EXPECTED):
@@ -99,10 +99,12 @@ def open_hdf5(path: Path, allowance: Allowance, description: LogDescription) -> 
             else:
                 columns |= found
             if len(columns) + len(unread) > MOST_COLUMNS:
-                raise BadInput(Place(str(path)), f"more than {MOST_COLUMNS} datasets and columns", EXPECTED)
+                raise BadInput(
+                    Place(str(path)), f"more than {MOST_COLUMNS} datasets and columns", EXPECTED, code="LOG010"
+                )
     if not columns:
         words = f"{listing(list(unread), 3)}: {next(iter(unread.values()))}" if unread else "no dataset"
-        raise BadInput(Place(str(path)), f"no dataset of numbers ({words})", EXPECTED)
+        raise BadInput(Place(str(path)), f"no dataset of numbers ({words})", EXPECTED, code="LOG001")
     return Hdf5Source(path, columns, unread, allowance)
 
 

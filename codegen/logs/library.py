@@ -36,7 +36,9 @@ def library(module: str, extra: str, path: Path) -> Any:
         return importlib.import_module(module)
     except ImportError as error:
         found = f"a log that needs the package `{module.partition('.')[0]}`, which cannot be imported ({error})"
-        raise BadInput(Place(str(path)), found, f"it installed: pip install 'stiction[{extra}]'") from None
+        raise BadInput(
+            Place(str(path)), found, f"it installed: pip install 'stiction[{extra}]'", code="TOOL003"
+        ) from None
 
 
 @contextlib.contextmanager
@@ -60,7 +62,7 @@ def reading(path: Path, expected: str) -> Iterator[None]:
             if isinstance(error, MemoryError):
                 found = f"a file whose reading takes more than {MOST_MEMORY} bytes"
             _release(error)
-            raise BadInput(place, found, expected) from None
+            raise BadInput(place, found, expected, code="LOG001") from None
 
 
 def _release(error: BaseException | None) -> None:

@@ -89,7 +89,9 @@ class McapStorage:
         if len(data) != record.uncompressed_size:
             size = f"more than {len(data) - 1}" if len(data) > record.uncompressed_size else str(len(data))
             found = f"a chunk of {size} bytes where it says {record.uncompressed_size}"
-            raise BadInput(Place(str(self.path)), found, f"{EXPECTED}, chunks of at most {LARGEST_CHUNK} bytes")
+            raise BadInput(
+                Place(str(self.path)), found, f"{EXPECTED}, chunks of at most {LARGEST_CHUNK} bytes", code="LOG001"
+            )
         record.compression, record.data = "", data
         yield from breakup_chunk(record, validate_crc=True)
 

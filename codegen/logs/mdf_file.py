@@ -30,7 +30,7 @@ def open_mdf(path: Path, allowance: Allowance, description: LogDescription) -> S
     with opened(path, EXPECTED, LARGEST_STREAM) as stream:
         head = stream.read(16)
     if head[:8].rstrip() not in (b"MDF", b"UnFinMF") or head[8:9] != b"4":
-        raise BadInput(Place(str(path)), f"the first bytes {head[:12]!r}", EXPECTED)
+        raise BadInput(Place(str(path)), f"the first bytes {head[:12]!r}", EXPECTED, code="LOG001")
     spots: dict[str, tuple[int, int]] = {}
     lengths: dict[str, int] = {}
     units: dict[str, str] = {}

@@ -62,7 +62,7 @@ class ParquetSource(Unannotated):
             BadInput: for a damaged file, lists of another length, or too many numbers.
         """
         if not self.rows:
-            raise BadInput(self.place, "a table without rows", EXPECTED)
+            raise BadInput(self.place, "a table without rows", EXPECTED, code="LOG009")
         self.allowance.take(self.path, 8 * self.rows * len(wanted), EXPECTED)
         values = np.concatenate([block.values for block in self.blocks(wanted)])
         return Columns(str(self.path), tuple(wanted), values, None)
@@ -96,7 +96,7 @@ class ParquetSource(Unannotated):
         if short.any():
             row = int(np.argmax(short))
             place = Place(str(self.path), None, f"{shown(name)}({before + row + 1})")
-            raise BadInput(place, f"a list of {lengths[row]}", "lists as long as the first one")
+            raise BadInput(place, f"a list of {lengths[row]}", "lists as long as the first one", code="LOG005")
         starts = np.concatenate([[0], np.cumsum(lengths)[:-1]])
         found: Array = _floats(column.flatten())[starts + entry]
         return found
@@ -123,7 +123,7 @@ def open_parquet(path: Path, allowance: Allowance, description: LogDescription) 
                 unread[kind.name] = f"it holds {shown(str(kind.type))}, no numbers"
         rows = int(file.metadata.num_rows)
     if not columns:
-        raise BadInput(Place(str(path)), f"no numbers in the columns {listing(list(unread))}", EXPECTED)
+        raise BadInput(Place(str(path)), f"no numbers in the columns {listing(list(unread))}", EXPECTED, code="LOG001")
     return ParquetSource(path, columns, unread, rows, allowance)
 
 

@@ -143,12 +143,12 @@ def open_ros(storage: Storage, allowance: Allowance, description: LogDescription
             decoded = _decoded(decoders[message.topic], message, place)
             columns |= {name: message.topic for name, _ in numeric_fields(decoded, message.topic)}
             if len(columns) > MOST_COLUMNS:
-                raise BadInput(place, f"more than {MOST_COLUMNS} numeric fields", EXPECTED)
+                raise BadInput(place, f"more than {MOST_COLUMNS} numeric fields", EXPECTED, code="LOG010")
     for name in decoders.keys() - set(columns.values()):
         unread[name] = "none of its first messages holds a number, or they are too large to be signals"
     if not columns:
         words = "; ".join(f"`{shown(name)}`: {why}" for name, why in list(unread.items())[:3]) or "no topic"
-        raise BadInput(place, f"no topic with numbers ({words})", EXPECTED)
+        raise BadInput(place, f"no topic with numbers ({words})", EXPECTED, code="LOG001")
     check_held(description, columns)
     return RosSource(storage, decoders, columns, unread, description, allowance)
 
@@ -172,7 +172,7 @@ def _decoded(decoder: Decoder, message: Message, place: Place) -> Any:
     except Exception as error:  # whatever a message raises that does not fit its definition
         found = f"a message of {len(message.data)} bytes that does not fit its definition ({shown(str(error), 80)})"
         raise BadInput(
-            Place(place.file, None, shown(message.topic, 80)), found, "a message of its topic's type"
+            Place(place.file, None, shown(message.topic, 80)), found, "a message of its topic's type", code="LOG001"
         ) from None
 
 

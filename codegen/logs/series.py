@@ -52,6 +52,7 @@ def check_held(description: LogDescription, names: Iterable[str]) -> None:
                 f"`{shown(name)}`, which is no topic or column of the log",
                 f"topics or columns, such as {listing(known, 5)}",
                 nearest_name(name, known),
+                code="LOG013",
             )
 
 
@@ -81,7 +82,7 @@ def joined(
         first, last = max(series, key=lambda s: s.time[0]), min(series, key=lambda s: s.time[-1])
         found = f"no time at which both `{shown(first.name)}` and `{shown(last.name)}` were logged"
         expected = f"stamps of one clock; they are {first.time[0] - last.time[-1]:.6g} s apart"
-        raise BadInput(Place(file), found, expected)
+        raise BadInput(Place(file), found, expected, code="LOG008")
     base = max(series, key=lambda s: int(((s.time >= start) & (s.time <= stop)).sum()))
     time = base.time[(base.time >= start) & (base.time <= stop)]
     found_columns: dict[str, Array] = {}
@@ -99,7 +100,9 @@ def joined(
             found_columns[column] = values[before] if column in held else np.interp(time, one.time, values)
         notes.append(_words(one, base, len(held), int(gap.sum())))
     if not kept.any():
-        raise BadInput(Place(file), "no row that lies in no gap of any topic", "topics that were logged together")
+        raise BadInput(
+            Place(file), "no row that lies in no gap of any topic", "topics that were logged together", code="LOG008"
+        )
     found_columns[TIME] = time - time[0]
     values = np.column_stack([found_columns[name] for name in wanted])
     return Columns(file, tuple(wanted), values[kept], None), tuple(notes)
@@ -126,14 +129,16 @@ def _of(column: str, name: str) -> bool:
 def _require_rising(file: str, one: Series) -> None:
     place = Place(file, None, shown(one.name, 80))
     if not len(one.time):
-        raise BadInput(place, "no sample", "at least one")
+        raise BadInput(place, "no sample", "at least one", code="LOG009")
     if not np.isfinite(one.time).all():
-        raise BadInput(place, f"sample {int(np.argmin(np.isfinite(one.time))) + 1} without a time", "finite times")
+        raise BadInput(
+            place, f"sample {int(np.argmin(np.isfinite(one.time))) + 1} without a time", "finite times", code="LOG007"
+        )
     back = np.diff(one.time) < 0
     if back.any():
         k = int(np.argmax(back))
         found = f"time runs backwards after sample {k + 1}, by {one.time[k] - one.time[k + 1]:.6g} s"
-        raise BadInput(place, found, "times that rise")
+        raise BadInput(place, found, "times that rise", code="LOG007")
 
 
 def _in_gap(one: Series, time: Array, before: Array) -> Flags:

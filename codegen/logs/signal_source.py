@@ -41,7 +41,7 @@ class SignalSource:
 
     def __post_init__(self) -> None:
         if not self.columns:
-            raise BadInput(self.place, "no signal of numbers", self.expected)
+            raise BadInput(self.place, "no signal of numbers", self.expected, code="LOG001")
         check_held(self.description, self.columns)
 
     @property

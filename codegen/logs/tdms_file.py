@@ -29,7 +29,7 @@ def open_tdms(path: Path, allowance: Allowance, description: LogDescription) -> 
     nptdms = library("nptdms", "tdms", path)
     with opened(path, EXPECTED, LARGEST_STREAM) as stream:
         if stream.read(4) != b"TDSm":
-            raise BadInput(Place(str(path)), "no TDMS file", EXPECTED)
+            raise BadInput(Place(str(path)), "no TDMS file", EXPECTED, code="LOG001")
     channels: dict[str, tuple[Any, Any]] = {}
     unread: dict[str, str] = {}
     with reading(path, EXPECTED):

@@ -81,14 +81,16 @@ def _compiled(path: Path) -> tuple[Any, Any]:
         import mujoco
     except ImportError as error:
         found = f"a MuJoCo model, and no package `mujoco` that can be imported ({error})"
-        raise BadInput(Place(str(path)), found, "it installed: pip install 'stiction[mujoco]'") from None
+        raise BadInput(
+            Place(str(path)), found, "it installed: pip install 'stiction[mujoco]'", code="TOOL003"
+        ) from None
     mujoco.set_mju_user_warning(lambda _: None)  # by itself it would write a file beside the user's
     try:
         return mujoco, mujoco.MjModel.from_xml_path(str(path))
     except (ValueError, RuntimeError, mujoco.FatalError) as error:
         line = re.search(r"line (\d+)", str(error))
         words = one_line(" ".join(str(error).split()))
-        raise BadInput(Place(str(path), int(line[1]) if line else None), words, EXPECTED) from None
+        raise BadInput(Place(str(path), int(line[1]) if line else None), words, EXPECTED, code="SPEC030") from None
 
 
 class _Conversion:
@@ -104,11 +106,11 @@ class _Conversion:
                 expected = (
                     "one joint a body; a body without geometry between them, of little mass, for each further one"
                 )
-                raise BadInput(self._place("body", b), f"{count} joints on one body", expected)
+                raise BadInput(self._place("body", b), f"{count} joints on one body", expected, code="SPEC031")
             if count:
                 self._add_joint(b, first)
         if not self.of_body:
-            raise BadInput(Place(str(path)), "no hinge or slide joint", EXPECTED)
+            raise BadInput(Place(str(path)), "no hinge or slide joint", EXPECTED, code="SPEC031")
 
     def urdf(self) -> str:
         """The tree of bodies, fixed ones joined by fixed joints; inertias as full matrices about the centre of mass."""
@@ -172,7 +174,12 @@ class _Conversion:
             own = m.jnt_type[m.body_jntadr[b] : m.body_jntadr[b] + m.body_jntnum[b]]
             if int(m.body_parentid[b]) in found:
                 if len(own):
-                    raise BadInput(self._place("body", b), "a joint on a floating base", "an arm whose base is fixed")
+                    raise BadInput(
+                        self._place("body", b),
+                        "a joint on a floating base",
+                        "an arm whose base is fixed",
+                        code="SPEC031",
+                    )
                 found.add(b)
             elif any(own == free):
                 found.add(b)
@@ -181,7 +188,7 @@ class _Conversion:
     def _add_joint(self, b: int, j: int) -> None:
         kinds = self.mujoco.mjtJoint
         if int(self.model.jnt_type[j]) not in (int(kinds.mjJNT_HINGE), int(kinds.mjJNT_SLIDE)):
-            raise BadInput(self._place("joint", j), "a ball joint", "hinge and slide joints")
+            raise BadInput(self._place("joint", j), "a ball joint", "hinge and slide joints", code="SPEC031")
         self.of_body[b] = j
         self.labels[b] = self._unique("joint", j)
 
