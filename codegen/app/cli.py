@@ -67,16 +67,19 @@ def common(
 
 @app.command()
 def init(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="of the machine; NAME.yaml is written")],
+    name: Annotated[str, typer.Argument(metavar="NAME", help="of the machine, or a robot file; NAME.yaml is written")],
     source: Annotated[
         str | None,
-        typer.Option("--from", metavar="FILE", help="a spec, a shipped one (two_mass), or a robot.urdf"),
+        typer.Option("--from", metavar="FILE", help="a spec, a shipped one (two_mass), a robot.urdf, or MJCF"),
+    ] = None,
+    log: Annotated[
+        Path | None, typer.Option("--log", metavar="LOG", help="of the robot: its columns are matched by name")
     ] = None,
 ) -> None:
     """Write NAME.yaml, a commented spec to start from."""
     from codegen.app.init import init
 
-    for path in init(name, source):
+    for path in init(name, source, log=log):
         output.print(str(path))
 
 

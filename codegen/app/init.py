@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import re
 from pathlib import Path
 
+from codegen.app.robot_spec import ENDINGS, robot_files
 from codegen.base.border import verb
 from codegen.base.errors import BadInput, Place, nearest_name
 from codegen.base.files import refuse_target, write_all
@@ -15,7 +15,7 @@ from codegen.base.text import render
 from codegen.spec import parse_spec
 from codegen.spec.reserved import is_identifier
 from codegen.spec.robot_file import LARGEST
-from codegen.spec.urdf import read_kinematic_tree
+from codegen.spec.urdf import identifier
 
 _NAME_LINE = re.compile(r"^name:[ \t]*[^#\n]*?(?=[ \t]*(?:#|$))", re.MULTILINE)
 
@@ -28,14 +28,17 @@ def shipped_specs() -> dict[str, Path]:
 
 
 @verb
-def init(name: str, source: str | Path | None = None, folder: str | Path = ".") -> tuple[Path, ...]:
+def init(
+    name: str, source: str | Path | None = None, folder: str | Path = ".", log: str | Path | None = None
+) -> tuple[Path, ...]:
     """Write NAME.yaml, a commented spec that ``check`` accepts.
 
     Args:
-        name: of the machine, and of the file.
-        source: a spec, a shipped one by its name (``specs/two_mass.yaml`` or ``two_mass``), or a robot description;
-            None for a new machine of one mass.
+        name: of the machine, and of the file; or a robot file, whose name it then has.
+        source: a spec, a shipped one by its name (``specs/two_mass.yaml`` or ``two_mass``), a robot description (URDF)
+            or a MuJoCo model (MJCF, .xml); None for a new machine of one mass.
         folder: where it is written.
+        log: of a robot: the spec names its columns as far as their names tell.
 
     Returns:
         The files: the spec, and the robot file that it names where that did not lie there.
@@ -43,6 +46,8 @@ def init(name: str, source: str | Path | None = None, folder: str | Path = ".") 
     Raises:
         BadInput: for a name that none can have, a source that cannot be used, or a file that is there already.
     """
+    if source is None and Path(name).suffix.lower() in ENDINGS:
+        name, source = identifier(Path(name).stem), name
     if not is_identifier(name):
         raise BadInput(
             "NAME", f"`{name}`", "letters, digits and _, starting with a letter, such as my_axis", code="SPEC009"
@@ -51,11 +56,16 @@ def init(name: str, source: str | Path | None = None, folder: str | Path = ".") 
     refuse_target(target)
     if is_there(target):
         raise BadInput(str(target), "a file that is there already", "another name, or another folder", code="FILE004")
+    robot = source is not None and Path(source).suffix.lower() in ENDINGS
+    if log is not None and not robot:
+        raise BadInput(
+            "--log", "a log without a robot file", f"a robot file ending in {' or '.join(ENDINGS)}", code="CALL002"
+        )
     if source is None:
         files = {target.name: render("text/new_spec.j2", name=name)}
         parse_spec(files[target.name], target)
-    elif Path(source).suffix.lower() == ".urdf":
-        files = _of_robot(name, Path(source))
+    elif robot:
+        files = robot_files(name, Path(source), None if log is None else Path(log))
     else:
         files = _of_spec(name, _found(source))
     _refuse_other_robot(Path(folder), target.name, files)
@@ -100,22 +110,6 @@ def _of_spec(name: str, path: Path) -> dict[str, str]:
             )
         files[robot.name] = read_text(robot, "a robot description (URDF)", LARGEST)
     return files
-
-
-def _of_robot(name: str, path: Path) -> dict[str, str]:
-    """A spec for the joints of a robot file."""
-    text = read_text(path, "a robot description (URDF)", LARGEST)
-    joints = read_kinematic_tree(path, Place(str(path))).bodies
-    written = render("text/new_robot_spec.j2", name=name, file=json.dumps(path.name), joints=joints)
-    target = path.parent / f"{name}.yaml"
-    try:
-        parse_spec(written, target)
-    except BadInput as error:
-        if error.place.file != str(target):
-            raise
-        found = f"a robot of which no spec can be made: {error.found}"  # which is not there yet, to be looked at
-        raise BadInput(str(path), found, error.expected, error.nearest, code=error.code) from None
-    return {f"{name}.yaml": written, path.name: text}
 
 
 def _refuse_other_robot(folder: Path, spec: str, files: dict[str, str]) -> None:

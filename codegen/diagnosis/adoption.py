@@ -317,9 +317,9 @@ class CrossValidation:
     @cached_property
     def _blocks(self) -> list[NDArray[np.int_]]:
         """For each row, the block of segments in which it lies."""
-        starts = [
-            self.here.runner.record.start[s[0]] for s in np.array_split(np.arange(len(self.here.residual)), BLOCKS)
-        ]
+        record, rows = self.here.runner.record, np.arange(len(self.here.residual))
+        each = len(record.joints or (0,))  # rows of a segment: one a joint, where joints are run one at a time
+        starts = [record.start[block[0] // each] for block in np.array_split(rows, BLOCKS)]
         return [np.maximum(np.searchsorted(starts, r.sample, side="right") - 1, 0) for r in self._rows]
 
     @cached_property

@@ -40,6 +40,18 @@ class SideBySide:
         beside = [f"beside it as {name}: {note}" for name, other in self.others.items() for note in other.notes]
         return (*self.log.notes, *beside)
 
+    @property
+    def unread(self) -> Mapping[str, str]:
+        """Of the log itself, where its format says so."""
+        unread: Mapping[str, str] = getattr(self.log, "unread", {})
+        return unread
+
+    @property
+    def asked(self) -> Mapping[str, str]:
+        """Of the log itself, where its format says so."""
+        asked: Mapping[str, str] = getattr(self.log, "asked", {})
+        return asked
+
     def load(self, wanted: Sequence[str]) -> Columns:
         """The wanted columns of all files.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from codegen.base.errors import BadInput, Place, nearest_name
 from codegen.logs.description import LogDescription
@@ -28,6 +28,24 @@ class Named(Protocol):
     @property
     def units(self) -> Mapping[str, str]:
         """Column → unit that the file states."""
+
+
+@runtime_checkable
+class PartlyUnread(Protocol):
+    """A file of which some parts cannot be read."""
+
+    @property
+    def unread(self) -> Mapping[str, str]:
+        """Topic → why it has no columns."""
+
+
+@runtime_checkable
+class HoldsCommands(Protocol):
+    """A file with positions that were asked for, under names that do not say so."""
+
+    @property
+    def asked(self) -> Mapping[str, str]:
+        """Column of such a position → the column where the measured one stands."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +93,7 @@ def bind(source: Named, spec: Spec, description: LogDescription, explicit: Mappi
         if symbol == "t" and origin is None and description.sample_rate_hz:
             notes.append(f"no column t: time counted at the description's {description.sample_rate_hz:g} Hz")
             continue
+        _refuse_unread(text, source)
         error = _absent(symbol, text, origin, names, place)
         if symbol not in spec.positions or not by_name:
             raise error
@@ -82,6 +101,7 @@ def bind(source: Named, spec: Spec, description: LogDescription, explicit: Mappi
     integrated = _integrated(missing, terms, spec, names, notes)
     logged = _drop_some_velocities(terms, spec, description, integrated, notes)
     _refuse_twice(terms, place)
+    _refuse_positions_as_forces(terms, source, spec)
     scale = {s: _factor(s, terms.get(s), source, spec, description, notes) for s in symbols}
     if not scale["t"] > 0:
         where = description.place("scale.t") if "t" in description.scale else spec.place("log.scale.t")
@@ -99,6 +119,15 @@ def _choice(
     if symbol in spec.log.columns:
         return spec.log.columns[symbol], spec.place(f"log.columns.{symbol}")
     return symbol, None
+
+
+def _refuse_unread(text: str, source: Named) -> None:
+    """Say why a column cannot be had that is part of what the file has."""
+    unread = source.unread if isinstance(source, PartlyUnread) else {}
+    for whole, why in unread.items():
+        if text == whole or text.startswith((f"{whole}.", f"{whole}[")):
+            place = Place(source.place.file, None, shown(whole, 80))
+            raise BadInput(place, f"no column `{shown(text, 80)}`: {why}", "one that can be read", code="LOG003")
 
 
 def _absent(symbol: str, text: str, origin: Place | str | None, names: Sequence[str], place: Place) -> BadInput:
@@ -193,6 +222,21 @@ def _refuse_twice(terms: Mapping[str, Term], place: Place) -> None:
                 code="LOG004",
             )
         owner[name] = symbol
+
+
+def _refuse_positions_as_forces(terms: Mapping[str, Term], source: Named, spec: Spec) -> None:
+    """Refuse a position that was asked for as an input in another unit; in an expression it is the author's."""
+    asked = source.asked if isinstance(source, HoldsCommands) else {}
+    units = {c.unit for c in spec.coordinates}
+    for i in spec.inputs:
+        column = terms[i.name].columns[0]
+        if terms[i.name].expression is None and column in asked and i.unit not in units:
+            found = f"`{shown(column)}`, a position that was asked for, as the input {i.name} in {i.unit}"
+            law = f"25*({identifier(column)} - {identifier(asked[column])})"
+            expected = (
+                f"a measured current or torque, or the servo's own law as an expression of columns, such as {law}"
+            )
+            raise BadInput(Place(source.place.file), found, expected, code="LOG012")
 
 
 def _factor(

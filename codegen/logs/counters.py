@@ -47,12 +47,16 @@ def mended(raw: Columns, description: LogDescription) -> Columns:
 
 
 def require_columns(names: Sequence[str], description: LogDescription) -> None:
-    """Refuse a column to mend that the file has not.
+    """Refuse a column to mend, or to choose rows by, that the file has not.
 
     Raises:
         BadInput: at the description's key.
     """
-    for key, columns in (("signed16", description.signed), ("unwrap", description.unwrap)):
+    for key, columns in (
+        ("signed16", description.signed),
+        ("unwrap", description.unwrap),
+        ("rows", description.rows),
+    ):
         for column in columns:
             if column not in names:
                 bits = description.signed.get(column) if key == "signed16" else None

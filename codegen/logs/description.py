@@ -33,6 +33,8 @@ class LogDescription:
         beside: name → file in the log's folder whose rows belong to those of the log.
         signed: column → bits of the signed numbers that it holds, stored as if they were unsigned.
         unwrap: column → amount after which its numbers start anew.
+        rows: column → number that it has in the rows of this log; the others are left out.
+        hold: topics or columns whose value holds until the next one, where topics of several rates are joined.
         cutoff_hz: Hz, from ``cutoff_hz`` or else ``evaluation.cutoff_hz``.
         tolerance: relative uncertainty of the declared parameters.
         fill_missing: whether isolated values that are not finite may be filled in (``missing: fill``); else refused.
@@ -55,6 +57,8 @@ class LogDescription:
     beside: Mapping[str, str] = field(default_factory=dict)
     signed: Mapping[str, int] = field(default_factory=dict)
     unwrap: Mapping[str, float] = field(default_factory=dict)
+    rows: Mapping[str, float] = field(default_factory=dict)
+    hold: tuple[str, ...] = ()
     cutoff_hz: float | None = None
     tolerance: float | None = None
     sample_rate_hz: float | None = None
@@ -191,6 +195,8 @@ class DescriptionDocument(BaseModel):
     signed16: Names = []
     signed32: Names = []
     unwrap: dict[str, Annotated[float, BeforeValidator(_period)]] = {}
+    rows: dict[str, Annotated[float, BeforeValidator(_number)]] = {}
+    hold: Names = []
     cutoff_hz: Positive = None
     missing: Literal["refuse", "fill"] = "refuse"
     parameter_tolerance: Annotated[float | None, BeforeValidator(_share)] = None
@@ -225,6 +231,8 @@ def read_description(path: str | Path) -> LogDescription:
         beside=d.beside,
         signed={**dict.fromkeys(d.signed16, 16), **dict.fromkeys(d.signed32, 32)},
         unwrap=d.unwrap,
+        rows=d.rows,
+        hold=tuple(d.hold),
         cutoff_hz=d.cutoff_hz or d.evaluation.cutoff_hz,
         tolerance=d.parameter_tolerance,
         fill_missing=d.missing == "fill",

@@ -1,4 +1,4 @@
-"""MATLAB logs up to format 7: vectors called like the columns of a log."""
+"""MATLAB logs up to format 7 (7.3 is HDF5): vectors called like the columns of a log."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ import numpy as np
 
 from codegen.base.errors import BadInput, Place
 from codegen.logs.description import LogDescription
+from codegen.logs.hdf5_file import is_hdf5, open_hdf5
 from codegen.logs.log import Array
 from codegen.logs.mat_elements import Variable, variables
 from codegen.logs.source import Allowance, Columns, Source, Unannotated, listing, read_bytes, shown
 
-EXPECTED = "a MATLAB file (.mat, format 4 to 7) with one vector a column"
-_HDF5 = b"\x89HDF\r\n\x1a\n"
+EXPECTED = "a MATLAB file (.mat) with one vector a column"
 
 
 @dataclass(frozen=True)
@@ -76,14 +76,12 @@ def open_mat(path: Path, allowance: Allowance, description: LogDescription) -> S
     """Open a .mat file.
 
     Raises:
-        BadInput: if it cannot be read, is in format 7.3 (HDF5), is damaged, holds no vector or too much.
+        BadInput: if it cannot be read, is damaged, holds no vector or too much.
     """
     file = str(path)
+    if is_hdf5(path):
+        return open_hdf5(path, allowance, description)
     data = read_bytes(path, EXPECTED)
-    if data.startswith((b"MATLAB 7.3", _HDF5)) or data[512:520] == _HDF5:
-        raise BadInput(
-            Place(file), "MATLAB format 7.3 (HDF5)", "format 7 or older: save(..., '-v7') in MATLAB", code="LOG002"
-        )
     try:
         found = {v.name: v for v in variables(data, partial(allowance.take, path, expected=EXPECTED)) if v.name}
     except ValueError as error:

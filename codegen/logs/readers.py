@@ -11,21 +11,29 @@ import numpy as np
 
 from codegen.base.errors import BadInput, Place, nearest_name
 from codegen.base.input_files import identity, is_there
+from codegen.logs.bag_folder import is_bag, open_bag
 from codegen.logs.beside import SideBySide
 from codegen.logs.binding import Binding, bind
 from codegen.logs.cleaning import Clean, clean
 from codegen.logs.counters import counter_findings, mended, repeats, require_columns
 from codegen.logs.csv_file import open_csv
+from codegen.logs.db3_file import open_db3
 from codegen.logs.description import LogDescription, read_description
 from codegen.logs.encoder import smallest_step
+from codegen.logs.hdf5_file import open_hdf5
 from codegen.logs.joined import join_logs
 from codegen.logs.json_file import open_json
 from codegen.logs.log import Intake, Log
 from codegen.logs.mat_file import open_mat
+from codegen.logs.mcap_file import open_mcap
+from codegen.logs.mdf_file import open_mdf
 from codegen.logs.npy_file import open_npy_log
 from codegen.logs.npz_file import open_npz
+from codegen.logs.parquet_file import open_parquet
 from codegen.logs.source import Allowance, Columns, Source, shown
+from codegen.logs.tdms_file import open_tdms
 from codegen.logs.term import columns_of, compute
+from codegen.logs.ulog_file import open_ulog
 from codegen.logs.uniform import Uniform, uniform
 from codegen.spec.model import Spec
 
@@ -38,6 +46,14 @@ FORMATS: Mapping[str, Callable[[Path, Allowance, LogDescription], Source]] = {
     ".npy": open_npy_log,
     ".npz": open_npz,
     ".json": open_json,
+    ".mcap": open_mcap,
+    ".db3": open_db3,
+    ".parquet": open_parquet,
+    ".h5": open_hdf5,
+    ".hdf5": open_hdf5,
+    ".mf4": open_mdf,
+    ".ulg": open_ulog,
+    ".tdms": open_tdms,
 }
 
 
@@ -84,6 +100,16 @@ def read_log(
     return _read(path, spec, description, columns, Allowance(), None)
 
 
+def log_names(path: str | Path) -> tuple[str, ...]:
+    """Names of the columns that a log has.
+
+    Raises:
+        BadInput: as ``read_log``, for a file that cannot be opened.
+    """
+    path = Path(path)
+    return _format(path)(path, Allowance(), log_description(path, None)).names
+
+
 def _read(
     path: str | Path,
     spec: Spec,
@@ -98,12 +124,25 @@ def _read(
     source = _with_others(path, reader(path, allowance, described), described, allowance)
     binding = bind(source, spec, described, columns)
     require_columns(source.names, described)
-    raw = mended(source.load(columns_of(binding.terms)), described)
+    raw = mended(_loaded(source, columns_of(binding.terms), described), described)
     found = counter_findings(raw, binding.terms)
     cleaned = _cleaned(compute(raw, binding.terms), source.place, binding, spec, described)
     log = _log(path, spec, described, source.notes, binding, cleaned, step)
     doubted = frozenset(s for symbols, _ in found for s in symbols)
     return replace(log, intake=replace(log.intake, findings=tuple(f for _, f in found), doubted=doubted))
+
+
+def _loaded(source: Source, wanted: Sequence[str], description: LogDescription) -> Columns:
+    """The wanted columns, of the rows that the description asks for."""
+    raw = source.load([*wanted, *(name for name in description.rows if name not in wanted)])
+    kept = np.ones(len(raw.values), dtype=bool)
+    for name, value in description.rows.items():
+        kept &= raw.values[:, raw.names.index(name)] == value
+    if not kept.any():
+        asked = ", ".join(f"{shown(name)} = {value:g}" for name, value in description.rows.items())
+        raise BadInput(description.place("rows"), f"no row with {asked}", "values that the columns have", code="LOG013")
+    part = Columns(raw.file, tuple(wanted), raw.values[:, : len(wanted)], raw.lines)
+    return part if kept.all() else part.rows(kept)
 
 
 def _with_others(path: Path, log: Source, description: LogDescription, allowance: Allowance) -> Source:
@@ -126,9 +165,11 @@ def _format(path: Path) -> Callable[[Path, Allowance, LogDescription], Source]:
     reader = FORMATS.get(path.suffix.lower())
     if reader is not None:
         return reader
-    place, expected = Place(shown(str(path), 200)), f"a log file ending in {', '.join(FORMATS)}"
+    place, expected = Place(shown(str(path), 200)), f"a log file ending in {', '.join(FORMATS)}, or a ROS 2 bag folder"
     if "\0" not in str(path):
         if is_there(path) and path.is_dir():
+            if is_bag(path):
+                return open_bag
             raise BadInput(place, "a folder", expected, code="FILE001")
         if not is_there(path):
             raise BadInput(place, "no such file", expected, code="FILE001")

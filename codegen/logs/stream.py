@@ -13,7 +13,8 @@ from codegen.base.input_files import opened
 from codegen.logs.csv_file import EXPECTED, LONGEST_LINE, CsvSource, open_lines
 from codegen.logs.description import LogDescription
 from codegen.logs.npy_file import open_npy
-from codegen.logs.source import LARGEST_STREAM, Columns
+from codegen.logs.parquet_file import open_parquet
+from codegen.logs.source import LARGEST_STREAM, Allowance, Columns
 
 CHARACTERS = 1 << 22
 
@@ -108,11 +109,16 @@ def _open_npy_stream(path: Path, description: LogDescription) -> Stream:
     return open_npy(path)
 
 
+def _open_parquet_stream(path: Path, description: LogDescription) -> Stream:
+    return open_parquet(path, Allowance(), description)
+
+
 STREAMS: Mapping[str, Callable[[Path, LogDescription], Stream]] = {
     ".csv": open_csv_stream,
     ".tsv": open_csv_stream,
     ".txt": open_csv_stream,
     ".npy": _open_npy_stream,
+    ".parquet": _open_parquet_stream,
 }
 """Endings of the formats that can be read in blocks; the others are read whole."""
 

@@ -1,5 +1,9 @@
 """A URDF file → elements with typed values and lines, through ROS's own parser (urdf_parser_py).
 
+That parser of 2021 is small, strict and needs no other package. yourdfpy 0.0.60, the kept-up one, reads a link that
+stands twice and a body without mass without a word, gives no lines, and brings meshes with it; what is refused here is
+found on lxml's tree, which knows the lines.
+
 Both parsers are imported when a file is read: few specs name one.
 """
 
@@ -55,6 +59,7 @@ class RobotFile:
         if self._root is None or self._root.tag != "robot":
             found = f"<{self._root.tag}>" if self._root is not None else "no element"
             raise BadInput(Place(str(path), 1), found, "<robot>, a robot description (URDF)", code="SPEC030")
+        self._refuse_xacro()
         self._keep_mechanics()
         self.robot: Any = self._parsed()
 
@@ -79,13 +84,21 @@ class RobotFile:
             if twice:
                 raise BadInput(Place(str(self.path), element.sourceline), f"two <{twice[0]}>", "one", code="SPEC030")
         for kind in ("link", "joint"):
-            names = [element.get("name") for element in self._root.findall(kind)]
+            lines: dict[str | None, int] = {}
             for element in self._root.findall(kind):
-                if names.count(element.get("name")) > 1:
-                    found = f'a second {kind} "{element.get("name")}"'
-                    raise BadInput(
-                        Place(str(self.path), element.sourceline), found, "a name of its own", code="SPEC009"
-                    )
+                name = element.get("name")
+                if name in lines and name is not None:
+                    found = f'a second {kind} "{name}"'
+                    expected = f"a name of its own; the first is on line {lines[name]}"
+                    raise BadInput(Place(str(self.path), element.sourceline), found, expected, code="SPEC009")
+                lines[name] = element.sourceline
+
+    def _refuse_xacro(self) -> None:
+        for element in self._root.iter():
+            macro = str(element.tag).startswith(("{http://www.ros.org/wiki/xacro}", "{http://ros.org/wiki/xacro}"))
+            if macro or any("${" in value for value in element.values()):
+                expected = "a file that xacro has expanded: `xacro robot.urdf.xacro > robot.urdf`"
+                raise BadInput(Place(str(self.path), element.sourceline), "a macro of xacro", expected, code="SPEC030")
 
     def _parsed(self) -> Any:
         from urdf_parser_py.urdf import Robot
@@ -103,7 +116,7 @@ class RobotFile:
         except (AssertionError, TypeError, ValueError, AttributeError) as error:
             # The parser meets a missing attribute of <mass>, <axis>, <parent> or <child> with one of these.
             incomplete = self._incomplete()
-            found = " ".join(str(error).split()) if incomplete is None else f"<{incomplete.tag}> is incomplete"
+            found = " ".join(str(error).split()) if incomplete is None else _shown(incomplete)
             line = None if incomplete is None else incomplete.sourceline
             raise BadInput(Place(str(self.path), line), found, "a robot description (URDF)", code="SPEC030") from None
 
@@ -132,6 +145,11 @@ class RobotFile:
             except ValueError:
                 return element
         return None
+
+
+def _shown(element: Any) -> str:
+    given = "".join(f' {name}="{value}"' for name, value in element.items())
+    return f"<{element.tag}{given}>, which is incomplete"
 
 
 def _three(text: str) -> list[float]:

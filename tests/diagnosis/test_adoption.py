@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.signal import butter, sosfiltfilt
 
 from codegen.diagnosis import diagnose, examination
-from codegen.diagnosis.adoption import DOUBTFUL, CrossValidation, adopt_values
+from codegen.diagnosis.adoption import BLOCKS, DOUBTFUL, CrossValidation, adopt_values
 from codegen.diagnosis.diagnose import Models, diagnose_log
 from codegen.diagnosis.estimate import Estimate, estimate, standard_errors
 from codegen.diagnosis.force_fit import force_rows, independent_samples
@@ -350,3 +351,15 @@ def test_an_effect_is_no_worse_than_the_refit_without_it(force: float, run: floa
     assert (chosen.option is not None) is admissible
     assert admitted([Option("the effect", system, {})], declared, lambda _: new).option is not None
     assert admissible or "than with the refit without" in chosen.refusals[0]
+
+
+@pytest.mark.parametrize("joints", [None, (0, 1), (0, 2, 5)])
+def test_the_blocks_of_an_arm_are_those_of_its_segments(joints: tuple[int, ...] | None) -> None:
+    """A row of the fit is a segment of one joint, where joints are run one at a time; blocks are stretches of time."""
+    start = np.arange(0, 4000, 100)
+    record = SimpleNamespace(start=start, joints=joints)
+    judge = CrossValidation(*([None] * 4))  # type: ignore[arg-type]
+    residual = np.zeros((len(start) * len(joints or (0,)), 3))
+    judge.__dict__["here"] = SimpleNamespace(residual=residual, runner=SimpleNamespace(record=record))
+    judge.__dict__["_rows"] = [SimpleNamespace(sample=np.arange(4000))]
+    assert np.array_equal(judge._blocks[0], np.arange(4000) // (4000 // BLOCKS))

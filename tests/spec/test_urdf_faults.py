@@ -68,7 +68,15 @@ FAULTS = {
     "unknown link": ('<child link="rod"/>', '<child link="rood"/>', ":6", 'SPEC008 "rood"'),
     "two masses": ('<mass value="2"/>', '<mass value="2"/><mass value="3"/>', ":11", "SPEC030"),
     "damping": ('damping="0.5"', 'damping="-1"', ":8", "SPEC007 -1"),
-    "two of a name": ('<link name="base"/>', '<link name="base"/><link name="rod"/>', ":2", 'SPEC009 "rod"'),
+    "two of a name": ('<link name="base"/>', '<link name="base"/><link name="rod"/>', ":10", 'SPEC009 "rod" 2'),
+    "two joints of a name": ("</robot>", SECOND.format("hinge", "rod", "x") + "</robot>", ":17", 'SPEC009 "hinge" 3'),
+    "xacro": ('value="2"', 'value="${m}"', ":13", "SPEC030 xacro"),
+    "xacro element": (
+        '<link name="base"/>',
+        '<xacro:arm xmlns:xacro="http://www.ros.org/wiki/xacro"/><link name="base"/>',
+        ":2",
+        "SPEC030 xacro",
+    ),
     "two roots": (
         '<link name="base"/>',
         '<link name="base"/><link name="other"/>',

@@ -1,0 +1,115 @@
+"""Columns of a log ↔ coordinates, velocities and inputs of a robot, by the names that both have."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from codegen.logs.series import TIME
+from codegen.logs.source import listing, shown
+from codegen.logs.term import identifier
+
+QUANTITIES: Mapping[str, frozenset[str]] = {
+    "position": frozenset({"position", "positions", "pos", "q", "qpos", "angle", "theta", "x"}),
+    "velocity": frozenset({"velocity", "velocities", "vel", "qd", "dq", "qvel", "speed", "v"}),
+    "effort": frozenset({"effort", "efforts", "torque", "torques", "tau", "trq", "force", "w"}),
+    "current": frozenset({"current", "currents", "amps", "iq", "cur"}),
+}
+COMMANDED = frozenset({"command", "commands", "cmd", "desired", "target", "reference", "setpoint", "goal", "action"})
+TIMES = ("t", "time", "timestamp", "time_s", "stamp", "Time")
+
+
+@dataclass(frozen=True)
+class Guess:
+    """What the names tell.
+
+    Attributes:
+        columns: symbol → column. remarks: what they do not tell, in plain words.
+    """
+
+    columns: Mapping[str, str]
+    remarks: tuple[str, ...]
+
+
+def guess_columns(names: Sequence[str], joints: Mapping[str, str]) -> Guess:
+    """Match by name: the joint's, and a word for position, velocity or effort; of several columns that of the topic
+    which has the most.
+
+    Args:
+        names: of the log's columns. joints: coordinate → the joint's own name.
+    """
+    found: dict[str, list[str]] = {}
+    commanded: list[str] = []
+    for name in names:
+        words = _words(name)
+        joint = _joint(words, joints)
+        if joint is None:
+            commanded += [name] * bool(COMMANDED & set(words))
+            continue
+        rest = [word for word in words if word not in _words(joints[joint])]
+        if COMMANDED & set(rest):
+            commanded.append(name)
+            continue
+        for quantity, known in QUANTITIES.items():
+            if known & set(rest):
+                found.setdefault(f"{quantity} {joint}", []).append(name)
+                break
+    common = Counter(_topic(name) for each in found.values() for name in each)
+    columns: dict[str, str] = {}
+    remarks: list[str] = []
+    time = next((name for name in TIMES if name in names), None)
+    if time is None:
+        remarks.append("no column of time: `t: COLUMN`, or `sample_time` in a meta.yaml beside the log")
+    elif time != TIME:
+        columns[TIME] = time
+    currents = []
+    for joint in joints:
+        for quantity, symbol in (("position", joint), ("velocity", f"v_{joint}"), ("effort", f"w_{joint}")):
+            there = [symbol] if symbol in names else found.get(f"{quantity} {joint}", [])
+            best = sorted(there, key=lambda name: (-common[_topic(name)], there.index(name)))
+            if best:
+                columns[symbol] = best[0]
+            if len(best) > 1 and common[_topic(best[0])] == common[_topic(best[1])]:
+                remarks.append(f"{symbol}: {listing([f'`{name}`' for name in best[1:]], 4)} would do as well")
+            if not best:
+                current = found.get(f"current {joint}", [])
+                currents += [(symbol, name) for name in current[:1] if quantity == "effort"]
+                if not (current and quantity == "effort"):
+                    remarks.append(f"{symbol}: no column of {quantity} with the name {shown(joints[joint])}")
+    for symbol, name in currents:
+        remarks.append(f"{symbol}: `{shown(name, 80)}` is a current; as `{identifier(name)}*K`, K the torque it makes")
+    remarks += _of_commands(commanded, [f"w_{joint}" for joint in joints if f"w_{joint}" not in columns])
+    return Guess(columns, tuple(remarks))
+
+
+def _of_commands(commanded: Sequence[str], without: Sequence[str]) -> list[str]:
+    if not commanded:
+        return []
+    said = [f"{listing([f'`{shown(name, 60)}`' for name in commanded], 4)}: commanded, not measured; not taken"]
+    if without:
+        law = f"{without[0]}: 25*({identifier(commanded[0])} - POSITION)"
+        said.append(f"a commanded position is no torque: the servo's own law makes one of it, such as `{law}`")
+    return said
+
+
+def _words(name: str) -> list[str]:
+    """Lower-case words and numbers, with camelCase split."""
+    split = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name)
+    return [word for word in re.split(r"[^a-z0-9]+", split.lower()) if word]
+
+
+def _joint(words: Sequence[str], joints: Mapping[str, str]) -> str | None:
+    """The joint whose name stands in the words as a whole; the longest of several."""
+    there = [joint for joint, label in joints.items() if _within(_words(label), words)]
+    return max(there, key=lambda joint: len(_words(joints[joint])), default=None)
+
+
+def _within(part: Sequence[str], words: Sequence[str]) -> bool:
+    spots = range(len(words) - len(part) + 1)
+    return bool(part) and any(list(words[k : k + len(part)]) == list(part) for k in spots)
+
+
+def _topic(name: str) -> str:
+    return name.partition(".")[0]

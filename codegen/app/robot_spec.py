@@ -1,0 +1,124 @@
+"""A spec for a robot file: a URDF, or a MuJoCo model that becomes one, and a log of it whose columns are matched."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from codegen.app.guess_columns import Guess, guess_columns
+from codegen.base.errors import BadInput, Place
+from codegen.base.input_files import read_text
+from codegen.base.text import render
+from codegen.logs.readers import log_names
+from codegen.spec import parse_spec
+from codegen.spec.kinematics import MovingBody
+from codegen.spec.mjcf import MjcfJoint, read_mjcf
+from codegen.spec.robot_file import LARGEST
+from codegen.spec.urdf import read_kinematic_tree
+
+ENDINGS = (".urdf", ".xml")
+STANDARD = (0.0, 0.0, -9.81)
+
+
+@dataclass(frozen=True)
+class _Robot:
+    """The robot file's name and text, whether it was made of a MuJoCo model, and what stands in the spec beside it."""
+
+    file: str
+    text: str
+    converted: bool = False
+    gravity: tuple[float, float, float] = STANDARD
+    joints: tuple[MjcfJoint, ...] = ()
+    remarks: tuple[str, ...] = ()
+
+
+def robot_files(name: str, path: Path, log: Path | None) -> dict[str, str]:
+    """The spec and the robot file beside it, by file.
+
+    Args:
+        name: of the machine. path: a URDF or MJCF file. log: whose columns the spec is to name, or None.
+
+    Raises:
+        BadInput: for a robot file or a log that cannot be used.
+    """
+    robot = _robot(name, path)
+    if not robot.converted:
+        return {f"{name}.yaml": _spec_text(name, robot, path, path.parent, log), robot.file: robot.text}
+    with tempfile.TemporaryDirectory(prefix="stiction-") as folder:
+        (Path(folder) / robot.file).write_text(robot.text, encoding="utf-8")
+        try:
+            written = _spec_text(name, robot, path, Path(folder), log)
+        except BadInput as error:
+            if Path(error.place.file).parent != Path(folder):
+                raise
+            raise BadInput(
+                Place(str(path), None, error.place.key), error.found, error.expected, code=error.code
+            ) from None
+    return {f"{name}.yaml": written, robot.file: robot.text}
+
+
+def _spec_text(name: str, robot: _Robot, path: Path, folder: Path, log: Path | None) -> str:
+    """The spec beside the robot file in a folder, read once to be sure of it; its faults are those of ``path``."""
+    bodies = read_kinematic_tree(folder / robot.file, Place(str(folder / robot.file))).bodies
+    content = _content(robot, bodies, _guess(log, bodies), log)
+    written = render("text/new_robot_spec.j2", name=name, **content)
+    target = folder / f"{name}.yaml"
+    try:
+        parse_spec(written, target)
+    except BadInput as error:
+        if error.place.file != str(target):
+            raise
+        found = f"a robot of which no spec can be made: {error.found}"  # the spec is not there yet to be looked at
+        raise BadInput(str(path), found, error.expected, error.nearest, code=error.code) from None
+    return written
+
+
+def _robot(name: str, path: Path) -> _Robot:
+    text = read_text(path, "a robot description (URDF) or a MuJoCo model (MJCF)", LARGEST)
+    if "<mujoco" not in text:
+        return _Robot(path.name, text)
+    found = read_mjcf(path)
+    return _Robot(f"{name}.urdf", found.urdf, True, found.gravity, found.joints, found.remarks)
+
+
+def _guess(log: Path | None, bodies: Sequence[MovingBody]) -> Guess:
+    if log is None:
+        return Guess({}, ())
+    return guess_columns(log_names(log), {body.joint: body.label for body in bodies})
+
+
+def _content(robot: _Robot, bodies: Sequence[MovingBody], guess: Guess, log: Path | None) -> Mapping[str, Any]:
+    beyond = {joint.joint: joint for joint in robot.joints}
+    ranges = {}
+    for body in bodies:
+        limits = beyond[body.joint].limits if body.joint in beyond else None
+        ranges[body.joint] = (
+            [float(f"{x:.6g}") for x in limits] if limits else [-3.1, 3.1] if body.kind == "revolute" else [-1, 1]
+        )
+    return {
+        "file": json.dumps(robot.file),
+        "gravity": list(robot.gravity) if robot.gravity != STANDARD else None,
+        "joints": bodies,
+        "ranges": ranges,
+        "effects": [effect for joint in robot.joints for effect in _effects(joint)],
+        "remarks": robot.remarks,
+        "log": log is not None,
+        "columns": {symbol: json.dumps(column) for symbol, column in guess.columns.items()},
+        "unmatched": guess.remarks,
+    }
+
+
+def _effects(joint: MjcfJoint) -> list[tuple[str, str, str]]:
+    """(kind, joint, parameters) of what acts on a joint and is in no robot description."""
+    found = []
+    if joint.armature:
+        found.append(("inertia_error", joint.joint, f"delta: {joint.armature:.12g}"))
+    if joint.stiffness:
+        found.append(("spring", joint.joint, f"k: {joint.stiffness:.12g}"))
+    if joint.stiffness and joint.rest:
+        found.append(("offset", joint.joint, f"f0: {joint.stiffness * joint.rest:.12g}"))
+    return found

@@ -1,0 +1,136 @@
+"""MCAP files: messages of some topics, chunk by chunk, so that a file may be longer than memory."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from pathlib import Path
+from typing import IO, Any
+
+from codegen.base.errors import BadInput, Place
+from codegen.base.input_files import opened
+from codegen.logs.description import LogDescription
+from codegen.logs.library import library, reading
+from codegen.logs.ros_log import open_ros
+from codegen.logs.ros_storage import Message, Topic
+from codegen.logs.source import LARGEST_STREAM, Allowance, Source
+
+EXPECTED = "an MCAP log of ROS 2 messages (a file that a recorder left unfinished: `mcap recover`)"
+LARGEST_CHUNK = 256_000_000
+"""Bytes of a chunk, packed and unpacked; recorders write some megabytes at a time."""
+
+
+class McapStorage:
+    """An MCAP file whose channels are known.
+
+    Attributes:
+        path: of the file. topics: by name.
+    """
+
+    def __init__(self, path: Path) -> None:
+        """Read the summary, or where there is none the whole file once for its channels.
+
+        Raises:
+            BadInput: for a file that is none, damaged or cut off.
+        """
+        self.path = path
+        library("mcap", "mcap", path)
+        self._channels: dict[int, Any] = {}
+        self._schemas: dict[int, Any] = {}
+        self._offsets: list[tuple[int, frozenset[int]]] = []
+        with opened(path, EXPECTED, LARGEST_STREAM) as stream, reading(path, EXPECTED):
+            self._survey(stream)
+        self.topics: Mapping[str, Topic] = {c.topic: self._topic(c) for c in self._channels.values()}
+
+    def messages(self, topics: Collection[str]) -> Iterator[Message]:
+        """In the order of the file; chunks without these topics are passed over where the file has an index."""
+        with opened(self.path, EXPECTED, LARGEST_STREAM) as stream:
+            for record in self._records(stream, topics):
+                if type(record).__name__ == "Message" and (topic := self._channels[record.channel_id].topic) in topics:
+                    yield Message(topic, record.publish_time or record.log_time, record.data)
+
+    def _survey(self, stream: IO[bytes]) -> None:
+        from mcap.reader import SeekingReader
+
+        summary = SeekingReader(stream, record_size_limit=LARGEST_CHUNK).get_summary()
+        if summary is not None and summary.channels and summary.chunk_indexes:
+            self._channels, self._schemas = summary.channels, summary.schemas
+            self._offsets = [(c.chunk_start_offset, frozenset(c.message_index_offsets)) for c in summary.chunk_indexes]
+            self._offsets.sort(key=lambda chunk: chunk[0])
+            return
+        for record in self._records(stream, None):
+            if type(record).__name__ == "Channel":
+                self._channels[record.id] = record
+            elif type(record).__name__ == "Schema":
+                self._schemas[record.id] = record
+
+    def _records(self, stream: IO[bytes], topics: Collection[str] | None) -> Iterator[Any]:
+        from mcap.stream_reader import StreamReader
+
+        if not self._offsets:
+            stream.seek(0)
+            for record in StreamReader(stream, emit_chunks=True, record_size_limit=LARGEST_CHUNK).records:
+                yield from self._inside(record)
+            return
+        for offset, channels in self._offsets:
+            if topics is not None and channels and not any(self._channels[c].topic in topics for c in channels):
+                continue
+            stream.seek(offset)
+            reader = StreamReader(stream, skip_magic=True, emit_chunks=True, record_size_limit=LARGEST_CHUNK)
+            yield from self._inside(next(iter(reader.records)))
+
+    def _inside(self, record: Any) -> Iterator[Any]:
+        """A record, or those of a chunk, unpacked to the size that it states and not further."""
+        from mcap.stream_reader import breakup_chunk
+
+        if type(record).__name__ != "Chunk":
+            yield record
+            return
+        data = _unpacked(record.compression, record.data, min(record.uncompressed_size, LARGEST_CHUNK) + 1)
+        if len(data) != record.uncompressed_size:
+            size = f"more than {len(data) - 1}" if len(data) > record.uncompressed_size else str(len(data))
+            found = f"a chunk of {size} bytes where it says {record.uncompressed_size}"
+            raise BadInput(
+                Place(str(self.path)), found, f"{EXPECTED}, chunks of at most {LARGEST_CHUNK} bytes", code="LOG001"
+            )
+        record.compression, record.data = "", data
+        yield from breakup_chunk(record, validate_crc=True)
+
+    def _topic(self, channel: Any) -> Topic:
+        schema = self._schemas.get(channel.schema_id)
+        if channel.message_encoding != "cdr":
+            return Topic(channel.topic, "", "", f"its messages are in `{channel.message_encoding}`, not CDR of ROS 2")
+        if schema is None or not schema.data:
+            return Topic(channel.topic, schema.name if schema else "", "", "the file has no schema for its messages")
+        if schema.encoding != "ros2msg":
+            return Topic(channel.topic, schema.name, "", f"its schema is in `{schema.encoding}`, not ros2msg")
+        return Topic(channel.topic, schema.name, schema.data.decode("utf-8", "replace"))
+
+
+def _unpacked(compression: str, data: bytes, most: int) -> bytes:
+    """At most so many bytes of what was packed."""
+    if compression == "zstd":
+        import io
+
+        import zstandard
+
+        unpacked = io.BytesIO()
+        with zstandard.ZstdDecompressor(max_window_size=1 << 27).stream_reader(data) as stream:
+            while unpacked.tell() < most and (part := stream.read(min(1 << 20, most - unpacked.tell()))):
+                unpacked.write(part)
+        return unpacked.getvalue()
+    if compression == "lz4":
+        import lz4.frame
+
+        return bytes(lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=most))
+    if compression:
+        raise ValueError(f"chunks packed by `{compression}`, not zstd or lz4")
+    return data
+
+
+def open_mcap(path: Path, allowance: Allowance, description: LogDescription) -> Source:
+    """Open an MCAP file.
+
+    Raises:
+        BadInput: where its library is not installed, or for a file that cannot be used.
+    """
+    return open_ros(McapStorage(path), allowance, description)

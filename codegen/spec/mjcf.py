@@ -1,0 +1,321 @@
+"""A MuJoCo model (MJCF) → a robot description (URDF) and what that cannot hold, through MuJoCo's own compiler.
+
+MuJoCo infers inertias from shapes, resolves defaults, includes and orientations; what is read here is the compiled
+model. A hinge turns its body by q − ref about an axis through a point of the body (MuJoCo, Computation, Kinematics):
+the URDF joint's frame lies at that point, turned back by ref.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codegen.base.errors import BadInput, Place
+from codegen.base.input_files import read_bytes
+from codegen.base.user_text import one_line
+from codegen.spec.robot_file import LARGEST
+from codegen.spec.urdf import identifier
+
+EXPECTED = "a MuJoCo model (MJCF) of an arm of hinge and slide joints"
+LOCKED = 1e-12
+"""Cosine of the pitch below which roll and yaw turn about one axis."""
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class MjcfJoint:
+    """What a robot description does not hold of a joint.
+
+    Attributes:
+        joint: an identifier made of the name; ``label`` is the name itself. turns: a hinge.
+        armature: reflected inertia of the motor, kg m² or kg. stiffness: of a spring, in N m/rad or N/m.
+        rest: position at which the spring is slack. limits: of the position, or None.
+    """
+
+    joint: str
+    label: str
+    turns: bool
+    armature: float
+    stiffness: float
+    rest: float
+    limits: tuple[float, float] | None
+
+
+@dataclass(frozen=True)
+class MjcfRobot:
+    """A converted model.
+
+    Attributes:
+        urdf: its text. joints: in the order of MuJoCo.
+        gravity: m/s². remarks: what neither the text nor ``joints`` holds, in plain words.
+    """
+
+    urdf: str
+    joints: tuple[MjcfJoint, ...]
+    gravity: tuple[float, float, float]
+    remarks: tuple[str, ...]
+
+
+def read_mjcf(path: Path) -> MjcfRobot:
+    """Read and convert a model.
+
+    Raises:
+        BadInput: where MuJoCo is not installed, for a file that is no model, a floating base, or a body with two joints
+            or a ball joint.
+    """
+    mujoco, model = _compiled(path)
+    conversion = _Conversion(path, mujoco, model)
+    with np.errstate(all="ignore"):  # numbers that are too large are refused by the reader of the robot description
+        return MjcfRobot(conversion.urdf(), conversion.joints(), _three(model.opt.gravity), conversion.remarks())
+
+
+def _compiled(path: Path) -> tuple[Any, Any]:
+    read_bytes(path, EXPECTED, LARGEST)
+    try:
+        import mujoco
+    except ImportError as error:
+        found = f"a MuJoCo model, and no package `mujoco` that can be imported ({error})"
+        raise BadInput(
+            Place(str(path)), found, "it installed: pip install 'stiction[mujoco]'", code="TOOL003"
+        ) from None
+    mujoco.set_mju_user_warning(lambda _: None)  # by itself it would write a file beside the user's
+    try:
+        return mujoco, mujoco.MjModel.from_xml_path(str(path))
+    except (ValueError, RuntimeError, mujoco.FatalError) as error:
+        line = re.search(r"line (\d+)", str(error))
+        words = one_line(" ".join(str(error).split()))
+        raise BadInput(Place(str(path), int(line[1]) if line else None), words, EXPECTED, code="SPEC030") from None
+
+
+class _Conversion:
+    def __init__(self, path: Path, mujoco: Any, model: Any) -> None:
+        self.path, self.mujoco, self.model = path, mujoco, model
+        self.skipped = self._free_objects()
+        self.bodies = [b for b in range(1, model.nbody) if b not in self.skipped]
+        self.of_body: dict[int, int] = {}
+        self.labels: dict[int, str] = {}
+        for b in self.bodies:
+            first, count = int(model.body_jntadr[b]), int(model.body_jntnum[b])
+            if count > 1:
+                expected = (
+                    "one joint a body; a body without geometry between them, of little mass, for each further one"
+                )
+                raise BadInput(self._place("body", b), f"{count} joints on one body", expected, code="SPEC031")
+            if count:
+                self._add_joint(b, first)
+        if not self.of_body:
+            raise BadInput(Place(str(path)), "no hinge or slide joint", EXPECTED, code="SPEC031")
+
+    def urdf(self) -> str:
+        """The tree of bodies, fixed ones joined by fixed joints; inertias as full matrices about the centre of mass."""
+        from lxml import etree
+
+        robot = etree.Element("robot", name="robot")
+        etree.SubElement(robot, "link", name="world")
+        names = {0: "world", **{b: self._unique("body", b) for b in self.bodies}}
+        for b in self.bodies:
+            self._link(etree.SubElement(robot, "link", name=names[b]), b)
+        for b in self.bodies:
+            joint = etree.SubElement(robot, "joint", name=self.labels.get(b, f"fixed_{names[b]}"))
+            self._joint(joint, b, names)
+        return str(etree.tostring(robot, pretty_print=True, encoding="unicode"))
+
+    def joints(self) -> tuple[MjcfJoint, ...]:
+        m, found = self.model, []
+        for b, j in self.of_body.items():
+            limits = (float(m.jnt_range[j][0]), float(m.jnt_range[j][1])) if m.jnt_limited[j] else None
+            stiffness = float(np.ravel(m.jnt_stiffness[j])[0])
+            found.append(
+                MjcfJoint(
+                    identifier(self.labels[b]),
+                    self.labels[b],
+                    self._turns(j),
+                    float(m.dof_armature[m.jnt_dofadr[j]]),
+                    stiffness,
+                    float(m.qpos_spring[m.jnt_qposadr[j]]) if stiffness else 0.0,
+                    limits,
+                )
+            )
+        return tuple(found)
+
+    def remarks(self) -> tuple[str, ...]:
+        """What acts on the motion in MuJoCo and is in no section of a spec, or is another thing there."""
+        m, words = self.model, []
+        words += [f"free body {self._name('body', b)}: left out" for b in sorted(self.skipped) if m.body_jntnum[b]]
+        words += [self._actuator(k) for k in range(m.nu)]
+        for count, what in (
+            (int(m.neq), "equality constraint(s): a spec takes `constraints:` of its own form; left out"),
+            (int(m.ntendon), "tendon(s): left out with their springs, damping and friction"),
+            (_nonzero(m, "dof_dampingpoly"), "coefficient(s) of damping that rises with speed: left out"),
+            (_nonzero(m, "jnt_stiffnesspoly"), "coefficient(s) of springs that harden: left out"),
+            (_nonzero(m, "body_gravcomp"), "body or bodies with gravcomp: the spec has the whole gravity"),
+        ):
+            if count:
+                words.append(f"{count} {what}")
+        if m.opt.density or m.opt.viscosity:
+            words.append("density and viscosity of the medium: left out")
+        if any(m.geom_contype[g] and m.geom_conaffinity[g] for g in range(m.ngeom)):
+            words.append("contacts between bodies: left out; use stretches of a log without them")
+        if any(m.jnt_limited[j] for j in self.of_body.values()):
+            words.append("forces at the limits of joints: left out; use stretches of a log without them")
+        return tuple(words)
+
+    def _free_objects(self) -> set[int]:
+        """Bodies that float by themselves, as what lies on a table; a floating arm is refused."""
+        m, free = self.model, int(self.mujoco.mjtJoint.mjJNT_FREE)
+        found: set[int] = set()
+        for b in range(1, m.nbody):
+            own = m.jnt_type[m.body_jntadr[b] : m.body_jntadr[b] + m.body_jntnum[b]]
+            if int(m.body_parentid[b]) in found:
+                if len(own):
+                    raise BadInput(
+                        self._place("body", b),
+                        "a joint on a floating base",
+                        "an arm whose base is fixed",
+                        code="SPEC031",
+                    )
+                found.add(b)
+            elif any(own == free):
+                found.add(b)
+        return found
+
+    def _add_joint(self, b: int, j: int) -> None:
+        kinds = self.mujoco.mjtJoint
+        if int(self.model.jnt_type[j]) not in (int(kinds.mjJNT_HINGE), int(kinds.mjJNT_SLIDE)):
+            raise BadInput(self._place("joint", j), "a ball joint", "hinge and slide joints", code="SPEC031")
+        self.of_body[b] = j
+        self.labels[b] = self._unique("joint", j)
+
+    def _turns(self, j: int) -> bool:
+        return int(self.model.jnt_type[j]) == int(self.mujoco.mjtJoint.mjJNT_HINGE)
+
+    def _link(self, link: Any, b: int) -> None:
+        m = self.model
+        if not m.body_mass[b]:
+            return
+        turn = _matrix(m.body_iquat[b])
+        centre = m.body_ipos[b] - self._anchor(b)
+        about = turn @ np.diag(m.body_inertia[b]) @ turn.T
+        inertial = _child(link, "inertial")
+        _child(inertial, "origin", xyz=_words(centre), rpy="0 0 0")
+        _child(inertial, "mass", value=_word(m.body_mass[b]))
+        keys = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}
+        _child(inertial, "inertia", **{key: _word(about[at]) for key, at in keys.items()})
+
+    def _joint(self, joint: Any, b: int, names: dict[int, str]) -> None:
+        m = self.model
+        parent = int(m.body_parentid[b])
+        turn = _matrix(m.body_quat[b])
+        at = m.body_pos[b] + turn @ self._anchor(b) - self._anchor(parent)
+        j = self.of_body.get(b)
+        joint.set("type", "fixed" if j is None else "prismatic")
+        if j is not None:
+            axis, reference, dof = m.jnt_axis[j], float(m.qpos0[m.jnt_qposadr[j]]), m.jnt_dofadr[j]
+            if self._turns(j):
+                joint.set("type", "continuous")
+                turn = turn @ _about(axis, -reference)
+            else:
+                at = at - turn @ axis * reference
+        _child(joint, "origin", xyz=_words(at), rpy=_words(_roll_pitch_yaw(turn)))
+        _child(joint, "parent", link=names[parent])
+        _child(joint, "child", link=names[b])
+        if j is not None:
+            _child(joint, "axis", xyz=_words(axis))
+            damping, friction = np.ravel(m.dof_damping[dof])[0], m.dof_frictionloss[dof]
+            _child(joint, "dynamics", damping=_word(damping), friction=_word(friction))
+
+    def _anchor(self, b: int) -> Array:
+        """Where the joint's point lies in its body's frame: the URDF link's frame is there."""
+        j = self.of_body.get(b)
+        return np.zeros(3) if j is None else np.array(self.model.jnt_pos[j])
+
+    def _actuator(self, k: int) -> str:
+        m, kinds = self.model, self.mujoco.mjtTrn
+        name = self._name("actuator", k)
+        if int(m.actuator_trntype[k]) not in (int(kinds.mjTRN_JOINT), int(kinds.mjTRN_JOINTINPARENT)):
+            return f"actuator {name}: it acts on no joint; left out"
+        joint = next((self.labels[b] for b, j in self.of_body.items() if j == m.actuator_trnid[k][0]), None)
+        if joint is None:
+            return f"actuator {name}: on a joint that is left out"
+        gear, q = float(m.actuator_gear[k][0]), identifier(joint)
+        whole, kind = self.mujoco.mjtBias, int(m.actuator_biastype[k])
+        terms = [(gear * float(m.actuator_gainprm[k][0]), "*ctrl")]
+        if kind == int(whole.mjBIAS_AFFINE):
+            constant, stiff, damp = (float(value) for value in m.actuator_biasprm[k][:3])
+            terms += [(gear * constant, ""), (gear**2 * stiff, f"*{q}"), (gear**2 * damp, f"*v_{q}")]
+        law = f"w_{q} = " + " ".join(f"{value:+.6g}{name}" for value, name in terms if value).removeprefix("+")
+        if kind not in (int(whole.mjBIAS_NONE), int(whole.mjBIAS_AFFINE)):
+            law = "a law of its own"
+        limited = f", force within {_words(m.actuator_forcerange[k])}" if m.actuator_forcelimited[k] else ""
+        state = (
+            ", behind an activation state" if int(m.actuator_dyntype[k]) != int(self.mujoco.mjtDyn.mjDYN_NONE) else ""
+        )
+        return f"actuator {name} on {joint}: {law}{limited}{state}"
+
+    def _name(self, kind: str, k: int) -> str:
+        of = {"body": "mjOBJ_BODY", "joint": "mjOBJ_JOINT", "actuator": "mjOBJ_ACTUATOR"}[kind]
+        found = self.mujoco.mj_id2name(self.model, getattr(self.mujoco.mjtObj, of), k)
+        return one_line(found) if found else f"{kind}_{k}"
+
+    def _unique(self, kind: str, k: int) -> str:
+        """A name that ``world`` or a body without a name does not have too."""
+        name = self._name(kind, k)
+        return f"{name}_{k}" if kind == "body" and name == "world" else name
+
+    def _place(self, kind: str, k: int) -> Place:
+        return Place(str(self.path), None, f"{kind} {self._name(kind, k)}")
+
+
+def _nonzero(model: Any, name: str) -> int:
+    """Entries of an array that this version of MuJoCo may have."""
+    return int(np.count_nonzero(getattr(model, name, 0)))
+
+
+def _child(parent: Any, tag: str, **attributes: str) -> Any:
+    from lxml import etree
+
+    return etree.SubElement(parent, tag, **attributes)
+
+
+def _matrix(quaternion: Array) -> Array:
+    """The rotation of a unit quaternion w, x, y, z."""
+    w, x, y, z = quaternion / np.linalg.norm(quaternion)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def _about(axis: Array, angle: float) -> Array:
+    return _matrix(np.array([np.cos(angle / 2), *(np.sin(angle / 2) * axis)]))
+
+
+def _roll_pitch_yaw(turn: Array) -> Array:
+    """Angles about the fixed axes x, y, z."""
+    flat = float(np.hypot(turn[0, 0], turn[1, 0]))
+    pitch = np.arctan2(-turn[2, 0], flat)
+    if flat < LOCKED:
+        return np.array([0.0, pitch, np.arctan2(-turn[0, 1], turn[1, 1])])
+    return np.array([np.arctan2(turn[2, 1], turn[2, 2]), pitch, np.arctan2(turn[1, 0], turn[0, 0])])
+
+
+def _three(values: Sequence[float]) -> tuple[float, float, float]:
+    x, y, z = (float(v) for v in values)
+    return x, y, z
+
+
+def _word(value: float) -> str:
+    return repr(float(value) + 0.0)
+
+
+def _words(values: Sequence[float] | Array) -> str:
+    return " ".join(map(_word, values))

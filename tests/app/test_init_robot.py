@@ -1,0 +1,122 @@
+"""``stiction init robot.xml --log run``: a spec that is accepted, with columns matched by name, and what was not."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from codegen.app.guess_columns import guess_columns
+from codegen.spec import read_spec
+
+from .command import SPECS, contents, is_one_message, stiction
+
+JOINTS = {"shoulder_pan": "shoulder_pan", "elbow": "elbow"}
+MODEL = """<mujoco><worldbody>
+  <body name="a"><joint name="shoulder_pan" axis="0 1 0" armature=".02" damping=".1" frictionloss=".3" range="-90 90"/>
+    <geom type="box" size=".1 .02 .02"/>
+    <body name="b" pos=".1 0 0"><joint name="elbow" axis="0 1 0" stiffness="2" springref="0.5"/>
+      <geom type="box" size=".1 .02 .02"/></body></body>
+</worldbody><actuator><motor joint="elbow" gear="30"/></actuator></mujoco>
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("names", "found"),
+    [
+        (
+            ["t", "/j.position[elbow]", "/j.velocity[elbow]", "/j.effort[elbow]", "/cmd.position[elbow]", "/imu.x"],
+            {"elbow": "/j.position[elbow]", "v_elbow": "/j.velocity[elbow]", "w_elbow": "/j.effort[elbow]"},
+        ),
+        (["time_s", "elbow_pos", "elbowVel", "tau_elbow"],
+         {"t": "time_s", "elbow": "elbow_pos", "v_elbow": "elbowVel", "w_elbow": "tau_elbow"}),
+        (["Time", "ShoulderPan_Angle", "shoulder pan torque (Nm)"],
+         {"t": "Time", "shoulder_pan": "ShoulderPan_Angle", "w_shoulder_pan": "shoulder pan torque (Nm)"}),
+        (["t", "elbow", "v_elbow", "w_elbow"], {"elbow": "elbow", "v_elbow": "v_elbow", "w_elbow": "w_elbow"}),
+        (["t", "elbow.position.desired", "elbow.position.actual"], {"elbow": "elbow.position.actual"}),
+        (["t", "elbows_position", "shoulder_position"], {}),
+    ],
+)  # fmt: skip
+def test_names_that_are_matched(names: list[str], found: dict[str, str]) -> None:
+    assert dict(guess_columns(names, JOINTS).columns) == found
+
+
+def test_what_names_do_not_tell_is_said() -> None:
+    said = guess_columns(["elbow_position", "elbow_current", "action[0]", "other_elbow_position"], JOINTS).remarks
+    assert any("no column of time" in line for line in said)
+    assert "elbow: `other_elbow_position` would do as well" in said
+    assert "w_elbow: `elbow_current` is a current; as `elbow_current*K`, K the torque it makes" in said
+    assert any(line.startswith("`action[0]`: commanded, not measured") for line in said)
+    assert any("a commanded position is no torque" in line and "25*(action_0_ - POSITION)" in line for line in said)
+
+
+def test_a_mujoco_model_with_a_log(folder: Path) -> None:
+    pytest.importorskip("mujoco", reason="needs the extra mujoco")
+    (folder / "my arm.xml").write_text(MODEL)
+    (folder / "run.csv").write_text("t,elbow_pos,elbow_tau,x\n0,0,0,0\n1,0,0,0\n")
+    made = stiction("init", "my arm.xml", "--log", "run.csv")
+    assert (made.code, made.out.split()) == (0, ["my_arm.yaml", "my_arm.urdf"]), made.err
+    text = Path("my_arm.yaml").read_text()
+    assert "# - actuator actuator_0 on elbow: w_elbow = 30*ctrl" in text
+    assert "  # - w_shoulder_pan: no column of effort with the name shoulder_pan" in text
+    spec = read_spec("my_arm.yaml")
+    assert dict(spec.log.columns) == {"elbow": "elbow_pos", "w_elbow": "elbow_tau"}
+    effects = {(effect.kind, *effect.on) for effect in spec.effects}
+    assert effects == {
+        ("viscous", "shoulder_pan"),
+        ("inertia_error", "shoulder_pan"),
+        ("spring", "elbow"),
+        ("offset", "elbow"),
+    }
+    assert stiction("check", "my_arm.yaml").code == 0
+    before = contents(folder)
+    again = stiction("init", "my arm.xml", "--log", "run.csv")
+    assert is_one_message(again) and "my_arm.yaml: a file that is there already" in again.err
+    (folder / "my_arm.yaml").unlink()
+    (folder / "my_arm.urdf").write_text("mine")
+    taken = stiction("init", "my arm.xml")
+    assert is_one_message(taken) and "my_arm.urdf: another robot file of that name" in taken.err
+    assert (folder / "my_arm.urdf").read_text() == "mine" and len(contents(folder)) == len(before) - 1
+
+
+def test_what_cannot_be_converted_is_told_of_the_model(folder: Path) -> None:
+    """And not of the robot description that it became for a moment."""
+    pytest.importorskip("mujoco", reason="needs the extra mujoco")
+    (folder / "arm.xml").write_text(MODEL.replace('"elbow"', '"shoulder-pan"'))
+    result = stiction("init", "arm.xml")
+    assert is_one_message(result) and 'error: arm.xml: joint "shoulder-pan"' in result.err, result.err
+    assert list(contents(folder)) == ["arm.xml"]
+
+
+def test_a_urdf_with_a_log(folder: Path) -> None:
+    shutil.copy(SPECS / "seven_joint_arm.urdf", folder / "arm.urdf")
+    joint = read_spec(SPECS / "seven_joint_arm.yaml").positions[0]
+    (folder / "run.csv").write_text(f"time,{joint}_position\n0,0\n1,0\n")
+    assert stiction("init", "arm.urdf", "--log", "run.csv").out.split() == ["arm.yaml"]
+    assert dict(read_spec("arm.yaml").log.columns) == {"t": "time", joint: f"{joint}_position"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("arm.xml", "--log", "none.csv"), "none.csv: no such file"),
+        (("arm.xml", "--log", "run.xyz"), "run.xyz"),
+        (("bad.xml",), "bad.xml"),
+        (("none.xml",), "none.xml: no such file"),
+        (("new", "--log", "run.csv"), "--log: a log without a robot file"),
+    ],
+)
+def test_refusals(folder: Path, arguments: tuple[str, ...], words: str) -> None:
+    (folder / "arm.xml").write_bytes((SPECS / "seven_joint_arm.urdf").read_bytes())
+    (folder / "bad.xml").write_text("<mujoco><worldbody/></mujoco>")
+    before = contents(folder)
+    result = stiction("init", *arguments)
+    assert is_one_message(result) and words in result.err, result
+    assert contents(folder) == before
