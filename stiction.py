@@ -27,6 +27,7 @@ _OFFERED = {
     "app.check": ("check",),
     "app.derive": ("derive",),
     "app.diagnose": ("diagnose", "Diagnosed"),
+    "app.export": ("export", "Exported"),
     "app.fmu": ("generate_fmu", "GeneratedFmu"),
     "app.gains": ("gains", "GainReport"),
     "app.generate": ("generate", "Generated"),

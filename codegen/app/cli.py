@@ -291,6 +291,7 @@ def simulate(
         Path, typer.Option("-o", "--output", parser=named_path, metavar="LOG", help="the CSV file to write")
     ],
     method: Annotated[str, typer.Option("--method", help="steps, or events: slow, exact between events")] = "steps",
+    plant: Annotated[str, typer.Option("--plant", help="own, or mujoco: the exported model in MuJoCo")] = "own",
     as_json: AsJson = False,
 ) -> None:
     """Write a log from the plant of the spec, with its declared effects."""
@@ -298,12 +299,29 @@ def simulate(
     from codegen.base.progress import progress
 
     with progress() as tell:
-        result = simulate(spec, out, lambda share: tell("simulate", share), method)
+        result = simulate(spec, out, lambda share: tell("simulate", share), method, plant)
     if as_json:
         print_json(result.content)
         return
     errors.print(simulated_notes(result), end="")
     output.print(str(result.path))
+
+
+@app.command()
+def export(
+    spec: SpecPath,
+    to: Annotated[str, typer.Option("--to", metavar="FORMAT", help="mjcf, urdf or sdf")],
+    out: Annotated[Path, typer.Option("-o", "--output", parser=named_path, metavar="FILE", help="what is written")],
+    as_json: AsJson = False,
+) -> None:
+    """Write the machine, its friction and its effects as a simulator's model; say what that cannot hold."""
+    from codegen.app.export import export, export_text
+
+    result = export(spec, to, out)
+    if as_json:
+        print_json(result.content)
+    else:
+        output.print(export_text(result), end="")
 
 
 @app.command()

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from codegen.app.cancel import CancelReport
     from codegen.app.certify import Certified
     from codegen.app.diagnose import Diagnosed
+    from codegen.app.export import Exported
     from codegen.app.gains import GainReport
     from codegen.app.generate import Generated
     from codegen.app.overrides import Overrides
@@ -65,11 +66,23 @@ class Machine(Derived):
 
         return generate(self, folder, check_only, uncertified, overrides)
 
-    def simulate(self, out: File, progress: Callable[[float], None] | None = None, method: str = "steps") -> Simulated:
+    def simulate(
+        self,
+        out: File,
+        progress: Callable[[float], None] | None = None,
+        method: str = "steps",
+        plant: str = "own",
+    ) -> Simulated:
         """Write a log of the plant, driven as the spec's ``simulation:`` section says."""
         from codegen.app.simulate import simulate
 
-        return simulate(self, out, progress, method)
+        return simulate(self, out, progress, method, plant)
+
+    def export(self, to: str, out: File) -> Exported:
+        """Write the machine in another format, such as a model of MuJoCo."""
+        from codegen.app.export import export
+
+        return export(self, to, out)
 
     def diagnose(
         self,

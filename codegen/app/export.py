@@ -1,0 +1,110 @@
+"""``stiction export``: the machine of a spec in the format of a simulator, a firmware or a controller."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from codegen.app.derived import Source, derived_from
+from codegen.app.generate import refuse_hand_written
+from codegen.base.border import verb
+from codegen.base.errors import BadInput
+from codegen.base.files import refuse_target, write_all, write_atomically
+from codegen.base.input_files import LARGEST_GENERATED, is_there, read_text
+from codegen.base.shown import Shown
+from codegen.base.text import render
+from codegen.base.user_text import file_text
+from codegen.base.version import VERSION
+from codegen.export.remarks import Remark
+from codegen.export.targets import TARGETS, robot_file, target_of
+from codegen.spec.model import Spec
+
+MARK = "Written by stiction export"
+
+
+@dataclass(frozen=True, repr=False)
+class Exported(Shown):
+    """What ``export`` wrote.
+
+    Attributes:
+        path: the file, or the folder.
+        target: its format.
+        files: names in a folder; () of a single file.
+        remarks: what it holds of the machine, and what the rest costs.
+    """
+
+    path: Path
+    target: str
+    files: tuple[str, ...]
+    remarks: tuple[Remark, ...]
+
+    @property
+    def summary(self) -> Mapping[str, object]:
+        lost = [r.where for r in self.remarks if r.held == "dropped"]
+        return {"file": self.path, "format": self.target, "not held": ", ".join(lost) or "nothing"}
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """The JSON object that the command prints."""
+        return {
+            "format": "stiction-export/1",
+            "target": self.target,
+            "path": str(self.path),
+            "files": list(self.files),
+            "remarks": [r.content for r in self.remarks],
+        }
+
+
+@verb
+def export(source: Source, to: str, out: str | Path) -> Exported:
+    """Write the machine of a spec, with its friction laws and declared effects, in another format.
+
+    Args:
+        to: a name of ``TARGETS``.
+        out: the file; for a format of several files the folder.
+
+    Raises:
+        BadInput: for a bad spec, an unknown format, a machine that the format cannot hold, or a file that stiction did
+            not write.
+    """
+    target, path = target_of(to), Path(out)
+    machine = derived_from(source)
+    spec = machine.spec
+    sources = {"the spec itself": spec.path}
+    robot = robot_file(spec)
+    if robot is not None:
+        sources["the robot file that the spec names"] = robot
+    if not target.endings:
+        refuse_target(path / "manifest.json")
+    else:
+        refuse_target(path, sources, target.endings)
+        _refuse_foreign(path)
+    made = target.write(machine, _header(spec, to))
+    if not target.endings:
+        refuse_hand_written(path, made.files)
+        write_all(path, made.files, ("manifest.json",))
+        return Exported(path, to, tuple(made.files), made.remarks)
+    write_atomically(path, made.files[""])
+    return Exported(path, to, (), made.remarks)
+
+
+def export_text(exported: Exported) -> str:
+    """What was written, and what it does not hold, in words."""
+    return render("text/exported.txt.j2", e=exported)
+
+
+def _header(spec: Spec, to: str) -> list[str]:
+    """No date, so that the same spec gives the same bytes."""
+    file = file_text(spec.path.name)
+    robot = [] if spec.robot is None else [f"robot file {file_text(spec.robot[0])}, SHA-256 {spec.robot[1]}"]
+    return [f"{MARK} {VERSION} from {file}, format {to}", f"spec SHA-256 {spec.sha256}", *robot]
+
+
+def _refuse_foreign(path: Path) -> None:
+    if is_there(path) and MARK not in read_text(path, "a file that stiction wrote", LARGEST_GENERATED)[:4096]:
+        raise BadInput(str(path), "a file that stiction did not write", "another name; nothing was replaced")
+
+
+__all__ = ["TARGETS", "Exported", "export", "export_text"]

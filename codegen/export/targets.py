@@ -1,0 +1,92 @@
+"""The targets of ``stiction export``. Adding one: a function, and a line in TARGETS."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+from codegen.base.errors import BadInput
+from codegen.export.mechanism import mechanism_of
+from codegen.export.mjcf import build_mjcf
+from codegen.export.remarks import Remark
+from codegen.export.sdf import sdf_text
+from codegen.export.urdf import urdf_text
+from codegen.mechanics.system import System
+from codegen.spec.kinematics import KinematicTree
+from codegen.spec.model import Spec
+
+
+class Exportable(Protocol):
+    """What a target may ask of a machine."""
+
+    @property
+    def spec(self) -> Spec: ...
+
+    @property
+    def system(self) -> System: ...
+
+
+@dataclass(frozen=True)
+class Exported:
+    """What a target gives.
+
+    Attributes:
+        files: name → text; of a single file the name is "".
+        remarks: what it holds of the machine.
+    """
+
+    files: Mapping[str, str]
+    remarks: tuple[Remark, ...]
+
+
+@dataclass(frozen=True)
+class Target:
+    """A format.
+
+    Attributes:
+        write: (machine, lines for a comment on top) → what is written.
+        endings: of its file; () for a folder.
+        what: in a few words, for the help.
+    """
+
+    write: Callable[[Exportable, list[str]], Exported]
+    endings: tuple[str, ...]
+    what: str
+
+
+def _mjcf(machine: Exportable, header: list[str]) -> Exported:
+    model = build_mjcf(machine.spec, mechanism_of(machine.spec, machine.system), header)
+    return Exported({"": model.text}, model.remarks)
+
+
+def _urdf(machine: Exportable, header: list[str]) -> Exported:
+    text, remarks = urdf_text(machine.spec, mechanism_of(machine.spec, machine.system), header)
+    return Exported({"": text}, remarks)
+
+
+def _sdf(machine: Exportable, header: list[str]) -> Exported:
+    text, remarks = sdf_text(machine.spec, mechanism_of(machine.spec, machine.system), header)
+    return Exported({"": text}, remarks)
+
+
+TARGETS: dict[str, Target] = {
+    "mjcf": Target(_mjcf, (".xml", ".mjcf"), "a model of MuJoCo"),
+    "urdf": Target(_urdf, (".urdf", ".xml"), "a robot file; that of the spec with other friction, where it names one"),
+    "sdf": Target(_sdf, (".sdf", ".xml"), "a model of Gazebo"),
+}
+
+
+def robot_file(spec: Spec) -> Path | None:
+    """The robot file that a spec names."""
+    return spec.form.path if isinstance(spec.form, KinematicTree) else None
+
+
+def target_of(name: str) -> Target:
+    """Raises BadInput for a name that is none."""
+    from codegen.base.errors import nearest_name
+
+    if name not in TARGETS:
+        raise BadInput("--to", f"`{name}`", f"one of {', '.join(TARGETS)}", nearest_name(name, TARGETS))
+    return TARGETS[name]
