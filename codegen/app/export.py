@@ -18,7 +18,7 @@ from codegen.base.text import render
 from codegen.base.user_text import file_text
 from codegen.base.version import VERSION
 from codegen.export.remarks import Remark
-from codegen.export.targets import TARGETS, robot_file, target_of
+from codegen.export.targets import TARGETS, Choices, robot_file, target_of
 from codegen.spec.model import Spec
 
 MARK = "Written by stiction export"
@@ -58,12 +58,14 @@ class Exported(Shown):
 
 
 @verb
-def export(source: Source, to: str, out: str | Path) -> Exported:
+def export(source: Source, to: str, out: str | Path, on: str | None = None, counts: int | None = None) -> Exported:
     """Write the machine of a spec, with its friction laws and declared effects, in another format.
 
     Args:
         to: a name of ``TARGETS``.
         out: the file; for a format of several files the folder.
+        on: the coordinate of a map; not needed where only one has a force that repeats with the position.
+        counts: of a turn in a map; 3600 by default.
 
     Raises:
         BadInput: for a bad spec, an unknown format, a machine that the format cannot hold, or a file that stiction did
@@ -81,7 +83,8 @@ def export(source: Source, to: str, out: str | Path) -> Exported:
     else:
         refuse_target(path, sources, target.endings)
         _refuse_foreign(path)
-    made = target.write(machine, _header(spec, to))
+    choices = Choices(_header(spec, to), on, *([counts] if counts is not None else []))
+    made = target.write(machine, choices)
     if not target.endings:
         refuse_hand_written(path, made.files)
         write_all(path, made.files, ("manifest.json",))

@@ -78,11 +78,11 @@ class Machine(Derived):
 
         return simulate(self, out, progress, method, plant)
 
-    def export(self, to: str, out: File) -> Exported:
+    def export(self, to: str, out: File, on: str | None = None, counts: int | None = None) -> Exported:
         """Write the machine in another format, such as a model of MuJoCo."""
         from codegen.app.export import export
 
-        return export(self, to, out)
+        return export(self, to, out, on, counts)
 
     def diagnose(
         self,

@@ -268,7 +268,7 @@ class _Elements:
         if shape in speeds:
             self.line(unit).damping[speeds[shape]] -= factor
             return True
-        wave = _wave(factor, shape, x)
+        wave = wave_of(factor, shape, x)
         if wave is not None:
             self.line(unit).waves.append(wave)
         return wave is not None
@@ -341,7 +341,7 @@ class _Elements:
         self.line(direction).frictions.append(LineFriction(contact.name, contact.law.name, level, pair, states))
 
 
-def _wave(factor: float, shape: sympy.Expr, x: sympy.Symbol) -> Wave | None:
+def wave_of(factor: float, shape: sympy.Expr, x: sympy.Symbol) -> Wave | None:
     """A sine or cosine of a linear function of x."""
     if not isinstance(shape, (sympy.sin, sympy.cos)):
         return None

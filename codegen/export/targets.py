@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-from codegen.base.errors import BadInput
+from codegen.base.errors import BadInput, nearest_name
+from codegen.export.force_map import csv_map, force_map, odrive_map
 from codegen.export.mechanism import mechanism_of
 from codegen.export.mjcf import build_mjcf
 from codegen.export.remarks import Remark
@@ -29,6 +30,21 @@ class Exportable(Protocol):
 
 
 @dataclass(frozen=True)
+class Choices:
+    """What the command asks for of a target.
+
+    Attributes:
+        header: lines for a comment on top.
+        on: the coordinate of a map, or None.
+        counts: of a turn in a map.
+    """
+
+    header: list[str]
+    on: str | None = None
+    counts: int = 3600
+
+
+@dataclass(frozen=True)
 class Exported:
     """What a target gives.
 
@@ -46,28 +62,40 @@ class Target:
     """A format.
 
     Attributes:
-        write: (machine, lines for a comment on top) → what is written.
+        write: (machine, choices) → what is written.
         endings: of its file; () for a folder.
         what: in a few words, for the help.
     """
 
-    write: Callable[[Exportable, list[str]], Exported]
+    write: Callable[[Exportable, Choices], Exported]
     endings: tuple[str, ...]
     what: str
 
 
-def _mjcf(machine: Exportable, header: list[str]) -> Exported:
-    model = build_mjcf(machine.spec, mechanism_of(machine.spec, machine.system), header)
+def _mjcf(machine: Exportable, choices: Choices) -> Exported:
+    model = build_mjcf(machine.spec, mechanism_of(machine.spec, machine.system), choices.header)
     return Exported({"": model.text}, model.remarks)
 
 
-def _urdf(machine: Exportable, header: list[str]) -> Exported:
-    text, remarks = urdf_text(machine.spec, mechanism_of(machine.spec, machine.system), header)
+def _urdf(machine: Exportable, choices: Choices) -> Exported:
+    text, remarks = urdf_text(machine.spec, mechanism_of(machine.spec, machine.system), choices.header)
     return Exported({"": text}, remarks)
 
 
-def _sdf(machine: Exportable, header: list[str]) -> Exported:
-    text, remarks = sdf_text(machine.spec, mechanism_of(machine.spec, machine.system), header)
+def _sdf(machine: Exportable, choices: Choices) -> Exported:
+    text, remarks = sdf_text(machine.spec, mechanism_of(machine.spec, machine.system), choices.header)
+    return Exported({"": text}, remarks)
+
+
+def _csv_map(machine: Exportable, choices: Choices) -> Exported:
+    table = force_map(machine.spec, mechanism_of(machine.spec, machine.system), choices.on)
+    text, remarks = csv_map(table, choices.counts, choices.header)
+    return Exported({"": text}, remarks)
+
+
+def _odrive(machine: Exportable, choices: Choices) -> Exported:
+    table = force_map(machine.spec, mechanism_of(machine.spec, machine.system), choices.on)
+    text, remarks = odrive_map(table, choices.header)
     return Exported({"": text}, remarks)
 
 
@@ -75,6 +103,8 @@ TARGETS: dict[str, Target] = {
     "mjcf": Target(_mjcf, (".xml", ".mjcf"), "a model of MuJoCo"),
     "urdf": Target(_urdf, (".urdf", ".xml"), "a robot file; that of the spec with other friction, where it names one"),
     "sdf": Target(_sdf, (".sdf", ".xml"), "a model of Gazebo"),
+    "csv-map": Target(_csv_map, (".csv",), "forces that repeat with the position, a row a count of a turn"),
+    "odrive": Target(_odrive, (".h",), "the cogging map of ODrive's firmware"),
 }
 
 
@@ -85,8 +115,6 @@ def robot_file(spec: Spec) -> Path | None:
 
 def target_of(name: str) -> Target:
     """Raises BadInput for a name that is none."""
-    from codegen.base.errors import nearest_name
-
     if name not in TARGETS:
         raise BadInput("--to", f"`{name}`", f"one of {', '.join(TARGETS)}", nearest_name(name, TARGETS))
     return TARGETS[name]
