@@ -310,13 +310,15 @@ def simulate(
 @app.command()
 def export(
     spec: SpecPath,
-    to: Annotated[str, typer.Option("--to", metavar="FORMAT", help="mjcf, urdf, sdf, csv-map or odrive")],
-    out: Annotated[Path, typer.Option("-o", "--output", parser=named_path, metavar="FILE", help="what is written")],
+    to: Annotated[str, typer.Option("--to", metavar="FORMAT", help="mjcf, urdf, sdf, csv-map, odrive or arduino")],
+    out: Annotated[
+        Path, typer.Option("-o", "--output", parser=named_path, metavar="FILE", help="file, or folder of a library")
+    ],
     on: Annotated[str | None, typer.Option("--on", metavar="NAME", help="the coordinate of a map")] = None,
     counts: Annotated[int | None, typer.Option("--counts", help="of a turn in csv-map; 3600 by default")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Write the machine, its friction and its effects as a simulator's model; say what that cannot hold."""
+    """Write the machine as a simulator's model, a firmware's map or its observer as a library; say what is not held."""
     from codegen.app.export import export, export_text
 
     result = export(spec, to, out, on, counts)

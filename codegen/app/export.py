@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from codegen.app.derived import Source, derived_from
+from codegen.app.derived import Derived, Source, derived_from
 from codegen.app.generate import refuse_hand_written
+from codegen.app.overrides import Overrides
 from codegen.base.border import verb
 from codegen.base.errors import BadInput
 from codegen.base.files import refuse_target, write_all, write_atomically
@@ -17,6 +18,8 @@ from codegen.base.shown import Shown
 from codegen.base.text import render
 from codegen.base.user_text import file_text
 from codegen.base.version import VERSION
+from codegen.certify.outcome import Certificate
+from codegen.export.controller import Controller
 from codegen.export.remarks import Remark
 from codegen.export.targets import TARGETS, Choices, robot_file, target_of
 from codegen.spec.model import Spec
@@ -84,13 +87,29 @@ def export(source: Source, to: str, out: str | Path, on: str | None = None, coun
         refuse_target(path, sources, target.endings)
         _refuse_foreign(path)
     choices = Choices(_header(spec, to), on, *([counts] if counts is not None else []))
-    made = target.write(machine, choices)
+    made = target.write(_Exportable(machine), choices)
     if not target.endings:
         refuse_hand_written(path, made.files)
         write_all(path, made.files, ("manifest.json",))
         return Exported(path, to, tuple(made.files), made.remarks)
     write_atomically(path, made.files[""])
     return Exported(path, to, (), made.remarks)
+
+
+class _Exportable:
+    """A machine as the targets ask for it."""
+
+    def __init__(self, machine: Derived) -> None:
+        self._machine = machine
+        self.spec, self.system = machine.spec, machine.system
+
+    def controller(self, precision: str) -> Controller:
+        machine = self._machine.with_overrides(Overrides(precision=precision))
+        outcome = machine.outcome
+        if isinstance(outcome, Certificate):
+            claim = f"Certified rate {outcome.decay_rate:.6g} 1/s over the envelope, by `stiction certify`."
+            return Controller(machine.program, machine.sources, claim, True)
+        return Controller(machine.program, machine.sources, outcome.reason, False)
 
 
 def export_text(exported: Exported) -> str:

@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Protocol
 
 from codegen.base.errors import BadInput, nearest_name
+from codegen.export.arduino import arduino_library
+from codegen.export.controller import Controller
 from codegen.export.force_map import csv_map, force_map, odrive_map
 from codegen.export.mechanism import mechanism_of
 from codegen.export.mjcf import build_mjcf
@@ -27,6 +29,9 @@ class Exportable(Protocol):
 
     @property
     def system(self) -> System: ...
+
+    def controller(self, precision: str) -> Controller:
+        """The generated observer."""
 
 
 @dataclass(frozen=True)
@@ -99,12 +104,23 @@ def _odrive(machine: Exportable, choices: Choices) -> Exported:
     return Exported({"": text}, remarks)
 
 
+def _arduino(machine: Exportable, choices: Choices) -> Exported:
+    controller = machine.controller("single")
+    return Exported(arduino_library(controller, choices.header), (_certified(controller),))
+
+
+def _certified(controller: Controller) -> Remark:
+    how = controller.claim if controller.certified else f"the code is not certified: {controller.claim}"
+    return Remark("certificate", "exact" if controller.certified else "dropped", how)
+
+
 TARGETS: dict[str, Target] = {
     "mjcf": Target(_mjcf, (".xml", ".mjcf"), "a model of MuJoCo"),
     "urdf": Target(_urdf, (".urdf", ".xml"), "a robot file; that of the spec with other friction, where it names one"),
     "sdf": Target(_sdf, (".sdf", ".xml"), "a model of Gazebo"),
     "csv-map": Target(_csv_map, (".csv",), "forces that repeat with the position, a row a count of a turn"),
     "odrive": Target(_odrive, (".h",), "the cogging map of ODrive's firmware"),
+    "arduino": Target(_arduino, (), "the observer in single precision, a library of Arduino and PlatformIO"),
 }
 
 
