@@ -37,6 +37,7 @@ _OFFERED = {
     "app.replay": ("replay", "Replayed"),
     "app.simulate": ("simulate",),
     "app.verify": ("verify", "Verified"),
+    "app.watch": ("watch", "Watched"),
     "app.write_smt": ("write_smt",),
     "base.errors": ("BadInput", "InternalError"),
     "checker.verify": ("Refused",),

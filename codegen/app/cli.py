@@ -385,6 +385,32 @@ def replay(
 
 
 @app.command()
+def watch(
+    spec: SpecPath,
+    log: Annotated[str, typer.Option("--log", metavar="LOG", help="a CSV file, or - for standard input")],
+    column: Columns = None,
+    dwell: Annotated[
+        float | None, typer.Option("--dwell", metavar="S", help="s out of the bound before it is said; 10 samples")
+    ] = None,
+    follow: Annotated[bool, typer.Option("--follow", help="wait at the end of the file for more rows")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Run the observer beside a machine, over rows as they arrive; say when friction leaves its certified bound.
+
+    Ends with the rows, or by Ctrl-C, with a short report. Exit status 3 where the bound was left.
+    """
+    from codegen.app.watch import alarm_text, watch, watched_text
+
+    tell = None if as_json else lambda alarm: output.print(alarm_text(alarm), end="")
+    result = watch(spec, log, _columns(column or []), dwell, follow, tell)
+    if as_json:
+        print_json(result.content)
+    else:
+        output.print(watched_text(result), end="")
+    raise typer.Exit(REFUSED if result.alarms else 0)
+
+
+@app.command()
 def demo(
     out: Annotated[Path, typer.Option("-o", "--output", parser=named_path, metavar="DIR", help="its folder")] = Path(
         "demo"

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from codegen.app.generate import Generated
     from codegen.app.overrides import Overrides
     from codegen.app.verify import Verified
+    from codegen.app.watch import Watched
     from codegen.replay.over_log import Replayed
     from codegen.simulate.simulated import Simulated
 
@@ -126,6 +127,14 @@ class Machine(Derived):
         from codegen.app.replay import replay
 
         return replay(self, log, out, description, columns, only)
+
+    def watch(
+        self, log: File, columns: Mapping[str, str] | None = None, dwell: float | None = None, follow: bool = False
+    ) -> Watched:
+        """Run the observer over rows as they arrive; hold its estimates against the certified bound."""
+        from codegen.app.watch import watch
+
+        return watch(self, log, columns, dwell, follow)
 
 
 @verb
