@@ -126,7 +126,8 @@ def _header(spec: Spec, to: str) -> list[str]:
 
 def _refuse_foreign(path: Path) -> None:
     if is_there(path) and MARK not in read_text(path, "a file that stiction wrote", LARGEST_GENERATED)[:4096]:
-        raise BadInput(str(path), "a file that stiction did not write", "another name; nothing was replaced")
+        found = "a file that stiction did not write"
+        raise BadInput(str(path), found, "another name; nothing was replaced", code="FILE004")
 
 
 __all__ = ["TARGETS", "Exported", "export", "export_text"]

@@ -100,13 +100,14 @@ def watch(
     if text is None:
         why = "no certificate" if not isinstance(outcome, Certificate) else "no bound in newtons"
         expected = "an observer that `stiction certify` bounds in newtons: noise and accelerations in the envelope"
-        raise BadInput(spec.place("observer"), why, expected)
+        raise BadInput(spec.place("observer"), why, expected, code="SPEC037")
     bound = json.loads(text)
     if not is_watchable(system, bound):
-        raise BadInput(spec.place("friction"), "a law with states, or another error", "a friction law of zero memory")
+        found = "a law with states"
+        raise BadInput(spec.place("friction"), found, "a friction law of zero memory", code="SPEC020")
     period = float(machine.observer.sample_time)
     if dwell is not None and not dwell >= 0:
-        raise BadInput("--dwell", f"{dwell:g} s", "zero or a positive time")
+        raise BadInput("--dwell", f"{dwell:g} s", "zero or a positive time", code="CALL001")
     patience = DWELL if dwell is None else max(round(dwell / period), 1)
     watched = Watch(spec, system, program, bound, engine_for(program, machine.sources), patience)
     rows = given if given is not None else pieces(str(log), follow)

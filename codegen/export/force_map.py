@@ -77,12 +77,14 @@ def force_map(spec: Spec, mechanism: Mechanism, on: str | None) -> ForceMap:
             found[x.name] = list(line.waves) if line is not None else [], levels
     if not found:
         place = spec.place("effects")
-        raise BadInput(place, "no force that repeats with the position", "an effect such as cogging, for a map of it")
+        expected = "an effect such as cogging, for a map of it"
+        raise BadInput(place, "no force that repeats with the position", expected, code="SPEC036")
     if on is None and len(found) > 1:
-        raise BadInput("--on", "no coordinate", f"one of {', '.join(found)}: each has a map of its own")
+        expected = f"one of {', '.join(found)}: each has a map of its own"
+        raise BadInput("--on", "no coordinate", expected, code="CALL001")
     name = next(iter(found)) if on is None else on
     if name not in found:
-        raise BadInput("--on", f"`{name}`", f"one of {', '.join(found)}", nearest_name(name, found))
+        raise BadInput("--on", f"`{name}`", f"one of {', '.join(found)}", nearest_name(name, found), code="CALL001")
     return _map(name, *found[name], mechanism)
 
 
@@ -113,7 +115,7 @@ def csv_map(table: ForceMap, counts: int, header: list[str]) -> tuple[str, tuple
         BadInput: for a number of counts out of range.
     """
     if not 4 <= counts <= MOST_COUNTS:
-        raise BadInput("--counts", f"{counts}", f"4 to {MOST_COUNTS} counts a turn")
+        raise BadInput("--counts", f"{counts}", f"4 to {MOST_COUNTS} counts a turn", code="CALL001")
     at = np.arange(counts) * table.turn / counts
     rows = list(zip(range(counts), at, table.compensation(at), table.level(at), strict=True))
     middle = at + table.turn / counts / 2
@@ -139,7 +141,8 @@ def odrive_map(table: ForceMap, header: list[str]) -> tuple[str, tuple[Remark, .
     """
     if table.position_unit != "rad" or table.unit != "N*m":
         found = f"{table.coordinate} in {table.position_unit} with forces in {table.unit}"
-        raise BadInput("--to", found, "an angle of the motor with torques in N*m; csv-map holds any other")
+        expected = "an angle of the motor with torques in N*m; csv-map holds any other"
+        raise BadInput("--to", found, expected, code="SPEC036")
     edges = np.arange(ODRIVE_COUNTS + 1) * 2 * pi / ODRIVE_COUNTS
     primitive = sum(
         (w.amplitude / w.rate * np.cos(w.rate * edges + w.phase) for w in table.forces), np.zeros_like(edges)

@@ -156,10 +156,12 @@ def mechanism_of(spec: Spec, system: System) -> Mechanism:
     if tree is not None:
         if tree.base_parameters:
             found = "`urdf:` with base_parameters, which belong to no single body"
-            raise BadInput(spec.place("urdf"), found, "the masses and inertias in the robot file itself")
+            raise BadInput(
+                spec.place("urdf"), found, "the masses and inertias in the robot file itself", code="SPEC036"
+            )
         if system.transmissions:
             found = "a load behind a spring on a joint of a robot file"
-            raise BadInput(spec.place("effects"), found, "a joint of its own for it in the robot file")
+            raise BadInput(spec.place("effects"), found, "a joint of its own for it in the robot file", code="SPEC036")
         rigid = build_system(spec)
         own = Matrix(system.force - rigid.force + Matrix(spec.force))
         system = replace(system, force=own, mass_matrix=Matrix(system.mass_matrix - rigid.mass_matrix))
@@ -221,6 +223,7 @@ class _Elements:
                 f"the mass matrix of {self.system.name}: {shape}",
                 "`urdf:` with a robot file, or a constant diagonal mass matrix (each coordinate the position of a body "
                 "of its own, as `topology:` has it); a simulator's model is made of bodies",
+                code="SPEC036",
             )
         return tuple(float(mass[i, i]) for i in range(self.n))
 
@@ -308,7 +311,7 @@ class _Elements:
         if any(e.free_symbols for e in column):
             place = self.spec.place("friction.distribution")
             found = f"the contact {contact.name}, whose direction changes with the position"
-            raise BadInput(place, found, "a distribution of numbers")
+            raise BadInput(place, found, "a distribution of numbers", code="SPEC036")
         direction = tuple(float(e) for e in column)
         moved = [i for i, c in enumerate(direction) if c != 0]
         scale, sign = 1.0, 1.0

@@ -25,7 +25,8 @@ def mujoco_plant(spec: Spec, system: System) -> tuple[PlantMaker, MjcfModel]:
         BadInput: where MuJoCo is not installed, or the machine cannot be exported.
     """
     if find_spec("mujoco") is None:
-        raise BadInput("--plant", "MuJoCo is not installed", "`pip install 'stiction[mujoco]'`, or no --plant")
+        expected = "`pip install 'stiction[mujoco]'`, or no --plant"
+        raise BadInput("--plant", "MuJoCo is not installed", expected, code="TOOL003")
     model = build_mjcf(spec, mechanism_of(spec, system), [])
     contacts = [contact.name for contact in system.contacts]
     return lambda period, x, v: MujocoPlant(model, len(spec.positions), contacts, period, x, v), model

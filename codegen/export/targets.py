@@ -132,5 +132,5 @@ def robot_file(spec: Spec) -> Path | None:
 def target_of(name: str) -> Target:
     """Raises BadInput for a name that is none."""
     if name not in TARGETS:
-        raise BadInput("--to", f"`{name}`", f"one of {', '.join(TARGETS)}", nearest_name(name, TARGETS))
+        raise BadInput("--to", f"`{name}`", f"one of {', '.join(TARGETS)}", nearest_name(name, TARGETS), code="CALL001")
     return TARGETS[name]

@@ -51,7 +51,8 @@ def _edited(spec: Spec, path: Path, joints: Mapping[str, JointTerms]) -> str:
     try:
         content.decode("utf-8")
     except UnicodeDecodeError:
-        raise BadInput(str(path), "text that is not UTF-8", "a robot description in UTF-8, to be edited") from None
+        expected = "a robot description in UTF-8, to be edited"
+        raise BadInput(str(path), "text that is not UTF-8", expected, code="FILE006") from None
     editing = _Editing(content, joints, path)
     for change in sorted(editing.changes, key=lambda c: -c.start):
         content = content[: change.start] + change.text.encode() + content[change.end :]
@@ -75,7 +76,8 @@ class _Editing:
         self._parser.Parse(content, True)
 
     def _refuse(self, *_: object) -> None:
-        raise BadInput(str(self._path), "a document type declaration", "a robot description without one")
+        expected = "a robot description without one"
+        raise BadInput(str(self._path), "a document type declaration", expected, code="SPEC030")
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
         self._open.append(tag)

@@ -107,7 +107,7 @@ def _lines(given: Iterator[bytes], file: str) -> Iterator[list[str]]:
     for piece in given:
         *whole, rest = (rest + piece).split(b"\n")
         if len(rest) > LONGEST_LINE:
-            raise BadInput(file, f"a line of more than {LONGEST_LINE} bytes", EXPECTED)
+            raise BadInput(file, f"a line of more than {LONGEST_LINE} bytes", EXPECTED, code="LOG001")
         if whole:
             yield [_text(line, file) for line in whole]
     if rest:
@@ -118,7 +118,7 @@ def _text(line: bytes, file: str) -> str:
     try:
         return line.decode("utf-8").rstrip("\r").lstrip("\N{ZERO WIDTH NO-BREAK SPACE}")
     except UnicodeDecodeError:
-        raise BadInput(file, "bytes that are no text", EXPECTED) from None
+        raise BadInput(file, "bytes that are no text", EXPECTED, code="LOG001") from None
 
 
 def live_blocks(
@@ -156,7 +156,7 @@ def live_blocks(
             yield from table.blocks(waiting, table.head.first)
     if table is None:
         found = f"{len(waiting)} lines, and then the end"
-        raise BadInput(file, found, f"a header line and at least {ROWS_ALIKE} rows of numbers")
+        raise BadInput(file, found, f"a header line and at least {ROWS_ALIKE} rows of numbers", code="LOG009")
 
 
 class _Table:
@@ -177,9 +177,8 @@ class _Table:
         symbols = ["t", *(field.name for field in program.inputs)]
         for name in symbols:
             if name not in binding.terms or name in binding.integrated:
-                raise BadInput(
-                    head.place, f"no column `{name}`", "a column for the time and each input of the observer"
-                )
+                expected = "a column for the time and each input of the observer"
+                raise BadInput(head.place, f"no column `{name}`", expected, code="LOG003")
         self._terms = {name: binding.terms[name] for name in symbols}
         self._scale = np.array([binding.scale[name] for name in symbols])
         self._wanted = columns_of(self._terms)
@@ -203,7 +202,7 @@ class _Table:
             if not steps[k] > GAP_STEPS * self._period:
                 found = f"a step of {steps[k]:.6g} s"
                 expected = f"steps of the observer's sample time, {self._period:g} s, within {JITTER:.0%}, or gaps"
-                raise BadInput(columns.place(k, 0), found, expected)
+                raise BadInput(columns.place(k, 0), found, expected, code="LOG008")
             gaps.append(k)
         self._last = float(time[-1])
         edges = [*dict.fromkeys([0, *gaps]), len(time)]

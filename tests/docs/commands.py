@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import sys
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 
 from tests.app.command import stiction
@@ -22,7 +23,7 @@ _LEFT_OUT = "…"
 
 @dataclass(frozen=True)
 class Step:
-    """A command of the page, the lines shown below it, and the programs that it cannot do without."""
+    """A command of the page, the lines shown below it, and the programs or Python packages that it needs."""
 
     command: str
     shown: list[str]
@@ -89,10 +90,10 @@ def compare(step: Step, printed: str) -> None:
 
 
 def follow(steps: list[Step]) -> list[str]:
-    """Run them in the working directory; the programs that are missing here."""
+    """Run them in the working directory; the programs and packages that are missing here."""
     missing: list[str] = []
     for step in steps:
-        absent = [program for program in step.needs if shutil.which(program) is None]
+        absent = [name for name in step.needs if shutil.which(name) is None and find_spec(name) is None]
         missing += absent
         if not absent:
             compare(step, run(step.command))
