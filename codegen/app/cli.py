@@ -310,7 +310,9 @@ def simulate(
 @app.command()
 def export(
     spec: SpecPath,
-    to: Annotated[str, typer.Option("--to", metavar="FORMAT", help="mjcf, urdf, sdf, csv-map, odrive or arduino")],
+    to: Annotated[
+        str, typer.Option("--to", metavar="FORMAT", help="mjcf, urdf, sdf, csv-map, odrive, arduino or simulink")
+    ],
     out: Annotated[
         Path, typer.Option("-o", "--output", parser=named_path, metavar="FILE", help="file, or folder of a library")
     ],

@@ -9,12 +9,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import casadi
 import numpy as np
 import sympy
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from codegen.export.mechanism import HIGHEST, SPEED
+from codegen.mechanics.casadi_form import to_casadi
 
 Array = NDArray[np.float64]
 WIDTHS = 120
@@ -59,7 +61,7 @@ def fit_friction(level: sympy.Expr, speeds: Array, powers: int, stribeck: bool) 
         stribeck: whether it has the rise at standstill.
     """
     found = _exact(level, powers, stribeck)
-    values = np.asarray(sympy.lambdify(SPEED, level, "numpy")(speeds) + 0 * speeds, dtype=float)
+    values = level_at(level, speeds)
     if found is not None:
         return FrictionFit(found, True, 0.0, 0.0)
     best: tuple[float, Terms] | None = None
@@ -78,6 +80,13 @@ def fit_friction(level: sympy.Expr, speeds: Array, powers: int, stribeck: bool) 
     assert best is not None
     error = best[1].at(speeds) - values
     return FrictionFit(best[1], False, float(np.abs(error).max()), float(np.sqrt(np.mean(error**2))))
+
+
+def level_at(level: sympy.Expr, speeds: Array) -> Array:
+    """A level over SPEED at many speeds."""
+    at = casadi.SX.sym("s")
+    function = casadi.Function("level", [at], [casadi.densify(to_casadi(sympy.sympify(level), {SPEED: at}))])
+    return np.asarray(function(speeds[None, :]).full().ravel(), dtype=float)
 
 
 def _exact(level: sympy.Expr, powers: int, stribeck: bool) -> Terms | None:

@@ -69,6 +69,9 @@ class _Reduction:
             how = f"damping {terms.damping[0]:.6g}, friction {terms.level:.6g}"
             if not fit.exact:
                 how += " by least squares over the envelope's speeds"
+            for f in line.frictions:
+                if f.at_rest is not None:
+                    held, how = "nearest", f"{how}; the level at rest, {f.at_rest:.6g} {unit}, is lost"
             if any(f.has_states for f in line.frictions):
                 held, how = "nearest", f"{how}; how the law's states move before it slides is lost"
             self.remarks.append(Remark(f"friction on {x}", held, how, *fit.cost(unit)))

@@ -13,6 +13,7 @@ from typing import Any
 import sympy
 
 from codegen.base.errors import BadInput
+from codegen.friction import ZeroMemoryLaw
 from codegen.mechanics.build import build_system
 from codegen.mechanics.loads import with_loads
 from codegen.mechanics.system import TIME, ContactFriction, Matrix, System
@@ -45,8 +46,9 @@ class LineFriction:
         contact: its name.
         level: over SPEED alone, in steady sliding: what opposes the motion.
         bristles: (σ0, σ1) of a law of LuGre's form, else None.
-        has_states: whether its law has states.
+        has_states: whether its law has states, or another memory.
         law: its name.
+        at_rest: the level at standstill, where the law jumps there; else None.
     """
 
     contact: str
@@ -54,6 +56,7 @@ class LineFriction:
     level: sympy.Expr
     bristles: tuple[float, float] | None
     has_states: bool
+    at_rest: float | None = None
 
 
 @dataclass
@@ -323,7 +326,7 @@ class _Elements:
 
         def at(side: int) -> sympy.Expr:
             exact = contact.force.xreplace({Magnitude(slip): speed, Sgn(slip): sympy.Integer(side), slip: side * speed})
-            return self._numeric(exact)
+            return self._numeric(exact.xreplace({Sgn(speed): sympy.S.One, Magnitude(speed): speed}))
 
         odd, even = sympy.expand((at(1) - at(-1)) / 2), sympy.expand((at(1) + at(-1)) / 2)
         level, where = sympy.S.Zero, f"the contact {contact.name}"
@@ -340,8 +343,19 @@ class _Elements:
         numbers = {name: self._values[s] for name, s in contact.law_parameters.items()}
         bristles = contact.law.bristles(numbers)
         pair = None if bristles is None else (float(bristles[0]) * scale**2, float(bristles[1]) * scale**2)
-        states = bool(getattr(contact.law, "states", ()))
-        self.line(direction).frictions.append(LineFriction(contact.name, contact.law.name, level, pair, states))
+        states = not isinstance(contact.law, ZeroMemoryLaw)
+        friction = LineFriction(contact.name, contact.law.name, level, pair, states, self._jump(contact, level, scale))
+        self.line(direction).frictions.append(friction)
+
+    def _jump(self, contact: ContactFriction, level: sympy.Expr, scale: float) -> float | None:
+        """The level at rest, where it is another than that of the slowest sliding."""
+        resting = contact.level_at_rest
+        if resting is None or not isinstance(contact.law, ZeroMemoryLaw):
+            return None
+        rest = scale * float(self._numeric(resting))
+        own = sympy.expand(scale * self._numeric(contact.law_level.xreplace({Magnitude(contact.slip): SPEED})))
+        slow = float(own.xreplace({Sgn(SPEED): sympy.S.One}).subs(SPEED, 0))
+        return rest if abs(rest - slow) > 1e-9 * max(abs(rest), abs(slow)) else None
 
 
 def wave_of(factor: float, shape: sympy.Expr, x: sympy.Symbol) -> Wave | None:

@@ -136,7 +136,7 @@ class _Writer:
             joint = next((i for i in range(self.n) if line.direction == unit_direction(i, self.n)), None)
             target = {"joint": names[joint]} if joint is not None else {"tendon": self._tendon(line.direction)}
             attributes = bodies[joint].joint if joint is not None else self.tendons[line.direction]
-            self._line(line, target, attributes, f"line{k + 1}")
+            self._line(line, target, attributes, f"line{k + 1}.")
         for x, error in self.system.sensor_errors.items():
             unit = self.system.position_units[self.system.positions.index(x)]
             size = float(np.abs(self.region.sampled(error.subs(self.system.values), unit_direction(0, self.n))).max())
@@ -216,7 +216,7 @@ class _Writer:
         if any(line.damping):
             self._says(f"damping along {words}", "exact", f"damping {polynomial(line.damping)}")
         if line.constant:
-            self._passive(target, {"cogging": numbers([line.constant, 0, pi / 2])}, f"{name}_constant")
+            self._passive(target, {"cogging": numbers([line.constant, 0, pi / 2])}, f"{name}constant")
             self._says(
                 f"constant force along {words}",
                 "exact",
@@ -226,14 +226,14 @@ class _Writer:
             self._passive(
                 target,
                 {"cogging": numbers([wave.amplitude / wave.rate, 1, wave.phase])},
-                f"{name}_wave{k + 1}",
+                f"{name}wave{k + 1}",
                 wave.rate,
             )
             how = f"{wave.amplitude:.6g} {unit} with the period {2 * pi / wave.rate:.6g} by a dcmotor's cogging"
             self._says(f"periodic force along {words}", "exact", how)
         loss = 0.0
         for friction in line.frictions:
-            loss += self._friction(friction, line, target, damping, f"{name}_{friction.contact}", unit)
+            loss += self._friction(friction, line, target, damping, f"{name}{friction.contact}", unit)
         if any(damping):
             attributes["damping"] = polynomial(damping)
         if loss > 0:
@@ -279,6 +279,9 @@ class _Writer:
         if friction.has_states and friction.bristles is None:
             held = "nearest"
             parts.append("steady sliding alone: how the law's states move before it slides is lost")
+        if friction.at_rest is not None:
+            held = "nearest"
+            parts.append(f"the level at rest, {friction.at_rest:.6g} {unit}, is lost")
         self.frictions.append(FrictionElement(friction.contact, line.direction, fit, lugre, loss))
         how = ", ".join(parts) or "none"
         self.remarks.append(Remark(where, held, how, *fit.cost(unit)))

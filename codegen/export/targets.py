@@ -15,6 +15,7 @@ from codegen.export.mechanism import mechanism_of
 from codegen.export.mjcf import build_mjcf
 from codegen.export.remarks import Remark
 from codegen.export.sdf import sdf_text
+from codegen.export.simulink import simulink_block
 from codegen.export.urdf import urdf_text
 from codegen.mechanics.system import System
 from codegen.spec.kinematics import KinematicTree
@@ -109,6 +110,11 @@ def _arduino(machine: Exportable, choices: Choices) -> Exported:
     return Exported(arduino_library(controller, choices.header), (_certified(controller),))
 
 
+def _simulink(machine: Exportable, choices: Choices) -> Exported:
+    controller = machine.controller("double")
+    return Exported(simulink_block(controller, choices.header), (_certified(controller),))
+
+
 def _certified(controller: Controller) -> Remark:
     how = controller.claim if controller.certified else f"the code is not certified: {controller.claim}"
     return Remark("certificate", "exact" if controller.certified else "dropped", how)
@@ -121,6 +127,7 @@ TARGETS: dict[str, Target] = {
     "csv-map": Target(_csv_map, (".csv",), "forces that repeat with the position, a row a count of a turn"),
     "odrive": Target(_odrive, (".h",), "the cogging map of ODrive's firmware"),
     "arduino": Target(_arduino, (), "the observer in single precision, a library of Arduino and PlatformIO"),
+    "simulink": Target(_simulink, (), "the observer as a C MEX S-function"),
 }
 
 

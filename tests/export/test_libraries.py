@@ -8,10 +8,14 @@ import shutil
 import subprocess
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.app.command import SPECS, is_one_message, stiction
 
+ROOT = SPECS.parent
+LARGER = ("two_mass", "chain")
+"""With several coordinates, and with arrays."""
 ARDUINO_H = """
 #include <math.h>
 #include <stdint.h>
@@ -46,7 +50,7 @@ def compiled(command: list[object]) -> None:
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize("spec", ["one_mass", "two_mass"])
+@pytest.mark.parametrize("spec", ["one_mass", pytest.param("two_mass", marks=pytest.mark.slow)])
 def test_the_arduino_library_builds_and_its_example_runs(tmp_path: Path, spec: str) -> None:
     """The sketch as the IDE makes it: Arduino.h before it, compiled as C++; the library's C as C."""
     if shutil.which("g++") is None:
@@ -101,6 +105,37 @@ def test_the_library_s_code_is_the_single_precision_that_generate_writes(tmp_pat
         text = (library / "src" / name).read_text()
         assert text == (code / name).read_text()
         assert "double" not in re.sub(r"/\*.*?\*/", " ", text, flags=re.DOTALL)
+
+
+@pytest.mark.parametrize("spec", ["one_mass", *(pytest.param(name, marks=pytest.mark.slow) for name in LARGER)])
+def test_the_simulink_block_has_the_bits_of_the_plain_c(tmp_path: Path, spec: str) -> None:
+    """Outputs asked for twice a sample, and one sample that is not a number; beside example_main.c of `generate`."""
+    block, code = tmp_path / "block", ROOT / "generated" / spec
+    exported(block, spec, "simulink")
+    strict = ["-std=c99", "-ffp-contract=off", "-Wall", "-Wextra", "-Wno-unused-macros", "-Werror"]
+    own, plain = tmp_path / "own", tmp_path / "plain"
+    stand_in = Path(__file__).parent
+    compiled(
+        ["cc", *strict, "-I", stand_in, "-I", block, block / f"{spec}_sfun.c", block / f"{spec}.c", "-lm", "-o", own]
+    )
+    compiled(["cc", *strict, code / "example_main.c", code / f"{spec}.c", "-lm", "-o", plain])
+    for name in (f"{spec}.h", f"{spec}.c"):
+        assert _code((block / name).read_text()) == _code((code / name).read_text())
+    wide = {"one_mass": 2, "two_mass": 3, "chain": 17}[spec]
+    rng = np.random.default_rng(4)
+    samples = np.cumsum(rng.normal(0, 1e-3, (300, wide)), axis=0)
+    text = "\n".join(" ".join(f"{v:.17g}" for v in row) for row in samples).splitlines()
+    text[150] = " ".join(["nan"] * wide)
+    runs = [
+        subprocess.run([program], input="\n".join(text), capture_output=True, text=True, check=True).stdout.split()
+        for program in (own, plain)
+    ]
+    assert len(runs[0]) % 300 == 0 and runs[0] == runs[1]
+    assert runs[0][len(runs[0]) // 300 * 151 - 1] == "1"
+
+
+def _code(text: str) -> str:
+    return re.sub(r"/\*.*?\*/", " ", text, flags=re.DOTALL)
 
 
 def test_a_folder_of_another_is_kept(tmp_path: Path) -> None:
