@@ -13,6 +13,8 @@ from codegen.export.mechanism import Mechanism
 from codegen.export.numbers import number, numbers
 
 Array = NDArray[np.float64]
+MARGIN = 1e-9
+"""Of the triangle inequality of principal moments."""
 APART = 0.3
 """Metres between the bodies of a machine that has no robot file, to see them."""
 
@@ -88,12 +90,30 @@ def links_of(mechanism: Mechanism) -> list[Link]:
         return [_plain(k, x.name, unit == "rad", inertia) for k, (x, unit, inertia) in enumerate(units)]
     found = []
     for body in mechanism.tree.bodies:
-        c = np.array(body.first_moment, dtype=float) / float(body.mass)
-        inertia = np.array(body.inertia, dtype=float) - float(body.mass) * (c @ c * np.eye(3) - np.outer(c, c))
+        # Exact, since the parallel-axis theorem takes the difference of two large numbers where the frame is far away.
+        exact = np.array(body.first_moment, dtype=object) / body.mass
+        about = np.array(body.inertia, dtype=object) - body.mass * (
+            (exact @ exact) * np.eye(3, dtype=int).astype(object) - np.outer(exact, exact)
+        )
+        c, inertia = exact.astype(float), of_a_body(about.astype(float))
         offset, axis = np.array(body.offset, dtype=float), np.array(body.axis, dtype=float)
         rotation, turns = np.array(body.rotation, dtype=float), body.kind == "revolute"
         found.append(Link(body.joint, body.parent, turns, offset, rotation, axis, float(body.mass), c, inertia))
     return found
+
+
+def of_a_body(inertia: Array) -> Array:
+    """The nearest inertia that a body can have: its largest principal moment is at most the sum of the others.
+
+    Robot files round their numbers, and a thin plate is at the edge; simulators refuse what is beyond. The two smaller
+    moments are raised, by at most what the reader of a robot file lets through, 1e-3 of the largest.
+    """
+    moments, axes = np.linalg.eigh(inertia)
+    lacking = moments[2] * (1 + MARGIN) - moments[0] - moments[1]
+    if lacking <= 0:
+        return inertia
+    moments[:2] += lacking / 2
+    return np.asarray((axes * moments) @ axes.T)
 
 
 def _plain(index: int, name: str, turns: bool, inertia: float) -> Link:
