@@ -47,13 +47,14 @@ def simulate(
     refuse_target(target, {"the spec itself": Path(source)}, (".csv", ".txt"))
     machine = derived_from(source)
     spec, system = machine.spec, machine.system
-    make_plant = None
+    make_plant, notes = None, tuple[str, ...]()
     if plant != PLANTS[0]:
         from codegen.export.mujoco_plant import mujoco_plant
 
-        make_plant, _ = mujoco_plant(spec, system)
+        make_plant, model = mujoco_plant(spec, system)
+        notes = tuple(remark.text for remark in model.remarks if remark.held != "exact")
     run = simulate_plant(spec, system, progress, method=chosen, make_plant=make_plant)
-    return write_simulated(target, spec, run)
+    return write_simulated(target, spec, run, notes)
 
 
 def simulated_notes(simulated: Simulated) -> str:

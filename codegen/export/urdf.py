@@ -95,7 +95,7 @@ class _Editing:
         for name, value in values.items():
             if name not in new and value == 0:
                 continue
-            if name not in new or float(new[name]) != value:
+            if not _is(new.get(name, ""), value):
                 new[name] = number(value)
         if new != attributes:
             start = self._parser.CurrentByteIndex
@@ -112,6 +112,13 @@ class _Editing:
                 new = f'  <dynamics damping="{number(joint.damping)}" friction="{number(joint.friction)}"/>\n  '
                 self.changes.append(_Change(at, at, new))
         self._open.pop()
+
+
+def _is(text: str, value: float) -> bool:
+    try:
+        return float(text) == value
+    except ValueError:  # a limit's effort, which nothing has read before
+        return False
 
 
 def _end_of_tag(content: bytes, start: int) -> int:

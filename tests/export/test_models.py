@@ -118,6 +118,12 @@ def test_simulate_takes_mujoco_as_its_plant(tmp_path: Path) -> None:
     path, logs = spec_file(tmp_path), [tmp_path / "own.csv", tmp_path / "mujoco.csv"]
     for plant, log in zip(("own", "mujoco"), logs, strict=True):
         assert stiction("simulate", path, "-o", log, "--plant", plant).code == 0
+    noted = stiction(
+        "simulate", spec_file(tmp_path, effects=effect("dead_zone", "w", width=1)), "-o", logs[1], "--plant", "mujoco"
+    )
+    assert "note: the plant is MuJoCo's: input w: dropped: a dead zone" in noted.err
+    path = spec_file(tmp_path)
+    assert stiction("simulate", path, "-o", logs[1], "--plant", "mujoco").code == 0
     own, other = (np.loadtxt(log, delimiter=",", skiprows=1) for log in logs)
     assert np.abs(own - other).max() < 1e-3
     assert is_one_message(stiction("simulate", path, "-o", logs[0], "--plant", "gazebo"))
@@ -200,6 +206,7 @@ def test_an_edited_robot_file_keeps_the_rest(tmp_path: Path) -> None:
     text = text.replace(
         '<dynamics damping="0.1" friction="0.35"/>', "<dynamics damping='0.1' friction='0.35' x:note='a > b'/>"
     )
+    text = text.replace('effort="150"', 'effort="strong"', 1)
     text = text.replace('<link name="base">', '<!-- kept --><x:strange a="&lt;1"/><link name="base">')
     robot.write_text(text, "utf-8")
     remarks(path, "urdf", tmp_path / "out.urdf")

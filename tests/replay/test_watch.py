@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from codegen.app.machine import Machine, load
-from codegen.app.watch import watch
+from codegen.app.watch import watch, watched_text
 from tests.app.command import SPECS, is_one_message, stiction
 
 BELT = SPECS / "belt_axis.yaml"
@@ -184,3 +184,9 @@ def test_a_machine_without_a_bound_is_refused(tmp_path: Path) -> None:
     assert is_one_message(done) and "no bound in newtons" in done.err
     assert is_one_message(stiction("watch", BELT, "--log", tmp_path / "absent.csv"))
     assert is_one_message(stiction("watch", BELT, "--log", tmp_path / "absent.csv", "--dwell", "-1"))
+
+
+def test_a_machine_that_always_reverses_is_not_called_sound() -> None:
+    rows = "t,x,u\n" + "".join(f"{k * PERIOD:.4f},{1e-4 * np.sin(0.3 * k):.9f},0\n" for k in range(1000))
+    seen = watch(belt(), "-", given=pieces(rows, 4096))
+    assert seen.tally.judged == 0 and "nothing was judged" in watched_text(seen)
