@@ -66,7 +66,13 @@ def test_a_law_moves_alike(law: str) -> None:
     assert spans_apart(*one(LAWS[law])) < TOLERANCE
 
 
-@pytest.mark.parametrize("kind", EFFECTS)
+QUICK = ("stribeck", "offset", "cogging", "spring", "inertia", "delay", "saturation")
+"""One of each way in which MuJoCo holds an effect; the others are left to `make check-all`, to spare a minute."""
+
+
+@pytest.mark.parametrize(
+    "kind", [kind if kind in QUICK else pytest.param(kind, marks=pytest.mark.slow) for kind in EFFECTS]
+)
 def test_an_effect_moves_alike_and_is_seen(kind: str) -> None:
     """And the model without the effect moves otherwise, so that the comparison sees it."""
     spec, system = one(effects=EFFECTS[kind])
