@@ -296,6 +296,7 @@ def simulate(
         Path, typer.Option("-o", "--output", parser=named_path, metavar="LOG", help="the CSV file to write")
     ],
     method: Annotated[str, typer.Option("--method", help="steps, or events: slow, exact between events")] = "steps",
+    plant: Annotated[str, typer.Option("--plant", help="own, or mujoco: the exported model in MuJoCo")] = "own",
     as_json: AsJson = False,
 ) -> None:
     """Write a log from the plant of the spec, with its declared effects."""
@@ -303,12 +304,35 @@ def simulate(
     from codegen.base.progress import progress
 
     with progress() as tell:
-        result = simulate(spec, out, lambda share: tell("simulate", share), method)
+        result = simulate(spec, out, lambda share: tell("simulate", share), method, plant)
     if as_json:
         print_json(result.content)
         return
     errors.print(simulated_notes(result), end="")
     output.print(str(result.path))
+
+
+@app.command()
+def export(
+    spec: SpecPath,
+    to: Annotated[
+        str, typer.Option("--to", metavar="FORMAT", help="mjcf, urdf, sdf, csv-map, odrive, arduino or simulink")
+    ],
+    out: Annotated[
+        Path, typer.Option("-o", "--output", parser=named_path, metavar="FILE", help="file, or folder of a library")
+    ],
+    on: Annotated[str | None, typer.Option("--on", metavar="NAME", help="the coordinate of a map")] = None,
+    counts: Annotated[int | None, typer.Option("--counts", help="of a turn in csv-map; 3600 by default")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Write the machine as a simulator's model, a firmware's map or its observer as a library; say what is not held."""
+    from codegen.app.export import export, export_text
+
+    result = export(spec, to, out, on, counts)
+    if as_json:
+        print_json(result.content)
+    else:
+        output.print(export_text(result), end="")
 
 
 @app.command()
@@ -365,6 +389,32 @@ def replay(
         print_json(result.content)
     else:
         output.print(replayed_text(result), end="")
+
+
+@app.command()
+def watch(
+    spec: SpecPath,
+    log: Annotated[str, typer.Option("--log", metavar="LOG", help="a CSV file, or - for standard input")],
+    column: Columns = None,
+    dwell: Annotated[
+        float | None, typer.Option("--dwell", metavar="S", help="s out of the bound before it is said; 10 samples")
+    ] = None,
+    follow: Annotated[bool, typer.Option("--follow", help="wait at the end of the file for more rows")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Run the observer beside a machine, over rows as they arrive; say when friction leaves its certified bound.
+
+    Ends with the rows, or by Ctrl-C, with a short report. Exit status 3 where the bound was left.
+    """
+    from codegen.app.watch import alarm_text, watch, watched_text
+
+    tell = None if as_json else lambda alarm: output.print(alarm_text(alarm), end="")
+    result = watch(spec, log, _columns(column or []), dwell, follow, tell)
+    if as_json:
+        print_json(result.content)
+    else:
+        output.print(watched_text(result), end="")
+    raise typer.Exit(REFUSED if result.alarms else 0)
 
 
 @app.command()

@@ -15,10 +15,12 @@ if TYPE_CHECKING:
     from codegen.app.cancel import CancelReport
     from codegen.app.certify import Certified
     from codegen.app.diagnose import Diagnosed
+    from codegen.app.export import Exported
     from codegen.app.gains import GainReport
     from codegen.app.generate import Generated
     from codegen.app.overrides import Overrides
     from codegen.app.verify import Verified
+    from codegen.app.watch import Watched
     from codegen.replay.over_log import Replayed
     from codegen.simulate.simulated import Simulated
 
@@ -65,11 +67,23 @@ class Machine(Derived):
 
         return generate(self, folder, check_only, uncertified, overrides)
 
-    def simulate(self, out: File, progress: Callable[[float], None] | None = None, method: str = "steps") -> Simulated:
+    def simulate(
+        self,
+        out: File,
+        progress: Callable[[float], None] | None = None,
+        method: str = "steps",
+        plant: str = "own",
+    ) -> Simulated:
         """Write a log of the plant, driven as the spec's ``simulation:`` section says."""
         from codegen.app.simulate import simulate
 
-        return simulate(self, out, progress, method)
+        return simulate(self, out, progress, method, plant)
+
+    def export(self, to: str, out: File, on: str | None = None, counts: int | None = None) -> Exported:
+        """Write the machine in another format, such as a model of MuJoCo."""
+        from codegen.app.export import export
+
+        return export(self, to, out, on, counts)
 
     def diagnose(
         self,
@@ -113,6 +127,14 @@ class Machine(Derived):
         from codegen.app.replay import replay
 
         return replay(self, log, out, description, columns, only)
+
+    def watch(
+        self, log: File, columns: Mapping[str, str] | None = None, dwell: float | None = None, follow: bool = False
+    ) -> Watched:
+        """Run the observer over rows as they arrive; hold its estimates against the certified bound."""
+        from codegen.app.watch import watch
+
+        return watch(self, log, columns, dwell, follow)
 
 
 @verb

@@ -14,6 +14,8 @@ from codegen.simulate.closed_loop import simulate as simulate_plant
 from codegen.simulate.observed_loop import METHODS
 from codegen.simulate.simulated import Simulated, write_simulated
 
+PLANTS = ("own", "mujoco")
+
 
 @verb
 def simulate(
@@ -21,22 +23,38 @@ def simulate(
     out: str | Path,
     progress: Callable[[float], None] | None = None,
     method: str = "steps",
+    plant: str = PLANTS[0],
 ) -> Simulated:
     """Write a log of the plant of a spec, with its declared effects, driven as its ``simulation:`` section says.
 
     Args:
         method: of the plant: ``steps``, or ``events`` for the slow reference.
+        plant: ``own``, or ``mujoco``: the exported model in MuJoCo, in ``steps``.
 
     Raises:
-        BadInput: for a bad spec or one without ``simulation:``, another method, or a file that is not to be written.
+        BadInput: for a bad spec or one without ``simulation:``, another method or plant, a MuJoCo that
+            is not installed or cannot hold the machine, or a file that is not to be written.
     """
     chosen = next((known for known in METHODS if known == method), None)
     if chosen is None:
         raise BadInput("--method", f"`{method}`", " or ".join(METHODS), nearest_name(method, METHODS), code="CALL001")
+    if plant not in PLANTS:
+        raise BadInput("--plant", f"`{plant}`", " or ".join(PLANTS), nearest_name(plant, PLANTS), code="CALL001")
+    if plant != PLANTS[0] and chosen != METHODS[0]:
+        found = f"`{chosen}` with --plant {plant}"
+        raise BadInput("--method", found, f"`{METHODS[0]}`, or no --plant", code="CALL002")
     target = Path(out)
     refuse_target(target, {"the spec itself": Path(source)}, (".csv", ".txt"))
     machine = derived_from(source)
-    return write_simulated(target, machine.spec, simulate_plant(machine.spec, machine.system, progress, method=chosen))
+    spec, system = machine.spec, machine.system
+    make_plant, notes = None, tuple[str, ...]()
+    if plant != PLANTS[0]:
+        from codegen.export.mujoco_plant import mujoco_plant
+
+        make_plant, model = mujoco_plant(spec, system)
+        notes = tuple(remark.text for remark in model.remarks if remark.held != "exact")
+    run = simulate_plant(spec, system, progress, method=chosen, make_plant=make_plant)
+    return write_simulated(target, spec, run, notes)
 
 
 def simulated_notes(simulated: Simulated) -> str:

@@ -54,6 +54,11 @@ CODES: dict[str, tuple[str, str]] = {
     "SPEC033": ("A slope of the force or of the observer is infinite in the envelope.", "Keep away from that point."),
     "SPEC034": ("The simulated machine is unbounded.", "Look at inputs, gains and parameters."),
     "SPEC035": ("The event-driven integration cannot simulate this machine.", "Take `--method steps`."),
+    "SPEC036": (
+        "The machine has nothing that this format of `export` holds.",
+        "See docs/how-to/export_to_a_simulator.md.",
+    ),
+    "SPEC037": ("The observer has no certified bound in newtons.", "Run `stiction certify`, which says why."),
     "EFFECT001": ("A file with effects of your own cannot be used.", "See docs/effects.md, an effect of your own."),
     "LOG001": ("A log is damaged, or is no file of its format.", "Write it again from its source."),
     "LOG002": ("A log has a format that is not read.", "Convert it to one of the formats that are listed."),

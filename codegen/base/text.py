@@ -17,7 +17,7 @@ from markupsafe import Markup
 
 from codegen.base.resources import resource_folder
 from codegen.base.significant import with_deserved_digits
-from codegen.base.user_text import PRINTED, UserText, terminal_text
+from codegen.base.user_text import PRINTED, UserText, comment_text, terminal_text
 
 LANGUAGES = {
     ".c.j2": "c",
@@ -60,6 +60,7 @@ def environment(language: str = WORDS) -> Environment:
     made.filters["zip3"] = lambda a, b, c: list(zip(a, b, c, strict=True))
     made.filters["column_widths"] = lambda rows: [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
     made.filters["by_interval"] = with_deserved_digits
+    made.filters["comment"] = lambda line: Markup(comment_text(line))
     made.filters["decimal"] = lambda exact: f"{float(Fraction(exact)):.6g}"
     return made
 

@@ -102,6 +102,11 @@ def markup_text(text: str) -> str:
     return "".join(c if _shows(c) else REPLACEMENT for c in text)
 
 
+def comment_text(text: str) -> str:
+    """Within a comment of XML, which holds no double hyphen and does not end in one."""
+    return f"{markup_text(text)} ".replace("--", "- -").replace("--", "- -").rstrip()
+
+
 def _shows(character: str) -> bool:
     if character in "\n\t":
         return True

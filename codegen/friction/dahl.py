@@ -47,5 +47,9 @@ class Dahl(DynamicLaw):
     def level(self, slip_speed: sympy.Expr, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
         return p["a"]
 
+    def bristles(self, p: Mapping[str, sympy.Expr]) -> tuple[sympy.Expr, sympy.Expr] | None:
+        """With the exponent 1, z = f/c: z' = u − |u| c z."""
+        return (p["a"] * p["c"], sympy.Integer(0)) if p["i"] == 1 else None
+
     def slope_bound(self, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
         return sympy.Integer(0)

@@ -56,6 +56,15 @@ class FrictionLaw(ABC):
         """σ of a law λ = σ z, z' = u − (σ/level) z |u|; 0 for laws of another form."""
         return sympy.Integer(0)
 
+    def bristles(self, p: Mapping[str, sympy.Expr]) -> tuple[sympy.Expr, sympy.Expr] | None:
+        """(σ0, σ1) of a law of LuGre's form, None of another.
+
+        λ = σ0 z + σ1 z' + σ2 u with z' = u − σ0 |u| z/s(|u|), where s(|u|) is the level without its viscous part.
+        ``p`` are numbers: the form may hold for some values alone.
+        """
+        stiffness = self.bristle_stiffness(p)
+        return None if stiffness == 0 else (stiffness, sympy.Integer(0))
+
     @abstractmethod
     def slope_bound(self, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
         """A bound on |∂a/∂u| (Lemma 2.1 generalised), in force unit · s / slip unit; oo where there is none."""

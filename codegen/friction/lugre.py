@@ -41,6 +41,9 @@ class LuGre(DynamicLaw):
     def level(self, slip_speed: sympy.Expr, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
         return _stribeck(slip_speed, p) + p["sigma_2"] * slip_speed
 
+    def bristles(self, p: Mapping[str, sympy.Expr]) -> tuple[sympy.Expr, sympy.Expr] | None:
+        return p["sigma_0"], p["sigma_1"]
+
     def slope_bound(self, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
         """The Gaussian is steepest at v_s/√2, by √2 exp(−1/2) (F_s − F_c)/v_s."""
         steepest = sympy.sqrt(2) * sympy.exp(-sympy.Rational(1, 2)) * (p["F_s"] - p["F_c"]) / p["v_s"]

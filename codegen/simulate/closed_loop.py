@@ -14,7 +14,7 @@ from codegen.mechanics.system import System
 from codegen.observers import observer_of
 from codegen.simulate.declared_control import declared_controller, input_limit
 from codegen.simulate.loop_run import LoopRun
-from codegen.simulate.observed_loop import Method, run_loop
+from codegen.simulate.observed_loop import Method, PlantMaker, run_loop
 from codegen.simulate.observer_in_loop import Cancellation, ObserverInLoop, generated_observer
 from codegen.simulate.runnable import steps_a_sample
 from codegen.simulate.sensors import Sensors
@@ -32,6 +32,7 @@ def simulate(
     progress: Callable[[float], None] | None = None,
     twin: bool = False,
     method: Method = "steps",
+    make_plant: PlantMaker | None = None,
 ) -> LoopRun:
     """Simulate ``spec.simulation`` on ``system``.
 
@@ -45,7 +46,7 @@ def simulate(
         system: the machine, with its effects; it may differ from what the spec declares.
         progress: called with the share that is done, from 0 to 1.
         twin: whether the observer is the Python twin and not the compiled C.
-        method: of the plant, see ``run_loop``.
+        method, make_plant: of the plant, see ``run_loop``.
 
     Raises:
         BadInput: if the spec has no simulation section, a reference or gain has no counterpart, a contact's law cannot
@@ -80,6 +81,7 @@ def simulate(
         seed=simulation.seed,
         progress=progress,
         method=method,
+        make_plant=make_plant,
     )
     moves = np.isfinite(run.true_positions).all(axis=1) & np.isfinite(run.true_velocities).all(axis=1)
     if not moves.all():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import TYPE_CHECKING, Any, Literal, Protocol, get_args
 
 import casadi
 import numpy as np
@@ -30,6 +30,27 @@ PARTS = 20
 PERFECT = Sensors()
 
 
+class MovedPlant(Protocol):
+    """A plant that a loop moves sample by sample.
+
+    Attributes:
+        state: (2 n or more,) positions and velocities first; positions, velocities: (n,) views of them.
+        forces: (contacts,) λ at the beginning of the last sample.
+    """
+
+    state: Array
+    positions: Array
+    velocities: Array
+    forces: Array
+
+    def move(self, time: float, command: Array) -> None:
+        """One sample on under a command held from ``time``."""
+
+
+PlantMaker = Callable[[float, Array, Array], MovedPlant]
+"""(sample time, positions, velocities at the start) → a plant."""
+
+
 def run_loop(
     system: System,
     period: float,
@@ -45,6 +66,7 @@ def run_loop(
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
     method: Method = "steps",
+    make_plant: PlantMaker | None = None,
 ) -> LoopRun:
     """Run a machine under a sampled controller, with a sampled observer beside it.
 
@@ -67,6 +89,7 @@ def run_loop(
         seed: of the noise.
         progress: called with the share that is done, from 0 to 1.
         method: of the plant: the time stepper, or the slow reference that is exact between events.
+        make_plant: another plant in place of both, such as one of another simulator.
 
     Returns:
         The run; NaN from where the motion is not finite.
@@ -79,8 +102,10 @@ def run_loop(
         raise ValueError("a cancellation without an observer; expected one whose estimates it cancels")
     n, m = system.degrees_of_freedom, len(system.inputs)
     x, v = (np.zeros(n), np.zeros(n)) if start is None else (np.array(part, dtype=float) for part in start)
-    plant: _Plant | EventPlant
-    if method == "events":
+    plant: MovedPlant | EventPlant
+    if make_plant is not None:
+        plant = make_plant(period, x, v)
+    elif method == "events":
         # SciPy's integrators cost a second that the time stepper need not pay.
         from codegen.simulate.event_plant import EventPlant
 

@@ -19,6 +19,7 @@ class Simulated(Shown):
 
     Attributes:
         excursions: where the motion leaves the spec's envelope, the worst first.
+        notes: what another simulator's plant holds by the nearest, or not at all.
         gain, share: ``gain`` of ``cancellation:`` and ``cancel`` of ``simulation:``, whose product of the friction
             estimate the input cancels; None where it cancels none.
     """
@@ -27,6 +28,7 @@ class Simulated(Shown):
     excursions: tuple[Excursion, ...]
     gain: float | None = None
     share: float | None = None
+    notes: tuple[str, ...] = ()
 
     @property
     def summary(self) -> Mapping[str, object]:
@@ -43,10 +45,11 @@ class Simulated(Shown):
             "excursions": excursions,
             "gain": self.gain,
             "share": self.share,
+            "notes": list(self.notes),
         }
 
 
-def write_simulated(path: Path, spec: Spec, run: LoopRun) -> Simulated:
+def write_simulated(path: Path, spec: Spec, run: LoopRun, notes: tuple[str, ...] = ()) -> Simulated:
     """Write a run's log.
 
     Raises:
@@ -55,4 +58,4 @@ def write_simulated(path: Path, spec: Spec, run: LoopRun) -> Simulated:
     write_log(path, spec, run)
     share = spec.simulation.cancel if spec.simulation is not None else None
     gain = float(spec.cancellation.gain) if spec.cancellation is not None else 1.0
-    return Simulated(path, excursions(spec, run), None if share is None else gain, share)
+    return Simulated(path, excursions(spec, run), None if share is None else gain, share, notes)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
+from pathlib import Path
 from typing import Literal
 
 Vector = tuple[Fraction, Fraction, Fraction]
@@ -64,6 +65,7 @@ class KinematicTree:
         file: the robot description's name; ``sha256`` is of its bytes.
         tolerance: of the bodies' inertial parameters, where the spec gives one.
         base_parameters: (name, value in SI) of those that stand in place of the file's.
+        path: of the file, where it was read from one.
     """
 
     bodies: tuple[MovingBody, ...]
@@ -72,3 +74,4 @@ class KinematicTree:
     sha256: str
     tolerance: LinkTolerance | None = None
     base_parameters: tuple[tuple[str, Fraction], ...] = ()
+    path: Path | None = field(default=None, compare=False)

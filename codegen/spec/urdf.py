@@ -95,7 +95,7 @@ class _Reading:
                 str(self.file.path), "no moving joint", f"at least one joint: {', '.join(MOVING)}", code="SPEC031"
             )
         digest = hashlib.sha256(self.file.content).hexdigest()
-        return KinematicTree(self._moving_bodies(), _vector(gravity), self.file.path.name, digest)
+        return KinematicTree(self._moving_bodies(), _vector(gravity), self.file.path.name, digest, path=self.file.path)
 
     def _root(self) -> str:
         parent: dict[str, str] = {}

@@ -23,7 +23,7 @@ _LEFT_OUT = "…"
 
 @dataclass(frozen=True)
 class Step:
-    """A command of the page, the lines shown below it, and the programs or packages that it cannot do without."""
+    """A command of the page, the lines shown below it, and the programs or Python packages that it needs."""
 
     command: str
     shown: list[str]

@@ -21,6 +21,7 @@ CALLS = {
     "verify": (SPECS.parent / "generated" / "one_mass" / "certificate.json",),
     "gains": (SPEC,),
     "generate": (SPEC, "-o", "out"),
+    "export": (SPEC, "--to", "mjcf", "-o", "out.xml"),
 }
 
 

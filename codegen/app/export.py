@@ -1,0 +1,133 @@
+"""``stiction export``: the machine of a spec in the format of a simulator, a firmware or a controller."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from codegen.app.derived import Derived, Source, derived_from
+from codegen.app.generate import refuse_hand_written
+from codegen.app.overrides import Overrides
+from codegen.base.border import verb
+from codegen.base.errors import BadInput
+from codegen.base.files import refuse_target, write_all, write_atomically
+from codegen.base.input_files import LARGEST_GENERATED, is_there, read_text
+from codegen.base.shown import Shown
+from codegen.base.text import render
+from codegen.base.user_text import file_text
+from codegen.base.version import VERSION
+from codegen.certify.outcome import Certificate
+from codegen.export.controller import Controller
+from codegen.export.remarks import Remark
+from codegen.export.targets import TARGETS, Choices, robot_file, target_of
+from codegen.spec.model import Spec
+
+MARK = "Written by stiction export"
+
+
+@dataclass(frozen=True, repr=False)
+class Exported(Shown):
+    """What ``export`` wrote.
+
+    Attributes:
+        path: the file, or the folder.
+        target: its format.
+        files: names in a folder; () of a single file.
+        remarks: what it holds of the machine, and what the rest costs.
+    """
+
+    path: Path
+    target: str
+    files: tuple[str, ...]
+    remarks: tuple[Remark, ...]
+
+    @property
+    def summary(self) -> Mapping[str, object]:
+        lost = [r.where for r in self.remarks if r.held == "dropped"]
+        return {"file": self.path, "format": self.target, "not held": ", ".join(lost) or "nothing"}
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """The JSON object that the command prints."""
+        return {
+            "format": "stiction-export/1",
+            "target": self.target,
+            "path": str(self.path),
+            "files": list(self.files),
+            "remarks": [r.content for r in self.remarks],
+        }
+
+
+@verb
+def export(source: Source, to: str, out: str | Path, on: str | None = None, counts: int | None = None) -> Exported:
+    """Write the machine of a spec, with its friction laws and declared effects, in another format.
+
+    Args:
+        to: a name of ``TARGETS``.
+        out: the file; for a format of several files the folder.
+        on: the coordinate of a map; not needed where only one has a force that repeats with the position.
+        counts: of a turn in a map; 3600 by default.
+
+    Raises:
+        BadInput: for a bad spec, an unknown format, a machine that the format cannot hold, or a file that stiction did
+            not write.
+    """
+    target, path = target_of(to), Path(out)
+    machine = derived_from(source)
+    spec = machine.spec
+    sources = {"the spec itself": spec.path}
+    robot = robot_file(spec)
+    if robot is not None:
+        sources["the robot file that the spec names"] = robot
+    if not target.endings:
+        refuse_target(path / "manifest.json")
+    else:
+        refuse_target(path, sources, target.endings)
+        _refuse_foreign(path)
+    choices = Choices(_header(spec, to), on, *([counts] if counts is not None else []))
+    made = target.write(_Exportable(machine), choices)
+    if not target.endings:
+        refuse_hand_written(path, made.files)
+        write_all(path, made.files, ("manifest.json",))
+        return Exported(path, to, tuple(made.files), made.remarks)
+    write_atomically(path, made.files[""])
+    return Exported(path, to, (), made.remarks)
+
+
+class _Exportable:
+    """A machine as the targets ask for it."""
+
+    def __init__(self, machine: Derived) -> None:
+        self._machine = machine
+        self.spec, self.system = machine.spec, machine.system
+
+    def controller(self, precision: str) -> Controller:
+        machine = self._machine.with_overrides(Overrides(precision=precision))
+        outcome = machine.outcome
+        if isinstance(outcome, Certificate):
+            claim = f"Certified rate {outcome.decay_rate:.6g} 1/s over the envelope, by `stiction certify`."
+            return Controller(machine.program, machine.sources, claim, True)
+        return Controller(machine.program, machine.sources, outcome.reason, False)
+
+
+def export_text(exported: Exported) -> str:
+    """What was written, and what it does not hold, in words."""
+    return render("text/exported.txt.j2", e=exported)
+
+
+def _header(spec: Spec, to: str) -> list[str]:
+    """No date, so that the same spec gives the same bytes."""
+    file = file_text(spec.path.name)
+    robot = [] if spec.robot is None else [f"robot file {file_text(spec.robot[0])}, SHA-256 {spec.robot[1]}"]
+    return [f"{MARK} {VERSION} from {file}, format {to}", f"spec SHA-256 {spec.sha256}", *robot]
+
+
+def _refuse_foreign(path: Path) -> None:
+    if is_there(path) and MARK not in read_text(path, "a file that stiction wrote", LARGEST_GENERATED)[:4096]:
+        found = "a file that stiction did not write"
+        raise BadInput(str(path), found, "another name; nothing was replaced", code="FILE004")
+
+
+__all__ = ["TARGETS", "Exported", "export", "export_text"]

@@ -1,0 +1,141 @@
+"""``stiction watch``: the generated observer beside a running machine, held against the certified bound."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from codegen.app.derived import Source, derived_from
+from codegen.base.border import verb
+from codegen.base.errors import BadInput
+from codegen.base.shown import Shown
+from codegen.base.text import render
+from codegen.certify.outcome import Certificate
+from codegen.replay.engine import engine_for
+from codegen.replay.live import Stop, live_blocks, pieces
+from codegen.replay.watch import Alarm, Limit, Tally, Watch, is_watchable
+
+DWELL = 10
+"""Samples out of the bound before it is said."""
+
+
+@dataclass(frozen=True, repr=False)
+class Watched(Shown):
+    """What ``watch`` saw.
+
+    Attributes:
+        limits: what was held against which bound, from ``settle`` seconds after a reversal on.
+        alarms: when an estimate was out of its bound for longer than the dwell time.
+        ended: how it ended, in words.
+    """
+
+    name: str
+    limits: tuple[Limit, ...]
+    settle: float
+    dwell: float
+    tally: Tally
+    alarms: tuple[Alarm, ...]
+    ended: str
+
+    @property
+    def summary(self) -> Mapping[str, object]:
+        judged = f"{self.tally.judged} of {self.tally.samples}"
+        return {"machine": self.name, "samples judged": judged, "alarms": len(self.alarms)}
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """The JSON object that the command prints."""
+        tally = self.tally
+        worst = zip(self.limits, tally.worst, strict=True)
+        return {
+            "format": "stiction-watch/1",
+            "name": self.name,
+            "samples": tally.samples,
+            "judged": tally.judged,
+            "outside": tally.outside,
+            "faults": tally.faults,
+            "from": tally.first,
+            "to": tally.last,
+            "settle": self.settle,
+            "dwell": self.dwell,
+            "limits": [
+                {"where": limit.where, "bound": limit.bound, "unit": limit.unit, "worst": share * limit.bound}
+                for limit, share in worst
+            ],
+            "alarms": [alarm.content for alarm in self.alarms],
+            "ended": self.ended,
+        }
+
+
+@verb
+def watch(
+    source: Source,
+    log: str | Path,
+    columns: Mapping[str, str] | None = None,
+    dwell: float | None = None,
+    follow: bool = False,
+    tell: Callable[[Alarm], None] | None = None,
+    given: Iterator[bytes] | None = None,
+) -> Watched:
+    """Run the observer over rows as they arrive, until they end or Ctrl-C is pressed.
+
+    Args:
+        log: a CSV file, or ``-`` for standard input.
+        columns: how the log names its columns.
+        dwell: s for which an estimate must be out of its bound; 10 samples by default.
+        follow: wait at the end of the file for more.
+        tell: called with each alarm when it begins.
+        given: the bytes, in place of what ``log`` names.
+
+    Raises:
+        BadInput: for a bad spec, one without a certified bound, or a log that cannot be used.
+    """
+    machine = derived_from(source)
+    spec, system, program = machine.spec, machine.system, machine.program
+    outcome = machine.outcome
+    text = outcome.proofs.get("bound.json") if isinstance(outcome, Certificate) else None
+    if text is None:
+        why = "no certificate" if not isinstance(outcome, Certificate) else "no bound in newtons"
+        expected = "an observer that `stiction certify` bounds in newtons: noise and accelerations in the envelope"
+        raise BadInput(spec.place("observer"), why, expected, code="SPEC037")
+    bound = json.loads(text)
+    if not is_watchable(system, bound):
+        found = "a law with states"
+        raise BadInput(spec.place("friction"), found, "a friction law of zero memory", code="SPEC020")
+    period = float(machine.observer.sample_time)
+    if dwell is not None and not dwell >= 0:
+        raise BadInput("--dwell", f"{dwell:g} s", "zero or a positive time", code="CALL001")
+    patience = DWELL if dwell is None else max(round(dwell / period), 1)
+    watched = Watch(spec, system, program, bound, engine_for(program, machine.sources), patience)
+    rows = given if given is not None else pieces(str(log), follow)
+    ended, stop = "the rows ended", Stop()
+    with stop.heeded():
+        try:
+            for block in live_blocks(spec, program, period, str(log), stop.until_asked(rows), columns):
+                for alarm in watched.take(block):
+                    if tell is not None:
+                        tell(alarm)
+        except KeyboardInterrupt:
+            ended = "interrupted"
+    return Watched(
+        spec.name,
+        watched.limits,
+        watched.settle * period,
+        patience * period,
+        watched.tally,
+        tuple(watched.alarms),
+        ended,
+    )
+
+
+def alarm_text(alarm: Alarm) -> str:
+    """An alarm in one line."""
+    return render("text/alarm.txt.j2", a=alarm)
+
+
+def watched_text(watched: Watched) -> str:
+    """The report at the end."""
+    return render("text/watched.txt.j2", w=watched)

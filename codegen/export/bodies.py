@@ -1,0 +1,153 @@
+"""The bodies of a machine with their joints, as simulators describe them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import atan2, pi, sqrt
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codegen.export.mechanism import Mechanism
+from codegen.export.numbers import number, numbers
+
+Array = NDArray[np.float64]
+MARGIN = 1e-9
+"""Of the triangle inequality of principal moments."""
+APART = 0.3
+"""Metres between the bodies of a machine that has no robot file, to see them."""
+
+
+@dataclass(frozen=True)
+class Link:
+    """A body and the joint that moves it.
+
+    Attributes:
+        name: of the joint, which is the coordinate's.
+        parent: index of the link that carries the joint, −1 for the base.
+        turns: whether the joint is a hinge; else it slides.
+        offset, rotation: of the joint's frame in the parent's: metres, and a matrix.
+        axis: of the joint, in its frame.
+        mass, centre, inertia: of the body; its inertia is about the centre of mass.
+    """
+
+    name: str
+    parent: int
+    turns: bool
+    offset: Array
+    rotation: Array
+    axis: Array
+    mass: float
+    centre: Array
+    inertia: Array
+
+    # As text, for templates.
+
+    @property
+    def pos(self) -> str:
+        return numbers(self.offset)
+
+    @property
+    def quat(self) -> str:
+        """w, x, y, z."""
+        return numbers(quaternion(self.rotation))
+
+    @property
+    def rpy(self) -> str:
+        """Roll, pitch and yaw about fixed axes."""
+        return numbers(roll_pitch_yaw(self.rotation))
+
+    @property
+    def axis_text(self) -> str:
+        return numbers(self.axis)
+
+    @property
+    def com(self) -> str:
+        return numbers(self.centre)
+
+    @property
+    def mass_text(self) -> str:
+        return number(self.mass)
+
+    @property
+    def full(self) -> str:
+        """xx, yy, zz, xy, xz, yz."""
+        i = self.inertia
+        return numbers([i[0, 0], i[1, 1], i[2, 2], i[0, 1], i[0, 2], i[1, 2]])
+
+    @property
+    def moments(self) -> list[tuple[str, str]]:
+        """Names and values of the tensor's entries."""
+        places = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}
+        return [(name, number(self.inertia[at])) for name, at in places.items()]
+
+
+def links_of(mechanism: Mechanism) -> list[Link]:
+    """The bodies in the order of the coordinates."""
+    if mechanism.tree is None:
+        units = zip(mechanism.system.positions, mechanism.system.position_units, mechanism.inertias, strict=True)
+        return [_plain(k, x.name, unit == "rad", inertia) for k, (x, unit, inertia) in enumerate(units)]
+    found = []
+    for body in mechanism.tree.bodies:
+        # Exact, since the parallel-axis theorem takes the difference of two large numbers where the frame is far away.
+        exact = np.array(body.first_moment, dtype=object) / body.mass
+        about = np.array(body.inertia, dtype=object) - body.mass * (
+            (exact @ exact) * np.eye(3, dtype=int).astype(object) - np.outer(exact, exact)
+        )
+        c, inertia = exact.astype(float), of_a_body(about.astype(float))
+        offset, axis = np.array(body.offset, dtype=float), np.array(body.axis, dtype=float)
+        rotation, turns = np.array(body.rotation, dtype=float), body.kind == "revolute"
+        found.append(Link(body.joint, body.parent, turns, offset, rotation, axis, float(body.mass), c, inertia))
+    return found
+
+
+def of_a_body(inertia: Array) -> Array:
+    """The nearest inertia that a body can have: its largest principal moment is at most the sum of the others.
+
+    Robot files round their numbers, and a thin plate is at the edge; simulators refuse what is beyond. The two smaller
+    moments are raised, by at most what the reader of a robot file lets through, 1e-3 of the largest.
+    """
+    moments, axes = np.linalg.eigh(inertia)
+    lacking = moments[2] * (1 + MARGIN) - moments[0] - moments[1]
+    if lacking <= 0:
+        return inertia
+    moments[:2] += lacking / 2
+    return np.asarray((axes * moments) @ axes.T)
+
+
+def _plain(index: int, name: str, turns: bool, inertia: float) -> Link:
+    """A body of its own: it slides along x, or turns about z."""
+    axis = np.array([0.0, 0.0, 1.0] if turns else [1.0, 0.0, 0.0])
+    mass, size = (1.0, inertia) if turns else (inertia, 1.0)
+    offset = np.array([0.0, round(APART * index, 1), 0.0])
+    return Link(name, -1, turns, offset, np.eye(3), axis, mass, np.zeros(3), size * np.eye(3))
+
+
+def roll_pitch_yaw(r: Any) -> list[float]:
+    """Angles of a rotation matrix; with a pitch of a quarter turn the roll is zero."""
+    pitch = atan2(-r[2, 0], sqrt(r[0, 0] ** 2 + r[1, 0] ** 2))
+    if abs(abs(pitch) - pi / 2) < 1e-9:
+        return [0.0, float(pitch), float(atan2(-r[0, 1], r[1, 1]))]
+    return [float(atan2(r[2, 1], r[2, 2])), float(pitch), float(atan2(r[1, 0], r[0, 0]))]
+
+
+def quaternion(rotation: Any) -> list[float]:
+    """(w, x, y, z) of a rotation matrix, by its largest component."""
+    r = rotation
+    squares = [
+        1 + r[0, 0] + r[1, 1] + r[2, 2],
+        1 + r[0, 0] - r[1, 1] - r[2, 2],
+        1 - r[0, 0] + r[1, 1] - r[2, 2],
+        1 - r[0, 0] - r[1, 1] + r[2, 2],
+    ]
+    largest = int(np.argmax(squares))
+    products = np.array(
+        [
+            [squares[0], r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]],
+            [r[2, 1] - r[1, 2], squares[1], r[1, 0] + r[0, 1], r[0, 2] + r[2, 0]],
+            [r[0, 2] - r[2, 0], r[1, 0] + r[0, 1], squares[2], r[2, 1] + r[1, 2]],
+            [r[1, 0] - r[0, 1], r[0, 2] + r[2, 0], r[2, 1] + r[1, 2], squares[3]],
+        ]
+    )
+    return [float(q) for q in products[largest] / (2 * sqrt(squares[largest]))]

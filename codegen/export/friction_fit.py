@@ -1,0 +1,111 @@
+"""A friction law's steady sliding in the few terms that a simulator has, and what that costs in force.
+
+The terms: a level, powers of the speed, and a rise r exp(−(s/v_s)²) at standstill (Stribeck). A law that is a sum of
+terms that the target has is taken as it stands. Any other is fitted by least squares over the speeds of the envelope,
+with no term negative, so that what is exported never drives.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+from scipy.optimize import nnls
+
+from codegen.export.mechanism import HIGHEST, SPEED
+from codegen.mechanics.casadi_form import to_casadi
+
+Array = NDArray[np.float64]
+WIDTHS = 120
+
+
+@dataclass(frozen=True)
+class Terms:
+    """level + Σ damping_j s^(j+1) + rise exp(−(s/stribeck)²) over the speed s > 0; ``stribeck`` is 0 without a rise."""
+
+    level: float
+    damping: tuple[float, ...]
+    rise: float = 0.0
+    stribeck: float = 0.0
+
+    def at(self, speed: Array) -> Array:
+        force = self.level + sum(d * speed ** (j + 1) for j, d in enumerate(self.damping)) + 0 * speed
+        return force + self.rise * np.exp(-((speed / self.stribeck) ** 2)) if self.rise else force
+
+
+@dataclass(frozen=True)
+class FrictionFit:
+    """Terms with their error over the speeds of the envelope, in force: the largest, and the root mean square."""
+
+    terms: Terms
+    exact: bool
+    worst: float
+    rms: float
+
+    def cost(self, unit: str) -> tuple[float | None, float | None, str]:
+        """What a remark says of it."""
+        return (None, None, "") if self.exact else (self.worst, self.rms, unit)
+
+
+def fit_friction(level: sympy.Expr, speeds: Array, powers: int, stribeck: bool) -> FrictionFit:
+    """The nearest terms.
+
+    Args:
+        level: over SPEED, in force.
+        speeds: where it is compared.
+        powers: of the speed that the target has: 1 for viscous friction alone. A law is fitted by the first alone:
+            higher powers of a fit run away beyond the envelope.
+        stribeck: whether it has the rise at standstill.
+    """
+    found = _exact(level, powers, stribeck)
+    values = level_at(level, speeds)
+    if found is not None:
+        return FrictionFit(found, True, 0.0, 0.0)
+    best: tuple[float, Terms] | None = None
+    widths = np.geomspace(speeds[-1] / 1000, speeds[-1] * 2, WIDTHS) if stribeck else [0.0]
+    for width in widths:
+        columns = [np.ones_like(speeds), speeds]
+        if width:
+            columns.append(np.exp(-((speeds / width) ** 2)))
+        scale = np.array([np.linalg.norm(c) for c in columns])
+        weights, distance = nnls(np.column_stack(columns) / scale, values)
+        weights = weights / scale
+        damping = (float(weights[1]), *(0.0,) * (HIGHEST - 1))
+        terms = Terms(float(weights[0]), damping, *((float(weights[-1]), float(width)) if width else ()))
+        if best is None or distance < best[0]:
+            best = distance, terms
+    assert best is not None
+    error = best[1].at(speeds) - values
+    return FrictionFit(best[1], False, float(np.abs(error).max()), float(np.sqrt(np.mean(error**2))))
+
+
+def level_at(level: sympy.Expr, speeds: Array) -> Array:
+    """A level over SPEED at many speeds."""
+    at = casadi.SX.sym("s")
+    function = casadi.Function("level", [at], [casadi.densify(to_casadi(sympy.sympify(level), {SPEED: at}))])
+    return np.asarray(function(speeds[None, :]).full().ravel(), dtype=float)
+
+
+def _exact(level: sympy.Expr, powers: int, stribeck: bool) -> Terms | None:
+    """The law's own terms, or None where the target has not all of them."""
+    constant, rise, width = 0.0, 0.0, 0.0
+    damping = [0.0] * HIGHEST
+    for term in sympy.Add.make_args(sympy.expand(level)):
+        factor, shape = term.as_independent(SPEED)
+        value = float(factor)
+        power = next((j for j in range(1, powers + 1) if shape == SPEED**j), None)
+        if shape == 1:
+            constant += value
+        elif power is not None:
+            damping[power - 1] += value
+        elif stribeck and rise == 0 and value > 0 and isinstance(shape, sympy.exp):
+            slope = sympy.expand(shape.args[0]).coeff(SPEED, 2)
+            if sympy.expand(shape.args[0] - slope * SPEED**2) != 0 or not float(slope) < 0:
+                return None
+            rise, width = value, float((-slope) ** sympy.Rational(-1, 2))
+        else:
+            return None
+    return Terms(constant, tuple(damping), rise, width) if constant >= 0 else None

@@ -1,0 +1,164 @@
+"""What stays of a machine where a joint has viscous damping and Coulomb friction alone: URDF, and SDF with a spring."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import sympy
+
+from codegen.export.friction_fit import fit_friction
+from codegen.export.means import combination, unit_along, with_means
+from codegen.export.mechanism import SPEED, Drive, Line, Mechanism, unit_direction
+from codegen.export.region import Region
+from codegen.export.remarks import Held, Remark
+from codegen.spec.model import Spec
+
+
+@dataclass(frozen=True)
+class JointTerms:
+    """A joint's ``<dynamics>``: damping·v + friction·sgn(v); where it has a spring,
+    −stiffness (x − reference).
+
+    Attributes:
+        effort: the greatest force of its drive, or None where no saturation is declared.
+    """
+
+    name: str
+    damping: float
+    friction: float
+    stiffness: float = 0.0
+    reference: float = 0.0
+    effort: float | None = None
+
+
+def joint_terms(
+    spec: Spec, mechanism: Mechanism, target: str, springs: bool
+) -> tuple[tuple[JointTerms, ...], tuple[Remark, ...]]:
+    """The terms of each joint, and what they hold of the machine.
+
+    Args:
+        target: its name in the remarks.
+        springs: whether its joints have linear springs.
+    """
+    reduction = _Reduction(spec, mechanism, target, springs)
+    joints = tuple(reduction.joint(i) for i in range(len(mechanism.system.positions)))
+    reduction.others()
+    return joints, tuple(reduction.remarks)
+
+
+class _Reduction:
+    def __init__(self, spec: Spec, mechanism: Mechanism, target: str, springs: bool) -> None:
+        self.system, self.target, self.springs = mechanism.system, target, springs
+        self.region = Region(spec, self.system)
+        self.remarks: list[Remark] = []
+        self.mechanism = with_means(mechanism, self.region, self.remarks)
+        self._n = len(self.system.positions)
+
+    def joint(self, index: int) -> JointTerms:
+        x = self.system.positions[index]
+        direction = unit_direction(index, self._n)
+        line = self.mechanism.joint_line(index) or Line(direction)
+        level = sympy.Add(*[f.level for f in line.frictions])
+        level += sympy.Add(*[sympy.Float(d) * SPEED ** (j + 1) for j, d in enumerate(line.damping) if d])
+        unit = unit_along(self.system, direction)
+        fit = fit_friction(level, self.region.speeds(direction), 1, False)
+        terms = fit.terms
+        if level != 0:
+            held: Held = "exact" if fit.exact else "nearest"
+            how = f"damping {terms.damping[0]:.6g}, friction {terms.level:.6g}"
+            if not fit.exact:
+                how += " by least squares over the envelope's speeds"
+            for f in line.frictions:
+                if f.at_rest is not None:
+                    held, how = "nearest", f"{how}; the level at rest, {f.at_rest:.6g} {unit}, is lost"
+            if any(f.has_states for f in line.frictions):
+                held, how = "nearest", f"{how}; how the law's states move before it slides is lost"
+            self.remarks.append(Remark(f"friction on {x}", held, how, *fit.cost(unit)))
+        stiffness = line.stiffness[0] if self.springs else 0.0
+        reference = line.constant / stiffness if stiffness else 0.0
+        if stiffness:
+            self.remarks.append(Remark(f"spring on {x}", "exact", f"{stiffness:.6g}, at rest at {reference:.6g}"))
+        self._lost(line, direction, stiffness, reference)
+        if self.mechanism.tree is not None and self.mechanism.inertias[index]:
+            how = f"{self.mechanism.inertias[index]:.6g} of inertia at the joint: {self.target} has none there"
+            self.remarks.append(Remark(f"inertia of {x}", "dropped", how))
+        return JointTerms(x.name, terms.damping[0], terms.level, stiffness, reference, self._effort(index))
+
+    def _lost(self, line: Line, direction: tuple[float, ...], stiffness: float, reference: float) -> None:
+        """Forces of the position, and constant ones, that the target has not."""
+        index = direction.index(1.0)
+        x = self.system.positions[index]
+        force = sympy.Float(line.constant) - sympy.Add(
+            *[sympy.Float(k) * x ** (j + 1) for j, k in enumerate(line.stiffness)]
+        )
+        force += sympy.Add(*[w.amplitude * sympy.sin(w.rate * x + w.phase) for w in line.waves])
+        force = sympy.expand(force + stiffness * (x - reference))
+        if any(line.stiffness) or line.waves or line.constant:
+            values = self.region.sampled(force, direction)
+            if np.abs(values).max() > 0:
+                parts = [
+                    *(["a constant force"] if line.constant and not stiffness else []),
+                    *(["a spring"] if any(line.stiffness[1 if stiffness else 0 :]) else []),
+                    *(["a periodic force"] if line.waves else []),
+                ]
+                self._drop(f"force on {x}", f"{', '.join(parts)}: {self.target} has none", values, direction)
+
+    def others(self) -> None:
+        """Lines between coordinates, drives, sensors."""
+        for line in self.mechanism.lines:
+            moved = [c for c in line.direction if c]
+            if len(moved) > 1:
+                words = combination(line.direction, self.system)
+                level = sympy.Add(*[f.level for f in line.frictions])
+                level += sympy.Add(*[sympy.Float(d) * SPEED ** (j + 1) for j, d in enumerate(line.damping) if d])
+                if level != 0:
+                    values = self.region.sampled(level, line.direction)
+                    self._drop(
+                        f"friction along {words}", f"{self.target} has it on joints alone", values, line.direction
+                    )
+                if any(line.stiffness):
+                    names = zip(line.direction, self.system.positions, strict=True)
+                    way = sympy.Add(*[sympy.Float(c) * x for c, x in names if c])
+                    force = sympy.Add(*[sympy.Float(k) * way ** (j + 1) for j, k in enumerate(line.stiffness) if k])
+                    values = self.region.sampled(force, line.direction)
+                    self._drop(
+                        f"spring along {words}", f"{self.target} has none between joints", values, line.direction
+                    )
+        for drive in self.mechanism.drives:
+            self._drive(drive)
+        for x in self.system.sensor_errors:
+            self.remarks.append(
+                Remark(f"sensor of {x}", "dropped", f"its error: {self.target} describes no sensor of a joint")
+            )
+
+    def _drive(self, drive: Drive) -> None:
+        w, unit = self.system.inputs[drive.index], self.system.input_units[drive.index]
+        where = f"input {w}"
+        moved = [c for c in drive.direction if c]
+        if moved != [1.0]:
+            words = combination(drive.direction, self.system)
+            self.remarks.append(
+                Remark(where, "dropped", f"its gain: a joint takes a force; here one {unit} is {words}")
+            )
+        for name, value in (("delay", drive.delay), ("lag", drive.lag)):
+            if value:
+                self.remarks.append(Remark(where, "dropped", f"a {name} of {value:.6g} s: {self.target} has none"))
+        if drive.dead_zone:
+            lost = np.array([drive.dead_zone * max(map(abs, drive.direction))])
+            self._drop(where, f"a dead zone of {drive.dead_zone:.6g} {unit} of command", lost, drive.direction)
+        if drive.limit is not None and len(moved) == 1:
+            self.remarks.append(Remark(where, "exact", f"limited by the effort {drive.limit * abs(moved[0]):.6g}"))
+        elif drive.limit is not None:
+            self.remarks.append(Remark(where, "dropped", f"its limit of {drive.limit:.6g} {unit}"))
+
+    def _effort(self, index: int) -> float | None:
+        """Of a joint that one limited input alone moves."""
+        drives = [d for d in self.mechanism.drives if d.direction[index]]
+        if len(drives) != 1 or drives[0].limit is None or sum(map(bool, drives[0].direction)) != 1:
+            return None
+        return drives[0].limit * abs(drives[0].direction[index])
+
+    def _drop(self, where: str, how: str, values: np.ndarray, direction: tuple[float, ...]) -> None:
+        worst, rms = float(np.abs(values).max()), float(np.sqrt(np.mean(values**2)))
+        self.remarks.append(Remark(where, "dropped", how, worst, rms, unit_along(self.system, direction)))

@@ -1,0 +1,371 @@
+"""System → bodies on joints, and elements along lines, as multibody simulators describe a machine.
+
+A line is a combination y = Σ c_i x_i of coordinates with constant coefficients: a joint by itself, the slip of a
+contact between two bodies, or the way of a motor that drives several. An element pushes with a force f along it, which
+puts c_i f on coordinate i. Springs, dampers, friction, periodic forces and actuators are elements.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import sympy
+
+from codegen.base.errors import BadInput
+from codegen.friction import ZeroMemoryLaw
+from codegen.mechanics.build import build_system
+from codegen.mechanics.loads import with_loads
+from codegen.mechanics.system import TIME, ContactFriction, Matrix, System
+from codegen.mechanics.transmission import Transmission
+from codegen.spec.functions import Magnitude, Sgn
+from codegen.spec.kinematics import KinematicTree
+from codegen.spec.model import Spec
+
+Direction = tuple[float, ...]
+SPEED = sympy.Symbol("s", positive=True)
+"""The speed along a line, in the expressions of its friction."""
+HIGHEST = 3
+"""Powers of the position of a spring, and of the velocity of a damper."""
+
+
+@dataclass(frozen=True)
+class Wave:
+    """A periodic force along a line: amplitude·sin(rate·y + phase)."""
+
+    amplitude: float
+    rate: float
+    phase: float
+
+
+@dataclass(frozen=True)
+class LineFriction:
+    """Friction of one contact along a line, in the line's own units.
+
+    Attributes:
+        contact: its name.
+        level: over SPEED alone, in steady sliding: what opposes the motion.
+        bristles: (σ0, σ1) of a law of LuGre's form, else None.
+        has_states: whether its law has states, or another memory.
+        law: its name.
+        at_rest: the level at standstill, where the law jumps there; else None.
+    """
+
+    contact: str
+    law: str
+    level: sympy.Expr
+    bristles: tuple[float, float] | None
+    has_states: bool
+    at_rest: float | None = None
+
+
+@dataclass
+class Line:
+    """All that acts along one line.
+
+    Attributes:
+        constant: a force that does not depend on the motion.
+        stiffness, damping: of −Σ k_j y^(j+1) and −Σ d_j |y'|^(j+1) sgn(y'), j from 0.
+        waves: periodic forces.
+        frictions: of the contacts along it.
+        gap: full width of the play in which the spring does not act.
+    """
+
+    direction: Direction
+    constant: float = 0.0
+    stiffness: list[float] = field(default_factory=lambda: [0.0] * HIGHEST)
+    damping: list[float] = field(default_factory=lambda: [0.0] * HIGHEST)
+    waves: list[Wave] = field(default_factory=list)
+    frictions: list[LineFriction] = field(default_factory=list)
+    gap: float = 0.0
+
+
+@dataclass(frozen=True)
+class Drive:
+    """An input: its force along a line is the delayed, lagged and limited command, times 1.
+
+    Attributes:
+        index: of the input.
+        direction: of the line; the coefficients hold the gain.
+        limit: of the command, or None; delay and lag in s; dead_zone in the input's unit, before the gain.
+    """
+
+    index: int
+    direction: Direction
+    limit: float | None
+    delay: float
+    lag: float | None
+    dead_zone: float
+
+
+@dataclass(frozen=True)
+class Leftover:
+    """A force that is on no list above.
+
+    Attributes:
+        direction: the line along which it acts.
+        where: words, such as ``the force on x``.
+        force: along the line, over coordinates, velocities, inputs, the time and SPEED; of a friction what opposes the
+            motion.
+        friction: the contact whose level it is a part of, or "".
+    """
+
+    direction: Direction
+    where: str
+    force: sympy.Expr
+    friction: str = ""
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """A machine as bodies, lines, drives, and what is none of these.
+
+    Attributes:
+        system: with a coordinate more for each load behind a spring.
+        tree: the bodies of a robot file; None for one body a coordinate, of these inertias.
+        inertias: (n,) constant, on a tree those added to the joints.
+        lines: each direction once.
+        leftovers: forces that are no element.
+    """
+
+    system: System
+    tree: KinematicTree | None
+    inertias: tuple[float, ...]
+    lines: tuple[Line, ...]
+    drives: tuple[Drive, ...]
+    leftovers: tuple[Leftover, ...]
+
+    def joint_line(self, index: int) -> Line | None:
+        """What acts along one coordinate alone."""
+        unit = unit_direction(index, len(self.system.positions))
+        return next((line for line in self.lines if line.direction == unit), None)
+
+
+def unit_direction(index: int, n: int) -> Direction:
+    return tuple(float(i == index) for i in range(n))
+
+
+def mechanism_of(spec: Spec, system: System) -> Mechanism:
+    """The machine as elements.
+
+    Args:
+        system: of the spec, with its declared effects.
+
+    Raises:
+        BadInput: for a machine whose mass matrix is neither that of a robot file nor constant and diagonal, or a
+            contact whose direction changes with the position.
+    """
+    tree = spec.form if isinstance(spec.form, KinematicTree) else None
+    if tree is not None:
+        if tree.base_parameters:
+            found = "`urdf:` with base_parameters, which belong to no single body"
+            raise BadInput(
+                spec.place("urdf"), found, "the masses and inertias in the robot file itself", code="SPEC036"
+            )
+        if system.transmissions:
+            found = "a load behind a spring on a joint of a robot file"
+            raise BadInput(spec.place("effects"), found, "a joint of its own for it in the robot file", code="SPEC036")
+        rigid = build_system(spec)
+        own = Matrix(system.force - rigid.force + Matrix(spec.force))
+        system = replace(system, force=own, mass_matrix=Matrix(system.mass_matrix - rigid.mass_matrix))
+    gaps = [float(t.gap.subs(system.values)) for t in system.transmissions]
+    springs = [t.coordinate for t in system.transmissions]
+    n = len(system.positions)
+    system = with_loads(replace(system, transmissions=tuple(_without_play(t) for t in system.transmissions)))
+    elements = _Elements(spec, system)
+    for k, (coordinate, gap) in enumerate(zip(springs, gaps, strict=True)):
+        if gap:
+            elements.line(_difference(coordinate, n + k, len(system.positions))).gap = gap
+    return Mechanism(
+        system,
+        tree,
+        elements.inertias,
+        tuple(elements.lines.values()),
+        tuple(elements.drives),
+        tuple(elements.leftovers),
+    )
+
+
+def _without_play(transmission: Transmission) -> Transmission:
+    return replace(transmission, gap=sympy.S.Zero)
+
+
+def _difference(i: int, j: int, n: int) -> Direction:
+    return tuple(1.0 if k == i else -1.0 if k == j else 0.0 for k in range(n))
+
+
+class _Elements:
+    """The sorting of a system's forces."""
+
+    def __init__(self, spec: Spec, system: System) -> None:
+        self.spec, self.system = spec, system
+        self.n = len(system.positions)
+        self.lines: dict[Direction, Line] = {}
+        self.drives: list[Drive] = []
+        self.leftovers: list[Leftover] = []
+        self._values = {s: sympy.Rational(repr(v)) if isinstance(v, float) else v for s, v in system.values.items()}
+        self.inertias = self._inertias()
+        self._smooth_forces()
+        for index, contact in enumerate(system.contacts):
+            self._contact(index, contact)
+
+    def line(self, direction: Direction) -> Line:
+        return self.lines.setdefault(direction, Line(direction))
+
+    def _numeric(self, expression: Any) -> Any:
+        return sympy.expand(sympy.sympify(expression).subs(self._values))
+
+    def _inertias(self) -> tuple[float, ...]:
+        mass = self._numeric_matrix(self.system.mass_matrix)
+        if any(entry.free_symbols for entry in mass) or any(
+            mass[i, j] != 0 for i in range(self.n) for j in range(self.n) if i != j
+        ):
+            shape = "one that depends on the position" if any(e.free_symbols for e in mass) else "one with couplings"
+            raise BadInput(
+                self.spec.place("mass_matrix"),
+                f"the mass matrix of {self.system.name}: {shape}",
+                "`urdf:` with a robot file, or a constant diagonal mass matrix (each coordinate the position of a body "
+                "of its own, as `topology:` has it); a simulator's model is made of bodies",
+                code="SPEC036",
+            )
+        return tuple(float(mass[i, i]) for i in range(self.n))
+
+    def _numeric_matrix(self, matrix: Matrix) -> Any:
+        return matrix.applyfunc(self._numeric)
+
+    def _smooth_forces(self) -> None:
+        """Sort g: each term of each row once."""
+        x, v, w = self.system.positions, self.system.velocities, self.system.inputs
+        gains = sympy.zeros(self.n, len(w))
+        springs, dampers = sympy.zeros(self.n, self.n), sympy.zeros(self.n, self.n)
+        rest: list[sympy.Expr] = [sympy.S.Zero] * self.n
+        for i in range(self.n):
+            for term in sympy.Add.make_args(self._numeric(self.system.force[i])):
+                factor, shape = term.as_independent(*x, *v, *w, TIME)
+                if shape in w:
+                    gains[i, w.index(shape)] += factor
+                elif shape in x:
+                    springs[i, x.index(shape)] += factor
+                elif shape in v:
+                    dampers[i, v.index(shape)] += factor
+                elif not self._own(i, float(factor), shape):
+                    rest[i] += term
+        self._pairs(springs, x, "stiffness", rest)
+        self._pairs(dampers, v, "damping", rest)
+        for j in range(len(w)):
+            self._drive(j, gains[:, j])
+        for i in range(self.n):
+            if rest[i] != 0:
+                where = f"the force on {x[i].name}"
+                self.leftovers.append(Leftover(unit_direction(i, self.n), where, rest[i]))
+
+    def _own(self, i: int, factor: float, shape: sympy.Expr) -> bool:
+        """Put a term that depends on one coordinate alone where it belongs; False for one that belongs nowhere."""
+        x, v = self.system.positions[i], self.system.velocities[i]
+        unit = unit_direction(i, self.n)
+        if shape == 1:
+            self.line(unit).constant += factor
+            return True
+        for power in range(2, HIGHEST + 1):
+            if shape == x**power:
+                self.line(unit).stiffness[power - 1] -= factor
+                return True
+        speeds = {v * Magnitude(v): 1, v**2 * Sgn(v): 1, v**3: 2, v * Magnitude(v) ** 2: 2}
+        if shape in speeds:
+            self.line(unit).damping[speeds[shape]] -= factor
+            return True
+        wave = wave_of(factor, shape, x)
+        if wave is not None:
+            self.line(unit).waves.append(wave)
+        return wave is not None
+
+    def _pairs(self, matrix: Any, symbols: tuple[sympy.Symbol, ...], kind: str, rest: list[sympy.Expr]) -> None:
+        """Linear forces −K y as elements: a symmetric pair as one between two coordinates, what is left on each alone.
+
+        A pair of +k acts along x_i − x_j, one of −k along x_i + x_j, so that no element is negative.
+        """
+        own = [-matrix[i, i] for i in range(self.n)]
+        for i in range(self.n):
+            for j in range(i):
+                k = matrix[i, j]
+                if abs(float(k - matrix[j, i])) > 1e-12 * abs(float(k)):
+                    rest[i] += matrix[i, j] * symbols[j]
+                    rest[j] += matrix[j, i] * symbols[i]
+                elif k != 0:
+                    sign = 1.0 if k > 0 else -1.0
+                    direction = tuple(1.0 if m == j else -sign if m == i else 0.0 for m in range(self.n))
+                    getattr(self.line(direction), kind)[0] += abs(float(k))
+                    own[i], own[j] = own[i] - abs(k), own[j] - abs(k)
+        for i, k in enumerate(own):
+            if k != 0:
+                getattr(self.line(unit_direction(i, self.n)), kind)[0] += float(k)
+
+    def _drive(self, index: int, gains: Any) -> None:
+        chain = self.system.actuator(index)
+        delay, gain, dead = (float(e.subs(self.system.values)) for e in (chain.delay, chain.gain, chain.dead_zone))
+        limits = [float(e.subs(self.system.values)) for e in chain.limits]
+        lag = None if chain.lag is None else float(chain.lag.subs(self.system.values))
+        direction = tuple(gain * float(b) for b in gains)
+        limit = min(limits) / gain if limits else None
+        self.drives.append(Drive(index, direction, limit, delay, lag, dead / gain))
+
+    def _contact(self, index: int, contact: ContactFriction) -> None:
+        column = [self._numeric(e) for e in self.system.distribution[:, index]]
+        if any(e.free_symbols for e in column):
+            place = self.spec.place("friction.distribution")
+            found = f"the contact {contact.name}, whose direction changes with the position"
+            raise BadInput(place, found, "a distribution of numbers", code="SPEC036")
+        direction = tuple(float(e) for e in column)
+        moved = [i for i, c in enumerate(direction) if c != 0]
+        scale, sign = 1.0, 1.0
+        if len(moved) == 1:
+            scale, sign = abs(direction[moved[0]]), float(direction[moved[0]] > 0) * 2 - 1
+            direction = unit_direction(moved[0], self.n)
+        slip = contact.slip
+        speed = scale * SPEED if scale != 1 else SPEED
+
+        def at(side: int) -> sympy.Expr:
+            exact = contact.force.xreplace({Magnitude(slip): speed, Sgn(slip): sympy.Integer(side), slip: side * speed})
+            return self._numeric(exact.xreplace({Sgn(speed): sympy.S.One, Magnitude(speed): speed}))
+
+        odd, even = sympy.expand((at(1) - at(-1)) / 2), sympy.expand((at(1) + at(-1)) / 2)
+        level, where = sympy.S.Zero, f"the contact {contact.name}"
+        for term in sympy.Add.make_args(odd):
+            if term.free_symbols <= {SPEED}:
+                level += scale * term
+            elif term != 0:
+                self.leftovers.append(Leftover(direction, where, scale * term, contact.name))
+        for term in sympy.Add.make_args(even):
+            if not term.free_symbols:
+                self.line(direction).constant -= sign * scale * float(term)
+            else:
+                self.leftovers.append(Leftover(direction, where, -sign * scale * term))
+        numbers = {name: self._values[s] for name, s in contact.law_parameters.items()}
+        bristles = contact.law.bristles(numbers)
+        pair = None if bristles is None else (float(bristles[0]) * scale**2, float(bristles[1]) * scale**2)
+        states = not isinstance(contact.law, ZeroMemoryLaw)
+        friction = LineFriction(contact.name, contact.law.name, level, pair, states, self._jump(contact, level, scale))
+        self.line(direction).frictions.append(friction)
+
+    def _jump(self, contact: ContactFriction, level: sympy.Expr, scale: float) -> float | None:
+        """The level at rest, where it is another than that of the slowest sliding."""
+        resting = contact.level_at_rest
+        if resting is None or not isinstance(contact.law, ZeroMemoryLaw):
+            return None
+        rest = scale * float(self._numeric(resting))
+        own = sympy.expand(scale * self._numeric(contact.law_level.xreplace({Magnitude(contact.slip): SPEED})))
+        slow = float(own.xreplace({Sgn(SPEED): sympy.S.One}).subs(SPEED, 0))
+        return rest if abs(rest - slow) > 1e-9 * max(abs(rest), abs(slow)) else None
+
+
+def wave_of(factor: float, shape: sympy.Expr, x: sympy.Symbol) -> Wave | None:
+    """A sine or cosine of a linear function of x."""
+    if not isinstance(shape, (sympy.sin, sympy.cos)):
+        return None
+    angle = sympy.expand(shape.args[0])
+    rate = angle.coeff(x, 1)
+    rest = sympy.expand(angle - rate * x)
+    if rate.free_symbols or rest.free_symbols or rate == 0:
+        return None
+    phase = float(rest) + (float(sympy.pi) / 2 if isinstance(shape, sympy.cos) else 0.0)
+    return Wave(factor, float(rate), phase) if rate > 0 else Wave(-factor, -float(rate), -phase)

@@ -1,0 +1,367 @@
+"""The machine as an MJCF model of MuJoCo 3.7 or later, whose ``dcmotor`` holds LuGre friction and cogging.
+
+MuJoCo's joints and fixed tendons have polynomial springs and dampers and a friction loss. That is a constraint: a level
+of Coulomb friction which is set-valued up to a small creep. A ``dcmotor`` with ``input="none"`` is a passive force on a
+joint or tendon: amplitude·sin(poles·θ + phase) of its cogging, and LuGre friction. Actuators have gain, limits, delay
+and lag.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from math import ceil, pi
+from typing import Any
+
+import numpy as np
+
+from codegen.base.text import render
+from codegen.export.bodies import Link, links_of
+from codegen.export.friction_fit import FrictionFit, fit_friction
+from codegen.export.means import combination, unit_along, with_means
+from codegen.export.mechanism import (
+    HIGHEST,
+    Direction,
+    Drive,
+    Line,
+    LineFriction,
+    Mechanism,
+    unit_direction,
+)
+from codegen.export.numbers import number, numbers, polynomial
+from codegen.export.region import Region
+from codegen.export.remarks import Remark
+from codegen.mechanics.kinematic_chain import mass_matrix
+from codegen.simulate.substeps import MOST_SUBSTEPS, substeps_of
+from codegen.spec.model import Spec
+
+LONGEST_STEP = 1e-4
+IMPEDANCE = 0.9999
+"""d of MuJoCo's friction constraint: the nearer to 1, the less a contact at rest creeps."""
+STIFF = 0.2
+"""Of bristles that stand for a set-valued law: their frequency times the time step. Their σ1 is zero (see LATE)."""
+LATE = 1e-3
+"""σ1·h of LuGre friction, as a share of the inertia that its line moves. MuJoCo forms σ1 z' with the velocity of a step
+and the deflection of the one before: near the Stribeck velocity that acts as an inertia of up to this size."""
+
+
+@dataclass
+class Body:
+    """A link with the attributes of its joint, as the template writes it."""
+
+    link: Link
+    joint: dict[str, str] = field(default_factory=dict)
+    children: list[Body] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Element:
+    """A friction, wave or drive on a joint or tendon: XML tag's attributes in order."""
+
+    tag: str
+    attributes: dict[str, str]
+
+
+@dataclass(frozen=True)
+class FrictionElement:
+    """Which elements of the model are the friction of one contact, so that its force can be read from a simulation.
+
+    Attributes:
+        contact: its name; line: of the mechanism.
+        terms: as written; lugre: name of the actuator that holds a part of it, or "".
+        loss: the contact's share of the line's friction loss.
+    """
+
+    contact: str
+    direction: Direction
+    sliding: FrictionFit
+    lugre: str
+    loss: float
+
+
+@dataclass(frozen=True)
+class MjcfModel:
+    """An MJCF model and what it holds.
+
+    Attributes:
+        text: the XML file.
+        timestep: s.
+        joints, actuators: names, in the order of coordinates and inputs.
+        tendons: direction of a line → its tendon.
+        frictions: of the contacts.
+    """
+
+    text: str
+    timestep: float
+    joints: tuple[str, ...]
+    actuators: tuple[str, ...]
+    tendons: Mapping[Direction, str]
+    frictions: tuple[FrictionElement, ...]
+    remarks: tuple[Remark, ...]
+
+
+def build_mjcf(spec: Spec, mechanism: Mechanism, header: list[str]) -> MjcfModel:
+    """Write a mechanism as MJCF.
+
+    Args:
+        header: lines for the comment on top.
+    """
+    return _Writer(spec, mechanism).model(header)
+
+
+class _Writer:
+    def __init__(self, spec: Spec, mechanism: Mechanism) -> None:
+        self.spec, self.system = spec, mechanism.system
+        self.n = len(self.system.positions)
+        self.region = Region(spec, self.system)
+        self.remarks: list[Remark] = []
+        self.mechanism = with_means(mechanism, self.region, self.remarks)
+        self.tendons: dict[Direction, dict[str, str]] = {}
+        self.actuators: list[Element] = []
+        self.frictions: list[FrictionElement] = []
+        self._mobility = _mobility(mechanism)
+        self.timestep = self._timestep()
+
+    def model(self, header: list[str]) -> MjcfModel:
+        bodies = [Body(link) for link in links_of(self.mechanism)]
+        names = [body.link.name for body in bodies]
+        for i, body in enumerate(bodies):
+            if self.mechanism.tree is not None and self.mechanism.inertias[i]:
+                body.joint["armature"] = number(self.mechanism.inertias[i])
+                self._says(f"inertia of {names[i]}", "exact", f"armature {body.joint['armature']}")
+        for drive in self.mechanism.drives:
+            self._drive(drive)
+        for k, line in enumerate(self.mechanism.lines):
+            joint = next((i for i in range(self.n) if line.direction == unit_direction(i, self.n)), None)
+            target = {"joint": names[joint]} if joint is not None else {"tendon": self._tendon(line.direction)}
+            attributes = bodies[joint].joint if joint is not None else self.tendons[line.direction]
+            self._line(line, target, attributes, f"line{k + 1}.")
+        for x, error in self.system.sensor_errors.items():
+            unit = self.system.position_units[self.system.positions.index(x)]
+            size = float(np.abs(self.region.sampled(error.subs(self.system.values), unit_direction(0, self.n))).max())
+            self._says(
+                f"sensor of {x}",
+                "dropped",
+                f"MuJoCo's sensors read the true position, wrong by up to {size:.4g} {unit} here",
+            )
+        roots = [body for body in bodies if body.link.parent < 0]
+        for body in bodies:
+            if body.link.parent >= 0:
+                bodies[body.link.parent].children.append(body)
+        gravity = self.mechanism.tree.gravity if self.mechanism.tree is not None else (Fraction(0),) * 3
+        tendons = [
+            (name["name"], list(name.items())[1:], self._coefficients(direction, names))
+            for direction, name in self.tendons.items()
+        ]
+        costs = any(r.worst is not None for r in self.remarks)
+        text = render(
+            "export/model.mjcf.xml.j2",
+            header=[*header, *(r.text for r in self.remarks), *(_assumptions(self.region) if costs else [])],
+            name=self.spec.name,
+            timestep=number(self.timestep),
+            gravity=" ".join(number(float(g)) for g in gravity),
+            solref=f"{number(2 * self.timestep)} 1",
+            solimp=f"{IMPEDANCE} {IMPEDANCE} 0.001",
+            roots=roots,
+            tendons=tendons,
+            actuators=self.actuators,
+            coordinates=names,
+        )
+        inputs = tuple(w.name for w in self.system.inputs)
+        named = {direction: tendon["name"] for direction, tendon in self.tendons.items()}
+        return MjcfModel(text, self.timestep, tuple(names), inputs, named, tuple(self.frictions), tuple(self.remarks))
+
+    def _timestep(self) -> float:
+        """A whole part of the sample time: as short as ours for laws with states, and so that bristles are not late."""
+        period = _period(self.spec)
+        substeps = max(ceil(period / LONGEST_STEP - 1e-9), _substeps(self.mechanism, period))
+        for line in self.mechanism.lines:
+            for friction in line.frictions:
+                if friction.bristles is not None:
+                    late = friction.bristles[1] * self._mobility(line.direction) * period / LATE
+                    substeps = max(substeps, ceil(late))
+        return period / min(substeps, MOST_SUBSTEPS)
+
+    def _says(self, where: str, held: Any, how: str, errors: Any = None, unit: str = "") -> None:
+        worst, rms = (
+            (None, None) if errors is None else (float(np.abs(errors).max()), float(np.sqrt(np.mean(errors**2))))
+        )
+        self.remarks.append(Remark(where, held, how, worst, rms, unit))
+
+    def _tendon(self, direction: Direction) -> str:
+        return self.tendons.setdefault(direction, {"name": f"along{len(self.tendons) + 1}"})["name"]
+
+    def _coefficients(self, direction: Direction, names: list[str]) -> list[tuple[str, str]]:
+        return [(name, number(c)) for name, c in zip(names, direction, strict=True) if c]
+
+    def _unit(self, direction: Direction) -> str:
+        return unit_along(self.system, direction)
+
+    def _words(self, direction: Direction) -> str:
+        return combination(direction, self.system)
+
+    def _line(self, line: Line, target: dict[str, str], attributes: dict[str, str], name: str) -> None:
+        words, unit = self._words(line.direction), self._unit(line.direction)
+        if any(line.stiffness):
+            attributes["stiffness"] = polynomial(line.stiffness)
+            if "joint" not in target and not line.gap:
+                attributes["springlength"] = "0"
+            how = f"stiffness {attributes['stiffness']}"
+            if line.gap:
+                attributes["springlength"] = numbers([-line.gap / 2, line.gap / 2])
+                how += f", none within {attributes['springlength']}; the damper acts within the play too, and may pull"
+            self._says(f"spring along {words}", "nearest" if line.gap else "exact", how)
+        damping = list(line.damping)
+        if any(line.damping):
+            self._says(f"damping along {words}", "exact", f"damping {polynomial(line.damping)}")
+        if line.constant:
+            self._passive(target, {"cogging": numbers([line.constant, 0, pi / 2])}, f"{name}constant")
+            self._says(
+                f"constant force along {words}",
+                "exact",
+                f"{line.constant:.6g} {unit} by a dcmotor's cogging of 0 poles",
+            )
+        for k, wave in enumerate(line.waves):
+            self._passive(
+                target,
+                {"cogging": numbers([wave.amplitude / wave.rate, 1, wave.phase])},
+                f"{name}wave{k + 1}",
+                wave.rate,
+            )
+            how = f"{wave.amplitude:.6g} {unit} with the period {2 * pi / wave.rate:.6g} by a dcmotor's cogging"
+            self._says(f"periodic force along {words}", "exact", how)
+        loss = 0.0
+        for friction in line.frictions:
+            loss += self._friction(friction, line, target, damping, f"{name}{friction.contact}", unit)
+        if any(damping):
+            attributes["damping"] = polynomial(damping)
+        if loss > 0:
+            attributes["frictionloss"] = number(loss)
+            creep = self._creep(line.direction, loss)
+            speed = f"{creep:.2g} {self.system.position_units[line.direction.index(max(line.direction))]}/s"
+            how = f"frictionloss {number(loss)}, a constraint: at rest it creeps, by up to {speed}"
+            self._says(f"Coulomb friction along {words}", "nearest", how)
+
+    def _creep(self, direction: Direction, loss: float) -> float:
+        """Speed at which a contact that is pushed by its level moves: b v = R f of MuJoCo's constraint.
+
+        R = (1 − d)/d · A with A = c'M⁻¹c, b = 2/(d·timeconst), timeconst = 2·timestep.
+        """
+        return float((1 - IMPEDANCE) * self._mobility(direction) * loss * self.timestep)
+
+    def _friction(
+        self, friction: LineFriction, line: Line, target: dict[str, str], damping: list[float], name: str, unit: str
+    ) -> float:
+        """Write one contact's friction; its part of the line's friction loss."""
+        speeds = self.region.speeds(line.direction)
+        fit = fit_friction(friction.level, speeds, HIGHEST, True)
+        terms, lugre, loss = fit.terms, "", 0.0
+        where = f"contact {friction.contact} ({friction.law})"
+        for j, d in enumerate(terms.damping):
+            damping[j] += d
+        parts = [f"damping {polynomial(terms.damping)}"] if any(terms.damping) else []
+        held: Any = "exact" if fit.exact else "nearest"
+        if friction.bristles is not None or terms.rise:
+            stiffness, micro = friction.bristles or (self._stiff_bristles(line.direction), 0.0)
+            lugre = name
+            speed = terms.stribeck if terms.rise else max(float(speeds[-1]), 1e-3)
+            given = [stiffness, micro, terms.level, terms.level + terms.rise, speed]
+            self._passive(target, {"lugre": numbers(given)}, name)
+            parts.append(f"LuGre friction {numbers(given)} of a dcmotor")
+            if friction.bristles is None:
+                held = "nearest"
+                yields = (terms.level + terms.rise) / stiffness
+                parts.append(f"at rest it yields by up to {yields:.3g} where ours does not move")
+        elif terms.level:
+            loss = terms.level
+            parts.append(f"{number(loss)} in frictionloss")
+        if friction.has_states and friction.bristles is None:
+            held = "nearest"
+            parts.append("steady sliding alone: how the law's states move before it slides is lost")
+        if friction.at_rest is not None:
+            held = "nearest"
+            parts.append(f"the level at rest, {friction.at_rest:.6g} {unit}, is lost")
+        self.frictions.append(FrictionElement(friction.contact, line.direction, fit, lugre, loss))
+        how = ", ".join(parts) or "none"
+        self.remarks.append(Remark(where, held, how, *fit.cost(unit)))
+        return loss
+
+    def _stiff_bristles(self, direction: Direction) -> float:
+        """σ0 as stiff as the time step allows for what the line moves."""
+        return float(f"{(STIFF / self.timestep) ** 2 / self._mobility(direction):.3g}")
+
+    def _passive(self, target: dict[str, str], what: dict[str, str], name: str, gear: float = 1.0) -> None:
+        passive = {"input": "none", "motorconst": "0", "resistance": "1"}
+        geared = {"gear": number(gear)} if gear != 1 else {}
+        self.actuators.append(Element("dcmotor", {"name": name, **target, **geared, **passive, **what}))
+
+    def _drive(self, drive: Drive) -> None:
+        w, unit = self.system.inputs[drive.index], self.system.input_units[drive.index]
+        moved = [i for i, c in enumerate(drive.direction) if c]
+        where = f"input {w.name}"
+        attributes: dict[str, str] = {"name": w.name}
+        if len(moved) == 1:
+            attributes["joint"], gain = self.system.positions[moved[0]].name, drive.direction[moved[0]]
+        elif moved:
+            attributes["tendon"], gain = self._tendon(drive.direction), 1.0
+        else:
+            self._says(where, "exact", "it moves nothing")
+            attributes["joint"], gain = self.system.positions[0].name, 0.0
+        attributes["gear"] = number(gain)
+        parts = [
+            f"{attributes['gear']} {self._unit(drive.direction)} per {unit}"
+            if len(moved) == 1
+            else "a force along a tendon"
+        ]
+        if drive.limit is not None:
+            attributes["ctrlrange"] = numbers([-drive.limit, drive.limit])
+            parts.append(f"limited to {drive.limit:.6g} {unit}")
+        held: Any = "exact"
+        if drive.delay:
+            steps = drive.delay / self.timestep
+            attributes["delay"], attributes["nsample"] = number(drive.delay), str(max(ceil(steps - 1e-9), 1))
+            parts.append(f"delayed by {drive.delay:.6g} s, in steps of {number(self.timestep)} s")
+            held = "exact" if abs(steps - round(steps)) < 1e-6 else "nearest"
+        if drive.lag is not None:
+            attributes |= {"dyntype": "filterexact", "dynprm": number(drive.lag), "actearly": "true"}
+            parts.append(f"behind a lag of {drive.lag:.6g} s")
+        self.actuators.append(Element("general", attributes))
+        self._says(where, held, ", ".join(parts))
+        if drive.dead_zone:
+            self._says(
+                where,
+                "dropped",
+                f"a dead zone of {drive.dead_zone:.6g} {unit} of command: no actuator of MuJoCo has one",
+                np.array([drive.dead_zone * max(map(abs, drive.direction))]),
+                self._unit(drive.direction),
+            )
+
+
+def _assumptions(region: Region) -> list[str]:
+    return [f"errors are over the envelope; it says nothing of {', '.join(region.assumed)}"] if region.assumed else []
+
+
+def _period(spec: Spec) -> float:
+    if spec.simulation is not None:
+        return spec.simulation.sample_time
+    return float(spec.observer.sample_time) if spec.observer is not None else 1e-3
+
+
+def _substeps(mechanism: Mechanism, period: float) -> int:
+    if mechanism.tree is not None:
+        return 1
+    return substeps_of(mechanism.system, period, np.zeros(len(mechanism.system.positions)))
+
+
+def _mobility(mechanism: Mechanism) -> Any:
+    """c'M⁻¹c of a line with the coefficients c, where all joints are at zero."""
+    n = len(mechanism.system.positions)
+    mass = np.diag(mechanism.inertias)
+    if mechanism.tree is not None:
+        import casadi
+
+        at = mass_matrix(mechanism.tree, casadi.SX.zeros(n))
+        mass = mass + np.asarray(casadi.evalf(casadi.densify(at)).full())
+    inverse = np.linalg.inv(mass)
+    return lambda direction: float(np.array(direction) @ inverse @ np.array(direction))

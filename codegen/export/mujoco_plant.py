@@ -1,0 +1,120 @@
+"""MuJoCo as a plant: the exported model, moved sample by sample in a simulated loop."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codegen.base.errors import BadInput
+from codegen.export.mechanism import Direction, mechanism_of, unit_direction
+from codegen.export.mjcf import FrictionElement, MjcfModel, build_mjcf
+from codegen.mechanics.system import System
+from codegen.simulate.observed_loop import PlantMaker
+from codegen.spec.model import Spec
+
+Array = NDArray[np.float64]
+
+
+def mujoco_plant(spec: Spec, system: System) -> tuple[PlantMaker, MjcfModel]:
+    """What makes the plant of a spec's exported model, and the model.
+
+    Raises:
+        BadInput: where MuJoCo is not installed, or the machine cannot be exported.
+    """
+    if find_spec("mujoco") is None:
+        expected = "`pip install 'stiction[mujoco]'`, or no --plant"
+        raise BadInput("--plant", "MuJoCo is not installed", expected, code="TOOL003")
+    model = build_mjcf(spec, mechanism_of(spec, system), [])
+    contacts = [contact.name for contact in system.contacts]
+    return lambda period, x, v: MujocoPlant(model, len(spec.positions), contacts, period, x, v), model
+
+
+class MujocoPlant:
+    """An exported model in MuJoCo.
+
+    Attributes:
+        state: (2 n,) positions and velocities of the system's coordinates; positions, velocities: views of it.
+        forces: (contacts,) λ at the beginning of the last sample, as the model has it.
+        data, model: MuJoCo's own.
+    """
+
+    def __init__(self, exported: MjcfModel, n: int, contacts: list[str], period: float, x: Array, v: Array) -> None:
+        import mujoco
+
+        self._step = mujoco.mj_step
+        self.model = mujoco.MjModel.from_xml_string(exported.text)
+        self.data = mujoco.MjData(self.model)
+        self._n, self._substeps = n, round(period / exported.timestep)
+        # A load begins where its motor is; joints stand in the order of the coordinates in a tree as well.
+        joints = [self.model.joint(name) for name in exported.joints]
+        self._positions = np.array([joint.qposadr[0] for joint in joints])
+        self._velocities = np.array([joint.dofadr[0] for joint in joints])
+        self._controls = np.array([self.model.actuator(name).id for name in exported.actuators], dtype=int)
+        for k, name in enumerate(exported.joints):
+            motor = k if k < n else exported.joints.index(name.removesuffix("_load"))
+            self.data.qpos[self._positions[k]], self.data.qvel[self._velocities[k]] = x[motor], v[motor]
+        self.state: Array = np.concatenate([x, v]).astype(float)
+        self.positions, self.velocities = self.state[:n], self.state[n:]
+        self.forces = np.zeros(len(contacts))
+        self._frictions = [(contacts.index(f.contact), _Reading(f, exported, self.model)) for f in exported.frictions]
+
+    def move(self, time: float, command: Array) -> None:
+        """One sample on under a command held from ``time``."""
+        data = self.data
+        data.ctrl[self._controls] = command
+        speeds = data.qvel[self._velocities].copy()
+        for k in range(self._substeps):
+            self._step(self.model, data)
+            if k == 0:
+                self.forces[:] = 0.0
+                for contact, reading in self._frictions:
+                    self.forces[contact] += reading.force(data, speeds)
+        self.positions[:] = data.qpos[self._positions[: self._n]]
+        self.velocities[:] = data.qvel[self._velocities[: self._n]]
+
+
+class _Reading:
+    """One contact's friction in MuJoCo's data: constraint, damper and bristles."""
+
+    def __init__(self, friction: FrictionElement, exported: MjcfModel, model: Any) -> None:
+        import mujoco
+
+        self._friction, self._direction = friction, np.array(friction.direction)
+        total = sum(f.loss for f in exported.frictions if f.direction == friction.direction)
+        self._share = friction.loss / total if total else 0.0
+        self._lugre = model.actuator(friction.lugre).id if friction.lugre else -1
+        joint = _joint_of(friction.direction)
+        if joint is not None:
+            self._kind, self._id = (
+                mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF,
+                model.joint(exported.joints[joint]).dofadr[0],
+            )
+        else:
+            self._kind = mujoco.mjtConstraint.mjCNSTR_FRICTION_TENDON
+            self._id = model.tendon(exported.tendons[friction.direction]).id
+
+    def force(self, data: Any, speeds: Array) -> float:
+        """λ, positive against a slip u > 0."""
+        slip = float(self._direction @ speeds)
+        terms = self._friction.sliding.terms
+        total = float(np.sign(slip) * (terms.at(np.array([abs(slip)]))[0] - _at_rest(self._friction, abs(slip))))
+        if self._share:
+            rows = (data.efc_type == self._kind) & (data.efc_id == self._id)
+            total -= self._share * float(data.efc_force[rows].sum())
+        if self._lugre >= 0:
+            total -= float(data.actuator_force[self._lugre])
+        return total
+
+
+def _at_rest(friction: FrictionElement, speed: float) -> float:
+    """The part of the terms that is no damper: it is read from the constraint or the bristles."""
+    terms = friction.sliding.terms
+    return terms.level + (terms.rise * float(np.exp(-((speed / terms.stribeck) ** 2))) if terms.rise else 0.0)
+
+
+def _joint_of(direction: Direction) -> int | None:
+    n = len(direction)
+    return next((i for i in range(n) if direction == unit_direction(i, n)), None)

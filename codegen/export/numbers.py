@@ -1,0 +1,21 @@
+"""Numbers as exported files print them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+
+def number(value: float) -> str:
+    """The shortest text of a double; whole numbers without a point."""
+    value = float(value) + 0.0
+    return str(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value)
+
+
+def numbers(values: Iterable[float]) -> str:
+    return " ".join(number(v) for v in values)
+
+
+def polynomial(values: list[float] | tuple[float, ...]) -> str:
+    """Coefficients up to the last that is not zero, as MuJoCo takes them."""
+    last = max((k for k, v in enumerate(values) if v), default=0)
+    return numbers(values[: last + 1])

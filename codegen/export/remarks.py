@@ -1,0 +1,37 @@
+"""What an exported model holds of a machine, line by line, and what the nearest costs."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+Held = Literal["exact", "nearest", "dropped"]
+
+
+@dataclass(frozen=True)
+class Remark:
+    """One thing of the machine in the exported model.
+
+    Attributes:
+        where: of the machine, such as ``contact guide``.
+        held: as it stands, by the nearest that the target has, or not at all.
+        how: what stands in the model, and for what.
+        worst, rms: of the force that differs over the envelope; None where that is no force or nothing differs.
+        unit: of these.
+    """
+
+    where: str
+    held: Held
+    how: str
+    worst: float | None = None
+    rms: float | None = None
+    unit: str = ""
+
+    @property
+    def text(self) -> str:
+        cost = "" if self.worst is None else f"; force error at most {self.worst:.4g}, RMS {self.rms:.4g} {self.unit}"
+        return f"{self.where}: {self.held}: {self.how}{cost}"
+
+    @property
+    def content(self) -> dict[str, Any]:
+        return asdict(self)

@@ -1,0 +1,143 @@
+"""The targets of ``stiction export``. Adding one: a function, and a line in TARGETS."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+from codegen.base.errors import BadInput, nearest_name
+from codegen.export.arduino import arduino_library
+from codegen.export.controller import Controller
+from codegen.export.force_map import csv_map, force_map, odrive_map
+from codegen.export.mechanism import mechanism_of
+from codegen.export.mjcf import build_mjcf
+from codegen.export.remarks import Remark
+from codegen.export.sdf import sdf_text
+from codegen.export.simulink import simulink_block
+from codegen.export.urdf import urdf_text
+from codegen.mechanics.system import System
+from codegen.spec.kinematics import KinematicTree
+from codegen.spec.model import Spec
+
+
+class Exportable(Protocol):
+    """What a target may ask of a machine."""
+
+    @property
+    def spec(self) -> Spec: ...
+
+    @property
+    def system(self) -> System: ...
+
+    def controller(self, precision: str) -> Controller:
+        """The generated observer."""
+
+
+@dataclass(frozen=True)
+class Choices:
+    """What the command asks for of a target.
+
+    Attributes:
+        header: lines for a comment on top.
+        on: the coordinate of a map, or None.
+        counts: of a turn in a map.
+    """
+
+    header: list[str]
+    on: str | None = None
+    counts: int = 3600
+
+
+@dataclass(frozen=True)
+class Exported:
+    """What a target gives.
+
+    Attributes:
+        files: name → text; of a single file the name is "".
+        remarks: what it holds of the machine.
+    """
+
+    files: Mapping[str, str]
+    remarks: tuple[Remark, ...]
+
+
+@dataclass(frozen=True)
+class Target:
+    """A format.
+
+    Attributes:
+        write: (machine, choices) → what is written.
+        endings: of its file; () for a folder.
+        what: in a few words, for the help.
+    """
+
+    write: Callable[[Exportable, Choices], Exported]
+    endings: tuple[str, ...]
+    what: str
+
+
+def _mjcf(machine: Exportable, choices: Choices) -> Exported:
+    model = build_mjcf(machine.spec, mechanism_of(machine.spec, machine.system), choices.header)
+    return Exported({"": model.text}, model.remarks)
+
+
+def _urdf(machine: Exportable, choices: Choices) -> Exported:
+    text, remarks = urdf_text(machine.spec, mechanism_of(machine.spec, machine.system), choices.header)
+    return Exported({"": text}, remarks)
+
+
+def _sdf(machine: Exportable, choices: Choices) -> Exported:
+    text, remarks = sdf_text(machine.spec, mechanism_of(machine.spec, machine.system), choices.header)
+    return Exported({"": text}, remarks)
+
+
+def _csv_map(machine: Exportable, choices: Choices) -> Exported:
+    table = force_map(machine.spec, mechanism_of(machine.spec, machine.system), choices.on)
+    text, remarks = csv_map(table, choices.counts, choices.header)
+    return Exported({"": text}, remarks)
+
+
+def _odrive(machine: Exportable, choices: Choices) -> Exported:
+    table = force_map(machine.spec, mechanism_of(machine.spec, machine.system), choices.on)
+    text, remarks = odrive_map(table, choices.header)
+    return Exported({"": text}, remarks)
+
+
+def _arduino(machine: Exportable, choices: Choices) -> Exported:
+    controller = machine.controller("single")
+    return Exported(arduino_library(controller, choices.header), (_certified(controller),))
+
+
+def _simulink(machine: Exportable, choices: Choices) -> Exported:
+    controller = machine.controller("double")
+    return Exported(simulink_block(controller, choices.header), (_certified(controller),))
+
+
+def _certified(controller: Controller) -> Remark:
+    how = controller.claim if controller.certified else f"the code is not certified: {controller.claim}"
+    return Remark("certificate", "exact" if controller.certified else "dropped", how)
+
+
+TARGETS: dict[str, Target] = {
+    "mjcf": Target(_mjcf, (".xml", ".mjcf"), "a model of MuJoCo"),
+    "urdf": Target(_urdf, (".urdf", ".xml"), "a robot file; that of the spec with other friction, where it names one"),
+    "sdf": Target(_sdf, (".sdf", ".xml"), "a model of Gazebo"),
+    "csv-map": Target(_csv_map, (".csv",), "forces that repeat with the position, a row a count of a turn"),
+    "odrive": Target(_odrive, (".h",), "the cogging map of ODrive's firmware"),
+    "arduino": Target(_arduino, (), "the observer in single precision, a library of Arduino and PlatformIO"),
+    "simulink": Target(_simulink, (), "the observer as a C MEX S-function"),
+}
+
+
+def robot_file(spec: Spec) -> Path | None:
+    """The robot file that a spec names."""
+    return spec.form.path if isinstance(spec.form, KinematicTree) else None
+
+
+def target_of(name: str) -> Target:
+    """Raises BadInput for a name that is none."""
+    if name not in TARGETS:
+        raise BadInput("--to", f"`{name}`", f"one of {', '.join(TARGETS)}", nearest_name(name, TARGETS), code="CALL001")
+    return TARGETS[name]

@@ -1,0 +1,210 @@
+"""Rows of a CSV log as they arrive: from a pipe, or from a file that grows."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from signal import SIGINT, signal
+from time import sleep
+
+import numpy as np
+
+from codegen.base.errors import BadInput
+from codegen.base.input_files import opened
+from codegen.logs.binding import bind
+from codegen.logs.counters import mended
+from codegen.logs.csv_file import EXPECTED, LONGEST_LINE, CsvSource, open_lines
+from codegen.logs.description import LogDescription
+from codegen.logs.readers import log_description
+from codegen.logs.source import LARGEST_STREAM
+from codegen.logs.table import ROWS_ALIKE
+from codegen.logs.term import columns_of, compute
+from codegen.logs.uniform import GAP_STEPS, JITTER
+from codegen.program import Program
+from codegen.replay.samples import Block
+from codegen.spec import Spec
+
+STDIN = "-"
+PIECE = 1 << 16
+PAUSE = 0.05
+"""Seconds until a file that is followed is looked at again."""
+
+
+def pieces(log: str, follow: bool) -> Iterator[bytes]:
+    """What there is to read, as soon as it is there.
+
+    Args:
+        log: a file, or ``-`` for standard input.
+        follow: whether to wait at the end of a file for more.
+
+    Raises:
+        BadInput: for a file that cannot be read.
+    """
+    if log == STDIN:
+        while piece := os.read(0, PIECE):
+            yield piece
+        return
+    with opened(Path(log), EXPECTED, LARGEST_STREAM) as stream:
+        while True:
+            piece = stream.read(PIECE)
+            if piece:
+                yield piece
+            elif follow:
+                sleep(PAUSE)
+            else:
+                return
+
+
+@dataclass
+class Stop:
+    """Ctrl-C between blocks: it ends a wait for rows at once, and lets a block that is computed be finished.
+
+    A library that is interrupted within C++ turns it into an error of its own.
+    """
+
+    asked: bool = False
+    waiting: bool = False
+
+    @contextmanager
+    def heeded(self) -> Iterator[None]:
+        """While Ctrl-C asks to stop; outside the main thread it does nothing."""
+        try:
+            before = signal(SIGINT, self._ask)
+        except ValueError:
+            yield
+            return
+        try:
+            yield
+        finally:
+            signal(SIGINT, before)
+
+    def _ask(self, *_: object) -> None:
+        self.asked = True
+        if self.waiting:
+            raise KeyboardInterrupt
+
+    def until_asked(self, given: Iterator[bytes]) -> Iterator[bytes]:
+        """The pieces; KeyboardInterrupt once it was asked for."""
+        while not self.asked:
+            self.waiting = True
+            try:
+                piece = next(given, None)
+            finally:
+                self.waiting = False
+            if piece is None:
+                return
+            yield piece
+        raise KeyboardInterrupt
+
+
+def _lines(given: Iterator[bytes], file: str) -> Iterator[list[str]]:
+    """Whole lines, as many as there are; a last one without an end at the end."""
+    rest = b""
+    for piece in given:
+        *whole, rest = (rest + piece).split(b"\n")
+        if len(rest) > LONGEST_LINE:
+            raise BadInput(file, f"a line of more than {LONGEST_LINE} bytes", EXPECTED, code="LOG001")
+        if whole:
+            yield [_text(line, file) for line in whole]
+    if rest:
+        yield [_text(rest, file)]
+
+
+def _text(line: bytes, file: str) -> str:
+    try:
+        return line.decode("utf-8").rstrip("\r").lstrip("\N{ZERO WIDTH NO-BREAK SPACE}")
+    except UnicodeDecodeError:
+        raise BadInput(file, "bytes that are no text", EXPECTED, code="LOG001") from None
+
+
+def live_blocks(
+    spec: Spec,
+    program: Program,
+    period: float,
+    log: str,
+    given: Iterator[bytes],
+    columns: Mapping[str, str] | None = None,
+) -> Iterator[Block]:
+    """The samples of a log as they arrive.
+
+    Args:
+        period: the observer's sample time, s.
+        log: what it is called in messages; ``meta.yaml`` beside it is read where it is a file.
+        given: its bytes.
+        columns: as for ``read_log``.
+
+    Raises:
+        BadInput: for a table or a value that cannot be used, a column that is missing, or a step of time that is
+            neither the sample time within 1 % nor a gap.
+    """
+    file = "standard input" if log == STDIN else log
+    described = LogDescription() if log == STDIN else log_description(Path(log), None)
+    table: _Table | None = None
+    waiting: list[str] = []
+    for lines in _lines(given, file):
+        if table is not None:
+            yield from table.blocks(lines, 0)
+            continue
+        waiting += lines
+        rows = [line for line in waiting if line.strip() and not line.lstrip().startswith("#")]
+        if len(rows) > ROWS_ALIKE:  # the table is found by its first rows
+            table = _Table(spec, program, period, open_lines(file, waiting, described), described, columns)
+            yield from table.blocks(waiting, table.head.first)
+    if table is None:
+        found = f"{len(waiting)} lines, and then the end"
+        raise BadInput(file, found, f"a header line and at least {ROWS_ALIKE} rows of numbers", code="LOG009")
+
+
+class _Table:
+    """A table whose header is known, and where it has been read to."""
+
+    def __init__(
+        self,
+        spec: Spec,
+        program: Program,
+        period: float,
+        head: CsvSource,
+        described: LogDescription,
+        columns: Mapping[str, str] | None,
+    ) -> None:
+        self.head = head
+        self._described, self._period = described, period
+        binding = bind(head, spec, described, columns)
+        symbols = ["t", *(field.name for field in program.inputs)]
+        for name in symbols:
+            if name not in binding.terms or name in binding.integrated:
+                expected = "a column for the time and each input of the observer"
+                raise BadInput(head.place, f"no column `{name}`", expected, code="LOG003")
+        self._terms = {name: binding.terms[name] for name in symbols}
+        self._scale = np.array([binding.scale[name] for name in symbols])
+        self._wanted = columns_of(self._terms)
+        self._read, self._last = 0, float("nan")
+
+    def blocks(self, lines: list[str], first: int) -> Iterator[Block]:
+        """The samples in further lines, from index ``first`` on."""
+        kept = any(line and not line.isspace() and line.lstrip()[0] != "#" for line in lines[first:])
+        source = CsvSource(self.head.file, self.head.layout, lines, first, self._read)
+        self._read += len(lines)
+        if not kept:
+            return
+        columns = compute(mended(source.load(self._wanted), self._described), self._terms)
+        values = columns.values * self._scale
+        time, rows = values[:, 0].copy(), np.ascontiguousarray(values[:, 1:])
+        steps = np.diff(time, prepend=self._last)
+        gaps = [0] if np.isnan(self._last) else []
+        for k in np.flatnonzero(~(np.abs(steps / self._period - 1) <= JITTER)).tolist():
+            if k == 0 and np.isnan(self._last) and np.isfinite(time[0]):
+                continue
+            if not steps[k] > GAP_STEPS * self._period:
+                found = f"a step of {steps[k]:.6g} s"
+                expected = f"steps of the observer's sample time, {self._period:g} s, within {JITTER:.0%}, or gaps"
+                raise BadInput(columns.place(k, 0), found, expected, code="LOG008")
+            gaps.append(k)
+        self._last = float(time[-1])
+        edges = [*dict.fromkeys([0, *gaps]), len(time)]
+        for start, stop in pairwise(edges):
+            yield Block(time[start:stop], rows[start:stop], start in gaps)

@@ -1,0 +1,231 @@
+"""Shadow mode: the observer beside a running machine, its friction estimate held against the declared law in newtons.
+
+While the machine is as declared and every slip goes on with one sign, faster than ``slip_speed``, the friction estimate
+is within the certified bound of the law's friction (``bound.json``). Where it is not for longer than a dwell time, the
+friction is another one, or a force acts that the model does not have.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from fractions import Fraction
+from typing import Any
+
+import casadi
+import numpy as np
+import sympy
+
+from codegen.friction import DynamicLaw
+from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.system import System
+from codegen.program import Program
+from codegen.replay.engine import Array, Engine
+from codegen.replay.samples import Block
+from codegen.spec.functions import Magnitude, Sgn
+from codegen.spec.model import Spec
+
+QUIET = 100
+"""Dwell times within the bound after which an alarm has ended, and a further one is said."""
+LEVEL, FORCE = "e_a_", "e_F_"
+"""What bound.json calls the error of a contact's level, and of the friction on a coordinate."""
+
+
+@dataclass(frozen=True)
+class Limit:
+    """One friction estimate and its bound.
+
+    Attributes:
+        output: of the observer; where: what it is the friction of, in words.
+        bound: largest error, in ``unit``, from ``settle`` samples after a reversal on.
+    """
+
+    output: str
+    where: str
+    bound: float
+    unit: str
+
+
+@dataclass
+class Alarm:
+    """A time during which an estimate was out of its bound.
+
+    Attributes:
+        since: time of the first sample out of it; said: when that had lasted for the dwell time; until: of the last
+            sample out of it.
+        ended: whether it was within its bound for QUIET times the dwell time since.
+        worst: the largest difference from the declared friction, signed.
+    """
+
+    where: str
+    since: float
+    said: float
+    worst: float
+    bound: float
+    unit: str
+    until: float
+    ended: bool = False
+
+    @property
+    def content(self) -> dict[str, Any]:
+        return asdict(self)
+
+
+@dataclass
+class _Out:
+    """How long an estimate has been out of its bound, in judged samples, and how long back within it since an alarm."""
+
+    count: int = 0
+    quiet: int = 0
+    since: float = float("nan")
+    worst: float = 0.0
+    alarm: Alarm | None = None
+
+
+@dataclass
+class Tally:
+    """What was seen so far.
+
+    Attributes:
+        samples: taken; judged: of them, those where the bound speaks.
+        outside: samples with an estimated velocity outside the envelope; faults: held by the observer.
+        worst: of each limit, the largest difference as a share of its bound, on judged samples.
+    """
+
+    samples: int = 0
+    judged: int = 0
+    outside: int = 0
+    faults: int = 0
+    first: float = float("nan")
+    last: float = float("nan")
+    worst: list[float] = field(default_factory=list)
+
+
+class Watch:
+    """An observer's estimates held against their bounds, block by block.
+
+    Attributes:
+        limits: one a bound; settle: samples after a reversal from which they hold.
+        alarms: all so far.
+        tally: what was seen.
+    """
+
+    def __init__(
+        self, spec: Spec, system: System, program: Program, bound: Mapping[str, Any], engine: Engine, dwell: int
+    ) -> None:
+        """Args:
+        bound: the content of bound.json.
+        dwell: judged samples in a row that an estimate must be out of its bound.
+        """
+        self._engine, self._dwell = engine, max(dwell, 1)
+        stated = bound["bounds"]
+        self.settle = max((after["samples"] for b in stated for after in b["after"][-1:]), default=0)
+        self.limits = tuple(_limit(b, system) for b in stated)
+        names = [name for name, _, _ in program.outputs]
+        self._outputs = [names.index(limit.output) for limit in self.limits]
+        self._velocities = [names.index(f"{v}_hat") for v in spec.velocities]
+        inputs = [f.name for f in program.inputs]
+        self._positions = [inputs.index(x) for x in spec.positions]
+        self._slow = float(Fraction(bound["slip_speed"]))
+        self._ranges = np.array([[float(e) for e in spec.envelope.get(v, (-np.inf, np.inf))] for v in spec.velocities])
+        self._declared = _declared(system, [b["error"] for b in stated])
+        self._since, self._signs = 0, np.zeros(len(system.contacts))
+        self._out = [_Out() for _ in self.limits]
+        self.alarms: list[Alarm] = []
+        self.tally = Tally(worst=[0.0] * len(self.limits))
+
+    def take(self, block: Block) -> list[Alarm]:
+        """Step over a block; the alarms that begin in it."""
+        if block.fresh:
+            self._engine.start(block.rows[0])
+            self._since = 0
+        estimates, faults = self._engine.run(block.rows)
+        x, v = block.rows[:, self._positions], estimates[:, self._velocities]
+        friction, slip = (np.asarray(part.full()).T for part in self._declared(x.T, v.T))
+        apart = estimates[:, self._outputs] - friction
+        held = (faults != 0) | ~np.isfinite(apart).all(axis=1)
+        left = np.asarray(((v < self._ranges[:, 0]) | (v > self._ranges[:, 1])).any(axis=1))
+        begun: list[Alarm] = []
+        for k in range(len(block.time)):
+            signs = np.sign(slip[k]) * (np.abs(slip[k]) > self._slow)
+            steady = not held[k] and not left[k] and bool(signs.all()) and bool((signs == self._signs).all())
+            self._since, self._signs = self._since + 1 if steady else 0, signs
+            if steady and self._since > self.settle:
+                self.tally.judged += 1
+                begun += self._judge(float(block.time[k]), apart[k])
+            elif not steady:
+                self._forget()
+        tally = self.tally
+        tally.first = tally.first if tally.samples else float(block.time[0])
+        tally.last, tally.samples = float(block.time[-1]), tally.samples + len(block.time)
+        tally.outside, tally.faults = tally.outside + int(left.sum()), tally.faults + int((faults != 0).sum())
+        return begun
+
+    def _judge(self, time: float, apart: Array) -> list[Alarm]:
+        begun = []
+        for j, (limit, out) in enumerate(zip(self.limits, self._out, strict=True)):
+            value = float(apart[j])
+            self.tally.worst[j] = max(self.tally.worst[j], abs(value) / limit.bound)
+            if abs(value) <= limit.bound:
+                self._within(out)
+                continue
+            out.count, out.since = out.count + 1, time if out.count == 0 else out.since
+            out.quiet = 0
+            out.worst = value if abs(value) > abs(out.worst) else out.worst
+            if out.alarm is not None:
+                out.alarm.worst, out.alarm.until = out.worst, time
+            elif out.count >= self._dwell:
+                out.alarm = Alarm(limit.where, out.since, time, out.worst, limit.bound, limit.unit, time)
+                self.alarms.append(out.alarm)
+                begun.append(out.alarm)
+        return begun
+
+    def _within(self, out: _Out) -> None:
+        out.count, out.quiet = 0, out.quiet + 1
+        if out.alarm is None:
+            out.worst = 0.0
+        elif out.quiet >= QUIET * self._dwell:
+            out.alarm.ended = True
+            out.alarm, out.worst = None, 0.0
+
+    def _forget(self) -> None:
+        """Nothing is known of the estimates until the bound holds again: an alarm neither begins nor ends."""
+        for out in self._out:
+            out.count = 0
+            if out.alarm is None:
+                out.worst = 0.0
+
+
+def _limit(stated: Mapping[str, Any], system: System) -> Limit:
+    error, name = stated["error"], stated["error"][len(LEVEL) :]
+    bound = float(Fraction(stated["after"][-1]["bound"] if stated["after"] else stated["steady"]))
+    if error.startswith(FORCE):
+        return Limit(f"F_hat_on_{name}", f"friction on {name}", bound, stated["unit"])
+    column = system.distribution[:, system.contact_index(name)]
+    moved = [x.name for x, entry in zip(system.positions, column, strict=True) if entry != 0]
+    return Limit(f"a_hat_{name}", f"friction at {name} ({', '.join(moved)})", bound, stated["unit"])
+
+
+def _declared(system: System, errors: list[str]) -> Any:
+    """CasADi function (x, v) → (declared friction of each error, slip velocities)."""
+    n = len(system.positions)
+    x, v = casadi.SX.sym("x", n), casadi.SX.sym("v", n)
+    names: dict[sympy.Symbol, Any] = {s: casadi.SX(float(value)) for s, value in system.values.items()}
+    names |= {s: x[i] for i, s in enumerate(system.positions)} | {s: v[i] for i, s in enumerate(system.velocities)}
+    slip = system.slip_velocity
+    levels = [c.law.level(Magnitude(u), c.law_parameters) for c, u in zip(system.contacts, slip, strict=True)]
+    friction = system.distribution * sympy.Matrix([Sgn(u) * a for u, a in zip(slip, levels, strict=True)])
+    wanted = []
+    for error in errors:
+        name = error[len(LEVEL) :]
+        on_coordinate = error.startswith(FORCE)
+        wanted.append(friction[system.position_index(name)] if on_coordinate else levels[system.contact_index(name)])
+    parts = [casadi.densify(to_casadi(sympy.ImmutableMatrix(part), names)) for part in (wanted, slip)]
+    return casadi.Function("declared", [x, v], parts)
+
+
+def is_watchable(system: System, bound: Mapping[str, Any]) -> bool:
+    """Whether each bound is of an estimate that is compared with a declared law of zero memory."""
+    if any(isinstance(c.law, DynamicLaw) for c in system.contacts):
+        return False
+    return all(b["error"].startswith((LEVEL, FORCE)) for b in bound["bounds"])

@@ -1,0 +1,192 @@
+"""Shadow mode: silent while the machine is as declared, and speaking at the right time when it is not."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from codegen.app.machine import Machine, load
+from codegen.app.watch import watch, watched_text
+from tests.app.command import SPECS, is_one_message, stiction
+
+BELT = SPECS / "belt_axis.yaml"
+PERIOD = 0.001
+JUMP = 2.0
+"""When the friction or the force changes, s: in the middle of a stroke."""
+
+
+def log_of(after: str = "", friction: float = 9.0, seconds: float = 4.0) -> str:
+    """A log of the belt axis, integrated here by itself: a carriage with Coulomb friction under a PD controller.
+
+    Args:
+        after: what changes at JUMP: ``friction`` (to 14 N) or ``force`` (6 N of somebody who pulls back).
+    """
+    m, kf, b, h, parts = 4.2, 18.5, 12.0, PERIOD, 20
+    x = v = 0.0
+    rows = ["t,x,u"]
+    seen = 0.0
+    speed = 0.0
+    for k in range(round(seconds / h)):
+        t = k * h
+        read = np.round(x / 5e-6) * 5e-6
+        speed = speed + 0.1 * ((read - seen) / h - speed)
+        seen = read
+        # Strokes of half a second with a constant speed in between.
+        target = 0.15 * 2 / np.pi * np.arcsin(np.sin(2 * np.pi * 0.5 * t) * 0.999)
+        u = float(np.clip(120 * (target - read) - 6 * speed, -10, 10))
+        rows.append(f"{t:.6g},{read:.9g},{u:.9g}")
+        level = 14.0 if after == "friction" and t >= JUMP else friction
+        pull = -6.0 if after == "force" and t >= JUMP else 0.0
+        for _ in range(parts):
+            free = v + h / parts * (kf * u - b * v + pull) / m
+            step = h / parts * level / m
+            v = float(np.sign(free)) * max(abs(free) - step, 0.0)
+            x += h / parts * v
+    return "\n".join(rows) + "\n"
+
+
+@pytest.fixture(scope="module")
+def logs() -> dict[str, str]:
+    return {after: log_of(after) for after in ("", "friction", "force")}
+
+
+@cache
+def belt() -> Machine:
+    """The machine, certified once for all tests."""
+    return load(BELT)
+
+
+def pieces(text: str, size: int) -> Iterator[bytes]:
+    """As a pipe might deliver it, lines cut anywhere."""
+    data = text.encode()
+    return (data[k : k + size] for k in range(0, len(data), size))
+
+
+def test_a_machine_as_declared_stays_silent(logs: dict[str, str], tmp_path: Path) -> None:
+    (tmp_path / "log.csv").write_text(logs[""])
+    done = stiction("watch", BELT, "--log", tmp_path / "log.csv")
+    assert done.code == 0 and "never out of its bound" in done.out and "t = 0 to 3.999 s; the rows ended" in done.out
+    seen = watch(belt(), tmp_path / "log.csv")
+    assert seen.alarms == () and seen.tally.samples == 4000 and seen.tally.judged > 2000
+    assert 0 < seen.tally.worst[0] < 1
+
+
+@pytest.mark.parametrize("what", ["friction", "force"])
+def test_a_jump_is_said_at_its_time(logs: dict[str, str], what: str, tmp_path: Path) -> None:
+    """Both are beyond the bound of 1.65 N; the observer's own lag is a few of its time constants, h·K = 1/30 s."""
+    (tmp_path / "log.csv").write_text(logs[what])
+    (alarm, *more) = watch(belt(), tmp_path / "log.csv").alarms
+    assert JUMP <= alarm.since < JUMP + 0.15
+    assert alarm.said == pytest.approx(alarm.since + 9 * PERIOD)
+    assert alarm.where == "friction at guide (x)" and not more
+    done = stiction("watch", BELT, "--log", tmp_path / "log.csv")
+    assert done.code == 3
+    assert done.out.splitlines()[0].startswith(f"t = {alarm.said:.6g} s: friction at guide (x) is ")
+    if what == "friction":
+        assert alarm.worst == pytest.approx(5, abs=1.65)
+
+
+def test_pieces_of_any_size_give_the_same(logs: dict[str, str]) -> None:
+    found = [watch(belt(), "-", given=pieces(logs["force"], size)).content for size in (10**7, 4096, 501)]
+    assert found[0] == found[1] == found[2] and found[0]["alarms"]
+
+
+def test_a_longer_dwell_is_waited_for(logs: dict[str, str]) -> None:
+    (alarm,) = watch(belt(), "-", dwell=0.05, given=pieces(logs["friction"], 4096)).alarms
+    assert alarm.said == pytest.approx(alarm.since + 0.049)
+    assert watch(belt(), "-", dwell=100, given=pieces(logs["friction"], 4096)).alarms == ()
+
+
+def test_rows_through_a_pipe_are_said_before_the_pipe_ends(logs: dict[str, str]) -> None:
+    """A process of its own; the alarm is read while the writing end is still open, and Ctrl-C ends it with a report."""
+    command = [sys.executable, "-u", "-c", "from codegen.app.cli import main; main()"]
+    running = subprocess.Popen(
+        [*command, "watch", str(BELT), "--log", "-"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
+    assert running.stdin is not None and running.stdout is not None
+    running.stdin.write(logs["friction"])
+    running.stdin.flush()
+    first = running.stdout.readline()
+    assert first.startswith("t = 2.") and "friction at guide (x)" in first
+    running.send_signal(signal.SIGINT)
+    rest, _ = running.communicate()
+    assert running.returncode == 3 and "interrupted" in rest and "out of the bound from t = 2." in rest
+
+
+def test_a_file_that_grows_is_followed(logs: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    lines = logs["friction"].splitlines(keepends=True)
+    path = tmp_path / "log.csv"
+    path.write_text("".join(lines[:1000]))
+    waits = iter([lines[1000:2500], lines[2500:]])
+
+    def grow(_: float) -> None:
+        more = next(waits, None)
+        if more is None:
+            raise KeyboardInterrupt
+        with path.open("a") as stream:
+            stream.write("".join(more))
+
+    monkeypatch.setattr("codegen.replay.live.sleep", grow)
+    seen = watch(belt(), path, follow=True)
+    assert seen.ended == "interrupted" and seen.tally.samples == 4000
+    assert seen.content["alarms"] == watch(belt(), path).content["alarms"] != []
+
+
+def test_columns_are_bound_as_in_any_log(logs: dict[str, str], tmp_path: Path) -> None:
+    text = logs["friction"].replace("t,x,u", "time;pos;volt", 1).replace(",", ";")
+    (tmp_path / "log.csv").write_text(text)
+    named = ["--column", "t=time", "--column", "x=pos", "--column", "u=volt"]
+    done = stiction("watch", BELT, "--log", tmp_path / "log.csv", *named, "--json")
+    found = json.loads(done.out)
+    assert done.code == 3 and found["format"] == "stiction-watch/1" and len(found["alarms"]) == 1
+    assert is_one_message(stiction("watch", BELT, "--log", tmp_path / "log.csv"))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "t,x,u\n",
+        "t,x,u\n0,0,0\n",
+        "t,x\n" + "".join(f"{k / 1000},0\n" for k in range(9)),
+        "t,x,u\n" + "".join(f"{k / 500},0,0\n" for k in range(9)),
+        "t,x,u\n" + "".join(f"{-k / 1000},0,0\n" for k in range(9)),
+        "t,x,u\n" + "".join(f"{k / 1000},0,0\n" for k in range(9)) + "0.009,zero,0\n",
+        "t,x,u\n" + "".join(f"{k / 1000},0,0\n" for k in range(9)) + "0.009,0\n",
+        "\xff\xfe" * 100,
+    ],
+)
+def test_bad_rows_are_one_message(text: str, tmp_path: Path) -> None:
+    (tmp_path / "log.csv").write_bytes(text.encode("latin-1"))
+    assert is_one_message(stiction("watch", BELT, "--log", tmp_path / "log.csv"))
+
+
+def test_a_gap_begins_anew_and_a_lost_value_is_held(logs: dict[str, str]) -> None:
+    lines = logs[""].splitlines()
+    del lines[1500:1600]
+    lines[3000] = lines[3000].replace(lines[3000].split(",")[1], "nan")
+    seen = watch(belt(), "-", given=pieces("\n".join(lines), 4096))
+    assert seen.alarms == () and seen.tally.faults == 1 and seen.tally.samples == 3900
+
+
+def test_a_machine_without_a_bound_is_refused(tmp_path: Path) -> None:
+    text = BELT.read_text("utf-8")
+    (tmp_path / "belt.yaml").write_text("".join(line for line in text.splitlines(True) if "v_dot" not in line), "utf-8")
+    done = stiction("watch", tmp_path / "belt.yaml", "--log", tmp_path / "log.csv")
+    assert is_one_message(done) and "no bound in newtons" in done.err
+    assert is_one_message(stiction("watch", BELT, "--log", tmp_path / "absent.csv"))
+    assert is_one_message(stiction("watch", BELT, "--log", tmp_path / "absent.csv", "--dwell", "-1"))
+
+
+def test_a_machine_that_always_reverses_is_not_called_sound() -> None:
+    rows = "t,x,u\n" + "".join(f"{k * PERIOD:.4f},{1e-4 * np.sin(0.3 * k):.9f},0\n" for k in range(1000))
+    seen = watch(belt(), "-", given=pieces(rows, 4096))
+    assert seen.tally.judged == 0 and "nothing was judged" in watched_text(seen)
