@@ -34,9 +34,9 @@ Judged = tuple[str, bool]
 def judged_case(case: Case, result: Mapping[str, Any]) -> Judged | None:
     """A diagnosis of a made log; None where its verdict claims nothing.
 
-    `effect` is right where every effect that it names is in the log; `none` where there is none, or where the refit of
-    the declared model simulates as well as the truth; `ambiguous` where a true effect is among those that tie, or
-    where nothing can be identified.
+    `effect` is right where every effect that it names is in the log; `none` where there is none, where the log cannot
+    show it, or where the refit of the declared model simulates as well as the truth; `ambiguous` where a true effect is
+    among those that tie, or where the log cannot show it.
     """
     name = _class(result)
     if name is None:
@@ -45,7 +45,8 @@ def judged_case(case: Case, result: Mapping[str, Any]) -> Judged | None:
     if result["verdict"] == "effect":
         return name, case.group in ("single", "double") and set(named(result)) <= accepted
     if result["verdict"] == "none":
-        return name, case.group == "none" or is_absorbed(case, dict(result))
+        nothing = case.group == "none" or case.group.startswith("unident")
+        return name, nothing or is_absorbed(case, dict(result))
     tied = {*named(result), *(rival["kind"] for rival in result.get("rivals", []))}
     return name, case.group.startswith("unident") or bool(tied & accepted)
 
@@ -124,7 +125,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         parser.exit(1, f"reliability: no diagnosis by code {code} is here\n")
     sources = {"fitted": args.fit, "checked": args.check, "spikes": len(spikes)}
     text = page(fit, check, sources, code)
-    write_atomically(FILE, json.dumps(fit, indent=1) + "\n")
+    rows = ",\n".join(f" {json.dumps(name)}: {json.dumps(found)}" for name, found in fit.items())
+    write_atomically(FILE, f"{{\n{rows}\n}}\n")
     write_atomically(PAGE, text)
     print(text)
 

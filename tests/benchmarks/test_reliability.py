@@ -35,6 +35,8 @@ def said(verdict: str, *kinds: str, noise: float = 1.0) -> dict[str, Any]:
         ("foreign", [], "effect", ["spring"], False),
         ("none", [], "effect", ["spring"], False),
         ("none", [], "none", [], True),
+        ("unident_dead", ["spring"], "none", [], True),
+        ("unident_dead", ["spring"], "effect", ["spring"], False),
         ("single", ["spring"], "none", [], False),
         ("single", ["spring"], "ambiguous", ["cogging", "spring"], True),
         ("single", ["spring"], "ambiguous", ["cogging", "offset"], False),
