@@ -99,7 +99,7 @@ def test_a_force_at_one_place_only_is_unknown_though_most_of_the_log_fits(tmp_pa
     assert diagnosis.data["level_refit"] < 2.0
     assert diagnosis.verdict == "unknown", diagnosis.sentence
     assert 0.05 < diagnosis.data["share_far"] < 0.5
-    assert f"{100 * diagnosis.data['share_far']:.0f} % of the stretches" in diagnosis.sentence
+    assert f"{100 * diagnosis.data['share_far']:.0f} % of the segments" in diagnosis.sentence
 
 
 BUMP = """
