@@ -20,7 +20,7 @@ from codegen.diagnosis.conclusion import (
     sentence,
     verdict_of,
 )
-from codegen.diagnosis.credit import ALPHA, BLOCKS, noise_ratio, share_far
+from codegen.diagnosis.credit import ALPHA, BLOCKS, NEAR_NOISE, noise_ratio, share_far
 from codegen.diagnosis.examination import examine
 from codegen.diagnosis.forward_selection import Outcome, find_effects, within_reach
 from codegen.diagnosis.harmonics import with_harmonics
@@ -29,6 +29,7 @@ from codegen.diagnosis.measure import RESTART_S, Window, force_errors, measure, 
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.proposal import propose_terms, refuse_without_pysindy
 from codegen.diagnosis.record import position_noise, record_of
+from codegen.diagnosis.reliability import reliability_of
 from codegen.diagnosis.replay import compare_residuals
 from codegen.diagnosis.residual_regression import remainders
 from codegen.diagnosis.results import MATERIAL, Diagnosis, ErrorFigures, FoundEffect, Round
@@ -199,6 +200,7 @@ def diagnose_log(
         at_limit=at_zero,
         remainder=left,
         material=material,
+        reliability=reliability_of(verdict, noise_ratio(outcome.final) <= NEAR_NOISE),
         proposal=propose_terms(refit, problem, test_problem, window) if propose and verdict == "unknown" else None,
     )
     report_progress("done", 1.0)

@@ -8,6 +8,7 @@ from math import sqrt
 from typing import Any, Literal
 
 from codegen.diagnosis.advice import Proposal, Separation
+from codegen.diagnosis.reliability import Reliability
 from codegen.effects.declare import written_place
 
 Interval = tuple[float, float]
@@ -203,6 +204,7 @@ class Diagnosis:
         proposal: of terms for the residual; on the verdict ``unknown`` where it was asked for.
         remainder: force residual of the written model on the training log, one a coordinate.
         material: share of the RMS drive force from which on a force matters.
+        reliability: of verdicts of this class; None where the verdict claims nothing.
     """
 
     verdict: Verdict
@@ -228,6 +230,7 @@ class Diagnosis:
     at_limit: tuple[str, ...] = ()
     remainder: tuple[Remainder, ...] = ()
     material: float = MATERIAL
+    reliability: Reliability | None = None
 
     def as_json(self) -> dict[str, Any]:
         """Plain objects for diagnosis.json; infinities become null."""
@@ -245,6 +248,7 @@ class Diagnosis:
             "format": "stiction-diagnosis/1",
             "verdict": self.verdict,
             "sentence": self.sentence,
+            "reliability": None if self.reliability is None else self.reliability.as_json(),
             "effects": [_effect(e) for e in self.effects],
             "rivals": [_effect(e) for e in self.rivals],
             "candidates": [_row(c) for c in self.candidates],

@@ -67,6 +67,7 @@ def page_view(spec: Spec, diagnosis: Diagnosis, models: Models, files: Mapping[s
         version=VERSION,
         verdict=diagnosis.verdict,
         sentence=diagnosis.sentence,
+        reliability=diagnosis.reliability,
         added=diagnosis.verdict in ("effect", "ambiguous"),
         data=_data(diagnosis),
         errors=(*error_rows(diagnosis, models.declared), training_row(diagnosis)),

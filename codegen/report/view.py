@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from codegen.diagnosis.reliability import Reliability
 from codegen.diagnosis.results import Nature, Verdict
 from codegen.report.pictures import Panel
 
@@ -326,6 +327,7 @@ class Page:
     version: str
     verdict: Verdict
     sentence: str
+    reliability: Reliability | None
     added: bool
     data: DataView
     errors: tuple[ErrorRow, ...]

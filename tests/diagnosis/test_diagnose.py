@@ -11,6 +11,7 @@ import pytest
 import stiction
 from codegen.base.errors import BadInput
 from codegen.diagnosis.diagnose import Models, diagnose_log
+from codegen.diagnosis.reliability import reliability_of
 from codegen.diagnosis.results import Diagnosis
 from codegen.effects import CATALOGUE
 from codegen.effects.register import load_effects
@@ -39,6 +40,7 @@ def test_one_undeclared_effect_is_named_with_its_parameters(kind: str, tmp_path:
     diagnosis, models = diagnosed(f"[{{kind: {kind}, on: {on}, parameters: {{{entry}}}}}]", tmp_path)
     assert diagnosis.verdict == "effect", diagnosis.sentence
     assert [(e.kind, e.on) for e in diagnosis.effects] == [(kind, on)]
+    assert diagnosis.reliability == reliability_of("effect", near=True)
     for name, value in parameters.items():
         assert diagnosis.effects[0].parameters[name] == pytest.approx(value, rel=0.05), name
     # The level, declared 4 and truly 4.5, is found beside it, and the error falls on a motion not trained on.
@@ -84,7 +86,7 @@ def test_a_force_that_is_no_effect_of_the_catalogue_is_unknown_and_not_nothing(t
     spec = stage()
     diagnosis, models = diagnose_log(spec, system_of(spec), log)
     assert diagnosis.verdict == "unknown", diagnosis.sentence
-    assert diagnosis.effects == ()
+    assert diagnosis.effects == () and diagnosis.as_json()["reliability"] is None
     assert parse_spec(models.spec_text, Path("spec.yaml")).effects == ()
 
 
@@ -97,7 +99,7 @@ def test_a_force_at_one_place_only_is_unknown_though_most_of_the_log_fits(tmp_pa
     assert diagnosis.data["level_refit"] < 2.0
     assert diagnosis.verdict == "unknown", diagnosis.sentence
     assert 0.05 < diagnosis.data["share_far"] < 0.5
-    assert f"{100 * diagnosis.data['share_far']:.0f} % of the stretches" in diagnosis.sentence
+    assert f"{100 * diagnosis.data['share_far']:.0f} % of the segments" in diagnosis.sentence
 
 
 BUMP = """

@@ -1,0 +1,74 @@
+"""Measured reliability of a verdict: how often verdicts of its class were right on logs whose truth is known.
+
+A class is a verdict together with whether the final model reaches the noise (``credit.NEAR_NOISE``). The counts lie in
+reliability.json beside this file, which `python -m benchmarks.reliability` writes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from pydantic import TypeAdapter
+from scipy.special import betaincinv
+
+FILE = Path(__file__).with_name("reliability.json")
+CONFIDENCE = 0.95
+_COUNTS: TypeAdapter[dict[str, tuple[int, int]]] = TypeAdapter(dict[str, tuple[int, int]])
+
+
+@dataclass(frozen=True)
+class Reliability:
+    """Right verdicts among those of one class.
+
+    Attributes:
+        right, of: counts on logs whose truth is known.
+    """
+
+    right: int
+    of: int
+
+    @property
+    def probability(self) -> float:
+        """Posterior mean of the rate under Jeffreys' prior, (right + 1/2)/(of + 1)."""
+        return (self.right + 0.5) / (self.of + 1)
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Equal-tailed 95 % interval of that posterior, a beta distribution."""
+        a, b, tail = self.right + 0.5, self.of - self.right + 0.5, (1 - CONFIDENCE) / 2
+        return float(betaincinv(a, b, tail)), float(betaincinv(a, b, 1 - tail))
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain objects for diagnosis.json."""
+        return {
+            "right": self.right,
+            "of": self.of,
+            "probability": round(self.probability, 4),
+            "interval": [round(v, 4) for v in self.interval],
+        }
+
+
+def class_of(verdict: str, near: bool) -> str | None:
+    """The class of a verdict; None for those that claim nothing.
+
+    Args:
+        near: whether the final model's error is within ``credit.NEAR_NOISE`` standard deviations of the position noise.
+    """
+    return None if verdict in ("unknown", "unfit") else f"{verdict}, {'at' if near else 'above'} the noise"
+
+
+def reliability_of(verdict: str, near: bool) -> Reliability | None:
+    """Of a verdict's class; None where the verdict claims nothing or no log of its class was judged."""
+    name = class_of(verdict, near)
+    right, of = (0, 0) if name is None else measured().get(name, (0, 0))
+    return Reliability(right, of) if of else None
+
+
+@cache
+def measured() -> Mapping[str, tuple[int, int]]:
+    """Class → (right, judged), of the shipped file."""
+    return _COUNTS.validate_json(FILE.read_bytes())

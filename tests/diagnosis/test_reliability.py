@@ -1,0 +1,34 @@
+"""The probability that is stated beside a verdict."""
+
+from __future__ import annotations
+
+import pytest
+from scipy.stats import beta
+
+from codegen.diagnosis.reliability import Reliability, class_of, measured, reliability_of
+
+
+def test_the_probability_is_the_posterior_mean_under_jeffreys_prior() -> None:
+    found = Reliability(right=83, of=85)
+    posterior = beta(83.5, 2.5)
+    assert found.probability == pytest.approx(posterior.mean())
+    assert found.interval == pytest.approx((posterior.ppf(0.025), posterior.ppf(0.975)))
+
+
+def test_few_logs_leave_a_wide_interval() -> None:
+    low, high = Reliability(right=2, of=2).interval
+    assert low < 0.4 and high > 0.99
+
+
+@pytest.mark.parametrize("verdict", ["unknown", "unfit"])
+def test_a_verdict_that_claims_nothing_has_no_probability(verdict: str) -> None:
+    assert class_of(verdict, near=True) is None
+    assert reliability_of(verdict, near=True) is None
+
+
+def test_the_shipped_counts_are_of_the_classes_that_a_diagnosis_asks_for() -> None:
+    asked = {class_of(verdict, near) for verdict in ("effect", "none", "ambiguous") for near in (True, False)}
+    assert set(measured()) <= asked
+    assert all(0 <= right <= of and of > 0 for right, of in measured().values())
+    shipped = measured()["effect, at the noise"]
+    assert reliability_of("effect", near=True) == Reliability(*shipped)
