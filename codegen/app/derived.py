@@ -207,12 +207,20 @@ def _with_kernel_proof(certificate: Certificate, machine: Derived, sources: Mapp
         _, unproved, _ = checker.by_kernel(content, {**sources, checker.PROOF: proof.encode()})
     except (NotCovered, checker.Refused) as error:
         return replace(certificate, not_by_kernel=str(error))
-    return replace(certificate, kernel=None if unproved else proof, not_by_kernel=unproved)
+    certificate = replace(certificate, kernel=None if unproved else proof, not_by_kernel=unproved)
+    return certificate if unproved else _with_ellipsoid(certificate, machine, sources)
+
+
+def _with_ellipsoid(certificate: Certificate, machine: Derived, sources: Mapping[str, bytes]) -> Certificate:
+    """The certificate with what noise and drift do by the kernel's proof, where a bound is known."""
+    from codegen.certify.bound.ellipsoid import with_ellipsoid
+
+    return with_ellipsoid(certificate, machine.spec, machine.observer, machine.program.places, sources)
 
 
 def _files(machine: Derived) -> Mapping[str, str]:
     from codegen.certify.outcome import Certificate
-    from codegen.checker.verify import PROOF
+    from codegen.checker.verify import PROOF, SETS
     from codegen.emit.package import emit_manifest, emit_readme
 
     outcome, sources = machine.outcome, machine.sources
@@ -221,5 +229,7 @@ def _files(machine: Derived) -> Mapping[str, str]:
     files["README.md"] = emit_readme(machine.program, machine.header, said, tuple(sources), outcome.proofs)
     if isinstance(outcome, Certificate) and outcome.kernel is not None:
         files[PROOF] = outcome.kernel
+    if isinstance(outcome, Certificate) and outcome.ellipsoid is not None:
+        files[SETS] = outcome.ellipsoid
     files["manifest.json"] = emit_manifest(machine.header, files)
     return files

@@ -26,7 +26,7 @@ from codegen.emit.package import proof_lines
 from codegen.spec import Spec
 
 CHOSEN = ("splits", "lyapunov_matrix", "slow", "decay_rate", "reversals", "along")  # by the solver, in a certificate
-KERNEL_PROOF = checker.PROOF
+KERNEL_PROOF, ELLIPSOID = checker.PROOF, checker.SETS
 FOLLOWING = ("certificate", "slip_speed", "bounds")  # what of a bound the certificate's last digits change
 REGION = ("variables", "parameters", "matrix", "claim", "assumptions")  # of a region's proof: how far it goes
 
@@ -151,7 +151,7 @@ def _make_importable(target: Path, folder: str | Path | None) -> None:
 
 def _drop_old_proofs(target: Path, spec: Spec, kept: Mapping[str, str]) -> None:
     """Remove proofs that an earlier run wrote for this machine and this one does not: they speak of other code."""
-    for old in (target / name for name in (*PROOFS, KERNEL_PROOF) if name not in kept):
+    for old in (target / name for name in (*PROOFS, KERNEL_PROOF, ELLIPSOID) if name not in kept):
         try:
             content = json.loads(read_text(old, "a certificate", LARGEST_GENERATED))
             ours = content.get("subject", content)["name"] == spec.name
@@ -168,7 +168,8 @@ def _stale(folder: Path, files: Mapping[str, str]) -> tuple[str, ...]:
     """
     on_disk = {name: read_or_none(folder / name) for name in files}
     different = tuple(name for name, text in files.items() if on_disk[name] != text)
-    different += tuple(n for n in (*PROOFS, KERNEL_PROOF) if n not in files and is_there(folder / n))
+    others = (*PROOFS, KERNEL_PROOF, ELLIPSOID)
+    different += tuple(n for n in others if n not in files and is_there(folder / n))
     expected = dict(files)
     for name in PROOFS:
         text = on_disk.get(name)

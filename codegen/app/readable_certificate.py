@@ -43,7 +43,10 @@ def _certificate(certificate: Certificate, found: Certified) -> dict[str, Any]:
         "facts": list(certificate.facts),
         "error_bounds": bounds
         if isinstance(bounds, str)
-        else [{"name": b.name, "unit": b.unit, "steady": b.steady, "slip_speed": b.slip_speed} for b in bounds],
+        else [
+            {"name": b.name, "unit": b.unit, "steady": b.steady, "slip_speed": b.slip_speed, "of_code": b.of_code}
+            for b in bounds
+        ],
         "certificate": certificate.content,
         "kernel_proof": None if certificate.kernel is None else json.loads(certificate.kernel),
         "not_by_kernel": certificate.not_by_kernel or None,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from decimal import ROUND_CEILING, Context, Decimal
 from typing import Any
 
 import numpy as np
@@ -31,3 +32,8 @@ def rounded_matrix(matrix: NDArray[np.float64], digits: int, size: NDArray[np.fl
 def texts(rows: list[list[Any]]) -> list[list[str]]:
     """Exact numbers as the format writes them."""
     return [[rational_text(e) for e in row] for row in rows]
+
+
+def upwards(value: float, digits: int) -> Any:
+    """A short exact decimal that is no less."""
+    return sympy.Rational(str(Context(prec=digits, rounding=ROUND_CEILING).plus(Decimal(float(value)))))

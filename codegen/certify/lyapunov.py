@@ -7,11 +7,13 @@ at any h. What is found here is only proposed; the exact check decides.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh, matrix_balance, solve_continuous_lyapunov, solve_discrete_lyapunov
+from scipy.optimize import minimize
 from scipy.spatial import ConvexHull
 
 from codegen.certify.centre import climbed, slower_until
@@ -19,6 +21,9 @@ from codegen.certify.lmi import fall, feasible
 
 Array = NDArray[np.float64]
 LARGEST_HULL = 4
+WELL = 1e8
+SAME = 0.05
+"""Steps of log w: coarse, so that no last bit decides."""
 
 
 def decay_rate_limit(matrices: Sequence[Array], h: float) -> float:
@@ -128,3 +133,40 @@ def _feasible(matrices: Sequence[Array], h: float, alpha: float, structure: NDAr
         for a in matrices
     )
     return value if worst > 0 and np.linalg.eigvalsh(value)[0] > 0 else None
+
+
+def gentle(matrix: Array, h: float, turned: Sequence[Sequence[int]], largest: int = 8) -> Array | None:
+    """P of one matrix at its best rate that a change of sign of some errors makes grow least; None if none is seen.
+
+    Every P = Σ w_i Re(l̄_i l_i'), l_i the left eigenvectors of I + hA, w_i > 0, falls at the best rate; of these the one
+    with the least largest growth of J'PJ over P, J −1 at each of ``turned``, by Nelder and Mead's search of log w.
+
+    Args:
+        turned: for each turn the indices of the errors that change their sign.
+        largest: no search with more errors.
+    """
+    if h == 0 or len(matrix) > largest or not turned:
+        return None
+    values, right = np.linalg.eig(np.eye(len(matrix)) + h * matrix)
+    if np.linalg.cond(right) > WELL:
+        return None
+    left = np.linalg.inv(right)
+    parts = [np.real(np.outer(row.conj(), row)) for row, z in zip(left, values, strict=True) if z.imag >= 0]
+    signs = [np.where(np.isin(np.arange(len(matrix)), list(each)), -1.0, 1.0) for each in turned]
+
+    def together(logs: Array) -> Array:
+        return np.asarray(sum(np.exp(w) * part for w, part in zip((0.0, *logs), parts, strict=True)))
+
+    def growth(logs: Array) -> float:
+        try:
+            p = together(logs)
+            return max(float(np.log(eigh(s[:, None] * p * s, p, eigvals_only=True)[-1])) for s in signs)
+        except (np.linalg.LinAlgError, ValueError):
+            return math.inf
+
+    found = minimize(growth, np.zeros(len(parts) - 1), method="Nelder-Mead") if len(parts) > 1 else None
+    logs = np.zeros(0) if found is None else np.round(found.x / SAME) * SAME
+    if not math.isfinite(growth(logs)):
+        return None
+    p = together(logs)
+    return (p + p.T) / 2

@@ -33,6 +33,7 @@ class Certificate(Shown):
         bound: their proof, as the checker has accepted it, or None.
         kernel: the proof that the kernel has accepted for the C (proof.json), or None.
         not_by_kernel: why there is none.
+        ellipsoid: what follows of it for noise and drift, as the checker has accepted it (ellipsoid.json), or None.
     """
 
     content: Mapping[str, Any]
@@ -47,6 +48,7 @@ class Certificate(Shown):
     bound: Mapping[str, Any] | None = None
     kernel: str | None = None
     not_by_kernel: str = "none was asked for"
+    ellipsoid: str | None = None
 
     @property
     def summary(self) -> Mapping[str, object]:

@@ -10,7 +10,7 @@ from codegen.analysis.analysis import Analysis
 from codegen.certify.content import Found
 from codegen.certify.enclosure import Cells, enclose_family
 from codegen.certify.family import Family
-from codegen.certify.lyapunov import common_lyapunov
+from codegen.certify.lyapunov import common_lyapunov, extreme, gentle
 from codegen.certify.prefix import rational_text
 from codegen.certify.slow import following, slow_variable
 
@@ -43,9 +43,23 @@ def proposals_for(
             if found is not None and (common is None or common.alpha < found.alpha):
                 yield Found(float(found.alpha), {}, [], found)
         if common is not None:
+            yield from _gentle(analysis, cells, common, h)
             yield common
 
     return cells, fastest_first()
+
+
+def _gentle(analysis: Analysis, cells: Cells, common: Found, h: float) -> Iterator[Found]:
+    """Of one matrix, a P of the same rate that a reversal makes grow least."""
+    observer = analysis.dynamics.observer
+    matrices = extreme(cells.matrices)
+    if len(matrices) > 1 or not observer.level_errors:
+        return
+    contacts = range(len(observer.signs))
+    turned = [[k for k, e in enumerate(observer.errors) if e.contact == c] for c in contacts]
+    found = gentle(matrices[0], h, [each for each in turned if each])
+    if found is not None:
+        yield Found(common.alpha, common.splits, [found])
 
 
 def _common(family: Family, h: float) -> tuple[Cells, Found | None]:

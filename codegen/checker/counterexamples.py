@@ -185,12 +185,12 @@ CASES = (
     # the claim
     Case("V falls faster than is true", "p", '"279/25"', '"12"', "not positive semidefinite"),
     Case("V falls so fast that it would be negative", "p", '"279/25"', '"1000"', "V negative"),
-    Case("P is not definite", "p", '"781/50000"', '"0"', "not positive definite"),
-    Case("P is not symmetric", "p", '"22/125"\n  ],', '"23/125"\n  ],', "not symmetric"),
+    Case("P is not definite", "p", '"1903/10000"', '"0"', "not positive definite"),
+    Case("P is not symmetric", "p", '"3797/1000"\n  ],', '"3798/1000"\n  ],', "not symmetric"),
     Case("the matrix is another", "p", '"9/10"', '"8/10"', NOT_MOVED),
-    Case("growth is too small", "p", '"2735983/1000"', '"2735/1000"', "not positive semidefinite"),
-    Case("dwell is too short", "p", '"352"', '"200"', "not made good"),
-    Case("dwell is no number", "p", '"352"', '"3520000000"', "not made good"),
+    Case("growth is too small", "p", '"88831/20000"', '"88830/20000"', "not positive semidefinite"),
+    Case("dwell is too short", "p", '"68"', '"60"', "not made good"),
+    Case("dwell is no number", "p", '"68"', '"3520000000"', "not made good"),
     Case("the machine is twice as heavy", "p", '"parameters.m"', '"2*parameters.m"', "is not force"),
     Case("the machine has a negative mass", "p", '"parameters.m"', '"-parameters.m"', "is not force"),
     Case(

@@ -111,8 +111,7 @@ def semidefinite(A: list[list[Poly]], cell: dict[str, tuple[Fraction, Fraction]]
         demand(True, "", prod(2 * d + 1 for d in degrees.values()) * sum(len(p) + 1 for row in A for p in row))
         for k in product(*(range(d + 1) for d in degrees.values())):
             at = {x: (i, d) for i, (x, d) in zip(k, degrees.items(), strict=True)}
-            good = positive([[bernstein(p, cell, at) for p in row] for row in A])
-            demand(good, f"a matrix is not positive semidefinite in {[(x, *map(str, cell[x])) for x in cell]}")
+            demand(positive([[bernstein(p, cell, at) for p in r] for r in A]), f"not positive semidefinite in {cell}")
     else:
         (x, text, below, above), (low, high) = tree, cell[tree[0]]
         demand(low < (cut := Text({}, {}).value(text).constant()) < high, f"{x} is not cut between its ends")
@@ -184,7 +183,7 @@ class Text:  # expressions over `names`, and statements that set them; `sign`: w
 
 
 # LEMMA 7. Comments aside, the two files are of these forms (a blank: any white space): four structs of doubles, values,
-# functions. No macro, type or global besides can give `step` another meaning, or another value to a parameter.
+# functions. No macro, type or global can change what `step` or a parameter means. float, fabsf, 1.5f: but for rounding.
 BODY = r"(?:[^{}#\"']++|\{(?:[^{}#\"']++|\{[^{}#\"']*+\})*+\})*+"
 STRUCT = r"typedef struct \{ ((?:double \w+(?:\[\d{1,3}\])?; )+)(?:int fault; )?\} NAME_"
 HEADER = (r'#ifndef STICTION_UPPER_H\n#define STICTION_UPPER_H\n#ifdef __cplusplus\nextern "C" \{\n#endif\n'
@@ -206,6 +205,8 @@ def matched(form: str, file: str, text: str) -> list[str]:
     demand(not re.search(r"[\x00-\x09\x0b-\x1f\x7f-\x9f\\]|\?\?", text), "control characters, a backslash or ??")
     plain = re.sub(r'/\*.*?(?:\*/|\Z)|("[^"\n]*"|//)', lambda m: m[1] or " ", text, flags=re.DOTALL)
     demand("//" not in plain and plain.isascii(), "a comment from // on, or letters that are not ASCII", size)
+    for single, double in ((r"\bfloat\b", "double"), (r"\bfabsf\(", "fabs("), (rf"(?<![\w.])({NUMBER})f\b", r"\1")):
+        plain = re.sub(single, double, plain)
     plain = "\n".join(line for line in (" ".join(line.split()) for line in plain.split("\n")) if line)
     form = form.replace(" ", r"\s").replace("NAME", stem).replace("UPPER", stem.upper())
     demand(found := re.fullmatch(form, plain), f"{file} is not of the form that is read")
@@ -225,9 +226,9 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
         for of, array in zip(("parameters", "state", "inputs", "outputs"), arrays, strict=True))  # fmt: skip
     # Parameters are what `prepare` makes of the values, exactly: the decimals there are that, rounded.
     stated = dict(zip(parameters, map(Fraction, re.findall(NUMBER, given)), strict=True))
-    code = Text({p: term(x) for p, x in stated.items()}, {}, f"{name}_sign")
-    code.run(prepare, {*parameters})
-    demand(all(abs(code.names[p].constant() - x) <= abs(x) / 2**50 for p, x in stated.items()), "prepare gives others")
+    (code := Text({p: term(x) for p, x in stated.items()}, {}, f"{name}_sign")).run(prepare, {*parameters})
+    near = 2 ** (20 if "float sample_time;" in re.sub(r"(?s)/\*.*?\*/", "", files[f"{name}.h"]) else 50)
+    demand(all(abs(code.names[p].constant() - x) <= abs(x) / near for p, x in stated.items()), "prepare gives others")
     # Free are inputs, truth, signs, errors, and states without a formula. An estimate is truth less sign * error.
     truths, estimates, turned = ([e[part] for e in errors] for part in ("truth", "estimate", "sign"))
     aside = [z for z in states if z not in formulas and z != "state.waiting"]
@@ -282,9 +283,8 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
         rise = [[(growth - i * j) * p for j, p in zip(J, row, strict=True)] for i, row in zip(J, fixed, strict=True)]
         demand(positive(rise), "not positive semidefinite", min(int(dwell), 10**5) * fall.denominator.bit_length())
         demand(dwell in range(10**5) and fall ** int(dwell) * growth <= 1 and turn["sign"] in signs, "not made good")
-    unit = dict(re.findall(r"double (\w+)(?:\[\d+\])?; /\* (\S+): ", files[f"{name}.h"]))
     shown = {"whole": not proof["domain"] and len(moving) == len(formulas), "first order": any(off.values())}
-    return shown | {"fall": fall, "units": [unit[re.split(r"[.[]", x)[1]] for x in estimates], "values": stated}
+    return shown | {"fall": fall, "values": stated, "names": names, "known": claim.known}
 
 
 if __name__ == "__main__":
@@ -294,6 +294,6 @@ if __name__ == "__main__":
     except Exception as why:
         sys.exit(f"refused: {type(why).__name__} {str(why)[:200]}")
     print(f"{claim['name']}: proved{'' if shown['whole'] else ', in its domain'}")
-    print(*(f"  {field}: {json.dumps(claim[field])}" for field in FIELDS[1:]), sep="\n")
-    print(*(f"  {fact}: {json.dumps(shown[fact], default=str)}" for fact in shown), sep="\n")
+    for fact in (*FIELDS[1:], "first order", "fall", "values"):
+        print(f"  {fact}: {json.dumps((claim | shown)[fact], default=str)}")
     sys.exit(0 if shown["whole"] else 4)

@@ -11,9 +11,11 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from codegen.checker import enclosure, kernel
+    from fractions import Fraction
 
-PROOF = "proof.json"
+    from codegen.checker import ellipsoid, enclosure, kernel
+
+PROOF, SETS = "proof.json", "ellipsoid.json"
 KINDS = "(?:parameters|inputs|outputs|state|true)"
 UNIT = r"[A-Za-z0-9*/^().-]{1,40}"
 OUT = "rounding, samples with a fault, noise, what moves within a sample, outputs that are no estimate of an error"
@@ -32,14 +34,54 @@ def proved(proof: dict[str, Any], sources: dict[str, bytes]) -> dict[str, Any]:
     """What holds besides the fields of the proof (kernel.prove), with these sources, or enclosure.Refused."""
     numbers(proof)
     try:
-        shown: dict[str, Any] = kernel.prove(proof, {name: text.decode() for name, text in sources.items()})
+        texts = {name: text.decode() for name, text in sources.items()}
+        shown: dict[str, Any] = kernel.prove(proof, texts)
+        return shown | {"units": units(proof, texts[f"{proof['name']}.h"])}
     except Exception as why:  # the kernel stops at anything that is not as it must be, by whatever Python raises
         raise enclosure.Refused(
             f"the kernel does not prove {PROOF} of the C: {type(why).__name__} {str(why)[:200]}"
         ) from None
-    odd = [unit for unit in shown["units"] if not re.fullmatch(UNIT, unit)]
+
+
+def kept(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> tuple[dict[str, Any], list[list[Fraction]]]:
+    """A claim of ellipsoid.json and the bounds of each of its sets' rows, or enclosure.Refused."""
+    try:
+        claim = json.loads(text)
+        return claim, ellipsoid.bounded(proof, claim, shown)
+    except Exception as why:  # as above
+        raise enclosure.Refused(f"{SETS} is not proved of the C: {type(why).__name__} {str(why)[:200]}") from None
+
+
+def long_run(proof: dict[str, Any], sources: dict[str, bytes], text: bytes) -> list[list[Fraction]]:
+    """The bounds of ``kept`` for the C of these sources, or enclosure.Refused."""
+    return kept(proof, proved(proof, sources), text)[1]
+
+
+def reached(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> list[str]:
+    """What noise and drift can do, in lines, if the claim of ellipsoid.json follows; or enclosure.Refused."""
+    claim, found = kept(proof, shown, text)
+    show, number = enclosure.show, ellipsoid.number
+    plain = partial(without_kinds, twice=ambiguous(proof, shown))
+    noise = [f"{plain(x)} is measured within {show(number(d))}" for x, d in claim["noise"].items()]
+    drift = [f"{plain(x)} moves in a sample by at most {show(number(d))} more" for x, d in claim["drift"].items()]
+    lines = [f"where {', '.join([*noise, *drift])} (whatever these do, and without any turn):"]
+    for ball, bounds in zip(claim["sets"], found, strict=True):
+        for (*c, _), bound in zip(ball["rows"], bounds, strict=True):
+            entries = [(number(x), e, u) for x, e, u in zip(c, proof["errors"], shown["units"], strict=True)]
+            used = [(x, lag(e, plain), unit) for x, e, unit in entries if x]
+            parts = " + ".join(of if x == 1 else f"{show(x)}*({of})" for x, of, _ in used)
+            unit = f" [{used[0][2]}]" if len({unit for *_, unit in used}) == 1 else ""
+            lines.append(f"  |{parts}| is in the long run at most {show(bound)}{unit}")
+    return lines
+
+
+def units(proof: dict[str, Any], header: str) -> list[str]:
+    """The unit that the header's comment gives each estimate; KeyError where it gives none; or enclosure.Refused."""
+    of = dict(re.findall(r"(?:double|float) (\w+)(?:\[\d+\])?; /\* (\S+): ", header))
+    found = [of[re.split(r"[.[]", error["estimate"])[1]] for error in proof["errors"]]
+    odd = [unit for unit in found if not re.fullmatch(UNIT, unit)]
     enclosure.demand(not odd, f"{odd[:1]} in {proof['name']}.h is no unit")
-    return shown
+    return found
 
 
 def numbers(proof: dict[str, Any]) -> dict[str, Any]:
@@ -70,13 +112,7 @@ def words(proof: dict[str, Any], shown: dict[str, Any]) -> list[str]:
         f"{left(row, proof, plain)} = {plain(f)}" for row, f in zip(proof["mass_matrix"], proof["force"], strict=True)
     ]
     pushed += [f"{plain(x)}' = {plain(v)}" for x, v in proof["positions"].items()]
-    lags = [
-        f"{plain(e['sign'])}*({plain(e['truth'])} - {plain(e['estimate'])})"
-        if e["sign"]
-        else f"{plain(e['truth'])} - {plain(e['estimate'])}"
-        for e in proof["errors"]
-    ]
-    errors = [f"{lag} [{unit}]" for lag, unit in zip(lags, shown["units"], strict=True)]
+    errors = [f"{lag(e, plain)} [{unit}]" for e, unit in zip(proof["errors"], shown["units"], strict=True)]
     free = ", ".join(plain(x) for x in sorted({e["truth"] for e in proof["errors"]} - {*proof["acceleration"]}))
     held = {z: of for z, of in proof["states"].items() if not re.search(r"\boutputs\.", of)}
     first = ", to first order in them" if shown["first order"] else ""
@@ -119,6 +155,12 @@ def left(row: list[str], proof: dict[str, Any], plain: Callable[[str], str]) -> 
     """A row of mass matrix times acceleration."""
     rates = [f"{plain(v)}'" for v in proof["acceleration"]]
     return " + ".join(f"({plain(m)}) {v}" for m, v in zip(row, rates, strict=True) if m != "0")
+
+
+def lag(entry: dict[str, str], plain: Callable[[str], str]) -> str:
+    """An error over truth and estimate."""
+    difference = f"{plain(entry['truth'])} - {plain(entry['estimate'])}"
+    return f"{plain(entry['sign'])}*({difference})" if entry["sign"] else difference
 
 
 def unlike(top: dict[str, Any], proof: dict[str, Any]) -> str:
@@ -194,4 +236,5 @@ def bound(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[list[str], st
     if not same_matrix(top, proof):
         return [], f"{PROOF} is not its proof: the matrix", False
     enclosure.demand([e["unit"] for e in top["error"]] == shown["units"], f"the units of {proof['name']}.h are others")
-    return words(proof, shown), "", shown["whole"]
+    more = reached(proof, shown, sources[SETS]) if SETS in sources else []
+    return [*words(proof, shown), *more], "", shown["whole"]

@@ -34,10 +34,11 @@ else:
     binding, enclosure, files = beside("binding"), beside("enclosure"), beside("files")
     forms, lost = beside("forms", enclosure=enclosure), beside("lost", binding=binding)
     slow = beside("slow", enclosure=enclosure, forms=forms)
-    theorem = beside("theorem", enclosure=enclosure, kernel=beside("kernel"))
+    kernel = beside("kernel")
+    theorem = beside("theorem", enclosure=enclosure, kernel=kernel, ellipsoid=beside("ellipsoid", kernel=kernel))
 Refused, demand, show = enclosure.Refused, enclosure.demand, enclosure.show
 parse, widen, MAX_STRING = enclosure.parse, enclosure.widen, enclosure.MAX_STRING
-PROOF, by_kernel = theorem.PROOF, theorem.bound
+PROOF, SETS, by_kernel, long_run = theorem.PROOF, theorem.SETS, theorem.bound, theorem.long_run
 integers, positive_pivots, Following = forms.integers, forms.positive_pivots, slow.Following
 MAX_TEXT, MAX_SIZE, MAX_VERTICES, MAX_TOTAL, FINE = 5_000_000, 32, 4096, 200_000, 2**128
 FORMS = json.loads(r"""{"FORMAT": "stiction-certificate/1", "BOUND": "stiction-bound/1", "TEXT": ".*",
@@ -284,10 +285,10 @@ def check(
     try:
         named = (top := parsed(text))["subject"]["files"]
         if sources is None:
-            here = [name for name in {*named, PROOF} if folder and (folder / name).exists()]
+            here = [name for name in {*named, PROOF, SETS} if folder and (folder / name).exists()]
             sources = {name: files.read(folder / name) for name in here}
         (more, left, tied), facts = bound(top, sources, spec), verify(top)
-        proved, unproved, whole = by_kernel(top, {k: v for k, v in sources.items() if k in {*named, PROOF}})
+        proved, unproved, whole = by_kernel(top, {k: v for k, v in sources.items() if k in {*named, PROOF, SETS}})
     except RecursionError:
         raise Refused("nested too deeply") from None
     unbound = tuple(name for name in named if name not in sources)
@@ -300,11 +301,14 @@ def of_proof(proof: dict[str, Any], folder: Path | None, sources: dict[str, byte
     """What the kernel proves of the C beside its proof alone."""
     demand(isinstance(name := proof["name"], str) and bool(re.fullmatch(FORMS["NAME"], name)), "the proof has no name")
     if sources is None:
-        here = [path for end in "ch" if folder and (path := folder / f"{name}.{end}").exists()]
+        names = (f"{name}.c", f"{name}.h", SETS)
+        here = [path for file in names if folder and (path := folder / file).exists()]
         sources = {path.name: files.read(path) for path in here}
     shown = theorem.proved(proof, sources)
     open_ = ("a certificate: this is the kernel's proof alone", "the specification", ALWAYS[2])
-    return Report(name, "", (), (), open_, (), shown["whole"], tuple(theorem.words(proof, shown)), "", shown["whole"])
+    more = theorem.reached(proof, shown, sources[SETS]) if SETS in sources else []
+    words = (*theorem.words(proof, shown), *more)
+    return Report(name, "", (), (), open_, (), shown["whole"], words, "", shown["whole"])
 
 
 def one_line(text: str) -> str:

@@ -179,6 +179,9 @@ class System:
     def contact_index(self, name: str) -> int:
         return [c.name for c in self.contacts].index(name)
 
+    def position_index(self, name: str) -> int:
+        return [x.name for x in self.positions].index(name)
+
     # What an effect may do to a system; each returns a new one.
 
     def with_parameters(self, values: Mapping[sympy.Symbol, Any], units: Mapping[sympy.Symbol, str]) -> System:

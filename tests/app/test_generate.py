@@ -18,7 +18,7 @@ from codegen.checker import verify as checker
 from .command import SPECS, contents, process, stiction
 
 NAMES = {"one_mass.h", "one_mass.c", "one_mass.mk", "CMakeLists.txt", "example_main.c", "__init__.py"}
-PROOFS = {"certificate.json", "proof.json", "bound.json", "limit.json"}
+PROOFS = {"certificate.json", "proof.json", "ellipsoid.json", "bound.json", "limit.json"}
 NAMES |= PROOFS | {"manifest.json", "README.md"}
 UNSTABLE = (SPECS / "one_mass.yaml").read_text().replace("K_F: 10, K_v: 100", "K_F: 10, K_v: 3000")
 

@@ -10,7 +10,7 @@ from .command import SPECS, contents, stiction
 
 TEXT = (SPECS / "one_mass.yaml").read_text(encoding="utf-8")
 SOURCES = {"one_mass.h", "one_mass.c", "example_main.c", "CMakeLists.txt", "one_mass.mk"}
-BESIDE = {"certificate.json", "proof.json", "bound.json", "limit.json", "manifest.json", "README.md"}
+BESIDE = {"certificate.json", "proof.json", "ellipsoid.json", "bound.json", "limit.json", "manifest.json", "README.md"}
 
 
 @pytest.fixture
@@ -40,7 +40,7 @@ def test_no_fault_policy(folder):
 @pytest.mark.parametrize("target", ["c", "python"])
 def test_one_target(folder, target):
     assert stiction("generate", "one_mass.yaml", "--target", target, "-o", "a").code == 0
-    python = {"__init__.py"} | BESIDE - {"proof.json"}  # which is of the C
+    python = {"__init__.py"} | BESIDE - {"proof.json", "ellipsoid.json"}  # which is of the C
     assert set(contents(folder / "a")) == (python if target == "python" else SOURCES | BESIDE)
 
 

@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 
 from codegen.app.derived import Derived
+from codegen.app.overrides import Overrides
 from codegen.cancellation import with_cancellation
 from codegen.certify.certify import Certificate
 from codegen.certify.kernel_form import NotCovered, proof_text
@@ -67,7 +68,9 @@ def texts(name: str) -> dict[str, str]:
 
 
 def prove(name: str, content: Any, files: dict[str, str] | None = None) -> dict[str, Any]:
-    return kernel.prove(content, files or texts(name))
+    files = files or texts(name)
+    shown = kernel.prove(content, files)
+    return shown | {"units": verify.theorem.units(content, files[f"{name}.h"])}
 
 
 @pytest.mark.parametrize("name", [*PROVED, pytest.param("chain", marks=pytest.mark.slow)])
@@ -156,10 +159,31 @@ def test_measured_velocity_is_proved(text: str, step: list[list[float]]) -> None
                 kernel.prove(content, files | {f"{name}.c": other})
 
 
+def test_single_precision_is_proved() -> None:
+    """float, fabsf and 1.5f are read; the derived values of the header are those of prepare but for rounding."""
+    text = spec_path("one_mass").read_text("utf-8")
+    machine = Derived(parse_spec(text, Path("made.yaml")), Overrides(precision="single"))
+    files, outcome = machine.files, machine.outcome
+    assert isinstance(outcome, Certificate) and outcome.kernel is not None and outcome.ellipsoid is not None
+    assert "fabsf(v_hat)" in files["one_mass.c"] and "0.010000001f" in files["one_mass.h"]
+    content = json.loads(outcome.kernel)
+    assert kernel.prove(content, files)["whole"]
+    assert content == json.loads(proof("one_mass"))
+    for file, old, new in (
+        ("one_mass.c", "fabsf(v_hat)", "fabsg(v_hat)"),
+        ("one_mass.c", "1.0f / parameters->m", "1.1f / parameters->m"),
+        ("one_mass.h", "0.010000001f", "0.01001f"),
+        ("one_mass.h", "float sample_time;", "half sample_time;"),
+    ):
+        assert old in files[file]
+        with pytest.raises(ValueError, match=r"."):
+            kernel.prove(content, files | {file: files[file].replace(old, new)})
+
+
 def test_a_measured_velocity_that_moves_otherwise_is_another_machine() -> None:
     outcome, files = generated(measured("one_mass", (", K_v: 100", "")))
     content = json.loads(outcome.kernel or "")
-    assert verify.theorem.words(content, kernel.prove(content, files))[0] == (
+    assert verify.theorem.words(content, kernel.prove(content, files) | {"units": ["N"]})[0] == (
         "machine: (m) v' = -a_rail*sign(rail) + w; x' = v; a_rail constant, whatever the value"
     )
     both = content | {"positions": {"inputs.v": "inputs.v"}}
@@ -628,11 +652,11 @@ def test_a_file_of_that_name_that_is_no_proof_takes_nothing_away(changed: dict[s
     ("old", "new", "words"),
     [
         ('"279/25"', '"270/25"', "the rate"),
-        ('"781/50000"', '"782/50000"', "P"),
-        ('"352"', '"353"', "reversals"),
+        ('"1903/10000"', '"1904/10000"', "P"),
+        ('"68"', '"69"', "reversals"),
         ('"euler"', '"semi_implicit"', "the step"),
         ('"outputs.v_hat",\n   "sign"', '"outputs.F_hat_rail",\n   "sign"', "the errors"),
-        ('"352"', '"none"', "cannot be read"),
+        ('"68"', '"none"', "cannot be read"),
     ],
 )
 def test_a_proof_of_something_else_is_none_of_the_certificate(old: str, new: str, words: str) -> None:

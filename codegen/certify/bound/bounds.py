@@ -41,6 +41,7 @@ class ErrorBound:
         domain: what holds through reversals, where the spec asks for a ``domain``; or why nothing does.
         percent: what the model is off by (mass, input gain, sample time) → what the first percent adds to ``steady``.
         stands: the same → the share by which it may be off before the domain is lost; up to 1.
+        of_code: the same as ``steady``, proved of the C itself (checker/ellipsoid.py); None where it is not.
         largest: what friction is at most, by the envelope's range of its level or the declared level; None if not said.
     """
 
@@ -57,6 +58,7 @@ class ErrorBound:
     percent: Mapping[str, float] = field(default_factory=dict)
     stands: Mapping[str, float] = field(default_factory=dict)
     largest: float | None = None
+    of_code: float | None = None
 
     @property
     def largest_part(self) -> str:

@@ -1,0 +1,215 @@
+"""Bounds on the errors as invariant ellipsoids, for checker/ellipsoid.py: untrusted, as all that is written for it.
+
+With e[k+1] = Φe[k] + Σ b_j w_j, |w_j| ≤ d_j, the set of all e with (c'e)² ≤ c'Qc for every c is kept if
+Q ≥ ΦQΦ'/f + Σ t_j b_j b_j' and f + Σ d_j²/t_j ≤ 1. For one row c and given f the least √(c'Qc) is, by Cauchy's
+inequality, Σ_j d_j √(b_j'Xb_j / (1 − f)) with X = Φ'XΦ/f + cc', at t_j ∝ d_j / √(b_j'Xb_j): no search but for f.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+
+from codegen.certify.bound.disturbances import disturbances
+from codegen.certify.bound.error_response import Response, error_response
+from codegen.certify.decimals import rounded, rounded_matrix, texts, upwards
+from codegen.certify.kernel_form import Writer
+from codegen.certify.outcome import Certificate
+from codegen.certify.prefix import rational_text
+from codegen.checker import verify as checker
+from codegen.observers.equations import Observer
+from codegen.spec.model import Spec
+
+Array = NDArray[np.float64]
+FEW = 8
+"""Of so many errors each row gets an ellipsoid of its own; of more one serves all rows."""
+SHARES = 64
+DIGITS = 7
+SUMMED, LONGEST = 3.0, 2000
+"""Time constants of the slowest error that are summed before what is left is in the ellipsoid, and most samples."""
+NEAR = 1e-6
+DOUBLINGS = 40
+SPARE = 1e-4
+"""By about this share an ellipsoid is larger than it would be without rounding."""
+
+
+@dataclass(frozen=True)
+class Disturbance:
+    """One w_j.
+
+    Attributes:
+        kind, of: noise or drift, and of which place.
+        size: d_j; column: b_j, but for ``sign``, by which the proof has it multiplied ("" for 1).
+    """
+
+    kind: str
+    of: str
+    size: Fraction
+    column: Sequence[Any]
+    sign: str = ""
+
+    def entry(self, row: int) -> str:
+        value = rational_text(self.column[row])
+        return f"{value}*{self.sign}" if self.sign and value != "0" else value
+
+
+def with_ellipsoid(
+    certificate: Certificate, spec: Spec, observer: Observer, places: Mapping[str, str], sources: Mapping[str, bytes]
+) -> Certificate:
+    """The certificate with the bounds that the checker finds of the C, as far as there are bounds at all.
+
+    Args:
+        certificate: with the kernel's proof.
+        places: as of kernel_form.proof_text.
+        sources: the C among them.
+    """
+    response = error_response(observer)
+    if isinstance(certificate.bounds, str) or isinstance(response, str) or certificate.kernel is None:
+        return certificate
+    sizes = disturbances(spec, observer, response)
+    if isinstance(sizes, str) or not any(map(any, sizes.values())):
+        return certificate
+    proof = json.loads(certificate.kernel)
+    text = ellipsoid_text(observer, places, proof, response, sizes)
+    try:
+        found = checker.long_run(proof, dict(sources), text.encode())
+    except checker.Refused:
+        return certificate
+    last = [bound for each in found for bound in each][-len(certificate.bounds) :]
+    bounds = tuple(replace(b, of_code=float(x)) for b, x in zip(certificate.bounds, last, strict=True))
+    return replace(certificate, bounds=bounds, ellipsoid=text)
+
+
+def ellipsoid_text(
+    observer: Observer,
+    places: Mapping[str, str],
+    proof: Mapping[str, Any],
+    response: Response,
+    sizes: Mapping[str, Sequence[Fraction]],
+) -> str:
+    """The claim as JSON (docs/certificate_format.md).
+
+    Args:
+        places: as of kernel_form.proof_text.
+        proof: the kernel's.
+        sizes: cause → the largest disturbance of each coordinate or friction (``disturbances``).
+    """
+    n, write = len(observer.system.positions), Writer(observer, places)
+    positions = [write(x) for x in observer.system.positions]
+    of = _disturbances(observer, positions, proof, response, sizes)
+    step = np.array(response.step.tolist(), dtype=float)
+    slips = observer.system.distribution.subs(observer.values)
+    rows = [[*column, *[0] * (len(step) - n)] for column in slips.T.tolist()]
+    rows += sympy.eye(len(step))[n:, :].tolist()
+    size = np.array([float(d.size) for d in of])
+    columns = np.array([[float(b) for b in d.column] for d in of]).T
+    groups = [[row] for row in rows] if len(step) <= FEW else [rows]
+    turned = [e["sign"] for e in proof["errors"]]
+    claim = {
+        "name": proof["name"],
+        "noise": {d.of: str(d.size) for d in of if d.kind == "noise"},
+        "drift": {d.of: str(d.size) for d in of if d.kind == "drift"},
+        "shifts": [
+            _shift([(b, x) for b, x, d in zip(row, positions, sizes["noise"], strict=True) if b and d], s)
+            for row, s in zip(response.direct.tolist(), turned, strict=True)
+        ],
+        "push": [[d.entry(i) for d in of] for i in range(len(step))],
+        "sets": [_set(step, columns, size, group) for group in groups],
+    }
+    return json.dumps(claim, indent=1) + "\n"
+
+
+def _disturbances(
+    observer: Observer,
+    positions: Sequence[str],
+    proof: Mapping[str, Any],
+    response: Response,
+    sizes: Mapping[str, Sequence[Fraction]],
+) -> list[Disturbance]:
+    """What is not zero, noise first."""
+    n, unit = len(positions), sympy.eye(len(proof["errors"]))
+    late = observer.sample_time if observer.integration == "semi_implicit" else 0
+    truths, signs = ([e[part] for e in proof["errors"]] for part in ("truth", "sign"))
+    blocks = [
+        ("noise", positions, sizes["noise"], response.noise),
+        ("drift", positions, sizes["displacement"], response.displacement),
+        ("drift", truths[:n], sizes["velocity"], unit[:, :n] + late * response.displacement),  # x moves by h v[k+1]
+        ("drift", truths[n:], sizes["friction"], unit[:, n:]),
+    ]
+    result = [
+        Disturbance(kind, name, size, list(matrix.col(j)))
+        for kind, names, each, matrix in blocks
+        for j, (name, size) in enumerate(zip(names, each, strict=True))
+        if size
+    ]
+    turned = dict(zip(truths[n:], signs[n:], strict=True))
+    return [Disturbance(d.kind, d.of, d.size, d.column, turned.get(d.of, "")) for d in result]
+
+
+def _shift(parts: Sequence[tuple[Any, str]], sign: str) -> str:
+    terms = [f"{'*'.join([f'({rational_text(b)})', *([sign] if sign else []), f'noise.{x}'])}" for b, x in parts]
+    return " + ".join(terms) or "0"
+
+
+def _set(step: Array, columns: Array, size: Array, rows: Sequence[Sequence[Any]]) -> dict[str, Any]:
+    """The ellipsoid that is best for what is left of one row after the samples that are summed, or of several rows."""
+    largest = float(np.abs(np.linalg.eigvals(step)).max())
+    samples = min(math.ceil(SUMMED / (1 - largest)), LONGEST)
+    last = np.linalg.matrix_power(step, samples)
+    floats = [np.array([float(x) for x in row]) @ last for row in rows]
+    shares = [rounded(largest**2 + (1 - largest**2) * k / SHARES, DIGITS) for k in range(1, SHARES)]
+
+    def reach(target: Array, f: float) -> float:
+        return float(size @ _gains(step, columns, target, f)) / math.sqrt(1 - f)
+
+    own = [min(reach(np.outer(row, row), float(f)) for f in shares) for row in floats] if len(rows) > 1 else [1.0]
+    target: Array = np.sum([np.outer(row, row) / b**2 for row, b in zip(floats, own, strict=True)], axis=0)
+    share = min(shares, key=lambda f: reach(target, float(f)))
+    f = float(share)
+    gains = _gains(step, columns, target, f)
+    gains = np.maximum(gains, 1e-6 * float(size @ gains) / size.sum())
+    weights = [upwards(w, DIGITS) for w in size * float(size @ gains) / ((1 - f) * gains) * (1 + 10.0 ** (1 - DIGITS))]
+    pushed = (columns * np.array([float(w) for w in weights])) @ columns.T
+    matrix = _summed(step / np.sqrt(f), pushed)
+    scale = np.diag(np.diag(matrix))
+    more = _summed(step / np.sqrt(f), scale)
+    matrix = matrix + SPARE / float(np.max(np.diag(more) / np.diag(scale))) * more
+    exact = rounded_matrix((matrix + matrix.T) / 2, DIGITS, np.sqrt(np.diag(matrix)))
+    bounds = [_bound(np.array(row, dtype=float), step, columns * size, samples, exact) for row in rows]
+    return {
+        "matrix": texts(exact),
+        "weights": [rational_text(w) for w in (share, *weights)],
+        "samples": str(samples),
+        "rows": [[rational_text(x) for x in (*row, bound)] for row, bound in zip(rows, bounds, strict=True)],
+    }
+
+
+def _bound(row: Array, step: Array, columns: Array, samples: int, matrix: Any) -> Any:
+    """What is summed, and the ellipsoid's √(c'Qc) of what is left, rounded upwards."""
+    total = 0.0
+    for _ in range(samples):
+        total += float(np.abs(row @ columns).sum())
+        row = row @ step
+    left = float(row @ np.array(matrix, dtype=float) @ row) ** 0.5
+    return upwards((total + left) * (1 + NEAR), DIGITS)
+
+
+def _gains(step: Array, columns: Array, target: Array, f: float) -> Array:
+    """√(b_j'Xb_j) with X = Φ'XΦ/f + the target."""
+    x = _summed(step.T / np.sqrt(f), target)
+    return np.asarray(np.sqrt(np.maximum(np.sum(columns * (x @ columns), axis=0), 0.0)))
+
+
+def _summed(step: Array, start: Array) -> Array:
+    """Σ_k A^k C A'^k of a stable A, by doubling."""
+    for _ in range(DOUBLINGS):
+        start, step = start + step @ start @ step.T, step @ step
+    return start

@@ -1,0 +1,181 @@
+"""Whether noise and drift keep the errors of a kernel's proof below the bounds of a claim.
+
+Standard library only: python3 ellipsoid.py FOLDER < ellipsoid.json, with proof.json and the C in the folder; uses
+kernel.py, which must be beside it.
+
+THEOREM. Let all be as in the kernel's theorem of the proof, but for this: a position x is measured as x + noise, and x,
+v and the rest of `truth` move in a sample by what is said there and a drift, |noise| and |drift| at most as the claim
+says, and zero where it is silent. Then e = sign * (truth + shift - estimate) moves by e[k+1] = matrix e[k] + push w[k],
+w the noises and drifts; it tends to each of the claim's sets, whatever it is at first, and stays in one in which it is;
+and |sum of c_i sign_i (truth_i - estimate_i)|, c and then the bound being a row of the set, is from `samples` samples
+later on at most that bound and what the noise of the same sample adds to it. As the kernel's: of the machine that is
+printed, in exact arithmetic, while no sign turns.
+"""
+
+import json
+import runpy
+import sys
+from fractions import Fraction
+from math import isqrt, lcm
+from pathlib import Path
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from codegen.checker import kernel
+elif "kernel" not in globals():  # verify.py hands its own in
+    kernel = SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name("kernel.py"))))
+
+FIELDS = ("name", "noise", "drift", "shifts", "push", "sets")
+GRID, MOST_SAMPLES = 1 << 120, 10_000
+Polys = list[list[Any]]
+
+
+def number(text: Any) -> Fraction:
+    found: Fraction = kernel.Text({}, {}).value(text).constant()
+    return found
+
+
+def moves(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]) -> tuple[Polys, Polys, list[Any]]:
+    """Matrix, push and sign * shift as polynomials, if the errors move so; ValueError if not.
+
+    LEMMA A. What `step` makes of states and inputs is a function of them. So by the kernel's theorem the states after a
+    sample are G (`states`) of an undisturbed machine that was where the position was measured, and of its estimates.
+    Beside what is measured then they show the estimates of which G gives them; there are no two such (its lemma 8).
+    """
+    term, zero, velocity, errors = kernel.term, kernel.Poly(), proof["positions"], proof["errors"]
+    truths, estimates, turned = ([e[part] for e in errors] for part in ("truth", "estimate", "sign"))
+    kernel.demand(not shown["first order"], "the errors are not linear")
+    kernel.demand({*claim["noise"]} <= {*velocity}, "noise of what is no position")
+    kernel.demand({*claim["drift"]} <= {*velocity, *truths, *proof["acceleration"]}, "drift of what does not move")
+    noise, drift = ({x: term(1, f"{kind}.{x}") for x in claim[kind]} for kind in ("noise", "drift"))
+    names = {x: p for x, p in shown["names"].items() if x not in estimates}
+    h, fresh = (
+        names["parameters.sample_time"],
+        {x: term(1, f"later.{x}") for x in names if x.startswith(("inputs.", "state."))},
+    )
+
+    def read(names: dict[str, Any], texts: Any, noise: dict[str, Any] | None = None) -> list[Any]:
+        text = kernel.Text(names | {f"noise.{x}": n for x, n in (noise or {}).items()}, shown["known"])
+        return [text.value(x) for x in texts]
+
+    def later(at: dict[str, Any], drift: dict[str, Any]) -> dict[str, Any]:
+        rate = zip(proof["acceleration"], read(at, proof["acceleration"].values()), strict=True)
+        then = at | fresh | {x: at[x] + drift.get(x, zero) for x in truths}
+        then |= {v: at[v] + h * a + drift.get(v, zero) for v, a in rate}
+        mean = {"euler": at, "semi_implicit": then}[proof["step"]]
+        return then | {x: at[x] + h * mean[v] + drift.get(x, zero) for x, v in velocity.items()}
+
+    def shows(then: dict[str, Any], shift: list[Any], error: list[Any]) -> list[Any]:
+        rows = zip(estimates, truths, turned, shift, error, strict=True)
+        return read(then | {y: then[t] + d - names[s] * e for y, t, s, d, e in rows}, proof["states"].values())
+
+    matrix, push = ([read(names, row) for row in rows] for rows in (proof["matrix"], claim["push"]))
+    error = [term(1, f"error.{x}") for x in truths]
+    shift = [names[s] * d for s, d in zip(turned, read(names, claim["shifts"], noise), strict=True)]
+    raw = [[e - d] for e, d in zip(error, shift, strict=True)]
+    unmoved = later(names, {})
+    expected = shows(unmoved, [zero] * len(error), [e for (e,) in kernel.times(matrix, raw)])
+    then = later(names | {x: names[x] - n for x, n in noise.items()}, drift)
+    new = {x: term(1, f"later.noise.{x}") for x in noise}
+    then |= {x: then[x] + n for x, n in new.items()}
+    wide = [[*a, *b] for a, b in zip(matrix, push, strict=True)]
+    following = kernel.times(wide, [[x] for x in (*error, *noise.values(), *drift.values())])
+    found = shows(then, read(then, claim["shifts"], new), [e for (e,) in following])
+    wrong = [z for z, a, b in zip(proof["states"], found, expected, strict=True) if a != b]
+    kernel.demand(not wrong, f"noise and drift do not enter so: {wrong[:3]}")
+    return matrix, push, shift
+
+
+def root(x: Fraction) -> Fraction:
+    """Above the square root."""
+    return Fraction(isqrt(int(x * GRID * GRID) + 1) + 1, GRID)
+
+
+def carried(
+    c: list[Fraction], matrix: Polys, push: Polys, most: list[Fraction], samples: int, Q: Any
+) -> tuple[Any, Fraction]:
+    """A row near c'Phi^N, N = samples, and how far |c'e[k+N]| is at most above |row e[k]| for e[k] in the set E(1).
+
+    LEMMA C. For rows r_0 near c' and r_i+1 near r_i Phi, Phi being constant, c'e[k+N] is the sum of r_N e[k], of r_i
+    push w[k+N-1-i] over i < N, and of what is left out of each r_i times an e, each of them in E(1), where |e_j| is at
+    most Q_jj's root. What is left out of an entry is here at most 1/GRID. A product of signs is 1 or -1.
+    """
+    numbers, columns = [[x.constant() for x in row] for row in matrix], []
+    signs = {x for row in push for p in row for x in p.names()}
+    kernel.demand(signs <= kernel.Poly.signs, f"{sorted(signs)[:3]}: not signs alone")
+    for d, column in zip(most, zip(*push, strict=True), strict=True):
+        columns += [[d * p.get(m, Fraction(0)) for p in column] for m in sorted({m for p in column for m in p})]
+    by, over = (lcm(*(x.denominator for row in rows for x in row)) for rows in (numbers, columns))
+    across, entering = ([[(i, int(x * n)) for i, x in enumerate(column) if x] for column in rows]
+                        for rows, n in ((zip(*numbers, strict=True), by), (columns, over)))  # fmt: skip
+    row, total = [int(x * GRID) for x in c], 0
+    for _ in range(samples):
+        total += sum(abs(sum(row[i] * b for i, b in column)) for column in entering)
+        row = [sum(row[i] * a for i, a in column) // by for column in across]
+    left_out = (samples + 1) * sum((root(Q[i][i]) for i in range(len(Q))), Fraction(0)) / GRID
+    return [Fraction(x, GRID) for x in row], Fraction(total, over * GRID) + left_out
+
+
+def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]) -> list[list[Fraction]]:
+    """The bounds that the rows of each set have with the noise of the same sample; ValueError if one does not hold.
+
+    LEMMA B. E(r) be all e with (c'e)^2 <= r c'Qc for every c. If Q - Phi Q Phi'/f - sum t_j b_j b_j' is positive
+    semidefinite, b_j the columns of push, f, t_j > 0 and f + sum d_j^2/t_j <= 1, then e in E(r), r >= 1, moves with
+    |w_j| <= d_j into E(1 + f (r - 1)): |c'Phi e| + sum |c'b_j| d_j is by Cauchy's inequality at most the root of
+    (c'Phi Q Phi'c/f + sum t_j (c'b_j)^2) (r f + sum d_j^2/t_j) <= c'Qc (r f + 1 - f). Hence r falls to 1, and E(1) is
+    not left. If Q is definite every e is in some E(r). In E(1) |c'e| is at most the root of c'Qc.
+    """
+    kernel.demand({*claim} == {*FIELDS} and claim["name"] == proof["name"], f"not just {FIELDS}, or of another machine")
+    matrix, push, shift = moves(proof, claim, shown)
+    most = {f"{kind}.{x}": number(d) for kind in ("noise", "drift") for x, d in claim[kind].items()}
+    kernel.demand(min([Fraction(0), *most.values()]) == 0, "noise or drift below 0")
+    box = {x: (number(low), number(high)) for x, (low, high) in proof["box"].items()}
+    box |= dict.fromkeys(proof["signs"], (Fraction(-1), Fraction(1)))
+    result = []
+    for ball in claim["sets"]:
+        kernel.demand({*ball} == {"matrix", "weights", "samples", "rows"}, "not just the fields of a set")
+        samples = int(ball["samples"])
+        kernel.demand(0 <= samples <= MOST_SAMPLES, "so many samples are not looked at")
+        Q = [[number(x) for x in row] for row in ball["matrix"]]
+        f, *t = map(number, ball["weights"])
+        shares = [f, *(d * d / x for d, x in zip(most.values(), t, strict=True))]
+        kernel.demand(min([f, *t]) > 0 and sum(shares) <= 1, "weights not above 0, or too small")
+        kernel.demand(kernel.positive(Q, True), "Q is not positive definite")
+        polynomials = [[kernel.term(x) for x in row] for row in Q]
+        kept = kernel.times(kernel.times(matrix, polynomials), zip(*matrix, strict=True))
+        weighted = [[kernel.term(x) * b for x, b in zip(t, row, strict=True)] for row in push]
+        added = kernel.times(weighted, zip(*push, strict=True))
+        gap = [[q - kernel.term(1 / f) * x - y for q, x, y in zip(*rows, strict=True)]
+               for rows in zip(polynomials, kept, added, strict=True)]  # fmt: skip
+        kernel.semidefinite(gap, box, proof["cover"])
+        bounds = []
+        for row in ball["rows"]:
+            *c, bound = map(number, row)
+            last, summed = carried(c, matrix, push, [*most.values()], samples, Q) if samples else (c, Fraction(0))
+            square = sum(a * x * b for a, qs in zip(last, Q, strict=True) for x, b in zip(qs, last, strict=True))
+            kernel.demand(bound >= summed and square <= (bound - summed) ** 2, "the set is larger than its bound")
+            direct = sum((kernel.term(a) * d for a, d in zip(c, shift, strict=True)), kernel.Poly())
+            for monomial, a in direct.items():
+                (disturbance,) = (x for x in monomial if x not in proof["signs"])
+                bound += abs(a) * most[disturbance]
+            bounds.append(bound)
+        result.append(bounds)
+    return result
+
+
+def prove(proof: dict[str, Any], claim: dict[str, Any], files: dict[str, str]) -> list[list[Fraction]]:
+    """The bounds of the rows of each set, if the kernel proves the proof of these files, and these of it."""
+    return bounded(proof, claim, kernel.prove(proof, files))
+
+
+if __name__ == "__main__":
+    folder = Path(sys.argv[1])
+    try:
+        asked, files = json.load(sys.stdin), {path.name: path.read_text("utf-8") for path in folder.glob("*.[ch]")}
+        found = prove(json.loads((folder / "proof.json").read_text("utf-8")), asked, files)
+    except Exception as why:
+        sys.exit(f"refused: {type(why).__name__} {str(why)[:200]}")
+    for ball, bounds in zip(asked["sets"], found, strict=True):
+        for (*c, _), bound in zip(ball["rows"], bounds, strict=True):
+            print(f"at most {float(bound):.7g}: {' '.join(c)}")

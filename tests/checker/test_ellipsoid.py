@@ -1,0 +1,262 @@
+"""What noise and drift do by ellipsoid.json: the claims shipped, forgeries, and the compiled C at its worst."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+from collections.abc import Callable
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from codegen.app.derived import Derived
+from codegen.checker import ellipsoid, verify
+from codegen.replay.engine import compiled_engine
+from codegen.replay.twin import load_twin
+from codegen.spec import read_spec
+from tests.checker.test_kernel import GENERATED, PROVED, numbers, seen, spec_path, texts
+
+kernel = ellipsoid.kernel
+
+
+def content(name: str, file: str) -> Any:
+    return json.loads((GENERATED / name / file).read_text("utf-8"))
+
+
+def bounds(name: str, claim: Any = None, proof: Any = None) -> list[list[Fraction]]:
+    claim, proof = claim or content(name, "ellipsoid.json"), proof or content(name, "proof.json")
+    return ellipsoid.prove(proof, claim, texts(name))
+
+
+@pytest.mark.parametrize("name", [*PROVED, pytest.param("chain", marks=pytest.mark.slow)])
+def test_what_is_shipped_is_proved_and_near_the_sums(name: str) -> None:
+    """Beside bound.json, whose sums of absolute responses the old checker adds up from another derivation."""
+    found = [float(b) for each in bounds(name) for b in each]
+    sums = [float(Fraction(b["steady"])) for b in content(name, "bound.json")["bounds"]]
+    for ours, summed in zip(found[-len(sums) :], sums, strict=True):
+        if content(name, "proof.json")["step"] == "euler":
+            assert 0.999 * summed < ours < (1.16 if name == "chain" else 1.01) * summed  # one set for 32 errors there
+        else:  # there bound.json counts the curve of the motion and the bias of the step as two
+            assert ours < 0.4 * summed
+
+
+class Run:
+    """The compiled C of a shipped spec of one coordinate beside the proof's machine, its speed held, and disturbed."""
+
+    def __init__(self, name: str) -> None:
+        self.proof, self.claim = content(name, "proof.json"), content(name, "ellipsoid.json")
+        machine = Derived(read_spec(spec_path(name)))
+        self.engine = compiled_engine(machine.program, machine.sources)
+        program = machine.program
+        twin = load_twin(machine.sources["__init__.py"], name)
+        self.at: dict[str, float] = seen(twin.Parameters(), "parameters")
+        self.inputs = [f"inputs.{program.reference(f.name)}" for f in program.inputs]
+        self.outputs = [f"outputs.{program.reference(n)}" for n, _, _ in program.outputs]
+
+    def errors(self, signs: dict[tuple[str, str], Any], count: int) -> Any:
+        """sign (truth − estimate) at each of so many samples; ``signs``: disturbance → its share of the limit there."""
+        proof, speed, friction = self.proof, 300.0, 7.0
+        ((x, v),), force = proof["positions"].items(), proof["errors"][1]["truth"]
+        (w,) = [name for name in self.inputs if name != x]
+        limit = {(kind, of): float(Fraction(d)) for kind in ("noise", "drift") for of, d in self.claim[kind].items()}
+        share = {key: np.broadcast_to(signs.get(key, 0.0), count) * d for key, d in limit.items()}
+        h, zero = self.at["parameters.sample_time"], np.zeros(count)
+        noise, move, push, change = (
+            share.get(key, zero) for key in (("noise", x), ("drift", x), ("drift", v), ("drift", force))
+        )
+        at = self.at | {x: 0.0, v: speed, force: friction} | dict.fromkeys(proof["signs"], 1.0)
+        rows, truth = np.zeros((count, 2)), np.zeros((count, 2))
+        for k in range(count):
+            at[w] = 0.0
+            rest, slope = numbers(proof["acceleration"][v], at), numbers(proof["acceleration"][v], at | {w: 1.0})
+            at[w] = -rest / (slope - rest)
+            rows[k, self.inputs.index(x)], rows[k, self.inputs.index(w)] = at[x] + noise[k], at[w]
+            truth[k] = at[v], at[force]
+            later = at[v] + h * numbers(proof["acceleration"][v], at) + push[k]
+            at[x] += h * (later if proof["step"] == "semi_implicit" else at[v]) + move[k]
+            at[v], at[force] = later, at[force] + change[k]
+        self.engine.start(rows[0])
+        shown, faults = self.engine.run(rows)
+        assert not faults.any()
+        return truth - shown[:, [self.outputs.index(e["estimate"]) for e in proof["errors"]]]
+
+
+@pytest.mark.parametrize("name", ["one_mass", "one_mass_cfo_semi_implicit", "rig", "rig_to", "emps", "belt_axis"])
+def test_the_compiled_c_at_its_worst_comes_near_the_bound_and_not_above(name: str) -> None:
+    """The disturbances are the signs of the C's own impulse responses, reversed in time; no matrix of ours is used."""
+    run, count = Run(name), 1200
+    quiet = run.errors({}, count)
+    pulse, late = np.eye(1, count)[0], 40
+    for i, (bound,) in enumerate(bounds(name)):
+        worst = {}
+        for kind in ("noise", "drift"):
+            for of in run.claim[kind]:
+                answer = (run.errors({(kind, of): np.roll(pulse, late)}, count) - quiet)[late:, i]
+                worst[kind, of] = np.concatenate([np.sign(answer[::-1]), np.zeros(late)])[:count][-count:]
+                worst[kind, of] = np.roll(worst[kind, of], late)
+        reached = abs(run.errors(worst, count)[-1, i] - quiet[-1, i])
+        assert 0.97 * float(bound) < reached <= float(bound)
+
+
+Change = Callable[[Any, Any], None]
+
+
+def put(*path: Any) -> Change:
+    """A change of the claim: what stands at the path before the last is the last."""
+
+    def change(claim: Any, _: Any) -> None:
+        at = claim
+        for step in path[:-2]:
+            at = at[step]
+        assert path[-2] in at or isinstance(path[-2], int)
+        at[path[-2]] = path[-1]
+
+    return change
+
+
+def drop(field: str) -> Change:
+    return lambda claim, _: claim.pop(field)
+
+
+FORGERIES: dict[str, tuple[Change, str]] = {
+    "a bound that is too small": (put("sets", 1, "rows", 0, ["0", "1", "1.78"]), "larger than its bound"),
+    "a bound below zero": (put("sets", 1, "rows", 0, ["0", "1", "-100"]), "larger than its bound"),
+    "a bound of the velocity for the level": (put("sets", 0, "rows", 0, ["0", "1", "0.13"]), "larger than its bound"),
+    "more samples with the same set, and a smaller bound": (
+        lambda c, _: (put("sets", 1, "samples", "2000")(c, _), put("sets", 1, "rows", 0, ["0", "1", "1.76"])(c, _)),
+        "larger than its bound",
+    ),
+    "a negative number of samples": (put("sets", 1, "samples", "-1"), "so many samples"),
+    "samples without an end": (put("sets", 1, "samples", "1" + "0" * 9), "so many samples"),
+    "the set is too small": (put("sets", 1, "matrix", 0, 0, "1/1000000"), "not positive"),
+    "the set is no ellipsoid": (put("sets", 1, "matrix", [["0", "0"], ["0", "0"]]), "not positive definite"),
+    "the set is not symmetric": (put("sets", 1, "matrix", 0, 1, "0"), "not symmetric"),
+    "a set that grows": (put("sets", 1, "matrix", [["1", "0"], ["0", "1"]]), "not positive semidefinite"),
+    "weights that are too small": (put("sets", 1, "weights", 1, "1/1000000000"), "too small"),
+    "a weight below zero": (put("sets", 1, "weights", 2, "-1"), "not above 0"),
+    "a weight of zero": (put("sets", 1, "weights", 2, "0"), "."),
+    "no fall": (put("sets", 1, "weights", 0, "1"), "too small"),
+    "a weight is missing": (lambda c, _: c["sets"][1]["weights"].pop(), "."),
+    "the drift does not enter": (lambda c, _: [row.__setitem__(1, "0") for row in c["push"]], "do not enter so"),
+    "the noise enters less": (put("push", 0, 0, "8"), "do not enter so"),
+    "the noise does not enter": (lambda c, _: [row.__setitem__(0, "0") for row in c["push"]], "do not enter so"),
+    "the noise is not in the estimate": (put("shifts", ["0", "0"]), "do not enter so"),
+    "the noise is in one estimate": (put("shifts", 1, "0"), "do not enter so"),
+    "a shift by the level": (put("shifts", 1, "true.a_rail"), "."),
+    "a shift by the square of the noise": (put("shifts", 1, "noise.inputs.x*noise.inputs.x"), "."),
+    "a shift by what drifts": (put("shifts", 1, "drift.inputs.x"), "is nothing that is known"),
+    "noise below zero": (put("noise", "inputs.x", "-1/200000"), "below 0"),
+    "drift below zero": (put("drift", "inputs.x", "-21/200000"), "below 0"),
+    "more noise for the same bound": (put("noise", "inputs.x", "1/100000"), "too small"),
+    "more drift for the same bound": (put("drift", "inputs.x", "1/1000"), "too small"),
+    "noise of a force": (lambda c, _: c["noise"].update({"inputs.w": "1"}), "noise of what is no position"),
+    "drift of a gain": (lambda c, _: c["drift"].update({"parameters.K_F": "1"}), "drift of what does not move"),
+    "drift of an estimate": (lambda c, _: c["drift"].update({"outputs.v_hat": "1"}), "drift of what does not move"),
+    "no push": (put("push", []), "."),
+    "push by a state of the machine": (put("push", 1, 1, "1000 + inputs.x"), "do not enter so"),
+    "another machine": (put("name", "rig"), "another machine"),
+    "a field of its own": (lambda c, _: c.update({"unit": "mN"}), "not just"),
+    "a field too few": (drop("drift"), "."),
+    "a remark in a set": (lambda c, _: c["sets"][0].update({"claim": "1 mN"}), "not just the fields of a set"),
+    "a number that is none": (put("sets", 1, "rows", 0, ["0", "1", "NaN"]), "."),
+    "a number in place of text": (put("sets", 1, "rows", 0, ["0", "1", 1.8]), "."),
+    "text that is run": (put("sets", 1, "rows", 0, ["0", "1", "__import__('os')"]), "."),
+    "a matrix with a smaller answer": (lambda _, p: p["matrix"][0].__setitem__(0, "8/10"), "does not move the errors"),
+    "another step": (lambda _, p: p.update({"step": "semi_implicit"}), "does not move the errors"),
+    "a box of a point": (lambda _, p: p.update({"box": {"sign.rail": ["1", "1"]}, "decay_rate": "12"}), "."),
+}
+
+
+@pytest.mark.parametrize("why", FORGERIES)
+def test_a_forgery_is_refused(why: str) -> None:
+    claim, proof = content("one_mass", "ellipsoid.json"), content("one_mass", "proof.json")
+    change, words = FORGERIES[why]
+    change(claim, proof)
+    assert (claim, proof) != (content("one_mass", "ellipsoid.json"), content("one_mass", "proof.json"))
+    with pytest.raises(Exception, match=words):
+        bounds("one_mass", claim, proof)
+
+
+C_FORGERIES = {
+    "the code differentiates twice as hard": ("z_v + parameters->K_v * inputs", "z_v + 2.0 * parameters->K_v * inputs"),
+    "the code smooths the level": ("state->z_rail + parameters->h_K_F", "0.999 * state->z_rail + parameters->h_K_F"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("why", C_FORGERIES)
+def test_other_code_is_refused(why: str) -> None:
+    files, (old, new) = texts("one_mass"), C_FORGERIES[why]
+    changed = files["one_mass.c"].replace(old, new)
+    assert changed != files["one_mass.c"]
+    with pytest.raises(ValueError, match=r"do not show the estimates|does not move the errors"):
+        ellipsoid.prove(
+            content("one_mass", "proof.json"), content("one_mass", "ellipsoid.json"), files | {"one_mass.c": changed}
+        )
+
+
+def linear(name: str, claim: Any) -> tuple[Any, Any, Any]:
+    """Φ, push and limits in floating point, all signs 1."""
+    at = dict.fromkeys(content(name, "proof.json")["signs"], 1.0)
+    phi, push = ([[numbers(x, at) for x in row] for row in rows]
+                 for rows in (content(name, "proof.json")["matrix"], claim["push"]))  # fmt: skip
+    limits = [float(Fraction(d)) for kind in ("noise", "drift") for d in claim[kind].values()]
+    return np.array(phi), np.array(push), np.array(limits)
+
+
+def test_mutants_that_are_proved_are_true() -> None:
+    """Of numbers changed at random, what is accepted is not below what the disturbances do, by sums in doubles."""
+    generator, kept = np.random.default_rng(5), 0
+    genuine = (GENERATED / "one_mass" / "ellipsoid.json").read_text("utf-8")
+    tokens = list(re.finditer(r"(?<=\")-?\d+/\d+(?=\")|(?<=\")\d+(?=\")", genuine))
+    proof, files = content("one_mass", "proof.json"), texts("one_mass")
+    shown = kernel.prove(proof, files)
+    for _ in range(150):
+        token = tokens[generator.integers(len(tokens))]
+        factor = 1 + Fraction(int(generator.integers(-40, 41)), int(generator.choice([50, 1000, 100_000])))
+        value = Fraction(token[0]) * factor
+        claim = json.loads(genuine[: token.start()] + str(value) + genuine[token.end() :])
+        try:
+            found = ellipsoid.bounded(proof, claim, shown)
+        except Exception:  # whatever stops it is a refusal
+            continue
+        kept += 1
+        phi, push, limits = linear("one_mass", claim)
+        direct = [100.0, 1000.0]  # K_v and K_F K_v: what noise does to v̂ and â
+        for ball, (bound,) in zip(claim["sets"], found, strict=True):
+            row = np.array([float(Fraction(c)) for c in ball["rows"][0][:-1]])
+            worst = np.abs(row) @ direct * float(Fraction(claim["noise"]["inputs.x"]))
+            for _ in range(3000):
+                worst, row = worst + np.abs(row @ push) @ limits, row @ phi
+            assert worst <= float(bound) * (1 + 1e-9)
+    assert 5 <= kept <= 145
+
+
+def test_it_runs_alone_and_prints_no_traceback() -> None:
+    folder = GENERATED / "one_mass"
+    command = [sys.executable, "-I", str(Path(ellipsoid.__file__)), str(folder)]
+    done = subprocess.run(command, input=(folder / "ellipsoid.json").read_text("utf-8"), capture_output=True, text=True)
+    assert done.returncode == 0 and "at most 1.78" in done.stdout
+    done = subprocess.run(command, input="[]", capture_output=True, text=True)
+    assert done.returncode == 1 and done.stderr.startswith("refused: ") and "Traceback" not in done.stderr
+
+
+def test_verify_says_it_and_refuses_a_false_one(tmp_path: Path) -> None:
+    folder = GENERATED / "one_mass"
+    for path in folder.iterdir():
+        if path.is_file():
+            (tmp_path / path.name).write_bytes(path.read_bytes())
+    text = (folder / "certificate.json").read_text("utf-8")
+    said = verify.check(text, tmp_path).proved
+    assert any("|sign(rail)*(a_rail - a_hat_rail)| is in the long run at most 1.78" in line for line in said)
+    claim = content("one_mass", "ellipsoid.json")
+    claim["sets"][1]["rows"][0][2] = "1"
+    (tmp_path / "ellipsoid.json").write_text(json.dumps(claim))
+    with pytest.raises(verify.Refused, match=r"ellipsoid\.json is not proved of the C"):
+        verify.check(text, tmp_path)
+    (tmp_path / "ellipsoid.json").unlink()
+    assert not any("long run" in line for line in verify.check(text, tmp_path).proved)
