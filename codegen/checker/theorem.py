@@ -7,12 +7,11 @@ the machine is made from the proof that the kernel accepted; the certificate's o
 import json
 import re
 from collections.abc import Callable
+from fractions import Fraction
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from fractions import Fraction
-
     from codegen.checker import ellipsoid, enclosure, kernel
 
 PROOF, SETS = "proof.json", "ellipsoid.json"
@@ -80,7 +79,7 @@ def units(proof: dict[str, Any], header: str) -> list[str]:
     of = dict(re.findall(r"(?:double|float) (\w+)(?:\[\d+\])?; /\* (\S+): ", header))
     found = [of[re.split(r"[.[]", error["estimate"])[1]] for error in proof["errors"]]
     odd = [unit for unit in found if not re.fullmatch(UNIT, unit)]
-    enclosure.demand(not odd, f"{odd[:1]} in {proof['name']}.h is no unit")
+    enclosure.demand(not odd, f"{odd[0][:40]!r} in {proof['name']}.h is no unit" if odd else "")
     return found
 
 
