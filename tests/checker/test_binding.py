@@ -401,6 +401,7 @@ def test_a_law_that_is_wrong_for_one_pair_of_signs_is_refused(pair: tuple[int, i
         check(*forged(content, files, text.replace(law, f"{law} + {corner} * v2_hat")))
 
 
+@pytest.mark.slow
 def test_more_signs_than_are_waited_for_are_told() -> None:
     report = check(certificate("chain"), sources("chain"))
     assert MANY in report.open

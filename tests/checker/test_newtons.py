@@ -272,7 +272,9 @@ def test_a_twin_that_learns_where_nothing_is_wrong_is_refused() -> None:
         newtons.check(content, sources=files)
 
 
-@pytest.mark.parametrize("name", ["one_mass", "one_mass_domain", "one_mass_cfo_semi_implicit"])
+@pytest.mark.parametrize(
+    "name", ["one_mass", pytest.param("one_mass_domain", marks=pytest.mark.slow), "one_mass_cfo_semi_implicit"]
+)
 def test_a_twin_that_shows_other_values_than_it_uses_is_refused(name: str) -> None:
     """Two runs of it differ as before, but what it shows is off by 5 N is refused; a force that is another is named."""
     was = "outputs.a_hat_rail = a_hat_rail"
