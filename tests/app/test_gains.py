@@ -128,3 +128,15 @@ def test_a_margin_is_a_factor() -> None:
 @pytest.mark.parametrize("over", [("K_F", "K_x"), ("K_F", "K_F")])
 def test_axes_that_are_not_there_are_told(over: tuple[str, str]) -> None:
     assert is_one_message(stiction("gains", SPECS / "one_mass.yaml", "--over", *over))
+
+
+def test_a_sample_time_of_seconds_leaves_a_stable_suggestion(tmp_path: Path) -> None:
+    """Every stable set has infinite noise there: the choice among them fell on an unstable one, again and again."""
+    spec = tmp_path / "slow.yaml"
+    spec.write_text((SPECS / "one_mass.yaml").read_text().replace("sample_time: 0.001", "sample_time: 3.14159"))
+    found = json.loads(stiction("gains", spec, "--json").out)["suggested"]
+    gain, filter_gain = (found["gains"][name] for name in ("K_F", "K_v"))
+    # One mass of 1 kg: s^2 + K_v s + K_F K_v = 0, and z = 1 + h s for explicit Euler.
+    multipliers = 1 + 3.14159 * np.roots([1, filter_gain, gain * filter_gain])
+    assert np.abs(multipliers).max() == pytest.approx(found["spectral_radius"], rel=1e-6)
+    assert found["spectral_radius"] < 1

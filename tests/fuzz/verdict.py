@@ -105,7 +105,7 @@ def judged(call: Callable[[], object], files: Collection[str], seconds: float = 
         return Verdict("screen", str(first.message)[:300], f"{first.category.__name__} {where}:{first.lineno}")
     if code == 2:
         return message(err.getvalue().rstrip("\n"), files)
-    told = [line for line in err.getvalue().splitlines() if not line.startswith(("warning: ", "  "))]
+    told = [line for line in err.getvalue().splitlines() if not line.startswith(("warning: ", "note: ", "  "))]
     if code not in ENDINGS or (code != 3 and told):
         return Verdict("screen", f"exit {code}: {err.getvalue()}"[:300], f"exit {code}")
     return Verdict("result")

@@ -155,8 +155,8 @@ def _best(family: Family, base: Settings, axes: Sequence[GainAxis], evaluated: _
         if len(chunk):
             as_fast = chunk[decay[chunk] >= AS_FAST * decay[chunk].max()]
             return evaluated.shares[as_fast[evaluated.noise[as_fast].argmin()]], "fastest"
-    good = evaluated.radius < 1
-    if good.any():
-        product = np.where(good & np.isfinite(evaluated.noise), evaluated.noise / np.where(good, decay, 1.0), np.inf)
-        return evaluated.shares[int(product.argmin())], "product"
+    good = np.flatnonzero(evaluated.radius < 1)
+    if len(good):
+        product = evaluated.noise[good] / decay[good]  # infinite for all where the noise has no finite gain
+        return evaluated.shares[good[np.lexsort((evaluated.radius[good], product))[0]]], "product"
     return evaluated.shares[int(evaluated.radius.argmin())], "none"
