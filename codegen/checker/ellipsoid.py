@@ -110,6 +110,9 @@ def carried(
     across, entering = ([[(i, int(x * n)) for i, x in enumerate(column) if x] for column in rows]
                         for rows, n in ((zip(*numbers, strict=True), by), (columns, over)))  # fmt: skip
     row, total = [int(x * GRID) for x in c], 0
+    size = max((x.bit_length() for rows in (across, entering) for line in rows for _, x in line), default=0)
+    entries = sum(map(len, (*across, *entering)))
+    kernel.demand(True, "", samples * (len(row) + entries) * (1 + size // 500))
     for _ in range(samples):
         total += sum(abs(sum(row[i] * b for i, b in column)) for column in entering)
         row = [sum(row[i] * a for i, a in column) // by for column in across]
@@ -121,7 +124,7 @@ def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any])
     """The bounds that the rows of each set have with the noise of the same sample; ValueError if one does not hold.
 
     LEMMA B. E(r) be all e with (c'e)^2 <= r c'Qc for every c. If Q - Phi Q Phi'/f - sum t_j b_j b_j' is positive
-    semidefinite, b_j the columns of push, f, t_j > 0 and f + sum d_j^2/t_j <= 1, then e in E(r), r >= 1, moves with
+    semidefinite, b_j the columns of push, 0 < f < 1, t_j > 0, f + sum d_j^2/t_j <= 1, then e in E(r), r >= 1, goes by
     |w_j| <= d_j into E(1 + f (r - 1)): |c'Phi e| + sum |c'b_j| d_j is by Cauchy's inequality at most the root of
     (c'Phi Q Phi'c/f + sum t_j (c'b_j)^2) (r f + sum d_j^2/t_j) <= c'Qc (r f + 1 - f). Hence r falls to 1, and E(1) is
     not left. If Q is definite every e is in some E(r). In E(1) |c'e| is at most the root of c'Qc.
@@ -140,7 +143,7 @@ def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any])
         Q = [[number(x) for x in row] for row in ball["matrix"]]
         f, *t = map(number, ball["weights"])
         shares = [f, *(d * d / x for d, x in zip(most.values(), t, strict=True))]
-        kernel.demand(min([f, *t]) > 0 and sum(shares) <= 1, "weights not above 0, or too small")
+        kernel.demand(min([f, *t]) > 0 and f < 1 and sum(shares) <= 1, "weights not above 0, or too small")
         kernel.demand(kernel.positive(Q, True), "Q is not positive definite")
         polynomials = [[kernel.term(x) for x in row] for row in Q]
         kept = kernel.times(kernel.times(matrix, polynomials), zip(*matrix, strict=True))

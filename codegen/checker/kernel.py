@@ -124,7 +124,9 @@ def semidefinite(A: list[list[Poly]], cell: dict[str, tuple[Fraction, Fraction]]
 # is the sequence of its bodies, each with locals of its own. So C that compiles and is read here means what is read.
 EXPRESSION = r"(?!.*(--|\+\+|\*\*|//))[A-Za-z0-9_. ()\[\]+*/-]{1,20000}"
 NUMBER = r"-?(?:0|[1-9][0-9]{0,99})(?:\.[0-9]{0,99})?(?:e[+-]?[0-9]{1,3})?"
-STATEMENT = r"(const double |double |)([A-Za-z_][\w.]*(?:\[\d+\])?) (\+?=) ([^;={}]+); ?|double (\w+)\[(\d{1,4})\]; ?"
+STATEMENT = (
+    r"(const double |double |)([A-Za-z_][\w.]*(?:\[\d+\])?) (\+?=) ([^;={}]+); ?|double (\w[\w.]*)\[(\d{1,4})\]; ?"
+)
 FIELDS = ("name", "step", "positions", "mass_matrix", "force", "acceleration", "signs", "domain", "errors", "states",
           "matrix", "lyapunov_matrix", "box", "decay_rate", "reversals", "cover")  # fmt: skip
 LOOP = r"for \(int i = (\d{1,4}); i < (\d{1,4}); i\+\+\) \{ ([^{}]*)\} ?"
@@ -154,7 +156,7 @@ class Text:  # expressions over `names`, and statements that set them; `sign`: w
         name = ast.unparse(node)
         if isinstance(node, ast.Subscript):
             name = f"{ast.unparse(node.value)}[{Text({}, {}).of(node.slice, text).constant()}]"
-        demand(name in self.names, f"{name[:80]} is nothing that is known here")
+        demand(name in self.names and "/" not in ast.unparse(node), f"{name[:80]} is nothing that is known here")
         return self.names[name]
 
     # LEMMA 6. |p| = sgn(p) p. The sign of p is a number's, or s or -s where the proof says so of p or -p. Any other, or
@@ -171,10 +173,9 @@ class Text:  # expressions over `names`, and statements that set them; `sign`: w
             own, bodies = "|".join(re.findall(r"double (\w+)", loop[3])) or "(?!)", ""
             for k in range(int(loop[1]), int(loop[2])):
                 demand(True, "", len(loop[3]) * (9 + own.count("|")) // 9 + len(text) // 99)
-                bodies += re.sub(rf"\b({own})\b", rf"\1_{k}_", re.sub(r"\bi\b", str(k), loop[3]))
+                bodies += re.sub(rf"\b({own})\b", rf"\1.loop{loop.start()}.k{k}", re.sub(r"\bi\b", str(k), loop[3]))
             text = text[: loop.start()] + bodies + text[loop.end() :]
-        for found in re.finditer(STATEMENT, text, re.ASCII):
-            demand(found.start() == read, f"{text[read : read + 80]!r} cannot be read")
+        while found := re.compile(STATEMENT, re.ASCII).match(text, read):
             read, (local, name, way, value, array, size) = found.end(), found.groups()
             demand(not name or local or name in writable, f"{name} is set", int(size or 0))
             writable |= {f"{array}[{k}]" for k in range(int(size or 0))} | ({name} if local == "double " else set())
@@ -183,7 +184,7 @@ class Text:  # expressions over `names`, and statements that set them; `sign`: w
 
 
 # LEMMA 7. Comments aside, the two files are of these forms (a blank: any white space): four structs of doubles, values,
-# functions. No macro, type or global can change what `step` or a parameter means. float, fabsf, 1.5f: but for rounding.
+# functions. No macro, type or global, in digraphs neither, can change what `step` or a parameter means.
 BODY = r"(?:[^{}#\"']++|\{(?:[^{}#\"']++|\{[^{}#\"']*+\})*+\})*+"
 STRUCT = r"typedef struct \{ ((?:double \w+(?:\[\d{1,3}\])?; )+)(?:int fault; )?\} NAME_"
 HEADER = (r'#ifndef STICTION_UPPER_H\n#define STICTION_UPPER_H\n#ifdef __cplusplus\nextern "C" \{\n#endif\n'
@@ -204,9 +205,8 @@ def matched(form: str, file: str, text: str) -> list[str]:
     text, (stem, _), size = text.replace("\\\n", ""), file.split("."), len(text) ** 2 // 2000
     demand(not re.search(r"[\x00-\x09\x0b-\x1f\x7f-\x9f\\]|\?\?", text), "control characters, a backslash or ??")
     plain = re.sub(r'/\*.*?(?:\*/|\Z)|("[^"\n]*"|//)', lambda m: m[1] or " ", text, flags=re.DOTALL)
-    demand("//" not in plain and plain.isascii(), "a comment from // on, or letters that are not ASCII", size)
-    for single, double in ((r"\bfloat\b", "double"), (r"\bfabsf\(", "fabs("), (rf"(?<![\w.])({NUMBER})f\b", r"\1")):
-        plain = re.sub(single, double, plain)
+    good = not re.search("//|%|<:|:>", plain) and plain.isascii()
+    demand(good, "a comment from // on, a digraph, or letters that are not ASCII", size)
     plain = "\n".join(line for line in (" ".join(line.split()) for line in plain.split("\n")) if line)
     form = form.replace(" ", r"\s").replace("NAME", stem).replace("UPPER", stem.upper())
     demand(found := re.fullmatch(form, plain), f"{file} is not of the form that is read")
@@ -227,11 +227,11 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     # Parameters are what `prepare` makes of the values, exactly: the decimals there are that, rounded.
     stated = dict(zip(parameters, map(Fraction, re.findall(NUMBER, given)), strict=True))
     (code := Text({p: term(x) for p, x in stated.items()}, {}, f"{name}_sign")).run(prepare, {*parameters})
-    near = 2 ** (20 if "float sample_time;" in re.sub(r"(?s)/\*.*?\*/", "", files[f"{name}.h"]) else 50)
-    demand(all(abs(code.names[p].constant() - x) <= abs(x) / near for p, x in stated.items()), "prepare gives others")
+    demand(all(abs(code.names[p].constant() - x) <= abs(x) / 2**50 for p, x in stated.items()), "prepare gives others")
     # Free are inputs, truth, signs, errors, and states without a formula. An estimate is truth less sign * error.
     truths, estimates, turned = ([e[part] for e in errors] for part in ("truth", "estimate", "sign"))
     aside = [z for z in states if z not in formulas and z != "state.waiting"]
+    demand({"".join(sorted(e)) for e in errors} == {"estimatesigntruth"} and not {*truths} & {*signs}, "errors' fields")
     named = {*estimates} <= {*outputs} and all(re.fullmatch(r"(true|sign)\.\w+", x, re.A) for x in [*truths, *signs])
     demand(named and {*turned} <= {"", *signs} and len({*truths}) == len({*estimates}), "errors or signs not so named")
     Poly.signs, free = frozenset(signs), {*inputs, *truths, *signs, *aside}

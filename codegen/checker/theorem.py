@@ -6,6 +6,7 @@ the machine is made from the proof that the kernel accepted; the certificate's o
 
 import json
 import re
+from collections import Counter
 from collections.abc import Callable
 from fractions import Fraction
 from functools import partial
@@ -63,7 +64,8 @@ def reached(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> list[s
     plain = partial(without_kinds, twice=ambiguous(proof, shown))
     noise = [f"{plain(x)} is measured within {show(number(d))}" for x, d in claim["noise"].items()]
     drift = [f"{plain(x)} moves in a sample by at most {show(number(d))} more" for x, d in claim["drift"].items()]
-    lines = [f"where {', '.join([*noise, *drift])} (whatever these do, and without any turn):"]
+    besides = "all else is measured exactly and moves as the machine above"
+    lines = [f"where {', '.join([*noise, *drift])}; {besides} (whatever these do, and without any turn):"]
     for ball, bounds in zip(claim["sets"], found, strict=True):
         for (*c, _), bound in zip(ball["rows"], bounds, strict=True):
             entries = [(number(x), e, u) for x, e, u in zip(c, proof["errors"], shown["units"], strict=True)]
@@ -76,7 +78,7 @@ def reached(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> list[s
 
 def units(proof: dict[str, Any], header: str) -> list[str]:
     """The unit that the header's comment gives each estimate; KeyError where it gives none; or enclosure.Refused."""
-    of = dict(re.findall(r"(?:double|float) (\w+)(?:\[\d+\])?; /\* (\S+): ", header))
+    of = dict(re.findall(r"double (\w+)(?:\[\d+\])?; /\* (\S+): ", header))
     found = [of[re.split(r"[.[]", error["estimate"])[1]] for error in proof["errors"]]
     odd = [unit for unit in found if not re.fullmatch(UNIT, unit)]
     enclosure.demand(not odd, f"{odd[0][:40]!r} in {proof['name']}.h is no unit" if odd else "")
@@ -140,8 +142,8 @@ def words(proof: dict[str, Any], shown: dict[str, Any]) -> list[str]:
 def ambiguous(proof: dict[str, Any], shown: dict[str, Any]) -> set[str]:
     """What two quantities are called, a parameter and a true level, say: their kinds are printed with them."""
     full = {*re.findall(rf"\b{KINDS}\.\w+", json.dumps(proof)), *(x.split("[")[0] for x in shown["values"])}
-    bare = [x.split(".")[1] for x in full]
-    return {x for x in bare if bare.count(x) > 1}
+    bare = Counter(x.split(".")[1] for x in full)
+    return {x for x, count in bare.items() if count > 1}
 
 
 def without_kinds(expression: str, twice: set[str]) -> str:

@@ -18,7 +18,6 @@ import numpy as np
 import pytest
 
 from codegen.app.derived import Derived
-from codegen.app.overrides import Overrides
 from codegen.cancellation import with_cancellation
 from codegen.certify.certify import Certificate
 from codegen.certify.kernel_form import NotCovered, proof_text
@@ -157,27 +156,6 @@ def test_measured_velocity_is_proved(text: str, step: list[list[float]]) -> None
         if other != files[f"{name}.c"]:
             with pytest.raises(ValueError, match=r"do not show the estimates|does not move the errors"):
                 kernel.prove(content, files | {f"{name}.c": other})
-
-
-def test_single_precision_is_proved() -> None:
-    """float, fabsf and 1.5f are read; the derived values of the header are those of prepare but for rounding."""
-    text = spec_path("one_mass").read_text("utf-8")
-    machine = Derived(parse_spec(text, Path("made.yaml")), Overrides(precision="single"))
-    files, outcome = machine.files, machine.outcome
-    assert isinstance(outcome, Certificate) and outcome.kernel is not None and outcome.ellipsoid is not None
-    assert "fabsf(v_hat)" in files["one_mass.c"] and "0.010000001f" in files["one_mass.h"]
-    content = json.loads(outcome.kernel)
-    assert kernel.prove(content, files)["whole"]
-    assert content == json.loads(proof("one_mass"))
-    for file, old, new in (
-        ("one_mass.c", "fabsf(v_hat)", "fabsg(v_hat)"),
-        ("one_mass.c", "1.0f / parameters->m", "1.1f / parameters->m"),
-        ("one_mass.h", "0.010000001f", "0.01001f"),
-        ("one_mass.h", "float sample_time;", "half sample_time;"),
-    ):
-        assert old in files[file]
-        with pytest.raises(ValueError, match=r"."):
-            kernel.prove(content, files | {file: files[file].replace(old, new)})
 
 
 def test_a_measured_velocity_that_moves_otherwise_is_another_machine() -> None:

@@ -1,0 +1,100 @@
+"""C and proofs that were accepted under attack although what they say is false: each is refused."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from codegen.checker import ellipsoid, kernel
+
+HERE = Path(__file__).parents[2] / "generated" / "one_mass"
+RATE = "parameters->one_over_m * (inputs->w - F_hat_rail)"
+
+
+def shipped() -> tuple[dict[str, Any], dict[str, str]]:
+    proof = json.loads((HERE / "proof.json").read_text("utf-8"))
+    return proof, {path.name: path.read_text("utf-8") for path in HERE.glob("one_mass.[ch]")}
+
+
+def with_rate(statements: str) -> dict[str, str]:
+    """The C with other statements in place of that of v_dot_hat; E stands for the right rate."""
+    _, files = shipped()
+    old = f"const double v_dot_hat = {RATE};"
+    assert files["one_mass.c"].count(old) == 1
+    return files | {"one_mass.c": files["one_mass.c"].replace(old, statements.replace("E;", f"{RATE};"))}
+
+
+def test_what_is_shipped_is_proved_and_a_loop_too() -> None:
+    proof, files = shipped()
+    assert kernel.prove(proof, files)["whole"]
+    looped = "double t[2]; for (int i = 0; i < 2; i++) { const double a = E; t[i] = a; } const double v_dot_hat = t[1];"
+    assert kernel.prove(proof, with_rate(looped))["whole"]
+
+
+@pytest.mark.parametrize(
+    "statements",
+    [
+        # C divides whole numbers otherwise: it reads t[2].
+        "double t[4]; t[2] = 7.0 * E; t[3] = E; const double v_dot_hat = t[3/2*2];",
+        # A local of a loop is gone behind it, whatever names stand outside.
+        "const double t_0_ = 7.0 * E; for (int i = 0; i < 1; i++) { const double t = E; }"
+        " const double v_dot_hat = t_0_;",
+        # The second loop uses the outer t before it has its own.
+        "const double t = 7.0 * E; double r[1]; for (int i = 0; i < 1; i++) { const double t = E; }"
+        " for (int i = 0; i < 1; i++) { r[0] = t; const double t = 1.0 * E; } const double v_dot_hat = r[0];",
+        # A macro, spelt with a digraph.
+        "\n%:define fabs(u) (3.0 * (u))\nconst double v_dot_hat = E;",
+    ],
+)
+def test_c_that_computes_something_else_is_refused(statements: str) -> None:
+    proof, _ = shipped()
+    with pytest.raises(ValueError, match=r"."):
+        kernel.prove(
+            proof, with_rate(statements.replace("7.0 * E", f"7.0 * {RATE}").replace("1.0 * E", f"1.0 * {RATE}"))
+        )
+
+
+def test_macros_before_step_are_refused_in_any_spelling() -> None:
+    proof, files = shipped()
+    at = files["one_mass.c"].index("void one_mass_start(")
+    at = files["one_mass.c"].index("{", at) + 1
+    for line in (
+        "%:define v_hat v_hat + 5.0",
+        "%> double fabs(double u) <% return 3.0*u; %> static void rest(void) <%",
+    ):
+        other = files["one_mass.c"][:at] + f"\n{line}\n" + files["one_mass.c"][at:]
+        with pytest.raises(ValueError, match="digraph"):
+            kernel.prove(proof, files | {"one_mass.c": other})
+
+
+def test_a_true_level_is_no_sign_and_an_error_has_just_its_fields() -> None:
+    proof, files = shipped()
+    level = next(e["truth"] for e in proof["errors"] if e["truth"].startswith("true.a_"))
+    with pytest.raises(ValueError, match="fields"):
+        kernel.prove(proof | {"signs": proof["signs"] | {level: "outputs.a_hat_rail"}}, files)
+    errors = [proof["errors"][0] | {"note": "x"}, *proof["errors"][1:]]
+    with pytest.raises(ValueError, match="fields"):
+        kernel.prove(proof | {"errors": errors}, files)
+
+
+def test_a_set_that_does_not_shrink_bounds_nothing() -> None:
+    """With f = 1 and no disturbance an error stays where it is, inside the set or out."""
+    proof, files = shipped()
+    claim = json.loads((HERE / "ellipsoid.json").read_text("utf-8"))
+    still = claim | {kind: dict.fromkeys(claim[kind], "0") for kind in ("noise", "drift")}
+    for ball in still["sets"]:
+        ball["weights"][0] = "1"
+    with pytest.raises(ValueError, match="weights"):
+        ellipsoid.prove(proof, still, files)
+
+
+def test_many_rows_of_many_samples_are_more_work_than_the_limit() -> None:
+    proof, files = shipped()
+    claim = json.loads((HERE / "ellipsoid.json").read_text("utf-8"))
+    claim["sets"][0]["samples"] = 10_000
+    claim["sets"][0]["rows"] *= 20_000
+    with pytest.raises(ValueError, match="more work than the limit"):
+        ellipsoid.prove(proof, claim, files)
