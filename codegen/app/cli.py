@@ -414,7 +414,9 @@ def watch(
         print_json(result.content)
     else:
         output.print(watched_text(result), end="")
-    raise typer.Exit(REFUSED if result.alarms else 0)
+    if result.fault is not None and not result.alarms and not as_json:
+        raise result.fault
+    raise typer.Exit(REFUSED if result.alarms else 2 if result.fault is not None else 0)
 
 
 @app.command()

@@ -30,6 +30,7 @@ class Watched(Shown):
         limits: what was held against which bound, from ``settle`` seconds after a reversal on.
         alarms: when an estimate was out of its bound for longer than the dwell time.
         ended: how it ended, in words.
+        fault: of the row behind which nothing could be read, or None.
     """
 
     name: str
@@ -39,6 +40,7 @@ class Watched(Shown):
     tally: Tally
     alarms: tuple[Alarm, ...]
     ended: str
+    fault: BadInput | None = None
 
     @property
     def summary(self) -> Mapping[str, object]:
@@ -67,6 +69,7 @@ class Watched(Shown):
             ],
             "alarms": [alarm.content for alarm in self.alarms],
             "ended": self.ended,
+            "fault": None if self.fault is None else self.fault.parts,
         }
 
 
@@ -91,14 +94,14 @@ def watch(
         given: the bytes, in place of what ``log`` names.
 
     Raises:
-        BadInput: for a bad spec, one without a certified bound, or a log that cannot be used.
+        BadInput: for a bad spec, one without a certified bound, or a log of which no row can be used.
     """
     machine = derived_from(source)
     spec, system, program = machine.spec, machine.system, machine.program
     outcome = machine.outcome
     text = outcome.proofs.get("bound.json") if isinstance(outcome, Certificate) else None
     if text is None:
-        why = "no certificate" if not isinstance(outcome, Certificate) else "no bound in newtons"
+        why = "no certificate" if not isinstance(outcome, Certificate) else "no bound in newtons (`certify` says why)"
         expected = "an observer that `stiction certify` bounds in newtons: noise and accelerations in the envelope"
         raise BadInput(spec.place("observer"), why, expected, code="SPEC037")
     bound = json.loads(text)
@@ -111,7 +114,7 @@ def watch(
     patience = DWELL if dwell is None else max(round(dwell / period), 1)
     watched = Watch(spec, system, program, bound, engine_for(program, machine.sources), patience)
     rows = given if given is not None else pieces(str(log), follow)
-    ended, stop = "the rows ended", Stop()
+    ended, stop, fault = "the rows ended", Stop(), None
     with stop.heeded():
         try:
             for block in live_blocks(spec, program, period, str(log), stop.until_asked(rows), columns):
@@ -120,6 +123,10 @@ def watch(
                         tell(alarm)
         except KeyboardInterrupt:
             ended = "interrupted"
+        except BadInput as error:
+            if not watched.tally.samples:
+                raise
+            ended, fault = "a row could not be read", error
     return Watched(
         spec.name,
         watched.limits,
@@ -128,6 +135,7 @@ def watch(
         watched.tally,
         tuple(watched.alarms),
         ended,
+        fault,
     )
 
 

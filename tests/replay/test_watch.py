@@ -169,6 +169,15 @@ def test_bad_rows_are_one_message(text: str, tmp_path: Path) -> None:
     assert is_one_message(stiction("watch", BELT, "--log", tmp_path / "log.csv"))
 
 
+def test_a_row_that_cannot_be_read_keeps_the_report_and_the_alarm(logs: dict[str, str], tmp_path: Path) -> None:
+    (tmp_path / "log.csv").write_text(logs["force"] + "garbage,1\n")
+    done = stiction("watch", BELT, "--log", tmp_path / "log.csv")
+    assert done.code == 3 and "a row could not be read" in done.out and "out of the bound from" in done.out
+    (tmp_path / "log.csv").write_text(logs[""] + "3.999,0,0\n")
+    done = stiction("watch", BELT, "--log", tmp_path / "log.csv")
+    assert done.code == 2 and "judged: " in done.out and "[LOG008]" in done.err
+
+
 def test_a_gap_begins_anew_and_a_lost_value_is_held(logs: dict[str, str]) -> None:
     lines = logs[""].splitlines()
     del lines[1500:1600]
