@@ -140,3 +140,12 @@ def test_a_sample_time_of_seconds_leaves_a_stable_suggestion(tmp_path: Path) -> 
     multipliers = 1 + 3.14159 * np.roots([1, filter_gain, gain * filter_gain])
     assert np.abs(multipliers).max() == pytest.approx(found["spectral_radius"], rel=1e-6)
     assert found["spectral_radius"] < 1
+
+
+def test_the_noise_of_a_semi_implicit_step(tmp_path: Path) -> None:
+    """Its equations hold the sample time. At h K_v = 0.1 its noise is near that of the explicit step."""
+    spec, text = tmp_path / "semi_implicit.yaml", (SPECS / "one_mass.yaml").read_text()
+    spec.write_text(text.replace("velocity: estimated", "velocity: estimated\n  integration: semi_implicit"))
+    explicit, other = (json.loads(stiction("gains", s, "--json").out) for s in (SPECS / "one_mass.yaml", spec))
+    (before,), (after,) = (found["chosen"]["friction_noise_rms"].values() for found in (explicit, other))
+    assert other["chosen"]["stable"] and after != before and after == pytest.approx(before, rel=0.15)

@@ -20,6 +20,7 @@ from codegen.analysis.operating_points import evaluate_columns
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.solve import solve_symmetric
 from codegen.observers import Observer
+from codegen.observers.integration import SAMPLE_TIME
 from codegen.spec.model import Spec
 
 Array = NDArray[np.float64]
@@ -88,7 +89,7 @@ class NoiseModel:
         gains = {s: casadi.SX.sym(s.name) for s in observer.gains}
         h = casadi.SX.sym("h")
         known = {s: casadi.SX(float(v)) for s, v in observer.values.items()} | point | gains
-        matrices = _linearised(observer, known, h, estimate.symbols)
+        matrices = _linearised(observer, known | {SAMPLE_TIME: h}, h, estimate.symbols)
         arguments = [casadi.vertcat(*point.values()), casadi.vertcat(*gains.values(), h)]
         self._shapes = [m.shape for m in matrices]
         flat = casadi.vertcat(*[casadi.vec(casadi.densify(m)) for m in matrices])
