@@ -177,8 +177,11 @@ if __name__ == "__main__":
     try:
         asked, files = json.load(sys.stdin), {path.name: path.read_text("utf-8") for path in folder.glob("*.[ch]")}
         found = prove(json.loads((folder / "proof.json").read_text("utf-8")), asked, files)
+        lines = [
+            f"at most {float(bound):.7g}: {' '.join(c)}"
+            for ball, bounds in zip(asked["sets"], found, strict=True)
+            for (*c, _), bound in zip(ball["rows"], bounds, strict=True)
+        ]
     except Exception as why:
         sys.exit(f"refused: {type(why).__name__} {str(why)[:200]}")
-    for ball, bounds in zip(asked["sets"], found, strict=True):
-        for (*c, _), bound in zip(ball["rows"], bounds, strict=True):
-            print(f"at most {float(bound):.7g}: {' '.join(c)}")
+    print("\n".join(lines))

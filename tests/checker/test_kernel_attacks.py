@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -98,3 +100,11 @@ def test_many_rows_of_many_samples_are_more_work_than_the_limit() -> None:
     claim["sets"][0]["rows"] *= 20_000
     with pytest.raises(ValueError, match="more work than the limit"):
         ellipsoid.prove(proof, claim, files)
+
+
+def test_a_bound_beyond_floating_point_is_one_line() -> None:
+    claim = json.loads((HERE / "ellipsoid.json").read_text("utf-8"))
+    claim["sets"][0]["rows"][0][-1] = "1e400"
+    command = [sys.executable, "-I", ellipsoid.__file__, str(HERE)]
+    done = subprocess.run(command, input=json.dumps(claim), capture_output=True, text=True, check=False)
+    assert done.returncode == 1 and done.stderr.startswith("refused: ") and "Traceback" not in done.stderr
