@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from codegen.diagnosis.measure import drive_force
 from codegen.diagnosis.residual import inverse_dynamics_residual
 from codegen.diagnosis.resonance import resonances
-from codegen.diagnosis.signals import Motion
+from codegen.diagnosis.signals import Motion, is_resolved
 from codegen.diagnosis.trial import Part
 from codegen.effects import CATALOGUE
 from codegen.effects.start import Covered
@@ -77,7 +78,7 @@ class Survey:
             sample_time=m.sample_time,
             duration=float(m.time[-1] - m.time[0]),
             cutoff_hz=m.cutoff_hz,
-            periods=partial(_periods, _sits_on(part), x, v, y, m.usable, span),
+            periods=partial(_periods, _sits_on(part), x, v, y, m.usable, span, m.cutoff_hz),
             coupling=coupling,
             resonances=partial(_resonances, self.residual[:, i], m, i, float(self.mass[i, i])),
         )
@@ -114,11 +115,14 @@ def _resonances(y: Array, motion: Motion, i: int, inertia: float) -> tuple[dict[
     )
 
 
-def _periods(sits_on: str, x: Array, v: Array, y: Array, used: NDArray[np.bool_], span: float) -> tuple[float, ...]:
+def _periods(
+    sits_on: str, x: Array, v: Array, y: Array, used: NDArray[np.bool_], span: float, cutoff_hz: float
+) -> tuple[float, ...]:
     """Periods of the waves that explain most of a residual y(x): least-squares (Lomb–Scargle) periodogram.
 
     y = a + b q + q (c cos 2πx/p + d sin 2πx/p), with q the factor of a wave at that place: the direction of slip, the
-    squared speed, or 1. The normal equations account for how long the motion stays at each position.
+    squared speed, or 1. The normal equations account for how long the motion stays at each position. A period that is
+    passed above the cutoff everywhere (``is_resolved``) is left out.
     """
     carrier = {"contact": np.sign(v), "sensor": v**2}.get(sits_on, np.ones_like(v))[used]
     if not carrier.any():
@@ -157,4 +161,5 @@ def _periods(sits_on: str, x: Array, v: Array, y: Array, used: NDArray[np.bool_]
         for k in np.argsort(-power)[:200]
         if power[k] > 0 and power[k] >= power[max(0, k - PADDING // 2) : k + PADDING // 2 + 1].max()
     ]
-    return tuple(float(span / turns[k]) for k in peaks[:KEPT_PERIODS])
+    seen = (p for p in (float(span / turns[k]) for k in peaks) if is_resolved(p, x, v, used, cutoff_hz))
+    return tuple(islice(seen, KEPT_PERIODS))

@@ -11,7 +11,16 @@ from codegen.diagnosis import credit
 from codegen.diagnosis.candidate_fits import Found, every_part, fit_candidates
 from codegen.diagnosis.credit import evidence, held_out_losses, noise_loss, noise_ratio
 from codegen.diagnosis.output_error import Fit
-from codegen.diagnosis.ranking import Ranked, admissible, credible, ordered_by_force, run_round, ties, whiteness
+from codegen.diagnosis.ranking import (
+    ForceCriterion,
+    Ranked,
+    credible,
+    is_possible,
+    ordered_by_force,
+    run_round,
+    ties,
+    whiteness,
+)
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.shooting import Record
 from codegen.diagnosis.trial import Part
@@ -148,15 +157,24 @@ def _pair(search: Search, ranked: Sequence[Ranked]) -> Fit | None:
     """The best fit with two effects of the first round, of different signature.
 
     Where two effects are missing, each biases the fit of the other; which of several similar effects is right is seen
-    only with both in the model.
+    only with both in the model. So an effect of the best one's signature that leaves nearly as little gets a second
+    round of its own (a beam search of that width); other pairs are of the best candidates.
     """
     found: list[Fit] = []
-    for k, one in enumerate(ranked[:-1]):
-        others = [r.found.part for r in ranked[k + 1 :] if not _same_signature(one.found.part, r.found.part)]
+    for k, one in enumerate(ranked):
+        if k and _same_signature(one.found.part, ranked[0].found.part) and _nearly_as_good(one, ranked[0]):
+            others = every_part(search, [one.found.part])
+        else:
+            others = [r.found.part for r in ranked[k + 1 :] if not _same_signature(one.found.part, r.found.part)]
         if others:
             both = run_round(search, search.fitted_again(one.found.fit), others, lambda share: None)
             found += [search.fitted_again(r.found.fit) for r in both if not r.why_not][:1]
     return min(found, key=lambda fit: fit.cost, default=None)
+
+
+def _nearly_as_good(one: Ranked, best: Ranked) -> bool:
+    """Whether a candidate leaves at most ``TIE_RATIO`` times the squared residual of the best."""
+    return 1 - one.evidence.share <= credit.TIE_RATIO * (1 - best.evidence.share)
 
 
 def _same_signature(one: Part, other: Part) -> bool:
@@ -176,7 +194,7 @@ def _merged(search: Search, current: Fit) -> Fit | None:
             continue
         rest = search.without(search.without(current, k), j)
         others = [p for p in every_part(search, rest.runner.trial.parts) if _same_signature(p, parts[j])]
-        good = [f for f in fit_candidates(search, rest, others, lambda share: None) if admissible(search, f)]
+        good = [f for f in fit_candidates(search, rest, others, lambda share: None) if is_possible(search, f)]
         if good and not worth_it(search, good[0].fit, current, len(others)):
             simpler = search.fitted_again(good[0].fit)
             return _merged(search, simpler) or simpler
@@ -229,13 +247,15 @@ def _reconsidered(
     """Each effect compared with replacements: the best of the first round, and effects confused with it.
 
     Returns:
-        The better fit, and the rivals of the first effect that still tie with it.
+        The better fit, and the rivals that still tie with its first effect. Where a later effect has such rivals and
+        the first has none, the later one is put first.
     """
     for _ in range(MOST_EFFECTS):
         leader = current.runner.trial.parts[0]
-        better, left = _swapped(search, current, first, rivals)
+        better, tied = _swapped(search, current, first, rivals)
         if better is None:
-            return current, left
+            k = min(tied, default=0)
+            return (_put_first(search, current, k) if k else current), tied.get(k, [])
         current = better
         if not _same(leader, current.runner.trial.parts[0]):
             rivals = []
@@ -244,21 +264,50 @@ def _reconsidered(
 
 def _swapped(
     search: Search, current: Fit, first: Sequence[Ranked], rivals: Sequence[Ranked]
-) -> tuple[Fit | None, list[Ranked]]:
-    """The fit with one effect replaced (the new one is last), or None; and the first one's rivals that tie."""
-    left: list[Ranked] = []
+) -> tuple[Fit | None, dict[int, list[Ranked]]]:
+    """The fit with one effect replaced (the new one is last), or None; and by index of an effect, rivals that tie.
+
+    Rivals of the first effect are among those of the first round.
+    """
+    tied: dict[int, list[Ranked]] = {}
     parts = current.runner.trial.parts
     for k in range(len(parts)):
         others = _others(search, parts, k, first)
         if not others:
             continue
-        tried = fit_candidates(search, search.without(current, k), others, lambda share: None)
-        good = [f for f in tried if admissible(search, f)]
+        without = search.without(current, k)
+        tried = fit_candidates(search, without, others, lambda share: None)
+        good = [f for f in tried if is_possible(search, f)]
         if good and good[0].fit.cost < current.cost - BETTER:
-            return search.fitted_again(good[0].fit), left
-        if k == 0:
-            left = [r for r in rivals if any(_ties(search, f, current) for f in good if _same(f.part, r.found.part))]
-    return None, left
+            return search.fitted_again(good[0].fit), tied
+        same = [f for f in good if _ties(search, f, current)]
+        if k:
+            left = [_ranked(f, without) for f in same if not _preferred_by_force(search, current, f)]
+        else:
+            left = [r for r in rivals if any(_same(f.part, r.found.part) for f in same)]
+        if left:
+            tied[k] = left
+    return None, tied
+
+
+def _put_first(search: Search, fit: Fit, k: int) -> Fit:
+    """The fit with its k-th effect before the others."""
+    moved, found = fit.runner.trial.split(fit.theta)
+    order = sorted(range(len(found)), key=lambda j: j != k)
+    return search.with_parts(fit, moved, [fit.runner.trial.parts[j] for j in order], [found[j] for j in order])
+
+
+def _ranked(found: Found, without: Fit) -> Ranked:
+    """A replacement with its evidence over the fit without it."""
+    losses, before = held_out_losses(found.fit), held_out_losses(without)
+    e = evidence(before, losses, without.residual.shape[1], noise_loss(without) / len(before))
+    return Ranked(found, e, losses, noise_ratio(found.fit) / noise_ratio(without), float("nan"), "")
+
+
+def _preferred_by_force(search: Search, current: Fit, other: Found) -> bool:
+    """Whether the force residual tells the current fit from one with another effect in its place."""
+    gain = ForceCriterion(search, current).over(ForceCriterion(search, other.fit))
+    return gain.left < 1 and gain.p <= credit.TIE_LEVEL
 
 
 def _others(search: Search, parts: Sequence[Part], k: int, first: Sequence[Ranked]) -> list[Part]:

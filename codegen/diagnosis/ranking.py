@@ -23,7 +23,7 @@ from codegen.diagnosis.credit import (
 from codegen.diagnosis.force_evidence import ForceGain, force_gain, residual_without_levels
 from codegen.diagnosis.models import model_of, with_effects
 from codegen.diagnosis.output_error import Fit
-from codegen.diagnosis.reservations import never_passed
+from codegen.diagnosis.reservations import never_passed, passed_too_fast
 from codegen.diagnosis.residual import drive_left, inverse_dynamics_residual
 from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.search import Search
@@ -239,10 +239,20 @@ def _why_not(search: Search, found: Found, e: Evidence, size: float) -> str:
         return f"its force is {100 * size:.2g} % of the drive force: too little to matter"
     if not admissible(search, found):
         return "fits only with unphysical values"
-    if never_passed(search.system, search.motion, found.part, found.parameters):
-        return "its period is longer than the distance that the log covers: less than one period shows no repetition"
+    hidden = unseen_period(search, found)
+    if hidden:
+        return hidden
     here = CATALOGUE[found.part.kind].coordinate(search.system, found.part.place)
     return found.part.effect.unseen(found.parameters, float(search.record.noise[here]))
+
+
+def unseen_period(search: Search, found: Found) -> str:
+    """Why the log cannot show that an effect repeats, where it has a period; else empty."""
+    if never_passed(search.system, search.motion, found.part, found.parameters):
+        return "its period is longer than the distance that the log covers: less than one period shows no repetition"
+    if passed_too_fast(search.system, search.motion, found.part, found.parameters):
+        return "its period is passed so fast everywhere that its force lies above the cutoff of the filter"
+    return ""
 
 
 def only_reduces_drive(before: ForceCriterion, after: ForceCriterion) -> str:
@@ -256,6 +266,11 @@ def only_reduces_drive(before: ForceCriterion, after: ForceCriterion) -> str:
     if np.all(left >= (1 - credit.LEAST_SHARE) * had) or after.over(before).left <= 1 - credit.LEAST_SHARE:
         return ""
     return f"leaves {100 * left.min():.2g} % of the drive force for the motion, and explains no larger share of that"
+
+
+def is_possible(search: Search, found: Found) -> bool:
+    """Whether the fitted values lie within the effect's bounds and the log can show its period."""
+    return admissible(search, found) and not unseen_period(search, found)
 
 
 def admissible(search: Search, found: Found) -> bool:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.results import FoundEffect
-from codegen.diagnosis.signals import Motion
+from codegen.diagnosis.signals import Motion, is_resolved
 from codegen.diagnosis.trial import Part
 from codegen.effects import CATALOGUE
 from codegen.mechanics.system import System
@@ -32,6 +32,12 @@ def objections(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
             f"{found.kind} has a period of {period:.3g} {unit}, but the log covers only {stroke:.3g} {unit} there: "
             "less than one period does not show that it repeats"
         )
+    elif passed_too_fast(problem.system, problem.motion, part, found.parameters):
+        period, unit = found.parameters["period"], found.units["period"]
+        words.append(
+            f"{found.kind} has a period of {period:.3g} {unit}, and the log nowhere covers one slowly enough for its "
+            f"force to be below the cutoff of {problem.motion.cutoff_hz:.3g} Hz"
+        )
     return words
 
 
@@ -39,6 +45,15 @@ def never_passed(system: System, motion: Motion, part: Part, parameters: Mapping
     """Whether an effect's period is longer than the distance that the log covers, and is not a known turn."""
     period = parameters.get("period", 0.0)
     return period > _stroke(system, motion, part) and not _known_turn(system, part, period)
+
+
+def passed_too_fast(system: System, motion: Motion, part: Part, parameters: Mapping[str, float]) -> bool:
+    """Whether an effect's period is nowhere covered at a speed at which its force is below the filter's cutoff."""
+    period = parameters.get("period", np.inf)
+    direction = _direction(system, part)
+    return period <= _stroke(system, motion, part) and not is_resolved(
+        period, motion.positions @ direction, motion.velocities @ direction, motion.usable, motion.cutoff_hz
+    )
 
 
 def remarks(found: FoundEffect, part: Part, problem: Problem) -> list[str]:

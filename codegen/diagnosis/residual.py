@@ -88,15 +88,15 @@ def inverse_dynamics_residual(system: System, motion: Motion, filtered: bool = T
 def residual_at_drive(system: System, motion: Motion) -> Array:
     """The low-passed residual, (N, n), over the share of the logged drive force that is left to the motion.
 
-    Friction that follows the measured drive force, or an actuator with a small gain, reduces residual and drive in the
-    same proportion; this ratio removes that advantage. It is the plain residual where nothing takes a share of the
-    drive.
+    Friction that follows the measured drive force, or the gain of an actuator, scales residual and drive in the same
+    proportion; in this ratio that is neither an advantage nor a disadvantage. It is the plain residual where nothing
+    scales the drive.
     """
     return np.asarray(inverse_dynamics_residual(system, motion) / drive_left(system, motion))
 
 
 def drive_left(system: System, motion: Motion) -> Array:
-    """(n,) median over samples of Σ w ∂/∂w of g − U λ after the actuators over that of g as logged; at most 1.
+    """(n,) median over samples of Σ w ∂/∂w of g − U λ after the actuators over that of g as logged.
 
     Slopes, because a dead zone subtracts a constant and passes errors of the drive unchanged; samples at which a
     saturation passes nothing are not counted. The median, because at very low speed the sign of the speed is noise and
@@ -113,7 +113,7 @@ def drive_left(system: System, motion: Motion) -> Array:
         passed = used & (drive[:, i] != 0) & (net[:, i] != 0)
         if passed.any():
             left[i] = np.median(np.abs(net[passed, i] / drive[passed, i]))
-    return np.clip(left, LEAST_LEFT, 1.0)
+    return np.clip(left, LEAST_LEFT, 1 / LEAST_LEFT)
 
 
 def _by_inputs(system: System, force: Matrix) -> Matrix:

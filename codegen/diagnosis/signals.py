@@ -74,6 +74,23 @@ def low_pass(signals: Array, cutoff_hz: float, sample_time: float) -> Array:
     return np.asarray(filtfilt(b, a, signals, axis=0, padlen=min(len(signals) - 1, 3 * max(len(a), len(b)) * 8)))
 
 
+def is_resolved(period: float, x: Array, v: Array, used: NDArray[np.bool_], cutoff_hz: float) -> bool:
+    """Whether some stretch of the motion covers a spatial period slowly enough: |v|/period below the cutoff.
+
+    A faster wave lies above the cutoff and averages out; what is left of it near standstill can fit anything.
+
+    Args:
+        x, v, used: (N,) positions, velocities, and samples away from ends and gaps.
+    """
+    slow = used & (np.abs(v) <= cutoff_hz * period)
+    first = np.flatnonzero(slow & ~np.concatenate([[False], slow[:-1]]))
+    if not len(first):
+        return False
+    low = np.minimum.reduceat(np.where(slow, x, np.inf), first)
+    high = np.maximum.reduceat(np.where(slow, x, -np.inf), first)
+    return bool((high - low).max() >= period)
+
+
 def smooth_motion(log: Log, cutoff_hz: float | None = None, shortest_s: float = SHORTEST_S) -> Motion:
     """Filter and differentiate a log.
 

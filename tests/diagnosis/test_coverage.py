@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from codegen.diagnosis.coverage import _periods
+from codegen.diagnosis.signals import is_resolved
 
 
 @pytest.mark.parametrize("orders", [(7,), (72, 18), (36, 12)])
@@ -16,7 +17,7 @@ def test_waves_of_a_rotor_are_found_over_many_turns(orders: tuple[int, ...]) -> 
     y = 0.2 * np.random.default_rng(2).normal(size=len(t))
     for k, order in enumerate(orders):
         y += np.sin(order * x + k) / (1 + k)
-    found = _periods("coordinate", x, np.gradient(x, t), y, np.ones(len(t), dtype=bool), float(np.ptp(x)))
+    found = _periods("coordinate", x, np.gradient(x, t), y, np.ones(len(t), dtype=bool), float(np.ptp(x)), 500.0)
     for order in orders:
         assert min(abs(2 * np.pi / p - order) for p in found) < 0.03
 
@@ -29,5 +30,37 @@ def test_a_wave_of_friction_is_found_where_the_motion_dwells_unevenly(turns: flo
     v = np.gradient(x, t)
     span = float(np.ptp(x))
     y = np.sign(v) * (2.0 + 0.5 * np.sin(2 * np.pi * turns * x / span + 0.6)) + 0.8 + 0.3 * np.sin(11 * t)
-    found = _periods("contact", x, v, y, np.ones(len(t), dtype=bool), span)
+    found = _periods("contact", x, v, y, np.ones(len(t), dtype=bool), span, 20.0)
     assert span / found[0] == pytest.approx(turns, abs=0.1)
+
+
+def test_a_period_that_is_always_passed_above_the_cutoff_is_not_proposed() -> None:
+    """A residual that lives near standstill alone: sines so short that they average out elsewhere would fit it."""
+    t = np.arange(24000) * 1e-3
+    x = 0.2 * np.sin(0.9 * t) + 0.05 * np.sin(2.3 * t)
+    v, span = np.gradient(x, t), float(np.ptp(x))
+    y = np.sign(v) * np.exp(-((v / 1e-3) ** 2)) * np.sin(2 * np.pi * x / 1.2e-4)
+    used = np.ones(len(t), dtype=bool)
+    assert min(_periods("contact", x, v, y, used, span, 1e6)) < 2e-3
+    for period in _periods("contact", x, v, y, used, span, 20.0):
+        assert is_resolved(period, x, v, used, 20.0)
+
+
+@pytest.mark.parametrize(("ratio", "resolved"), [(0.99, True), (1.01, False)])
+def test_a_constant_speed_resolves_periods_up_to_the_cutoff(ratio: float, resolved: bool) -> None:
+    t = np.arange(5000) * 1e-3
+    period = 0.05 / 20.0
+    assert (
+        is_resolved(period, ratio * 0.05 * t, np.full(len(t), ratio * 0.05), np.ones(len(t), dtype=bool), 20.0)
+        is resolved
+    )
+
+
+def test_a_reversal_resolves_what_it_covers_while_slow() -> None:
+    """x = a t²/2 about a reversal: below the speed f p it covers (f p)²/2a on each side, the same way twice."""
+    t = np.arange(-1, 1, 1e-5)
+    x, v, used = 0.5 * 2.0 * t**2, 2.0 * t, np.ones(len(t), dtype=bool)
+    longest = 2 * 2.0 / 20.0**2  # p = (20 p)²/(2·2)
+    assert is_resolved(1.02 * longest, x, v, used, 20.0)
+    assert not is_resolved(0.98 * longest, x, v, used, 20.0)
+    assert not is_resolved(1.02 * longest, x, v, np.abs(t) > 0.03, 20.0)

@@ -130,9 +130,20 @@ def test_friction_that_does_follow_the_drive_still_explains_it(tmp_path: Path) -
 
 
 @pytest.mark.parametrize("gain", [0.3, 0.9, 1.2])
-def test_a_small_gain_leaves_a_share_of_the_drive(gain: float, log: Log) -> None:
+def test_a_gain_scales_the_drive_by_its_value(gain: float, log: Log) -> None:
     weak = system_of(stage(f"[{{kind: input_gain, on: w, parameters: {{gain: {gain}}}}}]"))
-    assert drive_left(weak, smooth_motion(log)) == pytest.approx([min(gain, 1.0)])
+    assert drive_left(weak, smooth_motion(log)) == pytest.approx([gain])
+
+
+@pytest.mark.parametrize("gain", [0.8, 1.25])
+def test_a_gain_and_the_same_machine_divided_by_it_have_one_residual(gain: float, log: Log) -> None:
+    """gain w = M a + b v + λ and w = (M a + b v + λ)/gain are one motion, so neither is preferred by its force."""
+    effect = f"[{{kind: input_gain, on: w, parameters: {{gain: {gain}}}}}]"
+    strong, plain = system_of(stage(effect)), system_of(stage())
+    values = {s.name: float(v) for s, v in plain.values.items()}
+    divided = with_values(plain, {name: values[name] / gain for name in ("m", "b", "rail_a")})
+    one, other = (residual_at_drive(s, smooth_motion(log)) for s in (strong, divided))
+    np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-9)
 
 
 @pytest.mark.parametrize("kind", ["dead_zone", "saturation"])

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from codegen.diagnosis import forward_selection
+from codegen.diagnosis import forward_selection, ranking
 from codegen.diagnosis.forward_selection import still_credited
 
 
@@ -63,3 +63,75 @@ def test_segments_are_halved_while_free_runs_are_far_off(
     near, base = forward_selection.within_reach(search)
     assert (near.record, base) == (share, 1600.0 * share**2)
     assert near.shorter(0.5) == 0.5 * share
+
+
+def ranked(kind: str, share: float) -> Any:
+    found = SimpleNamespace(part=part_named(kind), fit=fit(kind), parameters={})
+    return SimpleNamespace(found=found, evidence=SimpleNamespace(share=share), why_not="")
+
+
+def part_named(kind: str) -> Any:
+    return SimpleNamespace(kind=kind, on="x")
+
+
+@pytest.mark.parametrize(("share", "whole"), [(0.85, True), (0.7, False)])
+def test_an_effect_like_the_best_that_leaves_nearly_as_little_gets_a_round_of_all(
+    share: float, whole: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A second missing effect may make the wrong one of two springs the best: both then go on to a second round."""
+    asked: list[tuple[str, list[str]]] = []
+
+    def run_round(search: Any, base: Any, parts: Any, progress: Any) -> list[Any]:
+        asked.append((base.runner.trial.parts[0], [p.kind for p in parts]))
+        return []
+
+    everything = [part_named(kind) for kind in ("viscous_asymmetry", "cogging", "stribeck")]
+    monkeypatch.setattr(forward_selection, "run_round", run_round)
+    monkeypatch.setattr(forward_selection, "every_part", lambda search, taken: everything)
+    search: Any = SimpleNamespace(fitted_again=lambda fit: fit)
+    best = [ranked("hardening_spring", 0.875), ranked("spring", share), ranked("offset", 0.3)]
+    assert forward_selection._pair(search, best) is None
+    assert ("hardening_spring", ["offset"]) in asked
+    second = ["viscous_asymmetry", "cogging", "stribeck"] if whole else ["offset"]
+    assert ("spring", second) in asked
+
+
+def test_rivals_of_a_later_effect_put_it_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An inertia found second, of which the log says no more than that it could be a gain: the verdict is about it."""
+    gain = SimpleNamespace(part=part_named("input_gain"), fit=fit("gain"))
+    moves: list[int] = []
+
+    def put_first(search: Any, one: Any, k: int) -> Any:
+        moves.append(k)
+        return "reordered"
+
+    monkeypatch.setattr(forward_selection, "fit_candidates", lambda *_: [gain])
+    monkeypatch.setattr(forward_selection, "is_possible", lambda search, found: True)
+    monkeypatch.setattr(forward_selection, "_others", lambda search, parts, k, first: [gain.part] if k else [])
+    monkeypatch.setattr(forward_selection, "_ties", lambda search, found, current: True)
+    monkeypatch.setattr(forward_selection, "_preferred_by_force", lambda search, current, found: False)
+    monkeypatch.setattr(forward_selection, "_ranked", lambda found, without: found)
+    monkeypatch.setattr(forward_selection, "_put_first", put_first)
+    search: Any = SimpleNamespace(without=lambda current, k: current)
+    current = fit(part_named("viscous_asymmetry"), part_named("inertia_error"))
+    current.cost = gain.fit.cost = 5.0
+    assert forward_selection._reconsidered(search, current, [], []) == ("reordered", [gain])
+    assert moves == [1]
+    monkeypatch.setattr(forward_selection, "_preferred_by_force", lambda search, current, found: True)
+    assert forward_selection._reconsidered(search, current, [], []) == (current, [])
+
+
+def test_a_replacement_whose_period_the_log_cannot_show_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Part of a wave longer than the stroke fits a spring's line; it replaced the spring and was then refused."""
+    wave = SimpleNamespace(part=part_named("cogging"), fit=fit("wave"))
+    wave.fit.cost = 0.0
+    monkeypatch.setattr(forward_selection, "fit_candidates", lambda *_: [wave])
+    monkeypatch.setattr(forward_selection, "_others", lambda search, parts, k, first: [wave.part])
+    monkeypatch.setattr(ranking, "admissible", lambda search, found: True)
+    monkeypatch.setattr(ranking, "unseen_period", lambda search, found: "longer than the stroke")
+    search: Any = SimpleNamespace(without=lambda current, k: current, fitted_again=lambda fit: fit)
+    current = fit(part_named("spring"), part_named("viscous_asymmetry"))
+    current.cost = 100.0
+    assert forward_selection._swapped(search, current, [], []) == (None, {})
+    monkeypatch.setattr(ranking, "unseen_period", lambda search, found: "")
+    assert forward_selection._swapped(search, current, [], [])[0] is wave.fit
