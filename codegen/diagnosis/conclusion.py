@@ -57,7 +57,7 @@ def sentence(
     """
     most = worst(left, material)
     i = acts_on(answer.effects[0], system) if answer.effects else 0
-    by_force = all(isfinite(f.force_rms_rows[i]) for f in answer.figures)
+    by_force = not answer.augmented.transmissions and all(isfinite(f.force_rms_rows[i]) for f in answer.figures)
     declared, refit, augmented = (f.force_rms_rows[i] if by_force else f.free_run_rmse_rows[i] for f in answer.figures)
     words = render(
         "text/verdict.j2",

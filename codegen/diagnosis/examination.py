@@ -16,9 +16,10 @@ from codegen.diagnosis.models import with_effects, with_values
 from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.reservations import objections, remarks
+from codegen.diagnosis.residual import drive_left
 from codegen.diagnosis.results import ErrorFigures, FoundEffect, Verdict
 from codegen.diagnosis.search import Search
-from codegen.diagnosis.veto import Admitted, Option, admitted
+from codegen.diagnosis.veto import REFIT_WORSE, Admitted, Option, admitted
 from codegen.mechanics.system import System
 
 Measured = Callable[[System], ErrorFigures]
@@ -74,10 +75,8 @@ def _with_effects(
         return replace(plain, verdict="unknown", effects=found, against=(words,))
     if verdict == "unknown":
         return replace(plain, verdict=verdict, effects=found)
-    without = plain.figures[1]
-    if options[0].system.transmissions:  # the load's motion is computed from differentiated noise: no force criterion
-        without = replace(without, force_rms_rows=tuple(float("nan") for _ in without.force_rms_rows))
-    chosen = admitted(options, plain.figures[0], measured, without)
+    declared, without, worse = references(plain, options[0].system, problem)
+    chosen = admitted(options, declared, measured, without, worse)
     if chosen.option is None:
         return replace(plain, verdict="unknown", effects=found, against=chosen.refusals)
     written = replace(
@@ -91,6 +90,24 @@ def _with_effects(
         return written
     notes = tuple(w for f, p in zip(found, fit.runner.trial.parts, strict=True) for w in remarks(f, p, problem))
     return replace(written, remarks=(*notes, *richer.notes, *_refused(chosen)))
+
+
+def references(plain: Answer, augmented: System, problem: Problem) -> tuple[ErrorFigures, ErrorFigures, float]:
+    """What a model with effects is compared with: errors as declared and of the refit, and the share it may exceed the
+    refit's by.
+
+    The motion of a load behind a spring is computed from differentiated noise, so its force residual is no criterion;
+    the free run alone must then not object, except in a gap, where it does not know the load's position. Over the share
+    of the drive that load-dependent friction leaves, noise of the acceleration counts for more: the refit's does too.
+    """
+    declared, refit = plain.figures[:2]
+    if augmented.transmissions:
+        unknown = (float("nan"),) * len(refit.force_rms_rows)
+        worse = 0.0 if all(t.gap == 0 for t in augmented.transmissions) else REFIT_WORSE
+        return replace(declared, force_rms_rows=unknown), replace(refit, force_rms_rows=unknown), worse
+    left = drive_left(augmented, problem.motion) / drive_left(plain.refit, problem.motion)
+    rows = tuple(rms / min(float(share), 1.0) for rms, share in zip(refit.force_rms_rows, left, strict=True))
+    return declared, replace(refit, force_rms_rows=rows), REFIT_WORSE
 
 
 def _examined(

@@ -105,7 +105,7 @@ def run_round(
         size = relative_size(search, found, base)
         force_criterion = ForceCriterion(search, found.fit)
         why_not = _why_not(search, found, one, size) or absorbed_by_refit(without, force_criterion, found)
-        why_not = why_not or only_reduces_drive(without, force_criterion)
+        why_not = why_not or only_reduces_drive(without, force_criterion, one)
         p = chance(search, found.fit, one, len(parts))
         p = p if why_not else combined_p(p, without, force_criterion, len(parts))
         unsure = not why_not and p > credit.ALPHA
@@ -255,15 +255,19 @@ def unseen_period(search: Search, found: Found) -> str:
     return ""
 
 
-def only_reduces_drive(before: ForceCriterion, after: ForceCriterion) -> str:
+def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidence) -> str:
     """Why not, where friction that follows the drive force merely scales the force balance down; else empty.
 
     With the measured drive force on both sides of the balance, such friction removes noise and structure in proportion
-    to the drive. So the residual is compared over the share of the drive force that is left.
+    to the drive. So more must be removed than by that proportion: of the squared free-run error, or of the squared
+    force residual, which noise may dominate.
     """
     motion = before.search.motion
     left, had = drive_left(after.system, motion), drive_left(before.system, motion)
-    if np.all(left >= (1 - credit.LEAST_SHARE) * had) or after.over(before).left <= 1 - credit.LEAST_SHARE:
+    proportion = float(np.min(left / had))
+    if proportion >= 1 - credit.LEAST_SHARE or 1 - e.share <= (1 - credit.LEAST_SHARE) * proportion**2:
+        return ""
+    if after.over(before).left <= 1 - credit.LEAST_SHARE:
         return ""
     return f"leaves {100 * left.min():.2g} % of the drive force for the motion, and explains no larger share of that"
 

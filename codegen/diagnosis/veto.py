@@ -51,20 +51,21 @@ def admitted(
     declared: ErrorFigures,
     measured: Callable[[System], ErrorFigures],
     refit: ErrorFigures | None = None,
+    most: float = REFIT_WORSE,
 ) -> Admitted:
     """Check the options in their order on held-out data.
 
     Args:
-        refit: errors of the model without the effects; an option may exceed them by at most ``REFIT_WORSE``.
+        refit: errors of the model without the effects; an option may exceed them by at most the share ``most``.
     """
     refusals: list[str] = []
     first: ErrorFigures | None = None
     for option in options:
         figures = measured(option.system)
         first = first or figures
-        references = (("the declared model", declared, SAME), ("the refit without the effect", refit, REFIT_WORSE))
-        for model, other, most in references:
-            worse = worsened(figures, other, most) if other is not None else {}
+        references = (("the declared model", declared, SAME), ("the refit without the effect", refit, most))
+        for model, other, share in references:
+            worse = worsened(figures, other, share) if other is not None else {}
             if worse:
                 refusals.append(f"on held-out data {option.words} would make {_list(worse)} than with {model}")
                 break

@@ -13,6 +13,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from codegen.diagnosis import diagnose, examination
 from codegen.diagnosis.adoption import BLOCKS, DOUBTFUL, CrossValidation, adopt_values
+from codegen.diagnosis.answer import Answer
 from codegen.diagnosis.diagnose import Models, diagnose_log
 from codegen.diagnosis.estimate import Estimate, estimate, standard_errors
 from codegen.diagnosis.force_fit import force_rows, independent_samples
@@ -351,6 +352,32 @@ def test_an_effect_is_no_worse_than_the_refit_without_it(force: float, run: floa
     assert (chosen.option is not None) is admissible
     assert admitted([Option("the effect", system, {})], declared, lambda _: new).option is not None
     assert admissible or "than with the refit without" in chosen.refusals[0]
+
+
+COMPLIANCE = "{kind: compliance, on: x, parameters: {k: 4e4, c: 30, load_fraction: 0.4}}"
+BACKLASH = "{kind: backlash, on: x, parameters: {gap: 1e-3, k: 4e4, c: 30, load_fraction: 0.4}}"
+
+
+@pytest.mark.parametrize(
+    ("effect", "force", "share"),
+    [
+        ("{kind: offset, on: x, parameters: {f0: 1}}", 1.0, 0.05),
+        ("{kind: input_gain, on: w, parameters: {gain: 0.8}}", 1 / 0.8, 0.05),
+        ("{kind: input_gain, on: w, parameters: {gain: 1.25}}", 1.0, 0.05),
+        (COMPLIANCE, float("nan"), 0.0),
+        (BACKLASH, float("nan"), 0.05),
+    ],
+)
+def test_what_a_model_with_an_effect_is_compared_with(effect: str, force: float, share: float, tmp_path: Path) -> None:
+    """Noise of the acceleration, over a drive of which 0.8 is left, is 1.25 times as large: no fault of the effect."""
+    plain = system_of(stage())
+    figures = tuple(ErrorFigures(f, (f,), 0.1, 2.0, (2.0,)) for f in (9.0, 1.0, 1.0))
+    answer = Answer("effect", (), plain, plain, (figures[0], figures[1], figures[2]))
+    problem = Problem(plain, smooth_motion(log_of(stage(), tmp_path, "plain.csv")), {})
+    declared, refit, worse = examination.references(answer, system_of(stage(f"[{effect}]")), problem)
+    assert refit.force_rms_rows == pytest.approx((force,), nan_ok=True)
+    assert declared.force_rms_rows == pytest.approx((9.0 if np.isfinite(force) else force,), nan_ok=True)
+    assert (refit.free_run_rmse_rows, worse) == ((2.0,), share)
 
 
 @pytest.mark.parametrize("joints", [None, (0, 1), (0, 2, 5)])

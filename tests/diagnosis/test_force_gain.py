@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from codegen.diagnosis.candidate_fits import Found
-from codegen.diagnosis.credit import ALPHA
+from codegen.diagnosis.credit import ALPHA, Evidence
 from codegen.diagnosis.force_evidence import force_gain
 from codegen.diagnosis.models import with_values
 from codegen.diagnosis.problem import Problem
-from codegen.diagnosis.ranking import ForceCriterion, absorbed_by_refit, combined_p
+from codegen.diagnosis.ranking import ForceCriterion, absorbed_by_refit, combined_p, only_reduces_drive
 from codegen.diagnosis.record import record_of
 from codegen.diagnosis.residual import drive_left, inverse_dynamics_residual, masks, residual_at_drive
 from codegen.diagnosis.search import Search, search_on
@@ -127,6 +127,23 @@ def test_friction_that_does_follow_the_drive_still_explains_it(tmp_path: Path) -
     before, after = (residual_at_drive(s, motion)[used, 0] for s in (declared, true))
     assert 0.6 < drive_left(true, motion)[0] <= 1.0
     assert np.mean(after**2) < 0.05 * np.mean(before**2)
+
+
+@pytest.mark.parametrize(("share", "passes"), [(0.92, True), (0.17, True), (0.15, False), (-0.1, False)])
+def test_friction_that_follows_the_drive_must_remove_more_than_in_proportion(
+    share: float, passes: bool, tmp_path: Path
+) -> None:
+    """With 0.94 of the drive left, scaling alone removes 1 − 0.94² = 12 %; 5 % more are asked for."""
+    plain = log_of(stage(reference=STEADY), tmp_path, "plain.csv")
+    plain.positions[:, 0] += 1e-4 * np.random.default_rng(3).normal(size=len(plain.time))
+    search = search_in(plain)
+    base = search.refit()
+    trial = base.runner.trial.with_part(part_of(CATALOGUE["input_gain"], 0, search.system))
+    weak = replace(base, runner=replace(base.runner, trial=trial), theta=np.append(base.theta, np.log(0.94)))
+    before, after = ForceCriterion(search, base), ForceCriterion(search, weak)
+    assert drive_left(after.system, search.motion) == pytest.approx([0.94], abs=1e-3)
+    assert after.over(before).left > 0.95
+    assert bool(only_reduces_drive(before, after, Evidence(1.0, share, 3.0, 8, 8))) is not passes
 
 
 @pytest.mark.parametrize("gain", [0.3, 0.9, 1.2])
