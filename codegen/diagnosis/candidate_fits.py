@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.diagnosis.coverage import survey
-from codegen.diagnosis.credit import NEAR_NOISE, noise_loss, noise_ratio
+from codegen.diagnosis.credit import FEW, NEAR_NOISE, noise_loss, noise_ratio, share_far
 from codegen.diagnosis.force_start import ForceStart
 from codegen.diagnosis.models import with_values
 from codegen.diagnosis.one_joint import of_joint, rows_of, started_as
@@ -93,7 +93,7 @@ class CandidateFits:
     Attributes:
         starts: by index of the part, starting points that were already computed.
         forced: by index of the part, starting points from the force residual, used where the base is far above the
-            noise.
+            noise, at least in some segments.
         left: by index of the part, squared force residual that remains with such a start.
         couplings: by coordinate, parameters of the spring between motor and load that was fitted there.
         few: the base on few segments, by joint for an arm that is run joint by joint, else under None.
@@ -122,7 +122,7 @@ class CandidateFits:
         names = [s.name for s in self.search.moved]
         refit = with_values(self.search.system, dict(zip(names, self.levels, strict=True)))
         self.survey = survey(refit, self.search.motion)
-        if noise_ratio(self.base) > NEAR_NOISE:
+        if noise_ratio(self.base) > NEAR_NOISE or share_far(self.base) > FEW:
             self.forced = self._by_force()
 
     def promising(self, indices: Sequence[int]) -> list[int]:

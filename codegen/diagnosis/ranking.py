@@ -18,6 +18,7 @@ from codegen.diagnosis.credit import (
     independent_share,
     noise_loss,
     noise_ratio,
+    share_far,
     size_of,
 )
 from codegen.diagnosis.force_evidence import ForceGain, force_gain, residual_without_levels
@@ -190,9 +191,12 @@ def combined_p(p: float, before: ForceCriterion, after: ForceCriterion, candidat
 
 
 def whiteness(search: Search, fit: Fit) -> float:
-    """Share of independent residuals; 0 far from the noise, where the Gaussian likelihood does not hold."""
+    """Share of independent residuals; 0 far from the noise, in the median or in more than a few segments, where the
+    Gaussian likelihood does not hold.
+    """
     soft = float(fit.runner.record.noise[0] / search.record.noise[0])
-    return independent_share(fit) if noise_ratio(fit) * soft <= credit.NEAR_NOISE else 0.0
+    near = noise_ratio(fit) * soft <= credit.NEAR_NOISE and share_far(fit) <= credit.FEW
+    return independent_share(fit) if near else 0.0
 
 
 def credible(search: Search, before: Fit, after: Fit, candidates: int) -> bool:
