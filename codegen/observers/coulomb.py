@@ -80,7 +80,9 @@ def coulomb_friction_observer(spec: Spec, system: System) -> Observer:
     signs = tuple(symbol(f"s_{name}") for name in names)
     truths = [symbol(f"a_{name}") for name in names]
     errors = tuple(
-        ErrorVariable(symbol(f"e_a_{name}"), truth, k, f"a_{name} - a_hat_{name}", system.contacts[k].unit)
+        ErrorVariable(
+            symbol(f"e_a_{name}"), truth, "level", k, None, f"a_{name} - a_hat_{name}", system.contacts[k].unit
+        )
         for k, (name, truth) in enumerate(zip(names, truths, strict=True))
     )
     truth_force = system.distribution * Matrix([s * a for s, a in zip(signs, truths, strict=True)])

@@ -148,11 +148,11 @@ def dynamic_friction_observer(spec: Spec, system: System) -> Observer:
     true_state = [symbol(f"f_{name}") for name in names]
     true_level = [symbol(f"a_{name}") for name in names]
     errors = [
-        ErrorVariable(symbol(f"e_f_{n}"), f, k, f"f_{n} - f_hat_{n}", laws[k].state_unit)
+        ErrorVariable(symbol(f"e_f_{n}"), f, "state", k, None, f"f_{n} - f_hat_{n}", laws[k].state_unit)
         for k, (n, f) in enumerate(zip(names, true_state, strict=True))
     ]
     errors += [
-        ErrorVariable(symbol(f"e_a_{n}"), a, k, f"a_{n} - a_hat_{n}", laws[k].level_unit)
+        ErrorVariable(symbol(f"e_a_{n}"), a, "level", k, None, f"a_{n} - a_hat_{n}", laws[k].level_unit)
         for k, (n, a) in enumerate(zip(names, true_level, strict=True))
     ]
     true_force = Matrix(

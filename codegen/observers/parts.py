@@ -60,8 +60,8 @@ def velocity_rate(step: VelocityStep, estimate: Matrix, acceleration: Matrix) ->
 def velocity_errors(system: System) -> tuple[ErrorVariable, ...]:
     units = velocity_units(system)
     return tuple(
-        ErrorVariable(symbol(f"e_{v.name}"), v, None, f"{v.name} - {v.name}_hat", unit)
-        for v, unit in zip(system.velocities, units, strict=True)
+        ErrorVariable(symbol(f"e_{v.name}"), v, "velocity", None, k, f"{v.name} - {v.name}_hat", unit)
+        for k, (v, unit) in enumerate(zip(system.velocities, units, strict=True))
     )
 
 

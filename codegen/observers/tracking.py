@@ -83,7 +83,15 @@ def tracking_observer(spec: Spec, system: System) -> Observer:
 
     truths = [symbol(f"F_{name}") for name in names]
     errors = tuple(
-        ErrorVariable(symbol(f"e_F_{name}"), truth, k if by_contact else None, f"F_{name} - tracked_{name}", unit)
+        ErrorVariable(
+            symbol(f"e_F_{name}"),
+            truth,
+            "force",
+            k if by_contact else None,
+            None if by_contact else k,
+            f"F_{name} - tracked_{name}",
+            unit,
+        )
         for k, (name, truth, unit) in enumerate(zip(names, truths, units, strict=True))
     )
     truth_force = system.distribution * Matrix(truths) if by_contact else Matrix(truths)

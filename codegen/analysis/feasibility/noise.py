@@ -235,13 +235,12 @@ def _truth(observer: Observer, known: dict[sympy.Symbol, Any]) -> Any:
     levels = to_casadi(sympy.Matrix(laws), known)
     forces = casadi.sign(slips) * levels
     on_coordinates = to_casadi(system.distribution, known) @ forces
-    values, coordinate = [], 0
+    values = []
     for error in observer.errors:
         if error.truth in known:
             values.append(known[error.truth])
-        elif error.contact is None:
-            values.append(on_coordinates[coordinate])
-            coordinate += 1
+        elif error.coordinate is not None:
+            values.append(on_coordinates[error.coordinate])
         else:
             values.append((levels if observer.level_errors else forces)[error.contact])
     return casadi.vertcat(*values)
