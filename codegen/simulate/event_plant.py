@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.base.errors import BadInput
-from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.mechanics.solve import factorised
 from codegen.mechanics.system import TIME, System
 from codegen.simulate.held_input import HeldInput, edges_at_changes
@@ -175,10 +175,8 @@ def _laws(system: System, contacts: PlantContacts) -> Any:
     n, count = system.degrees_of_freedom, len(system.contacts)
     x, v, w = casadi.SX.sym("x", n), casadi.SX.sym("v", n), casadi.SX.sym("w", len(system.inputs))
     t = casadi.SX.sym("t")
-    names: dict[Any, Any] = {s: casadi.SX(float(value)) for s, value in system.values.items()}
-    for symbols, column in ((system.positions, x), (system.velocities, v), (system.inputs, w)):
-        names |= {s: column[i] for i, s in enumerate(symbols)}
-    names[TIME] = t
+    columns = (system.positions, x), (system.velocities, v), (system.inputs, w)
+    names = symbol_values(system.values, *columns) | {TIME: t}
     mass, U = to_casadi(system.mass_matrix, names), to_casadi(system.distribution, names)
     factors = factorised(mass)
     compliance = factors.solve_columns(U)
