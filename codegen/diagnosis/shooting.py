@@ -301,7 +301,7 @@ def terms_functions(name: str, system: System, free: Sequence[sympy.Symbol], loa
     names = symbol_values(system.values, *columns) | {TIME: t}
     mass, distribution = (to_casadi(m, names) for m in (system.mass_matrix, system.distribution))
     heavy = casadi.diag(mass) * share if loads else casadi.SX.zeros(n)
-    factors = factorised(mass - casadi.diag(heavy) if loads else mass)
+    factors = factorised(mass - casadi.diag(heavy) if loads else mass, reciprocals=False)
     carried = factors.solve_columns(distribution)
     slip = casadi.mtimes(distribution.T, v)
     forward, backward, smooth = [], [], []

@@ -14,21 +14,23 @@ class Factors:
 
     Attributes:
         lower: rows of L below its diagonal of ones; structural zeros are zero.
-        reciprocal: 1/D.
+        pivots: D.
+        reciprocals: as in ``factorised``.
     """
 
     lower: tuple[tuple[Any, ...], ...]
-    reciprocal: tuple[Any, ...]
+    pivots: tuple[Any, ...]
+    reciprocals: bool
 
     def solve(self, right: Any) -> Any:
         """a of M a = r, each n by 1 SX."""
-        lower, n = self.lower, len(self.reciprocal)
+        lower, n = self.lower, len(self.pivots)
         y = [right[i] for i in range(n)]
         for i in range(n):
             for k in range(i):
                 if not lower[i][k].is_zero():
                     y[i] = y[i] - lower[i][k] * y[k]
-        a = [y[i] * self.reciprocal[i] for i in range(n)]
+        a = [_over(y[i], pivot, self.reciprocals) for i, pivot in enumerate(self.pivots)]
         for i in reversed(range(n)):
             for k in range(i + 1, n):
                 if not lower[k][i].is_zero():
@@ -40,31 +42,35 @@ class Factors:
         return casadi.horzcat(*[self.solve(right[:, k]) for k in range(right.shape[1])])
 
 
-def factorised(mass: Any) -> Factors:
+def factorised(mass: Any, reciprocals: bool = True) -> Factors:
     """The LDLᵀ of M.
 
     Args:
         mass: n by n SX, symmetric positive definite; structural zeros cost nothing.
+        reciprocals: whether a division by a constant pivot is a product with its reciprocal, which rounds twice. Pivots
+            that vary are divided by in any case: CasADi writes a product with 1/d as a quotient.
     """
     n = mass.shape[0]
     lower = [[casadi.SX(0)] * i for i in range(n)]
     pivot: list[Any] = []
-    reciprocal: list[Any] = []
     for j in range(n):
         d = mass[j, j]
         for k in range(j):
             if not lower[j][k].is_zero():
                 d = d - lower[j][k] * lower[j][k] * pivot[k]
         pivot.append(d)
-        reciprocal.append(1 / d)
         for i in range(j + 1, n):
             entry = mass[i, j]
             for k in range(j):
                 if not (lower[i][k].is_zero() or lower[j][k].is_zero()):
                     entry = entry - lower[i][k] * lower[j][k] * pivot[k]
             if not entry.is_zero():
-                lower[i][j] = entry * reciprocal[j]
-    return Factors(tuple(tuple(row) for row in lower), tuple(reciprocal))
+                lower[i][j] = _over(entry, d, reciprocals)
+    return Factors(tuple(tuple(row) for row in lower), tuple(pivot), reciprocals)
+
+
+def _over(value: Any, pivot: Any, reciprocals: bool) -> Any:
+    return value * (1 / pivot) if reciprocals else value / pivot
 
 
 def solve_symmetric(mass: Any, right: Any) -> Any:
