@@ -282,21 +282,22 @@ def _set_valued_level(contact: ContactFriction) -> sympy.Expr:
 def terms_functions(name: str, system: System, free: Sequence[sympy.Symbol], loads: bool) -> tuple[Any, Any, Any]:
     """Three CasADi functions of a system, all results dense.
 
-    M is factorised once a step; each column of ``push`` and of the forces is then solved for.
+    M is factorised once a step; U and each sum of forces are then solved for.
 
     Args:
-        loads: whether coordinates may share their inertia with loads; without them ``share`` has no effect.
+        loads: whether coordinates may share their inertia with loads; else ``share`` and ``push`` have no effect.
 
     Returns:
         place_NAME (x, w, t, p, share) → (U, M⁻¹U, U'M⁻¹U, inertia of the loads, kept) with M less that inertia;
-        model_NAME (x, v, w, t, p, share, kept, push) → (M⁻¹(g + push − U smooth friction), levels forward, levels
-        backward): ``kept`` are values independent of v, computed once for several velocities; and resting_NAME
-        (x, w, t, p) → g at v = 0.
+        model_NAME (x, v, w, t, p, share, kept, push, bristle) → (M⁻¹(g + push − U (smooth friction + bristle)), levels
+        forward, levels backward): ``kept`` are values independent of v, computed once for several velocities; and
+        resting_NAME (x, w, t, p) → g at v = 0.
     """
     n = system.degrees_of_freedom
     x, v, w = casadi.SX.sym("x", n), casadi.SX.sym("v", n), casadi.SX.sym("w", len(system.inputs))
     t, p = casadi.SX.sym("t"), casadi.SX.sym("p", len(free))
     share, push = casadi.SX.sym("share", n), casadi.SX.sym("push", n)
+    bristle = casadi.SX.sym("bristle", len(system.contacts))
     columns = (system.positions, x), (system.velocities, v), (system.inputs, w), (free, p)
     names = symbol_values(system.values, *columns) | {TIME: t}
     mass, distribution = (to_casadi(m, names) for m in (system.mass_matrix, system.distribution))
@@ -312,16 +313,18 @@ def terms_functions(name: str, system: System, free: Sequence[sympy.Symbol], loa
         backward.append(to_casadi(level, names | {contact.slip: -speed}))
         smooth.append(to_casadi(contact.extra_force, names | {contact.slip: slip[c]}))
     force = to_casadi(system.force, names, by_angle=True)
-    held = casadi.mtimes(distribution, casadi.vertcat(*smooth)) if smooth else casadi.SX(n, 1)
-    outputs = [factors.solve(force + push - held), casadi.vertcat(*forward), casadi.vertcat(*backward)]
+    net = force + push if loads else force
+    for c, own in enumerate(smooth):
+        net = net - distribution[:, c] * (own + bristle[c])
+    outputs = [factors.solve(net), casadi.vertcat(*forward), casadi.vertcat(*backward)]
     still = casadi.vertcat(x, w, t, p, share)
     moving, pieces, values = casadi.extract_parametric([casadi.densify(o) for o in outputs], still, {})
     kept = casadi.vertcat(*pieces) if pieces else casadi.SX.sym("kept", 0)
     before = casadi.vertcat(*values) if values else casadi.SX(0, 1)
     found = [distribution, carried, casadi.mtimes(distribution.T, carried), heavy, before]
     place = casadi.Function(f"place_{name}", [x, w, t, p, share], [casadi.densify(f) for f in found], {"cse": True})
-    words = ["x", "v", "w", "t", "p", "share", "kept", "push"], ["acceleration", "forward", "backward"]
-    model = casadi.Function(f"model_{name}", [x, v, w, t, p, share, kept, push], moving, *words)
+    words = ["x", "v", "w", "t", "p", "share", "kept", "push", "bristle"], ["acceleration", "forward", "backward"]
+    model = casadi.Function(f"model_{name}", [x, v, w, t, p, share, kept, push, bristle], moving, *words)
     rest = to_casadi(system.force, names | dict.fromkeys(system.velocities, casadi.SX(0)), by_angle=True)
     return place, model, casadi.Function(f"resting_{name}", [x, w, t, p], [casadi.densify(rest)])
 
