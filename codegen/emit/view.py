@@ -90,12 +90,12 @@ class PrintedSetting:
 
     @property
     def locals(self) -> list[PrintedLine]:
-        """Of straight code."""
+        """The lines of its locals, in straight code."""
         return [line for s in self.stretches for part in s.parts for line in part.lines if not line.field]
 
     @property
     def states(self) -> list[PrintedLine]:
-        """Of straight code."""
+        """The lines of the states, in straight code."""
         return [line for s in self.stretches for part in s.parts for line in part.lines if line.field]
 
 
