@@ -11,7 +11,7 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.diagnosis.signals import Motion, central_difference
-from codegen.mechanics.casadi_form import over_rows, symbol_values, to_casadi
+from codegen.mechanics.casadi_form import over_rows, to_casadi
 from codegen.mechanics.system import TIME, Matrix, System
 from codegen.simulate.sensor_error import SensorError
 
@@ -38,7 +38,8 @@ def evaluate_forces(
     n, m = system.degrees_of_freedom, len(system.inputs)
     point = casadi.SX.sym("point", 3 * n + m + 1)
     symbols = [*system.positions, *system.velocities, *system.accelerations, *system.inputs, TIME]
-    names = symbol_values({**system.values, **(values or {})}, (symbols, point))
+    names: dict[sympy.Symbol, Any] = {s: point[k] for k, s in enumerate(symbols)}
+    names |= {s: casadi.SX(float(v)) for s, v in {**system.values, **(values or {})}.items()}
     stacked = casadi.vertcat(*[casadi.densify(to_casadi(column, names)) for column in columns])
     function = casadi.Function("forces", [point], [stacked])
     w = motion.inputs if inputs is None else inputs

@@ -14,7 +14,7 @@ from codegen.diagnosis.balance import true_motion
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.residual import effective_inputs, inverse_dynamics_residual
 from codegen.diagnosis.signals import Motion
-from codegen.mechanics.casadi_form import symbol_values, to_casadi
+from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.system import TIME, System
 
 Array = NDArray[np.float64]
@@ -95,7 +95,8 @@ def _slopes(system: System, motion: Motion, symbols: Sequence[sympy.Symbol]) -> 
     n, m = system.degrees_of_freedom, len(system.inputs)
     point, moved = casadi.SX.sym("point", 3 * n + m + 1), casadi.SX.sym("moved", len(symbols))
     variables = [*system.positions, *system.velocities, *system.accelerations, *system.inputs, TIME]
-    names = symbol_values(system.values, (variables, point), (symbols, moved))
+    names = {s: casadi.SX(float(v)) for s, v in system.values.items()}
+    names |= {s: point[k] for k, s in enumerate(variables)} | {s: moved[k] for k, s in enumerate(symbols)}
     error = casadi.densify(to_casadi(system.equation_error, names))
     slope = casadi.densify(casadi.jacobian(error, moved))
     function = casadi.Function("slopes", [point, moved], [slope])

@@ -25,7 +25,7 @@ from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.residual import effective_inputs, inverse_dynamics_residual
 from codegen.diagnosis.trial import Trial
 from codegen.effects.start import Covered
-from codegen.mechanics.casadi_form import over_rows, symbol_values, to_casadi
+from codegen.mechanics.casadi_form import over_rows, to_casadi
 from codegen.mechanics.system import TIME, Matrix, System
 
 Array = NDArray[np.float64]
@@ -97,7 +97,8 @@ class ForceStart:
         own = dict(zip(self.base.runner.trial.symbols, self.base.runner.trial.numbers(self.base.theta), strict=True))
         variables = [*system.positions, *system.velocities, *system.accelerations, *system.inputs, TIME, *part.symbols]
         point = casadi.SX.sym("point", len(variables))
-        names = symbol_values({**system.values, **own}, (variables, point))
+        names = {s: casadi.SX(float(v)) for s, v in {**system.values, **own}.items()}
+        names |= {s: point[k] for k, s in enumerate(variables)}
         error = casadi.densify(to_casadi(system.equation_error, names))
         function = casadi.Function("force", [point], [error])
         since = (motion.time - motion.time[0])[:, None]

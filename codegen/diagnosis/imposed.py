@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import casadi
 import numpy as np
@@ -24,7 +25,7 @@ from numpy.typing import NDArray
 
 from codegen.diagnosis.shooting import Record
 from codegen.diagnosis.signals import central_difference
-from codegen.mechanics.casadi_form import symbol_values, to_casadi
+from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.computed import ComputedEntry
 from codegen.mechanics.system import Matrix, System
 
@@ -174,8 +175,10 @@ class RigidTerms:
         acceleration = central_difference(record.velocities, record.sample_time)
         x, v, a = (casadi.SX.sym(name, n) for name in "xva")
         p = casadi.SX.sym("p", len(self.parameters))
-        columns = (system.positions, x), (system.velocities, v), (system.accelerations, a)
-        names = symbol_values(system.values, (self.parameters, p), *columns)
+        names: dict[sympy.Symbol, Any] = {s: casadi.SX(float(value)) for s, value in system.values.items()}
+        names |= {s: p[k] for k, s in enumerate(self.parameters)}
+        names |= {s: x[i] for i, s in enumerate(system.positions)} | {s: v[i] for i, s in enumerate(system.velocities)}
+        names |= {s: a[i] for i, s in enumerate(system.accelerations)}
         terms = to_casadi(Matrix([*_forces(system), *_masses(system)]), names)
         force, mass = casadi.densify(terms[:n]), casadi.densify(terms[n:])
         slopes = [casadi.densify(casadi.vec(casadi.jacobian(value, p))) for value in (force, mass)]

@@ -13,7 +13,7 @@ import casadi
 import sympy
 
 from codegen.friction import DynamicLaw
-from codegen.mechanics.casadi_form import symbol_values, to_casadi
+from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.system import ContactFriction, System
 from codegen.simulate.dynamic_contact import STANDSTILL, has_states
 from codegen.spec.functions import Sgn
@@ -76,7 +76,8 @@ def law_function(name: str, system: System, free: Sequence[sympy.Symbol], states
     """
     count = len(system.contacts)
     slip, y, p = casadi.SX.sym("slip", count), casadi.SX.sym("y", states), casadi.SX.sym("p", len(free))
-    numbers = symbol_values(system.values, (free, p))
+    numbers: dict[sympy.Symbol, Any] = {s: casadi.SX(float(value)) for s, value in system.values.items()}
+    numbers |= {s: p[i] for i, s in enumerate(free)}
     force, push, rate = casadi.SX(count, 1), casadi.SX(states, 1), casadi.SX(states, 1)
     k = 0
     for c, terms in all_law_terms(system):

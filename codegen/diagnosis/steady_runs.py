@@ -38,7 +38,7 @@ from codegen.effects.register import is_own
 from codegen.logs import Log
 from codegen.logs.motion import measured_motion
 from codegen.logs.steady import steady_speeds
-from codegen.mechanics.casadi_form import symbol_values, to_casadi
+from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.system import TIME, Matrix, System
 
 Array = NDArray[np.float64]
@@ -347,8 +347,10 @@ def _forces_of(system: System, symbols: Sequence[sympy.Symbol], means: Means) ->
     """The function ``mean_forces`` of the values of these symbols."""
     n, m, count = system.degrees_of_freedom, len(system.inputs), len(means)
     point, moved = casadi.SX.sym("point", n + m), casadi.SX.sym("moved", len(symbols))
-    names = symbol_values(system.values, (symbols, moved), ((*system.velocities, *system.inputs), point))
+    names = {s: casadi.SX(float(v)) for s, v in system.values.items()}
+    names |= {s: moved[k] for k, s in enumerate(symbols)}
     names |= dict.fromkeys([*system.positions, *system.accelerations, TIME], casadi.SX(0.0))
+    names |= {s: point[k] for k, s in enumerate((*system.velocities, *system.inputs))}
     driven = Matrix(system.force - system.force.subs(dict.fromkeys(system.inputs, 0)))
     outputs = [casadi.densify(to_casadi(term, names)) for term in (system.equation_error, driven)]
     function = casadi.Function("means", [point, moved], outputs).map(count)
