@@ -223,7 +223,7 @@ def _derive(observer: Observer, longest: int) -> ErrorDynamics:
 def _true_state_rates(observer: Observer, values: Mapping[sympy.Symbol, Any], zero: Any) -> dict[sympy.Symbol, Any]:
     """True friction state → its rate ξ at the truth, a symbol."""
     rates = next((e.symbols for e in observer.equations if e.name == "friction_state_rate"), ())
-    of_state = [e.truth for e in observer.errors if e.symbol.name.startswith("e_f_")]
+    of_state = [e.truth for e in observer.errors if e.of == "state"]
     return {f: values[r].xreplace(zero) for f, r in zip(of_state, rates, strict=True)}
 
 

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from codegen.analysis.error_dynamics import ErrorDynamics
 from codegen.analysis.terms import expand_products
 from codegen.base.exact_numbers import powers_of_ten
-from codegen.mechanics.casadi_form import to_casadi
-from codegen.mechanics.solve import solve_symmetric
+from codegen.mechanics.casadi_form import symbol_values, to_casadi
+from codegen.mechanics.solve import factorised
 from codegen.mechanics.system import Matrix
 from codegen.spec.model import Spec
 
@@ -166,15 +166,13 @@ def matrix_function(
     """
     variables = casadi.SX.sym("p", len(points.variables))
     open_values = casadi.SX.sym("k", len(gains) + 1)
-    names: dict[sympy.Symbol, Any] = {s: casadi.SX(float(v)) for s, v in dynamics.observer.values.items()}
-    names |= {s: open_values[k] for k, s in enumerate((*gains, sympy.Symbol("h", real=True)))}
-    names |= {s: variables[k] for k, s in enumerate(points.variables)}
+    opened = (*gains, sympy.Symbol("h", real=True)), open_values
+    names = symbol_values(dynamics.observer.values, opened, (points.variables, variables))
     names |= {s: to_casadi(e, names) for s, e in dynamics.slopes.items()}
     if dynamics.inverse_mass:
         mass = to_casadi(dynamics.observer.system.mass_matrix, names)
-        columns = [solve_symmetric(mass, casadi.SX.eye(mass.shape[0])[:, j]) for j in range(mass.shape[0])]
-        for s, (i, j) in dynamics.inverse_mass.items():
-            names[s] = columns[j][i]
+        inverse = factorised(mass).solve_columns(casadi.SX.eye(mass.shape[0]))
+        names |= {s: inverse[i, j] for s, (i, j) in dynamics.inverse_mass.items()}
     return casadi.Function("matrix", [variables, open_values], [casadi.densify(to_casadi(matrix, names))])
 
 

@@ -146,6 +146,23 @@ def _escaped(character: str) -> str:
     return f"\\x{code - 0xDC00:02x}" if 0xDC80 <= code <= 0xDCFF else character.encode("unicode_escape").decode()
 
 
+def refuse_unknown(
+    name: str, known: Iterable[str], place: Place | str, what: str, expected: str | None = None, *, code: str
+) -> None:
+    """Raise BadInput unless a name is a known one.
+
+    Args:
+        place: where the name stands.
+        what: it is, such as ``unknown contact``; the name follows.
+        expected: one of the known names by default.
+        code: as of BadInput.
+    """
+    names = list(known)
+    if name not in names:
+        expected = expected or f"one of {', '.join(names)}"
+        raise BadInput(place, f"{what} `{name}`", expected, nearest_name(name, names), code=code)
+
+
 def nearest_name(word: str, known: Iterable[str]) -> str | None:
     """The known name that fewest slips of the hand lead to ``word``, or None where that takes too many to be meant.
 

@@ -233,7 +233,7 @@ def _symmetric(dynamics: ErrorDynamics, axes: tuple[ContactAxes, ...]) -> bool:
     values = {**observer.values, sympy.Symbol("h", real=True): observer.sample_time}
     mass = observer.system.mass_matrix.subs(observer.values).inv()
     values |= {w: mass[i, j] for w, (i, j) in dynamics.inverse_mass.items()}
-    flips = [k for k, e in enumerate(observer.errors) if e.symbol.name.startswith("e_a_")]
+    flips = [k for k, e in enumerate(observer.errors) if e.of == "level"]
 
     slopes = {s: e.subs(values) for s, e in dynamics.slopes.items()}
     sampled = dynamics.sampled.subs(values)

@@ -149,8 +149,8 @@ class _Maker:
     def base(self, family: Family) -> dict[str, Any]:
         """What ``frame`` gives, over the axes: nothing of it is read from the twin."""
         content = frame(self.spec, self.analysis, family, self.files, self.command)
-        for error in content["error"]:
-            if error["name"].startswith("e_a_"):
+        for error, own in zip(content["error"], self.analysis.dynamics.observer.errors, strict=True):
+            if own.of == "level":
                 error["meaning"] = f"sign of friction state times ({error['meaning']})"
         return content
 

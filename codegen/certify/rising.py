@@ -25,7 +25,7 @@ def none_without_growth(along: AlongFriction) -> bool:
     for k, error in enumerate(along.dynamics.observer.errors):
         x = sympy.eye(first.rows)[:, k]
         held = first * x == second * x == sympy.zeros(first.rows, 1)
-        if error.symbol.name.startswith("e_a_") and held and both.row_join(x).rank() == rank:
+        if error.of == "level" and held and both.row_join(x).rank() == rank:
             return True
     return False
 

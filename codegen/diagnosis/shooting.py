@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from codegen.base.compiler import compile_shared, load_library
 from codegen.base.text import render
 from codegen.diagnosis.law_states import all_law_terms, law_function, law_terms, owners
-from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.casadi_form import symbol_values, to_casadi
+from codegen.mechanics.solve import factorised
 from codegen.mechanics.system import TIME, ContactFriction, System
 from codegen.simulate.contact import SWEEPS
 
@@ -229,9 +230,9 @@ def shooting_source(
     generator = casadi.CodeGenerator("models", {"with_header": False, "main": False})
     kept = 0
     for k, (system, symbols) in enumerate(zip(systems, free, strict=True)):
-        place, model = terms_functions(str(k), system, symbols)
-        generator.add(place)
-        generator.add(model)
+        place, model, resting = terms_functions(str(k), system, symbols, loads > 0)
+        for function in (place, model, *([resting] if loads else [])):
+            generator.add(function)
         kept = max(kept, model.size1_in("kept"))
         if states:
             generator.add(law_function(f"laws_{k}", system, symbols, states))
@@ -278,20 +279,31 @@ def _set_valued_level(contact: ContactFriction) -> sympy.Expr:
     return contact.extra_level if law_terms(contact) is not None else contact.law_level + contact.extra_level
 
 
-def terms_functions(name: str, system: System, free: Sequence[sympy.Symbol]) -> tuple[Any, Any]:
-    """Two CasADi functions of a system, all results dense.
+def terms_functions(name: str, system: System, free: Sequence[sympy.Symbol], loads: bool) -> tuple[Any, Any, Any]:
+    """Three CasADi functions of a system, all results dense.
+
+    M is factorised once a step; U and each sum of forces are then solved for.
+
+    Args:
+        loads: whether coordinates may share their inertia with loads; else ``share`` and ``push`` have no effect.
 
     Returns:
-        place_NAME (x, w, t, p) → (M, U, kept), and model_NAME (x, v, w, t, p, kept) → (g, levels forward, levels
-            backward, smooth friction): ``kept`` are values independent of v, computed once for several velocities.
+        place_NAME (x, w, t, p, share) → (U, M⁻¹U, U'M⁻¹U, inertia of the loads, kept) with M less that inertia;
+        model_NAME (x, v, w, t, p, share, kept, push, bristle) → (M⁻¹(g + push − U (smooth friction + bristle)), levels
+        forward, levels backward): ``kept`` are values independent of v, computed once for several velocities; and
+        resting_NAME (x, w, t, p) → g at v = 0.
     """
     n = system.degrees_of_freedom
     x, v, w = casadi.SX.sym("x", n), casadi.SX.sym("v", n), casadi.SX.sym("w", len(system.inputs))
     t, p = casadi.SX.sym("t"), casadi.SX.sym("p", len(free))
-    names: dict[sympy.Symbol, Any] = {s: casadi.SX(float(value)) for s, value in system.values.items()}
-    names |= {s: x[i] for i, s in enumerate(system.positions)} | {s: v[i] for i, s in enumerate(system.velocities)}
-    names |= {s: w[i] for i, s in enumerate(system.inputs)} | {s: p[i] for i, s in enumerate(free)} | {TIME: t}
-    mass, distribution = (casadi.densify(to_casadi(m, names)) for m in (system.mass_matrix, system.distribution))
+    share, push = casadi.SX.sym("share", n), casadi.SX.sym("push", n)
+    bristle = casadi.SX.sym("bristle", len(system.contacts))
+    columns = (system.positions, x), (system.velocities, v), (system.inputs, w), (free, p)
+    names = symbol_values(system.values, *columns) | {TIME: t}
+    mass, distribution = (to_casadi(m, names) for m in (system.mass_matrix, system.distribution))
+    heavy = casadi.diag(mass) * share if loads else casadi.SX.zeros(n)
+    factors = factorised(mass - casadi.diag(heavy) if loads else mass, reciprocals=False)
+    carried = factors.solve_columns(distribution)
     slip = casadi.mtimes(distribution.T, v)
     forward, backward, smooth = [], [], []
     for c, contact in enumerate(system.contacts):
@@ -300,17 +312,21 @@ def terms_functions(name: str, system: System, free: Sequence[sympy.Symbol]) -> 
         forward.append(to_casadi(level, names | {contact.slip: speed}))
         backward.append(to_casadi(level, names | {contact.slip: -speed}))
         smooth.append(to_casadi(contact.extra_force, names | {contact.slip: slip[c]}))
-    outputs = [
-        to_casadi(system.force, names, by_angle=True),
-        *(casadi.vertcat(*rows) for rows in (forward, backward, smooth)),
-    ]
-    still = casadi.vertcat(x, w, t, p)
+    force = to_casadi(system.force, names, by_angle=True)
+    net = force + push if loads else force
+    for c, own in enumerate(smooth):
+        net = net - distribution[:, c] * (own + bristle[c])
+    outputs = [factors.solve(net), casadi.vertcat(*forward), casadi.vertcat(*backward)]
+    still = casadi.vertcat(x, w, t, p, share)
     moving, pieces, values = casadi.extract_parametric([casadi.densify(o) for o in outputs], still, {})
     kept = casadi.vertcat(*pieces) if pieces else casadi.SX.sym("kept", 0)
     before = casadi.vertcat(*values) if values else casadi.SX(0, 1)
-    place = casadi.Function(f"place_{name}", [x, w, t, p], [mass, distribution, casadi.densify(before)])
-    words = ["x", "v", "w", "t", "p", "kept"], ["force", "forward", "backward", "smooth"]
-    return place, casadi.Function(f"model_{name}", [x, v, w, t, p, kept], moving, *words)
+    found = [distribution, carried, casadi.mtimes(distribution.T, carried), heavy, before]
+    place = casadi.Function(f"place_{name}", [x, w, t, p, share], [casadi.densify(f) for f in found], {"cse": True})
+    words = ["x", "v", "w", "t", "p", "share", "kept", "push", "bristle"], ["acceleration", "forward", "backward"]
+    model = casadi.Function(f"model_{name}", [x, v, w, t, p, share, kept, push, bristle], moving, *words)
+    rest = to_casadi(system.force, names | dict.fromkeys(system.velocities, casadi.SX(0)), by_angle=True)
+    return place, model, casadi.Function(f"resting_{name}", [x, w, t, p], [casadi.densify(rest)])
 
 
 def _times(record: Record) -> tuple[Any, Any]:

@@ -7,7 +7,7 @@ from typing import Any
 
 import sympy
 
-from codegen.base.errors import BadInput, nearest_name
+from codegen.base.errors import BadInput, nearest_name, refuse_unknown
 from codegen.effects import CATALOGUE, Effect
 from codegen.effects.added import added
 from codegen.effects.places import pairs
@@ -88,17 +88,8 @@ def _add(system: System, spec: Spec, index: int, declared: DeclaredEffect) -> Sy
     if declared in spec.effects[:index]:
         found = f"the same {declared.kind} on {', '.join(declared.on)} again"
         raise BadInput(spec.place(key), found, "it once; a second one has other parameters", code="SPEC021")
-    effect = CATALOGUE.get(declared.kind)
-    if effect is None:
-        expected = f"one of {', '.join(CATALOGUE)}"
-        raise BadInput(
-            spec.place(f"{key}.kind"),
-            f"unknown effect `{declared.kind}`",
-            expected,
-            nearest_name(declared.kind, CATALOGUE),
-            code="SPEC008",
-        )
-    effect = effect.with_parameters(list(declared.parameters))
+    refuse_unknown(declared.kind, CATALOGUE, spec.place(f"{key}.kind"), "unknown effect", code="SPEC008")
+    effect = CATALOGUE[declared.kind].with_parameters(list(declared.parameters))
     on = _place(effect, declared, system, spec, key)
     known = places_of(effect, system)
     symbols = effect_symbols(effect, on, system)
@@ -137,15 +128,8 @@ def _place(effect: Effect, declared: DeclaredEffect, system: System, spec: Spec,
 def _checked(effect: Effect, declared: DeclaredEffect, spec: Spec, key: str) -> dict[str, Any]:
     names = [p.name for p in effect.parameters]
     for name in declared.parameters:
-        if name not in names:
-            place = spec.place(f"{key}.parameters.{name}")
-            raise BadInput(
-                place,
-                f"unknown parameter `{name}`",
-                f"{', '.join(names)} of {effect.kind}",
-                nearest_name(name, names),
-                code="SPEC008",
-            )
+        place, expected = spec.place(f"{key}.parameters.{name}"), f"{', '.join(names)} of {effect.kind}"
+        refuse_unknown(name, names, place, "unknown parameter", expected, code="SPEC008")
     for p in effect.parameters:
         if p.name not in declared.parameters:
             raise BadInput(

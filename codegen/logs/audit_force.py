@@ -21,7 +21,7 @@ from codegen.logs.finding import Finding
 from codegen.logs.log import Array, Flags, Log
 from codegen.logs.motion import Motion, low_pass
 from codegen.mechanics import System, build_system
-from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.spec.model import Spec
 
 FLIPPED = -0.4
@@ -127,8 +127,7 @@ def _function(system: System, threshold: Array) -> casadi.Function:
     """
     groups = (system.positions, system.velocities, system.accelerations, system.inputs)
     arguments = [casadi.SX.sym("q", len(group)) for group in groups]
-    names = {s: argument[k] for group, argument in zip(groups, arguments, strict=True) for k, s in enumerate(group)}
-    names |= {s: casadi.SX(float(value)) for s, value in system.values.items()}
+    names = symbol_values(system.values, *zip(groups, arguments, strict=True))
     slip = to_casadi(system.slip_velocity, names)
     names |= {c.slip: slip[k] for k, c in enumerate(system.contacts)}
     friction = casadi.SX.zeros(len(system.positions))

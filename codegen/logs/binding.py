@@ -6,28 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
-from codegen.base.errors import BadInput, Place, nearest_name
+from codegen.base.errors import BadInput, Place, nearest_name, refuse_unknown
 from codegen.logs.description import LogDescription
-from codegen.logs.source import listing, shown
+from codegen.logs.source import Named, listing, shown
 from codegen.logs.term import OPERATORS, Term, find_term, identifier
 from codegen.spec.model import Spec
 from codegen.spec.units import describe, dimension, parse_unit, si_factor
-
-
-class Named(Protocol):
-    """A file whose columns have names, and perhaps units."""
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Of the columns."""
-
-    @property
-    def place(self) -> Place:
-        """Where they stand."""
-
-    @property
-    def units(self) -> Mapping[str, str]:
-        """Column → unit that the file states."""
 
 
 @runtime_checkable
@@ -151,24 +135,14 @@ def _unknown_symbols(
 ) -> list[str]:
     expected = f"one of {', '.join(symbols)}, a name of {spec.name}"
     for symbol in explicit:
-        if symbol not in symbols:
-            raise BadInput(
-                Place("column option"),
-                f"unknown name `{shown(symbol)}`",
-                expected,
-                nearest_name(symbol, symbols),
-                code="LOG013",
-            )
+        refuse_unknown(symbol, symbols, "column option", "unknown name", expected, code="LOG013")
     sections = (("columns", description.columns), ("scale", description.scale), ("units", description.units))
     for section, keys in sections:
         if section == "columns" and description.listed:
             continue
         for symbol in keys:
-            if symbol not in symbols:
-                place = description.place(f"{section}.{symbol}")
-                raise BadInput(
-                    place, f"unknown name `{shown(symbol)}`", expected, nearest_name(symbol, symbols), code="LOG013"
-                )
+            place = description.place(f"{section}.{symbol}")
+            refuse_unknown(symbol, symbols, place, "unknown name", expected, code="LOG013")
     extra = [s for s in description.columns if s not in symbols]
     return [f"columns that {spec.name} does not use: {listing(extra)}"] if extra else []
 

@@ -13,7 +13,7 @@ from codegen.base.errors import BadInput, Place
 from codegen.base.input_files import opened
 from codegen.logs.description import LogDescription
 from codegen.logs.library import library, reading
-from codegen.logs.source import LARGEST_STREAM, Allowance, Columns, Unannotated, listing, shown
+from codegen.logs.source import LARGEST_STREAM, Allowance, Columns, ColumnsOfFile, listing, shown
 
 EXPECTED = "an HDF5 log: a dataset of numbers for each column, or tables N × columns"
 ROWS = 1 << 16
@@ -32,25 +32,11 @@ class _Column:
 
 
 @dataclass(frozen=True)
-class Hdf5Source(Unannotated):
-    """An opened file; a dataset in groups goes by its path, ``data/demo_0/obs/joint_pos[2]``.
+class Hdf5Source(ColumnsOfFile):
+    """An opened file; a dataset in groups goes by its path, ``data/demo_0/obs/joint_pos[2]``."""
 
-    Attributes:
-        columns: by name. unread: dataset → why it is no column.
-    """
-
-    path: Path
     columns: Mapping[str, _Column]
-    unread: Mapping[str, str]
     allowance: Allowance
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        return tuple(self.columns)
-
-    @property
-    def place(self) -> Place:
-        return Place(str(self.path))
 
     def load(self, wanted: Sequence[str]) -> Columns:
         """All rows of the wanted columns.

@@ -15,7 +15,7 @@ from codegen.base.input_files import opened
 from codegen.logs.description import LogDescription
 from codegen.logs.library import library, reading
 from codegen.logs.log import Array
-from codegen.logs.source import LARGEST_STREAM, Allowance, Columns, Unannotated, listing, shown
+from codegen.logs.source import LARGEST_STREAM, Allowance, Columns, ColumnsOfFile, listing, shown
 
 EXPECTED = "a Parquet log with a row a sample: columns of numbers, or of lists of equally many"
 ROWS = 1 << 16
@@ -26,28 +26,17 @@ COMMAND, STATE = "action", "observation.state"
 
 
 @dataclass(frozen=True)
-class ParquetSource(Unannotated):
+class ParquetSource(ColumnsOfFile):
     """An opened file.
 
     Attributes:
         columns: name → (column of the file, entry of its lists or None).
-        unread: column of the file → why it is none of these.
         rows: as the file states them.
     """
 
-    path: Path
     columns: Mapping[str, tuple[str, int | None]]
-    unread: Mapping[str, str]
     rows: int
     allowance: Allowance
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        return tuple(self.columns)
-
-    @property
-    def place(self) -> Place:
-        return Place(str(self.path))
 
     @property
     def asked(self) -> Mapping[str, str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,8 +48,8 @@ class Columns:
         return Columns(self.file, self.names, self.values[keep], None if self.lines is None else self.lines[keep])
 
 
-class Source(Protocol):
-    """An opened log file."""
+class Named(Protocol):
+    """A file whose columns have names, and perhaps units."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -63,9 +63,17 @@ class Source(Protocol):
     def units(self) -> Mapping[str, str]:
         """Column → the unit that the file itself states; empty where it states none."""
 
+
+class Opened(Named, Protocol):
+    """An opened log file."""
+
     @property
     def notes(self) -> Sequence[str]:
         """What there is to say of how the file was read."""
+
+
+class Source(Opened, Protocol):
+    """A log file that is read whole."""
 
     def load(self, wanted: Sequence[str]) -> Columns:
         """The numbers of the wanted columns, each a member of ``names``.
@@ -85,6 +93,28 @@ class Unannotated:
     @property
     def notes(self) -> Sequence[str]:
         return ()
+
+
+@dataclass(frozen=True)
+class ColumnsOfFile(Unannotated):
+    """A file whose columns are known by name.
+
+    Attributes:
+        columns: name → where in the file it is.
+        unread: part of the file → why it is no column.
+    """
+
+    path: Path
+    columns: Mapping[str, Any]
+    unread: Mapping[str, str]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(self.columns)
+
+    @property
+    def place(self) -> Place:
+        return Place(str(self.path))
 
 
 class Allowance:

@@ -14,7 +14,7 @@ from codegen.logs.csv_file import EXPECTED, LONGEST_LINE, CsvSource, open_lines
 from codegen.logs.description import LogDescription
 from codegen.logs.npy_file import open_npy
 from codegen.logs.parquet_file import open_parquet
-from codegen.logs.source import LARGEST_STREAM, Allowance, Columns
+from codegen.logs.source import LARGEST_STREAM, Allowance, Columns, Opened
 
 CHARACTERS = 1 << 22
 
@@ -23,24 +23,8 @@ class NotStreamed(Exception):
     """The log must be read whole, which also finds the words for what is wrong with it."""
 
 
-class Stream(Protocol):
-    """An opened log whose rows come in blocks."""
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the columns that there are."""
-
-    @property
-    def place(self) -> Place:
-        """Where the names stand."""
-
-    @property
-    def units(self) -> Mapping[str, str]:
-        """Column → the unit that the file itself states."""
-
-    @property
-    def notes(self) -> Sequence[str]:
-        """What there is to say of how the file was read."""
+class Stream(Opened, Protocol):
+    """A log file whose rows come in blocks."""
 
     def blocks(self, wanted: Sequence[str]) -> Iterator[Columns]:
         """Numbers of the wanted columns, in the order of the file.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -64,6 +64,16 @@ def to_casadi(expression: Any, names: Mapping[sympy.Symbol, Any], by_angle: bool
             result[i, j] = _scalar(entry, scope)
         return result
     return _scalar(expression, scope)
+
+
+def symbol_values(
+    numbers: Mapping[sympy.Symbol, Any], *columns: tuple[Sequence[sympy.Symbol], Any]
+) -> dict[sympy.Symbol, Any]:
+    """What symbols stand for in ``to_casadi``: numbers, and the entries of columns, which come before numbers."""
+    names: dict[sympy.Symbol, Any] = {s: casadi.SX(float(value)) for s, value in numbers.items()}
+    for symbols, column in columns:
+        names |= {s: column[k] for k, s in enumerate(symbols)}
+    return names
 
 
 def over_rows(function: casadi.Function, rows: Array) -> Array:

@@ -6,7 +6,7 @@ from typing import Any
 
 import sympy
 
-from codegen.base.errors import BadInput, nearest_name
+from codegen.base.errors import BadInput, nearest_name, refuse_unknown
 from codegen.friction import ALSO_CALLED, LAWS, FrictionLaw, LawParameter
 from codegen.mechanics.system import ContactFriction, Matrix
 from codegen.spec.model import Contact, Spec, symbol
@@ -70,15 +70,8 @@ def _law(spec: Spec, key: str, contact: Contact) -> FrictionLaw:
         )
     names = [p.name for p in law.parameters]
     for name in contact.parameters:
-        if name not in names:
-            expected = f"name, law, unit and {', '.join(names)} of the law {law.name}"
-            raise BadInput(
-                spec.place(f"{key}.{name}"),
-                f"unknown key `{name}`",
-                expected,
-                nearest_name(name, names),
-                code="SPEC004",
-            )
+        expected = f"name, law, unit and {', '.join(names)} of the law {law.name}"
+        refuse_unknown(name, names, spec.place(f"{key}.{name}"), "unknown key", expected, code="SPEC004")
     return law
 
 

@@ -15,7 +15,7 @@ from typing import Any
 import casadi
 import numpy as np
 
-from codegen.base.errors import BadInput, nearest_name
+from codegen.base.errors import refuse_unknown
 from codegen.base.exact_numbers import exact_array
 from codegen.mechanics.base_parameters import regrouped
 from codegen.mechanics.kinematic_chain import Points, bias_force, mass_matrix
@@ -65,15 +65,8 @@ def base_values(spec: Spec, tree: KinematicTree) -> dict[str, Fraction]:
     nominal = _moments(regrouped(tree))
     given = dict(tree.base_parameters)
     for name in given:
-        if name not in nominal:
-            at = spec.place(f"urdf.base_parameters.{name}")
-            raise BadInput(
-                at,
-                f"unknown base parameter `{name}`",
-                "those of its joints",
-                nearest_name(name, nominal),
-                code="SPEC008",
-            )
+        at = spec.place(f"urdf.base_parameters.{name}")
+        refuse_unknown(name, nominal, at, "unknown base parameter", "those of its joints", code="SPEC008")
     return nominal | given
 
 

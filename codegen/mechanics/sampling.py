@@ -10,7 +10,7 @@ import casadi
 import numpy as np
 import sympy
 
-from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.spec.model import Spec, symbol
 
 POINTS = 12
@@ -55,7 +55,7 @@ def numbers_over(
         points by n by m.
     """
     at = casadi.SX.sym("at", len(variables))
-    names = {s: casadi.SX(float(v)) for s, v in values.items()} | {s: at[k] for k, s in enumerate(variables)}
+    names = symbol_values(values, (variables, at))
     function = casadi.Function("matrix", [at], [casadi.densify(to_casadi(matrix, names))])
     flat = np.asarray(function.map(len(points))(np.asarray(points).T))
     return flat.reshape(matrix.rows, len(points), matrix.cols).transpose(1, 0, 2)

@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 
-from codegen.base.errors import BadInput, nearest_name
+from codegen.base.errors import BadInput, refuse_unknown
 from codegen.effects.declare import system_of
 from codegen.mechanics.system import System
 from codegen.observers.coulomb import coulomb_friction_observer
@@ -54,16 +54,9 @@ def build_observer(spec: Spec, system: System) -> Observer:
             "observer: {kind, velocity, gains, sample_time}",
             code="SPEC029",
         )
-    builder = OBSERVERS.get(choice.kind)
     place = spec.place("observer.kind")
-    if builder is None:
-        raise BadInput(
-            place,
-            f"unknown observer `{choice.kind}`",
-            f"one of {', '.join(OBSERVERS)}",
-            nearest_name(choice.kind, OBSERVERS),
-            code="SPEC008",
-        )
+    refuse_unknown(choice.kind, OBSERVERS, place, "unknown observer", code="SPEC008")
+    builder = OBSERVERS[choice.kind]
     if choice.kind in SINGLE and (system.degrees_of_freedom > 1 or len(system.contacts) > 1):
         found = f"{choice.kind} on {system.degrees_of_freedom} coordinates and {len(system.contacts)} contacts"
         raise BadInput(place, found, f"{SINGLE[choice.kind]}, its general form", SINGLE[choice.kind], code="SPEC022")

@@ -10,8 +10,8 @@ from codegen.observers import parts
 from codegen.observers.domain import read_domain
 from codegen.observers.equations import Cascade, Equation, ErrorVariable, Observer
 from codegen.observers.gains import GainMatrix, read_gain, refuse_unknown_gains
-from codegen.observers.integration import velocity_step
 from codegen.observers.shape import Shape, read_shape
+from codegen.observers.velocity import velocity_of
 from codegen.spec.model import Spec, symbol
 
 
@@ -30,24 +30,13 @@ def coulomb_friction_observer(spec: Spec, system: System) -> Observer:
     assert choice is not None
     shape = read_shape(spec, system)
     refuse_unknown_gains(spec, choice, ("K_F", "K_v"))
-    names, velocities = parts.contact_names(system), parts.velocity_names(system)
+    names = parts.contact_names(system)
     friction_gain = read_gain(spec, choice, "K_F", names, names, sign=1)
-    estimated = choice.velocity == "estimated"
-    equations: list[Equation] = []
-    states, rates, initial, units = [], [], [], []
-    values = dict(friction_gain.values)
+    velocity = velocity_of(spec, choice, system)
+    values = friction_gain.values | velocity.values
 
-    if estimated:
-        velocity_gain = read_gain(spec, choice, "K_v", velocities, velocities, sign=1)
-        values |= velocity_gain.values
-        step = velocity_step(spec, velocity_gain.matrix)
-        equations.append(parts.velocity_estimate(system, step))
-        velocity = equations[-1].symbols
-    else:
-        velocity = system.v
-
-    slip, sign = parts.slip_equations(system, velocity)
-    equations += [slip, sign]
+    slip, sign = parts.slip_equations(system, velocity.symbols)
+    equations = [*velocity.equations, slip, sign]
     speed = Matrix([shape.value(u) for u in slip.symbols])
     state = Matrix([symbol(f"z_{name}") for name in names])
     level = Equation(
@@ -62,25 +51,22 @@ def coulomb_friction_observer(spec: Spec, system: System) -> Observer:
     law_force = Matrix([s * a for s, a in zip(sign.symbols, level.symbols, strict=True)])
     equations.append(level)
     equations += parts.friction_equations(system, slip, law_force, "(4.10)")
-    acceleration = parts.acceleration_equation(system, velocity, equations[-1].symbols)
+    acceleration = parts.acceleration_equation(system, velocity.symbols, equations[-1].symbols)
     equations.append(acceleration)
 
-    if estimated:
-        states += list(equations[0].state or [])
-        rates += list(parts.velocity_rate(step, velocity, acceleration.symbols))
-        initial += list(-step.gain * system.x)
-        units += list(parts.velocity_units(system))
     slope = diagonal(shape.slope(u) * s for u, s in zip(slip.symbols, sign.symbols, strict=True))
-    slip_rate = parts.slip_rate(system, velocity, acceleration.symbols)
-    states += list(state)
-    rates += list(friction_gain.matrix * (slope * slip_rate))
-    initial += _declared_levels(system, None if estimated else system.slip_velocity, friction_gain.matrix, shape)
-    units += list(parts.contact_units(system))
+    slip_rate = parts.slip_rate(system, velocity.symbols, acceleration.symbols)
+    rates = friction_gain.matrix * (slope * slip_rate)
+    first_slip = None if velocity.estimated else system.slip_velocity
+    initial = _declared_levels(system, first_slip, friction_gain.matrix, shape)
+    states = velocity.with_own(acceleration.symbols, state, parts.contact_units(system), rates, initial)
 
     signs = tuple(symbol(f"s_{name}") for name in names)
     truths = [symbol(f"a_{name}") for name in names]
     errors = tuple(
-        ErrorVariable(symbol(f"e_a_{name}"), truth, k, f"a_{name} - a_hat_{name}", system.contacts[k].unit)
+        ErrorVariable(
+            symbol(f"e_a_{name}"), truth, "level", k, None, f"a_{name} - a_hat_{name}", system.contacts[k].unit
+        )
         for k, (name, truth) in enumerate(zip(names, truths, strict=True))
     )
     truth_force = system.distribution * Matrix([s * a for s, a in zip(signs, truths, strict=True)])
@@ -89,11 +75,11 @@ def coulomb_friction_observer(spec: Spec, system: System) -> Observer:
         velocity=choice.velocity,
         system=system,
         equations=tuple(equations),
-        states=Matrix(states),
-        state_units=tuple(units),
-        rates=Matrix(rates),
-        initial=Matrix(initial),
-        errors=(parts.velocity_errors(system) if estimated else ()) + errors,
+        states=states.symbols,
+        state_units=states.units,
+        rates=states.rates,
+        initial=states.initial,
+        errors=velocity.errors + errors,
         true_friction=Matrix(truth_force),
         signs=signs,
         gains=values,
@@ -105,7 +91,7 @@ def coulomb_friction_observer(spec: Spec, system: System) -> Observer:
             friction_gain.matrix,
             diagonal(shape.slope(u) for u in system.slip_velocity),
             system.distribution,
-            velocity_gain.matrix if estimated else None,
+            velocity.gain,
             "K_F",
             "K_F U' M^-1 U" if shape.exponent == 1 else "K_F D U' M^-1 U, D = diag(h'(|u|))",
         ),

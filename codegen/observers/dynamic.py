@@ -14,7 +14,7 @@ from codegen.mechanics.system import ContactFriction, Matrix, System
 from codegen.observers import parts
 from codegen.observers.equations import Equation, ErrorVariable, LawFunction, Observer
 from codegen.observers.gains import GainMatrix, read_gain, refuse_unknown_gains
-from codegen.observers.integration import velocity_step
+from codegen.observers.velocity import velocity_of
 from codegen.spec.model import Spec, symbol
 
 
@@ -66,31 +66,22 @@ def dynamic_friction_observer(spec: Spec, system: System) -> Observer:
     assert choice is not None
     refuse_unknown_gains(spec, choice, ("K_a", "K_f1", "K_f2", "K_v"))
     laws = [_assumed_law(spec, system, contact) for contact in system.contacts]
-    names, velocities = parts.contact_names(system), parts.velocity_names(system)
+    names = parts.contact_names(system)
     positions = [x.name for x in system.positions]
     square = len(names) == len(positions)
     level_gain = read_gain(spec, choice, "K_a", names, names)
     first = read_gain(spec, choice, "K_f1", names, positions, optional=square)
     second = read_gain(spec, choice, "K_f2", names, positions, optional=square)
-    values = level_gain.values | first.values | second.values
-    equations: list[Equation] = []
+    velocity = velocity_of(spec, choice, system)
+    values = level_gain.values | first.values | second.values | velocity.values
 
-    velocity = system.v
-    estimated = choice.velocity == "estimated"
-    if estimated:
-        velocity_gain = read_gain(spec, choice, "K_v", velocities, velocities, sign=1)
-        values |= velocity_gain.values
-        step = velocity_step(spec, velocity_gain.matrix)
-        equations.append(parts.velocity_estimate(system, step))
-        velocity = equations[-1].symbols
-
-    slip, _ = parts.slip_equations(system, velocity)
+    slip, _ = parts.slip_equations(system, velocity.symbols)
     z_f, z_a = parts.vector("z_f", names), parts.vector("z_a", names)
     f_hat, a_hat = parts.vector("f_hat", names), parts.vector("a_hat", names)
     state = Equation(
         "friction_state",
         f_hat,
-        Matrix(z_f + first.matrix * system.x + second.matrix * velocity),
+        Matrix(z_f + first.matrix * system.x + second.matrix * velocity.symbols),
         tuple(law.state_unit for law in laws),
         "(7.11)",
         state=z_f,
@@ -114,9 +105,9 @@ def dynamic_friction_observer(spec: Spec, system: System) -> Observer:
         "the law's force at level 1; f of (7.12)",
         law=_law_functions("phi", names, slip.symbols, f_hat),
     )
-    equations += [slip, state, level, unit_force]
+    equations = [*velocity.equations, slip, state, level, unit_force]
     equations += parts.friction_equations(system, slip, parts.times(a_hat, unit_force.symbols), "(7.12)")
-    acceleration = parts.acceleration_equation(system, velocity, equations[-1].symbols)
+    acceleration = parts.acceleration_equation(system, velocity.symbols, equations[-1].symbols)
     rate = Equation(
         "friction_state_rate",
         parts.vector("f_rate", names),
@@ -127,32 +118,27 @@ def dynamic_friction_observer(spec: Spec, system: System) -> Observer:
     )
     equations += [acceleration, rate]
 
-    slip_rate = parts.slip_rate(system, velocity, acceleration.symbols)
-    state_rates = -first.matrix * velocity - second.matrix * acceleration.symbols + rate.symbols
+    slip_rate = parts.slip_rate(system, velocity.symbols, acceleration.symbols)
+    state_rates = -first.matrix * velocity.symbols - second.matrix * acceleration.symbols + rate.symbols
     level_rates = -level_gain.matrix * (parts.times(slip.symbols, rate.symbols) + parts.times(f_hat, slip_rate))
     rest = Matrix([law.law.rest_state(law.parameters)[0] for law in laws])
-    known_velocity = sympy.zeros(len(velocities), 1) if estimated else system.v
+    known_velocity = sympy.zeros(len(positions), 1) if velocity.estimated else system.v
     known_slip = system.distribution.T * known_velocity
-    states, units = [*z_f, *z_a], [law.state_unit for law in laws] + [law.level_unit for law in laws]
-    rates = [*state_rates, *level_rates]
+    units = [law.state_unit for law in laws] + [law.level_unit for law in laws]
     initial = [
         *(rest - first.matrix * system.x - second.matrix * known_velocity),
         *(Matrix([_declared(law) for law in laws]) - level_gain.matrix * parts.times(rest, known_slip)),
     ]
-    if estimated:
-        states = [*(equations[0].state or ()), *states]
-        rates = [*parts.velocity_rate(step, velocity, acceleration.symbols), *rates]
-        initial = [*(-step.gain * system.x), *initial]
-        units = [*parts.velocity_units(system), *units]
+    states = velocity.with_own(acceleration.symbols, [*z_f, *z_a], units, [*state_rates, *level_rates], initial)
 
     true_state = [symbol(f"f_{name}") for name in names]
     true_level = [symbol(f"a_{name}") for name in names]
     errors = [
-        ErrorVariable(symbol(f"e_f_{n}"), f, k, f"f_{n} - f_hat_{n}", laws[k].state_unit)
+        ErrorVariable(symbol(f"e_f_{n}"), f, "state", k, None, f"f_{n} - f_hat_{n}", laws[k].state_unit)
         for k, (n, f) in enumerate(zip(names, true_state, strict=True))
     ]
     errors += [
-        ErrorVariable(symbol(f"e_a_{n}"), a, k, f"a_{n} - a_hat_{n}", laws[k].level_unit)
+        ErrorVariable(symbol(f"e_a_{n}"), a, "level", k, None, f"a_{n} - a_hat_{n}", laws[k].level_unit)
         for k, (n, a) in enumerate(zip(names, true_level, strict=True))
     ]
     true_force = Matrix(
@@ -165,11 +151,11 @@ def dynamic_friction_observer(spec: Spec, system: System) -> Observer:
         velocity=choice.velocity,
         system=system,
         equations=tuple(equations),
-        states=Matrix(states),
-        state_units=tuple(units),
-        rates=Matrix(rates),
-        initial=Matrix(initial),
-        errors=(*(parts.velocity_errors(system) if estimated else ()), *errors),
+        states=states.symbols,
+        state_units=states.units,
+        rates=states.rates,
+        initial=states.initial,
+        errors=(*velocity.errors, *errors),
         true_friction=Matrix(
             system.distribution
             * true_force.subs(

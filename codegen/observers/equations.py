@@ -62,6 +62,9 @@ class LawFunction:
         return (self.label, *(self.slope_label(letter) for letter in self.arguments))
 
 
+ErrorOf = Literal["velocity", "force", "level", "state"]
+
+
 @dataclass(frozen=True)
 class ErrorVariable:
     """A component of the estimation error: truth less estimate.
@@ -69,13 +72,17 @@ class ErrorVariable:
     Attributes:
         symbol: of the error, such as e_v1.
         truth: the symbol of the true value.
+        of: what is estimated: a velocity, a friction force, a contact's level, or the state of its law.
         contact: index of the contact it belongs to, or None.
+        coordinate: index of the coordinate it belongs to where it has no contact, or None.
         meaning: as a formula in words.
     """
 
     symbol: sympy.Symbol
     truth: sympy.Symbol
+    of: ErrorOf
     contact: int | None
+    coordinate: int | None
     meaning: str
     unit: str
 

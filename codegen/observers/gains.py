@@ -8,7 +8,7 @@ from typing import Any
 
 import sympy
 
-from codegen.base.errors import BadInput, nearest_name
+from codegen.base.errors import BadInput, refuse_unknown
 from codegen.mechanics.sparse import diagonal
 from codegen.mechanics.system import Matrix
 from codegen.spec.expression import exact_number
@@ -121,12 +121,5 @@ def refuse_unknown_gains(spec: Spec, choice: ObserverChoice, known: tuple[str, .
             spec.place("observer.gains.K_v"), "a gain `K_v`", expected, "velocity: estimated", code="SPEC004"
         )
     for name in choice.gains:
-        if name not in known:
-            place = spec.place(f"observer.gains.{name}")
-            raise BadInput(
-                place,
-                f"unknown gain `{name}`",
-                f"{', '.join(known)} for {choice.kind}",
-                nearest_name(name, known),
-                code="SPEC008",
-            )
+        place, expected = spec.place(f"observer.gains.{name}"), f"{', '.join(known)} for {choice.kind}"
+        refuse_unknown(name, known, place, "unknown gain", expected, code="SPEC008")

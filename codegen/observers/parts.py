@@ -1,12 +1,11 @@
-"""Equations shared by all observers: velocity, slip, known friction, acceleration."""
+"""Equations shared by all observers: slip, known friction, acceleration."""
 
 from __future__ import annotations
 
 import sympy
 
 from codegen.mechanics.system import Matrix, System
-from codegen.observers.equations import Equation, ErrorVariable
-from codegen.observers.integration import VelocityStep
+from codegen.observers.equations import Equation
 from codegen.spec.functions import Sgn
 from codegen.spec.model import symbol
 
@@ -34,35 +33,6 @@ def contact_units(system: System) -> tuple[str, ...]:
 
 def force_units(system: System) -> tuple[str, ...]:
     return tuple(system.force_unit(i) for i in range(system.degrees_of_freedom))
-
-
-def velocity_estimate(system: System, step: VelocityStep) -> Equation:
-    """v̂ = z_v + Γ x, (3.6), (4.25), where Γ = K_v under explicit Euler."""
-    names = velocity_names(system)
-    state = vector("z", names)
-    estimate = Matrix([symbol(f"{name}_hat") for name in names])
-    return Equation(
-        "velocity_estimate",
-        estimate,
-        Matrix(state + step.gain * system.x),
-        velocity_units(system),
-        "(4.25)",
-        state=state,
-        output=True,
-    )
-
-
-def velocity_rate(step: VelocityStep, estimate: Matrix, acceleration: Matrix) -> Matrix:
-    """dz_v/dt = −Γ v̂ + Φ M⁻¹[g(x, v̂, w) − F̂], (3.7), (4.26), where Φ = I under explicit Euler."""
-    return Matrix(-step.gain * estimate + step.weight * acceleration)
-
-
-def velocity_errors(system: System) -> tuple[ErrorVariable, ...]:
-    units = velocity_units(system)
-    return tuple(
-        ErrorVariable(symbol(f"e_{v.name}"), v, None, f"{v.name} - {v.name}_hat", unit)
-        for v, unit in zip(system.velocities, units, strict=True)
-    )
 
 
 def slip_equations(system: System, velocity: Matrix) -> tuple[Equation, Equation]:

@@ -8,7 +8,7 @@ from codegen.mechanics.system import Matrix, System
 from codegen.observers import parts
 from codegen.observers.equations import Cascade, Equation, ErrorVariable, Observer
 from codegen.observers.gains import read_gain, refuse_unknown_gains
-from codegen.observers.integration import velocity_step
+from codegen.observers.velocity import velocity_of
 from codegen.spec.model import Spec, symbol
 
 
@@ -24,30 +24,21 @@ def tracking_observer(spec: Spec, system: System) -> Observer:
     assert choice is not None
     refuse_unknown_gains(spec, choice, ("K_1", "K_2", "K_v"))
     by_contact = choice.kind == "mgto"
-    velocities, positions = parts.velocity_names(system), [x.name for x in system.positions]
+    positions = [x.name for x in system.positions]
     names = parts.contact_names(system) if by_contact else positions
     units = parts.contact_units(system) if by_contact else parts.force_units(system)
-    estimated = choice.velocity == "estimated"
+    velocity = velocity_of(spec, choice, system)
     square = len(names) == len(positions)
     first = read_gain(spec, choice, "K_1", names, positions, optional=square)
-    second = read_gain(spec, choice, "K_2", names, positions, sign=0 if estimated or by_contact else -1)
-    values = first.values | second.values
-    equations: list[Equation] = []
-
-    if estimated:
-        velocity_gain = read_gain(spec, choice, "K_v", velocities, velocities, sign=1)
-        values |= velocity_gain.values
-        step = velocity_step(spec, velocity_gain.matrix)
-        equations.append(parts.velocity_estimate(system, step))
-        velocity = equations[-1].symbols
-    else:
-        velocity = system.v
+    second = read_gain(spec, choice, "K_2", names, positions, sign=0 if velocity.estimated or by_contact else -1)
+    values = first.values | second.values | velocity.values
+    equations = [*velocity.equations]
 
     state = Matrix([symbol(f"z_{name}") for name in names])
     tracked = Equation(
         "tracked_friction",
         parts.vector("tracked", names),
-        Matrix(state + first.matrix * system.x + second.matrix * velocity),
+        Matrix(state + first.matrix * system.x + second.matrix * velocity.symbols),
         units,
         "(5.14)" if by_contact else "(4.16)",
         state=state,
@@ -57,7 +48,7 @@ def tracking_observer(spec: Spec, system: System) -> Observer:
     contact_force = tracked.symbols if by_contact else None
     force = Matrix(system.distribution * tracked.symbols) if by_contact else tracked.symbols
     if parts.has_declared_friction(system):
-        slip, _ = parts.slip_equations(system, velocity)
+        slip, _ = parts.slip_equations(system, velocity.symbols)
         known = parts.declared_friction(system, slip.symbols)
         equations += [slip, known]
         force = Matrix(force + system.distribution * known.symbols)
@@ -69,21 +60,25 @@ def tracking_observer(spec: Spec, system: System) -> Observer:
     total = Equation(
         "friction_force", parts.vector("F_hat_on", positions), force, parts.force_units(system), "(4.16)", output=True
     )
-    acceleration = parts.acceleration_equation(system, velocity, total.symbols)
+    acceleration = parts.acceleration_equation(system, velocity.symbols, total.symbols)
     equations += [total, acceleration]
 
-    rates = list(-first.matrix * velocity - second.matrix * acceleration.symbols)
-    initial = list(-first.matrix * system.x - (Matrix([0] * len(names)) if estimated else second.matrix * system.v))
-    states, state_units = list(state), list(units)
-    if estimated:
-        rates = list(parts.velocity_rate(step, velocity, acceleration.symbols)) + rates
-        initial = list(-step.gain * system.x) + initial
-        states = list(equations[0].state or []) + states
-        state_units = list(parts.velocity_units(system)) + state_units
+    rates = -first.matrix * velocity.symbols - second.matrix * acceleration.symbols
+    known_velocity = sympy.zeros(len(positions), 1) if velocity.estimated else system.v
+    initial = -first.matrix * system.x - second.matrix * known_velocity
+    states = velocity.with_own(acceleration.symbols, state, units, rates, initial)
 
     truths = [symbol(f"F_{name}") for name in names]
     errors = tuple(
-        ErrorVariable(symbol(f"e_F_{name}"), truth, k if by_contact else None, f"F_{name} - tracked_{name}", unit)
+        ErrorVariable(
+            symbol(f"e_F_{name}"),
+            truth,
+            "force",
+            k if by_contact else None,
+            None if by_contact else k,
+            f"F_{name} - tracked_{name}",
+            unit,
+        )
         for k, (name, truth, unit) in enumerate(zip(names, truths, units, strict=True))
     )
     truth_force = system.distribution * Matrix(truths) if by_contact else Matrix(truths)
@@ -94,11 +89,11 @@ def tracking_observer(spec: Spec, system: System) -> Observer:
         velocity=choice.velocity,
         system=system,
         equations=tuple(equations),
-        states=Matrix(states),
-        state_units=tuple(state_units),
-        rates=Matrix(rates),
-        initial=Matrix(initial),
-        errors=(parts.velocity_errors(system) if estimated else ()) + errors,
+        states=states.symbols,
+        state_units=states.units,
+        rates=states.rates,
+        initial=states.initial,
+        errors=velocity.errors + errors,
         true_friction=Matrix(truth_force),
         signs=tuple(symbol(f"s_{c.name}") for c in system.contacts),
         gains=values,
@@ -111,7 +106,7 @@ def tracking_observer(spec: Spec, system: System) -> Observer:
             Matrix(-second.matrix),
             Matrix(sympy.eye(len(names))),
             Matrix(sympy.eye(len(names))),
-            velocity_gain.matrix if estimated else None,
+            velocity.gain,
             "-K_2",
             "-K_2 M^-1",
         ),

@@ -1,9 +1,9 @@
-"""The program in its printed form: assignments in order, constants separate, expressions as nodes of one graph."""
+"""The lowered program: assignments in order, constants separate, expressions as nodes of one graph."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from codegen.program.graph import Node, reachable
 from codegen.program.stretch import Rolled
@@ -70,8 +70,8 @@ class Code:
         initial: the first state, over parameters and inputs.
         carried, resumed: the states that change with an invalid sample, and with the valid one after many; empty
             without fault handling.
-        rolled: the same with arrays and loops, where the program has arrays; this form is then printed.
         names: node → its name, where it has one.
+        rolled: the same in its printed form, with loops where the program has arrays; ``lower`` adds it last.
     """
 
     derived: tuple[Assignment, ...]
@@ -83,7 +83,7 @@ class Code:
     initial: Setting
     carried: Setting
     resumed: Setting
-    rolled: Rolled | None = None
+    rolled: Rolled = field(default_factory=Rolled)
 
     def unseen(self, inputs: Iterable[str]) -> tuple[str, ...]:
         """Inputs that may be NaN or infinite while every next state stays finite."""

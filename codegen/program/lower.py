@@ -25,12 +25,11 @@ def lower(program: Program) -> Code:
     Raises:
         BadInput: if a constant is not finite, or a name cannot be used in the generated code.
     """
-    if program.arrays:
-        lowering = _Lowering(program, factoring=False)
-        code = lowering.code()
-        return replace(code, rolled=roll(program, code, lowering.names))
-    forms = [_Lowering(program, factoring).code() for factoring in (False, True)]
-    return min(forms, key=lambda code: code.operations().total)
+    # A factored sum would be another computation than its neighbours', with which it could be in a loop.
+    lowerings = [_Lowering(program, factoring) for factoring in ((False,) if program.arrays else (False, True))]
+    forms = [(lowering.code(), lowering.names) for lowering in lowerings]
+    code, names = min(forms, key=lambda form: form[0].operations().total)
+    return replace(code, rolled=roll(program, code, names))
 
 
 class _Lowering:

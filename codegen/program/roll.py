@@ -18,7 +18,7 @@ FEWEST = 8
 
 
 def roll(program: Program, code: Code, names: Names) -> Rolled:
-    """The form with arrays and loops, for a program with numbered quantities.
+    """The printed form: with arrays and loops for a program with numbered quantities, else straight.
 
     Args:
         names: provider of names for further arrays.
@@ -102,7 +102,7 @@ class _Rolling:
     def _constants(self, code: Code) -> list[Value]:
         """Derived constants: those with a numbered formula name grouped by name, the others by formula."""
         named = [a.name for a in code.derived if not re.fullmatch(r"constant_\d+", a.name)]
-        places = elements(named, self.names)
+        places = elements(named, self.names) if self.program.arrays else {}
         values = [Value(a.value, a.name, "", "", "", places.get(a.name), "parameters", True) for a in code.derived]
         self._place(values)
         return values
@@ -123,7 +123,8 @@ class _Rolling:
                     arrays[place.array] = self.names.take(f"{place.array}_next")
                 place = Element(arrays[place.array], place.at)
             title = f"states one sample later ({self.program.integration})"
-            values.append(Value(a.value, f"{a.name}_next", title, "", a.unit, place, "", place is not None))
+            unit = "" if place is None else a.unit  # a scalar's is in the state's declaration
+            values.append(Value(a.value, f"{a.name}_next", title, "", unit, place, "", place is not None))
             markers.append(Node("symbol", name=f"{a.name}_next"))
             self.defined[markers[-1]] = values[-1]
         return values, markers

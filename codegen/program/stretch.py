@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from codegen.program.graph import Node
 
@@ -65,7 +65,7 @@ class RolledSetting:
 
 @dataclass(frozen=True)
 class Rolled:
-    """A program with arrays and loops: the same operations in the same order as the assignments of its Code.
+    """A program in its printed form: the same operations in the same order as the assignments of its Code.
 
     Attributes:
         storage: array → parameters, state, inputs, outputs or local; ``lengths`` of every array.
@@ -77,18 +77,18 @@ class Rolled:
         check, begun, given: sums that must be finite after a step, at the start, and of the inputs.
     """
 
-    storage: Mapping[str, str]
-    lengths: Mapping[str, int]
-    constants: Mapping[str, tuple[str, int]]
-    scalars: tuple[str, ...]
-    arrays: tuple[str, ...]
-    prepare: tuple[Stretch, ...]
-    step: tuple[Stretch, ...]
-    outputs: tuple[Stretch, ...]
-    following: tuple[Stretch, ...]
-    initial: RolledSetting
-    carried: RolledSetting
-    resumed: RolledSetting
-    check: tuple[Sum, ...]
-    begun: tuple[Sum, ...]
-    given: tuple[Sum, ...]
+    storage: Mapping[str, str] = field(default_factory=dict)
+    lengths: Mapping[str, int] = field(default_factory=dict)
+    constants: Mapping[str, tuple[str, int]] = field(default_factory=dict)
+    scalars: tuple[str, ...] = ()
+    arrays: tuple[str, ...] = ()
+    prepare: tuple[Stretch, ...] = ()
+    step: tuple[Stretch, ...] = ()
+    outputs: tuple[Stretch, ...] = ()
+    following: tuple[Stretch, ...] = ()
+    initial: RolledSetting = RolledSetting()
+    carried: RolledSetting = RolledSetting()
+    resumed: RolledSetting = RolledSetting()
+    check: tuple[Sum, ...] = ()
+    begun: tuple[Sum, ...] = ()
+    given: tuple[Sum, ...] = ()

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from codegen.base.errors import BadInput, nearest_name
+from codegen.base.errors import refuse_unknown
 from codegen.base.shown import Shown
 from codegen.logs.stream import NotStreamed
 from codegen.program import Program
@@ -170,7 +170,5 @@ def _run(program: Program, engine: Engine, blocks: Iterator[Block], path: Path |
 def _chosen(program: Program, only: Sequence[str]) -> list[int]:
     names = [name for name, _, _ in program.outputs]
     for name in only:
-        if name not in names:
-            expected = f"one of {', '.join(names)}"
-            raise BadInput("--only", f"no output `{name}`", expected, nearest_name(name, names), code="CALL001")
+        refuse_unknown(name, names, "--only", "no output", code="CALL001")
     return [k for k, name in enumerate(names) if name in only] if only else list(range(len(names)))

@@ -17,7 +17,7 @@ import numpy as np
 import sympy
 
 from codegen.friction import DynamicLaw
-from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.mechanics.system import System
 from codegen.program import Program
 from codegen.replay.engine import Array, Engine
@@ -210,8 +210,7 @@ def _declared(system: System, errors: list[str]) -> Any:
     """CasADi function (x, v) → (declared friction of each error, slip velocities)."""
     n = len(system.positions)
     x, v = casadi.SX.sym("x", n), casadi.SX.sym("v", n)
-    names: dict[sympy.Symbol, Any] = {s: casadi.SX(float(value)) for s, value in system.values.items()}
-    names |= {s: x[i] for i, s in enumerate(system.positions)} | {s: v[i] for i, s in enumerate(system.velocities)}
+    names = symbol_values(system.values, (system.positions, x), (system.velocities, v))
     slip = system.slip_velocity
     levels = [c.law.level(Magnitude(u), c.law_parameters) for c, u in zip(system.contacts, slip, strict=True)]
     friction = system.distribution * sympy.Matrix([Sgn(u) * a for u, a in zip(slip, levels, strict=True)])

@@ -7,7 +7,7 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.mechanics.system import System
 
 Array = NDArray[np.float64]
@@ -99,9 +99,8 @@ class _Effective:
 def _static(system: System, expression: sympy.Expr, w: sympy.Symbol, commands: Array) -> Array:
     if expression == w:
         return commands
-    names = {s: casadi.SX(float(v)) for s, v in system.values.items()}
     at = casadi.SX.sym("w")
-    function = casadi.Function("static", [at], [to_casadi(expression, names | {w: at})])
+    function = casadi.Function("static", [at], [to_casadi(expression, symbol_values(system.values) | {w: at})])
     return np.asarray(function(commands[None, :]).full().ravel(), dtype=float)
 
 

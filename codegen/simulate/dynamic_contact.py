@@ -11,7 +11,7 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.friction import DynamicLaw
-from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.mechanics.solve import solve_by_elimination
 from codegen.mechanics.system import ContactFriction, System
 from codegen.spec.functions import Sgn
@@ -45,7 +45,7 @@ class DynamicContacts:
         chosen = [c for c, contact in enumerate(system.contacts) if has_states(contact)]
         self.contacts = tuple(chosen)
         slip = casadi.SX.sym("slip", len(chosen))
-        names: dict[sympy.Symbol, Any] = {s: casadi.SX(float(value)) for s, value in system.values.items()}
+        names = symbol_values(system.values)
         forces, rates, symbols, rest = [], [], [], []
         lower, upper, labels, owner = [], [], [], []
         for k, c in enumerate(chosen):

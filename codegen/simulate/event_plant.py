@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.base.errors import BadInput
-from codegen.mechanics.casadi_form import to_casadi
-from codegen.mechanics.solve import solve_symmetric
+from codegen.mechanics.casadi_form import symbol_values, to_casadi
+from codegen.mechanics.solve import factorised
 from codegen.mechanics.system import TIME, System
 from codegen.simulate.held_input import HeldInput, edges_at_changes
 from codegen.simulate.mode_search import Limits, Mode, NoMode, find_mode, forces_of
@@ -175,16 +175,15 @@ def _laws(system: System, contacts: PlantContacts) -> Any:
     n, count = system.degrees_of_freedom, len(system.contacts)
     x, v, w = casadi.SX.sym("x", n), casadi.SX.sym("v", n), casadi.SX.sym("w", len(system.inputs))
     t = casadi.SX.sym("t")
-    names: dict[Any, Any] = {s: casadi.SX(float(value)) for s, value in system.values.items()}
-    for symbols, column in ((system.positions, x), (system.velocities, v), (system.inputs, w)):
-        names |= {s: column[i] for i, s in enumerate(symbols)}
-    names[TIME] = t
+    columns = (system.positions, x), (system.velocities, v), (system.inputs, w)
+    names = symbol_values(system.values, *columns) | {TIME: t}
     mass, U = to_casadi(system.mass_matrix, names), to_casadi(system.distribution, names)
-    compliance = casadi.horzcat(*[solve_symmetric(mass, U[:, c]) for c in range(count)])
+    factors = factorised(mass)
+    compliance = factors.solve_columns(U)
     slip = casadi.mtimes(U.T, v)
     levels = contacts.levels(slip, names)
     smooth = contacts.smooth(slip, names)
-    motion = solve_symmetric(mass, to_casadi(system.force, names) - casadi.mtimes(U, smooth))
+    motion = factors.solve(to_casadi(system.force, names) - casadi.mtimes(U, smooth))
     free = casadi.mtimes(U.T, motion) + casadi.jtimes(slip, x, v)
     jumps = levels.jumps
     held = [

@@ -6,7 +6,7 @@ import casadi
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.mechanics.system import System
 from codegen.simulate.drive import drive_columns
 from codegen.simulate.loads import load_states
@@ -81,9 +81,8 @@ def friction_states(plant: Plant, positions: Array, velocities: Array, period: f
     if not dynamic.contacts:
         return np.zeros((len(positions), 0))
     x, v = casadi.SX.sym("x", positions.shape[1]), casadi.SX.sym("v", positions.shape[1])
-    names = {s: casadi.SX(float(value)) for s, value in system.values.items()}
-    names |= {s: x[i] for i, s in enumerate(system.positions)}
-    slip = casadi.mtimes(to_casadi(system.distribution, names).T, v)[list(dynamic.contacts)]
+    distribution = to_casadi(system.distribution, symbol_values(system.values, (system.positions, x)))
+    slip = casadi.mtimes(distribution.T, v)[list(dynamic.contacts)]
     slips = casadi.Function("slip", [x, v], [slip])(positions.T, velocities.T).full().T
     return dynamic.follow(slips, period, plant.substeps)
 

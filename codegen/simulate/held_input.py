@@ -8,7 +8,7 @@ import casadi
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.mechanics.system import System
 
 Array = NDArray[np.float64]
@@ -67,8 +67,7 @@ class HeldInput:
 def _static(system: System) -> casadi.Function:
     """Gain, dead zone and saturation of all inputs, m by 1; they commute with a delay."""
     w = casadi.SX.sym("w", len(system.inputs))
-    names = {s: casadi.SX(float(v)) for s, v in system.values.items()}
-    names |= {s: w[k] for k, s in enumerate(system.inputs)}
+    names = symbol_values(system.values, (system.inputs, w))
     chains = [to_casadi(system.actuator(k).static(s), names) for k, s in enumerate(system.inputs)]
     return casadi.Function("static", [w], [casadi.vertcat(*chains)])
 

@@ -7,7 +7,7 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.mechanics.loads import with_loads
 from codegen.mechanics.system import System
 
@@ -29,10 +29,8 @@ def load_states(system: System, positions: Array, velocities: Array, period: flo
         return np.zeros((len(positions), 0))
     full = with_loads(system)
     motor, load = casadi.SX.sym("motor", 2 * n), casadi.SX.sym("load", 2 * count)
-    names: dict[sympy.Symbol, casadi.SX] = {s: casadi.SX(float(v)) for s, v in system.values.items()}
-    moving = casadi.vertcat(motor[:n], load[:count]), casadi.vertcat(motor[n:], load[count:])
-    for symbols, values in zip((full.positions, full.velocities), moving, strict=True):
-        names |= {s: values[k] for k, s in enumerate(symbols)}
+    x, v = casadi.vertcat(motor[:n], load[:count]), casadi.vertcat(motor[n:], load[count:])
+    names = symbol_values(system.values, (full.positions, x), (full.velocities, v))
     # At the loads no input acts, and each has an inertia of its own.
     force = to_casadi(sympy.ImmutableMatrix(full.force[n:]), names)
     mass = casadi.vertcat(*[to_casadi(full.mass_matrix[n + k, n + k], names) for k in range(count)])

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Literal, Protocol, get_args
+from typing import TYPE_CHECKING, Literal, Protocol, get_args
 
 import casadi
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.mechanics.system import System
 from codegen.simulate.controller import Controller, Sample
 from codegen.simulate.held_input import HeldInput
@@ -230,7 +230,6 @@ def _on_coordinates(system: System, positions: Array, forces: Array) -> Array:
     """U(x) λ, (N, n)."""
     x = casadi.SX.sym("x", positions.shape[1])
     force = casadi.SX.sym("force", forces.shape[1])
-    names: dict[Any, Any] = {s: casadi.SX(float(value)) for s, value in system.values.items()}
-    names |= {s: x[i] for i, s in enumerate(system.positions)}
-    total = casadi.densify(casadi.mtimes(to_casadi(system.distribution, names), force))
+    distribution = to_casadi(system.distribution, symbol_values(system.values, (system.positions, x)))
+    total = casadi.densify(casadi.mtimes(distribution, force))
     return np.asarray(casadi.Function("total", [x, force], [total])(positions.T, forces.T).full().T, dtype=float)

@@ -6,12 +6,11 @@ from typing import Any
 
 import casadi
 import numpy as np
-import sympy
 from numpy.typing import NDArray
 
-from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.mechanics.loads import with_loads
-from codegen.mechanics.solve import solve_symmetric
+from codegen.mechanics.solve import factorised
 from codegen.mechanics.system import TIME, System
 from codegen.simulate.drive import drive_columns
 from codegen.simulate.plant_contacts import PlantContacts
@@ -146,11 +145,10 @@ def _step_function(contacts: PlantContacts, motors: int) -> Any:
     w, t, h = casadi.SX.sym("w", len(system.inputs)), casadi.SX.sym("t"), casadi.SX.sym("h")
     x, v, memory = state[parts[0]], state[parts[1]], state[2 * n :]
     middle = x + h / 2 * v
-    names: dict[sympy.Symbol, Any] = {s: casadi.SX(float(value)) for s, value in system.values.items()}
-    names |= {s: middle[i] for i, s in enumerate(system.positions)}
-    names |= {s: w[i] for i, s in enumerate(system.inputs)} | {TIME: t + h / 2}
+    names = symbol_values(system.values, (system.positions, middle), (system.inputs, w)) | {TIME: t + h / 2}
     mass, U = to_casadi(system.mass_matrix, names), to_casadi(system.distribution, names)
-    compliance = casadi.horzcat(*[solve_symmetric(mass, U[:, c]) for c in range(len(system.contacts))])
+    factors = factorised(mass)
+    compliance = factors.solve_columns(U)
     mobility = casadi.mtimes(U.T, compliance) if system.contacts else casadi.SX(0, 0)
 
     def end_velocity(velocity: Any, guess: Any) -> tuple[Any, Any, Any]:
@@ -158,10 +156,10 @@ def _step_function(contacts: PlantContacts, motors: int) -> Any:
         here = names | {s: velocity[i] for i, s in enumerate(system.velocities)}
         force = to_casadi(system.force, here)
         if not system.contacts:
-            return v + h * solve_symmetric(mass, force), guess, guess
+            return v + h * factors.solve(force), guess, guess
         slip = casadi.mtimes(U.T, velocity)
         smooth, levels = contacts.smooth(slip, here), contacts.levels(slip, here)
-        free = solve_symmetric(mass, force - casadi.mtimes(U, smooth))
+        free = factors.solve(force - casadi.mtimes(U, smooth))
         before, pushed = casadi.mtimes(U.T, v), casadi.mtimes(U.T, free)
         found, after = contacts.forces(guess, before, pushed, mobility, levels, h)
         return _moved(v, h, free, compliance, found), after, found + smooth

@@ -6,7 +6,7 @@ import casadi
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen.mechanics.casadi_form import over_rows, to_casadi
+from codegen.mechanics.casadi_form import over_rows, symbol_values, to_casadi
 from codegen.mechanics.system import System
 
 Array = NDArray[np.float64]
@@ -20,9 +20,8 @@ class SensorError:
     """
 
     def __init__(self, system: System) -> None:
-        names = {s: casadi.SX(float(v)) for s, v in system.values.items()}
         x = casadi.SX.sym("x", system.degrees_of_freedom)
-        names |= {s: x[k] for k, s in enumerate(system.positions)}
+        names = symbol_values(system.values, (system.positions, x))
         error = casadi.vertcat(*[to_casadi(system.sensor_errors.get(s, s * 0), names) for s in system.positions])
         self._any = bool(system.sensor_errors)
         self._error = casadi.Function("error", [x], [casadi.densify(error)])

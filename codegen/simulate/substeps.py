@@ -8,7 +8,7 @@ import casadi
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.mechanics.system import System
 from codegen.simulate.dynamic_contact import DynamicContacts
 
@@ -30,8 +30,7 @@ def substeps_of(system: System, period: float, position: Array) -> int:
     longest = LONGEST_SUBSTEP
     dynamic = DynamicContacts(system)
     if dynamic.contacts:
-        names = {s: casadi.SX(float(value)) for s, value in system.values.items()}
-        names |= {s: casadi.SX(float(x)) for s, x in zip(system.positions, position, strict=True)}
+        names = symbol_values({**system.values, **dict(zip(system.positions, position, strict=True))})
         mass, U = (np.asarray(casadi.evalf(to_casadi(m, names))) for m in (system.mass_matrix, system.distribution))
         mobility = np.diag(U.T @ np.linalg.solve(mass, U))[list(dynamic.contacts)]
         rate = float(np.sqrt(np.max(mobility * np.maximum(dynamic.stiffness, 0))))

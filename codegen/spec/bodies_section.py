@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import sympy
 
-from codegen.base.errors import BadInput, nearest_name
+from codegen.base.errors import BadInput, refuse_unknown
 from codegen.spec.expression import NAME, Expression, parse_expression
 from codegen.spec.model import symbol
 from codegen.spec.motion import DIRECTIONS, GROUND, TRANSLATIONS, Body, Sliding, position_name, rate_name
@@ -191,8 +191,4 @@ def _along(
 
 
 def _require(name: str, known: Sequence[str], what: str, key: str, units: Units) -> None:
-    if name not in known:
-        expected = f"one of {', '.join(known)}"
-        raise BadInput(
-            units.place(key), f"unknown {what} `{name}`", expected, nearest_name(name, known), code="SPEC008"
-        )
+    refuse_unknown(name, known, units.place(key), f"unknown {what}", code="SPEC008")

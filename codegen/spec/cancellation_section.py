@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from codegen.base.errors import BadInput, Place, nearest_name
+from codegen.base.errors import BadInput, Place, refuse_unknown
 from codegen.spec.expression import exact_number
 from codegen.spec.model import CancellationChoice, Contact
 from codegen.spec.schema import CancellationSection
@@ -46,9 +46,7 @@ def read_cancellation(
         return CancellationChoice(section.method, section.weight, gain, chosen, damping)
     names = [c.name for c in contacts]
     for k, name in enumerate(chosen):
-        if name not in names:
-            where, known = place(f"cancellation.contacts[{k}]"), f"one of {', '.join(names)}"
-            raise BadInput(where, f"unknown contact `{name}`", known, nearest_name(name, names), code="SPEC008")
+        refuse_unknown(name, names, place(f"cancellation.contacts[{k}]"), "unknown contact", code="SPEC008")
     if not chosen or len(set(chosen)) < len(chosen):
         raise BadInput(
             place("cancellation.contacts"), "no contact, or one twice", "names of contacts, each once", code="SPEC015"

@@ -10,7 +10,7 @@ import ast
 import math
 import re
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import accumulate
 from typing import Any
@@ -49,7 +49,7 @@ class Expression:
         Raises:
             BadInput: on a name that is not in ``symbols``, a division by zero or a number out of range.
         """
-        value = _to_sympy(self.tree, self, symbols)
+        value = evaluate_tree(self.tree, self, _numbers_of(symbols))
         value = value.replace(sympy.Abs, Magnitude).replace(sympy.sign, Sgn)  # sqrt(x**2) gives SymPy's own
         if value.has(sympy.zoo, sympy.nan, sympy.oo, sympy.I) or value.is_real is False:
             raise BadInput(
@@ -145,42 +145,67 @@ def _check(node: ast.expr, text: str, place: Place, depth: int = 1) -> None:
             raise BadInput(place, f"`{what}`", "numbers, names, + - * / ** and " + ", ".join(FUNCTIONS), code="SPEC011")
 
 
-def _to_sympy(node: ast.expr, whole: Expression, symbols: Mapping[str, sympy.Symbol]) -> Any:
+@dataclass(frozen=True)
+class Algebra:
+    """What the names, calls and operators of an expression's tree give.
+
+    Attributes:
+        names: name → its value; ``expected``: the words for an unknown one.
+        call: (function, argument) → value.
+        combine: (operator, left, right, expression, node) → value.
+    """
+
+    names: Mapping[str, Any]
+    expected: str
+    call: Callable[[str, Any], Any]
+    combine: Callable[[ast.operator, Any, Any, Expression, ast.expr], Any]
+
+
+def evaluate_tree(node: ast.expr, whole: Expression, algebra: Algebra) -> Any:
+    """The value of a node of an expression's tree; numbers are exact rationals.
+
+    Raises:
+        BadInput: on an unknown name, or as ``algebra`` does.
+    """
     match node:
         case ast.Constant():
             return exact_number(whole.source(node), whole.place)
-        case ast.Name(id=name) if name in symbols:
-            return symbols[name]
+        case ast.Name(id=name) if name in algebra.names:
+            return algebra.names[name]
         case ast.Name(id=name) if name in CONSTANTS:
             return CONSTANTS[name]
         case ast.Name(id=name):
-            known = sorted(symbols)
-            expected = f"one of {', '.join(known)}" if len(known) <= 40 else "a declared name"
             raise BadInput(
                 whole.place,
                 f"unknown name `{name}` in `{whole.text}`",
-                expected,
-                nearest_name(name, known),
+                algebra.expected,
+                nearest_name(name, sorted(algebra.names)),
                 code="SPEC008",
             )
         case ast.UnaryOp(op=op, operand=operand):
-            value = _to_sympy(operand, whole, symbols)
+            value = evaluate_tree(operand, whole, algebra)
             return -value if isinstance(op, ast.USub) else value
         case ast.Call(func=ast.Name(id=name), args=[argument]):
-            return FUNCTIONS[name](_to_sympy(argument, whole, symbols))
+            return algebra.call(name, evaluate_tree(argument, whole, algebra))
         case ast.BinOp(left=left, op=op, right=right):
-            a, b = _to_sympy(left, whole, symbols), _to_sympy(right, whole, symbols)
-            value = _combine(op, a, b, whole, node)
-            too_long = value.is_Rational and value.p.bit_length() + value.q.bit_length() > LONGEST_NUMBER
-            if too_long or (value.is_Pow and value.exp.is_number and abs(value.exp) > 64):
-                raise BadInput(
-                    whole.place,
-                    f"`{whole.source(node)}`, too large",
-                    "powers up to 64 and smaller numbers",
-                    code="SPEC011",
-                )
-            return value
+            sides = evaluate_tree(left, whole, algebra), evaluate_tree(right, whole, algebra)
+            return algebra.combine(op, *sides, whole, node)
     raise BadInput(whole.place, f"`{whole.source(node)}`", "an arithmetic expression", code="SPEC011")
+
+
+def _numbers_of(symbols: Mapping[str, sympy.Symbol]) -> Algebra:
+    expected = f"one of {', '.join(sorted(symbols))}" if len(symbols) <= 40 else "a declared name"
+    return Algebra(symbols, expected, lambda name, argument: FUNCTIONS[name](argument), _limited)
+
+
+def _limited(op: ast.operator, a: Any, b: Any, whole: Expression, node: ast.expr) -> Any:
+    """The two combined, unless that is too large."""
+    value = _combine(op, a, b, whole, node)
+    too_long = value.is_Rational and value.p.bit_length() + value.q.bit_length() > LONGEST_NUMBER
+    if too_long or (value.is_Pow and value.exp.is_number and abs(value.exp) > 64):
+        expected = "powers up to 64 and smaller numbers"
+        raise BadInput(whole.place, f"`{whole.source(node)}`, too large", expected, code="SPEC011")
+    return value
 
 
 def _combine(op: ast.operator, a: Any, b: Any, whole: Expression, node: ast.expr) -> Any:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import sympy
 
-from codegen.base.errors import BadInput, Place, nearest_name
+from codegen.base.errors import BadInput, Place, refuse_unknown
 from codegen.spec.bodies_section import read_bodies, read_body_forces, read_equations, read_sliding
 from codegen.spec.dimensions import check_dimensions
 from codegen.spec.expression import NAME, Expression, parse_expression
@@ -170,9 +170,8 @@ class _MotionReading:
         """Without constraints each body moves alone: its positions are names, and no two share one (A.1.1)."""
         seen: dict[str, str] = {}
         for key, name in self._positions(section):
-            if name not in own:
-                expected = f"a coordinate ({', '.join(own)}); positions that are functions belong to `constraints:`"
-                raise BadInput(self.place(key), f"position `{name}`", expected, nearest_name(name, own), code="SPEC008")
+            expected = f"a coordinate ({', '.join(own)}); positions that are functions belong to `constraints:`"
+            refuse_unknown(name, own, self.place(key), "position", expected, code="SPEC008")
             if name in seen:
                 expected = "a coordinate for each body; bodies that move together belong to `constraints:`"
                 raise BadInput(self.place(key), f"`{name}`, which is {seen[name]} too", expected, code="SPEC009")

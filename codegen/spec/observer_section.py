@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from codegen.base.errors import BadInput, Place, nearest_name
+from codegen.base.errors import BadInput, Place, refuse_unknown
 from codegen.spec.expression import exact_number, parse_expression
 from codegen.spec.free_gains import read_free_gains
 from codegen.spec.model import Contact, DomainChoice, ObserverChoice, symbol
@@ -72,16 +72,8 @@ def _assumed(
     section: ObserverSection, name: str, contacts: Sequence[Contact], place: Callable[[str], Place]
 ) -> Contact:
     key = f"observer.laws.{name}"
-    plant = next((c for c in contacts if c.name == name), None)
-    if plant is None:
-        names = [c.name for c in contacts]
-        raise BadInput(
-            place(key),
-            f"unknown contact `{name}`",
-            f"one of {', '.join(names)}",
-            nearest_name(name, names),
-            code="SPEC008",
-        )
+    refuse_unknown(name, [c.name for c in contacts], place(key), "unknown contact", code="SPEC008")
+    plant = next(c for c in contacts if c.name == name)
     law = section.laws[name]
     values: dict[str, Any] = {}
     for parameter, value in (law.model_extra or {}).items():

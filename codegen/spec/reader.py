@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
-from codegen.base.errors import BadInput, Faults, Place, nearest_name
+from codegen.base.errors import BadInput, Faults, Place, refuse_unknown
 from codegen.base.input_files import read_text
 from codegen.spec.cancellation_section import read_cancellation
 from codegen.spec.expression import exact_number
@@ -237,14 +237,8 @@ class _Reading:
 
     def _range(self, name: str, names: set[str]) -> tuple[Any, Any]:
         key, (low, high) = f"envelope.{name}", self.document.envelope[name]
-        if name not in names:
-            raise BadInput(
-                self.place(key),
-                f"unknown name `{name}`",
-                "a coordinate, velocity or input, with _dot or _noise behind it, or a_ or f_ with a contact's name",
-                nearest_name(name, names),
-                code="SPEC008",
-            )
+        expected = "a coordinate, velocity or input, with _dot or _noise behind it, or a_ or f_ with a contact's name"
+        refuse_unknown(name, names, self.place(key), "unknown name", expected, code="SPEC008")
         bounds = self._number(low, f"{key}[0]"), self._number(high, f"{key}[1]")
         if not bounds[0] < bounds[1]:
             raise BadInput(self.place(key), f"[{low}, {high}]", "a range [low, high] with low < high", code="SPEC007")
@@ -252,15 +246,7 @@ class _Reading:
 
     def _known(self, names: Iterable[str], known: set[str], key: str) -> None:
         for name in names:
-            if name not in known:
-                expected = f"one of {', '.join(sorted(known))}"
-                raise BadInput(
-                    self.place(f"{key}.{name}"),
-                    f"unknown name `{name}`",
-                    expected,
-                    nearest_name(name, known),
-                    code="SPEC008",
-                )
+            refuse_unknown(name, sorted(known), self.place(f"{key}.{name}"), "unknown name", code="SPEC008")
 
     def _log(self, units: Mapping[str, str]) -> LogColumns:
         section = self.document.log

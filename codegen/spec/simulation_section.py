@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 
 import sympy
 
-from codegen.base.errors import BadInput, Place, nearest_name
+from codegen.base.errors import BadInput, Place, refuse_unknown
 from codegen.spec.expression import exact_number, parse_expression
 from codegen.spec.model import Coordinate, Input, Simulation, symbol
 from codegen.spec.quantity import read_quantity
@@ -45,15 +45,7 @@ def read_simulation(
         key = f"simulation.{name}"
         values: Mapping[str, str] = getattr(section, name)
         for entry in values:
-            if entry not in names:
-                expected = f"one of {', '.join(sorted(names))}"
-                raise BadInput(
-                    place(f"{key}.{entry}"),
-                    f"unknown name `{entry}`",
-                    expected,
-                    nearest_name(entry, names),
-                    code="SPEC008",
-                )
+            refuse_unknown(entry, sorted(names), place(f"{key}.{entry}"), "unknown name", code="SPEC008")
         return values
 
     def numbers(name: str, names: set[str], units: Mapping[str, str] | None = None) -> dict[str, float]:

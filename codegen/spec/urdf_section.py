@@ -8,7 +8,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from codegen.base.errors import BadInput, Place, nearest_name
+from codegen.base.errors import BadInput, Place, refuse_unknown
 from codegen.spec.expression import exact_number
 from codegen.spec.kinematics import KinematicTree, LinkTolerance, MovingBody
 from codegen.spec.share import read_share
@@ -63,14 +63,7 @@ def expand_robot(
 def _read(section: Any, path: Path, place: Callable[[str], Place]) -> KinematicTree:
     parts = section if isinstance(section, Mapping) else {"file": section}
     for key in parts:
-        if key not in PARTS:
-            raise BadInput(
-                place(f"urdf.{key}"),
-                f"unknown key `{key}`",
-                f"{', '.join(PARTS)}",
-                nearest_name(key, PARTS),
-                code="SPEC004",
-            )
+        refuse_unknown(key, PARTS, place(f"urdf.{key}"), "unknown key", ", ".join(PARTS), code="SPEC004")
     file, at = parts.get("file"), place("urdf.file" if isinstance(section, Mapping) else "urdf")
     if not isinstance(file, str) or not file.strip() or "\0" in file:
         raise BadInput(
@@ -99,9 +92,7 @@ def _tolerance(parts: Mapping[str, Any], place: Callable[[str], Place]) -> LinkT
     if not isinstance(given, Mapping) or not given:
         raise BadInput(place("urdf.tolerance"), f"`{given}`", expected, code="SPEC006")
     for key in given:
-        if key not in TOLERANCES:
-            at = place(f"urdf.tolerance.{key}")
-            raise BadInput(at, f"unknown key `{key}`", expected, nearest_name(key, TOLERANCES), code="SPEC004")
+        refuse_unknown(key, TOLERANCES, place(f"urdf.tolerance.{key}"), "unknown key", expected, code="SPEC004")
     return LinkTolerance(**{key: read_share(str(v), place(f"urdf.tolerance.{key}")) for key, v in given.items()})
 
 

@@ -251,6 +251,15 @@ def test_no_regions_where_the_signs_matter() -> None:
     assert not along_friction._symmetric(replace(found.dynamics, slopes=uneven), found.axes)
 
 
+def test_an_error_is_what_it_is_of_by_any_name() -> None:
+    """A velocity that is called a_v has the error e_a_v, which is no error of a level."""
+    renamed = analysis_of("one_mass_dfo", {"velocity: v,": "velocity: a_v,", "  v: [-10, 10]": "  a_v: [-10, 10]"})
+    assert [e.symbol.name for e in renamed.dynamics.observer.errors] == ["e_a_v", "e_f_rail", "e_a_rail"]
+    found, usual = along(renamed), along(analysis_of("one_mass_dfo"))
+    assert found.dynamics.sampled.shape == usual.dynamics.sampled.shape
+    assert none_without_growth(found)
+
+
 def test_no_regions_where_another_fault_refuses() -> None:
     path = ROOT / "specs/thesis/one_mass_dfo.yaml"
     spec = read_spec(path)

@@ -10,7 +10,7 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from codegen.base.errors import BadInput, nearest_name
+from codegen.base.errors import BadInput, refuse_unknown
 from codegen.observers import Observer, build_observer
 from codegen.spec.expression import exact_number
 from codegen.spec.free_gains import GainEntry, at_middle, free_entries, gain_entries, with_gains
@@ -116,11 +116,8 @@ def chosen_axes(names: Sequence[str], axes: Sequence[GainAxis], observer: Observ
     """
     known = {a.name: a for a in (*axes, sample_time_axis(observer))}
     for name in names:
-        if name not in known:
-            expected = f"two of {', '.join(known)}"
-            raise BadInput(
-                f"{spec.path}: --over", f"unknown gain `{name}`", expected, nearest_name(name, known), code="CALL001"
-            )
+        expected = f"two of {', '.join(known)}"
+        refuse_unknown(name, known, f"{spec.path}: --over", "unknown gain", expected, code="CALL001")
     picked = list(dict.fromkeys(names))
     if names and len(picked) != 2:
         raise BadInput(

@@ -17,7 +17,7 @@ from scipy.linalg import solve_discrete_lyapunov
 
 from codegen.analysis.feasibility.family import Settings
 from codegen.analysis.operating_points import evaluate_columns
-from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.mechanics.solve import solve_symmetric
 from codegen.observers import Observer
 from codegen.observers.integration import SAMPLE_TIME
@@ -88,7 +88,7 @@ class NoiseModel:
         point = {s: casadi.SX.sym(s.name) for s in self.variables}
         gains = {s: casadi.SX.sym(s.name) for s in observer.gains}
         h = casadi.SX.sym("h")
-        known = {s: casadi.SX(float(v)) for s, v in observer.values.items()} | point | gains
+        known = symbol_values(observer.values) | point | gains
         matrices = _linearised(observer, known | {SAMPLE_TIME: h}, h, estimate.symbols)
         arguments = [casadi.vertcat(*point.values()), casadi.vertcat(*gains.values(), h)]
         self._shapes = [m.shape for m in matrices]
@@ -235,13 +235,12 @@ def _truth(observer: Observer, known: dict[sympy.Symbol, Any]) -> Any:
     levels = to_casadi(sympy.Matrix(laws), known)
     forces = casadi.sign(slips) * levels
     on_coordinates = to_casadi(system.distribution, known) @ forces
-    values, coordinate = [], 0
+    values = []
     for error in observer.errors:
         if error.truth in known:
             values.append(known[error.truth])
-        elif error.contact is None:
-            values.append(on_coordinates[coordinate])
-            coordinate += 1
+        elif error.coordinate is not None:
+            values.append(on_coordinates[error.coordinate])
         else:
             values.append((levels if observer.level_errors else forces)[error.contact])
     return casadi.vertcat(*values)

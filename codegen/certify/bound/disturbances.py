@@ -70,8 +70,10 @@ def disturbances(
         contacts.append(slower * slides.slope * dot(slips.col(c), true))
     onto = [dot(slips.row(i), contacts) for i in range(slips.rows)]
     for error in observer.errors[len(acceleration) :]:
-        index = [f"F_{x.name}" for x in system.positions].index(error.truth.name) if error.contact is None else -1
-        rates.append(onto[index] if error.contact is None else contacts[error.contact])
+        if error.contact is not None:
+            rates.append(contacts[error.contact])
+        elif error.coordinate is not None:
+            rates.append(onto[error.coordinate])
     jerk = [
         dot(response.by_position.row(i), [slower * s for s in speeds])
         + dot(response.by_velocity.row(i), acceleration)

@@ -216,5 +216,4 @@ def _of_levels(observer: Observer, error: ErrorVariable, levels: list[float]) ->
         return levels[error.contact]
     system = observer.system
     slips = system.distribution.subs(observer.values)
-    row = [f"F_{x.name}" for x in system.positions].index(error.truth.name)
-    return float(sum(abs(float(slips[row, c])) * level for c, level in enumerate(levels)))
+    return float(sum(abs(float(slips[error.coordinate, c])) * level for c, level in enumerate(levels)))

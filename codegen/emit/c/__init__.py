@@ -8,7 +8,6 @@ from codegen.base.text import render
 from codegen.emit.entries import inputs_of, outputs_of, parameters_of, states_of
 from codegen.emit.header import Header
 from codegen.emit.language import Language
-from codegen.emit.loops import LoopStyle
 from codegen.emit.view import CodeView, Style, view
 from codegen.program import Code, Program
 from codegen.program.model import LARGEST
@@ -57,16 +56,7 @@ def c_view(program: Program, code: Code) -> tuple[CodeView, Language]:
     """
     language = c_language(program)
     real = "float" if language.single else "double"
-    loops = LoopStyle(struct_formats(""), "{name}", "{name}", f"const {real} {{name}}", declares=True, indent=4)
-    style = Style(
-        language,
-        "parameters->{name}",
-        "state->{name}",
-        "inputs->{name}",
-        "outputs->{name}",
-        f"    const {real} {{name}} = ",
-        loops=loops,
-    )
+    style = Style(language, struct_formats(""), "{name}", "{name}", f"const {real} {{name}}", declares=True, indent=4)
     return view(program, code, style), language
 
 

@@ -6,7 +6,6 @@ from codegen.base.text import render
 from codegen.emit.entries import inputs_of, outputs_of, parameters_of, states_of
 from codegen.emit.header import Header
 from codegen.emit.language import Language
-from codegen.emit.loops import LoopStyle
 from codegen.emit.view import CodeView, Style, view
 from codegen.program import Code, Program
 from codegen.program.model import LARGEST
@@ -32,15 +31,7 @@ def python_view(program: Program, code: Code) -> tuple[CodeView, Language]:
     language = python_language(program)
     structs = {struct: f"{struct}.{{name}}" for struct in ("parameters", "state", "outputs")}
     structs["inputs"] = "float32(inputs.{name})" if language.single else "inputs.{name}"
-    style = Style(
-        language,
-        "parameters.{name}",
-        "state.{name}",
-        "{name}" if language.single else "inputs.{name}",
-        "outputs.{name}",
-        "    {name} = ",
-        loops=LoopStyle(structs, "{name}", "{name}", "{name}", declares=False, indent=4),
-    )
+    style = Style(language, structs, "{name}", "{name}", "{name}", declares=False, indent=4)
     return view(program, code, style), language
 
 

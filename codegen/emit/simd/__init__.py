@@ -5,7 +5,6 @@ from __future__ import annotations
 from codegen.base.text import render
 from codegen.emit.c import c_language, c_words, struct_formats
 from codegen.emit.header import Header
-from codegen.emit.loops import LoopStyle
 from codegen.emit.view import Style, view
 from codegen.program import Code, Program
 
@@ -16,17 +15,16 @@ def emit_simd(program: Program, code: Code, header: Header) -> dict[str, str]:
     """NAME_lanes.h and NAME_lanes.c."""
     language = c_language(program)
     real = "float" if language.single else "double"
+    # Straight code is one loop over the lanes, with its locals in registers.
+    local = "{name}[lane]" if program.arrays else "{name}"
     style = Style(
         language,
-        "parameters->{name}[lane]",
-        "state->{name}[lane]",
-        "inputs->{name}[lane]",
-        "outputs->{name}[lane]",
-        f"        const {real} {{name}} = ",
-        indent=12,
-        loops=LoopStyle(
-            struct_formats("[lane]"), "{name}[lane]", "{name}", f"const {real} {{name}}", declares=False, indent=8
-        ),
+        struct_formats("[lane]"),
+        local,
+        "{name}",
+        f"const {real} {{name}}",
+        declares=not program.arrays,
+        indent=8,
     )
     words = c_words(program, code, header) | {"view": view(program, code, style), "lanes": LANES}
     return {

@@ -8,7 +8,7 @@ import sympy
 
 from codegen.thesis.audit.claim import Claim
 from codegen.thesis.audit.finding import Finding
-from codegen.thesis.audit.formula import Misfit, as_text, evaluate, inequalities
+from codegen.thesis.audit.formula import Misfit, as_matrix, as_text, evaluate, inequalities
 from codegen.thesis.audit.points import exactly, points
 from codegen.thesis.audit.world import Derived, World, form_value, readable
 
@@ -58,10 +58,6 @@ def same_number(a: Any, b: Any) -> bool:
     if a.is_Rational and b.is_Rational:
         return bool(a == b)
     return bool(abs(a - b) <= NEGLIGIBLE * (1 + abs(a) + abs(b)))
-
-
-def as_matrix(value: Any) -> Any:
-    return value if isinstance(value, sympy.MatrixBase) else sympy.Matrix([[value]])
 
 
 def plain_number(value: Any) -> int | float:

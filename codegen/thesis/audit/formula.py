@@ -14,9 +14,9 @@ from typing import Any
 
 import sympy
 
-from codegen.base.errors import BadInput, Place, nearest_name
-from codegen.spec.expression import Expression, exact_number, parse_expression
-from codegen.spec.functions import CONSTANTS, FUNCTIONS
+from codegen.base.errors import BadInput, Place
+from codegen.spec.expression import Algebra, Expression, evaluate_tree, parse_expression
+from codegen.spec.functions import FUNCTIONS
 
 Formula = str | int | Sequence["Formula"]
 _RELATION = re.compile(r"(<=|>=|<|>)")
@@ -38,14 +38,14 @@ def evaluate(formula: Any, names: Mapping[str, Any], place: Place) -> Any:
     """
     if isinstance(formula, list):
         rows = [row if isinstance(row, list) else [row] for row in formula]
-        blocks = [[_as_matrix(evaluate(cell, names, place)) for cell in row] for row in rows]
+        blocks = [[as_matrix(evaluate(cell, names, place)) for cell in row] for row in rows]
         try:
             return sympy.Matrix.vstack(*[sympy.Matrix.hstack(*row) for row in blocks])
         except sympy.matrices.exceptions.ShapeError as error:
             raise Misfit(place, f"blocks that do not fit ({error})", "blocks of one matrix") from None
     parsed = parse_expression(str(formula), place)
     try:
-        return _value(parsed.tree, parsed, names)
+        return evaluate_tree(parsed.tree, parsed, Algebra(names, "a name of this derivation's", _call, _combine))
     except sympy.matrices.exceptions.ShapeError as error:
         raise Misfit(place, f"`{formula}`: {error}", "matrices of fitting shapes") from None
 
@@ -69,39 +69,15 @@ def as_text(formula: Any) -> str:
     return str(formula)
 
 
-def _as_matrix(value: Any) -> Any:
+def as_matrix(value: Any) -> Any:
     return value if isinstance(value, sympy.MatrixBase) else sympy.Matrix([[value]])
 
 
-def _value(node: ast.expr, whole: Expression, names: Mapping[str, Any]) -> Any:
-    match node:
-        case ast.Constant():
-            return exact_number(whole.source(node), whole.place)
-        case ast.Name(id=name) if name in names:
-            return names[name]
-        case ast.Name(id=name) if name in CONSTANTS:
-            return CONSTANTS[name]
-        case ast.Name(id=name):
-            known = sorted(names)
-            raise BadInput(
-                whole.place,
-                f"unknown name `{name}` in `{whole.text}`",
-                "a name of this derivation's",
-                nearest_name(name, known),
-                code="SPEC008",
-            )
-        case ast.UnaryOp(op=op, operand=operand):
-            value = _value(operand, whole, names)
-            return -value if isinstance(op, ast.USub) else value
-        case ast.Call(func=ast.Name(id=name), args=[argument]):
-            value = _value(argument, whole, names)
-            return value.applyfunc(FUNCTIONS[name]) if isinstance(value, sympy.MatrixBase) else FUNCTIONS[name](value)
-        case ast.BinOp(left=left, op=op, right=right):
-            return _combine(op, _value(left, whole, names), _value(right, whole, names), whole)
-    raise BadInput(whole.place, f"`{whole.source(node)}`", "an arithmetic expression", code="SPEC011")
+def _call(name: str, value: Any) -> Any:
+    return value.applyfunc(FUNCTIONS[name]) if isinstance(value, sympy.MatrixBase) else FUNCTIONS[name](value)
 
 
-def _combine(op: ast.operator, a: Any, b: Any, whole: Expression) -> Any:
+def _combine(op: ast.operator, a: Any, b: Any, whole: Expression, _: ast.expr) -> Any:
     matrices = isinstance(a, sympy.MatrixBase), isinstance(b, sympy.MatrixBase)
     match op:
         case ast.Mult():

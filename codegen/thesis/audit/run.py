@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import cache
 
-from codegen.base.errors import BadInput, nearest_name
+from codegen.base.errors import BadInput, nearest_name, refuse_unknown
 from codegen.thesis.audit.claim import Claim, read_claims
 from codegen.thesis.audit.conditions import judge_conditions, judge_inequality
 from codegen.thesis.audit.equality import judge_equality, prove_form
@@ -34,10 +34,7 @@ def judge(claim: Claim) -> Finding:
     if claim.test == "definition":
         return Finding(claim, "holds")
     name, _, quantity = claim.entry.against.partition(".")
-    if name not in WORLDS:
-        raise BadInput(
-            claim.place, f"no derivation `{name}`", ", ".join(WORLDS), nearest_name(name, WORLDS), code="CALL001"
-        )
+    refuse_unknown(name, WORLDS, claim.place, "no derivation", ", ".join(WORLDS), code="CALL001")
     world = _world(name)
     if claim.test in ("inequality", "implies"):
         return judge_inequality(claim, world)

@@ -10,7 +10,7 @@ import numpy as np
 
 from codegen.analysis.error_dynamics import derive_error_dynamics
 from codegen.effects.declare import system_of
-from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.observers import build_observer
 from codegen.simulate.loop_run import LoopRun
 from codegen.spec.model import Spec
@@ -38,8 +38,7 @@ def growth_rates(spec: Spec, run: LoopRun) -> Array:
     jacobian = dynamics.in_force(dynamics.jacobian)
     variables = [*system.positions, *system.velocities, *system.inputs, *dynamics.observer.signs]
     values = casadi.SX.sym("values", len(variables))
-    names: dict[Any, Any] = {s: casadi.SX(float(v)) for s, v in dynamics.observer.values.items()}
-    names |= {s: values[k] for k, s in enumerate(variables)}
+    names = symbol_values(dynamics.observer.values, (variables, values))
     mass = to_casadi(system.mass_matrix, names)
     inverse = casadi.inv(mass)
     names |= {s: inverse[i, j] for s, (i, j) in dynamics.inverse_mass.items()}
