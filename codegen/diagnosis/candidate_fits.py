@@ -13,7 +13,7 @@ from codegen.diagnosis.credit import FEW, NEAR_NOISE, noise_loss, noise_ratio, s
 from codegen.diagnosis.force_start import ForceStart
 from codegen.diagnosis.models import with_values
 from codegen.diagnosis.one_joint import of_joint, rows_of, started_as
-from codegen.diagnosis.output_error import Fit, gauss_newton, polish, raw_slopes, state_slopes
+from codegen.diagnosis.output_error import Fit, polish, raw_slopes, shooting_fit
 from codegen.diagnosis.parallel import in_parallel
 from codegen.diagnosis.screen import simplex_search, starting_points
 from codegen.diagnosis.search import ROUNDS, Search
@@ -252,6 +252,5 @@ def _screening(search: Search, base: Fit, joint: int | None) -> Fit:
     few = few if joint is None else replace(few, joints=(joint,))
     runner, zero = replace(base.runner, record=few), few.at_rest
     size, reach = search.sizes(runner.trial, base.theta)
-    starts = state_slopes(runner, base.theta, zero)
     prior = base.prior_precision, base.centre
-    return gauss_newton(runner, base.theta, zero, starts, *prior, FIRST_ROUNDS, (), size, reach, base.tempering)
+    return shooting_fit(runner, base.theta, zero, *prior, FIRST_ROUNDS, size, reach, base.tempering)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from codegen.diagnosis.balance import evaluate_forces, slip_velocities
 from codegen.diagnosis.law_states import DIRECTION, LawTerms, all_law_terms, owners
 from codegen.diagnosis.numpy_form import numpy_function
+from codegen.diagnosis.recent import OF_MODELS, recent
 from codegen.diagnosis.shooting import STEPS_PER_PERIOD, Record, Shooter
 from codegen.diagnosis.signals import Motion
 from codegen.diagnosis.trial import Runner, Trial
@@ -43,6 +44,7 @@ class Masks:
     stuck: NDArray[np.bool_]
 
 
+@recent(OF_MODELS)
 def effective_inputs(system: System, motion: Motion) -> Array:
     """The motion's inputs after the declared actuators, as ``System.equation_error`` takes them."""
     inputs = motion.inputs.copy()
@@ -75,6 +77,7 @@ def masks(system: System, motion: Motion, noise_speed: float = 0.0) -> Masks:
     return Masks(rows, stuck)
 
 
+@recent(OF_MODELS)
 def inverse_dynamics_residual(system: System, motion: Motion, filtered: bool = True) -> Array:
     """Force residual g − M a − U λ at every sample, (N, n), with the system's friction levels.
 
@@ -85,6 +88,7 @@ def inverse_dynamics_residual(system: System, motion: Motion, filtered: bool = T
     return motion.low_pass(raw) if filtered else raw
 
 
+@recent(OF_MODELS)
 def residual_at_drive(system: System, motion: Motion) -> Array:
     """The low-passed residual, (N, n), over the share of the logged drive force that is left to the motion.
 

@@ -30,7 +30,7 @@ def starting_points(
     """
     part = runner.trial.parts[-1]
     effect = part.effect
-    now = mean_residuals(base.runner, base.runner.run(base.theta, base.offsets))
+    now = base.unprojected
     weights = np.sqrt(segment_weights(base.residual))[:, None]
     moved = np.stack([base.starts.project(r, slope=True) for r in raw]) if raw else np.zeros((0, *now.shape))
     found = []
