@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -122,16 +123,15 @@ class CandidateFits:
         names = [s.name for s in self.search.moved]
         refit = with_values(self.search.system, dict(zip(names, self.levels, strict=True)))
         self.survey = survey(refit, self.search.motion)
-        if noise_ratio(self.base) > NEAR_NOISE or share_far(self.base) > FEW:
-            self.forced = self._by_force()
 
     def promising(self, indices: Sequence[int]) -> list[int]:
         """Those of these parts that are fitted: the best by the gain of one linear step from their best start.
 
         An effect without a scale starts from a coarse grid of values, which says too little: it is always fitted.
         """
-        starts = dict(zip(indices, in_parallel(self._starts, indices), strict=True))
-        self.starts |= starts
+        tasks = [self._start_by_force, *(partial(self._start_by_runs, k) for k in indices)]
+        in_parallel(lambda task: task(), tasks)
+        starts = self.starts
         gains = {k: self._few(k).fit.cost - starts[k][0][0] if starts[k] else -np.inf for k in indices}
         scaled = [k for k in indices if self.parts[k].effect.scaling and not is_own(self.parts[k].kind)]
         by_force = sorted((k for k in scaled if k in self.left), key=self.left.__getitem__)[:BY_FORCE]
@@ -140,9 +140,11 @@ class CandidateFits:
         self.done += len(indices) - len(chosen)
         return chosen
 
-    def _by_force(self) -> dict[int, list[Array]]:
+    def _start_by_force(self) -> None:
         """Starting points from the force residual, one after the other: CasADi builds expressions in one thread."""
-        start, found = ForceStart(self.search.problem, self.base), {}
+        if noise_ratio(self.base) <= NEAR_NOISE and share_far(self.base) <= FEW:
+            return
+        start, found = ForceStart(self.search.problem, self.base), self.forced
         for k, part in enumerate(self.parts):
             covered = self.covered(part)
             stage = start.best(self.trials[k], covered)
@@ -151,7 +153,9 @@ class CandidateFits:
             if stage is not None:
                 self.left[k], theta = stage
                 found[k].append(theta)
-        return found
+
+    def _start_by_runs(self, k: int) -> None:
+        self.starts[k] = self._starts(k)
 
     def covered(self, part: Part) -> Covered:
         """The range that the log covers at the place of a part."""

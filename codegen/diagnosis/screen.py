@@ -16,6 +16,8 @@ Array = NDArray[np.float64]
 
 TRIES, SIMPLEX = 200, 0.5
 """Of a simplex search: most free runs, and its initial size in logarithms."""
+NEAR_ENOUGH = {"xatol": 0.01, "fatol": 0.1}
+"""Size of the last simplex in logarithms and in nats; Gauss–Newton steps follow."""
 
 
 def starting_points(
@@ -65,7 +67,7 @@ def simplex_search(runner: Runner, base: Fit, raw: Sequence[Array], theta: Array
         lambda inner: _with_values(runner, base, moved, inner)[0],
         first,
         method="Nelder-Mead",
-        options={"maxfev": TRIES, "initial_simplex": simplex},
+        options={"maxfev": TRIES, "initial_simplex": simplex, **NEAR_ENOUGH},
     )
     return _with_values(runner, base, moved, best.x)
 
