@@ -197,7 +197,7 @@ def regress(system: System, problem: Problem, force: Array, coordinate: int, per
     highest = min(MOST_ORDER, int(REACH * motion.cutoff_hz * period / usual))
     if highest < 1 or rows.sum() < 4 * highest * BLOCKS:
         return None
-    step = max(1, int(1 / (DENSE * motion.cutoff_hz * motion.sample_time)))
+    step = motion.step(DENSE)
     x, v, rows, force = x[::step], v[::step], rows[::step], force[::step]
     turn = 2 * np.pi * x[:, None] * np.arange(1, highest + 1) / period
     waves = np.stack([np.sin(turn), np.cos(turn)], axis=2).reshape(len(x), -1)

@@ -198,16 +198,6 @@ def friction_estimate(system: System, motion: Motion) -> Array:
     return np.asarray(evaluate_forces(bare, [force], motion, effective_inputs(system, motion))[0])
 
 
-def residual_rms(system: System, motion: Motion, used: Masks) -> tuple[float, ...]:
-    """RMS of the low-passed residual on each coordinate, over the usable samples."""
-    residual = inverse_dynamics_residual(system, motion)
-    return tuple(_rms(residual[used.rows[:, i], i]) for i in range(residual.shape[1]))
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2))) if len(values) else float("nan")
-
-
 def _long_runs(flags: NDArray[np.bool_], longest: int) -> NDArray[np.bool_]:
     """Runs of True that are longer than ``longest``."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(np.int8), [0]])))
