@@ -174,12 +174,12 @@ class CandidateFits:
         starts = self.starts[k] if k in self.starts else self._starts(k)
         if part.effect.rough:
             near = [theta for cost, theta in starts if cost < few.fit.cost - self.least_gain]
-            starts = [simplex_search(runner, few.fit, few.raw, theta) for theta in near]
+            starts = in_parallel(lambda theta: simplex_search(runner, few.fit, few.raw, theta), near)
         elif part.effect.scaling and starts:
             enough = few.fit.cost - AS_GOOD * max(few.fit.cost - starts[0][0], 0.0)
             starts = [starts[0], *(s for s in starts[1:] if s[0] < enough)]
         thetas = [*(theta for _, theta in starts), *self.forced.get(k, [])]
-        fits = [self.search.fit_from(runner, theta, few.fit, FIRST_ROUNDS, few.raw) for theta in thetas]
+        fits = in_parallel(lambda theta: self.search.fit_from(runner, theta, few.fit, FIRST_ROUNDS, few.raw), thetas)
         self._count_one()
         if not fits:
             return None

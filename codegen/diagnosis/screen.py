@@ -14,10 +14,8 @@ from codegen.effects.start import Covered
 
 Array = NDArray[np.float64]
 
-TRIES, SIMPLEX = 200, 0.5
-"""Of a simplex search: most free runs, and its initial size in logarithms."""
-NEAR_ENOUGH = {"xatol": 0.01, "fatol": 0.1}
-"""Size of the last simplex in logarithms and in nats; Gauss–Newton steps follow."""
+TRIES, SIMPLEX = 120, 0.5
+"""Of a simplex search: most free runs, and its initial size in logarithms; Gauss–Newton steps follow."""
 
 
 def starting_points(
@@ -50,7 +48,7 @@ def starting_points(
         theta = np.concatenate([base.theta + step[: len(base.theta)], part.inward(values)])
         found.append((cost, theta))
     found.sort(key=lambda pair: pair[0])
-    return found[:most]
+    return list({theta.tobytes(): (cost, theta) for cost, theta in found[:most]}.values())  # each once
 
 
 def simplex_search(runner: Runner, base: Fit, raw: Sequence[Array], theta: Array) -> tuple[float, Array]:
@@ -67,7 +65,7 @@ def simplex_search(runner: Runner, base: Fit, raw: Sequence[Array], theta: Array
         lambda inner: _with_values(runner, base, moved, inner)[0],
         first,
         method="Nelder-Mead",
-        options={"maxfev": TRIES, "initial_simplex": simplex, **NEAR_ENOUGH},
+        options={"maxfev": TRIES, "initial_simplex": simplex},
     )
     return _with_values(runner, base, moved, best.x)
 
