@@ -129,7 +129,8 @@ class CandidateFits:
 
         An effect without a scale starts from a coarse grid of values, which says too little: it is always fitted.
         """
-        tasks = [self._start_by_force, *(partial(self._start_by_runs, k) for k in indices)]
+        by_runs = [partial(self._start_by_runs, k) for k in indices]
+        tasks: list[Callable[[], None]] = [self._start_by_force, *by_runs]
         in_parallel(lambda task: task(), tasks)
         starts = self.starts
         gains = {k: self._few(k).fit.cost - starts[k][0][0] if starts[k] else -np.inf for k in indices}
