@@ -23,9 +23,9 @@ WITHIN = 3.0
 AT_END = 0.999
 """Share of the distance to a limit from which on a parameter counts as limited."""
 WIDE = 20.0
-MANY = 3
-"""With more toleranced parameters than this their slopes are computed once a fit: forces are linear in masses and
-inertias, which change little."""
+MANY = 12
+"""With more toleranced parameters than this, as for an arm, their slopes are computed once a fit: forces are linear
+in masses and inertias, which change little."""
 SPEED_SHARE = 0.005
 """Prior standard deviations of a start state: ``WIDE`` times the noise of the position, and in velocity at least
 this share of the 95 % speed."""
