@@ -77,6 +77,7 @@ $(VENV)/benchmark.stamp: $(VENV)/test.stamp
 	@touch $@
 
 # Write docs/performance.md anew; `make benchmarks ROW=two_mass` measures that row alone and keeps the others.
+# Its last part, the time of diagnoses: `python -m benchmarks.diagnosis_time --seed S`.
 benchmarks: $(VENV)/benchmark.stamp
 	$(BIN)/python -m benchmarks $(ROW)
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from pydantic import TypeAdapter
 
+from benchmarks.diagnosis_time import page as diagnosis_time
 from benchmarks.machine import Machine
 from benchmarks.result import Entry, Row, figure
 from benchmarks.text import render
@@ -43,7 +44,8 @@ def write(results: Results, complete: bool, root: Path = ROOT) -> None:
 def page(results: Results) -> str:
     """The text of docs/performance.md."""
     sections = [section(row) for row in results.rows]
-    return render("performance.md.j2", machine=results.machine, rows=results.rows, sections=sections, figure=figure)
+    text = render("performance.md.j2", machine=results.machine, rows=results.rows, sections=sections, figure=figure)
+    return diagnosis_time.with_section(text)
 
 
 def section(row: Row) -> str:

@@ -6,6 +6,7 @@ A verb imports its work when it runs: help, the version and a wrong word need no
 from __future__ import annotations
 
 import contextlib
+import gc
 import io
 import os
 import sys
@@ -357,10 +358,14 @@ def diagnose(
     as_json: AsJson = False,
 ) -> None:
     """Find the effect that the model lacks; write diagnosis.json, spec.yaml (augmented) and report.html."""
-    from codegen.app.diagnose import diagnose, diagnosed_text
     from codegen.base.progress import progress
 
     with progress("reading", lines=True) as tell:
+        gc.disable()
+        from codegen.app.diagnose import diagnose, diagnosed_text  # more than a second: the bar is there first
+
+        gc.freeze()  # what the libraries made stays to the end; the collector need not search it again and again
+        gc.enable()
         result = diagnose(spec, log, test, out, description, _columns(column or []), tell, propose, material)
     if as_json:
         print_json(result.content)

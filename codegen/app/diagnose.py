@@ -6,18 +6,15 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from codegen.app.derived import Derived, Source, derived_from
-from codegen.app.generable import refuse_ungenerable
-from codegen.app.generate import refuse_hand_written
 from codegen.base.border import verb
 from codegen.base.errors import BadInput, Place
 from codegen.base.files import refuse_foreign, refuse_target, write_all
 from codegen.base.input_files import identity, read_text
 from codegen.base.shown import Shown
 from codegen.base.text import render
-from codegen.certify.outcome import Certificate, Refusal
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.results import MATERIAL, CertificateChange, Diagnosis
 from codegen.logs import Allowance, read_logs
@@ -26,6 +23,9 @@ from codegen.spec import parse_spec
 from codegen.spec.free_gains import refuse_free_gains
 from codegen.spec.robot_file import LARGEST as LARGEST_URDF
 from codegen.spec.share import read_part
+
+if TYPE_CHECKING:
+    from codegen.certify.outcome import Certificate, Refusal
 
 Progress = Callable[[str, float], None]
 DIAGNOSIS_FILES = ("diagnosis.json", "spec.yaml", "report.html", "excitation.csv")
@@ -98,6 +98,8 @@ def diagnose(
     spec = machine.spec
     refuse_free_gains(spec)
     if spec.observer is not None:
+        from codegen.app.generable import refuse_ungenerable  # a third of a second that a plain spec need not pay
+
         refuse_ungenerable(machine)
     allowance = Allowance()
     train = read_logs(logs, spec, description=description, columns=columns, allowance=allowance)
@@ -107,6 +109,8 @@ def diagnose(
     diagnosis, models = diagnose_log(spec, machine.system, train, held_out, progress, propose, matters)
     files: dict[str, str] = {"spec.yaml": models.spec_text}
     if spec.observer is not None:
+        from codegen.app.generate import refuse_hand_written
+
         augmented = Derived(parse_spec(models.spec_text, spec.path.parent / "spec.yaml"))
         rates = CertificateChange(_rate(machine.outcome), _rate(augmented.outcome))
         refuse_hand_written(folder / "generated" / augmented.spec.name, augmented.files)
@@ -130,6 +134,8 @@ def _files(given: str | Path | Sequence[str | Path] | None) -> Sequence[str | Pa
 
 
 def _rate(outcome: Certificate | Refusal) -> float | str:
+    from codegen.certify.outcome import Certificate
+
     return outcome.decay_rate if isinstance(outcome, Certificate) else outcome.reason
 
 

@@ -28,6 +28,8 @@ _INVISIBLE = "\u115f\u1160\u3164\uffa0"
 """Fillers of Hangul: letters by their category, and not to be seen."""
 _JOINED = re.compile(r"(?<=\*)(?=/)|(?<=/)(?=\*)|(?<=\?)(?=\?)")
 """Within what opens or ends a comment of C, and within a trigraph."""
+_UNSURE = re.compile(r"[^ -~]")
+"""All but the printable signs of ASCII: a picture's data address is a hundred thousand of those."""
 _BLANKS = "\n\t\N{NO-BREAK SPACE}\N{NARROW NO-BREAK SPACE}"
 _REORDERING = "\u061c\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069"
 """Controls of the direction of text: what is shown is not in the order of what is read."""
@@ -99,7 +101,7 @@ def markdown_text(text: str) -> str:
 
 def markup_text(text: str) -> str:
     """Characters that XML and HTML can hold, line breaks included; ``text`` escapes ``&``, ``<`` and quotes."""
-    return "".join(c if _shows(c) else REPLACEMENT for c in text)
+    return _UNSURE.sub(lambda found: found[0] if _shows(found[0]) else REPLACEMENT, text)
 
 
 def comment_text(text: str) -> str:

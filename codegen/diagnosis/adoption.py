@@ -22,11 +22,10 @@ from codegen.diagnosis.estimate import CONFIDENCE
 from codegen.diagnosis.force_fit import ForceRows, force_rows, independent_samples, scales
 from codegen.diagnosis.output_error import (
     Fit,
-    gauss_newton,
     mean_residuals,
     segment_losses,
     segment_weights,
-    state_slopes,
+    shooting_fit,
 )
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.results import ParameterError
@@ -172,9 +171,8 @@ class CrossValidation:
         soft = self.search.with_noise_floor(self.fit)[0]
         runner = replace(self.fit.runner, record=soft.record)
         theta, offsets = self.fit.theta, self.fit.offsets
-        starts = state_slopes(runner, theta, offsets)
         prior = self.fit.prior_precision, self.fit.centre
-        return gauss_newton(runner, theta, offsets, starts, *prior, 0, tempering=self.fit.tempering)
+        return shooting_fit(runner, theta, offsets, *prior, 0, tempering=self.fit.tempering)
 
     @cached_property
     def sources(self) -> list[Information]:

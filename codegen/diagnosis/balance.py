@@ -10,6 +10,7 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
+from codegen.diagnosis.recent import OF_MODELS, recent
 from codegen.diagnosis.signals import Motion, central_difference
 from codegen.mechanics.casadi_form import over_rows, to_casadi
 from codegen.mechanics.system import TIME, Matrix, System
@@ -48,6 +49,7 @@ def evaluate_forces(
     return np.ascontiguousarray(over_rows(function, at).reshape(len(at), len(columns), n).transpose(1, 0, 2))
 
 
+@recent(OF_MODELS)
 def true_motion(system: System, motion: Motion) -> tuple[Array, Array, Array]:
     """True positions, velocities and accelerations, from the readings."""
     if not system.sensor_errors:
@@ -69,6 +71,7 @@ def level_parameters(system: System) -> list[sympy.Symbol]:
     return found
 
 
+@recent(OF_MODELS)
 def slip_velocities(system: System, motion: Motion) -> Array:
     """(N, contacts)."""
     contacts = len(system.contacts)

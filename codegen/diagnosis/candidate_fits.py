@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,7 @@ from codegen.diagnosis.credit import FEW, NEAR_NOISE, noise_loss, noise_ratio, s
 from codegen.diagnosis.force_start import ForceStart
 from codegen.diagnosis.models import with_values
 from codegen.diagnosis.one_joint import of_joint, rows_of, started_as
-from codegen.diagnosis.output_error import Fit, gauss_newton, polish, raw_slopes, state_slopes
+from codegen.diagnosis.output_error import Fit, polish, raw_slopes, shooting_fit
 from codegen.diagnosis.parallel import in_parallel
 from codegen.diagnosis.screen import simplex_search, starting_points
 from codegen.diagnosis.search import ROUNDS, Search
@@ -122,16 +123,16 @@ class CandidateFits:
         names = [s.name for s in self.search.moved]
         refit = with_values(self.search.system, dict(zip(names, self.levels, strict=True)))
         self.survey = survey(refit, self.search.motion)
-        if noise_ratio(self.base) > NEAR_NOISE or share_far(self.base) > FEW:
-            self.forced = self._by_force()
 
     def promising(self, indices: Sequence[int]) -> list[int]:
         """Those of these parts that are fitted: the best by the gain of one linear step from their best start.
 
         An effect without a scale starts from a coarse grid of values, which says too little: it is always fitted.
         """
-        starts = dict(zip(indices, in_parallel(self._starts, indices), strict=True))
-        self.starts |= starts
+        by_runs = [partial(self._start_by_runs, k) for k in indices]
+        tasks: list[Callable[[], None]] = [self._start_by_force, *by_runs]
+        in_parallel(lambda task: task(), tasks)
+        starts = self.starts
         gains = {k: self._few(k).fit.cost - starts[k][0][0] if starts[k] else -np.inf for k in indices}
         scaled = [k for k in indices if self.parts[k].effect.scaling and not is_own(self.parts[k].kind)]
         by_force = sorted((k for k in scaled if k in self.left), key=self.left.__getitem__)[:BY_FORCE]
@@ -140,9 +141,11 @@ class CandidateFits:
         self.done += len(indices) - len(chosen)
         return chosen
 
-    def _by_force(self) -> dict[int, list[Array]]:
+    def _start_by_force(self) -> None:
         """Starting points from the force residual, one after the other: CasADi builds expressions in one thread."""
-        start, found = ForceStart(self.search.problem, self.base), {}
+        if noise_ratio(self.base) <= NEAR_NOISE and share_far(self.base) <= FEW:
+            return
+        start, found = ForceStart(self.search.problem, self.base), self.forced
         for k, part in enumerate(self.parts):
             covered = self.covered(part)
             stage = start.best(self.trials[k], covered)
@@ -151,7 +154,9 @@ class CandidateFits:
             if stage is not None:
                 self.left[k], theta = stage
                 found[k].append(theta)
-        return found
+
+    def _start_by_runs(self, k: int) -> None:
+        self.starts[k] = self._starts(k)
 
     def covered(self, part: Part) -> Covered:
         """The range that the log covers at the place of a part."""
@@ -170,12 +175,12 @@ class CandidateFits:
         starts = self.starts[k] if k in self.starts else self._starts(k)
         if part.effect.rough:
             near = [theta for cost, theta in starts if cost < few.fit.cost - self.least_gain]
-            starts = [simplex_search(runner, few.fit, few.raw, theta) for theta in near]
+            starts = in_parallel(lambda theta: simplex_search(runner, few.fit, few.raw, theta), near)
         elif part.effect.scaling and starts:
             enough = few.fit.cost - AS_GOOD * max(few.fit.cost - starts[0][0], 0.0)
             starts = [starts[0], *(s for s in starts[1:] if s[0] < enough)]
         thetas = [*(theta for _, theta in starts), *self.forced.get(k, [])]
-        fits = [self.search.fit_from(runner, theta, few.fit, FIRST_ROUNDS, few.raw) for theta in thetas]
+        fits = in_parallel(lambda theta: self.search.fit_from(runner, theta, few.fit, FIRST_ROUNDS, few.raw), thetas)
         self._count_one()
         if not fits:
             return None
@@ -252,6 +257,5 @@ def _screening(search: Search, base: Fit, joint: int | None) -> Fit:
     few = few if joint is None else replace(few, joints=(joint,))
     runner, zero = replace(base.runner, record=few), few.at_rest
     size, reach = search.sizes(runner.trial, base.theta)
-    starts = state_slopes(runner, base.theta, zero)
     prior = base.prior_precision, base.centre
-    return gauss_newton(runner, base.theta, zero, starts, *prior, FIRST_ROUNDS, (), size, reach, base.tempering)
+    return shooting_fit(runner, base.theta, zero, *prior, FIRST_ROUNDS, size, reach, base.tempering)

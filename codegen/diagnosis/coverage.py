@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from functools import partial
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import islice
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from codegen.effects.start import Covered
 from codegen.mechanics.system import Matrix, System
 
 Array = NDArray[np.float64]
+Result = TypeVar("Result")
 
 BINS = 16384
 PADDING = 16
@@ -46,6 +47,7 @@ class Survey:
     drive: Array
     mass: Array
     distribution: Array
+    _found: dict[Hashable, Any] = field(default_factory=dict)
 
     def covered(
         self, part: Part, levels: Sequence[float], noise: Array, coupling: Mapping[str, float] | None = None
@@ -78,10 +80,23 @@ class Survey:
             sample_time=m.sample_time,
             duration=float(m.time[-1] - m.time[0]),
             cutoff_hz=m.cutoff_hz,
-            periods=partial(_periods, _sits_on(part), x, v, y, m.usable, span, m.cutoff_hz),
+            periods=self._once(
+                ("periods", _sits_on(part), i, contact), _periods, _sits_on(part), x, v, y, m.usable, span, m.cutoff_hz
+            ),
             coupling=coupling,
-            resonances=partial(_resonances, self.residual[:, i], m, i, float(self.mass[i, i])),
+            resonances=self._once(("resonances", i), _resonances, self.residual[:, i], m, i, float(self.mass[i, i])),
         )
+
+    def _once(self, key: Hashable, function: Callable[..., Result], *arguments: Any) -> Callable[[], Result]:
+        """The function of these arguments, computed once for all effects that ask for it."""
+
+        def found() -> Result:
+            if key not in self._found:
+                self._found[key] = function(*arguments)
+            result: Result = self._found[key]
+            return result
+
+        return found
 
 
 def survey(system: System, motion: Motion) -> Survey:

@@ -148,23 +148,20 @@ def noise_loss(fit: Fit) -> float:
 
 def size_of(fit: Fit, base: Fit) -> float:
     """RMS change of the prediction by the candidate, over that by the whole drive force."""
-    runner = base.runner
-    now = mean_residuals(runner, runner.run(base.theta, base.offsets))
-    change = base.starts.project(mean_residuals(fit.runner, fit.runner.run(fit.theta, base.offsets)) - now, slope=True)
-    return _over_drive(change, now, base)
+    moved = mean_residuals(fit.runner, fit.runner.run(fit.theta, base.offsets))
+    return _over_drive(base.starts.project(moved - base.unprojected, slope=True), base)
 
 
 def misfit(base: Fit) -> float:
     """RMS of the residual motion over the change of the prediction by the whole drive force."""
-    runner = base.runner
-    return _over_drive(base.residual, mean_residuals(runner, runner.run(base.theta, base.offsets)), base)
+    return _over_drive(base.residual, base)
 
 
-def _over_drive(change: Array, now: Array, base: Fit) -> float:
+def _over_drive(change: Array, base: Fit) -> float:
     """RMS of a change over RMS of the change by the drive force, without the 3 % of segments that change most."""
     runner = base.runner
     less = mean_residuals(runner, runner.run(base.theta, base.offsets, 1 - GAIN_STEP))
-    drive = base.starts.project((now - less) / GAIN_STEP, slope=True)
+    drive = base.starts.project((base.unprojected - less) / GAIN_STEP, slope=True)
     power, driven = (change**2).sum(axis=1), (drive**2).sum(axis=1)
     kept = power <= np.quantile(power, 0.97)
     return float(np.sqrt(power[kept].sum() / max(float(driven[kept].sum()), 1e-300)))

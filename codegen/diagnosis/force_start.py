@@ -14,6 +14,7 @@ from functools import cached_property
 
 import casadi
 import numpy as np
+import sympy
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
@@ -23,6 +24,7 @@ from codegen.diagnosis.models import model_of
 from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.residual import effective_inputs, inverse_dynamics_residual
+from codegen.diagnosis.signals import low_pass
 from codegen.diagnosis.trial import Trial
 from codegen.effects.start import Covered
 from codegen.mechanics.casadi_form import over_rows, to_casadi
@@ -30,6 +32,8 @@ from codegen.mechanics.system import TIME, Matrix, System
 
 Array = NDArray[np.float64]
 
+DENSE = 10.0
+"""Samples in a period of the cutoff: the residual has nothing above it, and a starting value needs no more."""
 SEARCHED, REACH = 16, 2.0
 """Of the bounded search: most evaluations, and half its width about the best of the grid, in the fit's coordinate."""
 
@@ -79,7 +83,7 @@ class ForceStart:
         probes = [effect.probes(shape, covered) for shape in shapes]
         changes = iter(self._changes(trial, [values for one in probes for values, _ in one]))
         found: list[tuple[float, Array]] = []
-        residual = self._rows(self._residual)
+        residual = self._rows(self._residual[:: self._every])
         for shape, one in zip(shapes, probes, strict=True):
             columns = np.column_stack([*(next(changes) / size for _, size in one), self._levels])
             scale = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
@@ -93,26 +97,27 @@ class ForceStart:
 
     def _changes(self, trial: Trial, probes: Sequence[Mapping[str, float]]) -> Iterator[Array]:
         """(R,) changes of the residual by the last part, for each of these values."""
-        system, motion, part = trial.changed, self.problem.motion, trial.parts[-1]
+        part, motion, at = trial.parts[-1], self.problem.motion, self._points
+        function = self._error(trial.changed, part.symbols)
+        for values in probes:
+            numbers = np.array([values[name] for name in part.names])
+            change = over_rows(function, np.hstack([at, np.tile(numbers, (len(at), 1))])) - self._forces
+            yield self._rows(low_pass(change, motion.cutoff_hz, self._every * motion.sample_time))
+
+    def _error(self, system: System, symbols: Sequence[sympy.Symbol] = ()) -> casadi.Function:
+        """g − M a − U λ of a system as a function of a point of the motion and of these symbols."""
         own = dict(zip(self.base.runner.trial.symbols, self.base.runner.trial.numbers(self.base.theta), strict=True))
-        variables = [*system.positions, *system.velocities, *system.accelerations, *system.inputs, TIME, *part.symbols]
+        variables = [*system.positions, *system.velocities, *system.accelerations, *system.inputs, TIME, *symbols]
         point = casadi.SX.sym("point", len(variables))
         names = {s: casadi.SX(float(v)) for s, v in {**system.values, **own}.items()}
         names |= {s: point[k] for k, s in enumerate(variables)}
-        error = casadi.densify(to_casadi(system.equation_error, names))
-        function = casadi.Function("force", [point], [error])
-        since = (motion.time - motion.time[0])[:, None]
-        at = np.hstack([*true_motion(self._system, motion), effective_inputs(self._system, motion), since])
-        for values in probes:
-            numbers = np.array([values[name] for name in part.names])
-            force = over_rows(function, np.hstack([at, np.tile(numbers, (len(at), 1))]))
-            yield self._rows(motion.low_pass(force) - self._residual)
+        return casadi.Function("force", [point], [casadi.densify(to_casadi(system.equation_error, names))])
 
     def _left(self, trial: Trial, inner: float) -> tuple[float, Array]:
         """(squared residual that remains, steps of the levels) with the part's parameter at this value."""
         change = self._acting(trial, np.append(self.base.theta, inner)) - self._own
         force = np.einsum("jni,nj->ni", self._by_input, change)
-        residual = self._rows(self._residual + self.problem.motion.low_pass(force))
+        residual = self._rows((self._residual + self.problem.motion.low_pass(force))[:: self._every])
         step = np.asarray(np.linalg.lstsq(self._levels, -residual, rcond=1e-9)[0], dtype=float)
         rest = residual + self._levels @ step
         return float(rest @ rest), step
@@ -124,9 +129,27 @@ class ForceStart:
         return 0.5 * (after + np.vstack([after[:1], after[:-1]]))
 
     def _rows(self, forces: Array) -> Array:
-        """(R,) forces (N, n) of all coordinates away from standstill, each over the RMS residual of the base."""
-        used = self.problem.masks.rows.T
+        """(R,) forces at the points of all coordinates, away from standstill, over the RMS residual of the base."""
+        used = self.problem.masks.rows[:: self._every].T
         return np.concatenate([f[u] / s for f, u, s in zip(forces.T, used, self._sizes, strict=True) if u.any()])
+
+    @cached_property
+    def _every(self) -> int:
+        """Distance of the samples that are used."""
+        return self.problem.motion.step(DENSE)
+
+    @cached_property
+    def _points(self) -> Array:
+        """(M, 3n + m + 1) the motion, its effective inputs and time, at every so many samples."""
+        motion = self.problem.motion
+        since = (motion.time - motion.time[0])[:, None]
+        rows = *true_motion(self._system, motion), effective_inputs(self._system, motion), since
+        return np.hstack([values[:: self._every] for values in rows])
+
+    @cached_property
+    def _forces(self) -> Array:
+        """(M, n) g − M a − U λ of the base at these points, unfiltered."""
+        return over_rows(self._error(self.base.runner.trial.changed), self._points)
 
     @cached_property
     def _system(self) -> System:
@@ -164,4 +187,5 @@ class ForceStart:
         symbols = [self.base.runner.trial.moved[k] for k in self._places]
         rows = force_rows(self._system, self.problem, symbols)
         sizes = [s for s, u in zip(self._sizes, self.problem.masks.rows.T, strict=True) if u.any()]
-        return np.concatenate([r.slopes / s for r, s in zip(rows, sizes, strict=True)])
+        used = [r.slopes[r.sample % self._every == 0] for r in rows]
+        return np.concatenate([slopes / s for slopes, s in zip(used, sizes, strict=True)])

@@ -26,6 +26,7 @@ from codegen.diagnosis.ranking import Ranked, chance, credible, relative_size
 from codegen.diagnosis.residual import inverse_dynamics_residual
 from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.search import Search
+from codegen.diagnosis.signals import low_pass
 from codegen.diagnosis.trial import Part, part_of
 from codegen.effects.cogging_harmonics import CoggingHarmonics
 from codegen.effects.family import candidates, kinds_of
@@ -49,6 +50,8 @@ FAST = 3.0
 act."""
 REACH = 1.5
 """Highest frequency of a harmonic at the median speed, in cutoffs of the coarse filter."""
+DENSE = 2.2 * REACH * FAST
+"""Least samples in a period of the cutoff: more than two in that of the fastest wave, so that none is aliased."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,9 +197,12 @@ def regress(system: System, problem: Problem, force: Array, coordinate: int, per
     highest = min(MOST_ORDER, int(REACH * motion.cutoff_hz * period / usual))
     if highest < 1 or rows.sum() < 4 * highest * BLOCKS:
         return None
+    step = motion.step(DENSE)
+    x, v, rows, force = x[::step], v[::step], rows[::step], force[::step]
     turn = 2 * np.pi * x[:, None] * np.arange(1, highest + 1) / period
     waves = np.stack([np.sin(turn), np.cos(turn)], axis=2).reshape(len(x), -1)
-    columns = motion.low_pass(np.column_stack([np.ones_like(x), np.sign(v), waves]))[rows]
+    columns = np.column_stack([np.ones_like(x), np.sign(v), waves])
+    columns = low_pass(columns, motion.cutoff_hz, step * motion.sample_time)[rows]
     blocks = np.array_split(np.column_stack([columns, force[rows]]), BLOCKS)
     grams = np.stack([b.T @ b for b in blocks])
     orders, weights, share = _sparse(grams, highest)

@@ -77,9 +77,6 @@ class JointShooter:
         Args:
             terms: of the system without effects.
             loads: most loads behind springs in any run.
-
-        Raises:
-            BadInput: where there is no C compiler.
         """
         self.terms, self.memory = terms, memory
         self.inputs, self.contacts = len(systems[0].inputs), len(systems[0].contacts)
@@ -105,7 +102,7 @@ class JointShooter:
             self._models.append(model)
             self._rigid.append(tuple(list(symbols).index(s) for s in terms.parameters))
         self._owners = [owners(system) for system in systems]
-        self._loads, self._states = loads, max(len(own) for own in self._owners)
+        self.loads, self._states = loads, max(len(own) for own in self._owners)
         self._shooter = Shooter([j.system for j in joints], arguments, loads, [len(j.inputs) for j in joints])
 
     def run(
@@ -139,20 +136,20 @@ class JointShooter:
         """(S, contacts + states + 2 loads) as by ``Shooter.hidden``."""
         along = self.terms.along(record)
         off = np.asarray(p, dtype=float)[list(self._rigid[model])] - self.terms.declared
-        hidden = np.zeros((len(record.start), self.contacts + self._states + 2 * self._loads))
+        hidden = np.zeros((len(record.start), self.contacts + self._states + 2 * self.loads))
         loads = self.contacts + self._states
         for one in self._models[model]:
             columns = self._columns(one.joint, drive, along, off, substeps)
             here, alone = self._structure_of(model, structure, one.joint), _record_of(record, one.joint.index)
             found = self._shooter.hidden(one.place, p[list(one.own)], here, alone, columns, substeps)
             bristles, laws, *ends = np.split(
-                found, np.cumsum([len(one.joint.contacts), self._shooter.states, self._loads]), axis=1
+                found, np.cumsum([len(one.joint.contacts), self._shooter.states, self.loads]), axis=1
             )
             hidden[:, list(one.joint.contacts)] = bristles
             own = self._own_states(model, one.joint)
             hidden[:, [self.contacts + k for k in own]] = laws[:, : len(own)]
             for local, k in enumerate(_own_loads(structure, one.joint)):
-                hidden[:, loads + k], hidden[:, loads + self._loads + k] = (end[:, local] for end in ends)
+                hidden[:, loads + k], hidden[:, loads + self.loads + k] = (end[:, local] for end in ends)
         return hidden
 
     def _own_states(self, model: int, joint: Joint) -> list[int]:

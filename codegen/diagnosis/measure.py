@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.diagnosis.balance import evaluate_forces
+from codegen.diagnosis.recent import OF_MODELS, recent
 from codegen.diagnosis.residual import Masks, effective_inputs, inverse_dynamics_residual, residual_at_drive
 from codegen.diagnosis.results import ErrorFigures
 from codegen.diagnosis.signals import TRIM_S, Motion, central_difference
@@ -99,6 +100,7 @@ def free_run_errors(system: System, motion: Motion, window: Window, restart_s: f
     return [float(e) for e in np.sqrt(np.mean(error[usable] ** 2, axis=0))]
 
 
+@recent(OF_MODELS)
 def free_run_series(system: System, motion: Motion, restart_s: float = RESTART_S) -> Array:
     """Predicted less raw position in free-run simulation, (N, n); inf where the run diverges.
 
@@ -129,6 +131,7 @@ def _behind_a_gap(usable: NDArray[np.bool_], cut: int, length: int) -> NDArray[n
     return behind
 
 
+@recent(OF_MODELS)
 def drive_force(system: System, motion: Motion) -> Array:
     """(N, n) the part of g due to the inputs: g(x, v, w) − g(x, v, 0)."""
     still = system.force.subs(dict.fromkeys(system.inputs, 0))
@@ -136,6 +139,7 @@ def drive_force(system: System, motion: Motion) -> Array:
     return np.asarray(forces[0])
 
 
+@recent(OF_MODELS)
 def inverse_mass(system: System, motion: Motion) -> Array:
     """(N, n, n) M(x)⁻¹ along a motion."""
     columns = [Matrix(system.mass_matrix[:, j]) for j in range(system.degrees_of_freedom)]

@@ -26,6 +26,7 @@ def of_joint(fit: Fit, joint: int) -> Fit:
         fit,
         runner=replace(fit.runner, record=replace(fit.runner.record, joints=(joint,))),
         offsets=fit.offsets[rows],
+        unprojected=fit.unprojected[rows],
         residual=fit.residual[rows],
         slopes=fit.slopes[:, rows],
         starts=Starts(starts.slopes[rows], starts.solver[rows], starts.width[rows]),

@@ -16,8 +16,6 @@ from codegen.diagnosis.trial import Runner
 
 Array = NDArray[np.float64]
 
-KEPT = 40
-"""Averages of the residual that are kept for each segment."""
 STEP = 1e-4
 HUGE = 1e6
 WITHIN = 3.0
@@ -39,8 +37,8 @@ class Fit:
 
     Attributes:
         theta: (p,) the trial's vector. offsets: (S, 2n) of the segments' start states.
-        residual: (S, K n) averages of measured less predicted over their noise, projected on the complement of the
-            start states.
+        unprojected: (S, K n) averages of measured less predicted over their noise. residual: the same, projected on the
+            complement of the start states.
         slopes: (p, S, K n) of the prediction by theta, projected alike.
         prior_precision: (p,) inverse prior variance of each parameter, tempered; centre: (p,) prior means.
         limited: (p,) whether the fit ended at a limit of the parameter: of the prior, or of its reach.
@@ -50,6 +48,7 @@ class Fit:
     runner: Runner
     theta: Array
     offsets: Array
+    unprojected: Array
     residual: Array
     slopes: Array
     starts: Starts
@@ -103,20 +102,21 @@ def mean_residuals(runner: Runner, predicted: Array) -> Array:
     """Measured less predicted, averaged over groups of samples and divided by the noise of the average: (S, K n)."""
     record = runner.record
     with np.errstate(over="ignore", invalid="ignore"):
-        error = (record.targets - predicted) / record.of_starts(record.noise)[:, None]
-        group = max(1, record.length // KEPT)
-        kept = record.length // group
-        error = error[:, : kept * group].reshape(len(error), kept, group, -1).mean(axis=2) * np.sqrt(group)
+        scale = np.sqrt(record.group) / record.of_starts(record.noise)[:, None]
+        error = (record.mean_targets - record.means(predicted)) * scale
     flat = error.reshape(len(error), -1)
     return np.asarray(np.clip(np.nan_to_num(flat, nan=HUGE, posinf=HUGE, neginf=-HUGE), -HUGE, HUGE))
 
 
-def state_slopes(runner: Runner, theta: Array, offsets: Array) -> Starts:
-    """Slopes of each segment's prediction by its start state."""
+def state_slopes(runner: Runner, theta: Array, offsets: Array, base: Array) -> Starts:
+    """Slopes of each segment's prediction by its start state.
+
+    Args:
+        base: residual there, before projection.
+    """
     n = offsets.shape[1] // 2
     record = runner.record
     noise = record.of_starts(record.noise)
-    base = mean_residuals(runner, runner.run(theta, offsets))
     duration = runner.record.length * runner.record.sample_time
 
     def slope(k: int) -> Array:
@@ -155,6 +155,31 @@ class Starts:
         return np.asarray(values - np.matmul(self.slopes, shift)[..., 0])
 
 
+def shooting_fit(
+    runner: Runner,
+    theta: Array,
+    offsets: Array,
+    prior_precision: Array,
+    centre: Array,
+    rounds: int,
+    scale: Array | None = None,
+    reach: Array | None = None,
+    tempering: float = 1.0,
+    within: float = WITHIN,
+    residual: Array | None = None,
+) -> Fit:
+    """Output-error fit with the slopes by the start states computed at ``theta``; arguments as of ``gauss_newton``.
+
+    Args:
+        residual: at theta and offsets, before projection, where it is known.
+    """
+    if residual is None:
+        residual = mean_residuals(runner, runner.run(theta, offsets))
+    starts = state_slopes(runner, theta, offsets, residual)
+    prior = prior_precision, centre
+    return gauss_newton(runner, theta, offsets, starts, *prior, rounds, (), scale, reach, tempering, within, residual)
+
+
 def gauss_newton(
     runner: Runner,
     theta: Array,
@@ -168,6 +193,7 @@ def gauss_newton(
     reach: Array | None = None,
     tempering: float = 1.0,
     within: float = WITHIN,
+    residual: Array | None = None,
 ) -> Fit:
     """Output-error fit by Gauss–Newton steps with Levenberg–Marquardt damping.
 
@@ -180,13 +206,15 @@ def gauss_newton(
         reach: largest change of each parameter.
         tempering: share of independent residuals, by which ``prior_precision`` was divided.
         within: prior standard deviations that a parameter may move.
+        residual: at theta and offsets, before projection, where it is known.
     """
     first, farthest = theta, np.full(len(theta), np.inf) if reach is None else reach
     bound = np.where(prior_precision > 0, within / np.sqrt(np.maximum(tempering * prior_precision, 1e-300)), np.inf)
     theta = np.clip(theta, centre - bound, centre + bound)
     sizes = np.maximum(np.abs(theta), 1e-3) if scale is None else scale
-    now = mean_residuals(runner, runner.run(theta, offsets))
-    damping = 1e-6
+    if residual is None or not np.array_equal(theta, first):
+        residual = mean_residuals(runner, runner.run(theta, offsets))
+    now, damping = residual, 1e-6
     slopes: list[Array] = []
     for turn in range(rounds + 1):
         flat = starts.project(now)
@@ -225,7 +253,7 @@ def gauss_newton(
             break
     flat = starts.project(now)
     limited = (np.abs(theta - first) >= AT_END * farthest) | (np.abs(theta - centre) >= AT_END * bound)
-    return Fit(runner, theta, offsets, flat, columns, starts, prior_precision, centre, limited, tempering)
+    return Fit(runner, theta, offsets, now, flat, columns, starts, prior_precision, centre, limited, tempering)
 
 
 def _slopes(
@@ -247,18 +275,14 @@ def _slope(runner: Runner, theta: Array, offsets: Array, now: Array, k: int, siz
 
 def raw_slopes(fit: Fit) -> list[Array]:
     """Slopes (S, K n) of the prediction by every parameter, before projection."""
-    now = mean_residuals(fit.runner, fit.runner.run(fit.theta, fit.offsets))
     sizes = np.maximum(np.abs(fit.theta), 1e-3)
-    return _slopes(fit.runner, fit.theta, fit.offsets, now, sizes, {})
+    return _slopes(fit.runner, fit.theta, fit.offsets, fit.unprojected, sizes, {})
 
 
 def polish(
     fit: Fit, rounds: int, scale: Array | None = None, reach: Array | None = None, within: float = WITHIN
 ) -> Fit:
     """The fit with the slopes by the start states computed again; the old fit where that is no better."""
-    starts = state_slopes(fit.runner, fit.theta, fit.offsets)
-    prior = fit.prior_precision, fit.centre
-    new = gauss_newton(
-        fit.runner, fit.theta, fit.offsets, starts, *prior, rounds, (), scale, reach, fit.tempering, within
-    )
+    at, prior = (fit.runner, fit.theta, fit.offsets), (fit.prior_precision, fit.centre)
+    new = shooting_fit(*at, *prior, rounds, scale, reach, fit.tempering, within, fit.unprojected)
     return new if new.cost < fit.cost else fit

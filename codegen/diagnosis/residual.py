@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from codegen.diagnosis.balance import evaluate_forces, slip_velocities
 from codegen.diagnosis.law_states import DIRECTION, LawTerms, all_law_terms, owners
 from codegen.diagnosis.numpy_form import numpy_function
+from codegen.diagnosis.recent import OF_MODELS, recent
 from codegen.diagnosis.shooting import STEPS_PER_PERIOD, Record, Shooter
 from codegen.diagnosis.signals import Motion
 from codegen.diagnosis.trial import Runner, Trial
@@ -43,6 +44,7 @@ class Masks:
     stuck: NDArray[np.bool_]
 
 
+@recent(OF_MODELS)
 def effective_inputs(system: System, motion: Motion) -> Array:
     """The motion's inputs after the declared actuators, as ``System.equation_error`` takes them."""
     inputs = motion.inputs.copy()
@@ -75,6 +77,7 @@ def masks(system: System, motion: Motion, noise_speed: float = 0.0) -> Masks:
     return Masks(rows, stuck)
 
 
+@recent(OF_MODELS)
 def inverse_dynamics_residual(system: System, motion: Motion, filtered: bool = True) -> Array:
     """Force residual g − M a − U λ at every sample, (N, n), with the system's friction levels.
 
@@ -85,6 +88,7 @@ def inverse_dynamics_residual(system: System, motion: Motion, filtered: bool = T
     return motion.low_pass(raw) if filtered else raw
 
 
+@recent(OF_MODELS)
 def residual_at_drive(system: System, motion: Motion) -> Array:
     """The low-passed residual, (N, n), over the share of the logged drive force that is left to the motion.
 
@@ -192,16 +196,6 @@ def friction_estimate(system: System, motion: Motion) -> Array:
     )
     force = Matrix(bare.commanded(bare.force - bare.mass_matrix * Matrix(list(bare.accelerations))))
     return np.asarray(evaluate_forces(bare, [force], motion, effective_inputs(system, motion))[0])
-
-
-def residual_rms(system: System, motion: Motion, used: Masks) -> tuple[float, ...]:
-    """RMS of the low-passed residual on each coordinate, over the usable samples."""
-    residual = inverse_dynamics_residual(system, motion)
-    return tuple(_rms(residual[used.rows[:, i], i]) for i in range(residual.shape[1]))
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2))) if len(values) else float("nan")
 
 
 def _long_runs(flags: NDArray[np.bool_], longest: int) -> NDArray[np.bool_]:

@@ -18,6 +18,7 @@ from scipy.interpolate import BSpline
 
 from codegen.diagnosis.balance import evaluate_forces, slip_velocities
 from codegen.diagnosis.measure import drive_force
+from codegen.diagnosis.recent import OF_MODELS, recent
 from codegen.diagnosis.residual import Masks, residual_at_drive
 from codegen.diagnosis.results import Remainder
 from codegen.diagnosis.signals import Motion, central_difference
@@ -58,6 +59,7 @@ def remainders(system: System, motion: Motion, used: Masks) -> tuple[Remainder, 
     return tuple(found)
 
 
+@recent(OF_MODELS)
 def acting_force(system: System, motion: Motion) -> Array:
     """(N, n) low-passed force of the inputs on each coordinate; where no input acts, the row of M a."""
     drive = motion.low_pass(drive_force(system, motion))
@@ -225,14 +227,12 @@ def _cross_validated(y: Array, groups: Sequence[Array], piece: NDArray[np.int64]
     for penalty in PENALTIES:
         after = np.zeros(CHUNKS)
         for f in range(FOLDS):
-            weights = np.linalg.lstsq(
-                gram - grams[f] + penalty * size * roughness + small, right - rights[f], rcond=None
-            )[0]
+            weights = np.linalg.solve(gram - grams[f] + penalty * size * roughness + small, right - rights[f])
             left = y[fold == f] - a[fold == f] @ weights
             after += np.bincount(piece[fold == f], weights=left**2, minlength=CHUNKS)
         if after.sum() < best.sum():
             best, chosen = after, penalty
-    weights = np.linalg.lstsq(gram + chosen * size * roughness + small, right, rcond=None)[0]
+    weights = np.linalg.solve(gram + chosen * size * roughness + small, right)
     return ((before - best) / total if total > 0 else np.zeros(CHUNKS)), weights
 
 

@@ -14,8 +14,8 @@ from codegen.effects.start import Covered
 
 Array = NDArray[np.float64]
 
-TRIES, SIMPLEX = 200, 0.5
-"""Of a simplex search: most free runs, and its initial size in logarithms."""
+TRIES, SIMPLEX = 120, 0.5
+"""Of a simplex search: most free runs, and its initial size in logarithms; Gauss–Newton steps follow."""
 
 
 def starting_points(
@@ -30,7 +30,7 @@ def starting_points(
     """
     part = runner.trial.parts[-1]
     effect = part.effect
-    now = mean_residuals(base.runner, base.runner.run(base.theta, base.offsets))
+    now = base.unprojected
     weights = np.sqrt(segment_weights(base.residual))[:, None]
     moved = np.stack([base.starts.project(r, slope=True) for r in raw]) if raw else np.zeros((0, *now.shape))
     found = []
@@ -48,7 +48,7 @@ def starting_points(
         theta = np.concatenate([base.theta + step[: len(base.theta)], part.inward(values)])
         found.append((cost, theta))
     found.sort(key=lambda pair: pair[0])
-    return found[:most]
+    return list({theta.tobytes(): (cost, theta) for cost, theta in found[:most]}.values())  # each once
 
 
 def simplex_search(runner: Runner, base: Fit, raw: Sequence[Array], theta: Array) -> tuple[float, Array]:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 import sympy
@@ -16,8 +15,9 @@ from codegen.diagnosis.credit import independent_share, noise_ratio
 from codegen.diagnosis.imposed import RigidTerms, is_separable, rigid_terms
 from codegen.diagnosis.joint_shooter import JointShooter, Memory
 from codegen.diagnosis.measure import Drive
-from codegen.diagnosis.output_error import Fit, gauss_newton, polish, state_slopes
+from codegen.diagnosis.output_error import Fit, gauss_newton, polish, shooting_fit
 from codegen.diagnosis.problem import Problem
+from codegen.diagnosis.recent import recent
 from codegen.diagnosis.record import STILL
 from codegen.diagnosis.shooting import STEPS_PER_PERIOD, Record, Shooter, terms_of
 from codegen.diagnosis.signals import Motion
@@ -33,6 +33,8 @@ SECOND_LENGTH = 0.6
 BOTH_WAYS = 0.05
 ROUNDS = 10
 """Most steps of a fit."""
+FITS = 3
+"""Repeated fits that are kept: two tests in turn ask for the same ones."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +46,7 @@ class Search:
         shorter: the record with segments shorter by a factor.
         declared, prior_precision: of ``moved``: value in the spec, and 1/variance by its tolerance, 0 for a level.
         rigid: of an arm whose joints are run one at a time; None where all coordinates run together.
-        memory: cache of its joints' runs.
+        memory: cache of its joints' runs. compiled: by equations, the library that has them, and their index in it.
     """
 
     system: System
@@ -56,6 +58,7 @@ class Search:
     shorter: Callable[[float], Record]
     rigid: RigidTerms | None = None
     memory: Memory = field(default_factory=Memory)
+    compiled: dict[Hashable, tuple[Shooter | JointShooter, int]] = field(default_factory=dict)
 
     @cached_property
     def substeps(self) -> int:
@@ -86,9 +89,8 @@ class Search:
         """The declared structure, refitted: first with the noise floor, then against the noise."""
         trial = self.declared_trial
         runner = self.runners([trial])[0]
-        zero = self.record.at_rest
-        starts = state_slopes(runner, self.declared, zero)
-        declared = gauss_newton(runner, self.declared, zero, starts, self.prior_precision, self.declared, 0)
+        at = runner, self.declared, self.record.at_rest
+        declared = shooting_fit(*at, self.prior_precision, self.declared, 0)
         _, rough = self.with_noise_floor(declared)
         return self.fitted_again(rough)
 
@@ -108,6 +110,7 @@ class Search:
             search, fit = search.with_noise_floor(fit, 1.0)
         return fit
 
+    @recent(FITS)
     def with_noise_floor(self, base: Fit, largest_ratio: float = LARGEST_RATIO) -> tuple[Search, Fit]:
         """The search with noise no smaller than a share of the base's residual, and the base fitted in it.
 
@@ -126,6 +129,7 @@ class Search:
         )
         return search, search.fitted_again(base)
 
+    @recent(FITS)
     def fitted_again(self, fit: Fit) -> Fit:
         """The fit repeated on this search's record, with its prior tempered by the residual's correlation.
 
@@ -136,10 +140,8 @@ class Search:
         prior_precision = self.tempered_prior(share, len(fit.theta))
         runner = replace(fit.runner, record=self.record)
         size, reach = self.sizes(runner.trial, fit.theta)
-        starts = state_slopes(runner, fit.theta, fit.offsets)
-        first = gauss_newton(
-            runner, fit.theta, fit.offsets, starts, prior_precision, fit.centre, ROUNDS, (), size, reach, share
-        )
+        at = runner, fit.theta, fit.offsets
+        first = shooting_fit(*at, prior_precision, fit.centre, ROUNDS, size, reach, share)
         return polish(first, ROUNDS, size, reach)
 
     def tempered_prior(self, share: float, count: int) -> Array:
@@ -197,30 +199,24 @@ class Search:
         return size, reach
 
     def runners(self, trials: Sequence[Trial]) -> list[Runner]:
-        """Free-run simulators of trials in one library; trials with the same equations share code."""
-        if not trials:
-            return []
-        place: dict[tuple[Any, ...], int] = {}
-        systems: list[System] = []
-        free: list[tuple[sympy.Symbol, ...]] = []
-        models: list[int] = []
-        for trial in trials:
-            key = (trial.free, terms_of(trial.changed))
-            if key not in place:
-                place[key] = len(systems)
-                systems.append(trial.changed)
-                free.append(trial.free)
-            models.append(place[key])
-        rigid = self.rigid
-        loads = max(len(trial.changed.transmissions) for trial in trials)
-        if rigid:
-            shooter: Shooter | JointShooter = JointShooter(systems, free, rigid, self.memory, loads)
-        else:
-            shooter = Shooter(systems, free, loads)
-        return [
-            Runner(trial, shooter, model, self.record, self.substeps)
-            for trial, model in zip(trials, models, strict=True)
-        ]
+        """Free-run simulators of trials; those with the same equations share code, which is compiled once."""
+        keys = [(self.rigid is None, trial.free, terms_of(trial.changed)) for trial in trials]
+        lacking: dict[Hashable, Trial] = {}
+        loads = 0
+        for key, trial in zip(keys, trials, strict=True):
+            own = len(trial.changed.transmissions)
+            if key not in self.compiled or self.compiled[key][0].loads < own:
+                lacking.setdefault(key, trial)
+                loads = max(loads, own)
+        if lacking:
+            systems, free = [t.changed for t in lacking.values()], [t.free for t in lacking.values()]
+            if self.rigid:
+                shooter: Shooter | JointShooter = JointShooter(systems, free, self.rigid, self.memory, loads)
+            else:
+                shooter = Shooter(systems, free, loads)
+            self.compiled.update({key: (shooter, model) for model, key in enumerate(lacking)})
+        found = [self.compiled[key] for key in keys]
+        return [Runner(trial, *place, self.record, self.substeps) for trial, place in zip(trials, found, strict=True)]
 
 
 def search_on(problem: Problem, shorter: Callable[[float], Record]) -> Search:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from codegen.base.compiler import compile_shared, load_library
 from codegen.base.text import render
 from codegen.diagnosis.law_states import all_law_terms, law_function, law_terms, owners
+from codegen.diagnosis.parallel import in_background
 from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.mechanics.solve import factorised
 from codegen.mechanics.system import TIME, ContactFriction, System
@@ -30,6 +31,8 @@ OF_ONE, OF_MANY = ("-O1",), ("-O3", "-fno-tree-vectorize")
 """Compiler flags for one coordinate with one contact, and for more, whose loops are worth unrolling. The results are
 bit-identical at every level; with gcc 12, -O2 takes up to twice the time a step."""
 KEPT_LIBRARIES = 32
+KEPT = 40
+"""Averages of the residual that are kept for each segment."""
 _AT_REST = 1e-30
 WARM_S = 1.0
 STEPS_PER_PERIOD = 50
@@ -94,12 +97,34 @@ class Record:
         return np.asarray(np.quantile(np.abs(self.velocities), 0.95, axis=0))
 
     @property
+    def group(self) -> int:
+        """Samples whose mean error is one residual of a fit."""
+        return max(1, self.length // KEPT)
+
+    @cached_property
+    def mean_targets(self) -> Array:
+        """The targets as by ``means``."""
+        return self.means(self.targets)
+
+    def means(self, positions: Array) -> Array:
+        """Means of positions (S, L, n) over groups of samples, (S, L // group, n)."""
+        group, (rows, length, n) = self.group, positions.shape
+        kept = length // group
+        cut = positions[:, : kept * group]
+        with np.errstate(over="ignore", invalid="ignore"):  # a run may diverge
+            # A product of matrices takes a tenth of the time of numpy's mean over an axis inside, but spreads a NaN.
+            found = cut.reshape(rows * kept, group * n) @ np.tile(np.eye(n) / group, (group, 1))
+            if not np.isfinite(found).all():
+                return np.asarray(cut.reshape(rows, kept, group, n).mean(axis=2))
+        return np.asarray(found.reshape(rows, kept, n))
+
+    @property
     def at_rest(self) -> Array:
         """Offsets of zero for all rows."""
         n = self.measured.shape[1]
         return np.zeros((len(self.start), 2 * n) if self.joints is None else (len(self.start) * len(self.joints), 2))
 
-    @property
+    @cached_property
     def states(self) -> Array:
         """(S, 2n) smoothed states at the starts."""
         return np.hstack([self.positions[self.start], self.velocities[self.start]])
@@ -138,15 +163,12 @@ class Shooter:
         loads: int | None = None,
         driven: Sequence[int] | None = None,
     ) -> None:
-        """Compile the systems into one library.
+        """Compile the systems into one library, in a thread: the first run waits for it.
 
         Args:
             loads: most loads behind springs in any run; by default the most of ``systems``.
             driven: how many of each system's inputs belong to actuators; the others are imposed signals. By default
                 all.
-
-        Raises:
-            BadInput: where there is no C compiler.
         """
         self.free = [tuple(symbols) for symbols in free]
         self.inputs, self.contacts = max(len(s.inputs) for s in systems), len(systems[0].contacts)
@@ -156,9 +178,7 @@ class Shooter:
         inputs = driven or [len(s.inputs) for s in systems]
         source = shooting_source(systems, self.free, self.loads, self.states, inputs)
         alone = self.coordinates == 1 and self.contacts <= 1
-        library = _library(source, OF_ONE if alone else OF_MANY)
-        self._follow, self._shoot = library.follow, library.shoot
-        self._follow.restype = self._shoot.restype = None
+        self._compiled = in_background(_library, source, OF_ONE if alone else OF_MANY)
 
     def run(
         self, model: int, p: Array, structure: Structure, record: Record, drive: Array, substeps: int, states: Array
@@ -168,12 +188,15 @@ class Shooter:
         Args:
             p: values of ``free[model]``.
             drive: (N substeps, m) effective inputs.
+
+        Raises:
+            BadInput: where there is no C compiler.
         """
         plant, (h, t0), cut = self._plant(model, p, structure), _times(record), _segments(record)
         hidden = self.hidden(model, p, structure, record, drive, substeps)
         out = np.empty((len(record.start), record.length, self.coordinates))
         states = np.ascontiguousarray(states)
-        self._shoot(
+        self._compiled().shoot(
             *plant, *cut, ctypes.c_int(record.length), ctypes.c_int(substeps), h, t0, _pointer(drive),
             _pointer(states), _pointer(hidden), _pointer(out),
         )  # fmt: skip
@@ -190,7 +213,7 @@ class Shooter:
         if structure.split or len(structure.rest) or max(structure.sigma, default=0.0) > 0:
             plant, (h, t0), cut = self._plant(model, p, structure), _times(record), _segments(record)
             x, v = np.ascontiguousarray(record.positions), np.ascontiguousarray(record.velocities)
-            self._follow(
+            self._compiled().follow(
                 *plant, ctypes.c_int(substeps), h, t0, _pointer(x), _pointer(v), _pointer(drive), *cut,
                 ctypes.c_int(self._warm(record, structure)), _pointer(hidden),
             )  # fmt: skip
@@ -216,7 +239,9 @@ class Shooter:
 @lru_cache(maxsize=KEPT_LIBRARIES)
 def _library(source: str, level: tuple[str, ...]) -> ctypes.CDLL:
     """The compiled and loaded library; recent ones are cached."""
-    return load_library(compile_shared({"shooting.c": source}, ["shooting.c"], (*level, *FLAGS)))
+    library = load_library(compile_shared({"shooting.c": source}, ["shooting.c"], (*level, *FLAGS)))
+    library.follow.restype = library.shoot.restype = None
+    return library
 
 
 def shooting_source(

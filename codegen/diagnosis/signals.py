@@ -67,6 +67,10 @@ class Motion:
         """The coarse filter along the first axis."""
         return low_pass(signals, self.cutoff_hz, self.sample_time)
 
+    def step(self, samples: float) -> int:
+        """The distance of samples of which so many lie in a period of the coarse cutoff; at least 1."""
+        return max(1, int(1 / (samples * self.cutoff_hz * self.sample_time)))
+
 
 def low_pass(signals: Array, cutoff_hz: float, sample_time: float) -> Array:
     """Fourth-order Butterworth filter forward and backward: zero phase, −6 dB at the cutoff."""

@@ -13,6 +13,7 @@ import pytest
 
 from codegen.diagnosis import parallel as both
 from codegen.diagnosis.replay import tracked_friction, tracking_choice
+from codegen.diagnosis.shooting import Record
 from codegen.diagnosis.signals import Motion
 from codegen.emit.package import emit_sources, make_header
 from codegen.mechanics import build_system
@@ -48,6 +49,29 @@ def test_results_stand_in_order_and_calls_within_run_one_after_the_other(monkeyp
     assert [[value for value, _ in some] for some in found] == [[10 * k + j for j in range(3)] for k in range(5)]
     assert all(len({thread for _, thread in some}) == 1 for some in found)
     assert threading.get_ident() not in {thread for some in found for _, thread in some}
+
+
+@pytest.mark.parametrize(("length", "n"), [(41, 1), (134, 1), (400, 2), (90, 3), (30, 2)])
+def test_means_of_a_run_are_those_of_numpy_and_a_coordinate_that_diverges_spoils_no_other(length: int, n: int) -> None:
+    noise = np.random.default_rng(length)
+    record = cast(Any, SimpleNamespace(length=length, group=max(1, length // 40)))
+    run = 3 + noise.normal(size=(7, length, n))
+    kept = length // record.group
+    expected = run[:, : kept * record.group].reshape(7, kept, record.group, n).mean(axis=2)
+    assert np.allclose(Record.means(record, run), expected, rtol=1e-13, atol=0)
+    run[2, 5:, 0] = np.inf
+    run[4, 9:, 0] = np.nan
+    found = Record.means(record, run)
+    assert np.isinf(found[2, -1, 0]) and np.isnan(found[4, -1, 0])
+    assert np.allclose(found[:, :, 1:], expected[:, :, 1:], rtol=1e-13, atol=0)
+
+
+def test_what_runs_in_the_background_gives_its_result_or_its_error_to_each_that_asks() -> None:
+    assert [both.in_background(divmod, 7, 2)() for _ in range(2)] == [(3, 1)] * 2
+    failing = both.in_background(divmod, 7, 0)
+    for _ in range(2):
+        with pytest.raises(ZeroDivisionError):
+            failing()
 
 
 def test_the_compiled_tracking_observer_gives_the_bits_of_its_twin() -> None:

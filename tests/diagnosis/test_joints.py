@@ -77,6 +77,18 @@ def test_a_joint_alone_moves_as_in_the_whole_arm(tmp_path: Path) -> None:
     assert (alone < 2 * whole).all(), (alone, whole)
 
 
+def test_equations_are_compiled_once_and_apart_for_joints_and_for_the_whole_arm(tmp_path: Path) -> None:
+    log = logged(tmp_path)
+    search = search_of(arm(tmp_path), log)
+    together = replace(search, rigid=None, record=replace(search.record, joints=None))
+    trial = search.declared_trial
+    drag = trial.with_part(next(p for p in every_part(search, []) if p.kind == "quadratic_drag"))
+    first, again, (bare, richer) = search.runners([trial]), search.runners([trial]), search.runners([trial, drag])
+    assert again[0].shooter is first[0].shooter is bare.shooter and bare.model == first[0].model
+    assert richer.shooter is not bare.shooter
+    assert together.runners([trial])[0].shooter is not bare.shooter
+
+
 def test_what_a_joint_lacks_shows_at_that_joint(tmp_path: Path) -> None:
     log = logged(tmp_path)
     right = by_joint(search_of(arm(tmp_path), log))

@@ -1,0 +1,1 @@
+"""Time of ``stiction diagnose``, from the command to its end."""

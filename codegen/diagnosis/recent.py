@@ -1,0 +1,49 @@
+"""Results of the last calls of a function, by the identity of its arguments: arrays of a motion are computed once."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable, Hashable
+from functools import wraps
+from threading import Lock
+from typing import Any, TypeVar
+
+import numpy as np
+
+OF_MODELS = 12
+"""Results that are kept of a function of a model and a motion: a diagnosis compares three models on two motions."""
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def recent(most: int) -> Callable[[Function], Function]:
+    """A decorator that keeps a function's last results, at most so many.
+
+    Arguments are compared by identity, numbers by value: models, motions and fits are never changed, and comparing them
+    takes long. Arrays in a result cannot be written to. The arguments are kept as long as the result.
+    """
+
+    def decorated(function: Function) -> Function:
+        kept: OrderedDict[Hashable, tuple[Any, Any]] = OrderedDict()
+        lock = Lock()
+
+        @wraps(function)
+        def remembered(*arguments: Any, **named: Any) -> Any:
+            values = (*arguments, *named.values())
+            key = (*named, *(a if isinstance(a, (bool, int, float)) else id(a) for a in values))
+            with lock:
+                if key in kept:
+                    kept.move_to_end(key)
+                    return kept[key][1]
+            result = function(*arguments, **named)
+            if isinstance(result, np.ndarray):
+                result.setflags(write=False)
+            with lock:
+                kept[key] = values, result
+                while len(kept) > most:
+                    kept.popitem(last=False)
+            return result
+
+        return remembered  # type: ignore[return-value]
+
+    return decorated
