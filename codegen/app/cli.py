@@ -12,7 +12,7 @@ import os
 import sys
 import traceback
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NoReturn
 
 import typer
 
@@ -21,6 +21,7 @@ from codegen.app.pages import pages
 from codegen.base.errors import TRACEBACK, BadInput, InternalError
 from codegen.base.files import named_path
 from codegen.base.input_files import identity
+from codegen.base.interrupt import interrupted, noted
 from codegen.base.terminal import errors, output, without_library_warnings
 from codegen.base.version import VERSION
 
@@ -324,12 +325,15 @@ def export(
     ],
     on: Annotated[str | None, typer.Option("--on", metavar="NAME", help="the coordinate of a map")] = None,
     counts: Annotated[int | None, typer.Option("--counts", help="of a turn in csv-map; 3600 by default")] = None,
+    gear: Annotated[
+        float | None, typer.Option("--gear", metavar="N", help="turns of the motor a turn of the joint, in a map")
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Write the machine as a simulator's model, a firmware's map or its observer as a library; say what is not held."""
     from codegen.app.export import export, export_text
 
-    result = export(spec, to, out, on, counts)
+    result = export(spec, to, out, on, counts, gear)
     if as_json:
         print_json(result.content)
     else:
@@ -468,7 +472,8 @@ def main() -> None:
         )  # a file name may be no text, a screen lack a sign
     traced = bool(os.environ.get(TRACEBACK))
     try:
-        app(prog_name="stiction")
+        with noted():
+            app(prog_name="stiction")
     except BadInput as error:
         for each in error.all[:MOST_FAULTS]:
             code = f" [{each.code}]" if each.code else ""
@@ -481,9 +486,15 @@ def main() -> None:
         sys.exit(2)
     except BrokenPipeError:
         sys.exit(1)
+    except SystemExit as end:
+        if end.code == INTERRUPTED:  # Typer ends so by itself
+            errors.print("interrupted")
+        raise
     except KeyboardInterrupt:
-        sys.exit(INTERRUPTED)
+        _end_interrupted()
     except Exception as error:
+        if interrupted():
+            _end_interrupted()
         if isinstance(error, OSError) and error.filename is None:  # of a print: a verb's own border lets none through
             errors.print(f"error: standard output: cannot be written ({error.strerror}); expected room for a result")
             with contextlib.suppress(OSError):  # what is left is not tried again when Python ends
@@ -494,6 +505,11 @@ def main() -> None:
         fault = error if isinstance(error, InternalError) else InternalError("stiction", sys.argv[1:], error)
         errors.print(f"internal error: {fault}\n{fault.advice}")
         sys.exit(INTERNAL)
+
+
+def _end_interrupted() -> NoReturn:
+    errors.print("interrupted")
+    sys.exit(INTERRUPTED)
 
 
 __all__ = ["app", "main"]

@@ -61,7 +61,14 @@ class Exported(Shown):
 
 
 @verb
-def export(source: Source, to: str, out: str | Path, on: str | None = None, counts: int | None = None) -> Exported:
+def export(
+    source: Source,
+    to: str,
+    out: str | Path,
+    on: str | None = None,
+    counts: int | None = None,
+    gear: float | None = None,
+) -> Exported:
     """Write the machine of a spec, with its friction laws and declared effects, in another format.
 
     Args:
@@ -69,6 +76,7 @@ def export(source: Source, to: str, out: str | Path, on: str | None = None, coun
         out: the file; for a format of several files the folder.
         on: the coordinate of a map; not needed where only one has a force that repeats with the position.
         counts: of a turn in a map; 3600 by default.
+        gear: turns of the motor a turn of the joint, for a map over the motor's turn; ``odrive`` asks for it.
 
     Raises:
         BadInput: for a bad spec, an unknown format, a machine that the format cannot hold, or a file that stiction did
@@ -86,7 +94,7 @@ def export(source: Source, to: str, out: str | Path, on: str | None = None, coun
     else:
         refuse_target(path, sources, target.endings)
         _refuse_foreign(path)
-    choices = Choices(_header(spec, to), on, *([counts] if counts is not None else []))
+    choices = Choices(_header(spec, to), on, Choices.counts if counts is None else counts, gear)
     made = target.write(_Exportable(machine), choices)
     if not target.endings:
         refuse_hand_written(path, made.files)

@@ -13,11 +13,12 @@ from codegen.base.border import verb
 from codegen.base.errors import BadInput
 from codegen.base.shown import Shown
 from codegen.base.text import render
-from codegen.certify.outcome import Certificate
+from codegen.certify.outcome import Certificate, Refusal
 from codegen.replay.engine import engine_for
 from codegen.replay.live import Stop, live_blocks, pieces
 from codegen.replay.watch import Alarm, Limit, Tally, Watch, is_watchable
 
+BOUNDED = "an observer that `stiction certify` bounds in newtons: noise and accelerations in the envelope"
 DWELL = 10
 """Samples out of the bound before it is said."""
 
@@ -101,9 +102,7 @@ def watch(
     outcome = machine.outcome
     text = outcome.proofs.get("bound.json") if isinstance(outcome, Certificate) else None
     if text is None:
-        why = "no certificate" if not isinstance(outcome, Certificate) else "no bound in newtons (`certify` says why)"
-        expected = "an observer that `stiction certify` bounds in newtons: noise and accelerations in the envelope"
-        raise BadInput(spec.place("observer"), why, expected, code="SPEC037")
+        raise BadInput(spec.place("observer"), _no_bound(outcome), BOUNDED, code="SPEC037")
     bound = json.loads(text)
     if not is_watchable(system, bound):
         found = "a law with states"
@@ -137,6 +136,13 @@ def watch(
         ended,
         fault,
     )
+
+
+def _no_bound(outcome: Certificate | Refusal) -> str:
+    """Why there is nothing to hold estimates against, as ``certify`` says it."""
+    if isinstance(outcome, Refusal):
+        return f"no certificate: {outcome.reason}"
+    return f"no bound in newtons: {outcome.bounds if isinstance(outcome.bounds, str) else 'none was proved'}"
 
 
 def alarm_text(alarm: Alarm) -> str:

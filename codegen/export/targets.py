@@ -43,11 +43,13 @@ class Choices:
         header: lines for a comment on top.
         on: the coordinate of a map, or None.
         counts: of a turn in a map.
+        gear: turns of the motor a turn of the joint, or None where nobody said.
     """
 
     header: list[str]
     on: str | None = None
     counts: int = 3600
+    gear: float | None = None
 
 
 @dataclass(frozen=True)
@@ -94,13 +96,18 @@ def _sdf(machine: Exportable, choices: Choices) -> Exported:
 
 
 def _csv_map(machine: Exportable, choices: Choices) -> Exported:
-    table = force_map(machine.spec, mechanism_of(machine.spec, machine.system), choices.on)
+    gear = 1.0 if choices.gear is None else choices.gear
+    table = force_map(machine.spec, mechanism_of(machine.spec, machine.system), choices.on, gear)
     text, remarks = csv_map(table, choices.counts, choices.header)
     return Exported({"": text}, remarks)
 
 
 def _odrive(machine: Exportable, choices: Choices) -> Exported:
-    table = force_map(machine.spec, mechanism_of(machine.spec, machine.system), choices.on)
+    if choices.gear is None:
+        found = "no ratio, and the firmware's map is over the turn of the motor"
+        expected = "turns of the motor a turn of the joint; 1 where it drives the joint directly"
+        raise BadInput("--gear", found, expected, code="CALL001")
+    table = force_map(machine.spec, mechanism_of(machine.spec, machine.system), choices.on, choices.gear)
     text, remarks = odrive_map(table, choices.header)
     return Exported({"": text}, remarks)
 
