@@ -403,7 +403,14 @@ def replay(
 @app.command()
 def watch(
     spec: SpecPath,
-    log: Annotated[str, typer.Option("--log", metavar="LOG", help="a CSV file, or - for standard input")],
+    log: Annotated[
+        str,
+        typer.Option(
+            "--log",
+            metavar="LOG",
+            help="a CSV file or - for standard input, as rows arrive; or a log of another format",
+        ),
+    ],
     column: Columns = None,
     dwell: Annotated[
         float | None, typer.Option("--dwell", metavar="S", help="s out of the bound before it is said; 10 samples")

@@ -15,7 +15,8 @@ from codegen.base.shown import Shown
 from codegen.base.text import render
 from codegen.certify.outcome import Certificate, Refusal
 from codegen.replay.engine import engine_for
-from codegen.replay.live import Stop, live_blocks, pieces
+from codegen.replay.live import Stop, is_recorded, live_blocks, pieces
+from codegen.replay.samples import Samples
 from codegen.replay.watch import Alarm, Limit, Tally, Watch, is_watchable
 
 BOUNDED = "an observer that `stiction certify` bounds in newtons: noise and accelerations in the envelope"
@@ -87,7 +88,7 @@ def watch(
     """Run the observer over rows as they arrive, until they end or Ctrl-C is pressed.
 
     Args:
-        log: a CSV file, or ``-`` for standard input.
+        log: ``-`` for standard input or a CSV file, read as rows arrive; or a log of another format, read whole.
         columns: how the log names its columns.
         dwell: s for which an estimate must be out of its bound; 10 samples by default.
         follow: wait at the end of the file for more.
@@ -111,12 +112,22 @@ def watch(
     if dwell is not None and not dwell >= 0:
         raise BadInput("--dwell", f"{dwell:g} s", "zero or a positive time", code="CALL001")
     patience = DWELL if dwell is None else max(round(dwell / period), 1)
-    watched = Watch(spec, system, program, bound, engine_for(program, machine.sources), patience)
-    rows = given if given is not None else pieces(str(log), follow)
+    engine = engine_for(program, machine.sources)
+    watched = Watch(spec, system, program, bound, engine, patience)
     ended, stop, fault = "the rows ended", Stop(), None
+    if given is None and is_recorded(log):
+        if follow:
+            raise BadInput(
+                "--follow", f"{log}, which is no text", "a CSV file, whose rows are appended", code="CALL002"
+            )
+        samples = Samples(spec, program, period, Path(log), None, columns, engine.holds)
+        blocks = stop.until_asked(samples.whole(None))
+    else:
+        rows = stop.until_asked(given if given is not None else pieces(str(log), follow))
+        blocks = live_blocks(spec, program, period, str(log), rows, columns)
     with stop.heeded():
         try:
-            for block in live_blocks(spec, program, period, str(log), stop.until_asked(rows), columns):
+            for block in blocks:
                 for alarm in watched.take(block):
                     if tell is not None:
                         tell(alarm)
