@@ -318,7 +318,10 @@ def simulate(
 def export(
     spec: SpecPath,
     to: Annotated[
-        str, typer.Option("--to", metavar="FORMAT", help="mjcf, urdf, sdf, csv-map, odrive, arduino or simulink")
+        str,
+        typer.Option(
+            "--to", metavar="FORMAT", help="mjcf, urdf, sdf, csv-map, odrive, arduino, simulink or ros2_control"
+        ),
     ],
     out: Annotated[
         Path, typer.Option("-o", "--output", parser=named_path, metavar="FILE", help="file, or folder of a library")

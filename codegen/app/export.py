@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +22,7 @@ from codegen.certify.outcome import Certificate
 from codegen.export.controller import Controller
 from codegen.export.remarks import Remark
 from codegen.export.targets import TARGETS, Choices, robot_file, target_of
-from codegen.spec.model import Spec
+from codegen.spec.model import CancellationChoice, Spec
 
 MARK = "Written by stiction export"
 
@@ -111,8 +111,11 @@ class _Exportable:
         self._machine = machine
         self.spec, self.system = machine.spec, machine.system
 
-    def controller(self, precision: str) -> Controller:
-        machine = self._machine.with_overrides(Overrides(precision=precision))
+    def controller(self, precision: str, cancelling: bool = False) -> Controller:
+        machine = self._machine
+        if cancelling and machine.spec.cancellation is None:
+            machine = machine.with_spec(replace(machine.spec, cancellation=CancellationChoice()))
+        machine = machine.with_overrides(Overrides(precision=precision))
         outcome = machine.outcome
         if isinstance(outcome, Certificate):
             claim = f"Certified rate {outcome.decay_rate:.6g} 1/s over the envelope, by `stiction certify`."

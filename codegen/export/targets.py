@@ -14,6 +14,7 @@ from codegen.export.force_map import csv_map, force_map, odrive_map
 from codegen.export.mechanism import mechanism_of
 from codegen.export.mjcf import build_mjcf
 from codegen.export.remarks import Remark
+from codegen.export.ros2_control import ros2_package
 from codegen.export.sdf import sdf_text
 from codegen.export.simulink import simulink_block
 from codegen.export.urdf import urdf_text
@@ -31,8 +32,8 @@ class Exportable(Protocol):
     @property
     def system(self) -> System: ...
 
-    def controller(self, precision: str) -> Controller:
-        """The generated observer."""
+    def controller(self, precision: str, cancelling: bool = False) -> Controller:
+        """The generated observer; with the cancelling input even where the spec asks for none."""
 
 
 @dataclass(frozen=True)
@@ -122,6 +123,11 @@ def _simulink(machine: Exportable, choices: Choices) -> Exported:
     return Exported(simulink_block(controller, choices.header), (_certified(controller),))
 
 
+def _ros2_control(machine: Exportable, choices: Choices) -> Exported:
+    controller = machine.controller("double", cancelling=True)
+    return Exported(ros2_package(controller, machine.system, choices.header), (_certified(controller),))
+
+
 def _certified(controller: Controller) -> Remark:
     how = controller.claim if controller.certified else f"the code is not certified: {controller.claim}"
     return Remark("certificate", "exact" if controller.certified else "dropped", how)
@@ -134,6 +140,7 @@ TARGETS: dict[str, Target] = {
     "csv-map": Target(_csv_map, (".csv",), "forces that repeat with the position, a row a count of a turn"),
     "odrive": Target(_odrive, (".h",), "the cogging map of ODrive's firmware"),
     "arduino": Target(_arduino, (), "the observer in single precision, a library of Arduino and PlatformIO"),
+    "ros2_control": Target(_ros2_control, (), "a package with a chainable controller that compensates friction"),
     "simulink": Target(_simulink, (), "the observer as a C MEX S-function"),
 }
 
