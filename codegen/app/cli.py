@@ -319,9 +319,7 @@ def export(
     spec: SpecPath,
     to: Annotated[
         str,
-        typer.Option(
-            "--to", metavar="FORMAT", help="mjcf, urdf, sdf, csv-map, odrive, arduino, simulink or ros2_control"
-        ),
+        typer.Option("--to", metavar="FORMAT", help="such as mjcf, urdf, csv-map, odrive, arduino or ros2_control"),
     ],
     out: Annotated[
         Path, typer.Option("-o", "--output", parser=named_path, metavar="FILE", help="file, or folder of a library")

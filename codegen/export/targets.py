@@ -17,6 +17,7 @@ from codegen.export.remarks import Remark
 from codegen.export.ros2_control import ros2_package
 from codegen.export.sdf import sdf_text
 from codegen.export.simulink import simulink_block
+from codegen.export.structured_text import structured_text
 from codegen.export.urdf import urdf_text
 from codegen.mechanics.system import System
 from codegen.spec.kinematics import KinematicTree
@@ -128,6 +129,11 @@ def _ros2_control(machine: Exportable, choices: Choices) -> Exported:
     return Exported(ros2_package(controller, machine.system, choices.header), (_certified(controller),))
 
 
+def _structured_text(machine: Exportable, choices: Choices) -> Exported:
+    controller = machine.controller("double")
+    return Exported({"": structured_text(controller, choices.header)}, (_certified(controller),))
+
+
 def _certified(controller: Controller) -> Remark:
     how = controller.claim if controller.certified else f"the code is not certified: {controller.claim}"
     return Remark("certificate", "exact" if controller.certified else "dropped", how)
@@ -141,6 +147,7 @@ TARGETS: dict[str, Target] = {
     "odrive": Target(_odrive, (".h",), "the cogging map of ODrive's firmware"),
     "arduino": Target(_arduino, (), "the observer in single precision, a library of Arduino and PlatformIO"),
     "ros2_control": Target(_ros2_control, (), "a package with a chainable controller that compensates friction"),
+    "structured-text": Target(_structured_text, (".st", ".scl"), "the observer as a function block of a PLC"),
     "simulink": Target(_simulink, (), "the observer as a C MEX S-function"),
 }
 
