@@ -329,12 +329,15 @@ def export(
     gear: Annotated[
         float | None, typer.Option("--gear", metavar="N", help="turns of the motor a turn of the joint, in a map")
     ] = None,
+    into: Annotated[
+        Path | None, typer.Option("--into", metavar="MODEL", help="your MuJoCo model: only its friction is changed")
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Write the machine as a simulator's model, a firmware's map or its observer as a library; say what is not held."""
     from codegen.app.export import export, export_text
 
-    result = export(spec, to, out, on, counts, gear)
+    result = export(spec, to, out, on, counts, gear, into)
     if as_json:
         print_json(result.content)
     else:

@@ -68,6 +68,7 @@ def export(
     on: str | None = None,
     counts: int | None = None,
     gear: float | None = None,
+    into: str | Path | None = None,
 ) -> Exported:
     """Write the machine of a spec, with its friction laws and declared effects, in another format.
 
@@ -77,6 +78,7 @@ def export(
         on: the coordinate of a map; not needed where only one has a force that repeats with the position.
         counts: of a turn in a map; 3600 by default.
         gear: turns of the motor a turn of the joint, for a map over the motor's turn; ``odrive`` asks for it.
+        into: a MuJoCo model of one's own: it is written with the friction that was found, all else kept.
 
     Raises:
         BadInput: for a bad spec, an unknown format, a machine that the format cannot hold, or a file that stiction did
@@ -89,12 +91,17 @@ def export(
     robot = robot_file(spec)
     if robot is not None:
         sources["the robot file that the spec names"] = robot
+    if into is not None:
+        if to != "mjcf":
+            raise BadInput("--into", f"a file to take what was found, and --to {to}", "--to mjcf", code="CALL002")
+        sources["the model that it is made of, which stays as it is"] = Path(into)
     if not target.endings:
         refuse_target(path / "manifest.json")
     else:
         refuse_target(path, sources, target.endings)
         _refuse_foreign(path)
-    choices = Choices(_header(spec, to), on, Choices.counts if counts is None else counts, gear)
+    model = None if into is None else Path(into)
+    choices = Choices(_header(spec, to), on, Choices.counts if counts is None else counts, gear, model)
     made = target.write(_Exportable(machine), choices)
     if not target.endings:
         refuse_hand_written(path, made.files)

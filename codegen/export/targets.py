@@ -13,6 +13,7 @@ from codegen.export.controller import Controller
 from codegen.export.force_map import csv_map, force_map, odrive_map
 from codegen.export.mechanism import mechanism_of
 from codegen.export.mjcf import build_mjcf
+from codegen.export.mjcf_into import mjcf_into
 from codegen.export.remarks import Remark
 from codegen.export.ros2_control import ros2_package
 from codegen.export.sdf import sdf_text
@@ -46,12 +47,14 @@ class Choices:
         on: the coordinate of a map, or None.
         counts: of a turn in a map.
         gear: turns of the motor a turn of the joint, or None where nobody said.
+        into: a model of the user's own, which takes what was found, or None.
     """
 
     header: list[str]
     on: str | None = None
     counts: int = 3600
     gear: float | None = None
+    into: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -83,6 +86,10 @@ class Target:
 
 
 def _mjcf(machine: Exportable, choices: Choices) -> Exported:
+    if choices.into is not None:
+        mechanism = mechanism_of(machine.spec, machine.system)
+        text, remarks = mjcf_into(machine.spec, mechanism, choices.into, choices.header)
+        return Exported({"": text}, remarks)
     model = build_mjcf(machine.spec, mechanism_of(machine.spec, machine.system), choices.header)
     return Exported({"": model.text}, model.remarks)
 
