@@ -8,7 +8,7 @@ sample does not depend on w of that sample.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from codegen.base.text import render
@@ -20,6 +20,7 @@ from codegen.export.controller import Controller
 from codegen.mechanics.system import System
 
 FRICTION = "F_hat"
+_LABEL = re.compile(r"[A-Za-z][A-Za-z0-9_.-]*")
 
 
 @dataclass(frozen=True)
@@ -37,8 +38,15 @@ class Port:
     unit: str
 
 
-def ros2_package(controller: Controller, system: System, header: list[str]) -> dict[str, str]:
-    """package.xml, CMakeLists.txt, the plugin's description, the class, NAME.h, NAME.c, a README and the manifest."""
+def ros2_package(
+    controller: Controller, system: System, header: list[str], labels: Mapping[str, str]
+) -> dict[str, str]:
+    """package.xml, CMakeLists.txt, the plugin's description, the class, NAME.h, NAME.c, a README and the manifest.
+
+    Args:
+        labels: coordinate → the joint's own name in a robot file; taken where it is one that ROS can have.
+    """
+    labels = {name: label for name, label in labels.items() if _LABEL.fullmatch(label)}
     program, name = controller.program, controller.program.name
     words = {
         "program": program,
@@ -51,8 +59,8 @@ def ros2_package(controller: Controller, system: System, header: list[str]) -> d
         "certified": controller.certified,
         "period": repr(controller.period),
         "rate": f"{1 / controller.period:.6g}",
-        "measured": _measured(controller, system),
-        "commands": _commands(controller, system),
+        "measured": _measured(controller, system, labels),
+        "commands": _commands(controller, system, labels),
         "cancelling": [program.reference(output) for output in cancelling_outputs(system)],
         "gain": program.reference(GAIN),
         "default_gain": repr(next(p.value for p in program.parameters if p.name == GAIN)),
@@ -76,7 +84,7 @@ def ros2_package(controller: Controller, system: System, header: list[str]) -> d
     return files | {"manifest.json": manifest(files)}
 
 
-def _measured(controller: Controller, system: System) -> list[Port]:
+def _measured(controller: Controller, system: System, labels: Mapping[str, str]) -> list[Port]:
     program = controller.program
     kinds = {
         x.name: ("position", x.name, unit) for x, unit in zip(system.positions, system.position_units, strict=True)
@@ -86,12 +94,12 @@ def _measured(controller: Controller, system: System) -> list[Port]:
         for x, v, unit in zip(system.positions, system.velocities, system.position_units, strict=True)
     }
     found = [(f.name, *kinds[f.name]) for f in program.inputs if f.name in kinds]
-    return [Port(program.reference(name), joint, interface, unit) for name, interface, joint, unit in found]
+    return [Port(program.reference(name), labels.get(q, q), kind, unit) for name, kind, q, unit in found]
 
 
-def _commands(controller: Controller, system: System) -> list[Port]:
+def _commands(controller: Controller, system: System, labels: Mapping[str, str]) -> list[Port]:
     return [
-        Port(controller.program.reference(w.name), joint, "effort", unit)
+        Port(controller.program.reference(w.name), labels.get(joint, joint), "effort", unit)
         for w, joint, unit in zip(system.inputs, _driven(system), system.input_units, strict=True)
     ]
 

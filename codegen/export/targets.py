@@ -133,7 +133,9 @@ def _simulink(machine: Exportable, choices: Choices) -> Exported:
 
 def _ros2_control(machine: Exportable, choices: Choices) -> Exported:
     controller = machine.controller("double", cancelling=True)
-    return Exported(ros2_package(controller, machine.system, choices.header), (_certified(controller),))
+    tree = machine.spec.form
+    labels = {body.joint: body.label for body in tree.bodies} if isinstance(tree, KinematicTree) else {}
+    return Exported(ros2_package(controller, machine.system, choices.header, labels), (_certified(controller),))
 
 
 def _structured_text(machine: Exportable, choices: Choices) -> Exported:

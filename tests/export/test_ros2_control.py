@@ -90,3 +90,31 @@ def test_friction_that_no_input_reaches_is_refused(tmp_path: Path) -> None:
     (tmp_path / "s.yaml").write_text(text.replace("  w: {unit: N}", "  w: {unit: N}").replace("  - w\n", "  - 0*w\n"))
     done = stiction("export", tmp_path / "s.yaml", "--to", "ros2_control", "-o", tmp_path / "package")
     assert done.code == 2 and not (tmp_path / "package").exists(), done
+
+
+LINK = """<link name="{child}"><inertial><origin xyz="0.1 0 0"/><mass value="1"/>
+  <inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="{name}" type="continuous"><parent link="{parent}"/><child link="{child}"/><axis xyz="0 0 1"/>
+  <dynamics damping="0.1" friction="0.2"/></joint>
+"""
+ARM = """name: arm
+urdf: arm.urdf
+observer:
+  kind: gto
+  velocity: estimated
+  gains: {K_2: [-20, -20], K_v: [100, 100]}
+  sample_time: 1 ms
+envelope: {shoulder_pan: [-1, 1], elbow_1_: [-1, 1], v_shoulder_pan: [-1, 1], v_elbow_1_: [-1, 1]}
+"""
+
+
+def test_joints_of_a_robot_file_keep_their_names(tmp_path: Path) -> None:
+    """What is no letter in one is `_` in the spec; a name that no string of C++ should hold is not taken."""
+    links = LINK.format(name="shoulder-pan", parent="base", child="one")
+    links += LINK.format(name="elbow&quot;1&quot;", parent="one", child="two")
+    (tmp_path / "arm.urdf").write_text(f'<robot name="arm"><link name="base"/>{links}</robot>')
+    (tmp_path / "arm.yaml").write_text(ARM)
+    done = stiction("export", tmp_path / "arm.yaml", "--to", "ros2_control", "-o", tmp_path / "package")
+    assert done.code == 0, done.err
+    source = (tmp_path / "package/src/friction_compensation.cpp").read_text()
+    assert source.count('{"shoulder-pan", "elbow_1_"}') == 2
