@@ -8,7 +8,6 @@ from functools import wraps
 from typing import ParamSpec, TypeVar
 
 from codegen.base.errors import BadInput, InternalError
-from codegen.base.interrupt import interrupted
 
 Given = ParamSpec("Given")
 Result = TypeVar("Result")
@@ -36,8 +35,6 @@ def verb_that_raises(
             except passed:
                 raise
             except Exception as error:
-                if interrupted():
-                    raise KeyboardInterrupt from error
                 files = [
                     os.fspath(value) for value in (*given, *named.values()) if isinstance(value, str | os.PathLike)
                 ]
