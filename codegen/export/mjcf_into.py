@@ -159,12 +159,12 @@ def _with_attributes(tag: str, values: Mapping[str, str]) -> str:
 
 
 def _with_parts(text: str, parts: Parts, lines: list[str], path: Path) -> str:
-    """A comment before the root, and new elements before its end."""
-    root = re.search(r"<mujoco[\s>/]", text)
+    """A comment on top, by which a later run knows the file for ours, and new elements before the root's end."""
     end = text.rfind("</mujoco")
-    if root is None or end < 0:
+    if end < 0:
         raise BadInput(str(path), "no element mujoco with an end of its own", EXPECTED, code="SPEC030")
     comment = render("export/mjcf_comment.xml.j2", header=lines)
     added = render("export/mjcf_parts.xml.j2", tendons=parts.tendons, actuators=parts.actuators)
-    head = text[: root.start()]
-    return head + comment + text[root.start() : end] + added + text[end:]
+    declaration = re.match(r"\ufeff?(<\?xml[^>]*\?>[ \t]*\r?\n?)?", text)
+    top = declaration.end() if declaration is not None else 0
+    return text[:top] + comment + text[top:end] + added + text[end:]

@@ -69,6 +69,9 @@ def test_what_is_not_changed_is_byte_for_byte_the_same(folder: Path) -> None:
     text = into()
     assert COMMENT.sub("", text) == MODEL and len(COMMENT.findall(text)) == 1
     assert (folder / "arm.xml").read_text() == MODEL
+    assert COMMENT.sub("", into()) == MODEL  # over our own
+    (folder / "arm.xml").write_text(long := MODEL.replace("<!-- an arm", "<!--" + 5000 * " " + "\n an arm"))
+    assert COMMENT.sub("", into()) == COMMENT.sub("", into()) == long
 
 
 def test_found_friction_is_written_and_nothing_else(folder: Path) -> None:
