@@ -12,7 +12,7 @@ import os
 import sys
 import traceback
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NoReturn
 
 import typer
 
@@ -21,6 +21,7 @@ from codegen.app.pages import pages
 from codegen.base.errors import TRACEBACK, BadInput, InternalError
 from codegen.base.files import named_path
 from codegen.base.input_files import identity
+from codegen.base.interrupt import interrupted, noted
 from codegen.base.terminal import errors, output, without_library_warnings
 from codegen.base.version import VERSION
 
@@ -317,19 +318,26 @@ def simulate(
 def export(
     spec: SpecPath,
     to: Annotated[
-        str, typer.Option("--to", metavar="FORMAT", help="mjcf, urdf, sdf, csv-map, odrive, arduino or simulink")
+        str,
+        typer.Option("--to", metavar="FORMAT", help="such as mjcf, urdf, csv-map, odrive, arduino or ros2_control"),
     ],
     out: Annotated[
         Path, typer.Option("-o", "--output", parser=named_path, metavar="FILE", help="file, or folder of a library")
     ],
     on: Annotated[str | None, typer.Option("--on", metavar="NAME", help="the coordinate of a map")] = None,
     counts: Annotated[int | None, typer.Option("--counts", help="of a turn in csv-map; 3600 by default")] = None,
+    gear: Annotated[
+        float | None, typer.Option("--gear", metavar="N", help="turns of the motor a turn of the joint, in a map")
+    ] = None,
+    into: Annotated[
+        Path | None, typer.Option("--into", metavar="MODEL", help="your MuJoCo model: only its friction is changed")
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Write the machine as a simulator's model, a firmware's map or its observer as a library; say what is not held."""
     from codegen.app.export import export, export_text
 
-    result = export(spec, to, out, on, counts)
+    result = export(spec, to, out, on, counts, gear, into)
     if as_json:
         print_json(result.content)
     else:
@@ -399,7 +407,14 @@ def replay(
 @app.command()
 def watch(
     spec: SpecPath,
-    log: Annotated[str, typer.Option("--log", metavar="LOG", help="a CSV file, or - for standard input")],
+    log: Annotated[
+        str,
+        typer.Option(
+            "--log",
+            metavar="LOG",
+            help="a CSV file or - for standard input, as rows arrive; or a log of another format",
+        ),
+    ],
     column: Columns = None,
     dwell: Annotated[
         float | None, typer.Option("--dwell", metavar="S", help="s out of the bound before it is said; 10 samples")
@@ -468,7 +483,8 @@ def main() -> None:
         )  # a file name may be no text, a screen lack a sign
     traced = bool(os.environ.get(TRACEBACK))
     try:
-        app(prog_name="stiction")
+        with noted():
+            app(prog_name="stiction")
     except BadInput as error:
         for each in error.all[:MOST_FAULTS]:
             code = f" [{each.code}]" if each.code else ""
@@ -481,9 +497,15 @@ def main() -> None:
         sys.exit(2)
     except BrokenPipeError:
         sys.exit(1)
+    except SystemExit as end:
+        if end.code == INTERRUPTED:  # Typer ends so by itself
+            errors.print("interrupted")
+        raise
     except KeyboardInterrupt:
-        sys.exit(INTERRUPTED)
+        _end_interrupted()
     except Exception as error:
+        if interrupted():
+            _end_interrupted()
         if isinstance(error, OSError) and error.filename is None:  # of a print: a verb's own border lets none through
             errors.print(f"error: standard output: cannot be written ({error.strerror}); expected room for a result")
             with contextlib.suppress(OSError):  # what is left is not tried again when Python ends
@@ -494,6 +516,11 @@ def main() -> None:
         fault = error if isinstance(error, InternalError) else InternalError("stiction", sys.argv[1:], error)
         errors.print(f"internal error: {fault}\n{fault.advice}")
         sys.exit(INTERNAL)
+
+
+def _end_interrupted() -> NoReturn:
+    errors.print("interrupted")
+    sys.exit(INTERRUPTED)
 
 
 __all__ = ["app", "main"]

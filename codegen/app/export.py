@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +22,7 @@ from codegen.certify.outcome import Certificate
 from codegen.export.controller import Controller
 from codegen.export.remarks import Remark
 from codegen.export.targets import TARGETS, Choices, robot_file, target_of
-from codegen.spec.model import Spec
+from codegen.spec.model import CancellationChoice, Spec
 
 MARK = "Written by stiction export"
 
@@ -61,7 +61,15 @@ class Exported(Shown):
 
 
 @verb
-def export(source: Source, to: str, out: str | Path, on: str | None = None, counts: int | None = None) -> Exported:
+def export(
+    source: Source,
+    to: str,
+    out: str | Path,
+    on: str | None = None,
+    counts: int | None = None,
+    gear: float | None = None,
+    into: str | Path | None = None,
+) -> Exported:
     """Write the machine of a spec, with its friction laws and declared effects, in another format.
 
     Args:
@@ -69,6 +77,8 @@ def export(source: Source, to: str, out: str | Path, on: str | None = None, coun
         out: the file; for a format of several files the folder.
         on: the coordinate of a map; not needed where only one has a force that repeats with the position.
         counts: of a turn in a map; 3600 by default.
+        gear: turns of the motor a turn of the joint, for a map over the motor's turn; ``odrive`` asks for it.
+        into: a MuJoCo model of one's own: it is written with the friction that was found, all else kept.
 
     Raises:
         BadInput: for a bad spec, an unknown format, a machine that the format cannot hold, or a file that stiction did
@@ -81,12 +91,17 @@ def export(source: Source, to: str, out: str | Path, on: str | None = None, coun
     robot = robot_file(spec)
     if robot is not None:
         sources["the robot file that the spec names"] = robot
+    if into is not None:
+        if to != "mjcf":
+            raise BadInput("--into", f"a file to take what was found, and --to {to}", "--to mjcf", code="CALL002")
+        sources["the model that it is made of, which stays as it is"] = Path(into)
     if not target.endings:
         refuse_target(path / "manifest.json")
     else:
         refuse_target(path, sources, target.endings)
         _refuse_foreign(path)
-    choices = Choices(_header(spec, to), on, *([counts] if counts is not None else []))
+    model = None if into is None else Path(into)
+    choices = Choices(_header(spec, to), on, Choices.counts if counts is None else counts, gear, model)
     made = target.write(_Exportable(machine), choices)
     if not target.endings:
         refuse_hand_written(path, made.files)
@@ -103,8 +118,11 @@ class _Exportable:
         self._machine = machine
         self.spec, self.system = machine.spec, machine.system
 
-    def controller(self, precision: str) -> Controller:
-        machine = self._machine.with_overrides(Overrides(precision=precision))
+    def controller(self, precision: str, cancelling: bool = False) -> Controller:
+        machine = self._machine
+        if cancelling and machine.spec.cancellation is None:
+            machine = machine.with_spec(replace(machine.spec, cancellation=CancellationChoice()))
+        machine = machine.with_overrides(Overrides(precision=precision))
         outcome = machine.outcome
         if isinstance(outcome, Certificate):
             claim = f"Certified rate {outcome.decay_rate:.6g} 1/s over the envelope, by `stiction certify`."

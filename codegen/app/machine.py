@@ -79,11 +79,19 @@ class Machine(Derived):
 
         return simulate(self, out, progress, method, plant)
 
-    def export(self, to: str, out: File, on: str | None = None, counts: int | None = None) -> Exported:
+    def export(
+        self,
+        to: str,
+        out: File,
+        on: str | None = None,
+        counts: int | None = None,
+        gear: float | None = None,
+        into: File | None = None,
+    ) -> Exported:
         """Write the machine in another format, such as a model of MuJoCo."""
         from codegen.app.export import export
 
-        return export(self, to, out, on, counts)
+        return export(self, to, out, on, counts, gear, into)
 
     def diagnose(
         self,

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from codegen.app.as_json import AsJson, print_json
-from codegen.base.files import named_path
+from codegen.base.errors import BadInput, nearest_name
+from codegen.base.files import named_path, refuse_target
 from codegen.base.terminal import output
 
 pages = typer.Typer()
@@ -16,16 +18,26 @@ pages = typer.Typer()
 
 @pages.command()
 def laws(
+    name: Annotated[str | None, typer.Argument(metavar="LAW", help="this one alone, in full")] = None,
     out: Annotated[
         Path | None,
         typer.Option("-o", "--output", parser=named_path, metavar="DIR", help="write laws.md and its pictures here"),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """List the friction laws, or write their page with a picture of each."""
+    """List the friction laws, show one in full, or write their page with a picture of each."""
     from codegen.base.text import render
-    from codegen.report.laws import law_groups, write_laws
+    from codegen.friction import ALSO_CALLED, LAWS
+    from codegen.report.laws import law_groups, law_view, write_laws
 
+    if name is not None:
+        law = LAWS[_known(ALSO_CALLED.get(name, name), LAWS, "LAW", out)]
+        if as_json:
+            print_json({"format": "stiction-laws/1", "laws": [law_view(law)]})
+        else:
+            output.print(render("text/law.txt.j2", law=law_view(law)), end="")
+        return
+    _refuse_page(out, "laws")
     written = None if out is None else write_laws(out)
     if as_json:
         print_json({"format": "stiction-laws/1", "groups": law_groups()})
@@ -37,16 +49,27 @@ def laws(
 
 @pages.command()
 def effects(
+    name: Annotated[str | None, typer.Argument(metavar="KIND", help="this one alone, in full")] = None,
     out: Annotated[
         Path | None,
         typer.Option("-o", "--output", parser=named_path, metavar="DIR", help="write effects.md and its pictures here"),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """List the effects that a model may lack, or write their page with a picture of each."""
+    """List the effects that a model may lack, show one in full, or write their page with a picture of each."""
     from codegen.base.text import render
-    from codegen.report.effects import effect_views, write_effects
+    from codegen.effects import CATALOGUE
+    from codegen.report.effects import effect_view, effect_views, write_effects
 
+    if name is not None:
+        view = effect_view(CATALOGUE[_known(name, CATALOGUE, "KIND", out)])
+        if as_json:
+            shown = {key: value for key, value in view.items() if key != "known"}
+            print_json({"format": "stiction-effects/1", "effects": [shown]})
+        else:
+            output.print(render("text/effect.txt.j2", e=view), end="")
+        return
+    _refuse_page(out, "effects")
     written = None if out is None else write_effects(out)
     if as_json:
         views = [{key: value for key, value in view.items() if key != "known"} for view in effect_views()]
@@ -59,23 +82,45 @@ def effects(
 
 @pages.command()
 def errors(
+    code: Annotated[str | None, typer.Argument(metavar="CODE", help="this one alone, such as LOG003")] = None,
     out: Annotated[
         Path | None, typer.Option("-o", "--output", parser=named_path, metavar="DIR", help="write errors.md here")
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """List the codes of error messages, with what each says and what to do, or write their page."""
+    """List the codes of error messages, or show one, with what each says and what to do; or write their page."""
     from codegen.base.error_codes import CODES
     from codegen.base.files import write_all
     from codegen.base.text import render
 
+    codes = CODES
+    if code is not None:
+        asked = _known(code.upper(), CODES, "CODE", out)
+        codes = {asked: CODES[asked]}
     if out is not None:
         write_all(out, {"errors.md": render("text/errors.md.j2", codes=CODES)})
     if as_json:
-        rows = [{"code": code, "meaning": meaning, "advice": advice} for code, (meaning, advice) in CODES.items()]
+        rows = [{"code": code, "meaning": meaning, "advice": advice} for code, (meaning, advice) in codes.items()]
         print_json({"format": "stiction-error-codes/1", "codes": rows})
     else:
-        output.print(render("text/errors.txt.j2", codes=CODES) if out is None else f"{out / 'errors.md'}\n", end="")
+        output.print(render("text/errors.txt.j2", codes=codes) if out is None else f"{out / 'errors.md'}\n", end="")
+
+
+def _known(name: str, known: Mapping[str, object], argument: str, out: Path | None) -> str:
+    """The name; BadInput where it is none, or a page is asked for too."""
+    if out is not None:
+        raise BadInput("-o", f"a folder for the page, and `{name}` alone", "one of the two", code="CALL002")
+    if name not in known:
+        expected = "one of those that the command lists without it"
+        raise BadInput(argument, f"`{name}`", expected, nearest_name(name, known), code="CALL001")
+    return name
+
+
+def _refuse_page(out: Path | None, name: str) -> None:
+    """Refuse a folder that cannot hold a page and its pictures before those are drawn."""
+    if out is not None:
+        refuse_target(out / f"{name}.md")
+        refuse_target(out / name / "_.svg")
 
 
 @pages.command()

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from codegen.app.guess_columns import Guess, guess_columns
+from codegen.app.seen_in_log import MARGIN, Seen, seen_in_log
 from codegen.base.errors import BadInput, Place
 from codegen.base.input_files import read_text
 from codegen.base.text import render
@@ -22,6 +23,10 @@ from codegen.spec.urdf import read_kinematic_tree
 
 ENDINGS = (".urdf", ".xml")
 STANDARD = (0.0, 0.0, -9.81)
+DEFAULT_GAIN = 100.0
+"""K_v in 1/s of a new spec."""
+GAIN_STEPS = 0.2
+"""Largest K_v of a new spec times its sample time."""
 
 
 @dataclass(frozen=True)
@@ -64,11 +69,17 @@ def robot_files(name: str, path: Path, log: Path | None) -> dict[str, str]:
 def _spec_text(name: str, robot: _Robot, path: Path, folder: Path, log: Path | None) -> str:
     """The spec beside the robot file in a folder, read once to be sure of it; its faults are those of ``path``."""
     bodies = read_kinematic_tree(folder / robot.file, Place(str(folder / robot.file))).bodies
-    content = _content(robot, bodies, _guess(log, bodies), log)
-    written = render("text/new_robot_spec.j2", name=name, **content)
-    target = folder / f"{name}.yaml"
+    guess, target = _guess(log, bodies), folder / f"{name}.yaml"
+
+    def rendered(seen: Seen) -> str:
+        return render("text/new_robot_spec.j2", name=name, **_content(robot, bodies, guess, log, seen))
+
+    written = rendered(Seen())
     try:
-        parse_spec(written, target)
+        spec = parse_spec(written, target)
+        if log is not None:
+            written = rendered(seen_in_log(spec, log))
+            parse_spec(written, target)
     except BadInput as error:
         if error.place.file != str(target):
             raise
@@ -91,7 +102,9 @@ def _guess(log: Path | None, bodies: Sequence[MovingBody]) -> Guess:
     return guess_columns(log_names(log), {body.joint: body.label for body in bodies})
 
 
-def _content(robot: _Robot, bodies: Sequence[MovingBody], guess: Guess, log: Path | None) -> Mapping[str, Any]:
+def _content(
+    robot: _Robot, bodies: Sequence[MovingBody], guess: Guess, log: Path | None, seen: Seen
+) -> Mapping[str, Any]:
     beyond = {joint.joint: joint for joint in robot.joints}
     ranges = {}
     for body in bodies:
@@ -99,17 +112,44 @@ def _content(robot: _Robot, bodies: Sequence[MovingBody], guess: Guess, log: Pat
         ranges[body.joint] = (
             [float(f"{x:.6g}") for x in limits] if limits else [-3.1, 3.1] if body.kind == "revolute" else [-1, 1]
         )
+    for joint, ends in seen.positions.items():
+        ranges[joint] = [_out(min(ranges[joint][0], ends[0])), _out(max(ranges[joint][1], ends[1]))]
+    speeds = {
+        body.joint: (
+            _out(MARGIN * seen.speeds[f"v_{body.joint}"]),
+            f"{seen.speeds[f'v_{body.joint}']:.4g} {'rad' if body.kind == 'revolute' else 'm'}/s",
+        )
+        for body in bodies
+        if f"v_{body.joint}" in seen.speeds
+    }
+    gain = DEFAULT_GAIN if seen.period is None else min(DEFAULT_GAIN, GAIN_STEPS / seen.period)
     return {
         "file": json.dumps(robot.file),
         "gravity": list(robot.gravity) if robot.gravity != STANDARD else None,
         "joints": bodies,
         "ranges": ranges,
+        "speeds": speeds,
+        "margin": MARGIN,
+        "measured": seen.measured,
+        "period": None if seen.period is None else _time(seen.period),
+        "unread": seen.remark,
+        "gain": f"{gain:.3g}",
         "effects": [effect for joint in robot.joints for effect in _effects(joint)],
         "remarks": robot.remarks,
         "log": log is not None,
         "columns": {symbol: json.dumps(column) for symbol, column in guess.columns.items()},
         "unmatched": guess.remarks,
     }
+
+
+def _out(value: float) -> float:
+    """Rounded to three digits, away from zero."""
+    rounded = float(f"{value:.3g}")
+    return rounded if abs(rounded) >= abs(value) else float(f"{value * 1.005:.3g}")
+
+
+def _time(seconds: float) -> str:
+    return f"{1000 * seconds:.6g} ms" if seconds < 1 else f"{seconds:.6g} s"
 
 
 def _effects(joint: MjcfJoint) -> list[tuple[str, str, str]]:

@@ -13,11 +13,13 @@ from codegen.base.border import verb
 from codegen.base.errors import BadInput
 from codegen.base.shown import Shown
 from codegen.base.text import render
-from codegen.certify.outcome import Certificate
+from codegen.certify.outcome import Certificate, Refusal
 from codegen.replay.engine import engine_for
-from codegen.replay.live import Stop, live_blocks, pieces
+from codegen.replay.live import Stop, is_recorded, live_blocks, pieces
+from codegen.replay.samples import Samples
 from codegen.replay.watch import Alarm, Limit, Tally, Watch, is_watchable
 
+BOUNDED = "an observer that `stiction certify` bounds in newtons: noise and accelerations in the envelope"
 DWELL = 10
 """Samples out of the bound before it is said."""
 
@@ -86,7 +88,7 @@ def watch(
     """Run the observer over rows as they arrive, until they end or Ctrl-C is pressed.
 
     Args:
-        log: a CSV file, or ``-`` for standard input.
+        log: ``-`` for standard input or a CSV file, read as rows arrive; or a log of another format, read whole.
         columns: how the log names its columns.
         dwell: s for which an estimate must be out of its bound; 10 samples by default.
         follow: wait at the end of the file for more.
@@ -101,9 +103,7 @@ def watch(
     outcome = machine.outcome
     text = outcome.proofs.get("bound.json") if isinstance(outcome, Certificate) else None
     if text is None:
-        why = "no certificate" if not isinstance(outcome, Certificate) else "no bound in newtons (`certify` says why)"
-        expected = "an observer that `stiction certify` bounds in newtons: noise and accelerations in the envelope"
-        raise BadInput(spec.place("observer"), why, expected, code="SPEC037")
+        raise BadInput(spec.place("observer"), _no_bound(outcome), BOUNDED, code="SPEC037")
     bound = json.loads(text)
     if not is_watchable(system, bound):
         found = "a law with states"
@@ -112,12 +112,22 @@ def watch(
     if dwell is not None and not dwell >= 0:
         raise BadInput("--dwell", f"{dwell:g} s", "zero or a positive time", code="CALL001")
     patience = DWELL if dwell is None else max(round(dwell / period), 1)
-    watched = Watch(spec, system, program, bound, engine_for(program, machine.sources), patience)
-    rows = given if given is not None else pieces(str(log), follow)
+    engine = engine_for(program, machine.sources)
+    watched = Watch(spec, system, program, bound, engine, patience)
     ended, stop, fault = "the rows ended", Stop(), None
+    if given is None and is_recorded(log):
+        if follow:
+            raise BadInput(
+                "--follow", f"{log}, which is no text", "a CSV file, whose rows are appended", code="CALL002"
+            )
+        samples = Samples(spec, program, period, Path(log), None, columns, engine.holds)
+        blocks = stop.until_asked(samples.whole(None))
+    else:
+        rows = stop.until_asked(given if given is not None else pieces(str(log), follow))
+        blocks = live_blocks(spec, program, period, str(log), rows, columns)
     with stop.heeded():
         try:
-            for block in live_blocks(spec, program, period, str(log), stop.until_asked(rows), columns):
+            for block in blocks:
                 for alarm in watched.take(block):
                     if tell is not None:
                         tell(alarm)
@@ -137,6 +147,13 @@ def watch(
         ended,
         fault,
     )
+
+
+def _no_bound(outcome: Certificate | Refusal) -> str:
+    """Why there is nothing to hold estimates against, as ``certify`` says it."""
+    if isinstance(outcome, Refusal):
+        return f"no certificate: {outcome.reason}"
+    return f"no bound in newtons: {outcome.bounds if isinstance(outcome.bounds, str) else 'none was proved'}"
 
 
 def alarm_text(alarm: Alarm) -> str:

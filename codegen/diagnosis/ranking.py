@@ -111,7 +111,10 @@ def run_round(
         p = p if why_not else combined_p(p, without, force_criterion, len(parts))
         unsure = not why_not and p > credit.ALPHA
         if unsure:
-            why_not = f"better on {one.won} of {one.blocks} blocks of held-out segments only (t = {one.t:.2g})"
+            why_not = (
+                f"fits {one.won} of {one.blocks} held-out parts of the log better, but by so little that it may be "
+                f"chance (t = {one.t:.2g})"
+            )
         ranked.append(Ranked(found, one, losses, ratio, size, why_not, unsure, p, force_criterion))
     return sorted(ranked, key=lambda r: (bool(r.why_not) and not r.unsure, r.found.fit.cost))
 

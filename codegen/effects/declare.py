@@ -15,6 +15,7 @@ from codegen.mechanics.build import build_system, check_mass_matrix
 from codegen.mechanics.link_parameters import LinkParameter
 from codegen.mechanics.system import System
 from codegen.spec.model import DeclaredEffect, Spec, symbol
+from codegen.spec.quantity import refuse_other_unit
 
 
 def places_of(effect: Effect, system: System) -> list[str]:
@@ -99,6 +100,8 @@ def _add(system: System, spec: Spec, index: int, declared: DeclaredEffect) -> Sy
         raise BadInput(spec.place(f"{key}.parameters"), found, effect.demands, code="SPEC021")
     values = {symbols[p]: v for p, v in given.items()}
     units = unit_words(effect, known.index(on), system)
+    for name, unit in declared.units.items():
+        refuse_other_unit(unit, units[name], f"{name}, in {unit}", spec.place(f"{key}.parameters.{name}"))
     system = system.with_parameters(values, {symbols[name]: unit for name, unit in units.items()})
     return added(effect, system, known.index(on), symbols, spec.place(key))
 

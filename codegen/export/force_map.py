@@ -2,13 +2,14 @@
 
 A row k stands for the position k·turn/counts. Its force is what has to be added to the command to cancel what repeats
 with the position whatever the direction; its level is the friction that is added while the axis moves forwards, and
-subtracted backwards.
+subtracted backwards. Only effects are in it: what stands in ``force:``, and weights, belong to the machine's model.
+Of a motor behind a gear of ratio N (turns of the motor a turn of the joint) the position is N·q and the torque τ/N.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import pi
+from dataclasses import dataclass, replace
+from math import isfinite, pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,13 +17,17 @@ from numpy.typing import NDArray
 from codegen.base.errors import BadInput, nearest_name
 from codegen.base.text import render
 from codegen.base.user_text import UserText
-from codegen.export.mechanism import Mechanism, Wave, unit_direction, wave_of
+from codegen.effects import CATALOGUE
+from codegen.effects.declare import system_of
+from codegen.export.mechanism import Mechanism, Wave, mechanism_of, unit_direction, wave_of
 from codegen.export.remarks import Remark
-from codegen.spec.model import Spec
+from codegen.spec.model import DeclaredEffect, Spec
 
 Array = NDArray[np.float64]
 WHOLE = 1e-6
 """A wave fits into the turn a whole number of times where the number is this near to one."""
+NEARLY = 0.05
+"""So near to a whole number a period that was fitted is taken for that number of waves."""
 MOST_COUNTS = 2**22
 ODRIVE_COUNTS = 3600
 """Of ``cogging_map`` in ODrive's firmware 0.5 (Firmware/MotorControl/controller.hpp), over one turn of the motor."""
@@ -33,7 +38,8 @@ class ForceMap:
     """The periodic forces of one coordinate.
 
     Attributes:
-        turn: the length of the table: 2π rad, or on a length the longest period.
+        turn: the length of the table: 2π rad of the motor, or on a length the longest period.
+        gear: turns of the motor a turn of the coordinate.
         forces: that act whatever the direction; levels: that oppose the motion.
         unit: of both; position_unit.
     """
@@ -45,6 +51,12 @@ class ForceMap:
     unit: str
     position_unit: str
     remarks: tuple[Remark, ...]
+    gear: float = 1.0
+
+    @property
+    def place(self) -> str:
+        """What the table's position is, in words."""
+        return self.coordinate if self.gear == 1 else f"the motor's angle, {self.gear:.12g}*{self.coordinate}"
 
     def compensation(self, position: Array) -> Array:
         """What cancels the forces."""
@@ -54,58 +66,131 @@ class ForceMap:
         return _sum(self.levels, position)
 
 
-def force_map(spec: Spec, mechanism: Mechanism, on: str | None) -> ForceMap:
+def force_map(spec: Spec, mechanism: Mechanism, on: str | None, gear: float = 1.0) -> ForceMap:
     """The map of one coordinate.
 
     Args:
         on: the coordinate; None where only one has such a force.
+        gear: turns of the motor a turn of the coordinate, negative where it turns the other way.
 
     Raises:
-        BadInput: where no coordinate has one, several have and none is named, or a name is none of them.
+        BadInput: where no coordinate has one, several have and none is named, or a name is none of them; for a gear of
+            no size, or of a coordinate that is no angle.
     """
+    if not (isfinite(gear) and gear != 0):
+        expected = "turns of the motor a turn of the joint, such as 100, or -100 where it turns the other way"
+        raise BadInput("--gear", f"{gear:g}", expected, code="CALL001")
+    modelled = _modelled(spec)
     system = mechanism.system
-    found: dict[str, tuple[list[Wave], list[Wave]]] = {}
+    found: dict[str, _Found] = {}
+    left_out: list[Remark] = []
     for i, x in enumerate(system.positions):
         line = mechanism.joint_line(i)
+        own = _less(line.waves if line is not None else [], modelled.get(x.name, []))
         levels = []
         for leftover in mechanism.leftovers:
             if leftover.friction and leftover.direction == unit_direction(i, len(system.positions)):
                 factor, shape = leftover.force.as_independent(x)
                 wave = wave_of(float(factor), shape, x) if not factor.free_symbols else None
                 levels += [wave] if wave is not None else []
-        if levels or (line is not None and line.waves):
-            found[x.name] = list(line.waves) if line is not None else [], levels
+        rest = [_kept_out(wave, x.name, system.force_unit(i)) for wave in modelled.get(x.name, [])]
+        left_out += rest
+        if levels or own:
+            found[x.name] = _Found(own, levels, rest)
     if not found:
         place = spec.place("effects")
         expected = "an effect such as cogging, for a map of it"
-        raise BadInput(place, "no force that repeats with the position", expected, code="SPEC036")
+        nothing = (
+            f"no force that repeats with the position{' but a weight, or what stands in `force:`' * bool(left_out)}"
+        )
+        raise BadInput(place, nothing, expected, code="SPEC036")
     if on is None and len(found) > 1:
         expected = f"one of {', '.join(found)}: each has a map of its own"
         raise BadInput("--on", "no coordinate", expected, code="CALL001")
     name = next(iter(found)) if on is None else on
     if name not in found:
         raise BadInput("--on", f"`{name}`", f"one of {', '.join(found)}", nearest_name(name, found), code="CALL001")
-    return _map(name, *found[name], mechanism)
+    return _map(name, found[name], mechanism, gear)
 
 
-def _map(name: str, forces: list[Wave], levels: list[Wave], mechanism: Mechanism) -> ForceMap:
+@dataclass(frozen=True)
+class _Found:
+    """What repeats on a coordinate, by its own position: forces and levels for the map, and what is left out."""
+
+    forces: list[Wave]
+    levels: list[Wave]
+    left_out: list[Remark]
+
+
+def _modelled(spec: Spec) -> dict[str, list[Wave]]:
+    """The waves of each coordinate that are the model's: all but those of its effects, and the weights among these."""
+    without = replace(spec, effects=tuple(effect for effect in spec.effects if _is_weight(effect)))
+    mechanism = mechanism_of(without, system_of(without))
+    lines = ((x.name, mechanism.joint_line(i)) for i, x in enumerate(mechanism.system.positions))
+    return {name: list(line.waves) for name, line in lines if line is not None and line.waves}
+
+
+def _is_weight(declared: DeclaredEffect) -> bool:
+    values = {name: float(value) for name, value in declared.parameters.items()}
+    return CATALOGUE[declared.kind].turned(values) != values
+
+
+def _less(waves: list[Wave], modelled: list[Wave]) -> list[Wave]:
+    """The waves less those of the model; a wave of one rate and phase may be partly the model's."""
+    left: dict[tuple[float, float], float] = {}
+    for sign, some in ((1, waves), (-1, modelled)):
+        for wave in some:
+            at = (wave.rate, wave.phase)
+            left[at] = left.get(at, 0.0) + sign * wave.amplitude
+    largest = max((abs(wave.amplitude) for wave in waves), default=0.0)
+    return [Wave(size, *at) for at, size in left.items() if abs(size) > WHOLE * largest]
+
+
+def _kept_out(wave: Wave, name: str, unit: str) -> Remark:
+    size = abs(wave.amplitude)
+    how = (
+        f"{wave.amplitude:.6g} {unit}, once in {2 * pi / wave.rate:.6g} of {name}: a weight, or a force that stands in "
+        "`force:`; it is the model's and not in a map of effects"
+    )
+    return Remark(f"force on {name}", "dropped", how, size, size / np.sqrt(2), unit)
+
+
+def _map(name: str, found: _Found, mechanism: Mechanism, gear: float) -> ForceMap:
     index = [x.name for x in mechanism.system.positions].index(name)
     position_unit, unit = mechanism.system.position_units[index], mechanism.system.force_unit(index)
+    if gear != 1 and position_unit != "rad":
+        raise BadInput("--gear", f"{gear:g}, and {name} in {position_unit}", "an angle for a gear", code="CALL001")
+    forces = [_geared(wave, gear, wave.amplitude / gear) for wave in found.forces]
+    levels = [_geared(wave, gear, wave.amplitude / abs(gear)) for wave in found.levels]
     turn = 2 * pi if position_unit == "rad" else max(2 * pi / wave.rate for wave in (*forces, *levels))
-    remarks, kept = [], []
+    remarks, kept = list(found.left_out), []
     for waves, word in ((forces, "force"), (levels, "friction level")):
-        own = [wave for wave in waves if abs(wave.rate * turn / (2 * pi) - round(wave.rate * turn / (2 * pi))) < WHOLE]
-        kept.append(tuple(own))
-        for wave in waves:
-            times = wave.rate * turn / (2 * pi)
-            how = f"{wave.amplitude:.6g} {unit}, {times:.6g} waves over {turn:.6g} {position_unit}"
-            if wave in own:
-                remarks.append(Remark(f"{word} on {name}", "exact", how))
-            else:
-                size = abs(wave.amplitude)
-                how += ": no whole number, so that a table over it cannot repeat it"
-                remarks.append(Remark(f"{word} on {name}", "dropped", how, size, size / np.sqrt(2), unit))
-    return ForceMap(name, turn, kept[0], kept[1], unit, position_unit, tuple(remarks))
+        fitting = [_fitting(wave, turn, f"{word} on {name}", unit, position_unit) for wave in waves]
+        kept.append(tuple(wave for wave, _ in fitting if wave is not None))
+        remarks += [remark for _, remark in fitting]
+    return ForceMap(name, turn, kept[0], kept[1], unit, position_unit, tuple(remarks), gear)
+
+
+def _geared(wave: Wave, gear: float, amplitude: float) -> Wave:
+    """A wave over the motor's angle."""
+    rate = wave.rate / gear
+    return Wave(amplitude, rate, wave.phase) if rate > 0 else Wave(-amplitude, -rate, -wave.phase)
+
+
+def _fitting(wave: Wave, turn: float, where: str, unit: str, position_unit: str) -> tuple[Wave | None, Remark]:
+    """The wave as the table holds it: a whole number of times, or not at all."""
+    times = wave.rate * turn / (2 * pi)
+    whole, size = round(times), abs(wave.amplitude)
+    how = f"{wave.amplitude:.6g} {unit}, {times:.6g} waves over {turn:.6g} {position_unit}"
+    if whole and abs(times - whole) < WHOLE:
+        return wave, Remark(where, "exact", how)
+    if whole and abs(times - whole) < NEARLY:
+        taken = replace(wave, rate=2 * pi * whole / turn)
+        worst = 2 * size * np.sin(pi * abs(times - whole))  # at the end of the first turn
+        how += f": taken as {whole}, so that the table repeats; the error is over the first turn"
+        return taken, Remark(where, "nearest", how, float(worst), float(worst / np.sqrt(6)), unit)
+    how += ": no whole number, so that a table over it cannot repeat it"
+    return None, Remark(where, "dropped", how, size, size / np.sqrt(2), unit)
 
 
 def csv_map(table: ForceMap, counts: int, header: list[str]) -> tuple[str, tuple[Remark, ...]]:
@@ -141,7 +226,7 @@ def odrive_map(table: ForceMap, header: list[str]) -> tuple[str, tuple[Remark, .
     """
     if table.position_unit != "rad" or table.unit != "N*m":
         found = f"{table.coordinate} in {table.position_unit} with forces in {table.unit}"
-        expected = "an angle of the motor with torques in N*m; csv-map holds any other"
+        expected = "an angle with torques in N*m; csv-map holds any other"
         raise BadInput("--to", found, expected, code="SPEC036")
     edges = np.arange(ODRIVE_COUNTS + 1) * 2 * pi / ODRIVE_COUNTS
     primitive = sum(
@@ -161,7 +246,8 @@ def odrive_map(table: ForceMap, header: list[str]) -> tuple[str, tuple[Remark, .
     lines = [UserText(line) for line in (*header, *(r.text for r in remarks))]
     values = [f"{value:.9e}f" for value in entries]
     rows = [values[k : k + 6] for k in range(0, len(values), 6)]
-    return render("export/odrive_map.h.j2", header=lines, rows=rows, count=ODRIVE_COUNTS), tuple(remarks)
+    text = render("export/odrive_map.h.j2", header=lines, rows=rows, count=ODRIVE_COUNTS, place=table.place)
+    return text, tuple(remarks)
 
 
 def _interpolation(table: ForceMap, how: str, errors: Array) -> Remark:

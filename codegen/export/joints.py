@@ -137,10 +137,13 @@ class _Reduction:
         where = f"input {w}"
         moved = [c for c in drive.direction if c]
         if moved != [1.0]:
-            words = combination(drive.direction, self.system)
-            self.remarks.append(
-                Remark(where, "dropped", f"its gain: a joint takes a force; here one {unit} is {words}")
-            )
+            made = [
+                f"{c:.6g} {self.system.force_unit(i)} on {x.name}"
+                for i, (c, x) in enumerate(zip(drive.direction, self.system.positions, strict=True))
+                if c
+            ]
+            how = f"its gain: 1 {unit} makes {' and '.join(made) or 'no force'}, and a joint here takes the force"
+            self.remarks.append(Remark(where, "dropped", how))
         for name, value in (("delay", drive.delay), ("lag", drive.lag)):
             if value:
                 self.remarks.append(Remark(where, "dropped", f"a {name} of {value:.6g} s: {self.target} has none"))

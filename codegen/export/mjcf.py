@@ -8,8 +8,8 @@ and lag.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from math import ceil, pi
 from typing import Any
@@ -36,6 +36,8 @@ from codegen.mechanics.kinematic_chain import mass_matrix
 from codegen.simulate.substeps import MOST_SUBSTEPS, substeps_of
 from codegen.spec.model import Spec
 
+Tendon = tuple[str, list[tuple[str, str]], list[tuple[str, str]]]
+"""Name, attributes, coefficients by joint."""
 LONGEST_STEP = 1e-4
 IMPEDANCE = 0.9999
 """d of MuJoCo's friction constraint: the nearer to 1, the less a contact at rest creeps."""
@@ -110,8 +112,40 @@ def build_mjcf(spec: Spec, mechanism: Mechanism, header: list[str]) -> MjcfModel
     return _Writer(spec, mechanism).model(header)
 
 
+@dataclass(frozen=True)
+class Parts:
+    """What a user's own model takes of a machine.
+
+    Attributes:
+        joints: coordinate → attributes of its joint.
+        tendons: (name, attributes, coefficients of the joints); actuators: passive ones alone.
+        assumed: lines about the envelope.
+    """
+
+    joints: Mapping[str, Mapping[str, str]]
+    tendons: tuple[Tendon, ...]
+    actuators: tuple[Element, ...]
+    remarks: tuple[Remark, ...]
+    assumed: tuple[str, ...]
+
+
+def parts_for(
+    spec: Spec, mechanism: Mechanism, timestep: float, labels: Mapping[str, str], springs: Mapping[str, float]
+) -> Parts:
+    """The friction, springs and periodic forces of a machine for a model with bodies and actuators of its own.
+
+    Args:
+        timestep: of that model, s.
+        labels: coordinate → the joint's name there.
+        springs: coordinate → the constant force that the joint's spring has there, by its rest position.
+    """
+    return _Writer(spec, mechanism, timestep, labels).parts(springs)
+
+
 class _Writer:
-    def __init__(self, spec: Spec, mechanism: Mechanism) -> None:
+    def __init__(
+        self, spec: Spec, mechanism: Mechanism, timestep: float | None = None, labels: Mapping[str, str] | None = None
+    ) -> None:
         self.spec, self.system = spec, mechanism.system
         self.n = len(self.system.positions)
         self.region = Region(spec, self.system)
@@ -121,22 +155,60 @@ class _Writer:
         self.actuators: list[Element] = []
         self.frictions: list[FrictionElement] = []
         self._mobility = _mobility(mechanism)
-        self.timestep = self._timestep()
+        self.timestep = timestep or self._timestep()
+        self.names = [(labels or {}).get(link.name, link.name) for link in links_of(self.mechanism)]
+
+    def parts(self, springs: Mapping[str, float]) -> Parts:
+        """What acts on joints and lines; inputs are the other model's own actuators."""
+        coordinates = [link.name for link in links_of(self.mechanism)]
+        joints: dict[str, dict[str, str]] = {name: {} for name in coordinates}
+        self._armatures(list(joints.values()))
+        lines = []
+        for line in self.mechanism.lines:
+            name = next((n for i, n in enumerate(coordinates) if line.direction == unit_direction(i, self.n)), None)
+            held = springs.get(name, 0.0) if name is not None and any(line.stiffness) else 0.0
+            same = abs(line.constant - held) <= 1e-9 * max(abs(line.constant), abs(held))
+            lines.append(replace(line, constant=0.0 if same else line.constant - held))
+        self._lines(lines, list(joints.values()))
+        for drive in self.mechanism.drives:
+            own = [float(abs(c)) for c in drive.direction if c]
+            if own != [1.0] or drive.limit is not None or drive.delay or drive.lag is not None or drive.dead_zone:
+                how = "its gain, limit, delay, lag and dead zone: the actuators of the file stay as they are"
+                self._says(f"input {self.system.inputs[drive.index]}", "dropped", how)
+        for x in self.system.sensor_errors:
+            self._says(f"sensor of {x}", "dropped", "its error: the sensors of the file stay as they are")
+        costs = any(r.worst is not None for r in self.remarks)
+        assumed = tuple(_assumptions(self.region)) if costs else ()
+        actuators = tuple(self.actuators)
+        return Parts(joints, tuple(self._tendons(self.names)), actuators, tuple(self.remarks), assumed)
+
+    def _armatures(self, attributes: list[dict[str, str]]) -> None:
+        for name, inertia, own in zip(self.names, self.mechanism.inertias, attributes, strict=True):
+            if self.mechanism.tree is not None and inertia:
+                own["armature"] = number(inertia)
+                self._says(f"inertia of {name}", "exact", f"armature {own['armature']}")
+
+    def _lines(self, lines: Sequence[Line], attributes: list[dict[str, str]]) -> None:
+        for k, line in enumerate(lines):
+            joint = _alone(line)
+            target = {"joint": self.names[joint]} if joint is not None else {"tendon": self._tendon(line.direction)}
+            own = attributes[joint] if joint is not None else self.tendons[line.direction]
+            self._line(line, target, own, f"line{k + 1}.")
+
+    def _tendons(self, names: list[str]) -> list[Tendon]:
+        return [
+            (name["name"], list(name.items())[1:], self._coefficients(direction, names))
+            for direction, name in self.tendons.items()
+        ]
 
     def model(self, header: list[str]) -> MjcfModel:
         bodies = [Body(link) for link in links_of(self.mechanism)]
         names = [body.link.name for body in bodies]
-        for i, body in enumerate(bodies):
-            if self.mechanism.tree is not None and self.mechanism.inertias[i]:
-                body.joint["armature"] = number(self.mechanism.inertias[i])
-                self._says(f"inertia of {names[i]}", "exact", f"armature {body.joint['armature']}")
+        attributes = [body.joint for body in bodies]
+        self._armatures(attributes)
         for drive in self.mechanism.drives:
             self._drive(drive)
-        for k, line in enumerate(self.mechanism.lines):
-            joint = next((i for i in range(self.n) if line.direction == unit_direction(i, self.n)), None)
-            target = {"joint": names[joint]} if joint is not None else {"tendon": self._tendon(line.direction)}
-            attributes = bodies[joint].joint if joint is not None else self.tendons[line.direction]
-            self._line(line, target, attributes, f"line{k + 1}.")
+        self._lines(self.mechanism.lines, attributes)
         for x, error in self.system.sensor_errors.items():
             unit = self.system.position_units[self.system.positions.index(x)]
             size = float(np.abs(self.region.sampled(error.subs(self.system.values), unit_direction(0, self.n))).max())
@@ -150,10 +222,6 @@ class _Writer:
             if body.link.parent >= 0:
                 bodies[body.link.parent].children.append(body)
         gravity = self.mechanism.tree.gravity if self.mechanism.tree is not None else (Fraction(0),) * 3
-        tendons = [
-            (name["name"], list(name.items())[1:], self._coefficients(direction, names))
-            for direction, name in self.tendons.items()
-        ]
         costs = any(r.worst is not None for r in self.remarks)
         text = render(
             "export/model.mjcf.xml.j2",
@@ -164,7 +232,7 @@ class _Writer:
             solref=f"{number(2 * self.timestep)} 1",
             solimp=f"{IMPEDANCE} {IMPEDANCE} 0.001",
             roots=roots,
-            tendons=tendons,
+            tendons=self._tendons(names),
             actuators=self.actuators,
             coordinates=names,
         )
@@ -336,6 +404,12 @@ class _Writer:
                 np.array([drive.dead_zone * max(map(abs, drive.direction))]),
                 self._unit(drive.direction),
             )
+
+
+def _alone(line: Line) -> int | None:
+    """The coordinate of a line along it alone."""
+    n = len(line.direction)
+    return next((i for i in range(n) if line.direction == unit_direction(i, n)), None)
 
 
 def _assumptions(region: Region) -> list[str]:

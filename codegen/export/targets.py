@@ -13,9 +13,12 @@ from codegen.export.controller import Controller
 from codegen.export.force_map import csv_map, force_map, odrive_map
 from codegen.export.mechanism import mechanism_of
 from codegen.export.mjcf import build_mjcf
+from codegen.export.mjcf_into import mjcf_into
 from codegen.export.remarks import Remark
+from codegen.export.ros2_control import ros2_package
 from codegen.export.sdf import sdf_text
 from codegen.export.simulink import simulink_block
+from codegen.export.structured_text import structured_text
 from codegen.export.urdf import urdf_text
 from codegen.mechanics.system import System
 from codegen.spec.kinematics import KinematicTree
@@ -31,8 +34,8 @@ class Exportable(Protocol):
     @property
     def system(self) -> System: ...
 
-    def controller(self, precision: str) -> Controller:
-        """The generated observer."""
+    def controller(self, precision: str, cancelling: bool = False) -> Controller:
+        """The generated observer; with the cancelling input even where the spec asks for none."""
 
 
 @dataclass(frozen=True)
@@ -43,11 +46,15 @@ class Choices:
         header: lines for a comment on top.
         on: the coordinate of a map, or None.
         counts: of a turn in a map.
+        gear: turns of the motor a turn of the joint, or None where nobody said.
+        into: a model of the user's own, which takes what was found, or None.
     """
 
     header: list[str]
     on: str | None = None
     counts: int = 3600
+    gear: float | None = None
+    into: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -79,6 +86,10 @@ class Target:
 
 
 def _mjcf(machine: Exportable, choices: Choices) -> Exported:
+    if choices.into is not None:
+        mechanism = mechanism_of(machine.spec, machine.system)
+        text, remarks = mjcf_into(machine.spec, mechanism, choices.into, choices.header)
+        return Exported({"": text}, remarks)
     model = build_mjcf(machine.spec, mechanism_of(machine.spec, machine.system), choices.header)
     return Exported({"": model.text}, model.remarks)
 
@@ -94,13 +105,18 @@ def _sdf(machine: Exportable, choices: Choices) -> Exported:
 
 
 def _csv_map(machine: Exportable, choices: Choices) -> Exported:
-    table = force_map(machine.spec, mechanism_of(machine.spec, machine.system), choices.on)
+    gear = 1.0 if choices.gear is None else choices.gear
+    table = force_map(machine.spec, mechanism_of(machine.spec, machine.system), choices.on, gear)
     text, remarks = csv_map(table, choices.counts, choices.header)
     return Exported({"": text}, remarks)
 
 
 def _odrive(machine: Exportable, choices: Choices) -> Exported:
-    table = force_map(machine.spec, mechanism_of(machine.spec, machine.system), choices.on)
+    if choices.gear is None:
+        found = "no ratio, and the firmware's map is over the turn of the motor"
+        expected = "turns of the motor a turn of the joint; 1 where it drives the joint directly"
+        raise BadInput("--gear", found, expected, code="CALL001")
+    table = force_map(machine.spec, mechanism_of(machine.spec, machine.system), choices.on, choices.gear)
     text, remarks = odrive_map(table, choices.header)
     return Exported({"": text}, remarks)
 
@@ -115,6 +131,18 @@ def _simulink(machine: Exportable, choices: Choices) -> Exported:
     return Exported(simulink_block(controller, choices.header), (_certified(controller),))
 
 
+def _ros2_control(machine: Exportable, choices: Choices) -> Exported:
+    controller = machine.controller("double", cancelling=True)
+    tree = machine.spec.form
+    labels = {body.joint: body.label for body in tree.bodies} if isinstance(tree, KinematicTree) else {}
+    return Exported(ros2_package(controller, machine.system, choices.header, labels), (_certified(controller),))
+
+
+def _structured_text(machine: Exportable, choices: Choices) -> Exported:
+    controller = machine.controller("double")
+    return Exported({"": structured_text(controller, choices.header)}, (_certified(controller),))
+
+
 def _certified(controller: Controller) -> Remark:
     how = controller.claim if controller.certified else f"the code is not certified: {controller.claim}"
     return Remark("certificate", "exact" if controller.certified else "dropped", how)
@@ -127,6 +155,8 @@ TARGETS: dict[str, Target] = {
     "csv-map": Target(_csv_map, (".csv",), "forces that repeat with the position, a row a count of a turn"),
     "odrive": Target(_odrive, (".h",), "the cogging map of ODrive's firmware"),
     "arduino": Target(_arduino, (), "the observer in single precision, a library of Arduino and PlatformIO"),
+    "ros2_control": Target(_ros2_control, (), "a package with a chainable controller that compensates friction"),
+    "structured-text": Target(_structured_text, (".st", ".scl"), "the observer as a function block of a PLC"),
     "simulink": Target(_simulink, (), "the observer as a C MEX S-function"),
 }
 

@@ -99,7 +99,7 @@ class _Editing:
                 new[name] = number(value)
         if new != attributes:
             start = self._parser.CurrentByteIndex
-            end = _end_of_tag(self._content, start)
+            end = end_of_tag(self._content, start)
             closed = "/>" if self._content[end - 2 : end - 1] == b"/" else ">"
             written = "".join(f" {name}={quoteattr(value)}" for name, value in new.items())
             self.changes.append(_Change(start, end, f"<{tag}{written}{closed}"))
@@ -121,7 +121,7 @@ def _is(text: str, value: float) -> bool:
         return False
 
 
-def _end_of_tag(content: bytes, start: int) -> int:
+def end_of_tag(content: bytes, start: int) -> int:
     """The byte after a tag's ``>``, which may stand in a quoted value too."""
     quote = b""
     for at in range(start, len(content)):

@@ -30,9 +30,7 @@ def audit_record(log: Log, turns: bool = True) -> Iterator[Finding]:
     yield from _repairs(log)
     yield from repeat_finding(log.intake.repeated, log.intake.stale)
     yield from log.intake.findings
-    for words in log.description.unknown:
-        yield Finding("warning", "description", words[0].upper() + words[1:] + ".")
-    for note in log.notes[len(log.description.unknown) :]:
+    for note in log.notes:
         yield Finding("info", "reading", note[0].upper() + note[1:] + ".")
 
 

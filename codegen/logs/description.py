@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict
 
-from codegen.base.errors import BadInput, Place, nearest_name
+from codegen.base.errors import BadInput, Place
 from codegen.base.input_files import read_text
 from codegen.spec.expression import parse_expression
 from codegen.spec.validation import validate
@@ -43,7 +43,6 @@ class LogDescription:
         encoder_step, position_noise: one number a coordinate (a single one stands for all), m or rad; zero for none.
         trim_s: seconds to leave out at both ends of an evaluation.
         restart_s: seconds between restarts of a free-run simulation.
-        unknown: words on keys that nothing reads.
         places: where each key stands.
     """
 
@@ -70,7 +69,6 @@ class LogDescription:
     trim_s: float | None = None
     restart_s: float | None = None
     fill_missing: bool = False
-    unknown: tuple[str, ...] = ()
     places: Mapping[str, Place] = field(default_factory=dict)
 
     def place(self, key: str) -> Place:
@@ -171,9 +169,9 @@ Numbers = Annotated[list[float] | None, BeforeValidator(_numbers)]
 
 
 class EvaluationSection(BaseModel):
-    """How an evaluation filters and cuts; unknown keys are named in the log's notes."""
+    """How an evaluation filters and cuts."""
 
-    model_config = ConfigDict(extra="allow", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True)
 
     filter: str = ""
     cutoff_hz: Positive = None
@@ -182,9 +180,9 @@ class EvaluationSection(BaseModel):
 
 
 class DescriptionDocument(BaseModel):
-    """The file's shape; unknown keys are named in the log's notes."""
+    """The file's shape."""
 
-    model_config = ConfigDict(extra="allow", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True)
 
     columns: Annotated[Any, BeforeValidator(_columns)] = {}
     scale: dict[str, Annotated[float, BeforeValidator(_factor)]] = {}
@@ -214,7 +212,7 @@ def read_description(path: str | Path) -> LogDescription:
     """Read a description file.
 
     Raises:
-        BadInput: if it cannot be read, is not a YAML mapping, or a known key holds what cannot be used.
+        BadInput: if it cannot be read, is not a YAML mapping, holds an unknown key, or one with what cannot be used.
     """
     path = Path(path)
     document, places = load_mapping(read_text(path, "a log description (YAML)"), str(path), "columns: {x: qm}")
@@ -244,16 +242,5 @@ def read_description(path: str | Path) -> LogDescription:
         position_noise=tuple(d.position_noise_rms) if d.position_noise_rms else None,
         trim_s=d.evaluation.trim_s,
         restart_s=d.evaluation.restart_s,
-        unknown=(*_unknown(d, path.name, ""), *_unknown(d.evaluation, path.name, "evaluation.")),
         places=places,
     )
-
-
-def _unknown(section: BaseModel, file: str, prefix: str) -> list[str]:
-    known = sorted(type(section).model_fields)
-    words = []
-    for key in section.model_extra or {}:
-        nearest = nearest_name(key, known)
-        hint = f" (did you mean `{prefix}{nearest}`?)" if nearest else ""
-        words.append(f"{file}: nothing reads the key `{prefix}{key}`{hint}")
-    return words

@@ -255,7 +255,7 @@ def _log(
         cutoff_hz=_cutoff(spec, description, grid),
         tolerance=description.tolerance,
         encoder_step=encoder,
-        notes=(*description.unknown, *said, *binding.notes, *_hold_note(description), *cleaned.notes, *grid.notes),
+        notes=(*said, *binding.notes, *_hold_note(description), *cleaned.notes, *grid.notes),
         gaps=grid.gaps,
         intake=intake,
         description=description,

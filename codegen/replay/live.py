@@ -10,16 +10,18 @@ from itertools import pairwise
 from pathlib import Path
 from signal import SIGINT, signal
 from time import sleep
+from typing import TypeVar
 
 import numpy as np
 
 from codegen.base.errors import BadInput
 from codegen.base.input_files import opened
+from codegen.logs.bag_folder import is_bag
 from codegen.logs.binding import bind
 from codegen.logs.counters import mended
-from codegen.logs.csv_file import EXPECTED, LONGEST_LINE, CsvSource, open_lines
+from codegen.logs.csv_file import EXPECTED, LONGEST_LINE, CsvSource, open_csv, open_lines
 from codegen.logs.description import LogDescription
-from codegen.logs.readers import log_description
+from codegen.logs.readers import FORMATS, log_description
 from codegen.logs.source import LARGEST_STREAM
 from codegen.logs.table import ROWS_ALIKE
 from codegen.logs.term import columns_of, compute
@@ -28,10 +30,19 @@ from codegen.program import Program
 from codegen.replay.samples import Block
 from codegen.spec import Spec
 
+Piece = TypeVar("Piece")
 STDIN = "-"
 PIECE = 1 << 16
 PAUSE = 0.05
 """Seconds until a file that is followed is looked at again."""
+
+
+def is_recorded(log: str | Path) -> bool:
+    """Whether a log is a whole file of a format that is no text, such as MCAP: read at once, at its own end."""
+    path = Path(log)
+    if str(log) == STDIN:
+        return False
+    return FORMATS.get(path.suffix.lower(), open_csv) is not open_csv or is_bag(path)
 
 
 def pieces(log: str, follow: bool) -> Iterator[bytes]:
@@ -87,8 +98,8 @@ class Stop:
         if self.waiting:
             raise KeyboardInterrupt
 
-    def until_asked(self, given: Iterator[bytes]) -> Iterator[bytes]:
-        """The pieces; KeyboardInterrupt once it was asked for."""
+    def until_asked(self, given: Iterator[Piece]) -> Iterator[Piece]:
+        """The pieces, or blocks; KeyboardInterrupt once it was asked for."""
         while not self.asked:
             self.waiting = True
             try:

@@ -89,7 +89,7 @@ class Samples:
             raise NotStreamed  # rows depend on other rows
         require_columns(stream.names, described)
         self._require_inputs(binding.terms, stream.place)
-        self.notes = [*described.unknown, *stream.notes, *binding.notes]
+        self.notes = [*stream.notes, *binding.notes]
         yield from self._blocks(stream, binding, described)
 
     def whole(self, why: Irregular | None) -> Iterator[Block]:

@@ -69,13 +69,18 @@ def read_mjcf(path: Path) -> MjcfRobot:
         BadInput: where MuJoCo is not installed, for a file that is no model, a floating base, or a body with two joints
             or a ball joint.
     """
-    mujoco, model = _compiled(path)
+    mujoco, model = compiled(path)
     conversion = _Conversion(path, mujoco, model)
     with np.errstate(all="ignore"):  # numbers that are too large are refused by the reader of the robot description
         return MjcfRobot(conversion.urdf(), conversion.joints(), _three(model.opt.gravity), conversion.remarks())
 
 
-def _compiled(path: Path) -> tuple[Any, Any]:
+def compiled(path: Path) -> tuple[Any, Any]:
+    """The package mujoco, and the model that it makes of a file.
+
+    Raises:
+        BadInput: where MuJoCo is not installed, or for a file that is no model.
+    """
     read_bytes(path, EXPECTED, LARGEST)
     try:
         import mujoco

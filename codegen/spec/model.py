@@ -64,11 +64,16 @@ class Contact:
 
 @dataclass(frozen=True)
 class DeclaredEffect:
-    """An entry of ``effects:``; kind, place and parameters as in the catalogue, in SI."""
+    """An entry of ``effects:``; kind, place and parameters as in the catalogue, in SI.
+
+    Attributes:
+        units: parameter → the unit that it was written with, where it has one.
+    """
 
     kind: str
     on: tuple[str, ...]
     parameters: Mapping[str, Any]
+    units: Mapping[str, str] = field(default_factory=dict, compare=False)
 
 
 @dataclass(frozen=True)

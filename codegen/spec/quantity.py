@@ -24,6 +24,28 @@ def split_quantity(text: str) -> tuple[str, str] | None:
     return None
 
 
+def with_any_unit(text: str, place: Place) -> tuple[sympy.Rational, str]:
+    """An exact number in SI and the unit that it was written with, "" where it has none.
+
+    For a place where the unit that it must have is known later only.
+
+    Raises:
+        BadInput: for text that is no number, or an unknown unit.
+    """
+    parts = split_quantity(text)
+    if parts is None:
+        return exact_number(text, place), ""
+    number, unit = parts
+    return printed(exact_number(number, place) * si_factor(unit, place), place, f"{text} in SI units"), unit
+
+
+def refuse_other_unit(given: str, unit: str, found: str, place: Place) -> None:
+    """Raise BadInput where ``given``, if any, has another dimension than ``unit``."""
+    if given and dimension(parse_unit(given, place)) != dimension(parse_unit(unit, place)):
+        found = f"`{found}`, in {describe(dimension(parse_unit(given, place)))}"
+        raise BadInput(place, found, f"a number in {unit}, or one with another unit of it", code="SPEC014")
+
+
 def read_quantity(text: str, unit: str, place: Place) -> sympy.Rational:
     """An exact number in a unit of SI.
 
@@ -38,12 +60,5 @@ def read_quantity(text: str, unit: str, place: Place) -> sympy.Rational:
     if parts is None:
         return exact_number(text, place)
     number, given = parts
-    found, wanted = dimension(parse_unit(given, place)), dimension(parse_unit(unit, place))
-    if found != wanted:
-        raise BadInput(
-            place,
-            f"`{text}`, in {describe(found)}",
-            f"a number in {unit}, or one with another unit of it",
-            code="SPEC014",
-        )
+    refuse_other_unit(given, unit, text, place)
     return printed(exact_number(number, place) * si_factor(given, place), place, f"{text} in {unit}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -25,7 +26,7 @@ from codegen.spec.motion import Sliding
 from codegen.spec.motion_section import read_motion
 from codegen.spec.observer_section import read_observer
 from codegen.spec.printed import printed
-from codegen.spec.quantity import read_quantity
+from codegen.spec.quantity import read_quantity, with_any_unit
 from codegen.spec.reserved import is_device, is_identifier, is_macro, reserved, shadows_header
 from codegen.spec.schema import SpecDocument
 from codegen.spec.share import read_share
@@ -46,10 +47,24 @@ def read_spec(path: str | Path) -> Spec:
         path: the YAML file.
 
     Raises:
-        BadInput: for what in it cannot be used, with file and line; ``others`` holds the further faults.
+        BadInput: for a path that is none, a robot file, or what in it cannot be used, with file and line; ``others``
+            holds the further faults.
     """
+    if not isinstance(path, str | os.PathLike):
+        raise BadInput("the path of a spec", f"{path!r}", "text, or a Path", code="CALL001")
     path = Path(path)
-    return parse_spec(read_text(path, "a spec file (YAML)"), path)
+    text = read_text(path, "a spec file (YAML)")
+    _refuse_robot_file(text, path)
+    return parse_spec(text, path)
+
+
+def _refuse_robot_file(text: str, path: Path) -> None:
+    """Point to ``init`` where a robot description or a MuJoCo model stands in place of a spec."""
+    if text.lstrip("\N{ZERO WIDTH NO-BREAK SPACE} \t\r\n").startswith("<"):
+        mujoco, urdf = "<mujoco" in text, "<robot" in text
+        found = "a MuJoCo model (MJCF)" if mujoco else "a robot description (URDF)" if urdf else "XML"
+        made = f"; `stiction init {path.name}` writes one for it" if mujoco or urdf else ""
+        raise BadInput(str(path), found, f"a spec file (YAML){made}", code="SPEC001")
 
 
 def parse_spec(text: str, path: Path) -> Spec:
@@ -97,8 +112,6 @@ class _Reading:
         coordinates = tuple(replace(c, unit=self._si_unit(c.unit, f"coordinates.{c.name}.unit")) for c in coordinates)
         inputs = tuple(replace(i, unit=self._si_unit(i.unit, f"inputs.{i.name}.unit")) for i in inputs)
 
-        position = {c.name for c in coordinates}
-        moving = {c.velocity for c in coordinates} | {i.name for i in inputs}
         motion = self._noted(faults, read_motion, d, coordinates, inputs, self.place, self.tree)
         slidings = motion.slidings if motion else (None,) * len(d.friction.contacts)
         contacts = [self._noted(faults, self._contact, i, sliding) for i, sliding in enumerate(slidings)]
@@ -108,12 +121,7 @@ class _Reading:
         if len(friction) == len(contacts):
             observer = self._noted(faults, read_observer, d.observer, friction, self.place)
             cancellation = self._noted(faults, read_cancellation, d.cancellation, friction, self.place)
-        envelope = self._envelope(
-            {*position, *moving, *(f"{k}_{c.name}" for k in "af" for c in d.friction.contacts)}
-            | {name for c in coordinates for name in (f"{c.velocity}_dot", f"{c.name}_noise")}
-            | {f"f_{c.name}_dot" for c in d.friction.contacts},
-            faults,
-        )
+        envelope = self._envelope(self._envelope_units(coordinates, inputs), faults)
         simulation = self._noted(faults, read_simulation, d.simulation, coordinates, inputs, self.place)
         log = self._noted(faults, self._log, _units(coordinates, inputs))
         faults.raise_noted()
@@ -228,18 +236,31 @@ class _Reading:
 
     def _effect(self, index: int) -> DeclaredEffect:
         section, key = self.document.effects[index], f"effects[{index}]"
-        values = {k: self._number(v, f"{key}.parameters.{k}") for k, v in section.parameters.items()}
-        return DeclaredEffect(section.kind, tuple(section.on), values)
+        given = {k: with_any_unit(v, self.place(f"{key}.parameters.{k}")) for k, v in section.parameters.items()}
+        values, units = ({k: pair[i] for k, pair in given.items()} for i in (0, 1))
+        return DeclaredEffect(section.kind, tuple(section.on), values, {k: unit for k, unit in units.items() if unit})
 
-    def _envelope(self, names: set[str], faults: Faults) -> dict[str, tuple[Any, Any]]:
-        ranges = {name: self._noted(faults, self._range, name, names) for name in self.document.envelope}
+    def _envelope_units(self, coordinates: Iterable[Coordinate], inputs: Iterable[Input]) -> dict[str, str]:
+        """The SI unit of everything that may have a range."""
+        units = _units(coordinates, inputs)
+        del units["t"]
+        for c in coordinates:
+            units |= {f"{c.velocity}_dot": f"{c.unit}/s^2", f"{c.name}_noise": c.unit}
+        for contact in self.document.friction.contacts:
+            units |= {f"a_{contact.name}": contact.unit, f"f_{contact.name}": contact.unit}
+            units[f"f_{contact.name}_dot"] = f"({contact.unit})/s"
+        return units
+
+    def _envelope(self, units: Mapping[str, str], faults: Faults) -> dict[str, tuple[Any, Any]]:
+        ranges = {name: self._noted(faults, self._range, name, units) for name in self.document.envelope}
         return {name: bounds for name, bounds in ranges.items() if bounds is not None}
 
-    def _range(self, name: str, names: set[str]) -> tuple[Any, Any]:
+    def _range(self, name: str, units: Mapping[str, str]) -> tuple[Any, Any]:
         key, (low, high) = f"envelope.{name}", self.document.envelope[name]
         expected = "a coordinate, velocity or input, with _dot or _noise behind it, or a_ or f_ with a contact's name"
-        refuse_unknown(name, names, self.place(key), "unknown name", expected, code="SPEC008")
-        bounds = self._number(low, f"{key}[0]"), self._number(high, f"{key}[1]")
+        refuse_unknown(name, units, self.place(key), "unknown name", expected, code="SPEC008")
+        places = self.place(f"{key}[0]"), self.place(f"{key}[1]")
+        bounds = read_quantity(low, units[name], places[0]), read_quantity(high, units[name], places[1])
         if not bounds[0] < bounds[1]:
             raise BadInput(self.place(key), f"[{low}, {high}]", "a range [low, high] with low < high", code="SPEC007")
         return bounds

@@ -74,6 +74,11 @@ Range = Annotated[
     BeforeValidator(_range_like),
     WithJsonSchema({"type": "array", "items": _NUMBER, "minItems": 2, "maxItems": 2}),
 ]
+QuantityRange = Annotated[
+    list[Quantity],
+    BeforeValidator(_range_like),
+    WithJsonSchema({"type": "array", "items": _QUANTITY, "minItems": 2, "maxItems": 2}),
+]
 Names = Annotated[list[str], BeforeValidator(_as_list), WithJsonSchema(_TEXT_OR_LIST)]
 Terms = Annotated[
     list[Text],
@@ -167,7 +172,7 @@ class LagrangianSection(Section):
 class EffectSection(Section):
     kind: str
     on: Names
-    parameters: dict[str, Number]
+    parameters: dict[str, Quantity]
 
 
 class AssumedLawSection(BaseModel):
@@ -259,7 +264,7 @@ class SpecDocument(Section):
     friction: FrictionSection
     effects: list[EffectSection] = []
     observer: ObserverSection | None = None
-    envelope: dict[str, Range] = {}
+    envelope: dict[str, QuantityRange] = {}
     simulation: SimulationSection | None = None
     log: LogSection | None = None
     code: CodeSection = CodeSection()

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from codegen.app.guess_columns import guess_columns
@@ -120,3 +122,43 @@ def test_refusals(folder: Path, arguments: tuple[str, ...], words: str) -> None:
     result = stiction("init", *arguments)
     assert is_one_message(result) and words in result.err, result
     assert contents(folder) == before
+
+
+def _log(path: Path, joint: str, velocity: bool, step: float = 0.004) -> None:
+    """A joint that swings by 4 rad at 1 rad/s, 10 s long, with stamps that jitter by a hundredth of a step."""
+    t = np.arange(0, 10, step) + np.random.default_rng(0).uniform(-0.01, 0.01, round(10 / step)) * step
+    columns = {"time": t, f"{joint}_position": 4 * np.sin(t)} | (
+        {f"{joint}_velocity": 4 * np.cos(t)} if velocity else {}
+    )
+    rows = "\n".join(",".join(f"{v:.9g}" for v in row) for row in zip(*columns.values(), strict=True))
+    path.write_text(",".join(columns) + "\n" + rows + "\n")
+
+
+@pytest.mark.parametrize("velocity", [True, False])
+def test_the_sample_time_and_the_speeds_of_the_log(folder: Path, velocity: bool) -> None:
+    shutil.copy(SPECS / "seven_joint_arm.urdf", folder / "arm.urdf")
+    joint, other = read_spec(SPECS / "seven_joint_arm.yaml").positions[:2]
+    _log(folder / "run.csv", joint, velocity)
+    assert stiction("init", "arm.urdf", "--log", "run.csv").code == 0
+    spec = read_spec("arm.yaml")
+    assert spec.observer is not None and float(spec.observer.sample_time) == pytest.approx(0.004, rel=1e-2)
+    low, high = map(float, spec.envelope[f"v_{joint}"])
+    assert -low == high == pytest.approx(1.2 * 4, rel=0.02) and high >= 1.2 * 3.999
+    assert tuple(map(float, spec.envelope[f"v_{other}"])) == (-1, 1)
+    low, high = map(float, spec.envelope[joint])
+    assert low <= -3.99 and high >= 3.99 and spec.envelope[other] != spec.envelope[joint]
+    text = Path("arm.yaml").read_text()
+    assert "# the median step of the log" in text
+    assert f"# 1.2 times the highest speed in the log, 4 rad/s{'' if velocity else ' by its positions'}" in re.sub(
+        r"(log, )[34]\.\d+", r"\g<1>4", text
+    )
+
+
+def test_a_log_that_cannot_be_read_leaves_the_defaults_and_says_so(folder: Path) -> None:
+    shutil.copy(SPECS / "seven_joint_arm.urdf", folder / "arm.urdf")
+    joint = read_spec(SPECS / "seven_joint_arm.yaml").positions[0]
+    (folder / "run.csv").write_text(f"time,{joint}_position\n1,0\n0,0\n")
+    assert stiction("init", "arm.urdf", "--log", "run.csv").code == 0
+    text = Path("arm.yaml").read_text()
+    assert "# Sample time and speeds were not taken from it: " in text and "sample_time: 1 ms" in text
+    assert "[-1, 1]" in text

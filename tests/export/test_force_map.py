@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 from pathlib import Path
 
@@ -52,7 +53,7 @@ def test_friction_that_repeats_is_a_column_of_its_own(tmp_path: Path) -> None:
 
 def test_odrive_s_lookup_cancels_the_cogging(tmp_path: Path) -> None:
     """The header compiled, and looked up as the firmware does: (int)(3600·turns), modulo 3600."""
-    header = written(tmp_path, "odrive", "map.h")
+    header = written(tmp_path, "odrive", "map.h", "--gear", 1)
     (tmp_path / "look.c").write_text(
         '#include <stdio.h>\n#include <stdlib.h>\n#include "map.h"\n'
         "int main(int n, char **a) { for (int k = 1; k < n; k++) { int i = (int)(atof(a[k]) * 3600.0) % 3600;\n"
@@ -78,7 +79,59 @@ def test_maps_are_refused_where_there_is_none(tmp_path: Path) -> None:
     path.write_text(one()[0].text, "utf-8")
     assert is_one_message(stiction("export", path, "--to", "csv-map", "-o", tmp_path / "map.csv"))
     path.write_text(one(effects=effect("cogging", "x", amplitude=0.4, period=1, phase=0))[0].text, "utf-8")
-    assert is_one_message(stiction("export", path, "--to", "odrive", "-o", tmp_path / "map.h"))
+    assert is_one_message(stiction("export", path, "--to", "odrive", "-o", tmp_path / "map.h", "--gear", "1"))
     for more in (("--counts", "0"), ("--on", "y")):
         assert is_one_message(stiction("export", path, "--to", "csv-map", "-o", tmp_path / "map.csv", *more))
     assert sorted(p.name for p in tmp_path.iterdir()) == ["axis.yaml"]
+
+
+GEAR = 5
+
+
+def test_behind_a_gear_the_map_is_the_motor_s(tmp_path: Path) -> None:
+    """35 waves a turn of the joint are 7 a turn of the motor; its torque is a fifth, and its angle five times."""
+    behind = effect("cogging", "x", amplitude=0.5, period=2 * np.pi / 35, phase=0.4)
+    for gear in (GEAR, -GEAR):
+        path = written(tmp_path, "odrive", f"map_{gear + 5}.h", "--gear", gear, effects=behind)
+        numbers = re.findall(r"-?\d\.\d+e[-+]\d+(?=f)", path.read_text())
+        entries = np.array(numbers, dtype=float)
+        motor = (np.arange(3600) + 0.5) * 2 * np.pi / 3600
+        joint = motor / gear
+        power = entries * gear + 0.5 * np.sin(35 * joint + 0.4)  # torque on the joint by the map, and by the cogging
+        assert np.abs(power).max() < 1e-5
+    assert f"{-GEAR}*x" in path.read_text()
+
+
+def test_odrive_s_map_is_refused_without_the_gear(tmp_path: Path) -> None:
+    path = tmp_path / "axis.yaml"
+    path.write_text(one(effects=HARMONICS, turns=True)[0].text, "utf-8")
+    refused = stiction("export", path, "--to", "odrive", "-o", tmp_path / "map.h")
+    assert is_one_message(refused) and "--gear" in refused.err and "turn of the motor" in refused.err
+    for gear in ("0", "nan", "inf"):
+        assert is_one_message(stiction("export", path, "--to", "csv-map", "-o", tmp_path / "map.csv", "--gear", gear))
+
+
+def test_weights_and_forces_of_the_model_are_left_out(tmp_path: Path) -> None:
+    """Gravity in `force:`, at the cogging's own period too, and an imbalance are no cogging."""
+    weight = effect("gravity_imbalance", "x", G=0.2, phase=0.1)
+    both = weight[:-1] + ", " + effect("cogging", "x", amplitude=0.3, period=2 * np.pi, phase=0)[1:]
+    path = tmp_path / "axis.yaml"
+    text = one(effects=both, turns=True)[0].text
+    path.write_text(text.replace("force: [w - k*x]", "force: [w - k/20*sin(x) + k/30*sin(7*x)]"), "utf-8")
+    done = stiction("export", path, "--to", "csv-map", "-o", tmp_path / "map.csv")
+    assert done.code == 0, done.err
+    rows = np.loadtxt(tmp_path / "map.csv", delimiter=",", comments=["#", "c"])
+    assert np.allclose(rows[:, 2], -0.3 * np.sin(rows[:, 1]), atol=1e-8)
+    assert done.out.count("a weight, or a force that stands in `force:`") == 3
+    path.write_text(text.replace(both, "[]").replace("force: [w - k*x]", "force: [w - k*sin(x)]"), "utf-8")
+    refused = stiction("export", path, "--to", "csv-map", "-o", tmp_path / "other.csv")
+    assert is_one_message(refused) and "a weight, or what stands in `force:`" in refused.err
+
+
+def test_a_fitted_period_is_taken_as_a_whole_number_of_waves(tmp_path: Path) -> None:
+    near = effect("cogging", "x", amplitude=0.5, period=2 * np.pi / 14.003, phase=0.4)
+    path = written(tmp_path, "csv-map", "map.csv", effects=near)
+    rows = np.loadtxt(path, delimiter=",", comments=["#", "c"])
+    left = np.abs(rows[:, 2] + 0.5 * np.sin(14.003 * rows[:, 1] + 0.4)).max()
+    said = next(line for line in path.read_text().splitlines() if "taken as 14" in line)
+    assert left <= float(said.split("at most ")[1].split(",")[0]) * 1.001 < 0.01

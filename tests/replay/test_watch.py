@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import signal
 import subprocess
 import sys
@@ -15,10 +16,12 @@ import pytest
 
 from codegen.app.machine import Machine, load
 from codegen.app.watch import watch, watched_text
+from codegen.logs.ros_definitions import DEFINITIONS
 from tests.app.command import SPECS, is_one_message, stiction
 
 BELT = SPECS / "belt_axis.yaml"
 PERIOD = 0.001
+JOINTS = "sensor_msgs/msg/JointState"
 JUMP = 2.0
 """When the friction or the force changes, s: in the middle of a stroke."""
 
@@ -97,6 +100,47 @@ def test_a_jump_is_said_at_its_time(logs: dict[str, str], what: str, tmp_path: P
 def test_pieces_of_any_size_give_the_same(logs: dict[str, str]) -> None:
     found = [watch(belt(), "-", given=pieces(logs["force"], size)).content for size in (10**7, 4096, 501)]
     assert found[0] == found[1] == found[2] and found[0]["alarms"]
+
+
+def columns(text: str) -> dict[str, np.ndarray]:
+    return dict(zip("txu", np.loadtxt(text.splitlines(), delimiter=",", skiprows=1).T, strict=True))
+
+
+def write_mcap(path: Path, given: dict[str, np.ndarray]) -> None:
+    """As sensor_msgs/JointState with a stamp of today."""
+    from mcap_ros2.writer import Writer
+
+    with path.open("wb") as stream:
+        writer = Writer(stream)
+        schema = writer.register_msgdef(JOINTS, DEFINITIONS[JOINTS])
+        for t, x, u in zip(*(given[name].tolist() for name in "txu"), strict=True):
+            ns = 1_700_000_000_000_000_000 + round(t * 1e9)
+            header = {"stamp": {"sec": ns // 10**9, "nanosec": ns % 10**9}, "frame_id": ""}
+            message = {"header": header, "name": ["rail"], "position": [x], "velocity": [], "effort": [u]}
+            writer.write_message("/joint_states", schema, message, log_time=ns)
+        writer.finish()
+
+
+@pytest.mark.parametrize("ending", [".npz", ".json", ".mcap"])
+def test_other_formats_are_watched_as_files(logs: dict[str, str], ending: str, tmp_path: Path) -> None:
+    """The same alarm as in the CSV file; MCAP as its reference library writes it."""
+    path, names = tmp_path / f"log{ending}", {}
+    given = columns(logs["friction"])
+    if ending == ".npz":
+        np.savez(path, **given)
+    elif ending == ".json":
+        path.write_text(json.dumps({name: values.tolist() for name, values in given.items()}))
+    else:
+        pytest.importorskip("mcap_ros2", reason="needs the extra mcap")
+        write_mcap(path, given)
+        names = {"x": "/joint_states.position[rail]", "u": "/joint_states.effort[rail]"}
+    (alarm,) = watch(belt(), path, names).alarms
+    (same,) = watch(belt(), "-", given=pieces(logs["friction"], 4096)).alarms
+    shift = alarm.said - same.said  # stamps of today are no times from zero
+    assert alarm.since - same.since == pytest.approx(shift, abs=1e-6)
+    assert alarm.worst == pytest.approx(same.worst, rel=1e-4)
+    refused = stiction("watch", BELT, "--log", path, "--follow")
+    assert is_one_message(refused) and "--follow" in refused.err
 
 
 def test_a_longer_dwell_is_waited_for(logs: dict[str, str]) -> None:
@@ -190,7 +234,13 @@ def test_a_machine_without_a_bound_is_refused(tmp_path: Path) -> None:
     text = BELT.read_text("utf-8")
     (tmp_path / "belt.yaml").write_text("".join(line for line in text.splitlines(True) if "v_dot" not in line), "utf-8")
     done = stiction("watch", tmp_path / "belt.yaml", "--log", tmp_path / "log.csv")
-    assert is_one_message(done) and "no bound in newtons" in done.err
+    said = stiction("certify", tmp_path / "belt.yaml").out
+    why = said.split("error bound: none; ")[1].splitlines()[0]
+    assert is_one_message(done) and f"no bound in newtons: {why}" in done.err
+    (tmp_path / "fast.yaml").write_text(re.sub(r"K_v: \S+?(?=[,}])", "K_v: 1e7", text), "utf-8")
+    done = stiction("watch", tmp_path / "fast.yaml", "--log", tmp_path / "log.csv")
+    reason = stiction("certify", tmp_path / "fast.yaml").err.splitlines()[0].removeprefix("refused: ")
+    assert is_one_message(done) and f"no certificate: {reason[:60]}" in done.err
     assert is_one_message(stiction("watch", BELT, "--log", tmp_path / "absent.csv"))
     assert is_one_message(stiction("watch", BELT, "--log", tmp_path / "absent.csv", "--dwell", "-1"))
 

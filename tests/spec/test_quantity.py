@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from codegen.base.errors import BadInput
+from codegen.effects.declare import system_of
 from codegen.spec import Spec, parse_spec
 
 ONE = (Path(__file__).parents[2] / "specs" / "one_mass.yaml").read_text()
@@ -47,3 +48,40 @@ def test_a_power_by_either_sign() -> None:
     product = spec(("  - w\n", "  - w - m*v*v/x0\n"), length)
     for power in ("v**2", "v^2", "v ^ 2"):
         assert spec(("  - w\n", f"  - w - m*{power}/x0\n"), length).force == product.force
+
+
+BARE = ONE[: ONE.index("envelope:")].replace("effects: []", "#") + ONE[ONE.index("simulation:") :]
+EFFECT = "effects:\n  - {kind: cogging, on: x, parameters: {amplitude: %s, period: %s, phase: %s}}\n"
+ENVELOPE = "envelope:\n  x: [%s]\n  v: [%s]\n  v_dot: [%s]\n  x_noise: [%s]\n  a_%s: [%s]\n"
+
+
+def test_ranges_and_effects() -> None:
+    """Each with a unit of its own, against the same numbers in SI."""
+    contact = parse_spec(BARE, Path("s.yaml")).contacts[0].name
+    wide = [
+        ("-10 mm, 1 cm", "-500 mm/s, 0.5", "-20, 2e4 mm/s^2", "-5 um, 5e-6 m", contact, "0, 12 N"),
+        ("-0.01, 0.01", "-0.5, 0.5", "-20, 20", "-5e-6, 5e-6", contact, "0, 12"),
+    ]
+    force = [("2e3 mN", "1 cm", "90 deg"), ("2", "0.01", "1.5707963267948966")]
+    given, plain = (
+        parse_spec(BARE + ENVELOPE % ranges + EFFECT % values, Path("s.yaml"))
+        for ranges, values in zip(wide, force, strict=True)
+    )
+    assert given.envelope == plain.envelope and given.effects == plain.effects
+    assert system_of(given).values == system_of(plain).values
+
+
+@pytest.mark.parametrize(
+    ("text", "key"),
+    [
+        (EFFECT % ("2 mm", "0.01", "0"), "effects[0].parameters.amplitude"),
+        (EFFECT % ("2", "0.01 s", "0"), "effects[0].parameters.period"),
+        ("envelope: {x: [-1 mm/s, 1]}\n", "envelope.x[0]"),
+        ("envelope: {v: [-1, 1 m]}\n", "envelope.v[1]"),
+        ("envelope: {v_dot: [-1, 1 m/s]}\n", "envelope.v_dot[1]"),
+    ],
+)
+def test_another_dimension_is_told(text: str, key: str) -> None:
+    with pytest.raises(BadInput) as told:
+        system_of(parse_spec(BARE + text, Path("s.yaml")))
+    assert (told.value.code, told.value.place.key) == ("SPEC014", key) and "or one with another unit" in str(told.value)

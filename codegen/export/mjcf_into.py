@@ -1,0 +1,170 @@
+"""A user's own MuJoCo model with the friction that was found: attributes of its joints, and elements behind its own.
+
+All else stays byte for byte: bodies, shapes, actuators, sensors, keyframes, comments. Of a joint ``damping`` and
+``frictionloss`` are set where the compiled model has another value, ``armature`` and ``stiffness`` where the machine
+has one besides. What MuJoCo holds in a ``dcmotor`` or a tendon (cogging, LuGre friction, friction between joints) is
+added at the end of the file.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from xml.parsers import expat
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+from codegen.base.errors import BadInput, nearest_name
+from codegen.base.input_files import read_bytes
+from codegen.base.text import render
+from codegen.export.mechanism import Mechanism
+from codegen.export.mjcf import Parts, parts_for
+from codegen.export.remarks import Remark
+from codegen.export.urdf import end_of_tag
+from codegen.spec.mjcf import EXPECTED, compiled
+from codegen.spec.model import Spec
+from codegen.spec.robot_file import LARGEST
+from codegen.spec.urdf import identifier
+
+SAME = 1e-9
+"""Relative difference below which a value of the file is kept as it is written."""
+FRICTION = ("damping", "frictionloss")
+KEPT = {"damping": "dof_damping", "frictionloss": "dof_frictionloss", "armature": "dof_armature"}
+"""Attribute of a joint → field of the compiled model, by degree of freedom."""
+
+
+@dataclass(frozen=True)
+class _Joint:
+    """A joint of the user's model: its name, its values after defaults, and the force of its spring at zero."""
+
+    label: str
+    values: Mapping[str, float]
+    spring_force: float
+
+
+def mjcf_into(spec: Spec, mechanism: Mechanism, path: Path, header: list[str]) -> tuple[str, tuple[Remark, ...]]:
+    """The user's model with the machine's friction, and what it holds.
+
+    Args:
+        path: the model; its joints are named like the coordinates.
+
+    Raises:
+        BadInput: for a file that is no model, a coordinate without a joint, or a joint that stands in another file.
+    """
+    mujoco, model = compiled(path)
+    joints = _joints(mujoco, model)
+    names = [x.name for x in mechanism.system.positions]
+    for name in names:
+        if name not in joints:
+            found = f"no joint for the coordinate {name}"
+            raise BadInput(str(path), found, "a joint of that name", nearest_name(name, joints), code="SPEC031")
+    labels = {name: joints[name].label for name in names}
+    rest = {name: joints[name].spring_force for name in names}
+    parts = parts_for(spec, mechanism, float(model.opt.timestep), labels, rest)
+    changes = {labels[name]: _changed(joints[name], parts.joints[name]) for name in names}
+    content = read_bytes(path, EXPECTED, LARGEST)
+    edited = _edited(content, {label: new for label, new in changes.items() if new}, path)
+    lines = [*header, f"of {path.name}, whose joints have other values, and new elements at the end", *parts.assumed]
+    lines = [*lines, *(r.text for r in parts.remarks)]
+    return _with_parts(edited, parts, lines, path), parts.remarks
+
+
+def _joints(mujoco: Any, model: Any) -> dict[str, _Joint]:
+    """Hinge and slide joints that have a name, by the identifier made of it."""
+    found = {}
+    moving = {int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)}
+    for j in range(model.njnt):
+        label = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_JOINT, j)
+        if not label or int(model.jnt_type[j]) not in moving:
+            continue
+        dof = int(model.jnt_dofadr[j])
+        values = {name: float(np.ravel(getattr(model, field)[dof])[0]) for name, field in KEPT.items()}
+        values["stiffness"] = float(np.ravel(model.jnt_stiffness[j])[0])
+        rest = values["stiffness"] * float(model.qpos_spring[model.jnt_qposadr[j]])
+        found[identifier(label)] = _Joint(label, values, rest)
+    return found
+
+
+def _changed(joint: _Joint, wanted: Mapping[str, str]) -> dict[str, str]:
+    """Attributes that differ from what the model has; friction that the machine does not have becomes zero."""
+    new = {}
+    for name, text in (dict.fromkeys(FRICTION, "0") | dict(wanted)).items():
+        before, terms = joint.values.get(name), text.split()
+        if before is None or len(terms) > 1 or not math.isclose(float(text), before, rel_tol=SAME, abs_tol=1e-300):
+            new[name] = text
+    return new
+
+
+def _edited(content: bytes, changes: Mapping[str, Mapping[str, str]], path: Path) -> str:
+    """The file with other attributes of the joints named in ``changes``."""
+    found = _tags(content, set(changes), path)
+    for label in changes:
+        if label not in found:
+            expected = "it in this file itself: `<include>` and macros are not looked into"
+            raise BadInput(str(path), f'the joint "{label}" is not written there', expected, code="SPEC031")
+    for label, (start, end) in sorted(found.items(), key=lambda item: -item[1][0]):
+        tag = content[start:end].decode("utf-8")
+        content = content[:start] + _with_attributes(tag, changes[label]).encode() + content[end:]
+    return content.decode("utf-8")
+
+
+def _tags(content: bytes, labels: set[str], path: Path) -> dict[str, tuple[int, int]]:
+    """Where the tags of joints in bodies stand, by the joint's name."""
+    found: dict[str, tuple[int, int]] = {}
+    opened: list[str] = []
+    parser = expat.ParserCreate()
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        if tag == "joint" and opened[-1:] == ["body"] and attributes.get("name") in labels:
+            at = parser.CurrentByteIndex
+            found[attributes["name"]] = at, end_of_tag(content, at)
+        opened.append(tag)
+
+    def end(_: str) -> None:
+        opened.pop()
+
+    def refuse(*_: object) -> None:
+        raise BadInput(str(path), "a document type declaration", "a model without one", code="SPEC030")
+
+    parser.StartElementHandler = start
+    parser.EndElementHandler = end
+    parser.StartDoctypeDeclHandler = refuse
+    try:
+        content.decode("utf-8")
+        parser.Parse(content, True)
+    except UnicodeDecodeError:
+        raise BadInput(str(path), "text that is not UTF-8", "a model in UTF-8, to be edited", code="FILE006") from None
+    except expat.ExpatError as error:
+        raise BadInput(str(path), str(error), EXPECTED, code="SPEC030") from None
+    return found
+
+
+def _with_attributes(tag: str, values: Mapping[str, str]) -> str:
+    """A start tag with other values of some attributes; the rest of it stays as it is written."""
+    for name, value in values.items():
+        written = quoteattr(value)
+        there = re.search(rf"\s{name}\s*=\s*(\"[^\"]*\"|'[^']*')", tag)
+        if there is not None:
+            tag = tag[: there.start(1)] + written + tag[there.end(1) :]
+            continue
+        end = len(tag) - (2 if tag.endswith("/>") else 1)
+        body = tag[:end].rstrip()
+        tag = f"{body} {name}={written}{tag[len(body) :]}"
+    return tag
+
+
+def _with_parts(text: str, parts: Parts, lines: list[str], path: Path) -> str:
+    """A comment on top, by which a later run knows the file for ours, and new elements before the root's end."""
+    end = text.rfind("</mujoco")
+    if end < 0:
+        raise BadInput(str(path), "no element mujoco with an end of its own", EXPECTED, code="SPEC030")
+    comment = render("export/mjcf_comment.xml.j2", header=lines)
+    added = render("export/mjcf_parts.xml.j2", tendons=parts.tendons, actuators=parts.actuators)
+    declaration = re.match(r"\ufeff?(<\?xml[^>]*\?>[ \t]*\r?\n?)?", text)
+    top = declaration.end() if declaration is not None else 0
+    return text[:top] + comment + text[top:end] + added + text[end:]

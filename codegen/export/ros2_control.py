@@ -1,0 +1,113 @@
+"""The generated C as a chainable controller of ros2_control, which adds the input that cancels friction to an effort.
+
+For each input w the controller offers a reference r, and commands r + ū of the spec's ``cancellation:`` section, or of
+its defaults where the spec has none. The estimate is that of the same instant: a step on a copy of the state, as ū of a
+sample does not depend on w of that sample.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from codegen.base.text import render
+from codegen.base.version import VERSION
+from codegen.cancellation import cancelling_outputs
+from codegen.cancellation.law import GAIN
+from codegen.export.arduino import manifest
+from codegen.export.controller import Controller
+from codegen.mechanics.system import System
+
+FRICTION = "F_hat"
+_LABEL = re.compile(r"[A-Za-z][A-Za-z0-9_.-]*")
+
+
+@dataclass(frozen=True)
+class Port:
+    """A field of the C structs and the joint that it belongs to.
+
+    Attributes:
+        field: as written after the struct's name. joint: its default name; of an estimate the output's name.
+        interface: such as ``position``. unit: SI.
+    """
+
+    field: str
+    joint: str
+    interface: str
+    unit: str
+
+
+def ros2_package(
+    controller: Controller, system: System, header: list[str], labels: Mapping[str, str]
+) -> dict[str, str]:
+    """package.xml, CMakeLists.txt, the plugin's description, the class, NAME.h, NAME.c, a README and the manifest.
+
+    Args:
+        labels: coordinate → the joint's own name in a robot file; taken where it is one that ROS can have.
+    """
+    labels = {name: label for name, label in labels.items() if _LABEL.fullmatch(label)}
+    program, name = controller.program, controller.program.name
+    words = {
+        "program": program,
+        "name": name,
+        "package": f"stiction_{name}_controller",
+        "space": f"stiction_{name}",
+        "version": VERSION,
+        "header": header,
+        "claim": controller.claim,
+        "certified": controller.certified,
+        "period": repr(controller.period),
+        "rate": f"{1 / controller.period:.6g}",
+        "measured": _measured(controller, system, labels),
+        "commands": _commands(controller, system, labels),
+        "cancelling": [program.reference(output) for output in cancelling_outputs(system)],
+        "gain": program.reference(GAIN),
+        "default_gain": repr(next(p.value for p in program.parameters if p.name == GAIN)),
+        "estimates": [
+            Port(program.reference(output), re.sub(r"\W", "_", output), "", unit)
+            for output, unit, _ in program.outputs
+            if output.startswith(FRICTION)
+        ],
+    }
+    base = "export/ros2_control"
+    files = {
+        "package.xml": render(f"{base}/package.xml.j2", **words),
+        "CMakeLists.txt": render(f"{base}/CMakeLists.txt.j2", **words),
+        "plugin.xml": render(f"{base}/plugin.xml.j2", **words),
+        f"include/{words['package']}/friction_compensation.hpp": render(f"{base}/controller.hpp.h.j2", **words),
+        "src/friction_compensation.cpp": render(f"{base}/controller.cpp.c.j2", **words),
+        f"src/{name}.h": controller.sources[f"{name}.h"],
+        f"src/{name}.c": controller.sources[f"{name}.c"],
+        "README.md": render(f"{base}/README.md.j2", **words),
+    }
+    return files | {"manifest.json": manifest(files)}
+
+
+def _measured(controller: Controller, system: System, labels: Mapping[str, str]) -> list[Port]:
+    program = controller.program
+    kinds = {
+        x.name: ("position", x.name, unit) for x, unit in zip(system.positions, system.position_units, strict=True)
+    }
+    kinds |= {
+        v.name: ("velocity", x.name, f"{unit}/s")
+        for x, v, unit in zip(system.positions, system.velocities, system.position_units, strict=True)
+    }
+    found = [(f.name, *kinds[f.name]) for f in program.inputs if f.name in kinds]
+    return [Port(program.reference(name), labels.get(q, q), kind, unit) for name, kind, q, unit in found]
+
+
+def _commands(controller: Controller, system: System, labels: Mapping[str, str]) -> list[Port]:
+    return [
+        Port(controller.program.reference(w.name), labels.get(joint, joint), "effort", unit)
+        for w, joint, unit in zip(system.inputs, _driven(system), system.input_units, strict=True)
+    ]
+
+
+def _driven(system: System) -> Sequence[str]:
+    """The joint of each input: the coordinate that it alone pushes, else the input's own name."""
+    names = []
+    for w in system.inputs:
+        pushed = [x.name for x, row in zip(system.positions, system.force, strict=True) if w in row.free_symbols]
+        names.append(pushed[0] if len(pushed) == 1 else w.name)
+    return names if len(set(names)) == len(names) else [w.name for w in system.inputs]

@@ -1,0 +1,120 @@
+"""The observer as a function block in Structured Text (IEC 61131-3, third language of the standard), for a PLC.
+
+The operations and their order are those of the C and of its twin, in LREAL. Where C gives an infinite value or NaN and
+a PLC would stop (a division by zero, the root or logarithm of what is not positive), a function gives 1E300: the sample
+is then not used, as in C.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+from codegen.base.errors import BadInput
+from codegen.base.text import render
+from codegen.emit.language import Language
+from codegen.emit.view import CodeView, Style, view
+from codegen.export.controller import Controller
+from codegen.program.lower import lower
+from codegen.program.model import LARGEST
+
+STRUCTS = {"parameters": "p_{name}", "state": "s_{name}", "inputs": "{name}", "outputs": "{name}"}
+LOCAL = "l_{name}"
+"""A prefix, since an output that a local is named after is a variable of the block too."""
+CALLS = {"sin": "SIN", "cos": "COS", "tan": "TAN", "exp": "EXP", "abs": "ABS", "pow": "EXPT"}
+"""Functions of the standard."""
+OWN = ("sign", "quotient", "sqrt", "log")
+"""Functions that are written beside the block."""
+KEYWORDS = frozenset(
+    re.findall(
+        r"\w+",
+        """
+        abs acos action add and any array asin at atan bool by byte case configuration constant cos dint div do dt
+        dword else elsif end_if eq exit exp expt f_edge false for from function function_block ge gt if in
+        initial_step int interval le len limit lint ln log lreal lt lword max min mod move mul mux ne not of on or
+        pointer priority program r_edge read_only read_write real ref repeat replace reset resource retain return
+        right rol ror sel shl shr sin single sint sqrt step string struct sub super tan task then this time to tod
+        transition true trunc type udint uint ulint until usint using var var_input var_output while with within
+        word wstring xor
+        """,
+    )
+)
+"""Of the standard, and names of its functions, in lower case as it takes any."""
+
+
+class LongReal(Language):
+    """Numbers as LREAL literals: a REAL of the same digits would be rounded to single precision."""
+
+    def literal(self, value: float) -> str:
+        digits = super().literal(value)
+        mantissa, _, exponent = digits.partition("e")
+        sign = "-" if mantissa.startswith("-") else ""
+        mantissa = mantissa.lstrip("-")
+        number = mantissa if "." in mantissa else f"{mantissa}.0"
+        power = f"E{int(exponent)}" if exponent else ""
+        return f"LREAL#{sign}{number}{power}"
+
+
+def structured_text(controller: Controller, header: list[str]) -> str:
+    """NAME.st: a function block with the inputs and outputs of the observer, called once a sample.
+
+    Raises:
+        BadInput: for a machine with numbered families (arrays), a law with tanh, or names that Structured Text, which
+            knows no difference between capital and small letters, cannot have.
+    """
+    program = controller.program
+    code = lower(program)
+    if program.arrays:
+        found = f"{program.name}, whose code has loops over arrays"
+        raise BadInput("--to", found, "a machine without numbered families, for Structured Text", code="SPEC036")
+    missing = sorted(code.functions - {*CALLS, *OWN})
+    if missing:
+        found = f"the function {missing[0]}, which IEC 61131-3 does not have"
+        raise BadInput("--to", found, "a law without it, for Structured Text", code="SPEC036")
+    own = {name: f"{program.name}_{name}" for name in OWN}
+    language = LongReal(CALLS | own)
+    style = Style(language, STRUCTS, LOCAL, LOCAL, LOCAL, declares=False, indent=4)
+    printed = view(program, code, style)
+    functions = sorted((code.functions & {*OWN}) | ({"quotient"} if code.divides else set()))
+    names = {
+        "inputs": [f.name for f in program.inputs],
+        "outputs": [name for name, _, _ in program.outputs],
+        "parameters": [f"p_{f.name}" for f in program.parameters] + [f"p_{c.name}" for c in printed.derived],
+        "states": [f"s_{f.name}" for f in program.states] + ["s_waiting", "s_started"],
+        "locals": [*_locals_of(printed), "check", "given"],
+    }
+    _refuse_names([program.name, "fault", *own.values(), *(name for group in names.values() for name in group)])
+    return render(
+        "export/structured_text.st.j2",
+        program=program,
+        header=header,
+        claim=controller.claim,
+        period=repr(controller.period),
+        view=printed,
+        literal=language.literal,
+        largest=language.literal(LARGEST["double"]),
+        huge=language.literal(1e300),
+        functions=functions,
+        names=names,
+        own=own,
+    )
+
+
+def _locals_of(printed: CodeView) -> list[str]:
+    """Variables that hold no more than one call's values, each once."""
+    settings = (printed.initial, printed.carried, printed.resumed)
+    stretches = [*printed.step, *printed.outputs, *printed.following, *(s for each in settings for s in each.stretches)]
+    lines = [line for s in stretches for part in s.parts for line in part.lines]
+    return list(dict.fromkeys(line.target for line in lines if not line.field))
+
+
+def _refuse_names(names: Iterable[str]) -> None:
+    seen: dict[str, str] = {}
+    for name in names:
+        other = seen.setdefault(name.lower(), name)
+        if other != name:
+            found = f"the names `{other}` and `{name}`, which are one in Structured Text"
+            raise BadInput("--to", found, "names that differ by more than capitals", code="SPEC009")
+        if name.lower() in KEYWORDS or "__" in name or name.endswith("_"):
+            found = f"the name `{name}`, which Structured Text keeps or does not have"
+            raise BadInput("--to", found, "another name in the spec", f"{name.strip('_')}_1", code="SPEC009")
