@@ -171,6 +171,9 @@ def verify(
         content, status = verification_json(certificate, spec, kernel)
         print_json(content)
     else:
+        from codegen.app.verify import readable
+
+        readable(certificate)  # the checker says it too, but knows no codes of errors
         options = [*(["--spec", str(spec)] if spec is not None else []), *(["--kernel"] if kernel else [])]
         status = checker.main([str(certificate), *options])
     if status not in (2, REFUSED) and smt is not None:

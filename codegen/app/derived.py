@@ -6,11 +6,12 @@ spec → system → observer → analysis
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from codegen.base.files import sha256
 from codegen.base.shown import Shown
@@ -193,7 +194,31 @@ def _outcome(machine: Derived) -> Certificate | Refusal:
     if isinstance(outcome, Certificate):
         outcome = with_bounds(spec, machine.analysis, outcome, sources)
         outcome = _with_kernel_proof(outcome, machine, sources)
+    elif outcome.regions is not None and "sliding.json" in outcome.regions.proofs:
+        outcome = _with_sliding_proof(outcome, outcome.regions.proofs["sliding.json"], machine, sources)
     return outcome
+
+
+def _with_sliding_proof(
+    refusal: Refusal, sliding: Mapping[str, Any], machine: Derived, sources: Mapping[str, bytes]
+) -> Refusal:
+    """The refusal with the proof that the kernel accepts of what sliding.json says, or why there is none."""
+    from codegen.certify.kernel_form import NotCovered
+    from codegen.certify.kernel_sliding import sliding_proofs
+    from codegen.checker import verify as checker
+
+    why = ""
+    try:
+        for proof in sliding_proofs(machine.observer, machine.program.places, sliding):
+            try:
+                checker.by_kernel_alone(json.loads(proof), dict(sources))
+            except checker.Refused as error:
+                why = str(error)
+            else:
+                return replace(refusal, kernel=proof, not_by_kernel="")
+    except NotCovered as error:
+        why = str(error)
+    return replace(refusal, not_by_kernel=why)
 
 
 def _with_kernel_proof(certificate: Certificate, machine: Derived, sources: Mapping[str, bytes]) -> Certificate:
@@ -227,7 +252,7 @@ def _files(machine: Derived) -> Mapping[str, str]:
     said = outcome.content if isinstance(outcome, Certificate) else outcome.reason
     files = {**sources, **outcome.proofs}
     files["README.md"] = emit_readme(machine.program, machine.header, said, tuple(sources), outcome.proofs)
-    if isinstance(outcome, Certificate) and outcome.kernel is not None:
+    if outcome.kernel is not None:
         files[PROOF] = outcome.kernel
     if isinstance(outcome, Certificate) and outcome.ellipsoid is not None:
         files[SETS] = outcome.ellipsoid

@@ -64,6 +64,8 @@ def _refusal(refusal: Refusal) -> dict[str, Any]:
         "proposals": None if refusal.proposals is None else asdict(refusal.proposals),
         "refutation": refusal.proof,
         "regions": None if refusal.regions is None else _regions(refusal.regions),
+        "kernel_proof": None if refusal.kernel is None else json.loads(refusal.kernel),
+        "not_by_kernel": refusal.not_by_kernel or None,
     }
 
 
@@ -73,5 +75,6 @@ def _regions(regions: Regions) -> dict[str, Any]:
         "reversal_growth": regions.reversal,
         "must_grow": regions.must_grow,
         "not_found": list(regions.missing),
+        "not_issued": dict(regions.withheld),
         "proofs": regions.proofs,
     }

@@ -64,6 +64,15 @@ def verify(path: str | Path, spec: str | Path | None = None) -> Verified:
         raise BadInput(str(path), f"no certificate ({error})", CERTIFICATE, code="CALL003") from None
 
 
+def readable(path: str | Path) -> None:
+    """Nothing, where the file is a text of a certificate's size.
+
+    Raises:
+        BadInput: where it cannot be read.
+    """
+    read_text(Path(path), CERTIFICATE, checker.MAX_TEXT)
+
+
 @verb
 def verification_json(
     path: str | Path, spec: str | Path | None = None, kernel: bool = False

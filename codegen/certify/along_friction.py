@@ -60,11 +60,13 @@ class AlongFriction:
 
     Attributes:
         kinks: expressions, linear in the friction states, at whose zeros the law changes its form.
+        levels: true level → (low, high), exact, of those that are variables too.
     """
 
     dynamics: ErrorDynamics
     axes: tuple[ContactAxes, ...]
     kinks: tuple[Any, ...]
+    levels: Box = field(default_factory=dict)
     _known: dict[Any, tuple[Family, dict[Any, sympy.Symbol]]] = field(default_factory=dict, repr=False)
 
     def at(self, sample_time: Any) -> AlongFriction:
@@ -78,6 +80,7 @@ class AlongFriction:
         Raises:
             NotEnclosable: as ``build_family``.
         """
+        box = {**self.levels, **box}
         pattern = self._pattern(box)
         if pattern not in self._known:
             self._known[pattern] = self._built(box)
@@ -140,12 +143,12 @@ def along_friction(analysis: Analysis) -> AlongFriction | None:
     plain = derive_error_dynamics(observer, longest=0)
     dynamics = _in_axes(plain, axes, distribution.T.inv())
     known = {v for axis in axes for v in axis.symbols} | {sympy.Symbol("h", real=True)}
-    known |= {*dynamics.slopes, *dynamics.inverse_mass, *observer.signs, *observer.values}
+    known |= {*dynamics.slopes, *dynamics.inverse_mass, *observer.signs, *observer.values, *observer.level_ranges}
     entries = [dynamics.sampled, *dynamics.slopes.values()]
     if any(not e.free_symbols <= known for e in entries) or not _symmetric(dynamics, axes):
         return None
     slopes = {s: e.subs(observer.values) for s, e in dynamics.slopes.items()}
-    return AlongFriction(replace(dynamics, slopes=slopes), axes, _kinks(slopes.values()))
+    return AlongFriction(replace(dynamics, slopes=slopes), axes, _kinks(slopes.values()), observer.level_ranges)
 
 
 def _axes(analysis: Analysis, contact: int) -> ContactAxes:
@@ -244,9 +247,8 @@ def _symmetric(dynamics: ErrorDynamics, axes: tuple[ContactAxes, ...]) -> bool:
 
     for _ in range(POINTS):
         for contact, axis in enumerate(axes):
-            point = {
-                v: sympy.Rational(dice.choice((-1, 1)) * dice.randrange(1, 3000), 1000) for a in axes for v in a.symbols
-            }
+            drawn = [v for a in axes for v in a.symbols] + [*observer.level_ranges]
+            point = {v: sympy.Rational(dice.choice((-1, 1)) * dice.randrange(1, 3000), 1000) for v in drawn}
             other = {v: -x if v in axis.symbols else x for v, x in point.items()}
             turn = sympy.eye(dynamics.sampled.rows)
             turn[flips[contact], flips[contact]] = -1

@@ -20,6 +20,7 @@ from codegen.certify.content import Found, frame, proved
 from codegen.certify.enclosure import Cells
 from codegen.certify.exact import unstable_point
 from codegen.certify.family import Family, NotEnclosable, build_family
+from codegen.certify.levels import SHARES, about_declared, over_levels
 from codegen.certify.outcome import PROOFS, Certificate, Proposal, Proposals, Refusal, json_text
 from codegen.certify.refute import rational_points, refute, slowest_point
 from codegen.certify.region_proofs import Regions, find_regions
@@ -57,6 +58,9 @@ def certify(
 ) -> Certificate | Refusal:
     """Certify the sampled observer of a spec over its envelope.
 
+    A DFO that is certified at its declared levels, the envelope giving no range for them, is certified about them where
+    a V is found for that (``levels``).
+
     Args:
         analysis: of the spec's observer.
         files: name → SHA-256 of the generated sources that the certificate is bound to.
@@ -80,6 +84,24 @@ def certify(
         )
     if beyond := beyond_checker(analysis.dynamics.observer):
         return _undecided(analysis, beyond, narrower=False)
+    found = _certified(spec, analysis, files, command, further, places)
+    if isinstance(found, Certificate) and analysis.dynamics.observer.declared_levels:
+        for share in SHARES:
+            wider = over_levels(analysis, about_declared(analysis, share))
+            if isinstance(over := _certified(spec, wider, files, command, further, places), Certificate):
+                return over
+    return found
+
+
+def _certified(
+    spec: Spec,
+    analysis: Analysis,
+    files: Mapping[str, str],
+    command: str,
+    further: bool,
+    places: Mapping[str, str] | None,
+) -> Certificate | Refusal:
+    points = analysis.points
     base: dict[str, Any] | None = None
     try:
         family = build_family(analysis.dynamics, points.ranges)

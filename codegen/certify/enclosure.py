@@ -46,13 +46,14 @@ class Enclosure:
     """The parameters of a family over boxes of its variables, and A at the corners of what they can be there.
 
     Raises:
-        NotEnclosable: with more than twelve parameters.
+        NotEnclosable: with more than twelve parameters that vary.
     """
 
     def __init__(self, family: Family) -> None:
-        if len(family.parameters) > MOST_PARAMETERS:
+        count_varying = sum(not e.is_Rational for e in family.parameters.values())
+        if count_varying > MOST_PARAMETERS:
             varying = [str(family.bounded.get(v, v)) for v in family.variables if v != PI]
-            count = f"the error dynamics depend on {', '.join(varying)} through {len(family.parameters)} expressions"
+            count = f"the error dynamics depend on {', '.join(varying)} through {count_varying} expressions"
             raise NotEnclosable(f"{count}, and this version encloses up to {MOST_PARAMETERS}")
         known = [v.name for v in family.variables]
         self.nodes = [verify.parse(to_prefix(e), known, s.name) for s, e in family.parameters.items()]

@@ -63,7 +63,7 @@ def _proof(observer: Observer, places: Mapping[str, str], content: Mapping[str, 
     system, write = observer.system, Writer(observer, places)
     force = system.force - observer.true_friction
     acceleration = _inverse(system) * force
-    parameters = {p["name"]: _infix(p["expression"], {s.name: write(s) for s in observer.signs})
+    parameters = {p["name"]: infix(p["expression"], {s.name: write(s) for s in observer.signs})
                   for p in content["parameters"]}  # fmt: skip
     h, size = content["sample_time"], range(len(content["matrix"]))
     turned = [observer.signs[e.contact] if e.contact is not None and observer.level_errors else None
@@ -79,10 +79,10 @@ def _proof(observer: Observer, places: Mapping[str, str], content: Mapping[str, 
         "domain": _domain(observer, write),
         "errors": [
             {"truth": write(e.truth), "estimate": write(s), "sign": "" if sign is None else write(sign)}
-            for e, s, sign in zip(observer.errors, _estimates(observer), turned, strict=True)
+            for e, s, sign in zip(observer.errors, estimates_of(observer), turned, strict=True)
         ],
-        "states": {write(z): write(text) for z, text in _states(observer).items()} | _held(observer, write),
-        "matrix": [[_step(i == j, h, content["matrix"][i][j], parameters) for j in size] for i in size],
+        "states": {write(z): write(text) for z, text in states_of(observer).items()} | _held(observer, write),
+        "matrix": [[step_entry(i == j, h, content["matrix"][i][j], parameters) for j in size] for i in size],
         "box": {},
         "cover": "",
         **_found(content),
@@ -108,19 +108,19 @@ def _inverse(system: System) -> sympy.Matrix:
     return mass.inv() if mass.rows <= 3 or mass.is_diagonal() else mass.subs(system.values).inv()
 
 
-def _step(diagonal: bool, h: str, entry: Any, parameters: Mapping[str, str]) -> str:
+def step_entry(diagonal: bool, h: str, entry: Any, parameters: Mapping[str, str]) -> str:
     """An entry of I + hA."""
     if isinstance(entry, str) and entry not in parameters:
         return str(diagonal + Fraction(h) * Fraction(entry))
-    return f"{int(diagonal)} + {h}*{_infix(entry, parameters)}"
+    return f"{int(diagonal)} + {h}*{infix(entry, parameters)}"
 
 
-def _infix(entry: Any, names: Mapping[str, str]) -> str:
+def infix(entry: Any, names: Mapping[str, str]) -> str:
     """A prefix expression of a certificate (docs/certificate_format.md) as one of the kernel's."""
     if isinstance(entry, str):
         return names.get(entry) or f"({entry})"
     word, *parts = entry
-    texts = [_infix(part, names) for part in parts]
+    texts = [infix(part, names) for part in parts]
     if word in ("+", "*"):
         return f"({f' {word} '.join(texts)})"
     if word == "neg":
@@ -181,11 +181,11 @@ class Writer:
         raise NotCovered(f"the function {e.func}")
 
 
-def _estimates(observer: Observer) -> list[Any]:
+def estimates_of(observer: Observer) -> list[Any]:
     return [s for equation in observer.equations if equation.state is not None for s in equation.symbols]
 
 
-def _states(observer: Observer) -> dict[Any, Any]:
+def states_of(observer: Observer) -> dict[Any, Any]:
     """State → what it is where the estimates are known: estimate = state + rest, so state = estimate − rest."""
     states = {}
     for equation in observer.equations:

@@ -124,6 +124,8 @@ class Refusal(Shown):
         proposals: what would be certified; None where that was not asked for.
         regions: what is certified of parts of the envelope, and through them; None where there are no such.
         unbound: whether a proof was found, and the checker did not take it for one of the generated code.
+        kernel: the proof of sliding.json's decay that the kernel has accepted for the C (proof.json), or None.
+        not_by_kernel: why there is none.
     """
 
     reason: str
@@ -136,6 +138,8 @@ class Refusal(Shown):
     proposals: Proposals | None = None
     regions: Regions | None = None
     unbound: bool = False
+    kernel: str | None = None
+    not_by_kernel: str = "none was asked for"
 
     @property
     def summary(self) -> Mapping[str, object]:

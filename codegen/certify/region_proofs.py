@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import product
 from typing import Any
@@ -21,6 +21,7 @@ from codegen.base.text import render
 from codegen.certify.along_friction import AlongFriction, along_friction, envelope_along
 from codegen.certify.content import Found, frame, proved_alike, turn_cost
 from codegen.certify.family import Family, NotEnclosable
+from codegen.certify.levels import SHARES, about_declared, over_levels
 from codegen.certify.lyapunov import decay_rate_limit
 from codegen.certify.refute import SLACK, refuted_at
 from codegen.certify.region_files import REGION_PROOFS
@@ -46,7 +47,10 @@ class Regions:
         must_grow: whether it is proved that no V is non-increasing (``rising``).
         passes_zero: whether the envelope has a friction state of zero.
         whole: files whose region holds the whole envelope.
-        levels: (name, value, unit) of the true friction levels for which alone all of it is proved.
+        levels: (name, lowest, largest, unit) of the true friction levels, of the files but presliding.
+        withheld: file that is not issued, since no V was found for a range of levels → the rate at the declared level
+            alone, 1/s, where one was found for that.
+        least_share: of the declared level, to both sides, the least range that was tried for those.
     """
 
     proofs: Mapping[str, Mapping[str, Any]]
@@ -57,7 +61,9 @@ class Regions:
     must_grow: bool
     passes_zero: bool = True
     whole: tuple[str, ...] = ()
-    levels: tuple[tuple[str, Any, str], ...] = ()
+    levels: tuple[tuple[str, Any, Any, str], ...] = ()
+    withheld: Mapping[str, float | None] = field(default_factory=dict)
+    least_share: float = float(SHARES[-1])
 
     @property
     def words(self) -> dict[str, str]:
@@ -87,38 +93,76 @@ def find_regions(spec: Spec, analysis: Analysis, files: Mapping[str, str], comma
     """
     if not analysis.dynamics.observer.truth_ranges or analysis.spectral_abscissa > ZERO:
         return None
-    along = along_friction(analysis)
-    if along is None:
+    declared = along_friction(analysis)
+    if declared is None:
         return None
-    maker = _Maker(spec, analysis, along, files, command)
-    try:
-        found = RegionSearch(along).regions()
-    except (NotEnclosable, TypeError, verify.Refused):
-        return None
-    for region in found:
-        if region.kind in ("sliding", "presliding", "weak"):
-            maker.alone(region)
-    together = [region for region in found if region.kind in ("passing", "recovery")]
-    if len(together) == 2 and maker.passes_zero:
-        maker.together(together)
-    maker.limit(found)
-    return maker.regions() if maker.proofs else None
+    ranges = (
+        [about_declared(analysis, share) for share in SHARES] if analysis.dynamics.observer.declared_levels else [{}]
+    )
+    for k, levels in enumerate(ranges):
+        maker = _Maker(spec, over_levels(analysis, levels), files, command)
+        try:
+            search = RegionSearch(maker.along)
+            maker.all(search.regions())
+        except (NotEnclosable, TypeError, verify.Refused):
+            continue
+        if maker.proofs:
+            return _with_presliding(maker, search, declared, [over_levels(analysis, r) for r in ranges[k + 1 :]])
+    return None
+
+
+def _with_presliding(maker: _Maker, search: RegionSearch, declared: AlongFriction, narrower: list[Analysis]) -> Regions:
+    """What was proved; presliding over narrower ranges of levels where it was not for the widest, or its absence."""
+    if maker.presliding_whole or not narrower:
+        return maker.regions()
+    for analysis in narrower:
+        if FALLING[1] in maker.proofs:
+            break
+        other = maker.at(analysis)
+        other.all(search.presliding(other.along))
+        maker.proofs |= other.proofs
+    alone = dict(zip(FALLING[1:], (region.rate for region in search.presliding(declared)), strict=False))
+    asked = [*alone, *(FALLING[2:] if FALLING[1] in maker.proofs else ())]
+    return replace(maker.regions(), withheld={name: alone.get(name) for name in asked if name not in maker.proofs})
 
 
 class _Maker:
     """Writes the proofs and keeps those that the checker accepts."""
 
-    def __init__(
-        self, spec: Spec, analysis: Analysis, along: AlongFriction, files: Mapping[str, str], command: str
-    ) -> None:
+    def __init__(self, spec: Spec, analysis: Analysis, files: Mapping[str, str], command: str) -> None:
+        along = along_friction(analysis)
+        assert along is not None
         self.spec, self.analysis, self.along, self.files, self.command = spec, analysis, along, files, command
         self.proofs: dict[str, dict[str, Any]] = {}
         self.envelope = envelope_along(analysis)
+
+    def at(self, analysis: Analysis) -> _Maker:
+        """The same for other levels, without proofs."""
+        return _Maker(self.spec, analysis, self.files, self.command)
+
+    def all(self, found: list[Region]) -> None:
+        """Prove what was found."""
+        for region in found:
+            if region.kind in ("sliding", "presliding", "weak"):
+                self.alone(region)
+        together = [region for region in found if region.kind in ("passing", "recovery")]
+        if len(together) == 2 and self.passes_zero:
+            self.together(together)
+        self.limit(found)
 
     @property
     def passes_zero(self) -> bool:
         """Whether the envelope has a friction state of zero."""
         return any(axis.least_state == 0 for axis in self.along.axes)
+
+    @property
+    def presliding_whole(self) -> bool:
+        """Whether it was proved for slips along the friction states and against them, together or apart."""
+        axis = self.along.axes[0].slip.name
+        ends = [
+            Fraction(x) for name in FALLING[1:2] if name in self.proofs for x in self.proofs[name]["variables"][axis]
+        ]
+        return FALLING[2] in self.proofs or (bool(ends) and ends[0] < 0 < ends[1])
 
     def _holds_envelope(self, content: Mapping[str, Any]) -> bool:
         asked = {v.name: ends for v, ends in (self.envelope or {}).items()}
@@ -143,7 +187,7 @@ class _Maker:
             self.passes_zero and none_without_growth(self.along),
             self.passes_zero,
             tuple(name for name in FALLING if name in ordered and self._holds_envelope(ordered[name])),
-            self.analysis.dynamics.observer.declared_levels,
+            self.analysis.dynamics.observer.ranged_levels,
         )
 
     def base(self, family: Family) -> dict[str, Any]:

@@ -36,6 +36,8 @@ DIRECTIONS = ((-1.0, 1.0), (0.0, 1.0), (0.2, 1.0), (-1.0, -0.2))
 COARSE, RATIO, FINE = 8.0, 0.03, 2e-4
 BELOW, THIN = 5e-4, 0.99
 FLOOR, FASTEST, CELLS = 1e-6, 2.0, 5
+NEAR = 1e-5
+"""As in ``several_rates``, for the many matrices of cells: within 1 % of the proved limit."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +71,7 @@ class RegionSearch:
         self.h = float(along.dynamics.observer.sample_time)
         self.fastest_slip = max(float(axis.largest_slip) for axis in along.axes)
         self.acceleration = 0.0
+        self.sliding: list[Any] | None = None
         self._enclosures: dict[int, Enclosure] = {}
 
     def regions(self) -> list[Region]:
@@ -77,6 +80,7 @@ class RegionSearch:
         if sliding is None:
             return []
         found, states, slips = [], *sliding
+        self.sliding = states
         box = self._box(states, slips)
         family, stack = self._family(box)
         limit = decay_rate_limit(stack, self.h)
@@ -91,6 +95,12 @@ class RegionSearch:
         found.append(self._split("sliding", family) or Region("sliding", family, *best))
         found += self._presliding(states)
         return found + self._through_zero(family, stack, best[1])
+
+    def presliding(self, along: AlongFriction) -> list[Region]:
+        """Presliding alone, at other levels, beside the sliding and with the accelerations that ``regions`` found."""
+        other = RegionSearch(along)
+        other.acceleration = self.acceleration
+        return [] if self.sliding is None else other._presliding(self.sliding)
 
     def _bound_acceleration(self, states: list[Any], slips: tuple[float, float], rate: float) -> None:
         """Up to where growth through zero is at most DEARER times that without acceleration."""
@@ -236,7 +246,7 @@ class RegionSearch:
         for cell in product(*[pairwise(breaks[v]) for v in cut]):
             boxes.add(enclosure.ranges({**ends, **dict(zip(cut, cell, strict=True))}))
         stack = enclosure.vertices(boxes)
-        best = fastest(stack, self.h, decay_rate_limit(stack, self.h))
+        best = fastest(stack, self.h, decay_rate_limit(stack, self.h), near=NEAR)
         exact = {v: [sympy.Rational(x.numerator, x.denominator) for x in points] for v, points in breaks.items()}
         return None if best is None else Region(kind, family, *best, exact)
 

@@ -34,5 +34,6 @@ def _at_zero(along: AlongFriction, share: sympy.Rational) -> Matrix:
     """A at zero friction, steady slips of a share of the largest."""
     point = {v: sympy.Integer(0) for axis in along.axes for v in axis.symbols}
     point |= {axis.slip: share * axis.largest_slip for axis in along.axes}
+    point |= {level: (low + high) / 2 for level, (low, high) in along.levels.items()}
     family = along.family({v: (x, x) for v, x in point.items()})
     return Matrix(family.matrix.subs({s: e.subs(point) for s, e in family.parameters.items()}))

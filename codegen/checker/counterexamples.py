@@ -63,7 +63,7 @@ CASES = (
         f"{STEP} (v_hat - 3.0) * (v_hat + 7.0) * v_hat +",
         NOT_MOVED,
     ),
-    Case("another law by rounding", "c", STEP, f"{STEP} (v_hat + 1e300 - 1e300 - v_hat) + 1e-9 +", NOT_MOVED),
+    Case("another law by rounding", "c", STEP, f"{STEP} (v_hat + 1e90 - 1e90 - v_hat) + 1e-9 +", NOT_MOVED),
     Case("a constant added to the level", "c", "fabs(v_hat); /* N */", "fabs(v_hat) + 5.0; /* N */", NOT_SHOWN),
     Case("a velocity shown too large", "c", SHOW, "outputs->v_hat = 1.01 * v_hat;", NOT_SHOWN),
     Case("a velocity that is not shown", "c", SHOW, "", "outputs.v_hat"),
@@ -74,7 +74,7 @@ CASES = (
     Case("a parameter is set in the step", "c", SET, f"{SET}        parameters->K_F = 0.0;\n", "parameters.K_F is set"),
     Case("an input is set in the step", "c", SET, f"{SET}        inputs->x = 0.0;\n", "inputs.x is set"),
     Case("the guard's own state is set", "c", SET, f"{SET}        state->waiting = 0.0;\n", "state.waiting is set"),
-    Case("most samples are faults", "c", "check = z_v_next", "check = 1e149 * z_v_next", "check is no sum"),
+    Case("most samples are faults", "c", "check = z_v_next", "check = 1e75 * 1e75 * z_v_next", "check is no sum"),
     Case(
         "a fault for what is not large",
         "c",
@@ -89,6 +89,7 @@ CASES = (
         "state->waiting < 0.5 && v_hat < 5.0) {\n        outputs",
         FORM,
     ),
+    Case("a number that no double holds", "c", LAW, f"({LAW}) * 1e-400 * 1e200 * 1e200", "is out of place"),
     # C that says something else than it seems to
     Case("the sign function is another", "c", "(u > 0.0) ?", "(u > 300.0) ?", FORM),
     Case("a macro in the code", "c", "#include <math.h>\n", "#include <math.h>\n#define fabs(u) 0.0\n", FORM),
@@ -147,7 +148,7 @@ CASES = (
         "c",
         "sign_rail * a_hat",
         "sign_r\u0430il * a_hat",
-        "letters that are not ASCII",
+        "not ASCII",
     ),
     Case("a local that hides another", "c", SET, f"        const double z_v_next = 0.0;\n{SET}", "a local after check"),
     Case("an array beyond its end", "c", STEP, "z_v_next = more[2] + state->z_v +", "is nothing that is known"),
@@ -239,7 +240,7 @@ CASES = (
     Case("a power tower", "p", '"279/25"', '"9**9**9"', NO_WORD),
     Case("text that is run in a proof", "p", '"279/25"', "\"__import__('os')\"", NO_WORD),
     Case("another machine's folder", "p", '"name": "one_mass"', '"name": "two_mass"', "two_mass.c"),
-    Case("a way out of the folder", "p", '"name": "one_mass"', '"name": "../one_mass/one_mass"', "not a name"),
+    Case("a way out of the folder", "p", '"name": "one_mass"', '"name": "../one_mass/one_mass"', "not just"),
     Case("a step that there is not", "p", '"step": "euler"', '"step": "implicit"', ""),
     Case("another step", "p", '"step": "euler"', '"step": "semi_implicit"', NOT_MOVED),
 )

@@ -45,7 +45,7 @@ def moves(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]) -
     """
     term, zero, velocity, errors = kernel.term, kernel.Poly(), proof["positions"], proof["errors"]
     truths, estimates, turned = ([e[part] for e in errors] for part in ("truth", "estimate", "sign"))
-    kernel.demand(not shown["first order"], "the errors are not linear")
+    kernel.demand(not shown["first order"] and "rest" not in proof, "the errors are not linear, or have a rest")
     kernel.demand({*claim["noise"]} <= {*velocity}, "noise of what is no position")
     kernel.demand({*claim["drift"]} <= {*velocity, *truths, *proof["acceleration"]}, "drift of what does not move")
     noise, drift = ({x: term(1, f"{kind}.{x}") for x in claim[kind]} for kind in ("noise", "drift"))

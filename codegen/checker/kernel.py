@@ -5,10 +5,10 @@ on any inputs. Let a machine have mass_matrix * acceleration = force by the proo
 too, where they are inputs) be measured exactly, x[k+1] = x[k] + h v[k] ("semi_implicit": h v[k+1]), v[k+1] = v[k] +
 h acceleration[k], all else of it constant. While every sign of the proof is 1 or -1, the same in machine and code, from
 one sample to the next, all of `domain` is positive, and the states whose formula holds no estimate are as it says,
-the errors e = sign * (truth - estimate) of all other states move by e[k+1] = matrix e[k]; and V = e'Pe has V[k+1] <=
-(1 - 2 decay_rate h) V[k] for all in the box. Of the errors with one sign turned V is at most `growth` V, and after
-`dwell` samples with no turn not above V. Trusted: this file, Python, and that the machine printed is the reader's. Not
-covered: rounding, samples with a fault, what else is in one in which a sign turns. Exit: 0, 4 in the domain, 1 refused.
+the errors e = sign * (truth - estimate) of all other states move by e[k+1] = matrix e[k] + rest (0 if not given); and
+V(matrix e) <= (1 - 2 decay_rate h) V(e), V(e) = e'Pe, for all in the box, truths in it times their sign. With one sign
+turned V is at most `growth` V, and after `dwell` samples with no turn or rest not above V. Trusted: this file, Python,
+that the machine printed is yours. Not covered: rounding, faults, samples of a turn. Exit: 0; 4: domain or rest; 1: no.
 """
 
 import ast
@@ -35,7 +35,8 @@ class Poly(dict[tuple[str, ...], Fraction]):
     signs, work = frozenset[str](), 0
 
     def after(self, steps: int) -> "Poly":
-        size = max((len(m) + (abs(c.numerator) | c.denominator).bit_length() // 9 for m, c in self.items()), default=0)
+        bits = [(len(m), c.numerator.bit_length(), c.denominator.bit_length()) for m, c in self.items()]
+        size = max((n + max(a, b) // 9 + abs(a - b) * 3 // 5 for n, a, b in bits), default=0)  # within normal doubles
         demand(size < 600, "a power or a coefficient is too large", steps * (9 + size) // 9)
         return self
 
@@ -92,11 +93,11 @@ def positive(A: list[list[Fraction]], definite: bool = False) -> bool:
 # LEMMA 3. Let x = low (1-t) + high t. Then x^m = x^m (1-t + t)^(d-m) is the sum of b_k C(d,k) t^k (1-t)^(d-k), k = 0..d
 # (Bernstein's form), b_k = sum over j of C(m,j) C(d-m,k-j) high^j low^(m-j) / C(d,k), C = comb; products likewise. The
 # factors of the b_k are >= 0 with the sum 1: a matrix that is semidefinite with every b_k is semidefinite on the cell.
-def bernstein(p: Poly, cell: dict[str, tuple[Fraction, Fraction]], at: dict[str, tuple[int, int]]) -> Fraction:
-    demand(p.names() <= at.keys(), f"{sorted(p.names() - at.keys())[:3]} without a range")
+def bernstein(p: Poly, cell: dict[str, tuple[Fraction, Fraction]], at: Any) -> Fraction:
+    demand(p.names() <= cell.keys(), f"{sorted(p.names() - cell.keys())[:3]} without a range")
     total = Fraction(0)
     for monomial, c in p.items():
-        for x, (k, d) in at.items():
+        for x, (k, d) in [entry for entry in at if entry[0] in monomial]:
             m, (low, high), n = monomial.count(x), cell[x], comb(d, k)
             c *= sum(comb(m, j) * comb(d - m, k - j) * high**j * low ** (m - j) / n for j in range(min(k, m) + 1))
         total += c
@@ -107,10 +108,9 @@ def bernstein(p: Poly, cell: dict[str, tuple[Fraction, Fraction]], at: dict[str,
 # on the box. THE CLAIM, always: the symmetric matrix A of polynomials is positive semidefinite for all of the cell.
 def semidefinite(A: list[list[Poly]], cell: dict[str, tuple[Fraction, Fraction]], tree: Any) -> None:
     if tree == "":
-        degrees = dict(sorted({(x, m.count(x)) for row in A for p in row for m in p for x in m if x in cell}))
-        demand(True, "", prod(2 * d + 1 for d in degrees.values()) * sum(len(p) + 1 for row in A for p in row))
-        for k in product(*(range(d + 1) for d in degrees.values())):
-            at = {x: (i, d) for i, (x, d) in zip(k, degrees.items(), strict=True)}
+        top = dict(sorted({(x, m.count(x)) for row in A for p in row for m in p for x in m if x in cell}))
+        demand(True, "", sum(top.values()) * prod(d + 1 for d in top.values()) * sum(len(p) + 1 for r in A for p in r))
+        for at in product(*([(x, (k, d)) for k in range(d + 1)] for x, d in top.items())):
             demand(positive([[bernstein(p, cell, at) for p in r] for r in A]), f"not positive semidefinite in {cell}")
     else:
         (x, text, below, above), (low, high) = tree, cell[tree[0]]
@@ -123,12 +123,11 @@ def semidefinite(A: list[list[Poly]], cell: dict[str, tuple[Fraction, Fraction]]
 # -> is a dot here; whole numbers, which C divides otherwise, stand in indices only. A loop from one number to another
 # is the sequence of its bodies, each with locals of its own. So C that compiles and is read here means what is read.
 EXPRESSION = r"(?!.*(--|\+\+|\*\*|//))[A-Za-z0-9_. ()\[\]+*/-]{1,20000}"
-NUMBER = r"-?(?:0|[1-9][0-9]{0,99})(?:\.[0-9]{0,99})?(?:e[+-]?[0-9]{1,3})?"
-STATEMENT = (
-    r"(const double |double |)([A-Za-z_][\w.]*(?:\[\d+\])?) (\+?=) ([^;={}]+); ?|double (\w[\w.]*)\[(\d{1,4})\]; ?"
-)
+NUMBER = r"-?(?:0|[1-9][0-9]{0,99})(?:\.[0-9]{0,99})?(?:e[+-]?[0-9]{1,2})?"
+STATEMENT = (r"(const double |double |)([A-Za-z_][\w.]*(?:\[\d+\])?) (\+?=) ([^;={}]+); ?|"
+    r"double (\w[\w.]*)\[(\d{1,4})\]; ?")  # fmt: skip
 FIELDS = ("name", "step", "positions", "mass_matrix", "force", "acceleration", "signs", "domain", "errors", "states",
-          "matrix", "lyapunov_matrix", "box", "decay_rate", "reversals", "cover")  # fmt: skip
+          "matrix", "rest", "lyapunov_matrix", "box", "decay_rate", "reversals", "cover")  # fmt: skip
 LOOP = r"for \(int i = (\d{1,4}); i < (\d{1,4}); i\+\+\) \{ ([^{}]*)\} ?"
 
 
@@ -205,8 +204,7 @@ def matched(form: str, file: str, text: str) -> list[str]:
     text, (stem, _), size = text.replace("\\\n", ""), file.split("."), len(text) ** 2 // 2000
     demand(not re.search(r"[\x00-\x09\x0b-\x1f\x7f-\x9f\\]|\?\?", text), "control characters, a backslash or ??")
     plain = re.sub(r'/\*.*?(?:\*/|\Z)|("[^"\n]*"|//)', lambda m: m[1] or " ", text, flags=re.DOTALL)
-    good = not re.search("//|%|<:|:>", plain) and plain.isascii()
-    demand(good, "a comment from // on, a digraph, or letters that are not ASCII", size)
+    demand(plain.isascii() and not re.search("//|%|<:|:>", plain), "a comment from // on, % or not ASCII", size)
     plain = "\n".join(line for line in (" ".join(line.split()) for line in plain.split("\n")) if line)
     form = form.replace(" ", r"\s").replace("NAME", stem).replace("UPPER", stem.upper())
     demand(found := re.fullmatch(form, plain), f"{file} is not of the form that is read")
@@ -216,7 +214,7 @@ def matched(form: str, file: str, text: str) -> list[str]:
 def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     """What holds besides the fields of the proof, if it is one of these files (name: text); ValueError if not."""
     name, signs, errors, formulas, velocity = (proof[x] for x in ("name", "signs", "errors", "states", "positions"))
-    demand({*proof} == {*FIELDS} and re.fullmatch("[a-z][a-z0-9_]*", name), "not a name, not just FIELDS", -Poly.work)
+    demand({*proof, "rest"} == {*FIELDS} and re.fullmatch("[a-z][a-z0-9_]*", name), "not just FIELDS", -Poly.work)
     prepare, before, limit, good = matched(SOURCE, f"{name}.c", files[f"{name}.c"])
     first, given, *others = matched(HEADER, f"{name}.h", files[f"{name}.h"])
     arrays = [re.findall(r"double (\w+)(?:\[(\d+)\])?;", struct) for struct in (first, *others)]
@@ -233,17 +231,19 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     aside = [z for z in states if z not in formulas and z != "state.waiting"]
     demand({"".join(sorted(e)) for e in errors} == {"estimatesigntruth"} and not {*truths} & {*signs}, "errors' fields")
     named = {*estimates} <= {*outputs} and all(re.fullmatch(r"(true|sign)\.\w+", x, re.A) for x in [*truths, *signs])
-    demand(named and {*turned} <= {"", *signs} and len({*truths}) == len({*estimates}), "errors or signs not so named")
+    demand(named and {*turned} <= {"", *signs} and len({*truths}) == len({*estimates}) == len(errors), "not so named")
     Poly.signs, free = frozenset(signs), {*inputs, *truths, *signs, *aside}
     names = code.names | {x: term(1, x) for x in free} | {"": term(1)}
     error = [term(1, f"error of {x}") for x in truths]
+    names |= {t: names[s] * names[t] for t, s in zip(truths, turned, strict=True)}
     names |= {x: names[t] - names[s] * e for x, t, s, e in zip(estimates, truths, turned, error, strict=True)}
     # LEMMA 8. From the states that formulas of n estimates give, the n of them that move with an estimate, `step` shows
     # these same estimates: a map of R^n to R^n that is one-to-one, hence, being polynomial, onto (linear algebra where
     # it is affine, else Bialynicki-Birula and Rosenlicht 1962). So every state is met, and shows its estimates.
     claim, hidden = Text(names, {}), {x for e in error for x in e.names()}
-    for (s, of), way in product([*signs.items(), *(("", of) for of in proof["domain"])], (term(-1), term(1))):
-        claim.known["sgn", frozenset((way * claim.value(of)).items())] = way * names[s]
+    told = [(names[s], claim.value(of)) for s, of in signs.items()]
+    told += [(names[s], names[s] * claim.value(of)) for s in ("", *signs) for of in proof["domain"]]
+    claim.known |= {("sgn", frozenset((way * p).items())): way * s for s, p in told for way in (term(-1), term(1))}
     start = {z: claim.value(of) for z, of in formulas.items()}
     moving = [z for z, p in start.items() if hidden & p.names()]
     demand({*start} <= {*states} - {"state.waiting"} and len(moving) == len(errors), "not an error for each state")
@@ -257,12 +257,12 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     rate, h = {v: claim.value(a) for v, a in proof["acceleration"].items()}, names["parameters.sample_time"]
     pushed = times(mass, [[a] for a in rate.values()]) == [[claim.value(f)] for f in proof["force"]]
     demand(pushed and positive([[x.constant() for x in row] for row in mass], True), "mass * acceleration is not force")
+    rest = [claim.value(x) for x in proof.get("rest", ["0"] * len(errors))]
     own = {*velocity} <= {*inputs} - {*rate} and {*velocity.values()} <= {*rate} <= {*truths, *inputs}
-    demand(own and {x for a in rate.values() for x in a.names()} <= free, "not over the machine's own quantities")
-    later = names | {v: names[v] + h * a for v, a in rate.items()}
-    later |= {x: term(1, f"{x} later") for x in (*inputs, *aside) if x not in rate}
+    demand(own and {x for p in (*rate.values(), *rest) for x in p.names()} <= free - {*aside}, "not the machine's own")
+    later = names | {x: term(1, f"{x} later") for x in (*inputs, *aside)} | {v: names[v] + h * rate[v] for v in rate}
     later |= {x: names[x] + h * {"euler": names, "semi_implicit": later}[proof["step"]][v] for x, v in velocity.items()}
-    moved = [e for row in times(phi, [[e] for e in error]) for e in row]
+    moved = [e + r for row, r in zip(times(phi, [[e] for e in error]), rest, strict=True) for e in row]
     later |= {x: later[t] - names[s] * e for x, t, s, e in zip(estimates, truths, turned, moved, strict=True)}
     off = {z: code.names[z] - Text(later, claim.known).value(of) for z, of in formulas.items()}
     # A term of more than one error is beyond the first order; where such are left, that is said.
@@ -273,7 +273,7 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     box = {x: (claim.value(low).constant(), claim.value(high).constant()) for x, (low, high) in proof["box"].items()}
     fall = 1 - 2 * claim.value(proof["decay_rate"]).constant() * h.constant()
     fixed, why = [[x.constant() for x in row] for row in P], "V negative, or P not positive definite"
-    demand({*box} <= free and fall > 0 and positive(fixed, True), f"a box of no free variable, {why}")
+    demand({*box} <= free - {*signs} and fall > 0 and positive(fixed, True), f"a box of no free variable, {why}")
     form = times(times(zip(*phi, strict=True), P), phi)
     gap = [[term(fall) * p - x for p, x in zip(*rows, strict=True)] for rows in zip(P, form, strict=True)]
     semidefinite(gap, box | dict.fromkeys(signs, (Fraction(-1), Fraction(1))), proof["cover"])
@@ -283,8 +283,8 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
         rise = [[(growth - i * j) * p for j, p in zip(J, row, strict=True)] for i, row in zip(J, fixed, strict=True)]
         demand(positive(rise), "not positive semidefinite", min(int(dwell), 10**5) * fall.denominator.bit_length())
         demand(dwell in range(10**5) and fall ** int(dwell) * growth <= 1 and turn["sign"] in signs, "not made good")
-    shown = {"whole": not proof["domain"] and len(moving) == len(formulas), "first order": any(off.values())}
-    return shown | {"fall": fall, "values": stated, "names": names, "known": claim.known}
+    whole, more = not proof["domain"] and not any(rest) and len(moving) == len(formulas), any(off.values())
+    return {"whole": whole, "first order": more, "fall": fall, "values": stated, "names": names, "known": claim.known}
 
 
 if __name__ == "__main__":
@@ -295,5 +295,5 @@ if __name__ == "__main__":
         sys.exit(f"refused: {type(why).__name__} {str(why)[:200]}")
     print(f"{claim['name']}: proved{'' if shown['whole'] else ', in its domain'}")
     for fact in (*FIELDS[1:], "first order", "fall", "values"):
-        print(f"  {fact}: {json.dumps((claim | shown)[fact], default=str)}")
+        print(f"  {fact}: {json.dumps(({'rest': 0} | claim | shown)[fact], default=str)}")
     sys.exit(0 if shown["whole"] else 4)

@@ -18,7 +18,10 @@ if TYPE_CHECKING:
 PROOF, SETS = "proof.json", "ellipsoid.json"
 KINDS = "(?:parameters|inputs|outputs|state|true)"
 UNIT = r"[A-Za-z0-9*/^().-]{1,40}"
-OUT = "rounding, samples with a fault, noise, what moves within a sample, outputs that are no estimate of an error"
+OUT = "rounding, samples with a fault, {}outputs that are no estimate of an error"
+ASSUMED = "where, as is assumed, "
+SIZES = "that noise and drift stay within the sizes assumed (generate and certify demand those of the spec's envelope)"
+WITHIN, SIZED = "noise, what moves within a sample, ", "noise and drift beyond the sizes below, "
 
 
 def read(text: str | bytes) -> dict[str, Any] | None:
@@ -27,7 +30,7 @@ def read(text: str | bytes) -> dict[str, Any] | None:
         content = json.loads(text)
     except (ValueError, RecursionError):
         return None
-    return content if isinstance(content, dict) and content.keys() == {*kernel.FIELDS} else None
+    return content if isinstance(content, dict) and {*content, "rest"} == {*kernel.FIELDS} else None
 
 
 def proved(proof: dict[str, Any], sources: dict[str, bytes]) -> dict[str, Any]:
@@ -60,12 +63,9 @@ def long_run(proof: dict[str, Any], sources: dict[str, bytes], text: bytes) -> l
 def reached(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> list[str]:
     """What noise and drift can do, in lines, if the claim of ellipsoid.json follows; or enclosure.Refused."""
     claim, found = kept(proof, shown, text)
-    show, number = enclosure.show, ellipsoid.number
-    plain = partial(without_kinds, twice=ambiguous(proof, shown))
-    noise = [f"{plain(x)} is measured within {show(number(d))}" for x, d in claim["noise"].items()]
-    drift = [f"{plain(x)} moves in a sample by at most {show(number(d))} more" for x, d in claim["drift"].items()]
+    show, number, plain = enclosure.show, ellipsoid.number, partial(without_kinds, twice=ambiguous(proof, shown))
     besides = "all else is measured exactly and moves as the machine above"
-    lines = [f"where {', '.join([*noise, *drift])}; {besides} (whatever these do, and without any turn):"]
+    lines = [f"{ASSUMED}{disturbed(proof, shown, claim)}; {besides} (whatever these do, without any turn):"]
     for ball, bounds in zip(claim["sets"], found, strict=True):
         for (*c, _), bound in zip(ball["rows"], bounds, strict=True):
             entries = [(number(x), e, u) for x, e, u in zip(c, proof["errors"], shown["units"], strict=True)]
@@ -74,6 +74,19 @@ def reached(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> list[s
             unit = f" [{used[0][2]}]" if len({unit for *_, unit in used}) == 1 else ""
             lines.append(f"  |{parts}| is in the long run at most {show(bound)}{unit}")
     return lines
+
+
+def disturbed(proof: dict[str, Any], shown: dict[str, Any], claim: dict[str, Any]) -> str:
+    """The sizes of noise and drift that a claim of ellipsoid.json, which is accepted, rests on."""
+    show, number, plain = enclosure.show, ellipsoid.number, partial(without_kinds, twice=ambiguous(proof, shown))
+    noise = [f"{plain(x)} is measured within {show(number(d))}" for x, d in claim["noise"].items()]
+    drift = [f"{plain(x)} moves in a sample by at most {show(number(d))} more" for x, d in claim["drift"].items()]
+    return ", ".join([*noise, *drift])
+
+
+def sizes(lines: list[str]) -> list[str]:
+    """What is not compared where these lines speak of noise and drift."""
+    return [SIZES] * any(line.startswith(ASSUMED) for line in lines)
 
 
 def units(proof: dict[str, Any], header: str) -> list[str]:
@@ -103,8 +116,8 @@ def numbers(proof: dict[str, Any]) -> dict[str, Any]:
         raise enclosure.Refused(f"{PROOF} cannot be read ({type(why).__name__})") from None
 
 
-def words(proof: dict[str, Any], shown: dict[str, Any]) -> list[str]:
-    """What was proved, in lines."""
+def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False) -> list[str]:
+    """What was proved, in lines; ``sized``: whether what noise and drift of some size can do follows them."""
     show, c, plain = enclosure.show, f"{proof['name']}.c", partial(without_kinds, twice=ambiguous(proof, shown))
     known = numbers(proof)
     h, fall = show(shown["values"]["parameters.sample_time"]), show(shown["fall"])
@@ -115,6 +128,12 @@ def words(proof: dict[str, Any], shown: dict[str, Any]) -> list[str]:
     pushed += [f"{plain(x)}' = {plain(v)}" for x, v in proof["positions"].items()]
     errors = [f"{lag(e, plain)} [{unit}]" for e, unit in zip(proof["errors"], shown["units"], strict=True)]
     free = ", ".join(plain(x) for x in sorted({e["truth"] for e in proof["errors"]} - {*proof["acceleration"]}))
+    along = {e["truth"]: f"{plain(e['sign'])}*" for e in proof["errors"] if e["sign"]}
+    left_over = [
+        f"besides, {lag(e, plain)} moves by {plain(r)} in a sample, whatever the errors; what V does by it is not said"
+        for e, r in zip(proof["errors"], proof.get("rest", []), strict=False)
+        if r != "0"
+    ]
     held = {z: of for z, of in proof["states"].items() if not re.search(r"\boutputs\.", of)}
     first = ", to first order in them" if shown["first order"] else ""
     stays = f" while {turns} {'stays' if len(proof['signs']) == 1 else 'stay'}" if turns else ""
@@ -123,11 +142,12 @@ def words(proof: dict[str, Any], shown: dict[str, Any]) -> list[str]:
         f"machine: {'; '.join(pushed)}; {free} constant, whatever the value",
         *(f"{plain(s)} is 1 or -1, the sign of {plain(u)} in machine and code" for s, u in proof["signs"].items()),
         *(f"only where {plain(x)} > 0" for x in proof["domain"]),
-        *(f"only where {plain(x)} is in [{low}, {high}]" for x, (low, high) in proof["box"].items()),
+        *(f"only where {along.get(x, '')}{plain(x)} is in [{low}, {high}]" for x, (low, high) in proof["box"].items()),
         *(f"only where the state {z} is {plain(of)}" for z, of in held.items()),
         f"errors: {', '.join(errors)}: of every state of {c}",
         f"in a sample of {h} s of {c} they become a matrix times what they were{first}: an identity in state, inputs,"
         f" {free}",
+        *left_over,
         f"V = e'Pe is afterwards at most {fall} times what it was ({show(known['rate'])} 1/s){stays}",
         *(
             f"where {plain(sign)} turns V grows at most by the factor {show(growth)}; after"
@@ -135,7 +155,7 @@ def words(proof: dict[str, Any], shown: dict[str, Any]) -> list[str]:
             for sign, (growth, dwell) in known["turns"].items()
         ),
         f"with the values of {proof['name']}.h: {values}",
-        f"in exact arithmetic; not covered: {OUT}",
+        f"in exact arithmetic; not covered: {OUT.format(SIZED if sized else WITHIN)}",
     ]
 
 
@@ -238,4 +258,4 @@ def bound(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[list[str], st
         return [], f"{PROOF} is not its proof: the matrix", False
     enclosure.demand([e["unit"] for e in top["error"]] == shown["units"], f"the units of {proof['name']}.h are others")
     more = reached(proof, shown, sources[SETS]) if SETS in sources else []
-    return [*words(proof, shown), *more], "", shown["whole"]
+    return [*words(proof, shown, bool(more)), *more], "", shown["whole"]

@@ -39,6 +39,7 @@ else:
 Refused, demand, show = enclosure.Refused, enclosure.demand, enclosure.show
 parse, widen, MAX_STRING = enclosure.parse, enclosure.widen, enclosure.MAX_STRING
 PROOF, SETS, by_kernel, long_run = theorem.PROOF, theorem.SETS, theorem.bound, theorem.long_run
+by_kernel_alone = theorem.proved
 integers, positive_pivots, Following = forms.integers, forms.positive_pivots, slow.Following
 MAX_TEXT, MAX_SIZE, MAX_VERTICES, MAX_TOTAL, FINE = 5_000_000, 32, 4096, 200_000, 2**128
 FORMS = json.loads(r"""{"FORMAT": "stiction-certificate/1", "BOUND": "stiction-bound/1", "TEXT": ".*",
@@ -292,7 +293,7 @@ def check(
     except RecursionError:
         raise Refused("nested too deeply") from None
     unbound = tuple(name for name in named if name not in sources)
-    left += [BY_KERNEL, *ALWAYS[2:]] if proved else ALWAYS
+    left += [BY_KERNEL, *theorem.sizes(proved), *ALWAYS[2:]] if proved else ALWAYS
     words = (top["claim"], (*facts, *more), unbound, tuple(left), top["assumptions"])
     return Report(top["subject"]["name"], *words, tied, tuple(proved), unproved, whole)
 
@@ -305,9 +306,9 @@ def of_proof(proof: dict[str, Any], folder: Path | None, sources: dict[str, byte
         here = [path for file in names if folder and (path := folder / file).exists()]
         sources = {path.name: files.read(path) for path in here}
     shown = theorem.proved(proof, sources)
-    open_ = ("a certificate: this is the kernel's proof alone", "the specification", ALWAYS[2])
     more = theorem.reached(proof, shown, sources[SETS]) if SETS in sources else []
-    words = (*theorem.words(proof, shown), *more)
+    open_ = ("a certificate: this is the kernel's proof alone", "the specification", *theorem.sizes(more), ALWAYS[2])
+    words = (*theorem.words(proof, shown, bool(more)), *more)
     return Report(name, "", (), (), open_, (), shown["whole"], words, "", shown["whole"])
 
 
@@ -341,9 +342,13 @@ def main(argv: list[str] | None = None, judge: abc.Callable[..., Report] = check
     if report.claim:
         print("claim as written by the tool, not checked:", f"  {report.claim}", sep="\n")
         print("assumptions as written by the tool, not checked:", *(f"  {x}" for x in report.assumptions), sep="\n")
-    if given.kernel or not report.claim:
-        return 0 if report.whole else DOMAIN if report.proved else NO_KERNEL
-    return 0 if report.bound else NO_CODE
+    by_twin, of_c = 0 if report.bound else NO_CODE, 0 if report.whole else DOMAIN if report.proved else NO_KERNEL
+    meant = f"exit status {of_c}, by what the kernel proves of the C"
+    if report.claim:
+        other = f"exit status {by_twin}, by the replay of {TWIN}"
+        meant = f"{meant}; without --kernel {other}" if given.kernel else f"{other}; with --kernel {meant}"
+    print(meant)
+    return of_c if given.kernel or not report.claim else by_twin
 
 
 def kernel_words(report: Report) -> list[str]:

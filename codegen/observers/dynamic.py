@@ -145,6 +145,7 @@ def dynamic_friction_observer(spec: Spec, system: System) -> Observer:
         [law.force(a, c.slip, f) for law, a, c, f in zip(laws, true_level, system.contacts, true_state, strict=True)]
     )
     fixed = {a: law.level for a, law in zip(true_level, laws, strict=True) if a.name not in spec.envelope}
+    ranged = {a: spec.envelope[a.name] for a in true_level if a.name in spec.envelope}
     gain_units = _gain_units(laws, system, level_gain, first, second)
     return Observer(
         kind=choice.kind,
@@ -171,6 +172,7 @@ def dynamic_friction_observer(spec: Spec, system: System) -> Observer:
         assumed_units={a: law.level_unit for a, law in zip(true_level, laws, strict=True)}
         | {s: unit for law in laws for s, unit in law.units.items()},
         truth_ranges={f: r for f, law in zip(true_state, laws, strict=True) if (r := _range(spec, system, law))},
+        level_ranges=ranged,
         exact=all(law.contact.law is law.law and not law.values for law in laws),
     )
 

@@ -146,6 +146,7 @@ class Observer:
         assumed: exact values of other constants in Ψ than gains and the system's parameters: parameters of the law that
             the observer assumes, and true levels without a range in the envelope; ``assumed_units`` their units.
         truth_ranges: ranges of true values that vary, such as a friction state, from their law.
+        level_ranges: of a DFO, ranges of true levels that are variables of Ψ: the envelope's, or about the declared.
         cascade: form of Ψ for this kind where g does not depend on v; None if there is none.
         exact: whether e = 0 is an equilibrium: the observer assumes the plant's own laws and parameters (ξ₁ = ξ).
         integration: method by which rates become a step; it also changes the velocity equations.
@@ -171,6 +172,7 @@ class Observer:
     assumed: Mapping[sympy.Symbol, Any] = field(default_factory=dict)
     assumed_units: Mapping[sympy.Symbol, str] = field(default_factory=dict)
     truth_ranges: Mapping[sympy.Symbol, tuple[Any, Any]] = field(default_factory=dict)
+    level_ranges: Mapping[sympy.Symbol, tuple[Any, Any]] = field(default_factory=dict)
     cascade: Cascade | None = None
     exact: bool = True
     integration: str = "euler"
@@ -184,6 +186,13 @@ class Observer:
         For a DFO without a range for the level in the envelope: the certificate holds at that level only.
         """
         return tuple((e.truth.name, self.assumed[e.truth], e.unit) for e in self.errors if e.truth in self.assumed)
+
+    @property
+    def ranged_levels(self) -> tuple[tuple[str, Any, Any, str], ...]:
+        """(name, lowest, largest, unit) of each true friction level that is a variable of Ψ."""
+        return tuple(
+            (e.truth.name, *self.level_ranges[e.truth], e.unit) for e in self.errors if e.truth in self.level_ranges
+        )
 
     @property
     def values(self) -> dict[sympy.Symbol, Any]:

@@ -155,6 +155,8 @@ def test_certificate_that_cannot_be_read(folder):
     for name in ("none.json", "text.json", "."):
         result = stiction("verify", name)
         assert result.code == 2 and result.out == "" and len(result.err.splitlines()) == 1
+    told = stiction("verify", "none.json").err
+    assert told == "error: none.json: no such file; expected a certificate (JSON) [FILE001]\n"
 
 
 def test_words_that_look_like_markup_or_pictures(folder):

@@ -207,7 +207,7 @@ def test_a_refused_dfo_has_its_regions_in_the_readme():
     for name in ("sliding", "presliding", "weak", "passing", "recovery"):
         rate = float(checker.Fraction(json.loads((made / f"{name}.json").read_text())["decay_rate"]))
         (line,) = (line for line in said.splitlines() if line.startswith(f"- `{name}.json`: "))
-        assert f"alpha = {rate:.6g} 1/s" in line and "The region: f_plates_along in [" in line
+        assert f"alpha = {rate:.6g} 1/s" in line and "The region: a_plates in [24, 36], f_plates_along in [" in line
 
 
 def test_uncertified(folder):

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from codegen.app.derived import Derived
+from codegen.certify.bound.ellipsoid import unlike_envelope
 from codegen.checker import ellipsoid, verify
 from codegen.replay.engine import compiled_engine
 from codegen.replay.twin import load_twin
@@ -260,3 +261,33 @@ def test_verify_says_it_and_refuses_a_false_one(tmp_path: Path) -> None:
         verify.check(text, tmp_path)
     (tmp_path / "ellipsoid.json").unlink()
     assert not any("long run" in line for line in verify.check(text, tmp_path).proved)
+
+
+def test_sizes_that_are_not_the_envelope_s_are_told() -> None:
+    """By hand for one mass: 5e-6 m of noise, and h² 210/2 m that a sample moves beside the machine."""
+    machine = Derived(read_spec(spec_path("one_mass")))
+    observer, spec, places = machine.observer, machine.spec, machine.program.places
+    claim = content("one_mass", "ellipsoid.json")
+    assert claim["noise"] == {"inputs.x": "1/200000"} and claim["drift"] == {"inputs.x": str(Fraction(210, 2 * 10**6))}
+    assert unlike_envelope(claim, spec, observer, places) == []
+    for kind, other in (
+        ("noise", {"inputs.x": "1/200001"}),
+        ("noise", {}),
+        ("drift", {"inputs.x": "1/9000"}),
+        ("drift", claim["drift"] | {"true.a_rail": "1/1000000"}),
+    ):
+        assert len(unlike_envelope(claim | {kind: other}, spec, observer, places)) == 1
+
+
+@pytest.mark.parametrize("sets", [True, False])
+def test_noise_is_said_to_be_uncovered_only_where_nothing_is_said_of_it(sets: bool) -> None:
+    here = GENERATED / "one_mass"
+    sources = {path.name: path.read_bytes() for path in here.glob("one_mass.[ch]")}
+    sources |= {"ellipsoid.json": (here / "ellipsoid.json").read_bytes()} if sets else {}
+    report = verify.check((here / "proof.json").read_text("utf-8"), None, None, sources)
+    (uncovered,) = [line for line in report.proved if "not covered: " in line]
+    assert ("fault, noise and drift beyond the sizes below," in uncovered) == sets
+    assert ("fault, noise, what moves within a sample," in uncovered) == (not sets)
+    assumed = "where, as is assumed, x is measured within 5e-06, x moves in a sample by at most 0.000105 more; "
+    assert any(line.startswith(assumed) for line in report.proved) == sets
+    assert any(gap.startswith("that noise and drift stay within the sizes assumed") for gap in report.open) == sets

@@ -165,7 +165,7 @@ def test_a_measured_velocity_that_moves_otherwise_is_another_machine() -> None:
         "machine: (m) v' = -a_rail*sign(rail) + w; x' = v; a_rail constant, whatever the value"
     )
     both = content | {"positions": {"inputs.v": "inputs.v"}}
-    with pytest.raises(ValueError, match="machine's own quantities"):
+    with pytest.raises(ValueError, match="machine's own"):
         kernel.prove(both, files)
     still = content | {"acceleration": {"inputs.x": content["acceleration"]["inputs.v"]}, "positions": {}}
     with pytest.raises(ValueError, match="does not move the errors"):
@@ -519,7 +519,7 @@ def test_positive_is_what_eigenvalues_say() -> None:
 def test_bernstein_s_form_is_the_polynomial() -> None:
     text, ends = "x*x*y - 3*x*y*y + 2*x - 7/3", {"x": (Fraction(-1), Fraction(2)), "y": (Fraction(1, 3), Fraction(5))}
     p = kernel.Text({x: kernel.term(1, x) for x in ends}, {}).value(text)
-    table = {k: kernel.bernstein(p, ends, {"x": (k[0], 2), "y": (k[1], 2)}) for k in product(range(3), repeat=2)}
+    table = {k: kernel.bernstein(p, ends, (("x", (k[0], 2)), ("y", (k[1], 2)))) for k in product(range(3), repeat=2)}
     for t, u in product([Fraction(0), Fraction(1, 7), Fraction(1, 2), Fraction(1)], repeat=2):
         x, y = -1 + 3 * t, Fraction(1, 3) + Fraction(14, 3) * u
         shape = [[math.comb(2, k) * s**k * (1 - s) ** (2 - k) for k in range(3)] for s in (t, u)]

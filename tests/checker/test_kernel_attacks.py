@@ -47,6 +47,13 @@ def test_what_is_shipped_is_proved_and_a_loop_too() -> None:
         # The second loop uses the outer t before it has its own.
         "const double t = 7.0 * E; double r[1]; for (int i = 0; i < 1; i++) { const double t = E; }"
         " for (int i = 0; i < 1; i++) { r[0] = t; const double t = 1.0 * E; } const double v_dot_hat = r[0];",
+        # Doubles that are zero: 1e-400 by itself, and what strtod makes of a long row of zeros.
+        "const double v_dot_hat = 1e-400 * 1e200 * 1e200 * E;",
+        "const double v_dot_hat = 1e-308 * 1e-1 * 1e-99 * 1e99 * 1e309 * E;",
+        f"const double v_dot_hat = E; const double t = 0.{'0' * 98}1e-300;",
+        # Literals that doubles hold, products that they do not: zero, or infinite, and no number then.
+        f"const double v_dot_hat = ({RATE}) * {' * '.join(['1e-99'] * 4)} * {' * '.join(['1e99'] * 4)};",
+        f"const double v_dot_hat = ({RATE}) * {' * '.join(['1e99'] * 4)} * {' * '.join(['1e-99'] * 4)};",
         # A macro, spelt with a digraph.
         "\n%:define fabs(u) (3.0 * (u))\nconst double v_dot_hat = E;",
     ],
@@ -68,7 +75,7 @@ def test_macros_before_step_are_refused_in_any_spelling() -> None:
         "%> double fabs(double u) <% return 3.0*u; %> static void rest(void) <%",
     ):
         other = files["one_mass.c"][:at] + f"\n{line}\n" + files["one_mass.c"][at:]
-        with pytest.raises(ValueError, match="digraph"):
+        with pytest.raises(ValueError, match="a comment from // on, % or not ASCII"):
             kernel.prove(proof, files | {"one_mass.c": other})
 
 
@@ -108,3 +115,53 @@ def test_a_bound_beyond_floating_point_is_one_line() -> None:
     command = [sys.executable, "-I", ellipsoid.__file__, str(HERE)]
     done = subprocess.run(command, input=json.dumps(claim), capture_output=True, text=True, check=False)
     assert done.returncode == 1 and done.stderr.startswith("refused: ") and "Traceback" not in done.stderr
+
+
+def test_an_error_that_stands_twice_covers_no_second_state() -> None:
+    """z_q doubles what it is off z_v in every sample, and both were said to show the velocity's error."""
+    proof, files = shipped()
+    header, source = (files[f"one_mass.{end}"] for end in "hc")
+    header = header.replace("    double z_rail;", "    double z_q;\n    double z_rail;", 1)
+    keep = "        state->z_v = z_v_next;\n"
+    source = source.replace(keep, f"        state->z_q = z_v_next + 2.0 * (state->z_q - state->z_v);\n{keep}", 1)
+    first, second = proof["errors"]
+    (a, b), (c, d) = proof["matrix"]
+    (p, q), (_, r) = proof["lyapunov_matrix"]
+    twice = proof | {
+        "errors": [first, first, second],
+        "states": proof["states"] | {"state.z_q": proof["states"]["state.z_v"]},
+        "matrix": [["0", a, b], ["0", a, b], ["0", c, d]],
+        "lyapunov_matrix": [["1/1000", "0", "0"], ["0", p, q], ["0", q, r]],
+        "decay_rate": "5",
+        "reversals": [],
+    }
+    with pytest.raises(ValueError, match="not so named"):
+        kernel.prove(twice, {"one_mass.h": header, "one_mass.c": source})
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "why"),
+    [
+        ("box", {"sign.rail": ["1", "1"]}, "a box of no free variable"),
+        ("rest", ["true.v - outputs.v_hat", "0"], "not the machine's own"),
+        ("rest", ["state.z_v", "0"], "nothing that is known"),
+        ("rest", [], "argument 2 is shorter"),
+    ],
+)
+def test_a_box_of_a_sign_and_a_rest_that_follows_an_error_are_refused(field: str, value: Any, why: str) -> None:
+    proof, files = shipped()
+    with pytest.raises(ValueError, match=why):
+        kernel.prove(proof | {field: value}, files)
+
+
+def test_a_disturbance_of_the_code_s_own_is_said_and_takes_the_status() -> None:
+    """Gravity that the machine has not: a rest says it, and nothing is then proved without conditions, nor of noise."""
+    proof, _ = shipped()
+    heavy = proof | {"rest": ["9.81*parameters.sample_time/parameters.m", "0"]}
+    files = shipped()[1]
+    source = files["one_mass.c"].replace("inputs->w - F_hat_rail", "inputs->w - 9.81 - F_hat_rail", 1)
+    files |= {"one_mass.c": source}
+    assert not kernel.prove(heavy, files)["whole"]
+    claim = json.loads((HERE / "ellipsoid.json").read_text("utf-8"))
+    with pytest.raises(ValueError, match="have a rest"):
+        ellipsoid.prove(heavy, claim, files)

@@ -1007,6 +1007,7 @@ def test_command_line_verifies(folder: Path) -> None:
         "  The error decays at the rate α.",
         "assumptions as written by the tool, not checked:",
         "  The friction level is constant between reversals.",
+        "exit status 5, by the replay of __init__.py; with --kernel exit status 6, by what the kernel proves of the C",
     ]
     gaps = lines[lines.index("not compared:") + 1 : words]
     assert gaps == [

@@ -79,6 +79,8 @@ def with_ellipsoid(
         return certificate
     proof = json.loads(certificate.kernel)
     text = ellipsoid_text(observer, places, proof, response, sizes)
+    if other := unlike_envelope(json.loads(text), spec, observer, places):
+        raise ValueError(f"ellipsoid.json rests on sizes that are not the envelope's: {other}")
     try:
         found = checker.long_run(proof, dict(sources), text.encode())
     except checker.Refused:
@@ -125,6 +127,35 @@ def ellipsoid_text(
         "sets": [_set(step, columns, size, group) for group in groups],
     }
     return json.dumps(claim, indent=1) + "\n"
+
+
+def unlike_envelope(claim: Mapping[str, Any], spec: Spec, observer: Observer, places: Mapping[str, str]) -> list[str]:
+    """What a claim has a smaller or larger disturbance of than the spec's envelope, by a reading of its own.
+
+    Noise is x_noise, and what a position moves beside the machine h² x_ddot/2; a velocity or friction without a range
+    of its own there is compared with ``disturbances`` made anew.
+    """
+    write, system, h = Writer(observer, places), observer.system, Fraction(str(observer.sample_time))
+    response = error_response(observer)
+    assert not isinstance(response, str)
+    sizes = disturbances(spec, observer, response)
+    assert not isinstance(sizes, str)
+
+    def largest(name: str) -> Fraction:
+        return max((abs(Fraction(str(end))) for end in spec.envelope.get(name, ())), default=Fraction(0))
+
+    noise = {write(x): largest(f"{x}_noise") for x in system.positions}
+    drift = {
+        write(x): h * h * largest(f"{v}_dot") / 2 for x, v in zip(system.positions, system.velocities, strict=True)
+    }
+    truths = [write(e.truth) for e in observer.errors]
+    drift |= dict(zip(truths, [*sizes["velocity"], *sizes["friction"]], strict=True))
+    return [
+        f"{kind} of {place}"
+        for kind, asked in (("noise", noise), ("drift", drift))
+        for place in asked.keys() | claim[kind].keys()
+        if Fraction(claim[kind].get(place, "0")) != asked.get(place, 0)
+    ]
 
 
 def _disturbances(

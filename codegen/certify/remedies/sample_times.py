@@ -21,6 +21,7 @@ from codegen.certify.certify import Certificate, Refusal
 from codegen.certify.content import Found, frame, proved
 from codegen.certify.enclosure import Cells, enclose_family
 from codegen.certify.family import Family, NotEnclosable, build_family
+from codegen.certify.levels import levels_of, over_levels
 from codegen.certify.lyapunov import common_lyapunov, decay_rate_limit
 from codegen.certify.region_proofs import Regions
 from codegen.certify.regions import one_cell
@@ -60,6 +61,7 @@ def largest_sample_times(spec: Spec, own: Analysis, outcome: Certificate | Refus
     if beyond_checker(own.dynamics.observer):
         return found
     regions = outcome.regions if isinstance(outcome, Refusal) else None
+    content = outcome.content if isinstance(outcome, Certificate) else None
     sliding = regions is not None and "sliding.json" in regions.proofs
     for integration in INTEGRATIONS:
         if spec.observer.velocity == "measured" and integration in ("semi_implicit", "exponential"):
@@ -74,7 +76,7 @@ def largest_sample_times(spec: Spec, own: Analysis, outcome: Certificate | Refus
             if sliding and regions is not None:
                 largest = _largest_sliding(chosen, analysis, regions)
             else:
-                largest = _largest(chosen, analysis)
+                largest = _largest(chosen, over_levels(analysis, levels_of(analysis, content or {"variables": {}})))
             if largest is not None:
                 found[integration] = largest
     return found
@@ -124,10 +126,10 @@ def _spectral_limit(analysis: Analysis) -> float:
 
 
 def _largest_sliding(spec: Spec, analysis: Analysis, regions: Regions) -> float | None:
-    along = along_friction(analysis)
+    content = regions.proofs["sliding.json"]
+    along = along_friction(over_levels(analysis, levels_of(analysis, content)))
     if along is None:
         return None
-    content = regions.proofs["sliding.json"]
     ends = {name: tuple(sympy.Rational(x) for x in pair) for name, pair in content["variables"].items()}
     box: Box = {v: (ends[v.name][0], ends[v.name][1]) for axis in along.axes for v in axis.symbols if v.name in ends}
 

@@ -1,0 +1,135 @@
+"""The kernel's proofs of a sliding DFO: those shipped, the twin beside them, and forgeries."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from codegen.checker import kernel, verify
+from tests.certify.test_regions import Machine, content
+
+GENERATED = Path(__file__).parents[2] / "generated"
+SLIDING = ["one_mass_dfo", "rig_dfoa", "rig_dfob"]
+
+
+def files(name: str) -> dict[str, str]:
+    return {path.name: path.read_text("utf-8") for path in (GENERATED / name).glob(f"{name}.[ch]")}
+
+
+def proof(name: str) -> dict[str, Any]:
+    found: dict[str, Any] = content(name, "proof.json")
+    return found
+
+
+def number(text: str, at: dict[str, float]) -> float:
+    """An expression of a proof in floats, read by Python: names with dots become keys."""
+    names = {name.replace(".", "_"): value for name, value in at.items()}
+    for name in sorted(at, key=len, reverse=True):
+        text = text.replace(name, name.replace(".", "_"))
+    return float(eval(text, {"__builtins__": {}}, names))
+
+
+@pytest.mark.parametrize("name", SLIDING)
+def test_the_sliding_of_a_dfo_is_proved_of_the_c(name: str) -> None:
+    found = kernel.prove(proof(name), files(name))
+    assert found["first order"] and not found["whole"]
+    sliding = content(name, "sliding.json")
+    assert proof(name)["lyapunov_matrix"] == sliding["lyapunov_matrix"]
+    share = kernel.Fraction(proof(name)["decay_rate"]) / kernel.Fraction(sliding["decay_rate"])
+    assert 0.9 <= share <= 1
+    (level,) = (v for v in sliding["variables"] if v.startswith("a_"))
+    assert proof(name)["box"][f"true.{level}"] == [str(kernel.Fraction(e)) for e in sliding["variables"][level]]
+
+
+@pytest.mark.parametrize("name", SLIDING)
+def test_the_twin_moves_as_the_proof_says_for_either_sign(name: str) -> None:
+    """Matrix and rest at random points of the box, against differences of the committed twin's steps."""
+    said, machine, dice = proof(name), Machine(name), np.random.default_rng(4)
+    (sign,) = said["signs"]
+    v, f, a = (e["truth"] for e in said["errors"])
+    values = {p: float(x) for p, x in kernel.prove(said, files(name))["values"].items()}
+    for _ in range(20):
+        side = dice.choice([-1.0, 1.0])
+        at = {x: dice.uniform(*(float(kernel.Fraction(e)) for e in ends)) for x, ends in said["box"].items()}
+        at |= {v: side * at[v], f: side * at[f], sign: side}
+        machine.levels = np.array([at[a]])
+        step, _ = machine.transition(np.array([at[v]]), np.array([at[f]]), at["inputs.w"])
+        turn = np.diag([side, side, 1.0])
+        matrix = np.array([[number(x, at | values) for x in row] for row in said["matrix"]])
+        np.testing.assert_allclose(turn @ step @ turn, matrix, rtol=1e-4, atol=1e-4 * np.abs(matrix).max(axis=1).min())
+        estimates = machine.after(np.array([at[v], at[f], at[a]]), np.array([at[v]]), at["inputs.w"])
+        rest = number(said["rest"][2], at | values)
+        assert at[a] - estimates[2] == pytest.approx(rest, rel=1e-6, abs=1e-11 * at[a])
+
+
+FORGERIES: dict[str, tuple[Callable[[dict[str, Any]], object], str]] = {
+    "a smaller friction state than that of sliding": (
+        lambda p: p["box"].update({"true.f_rail": ["1/10", "1"]}),
+        "not pos",
+    ),
+    "any acceleration": (lambda p: p["box"].update({"inputs.w": ["-100000000", "100000000"]}), "not pos"),
+    "no range of the level": (lambda p: p["box"].pop("true.a_rail"), "without a range"),
+    "a faster fall": (lambda p: p.update({"decay_rate": "12"}), "not pos"),
+    "nothing besides": (lambda p: p.update({"rest": ["0", "0", "0"]}), "does not move the errors"),
+    "no word of it": (lambda p: p.pop("rest"), "does not move the errors"),
+    "the other sign of it": (lambda p: p["rest"].__setitem__(2, f"-({p['rest'][2]})"), "does not move the errors"),
+    "a rest that is an error": (
+        lambda p: p["rest"].__setitem__(0, "true.v - outputs.v_hat"),
+        "not the machine's own",
+    ),
+    "a rest for two errors": (lambda p: p.update({"rest": p["rest"][:2]}), "argument 2 is shorter"),
+    "no domain": (lambda p: p.update({"domain": []}), "does not move the errors"),
+    "the law on the other side of its kink": (
+        lambda p: p.update({"domain": ["sign.rail*(1 - outputs.f_hat_rail)", p["domain"][0]]}),
+        "does not move the errors",
+    ),
+    "a level with the sign": (lambda p: p["errors"][2].update({"sign": "sign.rail"}), "does not move the errors"),
+    "a machine whose level drifts": (lambda p: p["acceleration"].update({"true.a_rail": "0"}), "argument 2"),
+}
+
+
+@pytest.mark.parametrize("kind", FORGERIES)
+def test_a_forged_proof_of_sliding_is_refused(kind: str) -> None:
+    change, why = FORGERIES[kind]
+    forged = proof("one_mass_dfo")
+    change(forged)
+    with pytest.raises(ValueError, match=why):
+        kernel.prove(forged, files("one_mass_dfo"))
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("v_hat - parameters->rail_D2 * f_hat_rail", "v_hat - 2.0 * parameters->rail_D2 * f_hat_rail"),
+        ("0.5 * fabs(f_hat_rail - 1.0)", "0.5 * fabs(f_hat_rail - 1.5)"),
+        ("0.5 * fabs(f_hat_rail - 1.0)", "0.6 * fabs(f_hat_rail - 1.0)"),
+        ("(f_hat_rail * v_dot_hat + v_hat", "(f_hat_rail * v_dot_hat - v_hat"),
+        ("parameters->h_K_a * (f_hat", "0.5 * parameters->h_K_a * (f_hat"),
+        ("+ parameters->K_a * v_hat * f_hat_rail", "- parameters->K_a * v_hat * f_hat_rail"),
+        ("inputs->w - F_hat_rail", "inputs->w + F_hat_rail"),
+        ("outputs->a_hat_rail = a_hat_rail;", "outputs->a_hat_rail = a_hat_rail + 1.0;"),
+    ],
+)
+def test_other_code_of_a_dfo_is_refused(old: str, new: str) -> None:
+    sources = files("one_mass_dfo")
+    assert sources["one_mass_dfo.c"].count(old) == 1
+    with pytest.raises(ValueError, match=r"does not move the errors|do not show the estimates"):
+        kernel.prove(proof("one_mass_dfo"), sources | {"one_mass_dfo.c": sources["one_mass_dfo.c"].replace(old, new)})
+
+
+def test_what_is_printed_of_a_sliding_dfo(capsys: pytest.CaptureFixture[str]) -> None:
+    """A rest beside the matrix, ranges along the friction, and a status that says: in its domain."""
+    assert verify.main([str(GENERATED / "one_mass_dfo/proof.json")]) == verify.DOMAIN
+    told = capsys.readouterr().out
+    for line in (
+        "only where sign(rail)*f_rail is in [5001/5000, 10099999/10000000]",
+        "only where a_rail is in [40, 60]",
+        "only where sign(rail)*(f_hat_rail - 1) > 0",
+        "whatever the errors; what V does by it is not said",
+        "exit status 4, by what the kernel proves of the C",
+    ):
+        assert line in told
