@@ -149,9 +149,15 @@ class Writer:
     def __call__(self, e: Any) -> str:
         """The expression; slips by their estimates, and in place of signs and magnitudes the signs of the slips."""
         e = sympy.sympify(e)
-        e = e.replace(Sgn, lambda u: self._signs[u.name]).replace(Magnitude, lambda u: self._signs[u.name] * u)
+        e = e.replace(Sgn, self._sign).replace(Magnitude, lambda u: self._sign(u) * u)
         e = e.xreplace({s: self._slips[s.name] for s in e.free_symbols if s.name in self._slips})
         return self._sum(e)
+
+    def _sign(self, u: Any) -> Any:
+        """The symbol of a slip's sign."""
+        if str(u) not in self._signs:
+            raise NotCovered(f"the sign of {u}, which is no slip")
+        return self._signs[str(u)]
 
     def _sum(self, e: Any) -> str:
         written = ""

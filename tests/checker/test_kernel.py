@@ -178,6 +178,14 @@ def test_what_the_kernel_has_no_words_for_is_said(name: str) -> None:
         proof(name)
 
 
+@pytest.mark.parametrize("force", ["w/(1 + abs(x)/d0)", "w*abs(x)/d0"])
+def test_a_magnitude_that_is_no_slip_is_said_and_is_no_fault(force: str) -> None:
+    """|x| of a position, in the force: the step is certified, and why the kernel does not read it is said."""
+    text = spec_path("one_mass").read_text("utf-8").replace("  - w\n", f"  - {force}\n")
+    outcome, _ = generated(text.replace("unit: kg}", "unit: kg}\n  d0: {value: 1, unit: m}"))
+    assert outcome.kernel is None and "no slip" in outcome.not_by_kernel
+
+
 # The machines as the specs' sources print them, typed here by hand: mass matrix and force over true quantities.
 MACHINES = {
     "one_mass": ([["m"]], ["w - s_rail*a_rail"]),
