@@ -178,12 +178,12 @@ def explains_own_variable(
 
 
 def named_effects(parts: Sequence[Part], estimated: Estimate, system: System) -> list[FoundEffect]:
-    """Effects with their parameters and intervals."""
+    """Effects with their parameters and intervals; without these where the loss is rough and its slopes say nothing."""
     found = []
     for part, values in zip(parts, estimated.effects, strict=True):
         effect = CATALOGUE[part.kind].with_parameters(part.names)
         parameters = {name: value for name, (value, _) in values.items()}
-        intervals = {name: interval for name, (_, interval) in values.items()}
+        intervals = {} if effect.rough else {name: interval for name, (_, interval) in values.items()}
         units = unit_words(effect, part.place, system)
         also = tuple(effect.twins(system, part.place))
         found.append(FoundEffect(part.kind, part.on, parameters, units, also, intervals))

@@ -57,8 +57,12 @@ def passed_too_fast(system: System, motion: Motion, part: Part, parameters: Mapp
 
 
 def remarks(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
-    """Parts of a credited effect's curve that the log does not cover, in words."""
+    """Parts of a credited effect's curve that the log does not cover, and intervals that it has not, in words."""
     words = []
+    if CATALOGUE[found.kind].rough:
+        words.append(
+            f"the values of {found.kind} have no interval: its loss is not smooth, so slopes do not bound them"
+        )
     stroke, period = _stroke(problem.system, problem.motion, part), found.parameters.get("period", 0.0)
     if period > stroke and _known_turn(problem.system, part, period):
         unit = found.units["period"]

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from codegen.diagnosis import examination
+from codegen.diagnosis.conclusion import named_effects
 from codegen.diagnosis.diagnose import diagnose_log
+from codegen.diagnosis.estimate import Estimate
 from codegen.diagnosis.limits import at_limit
 from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.problem import Problem
@@ -40,6 +42,18 @@ def said(log: Log, kind: str, **values: float) -> tuple[list[str], list[str]]:
     problem = Problem(system, smooth_motion(log), {})
     part = part_of(CATALOGUE[kind], 0, system)
     return objections(found, part, problem), remarks(found, part, problem)
+
+
+def test_a_rough_loss_gives_values_without_intervals(log: Log) -> None:
+    """Impacts shift by a sample with a small change of a gap: slopes gave 0.01 % about values 160 % off."""
+    system = system_of(stage())
+    gap, spring = (part_of(CATALOGUE[kind], 0, system) for kind in ("backlash", "spring"))
+    values = [{p.name: (1.0, (0.9, 1.1)) for p in part.effect.parameters} for part in (gap, spring)]
+    rough, smooth = named_effects([gap, spring], Estimate({}, tuple(values)), system)
+    assert rough.intervals == {} and smooth.intervals == {"k": (0.9, 1.1)}
+    problem = Problem(system, smooth_motion(log), {})
+    assert len([words for words in remarks(rough, gap, problem) if "have no interval" in words]) == 1
+    assert remarks(smooth, spring, problem) == []
 
 
 def test_a_period_longer_than_the_stroke_is_not_credited(log: Log) -> None:
