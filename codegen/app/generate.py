@@ -117,7 +117,7 @@ def _refuse_folder_of_another(target: Path, name: str) -> None:
     header = next((file for file in _listed(target) if file.endswith(".h") and file not in own), None)
     if header is not None:
         raise BadInput(
-            str(target), f"the code of {header.removesuffix('.h')}", f"a folder of its own for {name}", code="FILE004"
+            str(target), f"generated code of {header.removesuffix('.h')}", f"another folder for {name}", code="FILE004"
         )
 
 
@@ -126,9 +126,9 @@ def refuse_hand_written(target: Path, files: Mapping[str, str]) -> None:
     listed = _listed(target)
     foreign = [name for name in files if name not in listed and is_there(target / name)]
     if foreign:
-        found = f"{', '.join(foreign)}, listed in no manifest.json of stiction: written by another hand"
+        found = f"{', '.join(foreign)}, which stiction did not write (no manifest.json lists them)"
         raise BadInput(
-            str(target), found, "a new folder, or one that stiction wrote; nothing was replaced", code="FILE004"
+            str(target), found, "a new folder, or one that stiction wrote (no file was replaced)", code="FILE004"
         )
 
 

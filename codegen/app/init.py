@@ -55,7 +55,7 @@ def init(
     target = Path(folder) / f"{name}.yaml"
     refuse_target(target)
     if is_there(target):
-        raise BadInput(str(target), "a file that is there already", "another name, or another folder", code="FILE004")
+        raise BadInput(str(target), "the file exists already", "another name, or another folder", code="FILE004")
     robot = source is not None and Path(source).suffix.lower() in ENDINGS
     if log is not None and not robot:
         raise BadInput(
@@ -92,7 +92,7 @@ def _of_spec(name: str, path: Path) -> dict[str, str]:
     spec = parse_spec(text, path)
     if spec.name != name:
         raise BadInput(
-            Place(str(path)), f"the name `{spec.name}` on no line of its own", "a line `name: …`", code="SPEC003"
+            Place(str(path)), f"no line `name: {spec.name}` that can be replaced", "a line `name: …`", code="SPEC003"
         )
     files = {f"{name}.yaml": text}
     if spec.robot is not None:
@@ -101,12 +101,15 @@ def _of_spec(name: str, path: Path) -> dict[str, str]:
             raise BadInput(
                 spec.place("urdf"),
                 f"`{spec.robot[0]}`, in another folder",
-                "a robot file beside the spec",
+                "a robot file in the folder of the spec",
                 code="FILE001",
             )
         if robot.name in files:
             raise BadInput(
-                spec.place("urdf"), f"`{robot.name}`, the name of the new spec", "another NAME", code="FILE004"
+                spec.place("urdf"),
+                f"`{robot.name}`, which the new spec would be called too",
+                "another NAME",
+                code="FILE004",
             )
         files[robot.name] = read_text(robot, "a robot description (URDF)", LARGEST)
     return files
@@ -117,5 +120,7 @@ def _refuse_other_robot(folder: Path, spec: str, files: dict[str, str]) -> None:
     for file in [file for file in files if file != spec]:
         if is_there(folder / file):
             if read_text(folder / file, "a robot description (URDF)", LARGEST) != files[file]:
-                raise BadInput(str(folder / file), "another robot file of that name", "another folder", code="FILE004")
+                raise BadInput(
+                    str(folder / file), "a different robot file of that name exists", "another folder", code="FILE004"
+                )
             del files[file]

@@ -23,7 +23,7 @@ def smt_text(content: Mapping[str, Any]) -> str:
     """The file for a certificate or refutation that the checker has accepted.
 
     Raises:
-        BadInput: for a dwell that is too long to be raised to in exact numbers, a parameter-dependent P, or a
+        BadInput: for a dwell time that is too long for exact powers, a parameter-dependent P, or a
             bound in place of a certificate.
     """
     if "matrix" not in content:
@@ -31,12 +31,14 @@ def smt_text(content: Mapping[str, Any]) -> str:
             "certificate", "a bound in newtons", "a certificate; only the checker verifies a bound", code="CALL003"
         )
     if content["slow"]:
-        found = f"a P that follows {content['slow'][0]['variable']}"
-        raise BadInput("certificate", found, "one P; only the checker verifies the other kind", code="CALL003")
+        found = f"a P that depends on {content['slow'][0]['variable']}"
+        raise BadInput(
+            "certificate", found, "a constant P; only the checker verifies a parameter-dependent one", code="CALL003"
+        )
     for entry in content["reversals"]:
         if entry["dwell_samples"] > LONGEST_DWELL:
-            found = f"{entry['dwell_samples']} dwell samples at {entry['contact']}"
-            raise BadInput("certificate", found, f"at most {LONGEST_DWELL} for a solver", code="CALL003")
+            found = f"{entry['dwell_samples']} samples of dwell time at {entry['contact']}"
+            raise BadInput("certificate", found, f"at most {LONGEST_DWELL} samples for an SMT solver", code="CALL003")
     size = list(range(len(content["error"])))
     name, claim = UserText(content["subject"]["name"]), UserText(content["claim"])
     words = {"name": name, "claim": claim, "c": content, "size": size, "vertices": _vertices(content)}

@@ -33,7 +33,7 @@ def find_compiler() -> tuple[str, ...] | None:
         raise BadInput("CC", f"`{named}` ({error})", expected, code="TOOL001") from None
     found = shutil.which(program)
     if found is None:
-        raise BadInput("CC", f"`{named}`, and no program `{program}` that can be run", expected, code="TOOL001")
+        raise BadInput("CC", f"`{named}`, but no program `{program}` can be run", expected, code="TOOL001")
     return (found, *options)
 
 
@@ -67,7 +67,7 @@ def compile_shared(sources: Mapping[str, str], units: Sequence[str], flags: Sequ
         target = folder / "made.so"
         if done.returncode == 0 and not target.is_file():
             chosen = "CC names it; " if os.environ.get("CC", "").strip() else ""
-            found = f"{chosen}it ended without an error and made no library"
+            found = f"{chosen}the compiler reported no error but wrote no library"
             raise BadInput(shlex.join(compiler), found, "a C99 compiler", code="TOOL001")
         if done.returncode != 0:
             said = " ".join(done.stderr.split())[:LONGEST_MESSAGE] or f"exit {done.returncode}"

@@ -57,7 +57,10 @@ def _refuse_target(path: Path, sources: Mapping[str, Path], endings: Sequence[st
     if not standing.is_dir():
         named = path.parents[path.absolute().parents.index(standing)]
         raise BadInput(
-            str(named), "cannot be written (a file is there)", "a folder, or a name that is free", code="FILE003"
+            str(named),
+            "cannot be written (a file of that name exists)",
+            "a folder, or a name that is free",
+            code="FILE003",
         )
     if not os.access(standing, os.W_OK | os.X_OK):
         raise BadInput(
@@ -133,4 +136,6 @@ def write_all(folder: Path, files: Mapping[str, str | bytes] | Mapping[str, str]
 def _refuse_special(path: Path) -> None:
     if path.is_dir() or (path.exists() and not path.is_file()):
         there = "a folder" if path.is_dir() else "a device or a pipe"
-        raise BadInput(str(path), f"cannot be written ({there} is there)", "a file, or nothing", code="FILE003")
+        raise BadInput(
+            str(path), f"cannot be written ({there} of that name exists)", "a file, or a free name", code="FILE003"
+        )

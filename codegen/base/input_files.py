@@ -1,4 +1,4 @@
-"""Files that a user names, opened and read: regular files below a stated size, and nothing else."""
+"""Reading of the files that a user names: only regular files up to a stated size are opened."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from typing import IO
 from codegen.base.errors import BadInput, Place
 
 LARGEST_TEXT = 1_000_000
-"""Bytes of a spec, a log description, a file of effects or any other text that a person writes.
+"""Largest size in bytes of a text that a person writes: a spec, a log description, a file of effects.
 
-Without a single value in it, YAML of this size takes 2 to 4 s.
+Parsing YAML of this size takes 2 to 4 s even if it contains no value.
 """
 LARGEST_GENERATED = 50_000_000
-"""Bytes of a file that this tool wrote earlier."""
+"""Largest size in bytes of a file that this tool wrote earlier."""
 _FLAGS = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_NOCTTY", 0)
 _FLAGS |= getattr(os, "O_BINARY", 0)
 
@@ -23,16 +23,17 @@ _FLAGS |= getattr(os, "O_BINARY", 0)
 def opened(path: Path, expected: str, largest: int, named_at: Place | None = None) -> IO[bytes]:
     """A regular file, opened for reading.
 
-    What was opened is what is examined, so that nothing is exchanged in between. Nothing waits for a pipe.
+    The checks are made on the open file, so it cannot be replaced between check and reading. Opening does not wait, not
+    even for a named pipe.
 
     Args:
         path: of the file.
         expected: what the file should be, for messages.
-        largest: its size in bytes at most.
-        named_at: where the user named it, if that was in another file.
+        largest: greatest admissible size in bytes.
+        named_at: where the user named the file, if that was in another file.
 
     Raises:
-        BadInput: if it is absent, unreadable, no regular file, larger, or its name is not UTF-8.
+        BadInput: if it is absent, unreadable, not a regular file, too large, or its name is not UTF-8.
     """
     place = named_at or Place(str(path))
     what = f"`{path}`: " if named_at else ""
@@ -75,7 +76,12 @@ def read_bytes(path: Path, expected: str, largest: int, named_at: Place | None =
         except OSError as error:
             raise BadInput(place, f"unreadable ({error.strerror})", expected, code="FILE001") from None
     if data is None or len(data) > largest:  # a file that grows, or has no size, as those of /proc
-        raise BadInput(place, "a file without an end", f"{expected} of at most {largest} bytes", code="FILE002")
+        raise BadInput(
+            place,
+            "a file that grows while it is read, or states no size",
+            f"{expected} of at most {largest} bytes",
+            code="FILE002",
+        )
     return data
 
 
@@ -100,7 +106,7 @@ def read_or_none(path: Path, largest: int = LARGEST_GENERATED) -> str | None:
 
 
 def unusable_name(path: str | Path) -> str | None:
-    """Why a path cannot be written into messages and files, or None: it holds a zero byte or is not UTF-8."""
+    """The reason why a path cannot be used, a zero byte or a name that is not UTF-8; None if there is none."""
     try:
         return "a name with a zero byte" if b"\0" in str(path).encode() else None
     except UnicodeEncodeError:
@@ -108,7 +114,7 @@ def unusable_name(path: str | Path) -> str | None:
 
 
 def is_there(path: Path) -> bool:
-    """Whether something can be found at a path; False where its name is none or its folder cannot be searched."""
+    """Whether a path exists; False also if its name is invalid or its folder cannot be searched."""
     try:
         return path.exists()
     except (OSError, ValueError):
@@ -131,7 +137,7 @@ def _special(path: Path) -> str | None:
 
 
 def _kind(mode: int) -> str | None:
-    """What stands in the place of a regular file, or None for one."""
+    """The kind of a file that is not a regular one, in words; None for a regular file."""
     if stat.S_ISREG(mode):
         return None
     return "a folder" if stat.S_ISDIR(mode) else "a device or a pipe"

@@ -146,7 +146,7 @@ def refuse_replaceable(folder: Path) -> None:
         if found.st_uid not in (0, os.getuid(), UNKNOWN_USER) or (shared and not found.st_mode & stat.S_ISVTX):
             raise BadInput(
                 str(step),
-                "a folder in which other users may rename yours, and native code would lie in it",
+                "a folder in which other users may rename files, so compiled code in it could be replaced",
                 "a temporary directory such as /tmp with its sticky bit, or TMPDIR set to a folder of your own",
                 code="FILE007",
             )
@@ -216,7 +216,10 @@ def in_temporary_folder(work: Callable[Given, Result]) -> Callable[Given, Result
         except OSError as error:
             found = f"cannot be used ({error.strerror or error})"
             raise BadInput(
-                "the temporary folder", found, "one with room that can be written (TMPDIR)", code="FILE007"
+                "the temporary folder",
+                found,
+                "a temporary folder that is writable and has free space (TMPDIR)",
+                code="FILE007",
             ) from None
 
     return guarded

@@ -107,7 +107,11 @@ def _contacts(spec: Spec, choice: CancellationChoice, found: Reach) -> tuple[int
     if spec.observer is not None and spec.observer.kind in ("to", "gto"):
         observed = f"{spec.observer.kind}, which estimates the force on each coordinate and not that of each contact"
         raise BadInput(
-            place, f"contacts chosen under {observed}", "`contacts: all`, or gcfo, gdfo or mgto", "mgto", code="SPEC027"
+            place,
+            f"single contacts, which {observed} does not estimate",
+            "`contacts: all`, or gcfo, gdfo or mgto",
+            "mgto",
+            code="SPEC027",
         )
     chosen = found.cancellable if choice.contacts == "cancellable" else choice.contacts
     if not chosen:

@@ -21,9 +21,13 @@ from codegen.mechanics.compact import compact
 from codegen.mechanics.system import Matrix
 
 MOST_MINORS = 40
+"""A matrix with more minors of the size of its rank is not proven."""
 MOST_BOXES = 4000
+"""Boxes that are examined before the proof is given up."""
 SINGULAR = 1e-7
+"""A singular value below this share of the largest one counts as zero."""
 STARTS = 5
+"""Local minimisations of the singular value, from the best of the sampled points."""
 
 Box = tuple[tuple[Fraction, Fraction], ...]
 
@@ -50,7 +54,8 @@ def keeps_rank(
 ) -> Regularity:
     """Whether ``matrix`` has ``rank``, its generic one, at every point of the ranges.
 
-    The envelope is bisected until on each box the enclosure of some rank-by-rank minor excludes zero.
+    The envelope is bisected until on each box the enclosure of some minor, the determinant of a rank-by-rank submatrix,
+    excludes zero.
 
     Args:
         matrix: n by m over parameters and ``variables``.

@@ -130,7 +130,7 @@ def _certified(
         try:
             content, report = proved(base, analysis, family, proposal)
         except verify.Refused as error:
-            why = f"the matrix that was found does not stand up to exact arithmetic ({error})"
+            why = f"the matrix that was found fails the check in exact arithmetic ({error})"
             continue
         found = Certificate(content, float(Fraction(content["decay_rate"])), spectral, report.facts)
         found = replace(found, limit=limit)
@@ -178,7 +178,7 @@ def spectral_rate(analysis: Analysis) -> float:
 
 
 def _no_words(analysis: Analysis, error: Exception) -> Refusal:
-    why = str(error) if isinstance(error, NotEnclosable) else f"the certificate has no word for {error}"
+    why = str(error) if isinstance(error, NotEnclosable) else f"a certificate cannot express {error}"
     return _undecided(analysis, why, narrower=False)
 
 

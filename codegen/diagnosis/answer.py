@@ -13,12 +13,12 @@ class Answer:
     """A verdict and the systems that go with it.
 
     Attributes:
-        effects: that are named, whether credited or not.
-        refit, augmented: systems.
+        effects: those that the verdict names, credited or not.
+        refit, augmented: the system with refitted values, and that with the effects added to it.
         figures: errors of the declared, refit and augmented model on held-out data.
         errors: parameter errors in the model that is written.
         against: why the effects are not credited, in words.
-        remarks: further words for the reader.
+        remarks: further sentences for the report.
     """
 
     verdict: Verdict

@@ -1,4 +1,4 @@
-"""Verdict, named effects, candidates with evidence, and the sentence, from the outcome of forward selection."""
+"""Results of a diagnosis from the outcome of forward selection: verdict, named effects, candidates, sentence."""
 
 from __future__ import annotations
 
@@ -27,6 +27,7 @@ from codegen.logs import Finding
 from codegen.mechanics.system import System
 
 TABLE_SIZE = 12
+"""Candidates in the table of a round."""
 MOST = 0.5
 """Least share, of what a flexible regression on an effect's own variable explains, that the effect must remove."""
 SOME = 0.1
@@ -51,7 +52,7 @@ def sentence(
     Args:
         answer: verdict and models. rivals: of the first effect.
         findings: of the preflight of the training log. left: remainder of the written model, by coordinate.
-        material: share of the drive force from which on a force matters; only variables above it are named.
+        material: share of the drive force above which a force is material; only variables that explain more are named.
         outcome: of the free-run fits; None where steady records were judged by their means, ``records`` of them.
         experiment: how rivals could be discriminated.
     """

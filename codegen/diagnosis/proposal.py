@@ -19,12 +19,13 @@ from codegen.mechanics.system import System
 Array = NDArray[np.float64]
 
 THRESHOLDS = (0.8, 0.5, 0.3, 0.2, 0.1, 0.05)
-"""Of STLSQ, in the residual's RMS: smaller terms are dropped. Tried from the sparsest on."""
+"""Thresholds of STLSQ, over the RMS of the residual: terms with a smaller weight are dropped."""
 INNER = 0.7
 """Share of the training rows to which each threshold is fitted; the rest chooses the threshold."""
 WORTH = 0.02
 """Share of the residual that each further term must explain."""
 LEAST_ROWS = 50
+"""With fewer samples there is no proposal."""
 
 
 Terms = dict[str, Callable[[Array], Array]]

@@ -30,11 +30,14 @@ CHUNKS, FOLDS = 48, 8
 """Pieces of equal length of the log; every eighth piece is held out together."""
 KNOTS = 14
 POSITION_KNOTS = 40
+"""Knots of the splines over the position, and over any other variable (``KNOTS``)."""
 MOST_ROWS = 6000
+"""Samples of a regression at most, evenly spread over the log."""
 PENALTIES = (1e-6, 1e-3, 1e-1, 1e1)
-"""On squared second differences of the weights, over the mean diagonal of the normal matrix."""
+"""Penalties tried, on squared second differences of the weights, over the mean diagonal of the normal matrix."""
 DEGREE = 3
 LEAST_ROWS = 200
+"""With fewer samples nothing is explained."""
 NEIGHBOURS, LEAST_PERIODS = 2, 6
 """For a spectral line: neighbouring bins on each side, which allow its amplitude to vary; least number of periods in
 the log."""

@@ -23,10 +23,11 @@ Array = NDArray[np.float64]
 Kind = Literal["none", "load", "payload", "mounting", "speed", "temperature"]
 
 LOAD = 0.5
-"""Constant force of another load, over the RMS drive force."""
+"""Constant force of the additional load, over the RMS drive force."""
 PAYLOAD = 0.5
 """Added inertia over a coordinate's mean inertia."""
 PACES = (0.5, 2.0)
+"""Factors on the speed along the log's path."""
 WARM = 0.7
 """Factor on the friction of all contacts at another temperature; unknown to the fit."""
 MASSES = {"m": "kg", "rad": "kg·m²"}
@@ -38,7 +39,7 @@ class Setup:
     """One change of the machine.
 
     Attributes:
-        words: what a person changes, for a page.
+        words: the change in words, for the report.
         pace: factor on the speed along the log's path.
         force, inertia: known additions, SI, by index of the coordinate.
         turned: whether gravity acts in the opposite direction.
@@ -54,7 +55,7 @@ class Setup:
     friction: float | None = None
 
     def base(self, system: System) -> System:
-        """The declared system with the known part of the change."""
+        """The declared system with the known part of the change: added forces and inertias."""
         for i, value in (self.force or {}).items():
             system = system.with_force(i, sympy.Float(value))
         for i, value in (self.inertia or {}).items():

@@ -28,7 +28,7 @@ def added(
     after = effect.add(system, place, symbols)
     if _consists_of(after) != _consists_of(system):
         found = f"{effect.kind} adds or removes coordinates, inputs or contacts"
-        expected = "an `add` that leaves these as they are; a load behind a spring is a transmission"
+        expected = "an `add` that leaves these as they are; for a load behind a spring, add a transmission"
         raise BadInput(where, found, expected, code="SPEC021")
     held = set().union(*(sympy.sympify(e).free_symbols for e in _changed(system, after)))
     without = [name for name, s in symbols.items() if s not in held]

@@ -87,8 +87,10 @@ def unit_words(effect: Effect, place: int, system: System) -> dict[str, str]:
 def _add(system: System, spec: Spec, index: int, declared: DeclaredEffect) -> System:
     key = f"effects[{index}]"
     if declared in spec.effects[:index]:
-        found = f"the same {declared.kind} on {', '.join(declared.on)} again"
-        raise BadInput(spec.place(key), found, "it once; a second one has other parameters", code="SPEC021")
+        found = f"the same {declared.kind} on {', '.join(declared.on)} twice"
+        raise BadInput(
+            spec.place(key), found, "each effect once; a second one of its kind has other parameters", code="SPEC021"
+        )
     refuse_unknown(declared.kind, CATALOGUE, spec.place(f"{key}.kind"), "unknown effect", code="SPEC008")
     effect = CATALOGUE[declared.kind].with_parameters(list(declared.parameters))
     on = _place(effect, declared, system, spec, key)

@@ -36,7 +36,7 @@ def register(effect: Effect, where: str = "an effect") -> None:
             )
     known = CATALOGUE.get(effect.kind)
     if known is not None and type(known).__qualname__ != type(effect).__qualname__:
-        raise BadInput(where, f"a second effect `{effect.kind}`", "a kind of its own", code="EFFECT001")
+        raise BadInput(where, f"a second effect `{effect.kind}`", "a kind that no other effect has", code="EFFECT001")
     CATALOGUE[effect.kind] = effect
 
 

@@ -1,4 +1,4 @@
-"""Fields of a struct as they are declared: a scalar, or one array for all members of a numbered family."""
+"""Declared fields of a struct in the generated code: scalars, and arrays for numbered quantities such as x1 to x16."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class Entry:
 
     Attributes:
         name: of the field; ``count`` is 0 for a scalar, the length of an array otherwise.
-        unit, meaning: for the comment; an array's meaning says which names of the spec it holds.
+        unit, meaning: for the comment; the meaning of an array says which names of the spec are its elements.
         values: one for each element.
     """
 
@@ -33,7 +33,7 @@ Row = tuple[str, str, str, float]
 
 
 def entries(program: Program, rows: Iterable[Row]) -> tuple[Entry, ...]:
-    """The entries of rows of (name, unit, meaning, value), with the members of an array side by side."""
+    """The entries of rows of (name, unit, meaning, value); neighbouring rows of one array become one entry."""
     groups: list[list[Row]] = []
     for row in rows:
         place = program.arrays.get(row[0])

@@ -42,7 +42,10 @@ class Language:
             rounded = np.float32(value) if self.single else np.float64(value)
         if not math.isfinite(rounded) or (value != 0) != (rounded != 0):
             raise BadInput(
-                "generated code", f"the constant {value}", f"numbers whose products a {size} can hold", code="SPEC028"
+                "generated code",
+                f"the constant {value}",
+                f"parameters and gains whose products are within the range of a {size}",
+                code="SPEC028",
             )
         wide = not self.single or (self.narrows and float(rounded) != value)
         digits = repr(float(value)) if wide else str(rounded)

@@ -58,14 +58,17 @@ def open_bag(path: Path, allowance: Allowance, description: LogDescription) -> S
         raise BadInput(place, "no list of files under rosbag2_bagfile_information", EXPECTED, code="LOG001")
     if str(section.get("compression_mode", "")).upper() == "MESSAGE":
         raise BadInput(
-            place, "messages that are packed one by one", f"{EXPECTED} (`ros2 bag convert` unpacks them)", code="LOG002"
+            place,
+            "messages that are compressed one by one",
+            f"{EXPECTED} (`ros2 bag convert` decompresses them)",
+            code="LOG002",
         )
     parts = []
     for name in names:
         if Path(name).name != name:
             raise BadInput(place, f"`{shown(name)}`, in another folder", EXPECTED, code="LOG001")
         if Path(name).suffix not in STORAGES:
-            found = f"`{shown(name)}`, packed or of another kind"
-            raise BadInput(place, found, f"{EXPECTED} (`zstd -d` unpacks a file)", code="LOG002")
+            found = f"`{shown(name)}`, compressed or of another type"
+            raise BadInput(place, found, f"{EXPECTED} (`zstd -d` decompresses a file)", code="LOG002")
         parts.append(STORAGES[Path(name).suffix](path / name))
     return open_ros(Bag(path, parts), allowance, description)

@@ -67,7 +67,9 @@ class SideBySide:
                 parts.append(Columns(part.file, tuple(f"{name}.{c}" for c in columns), part.values, part.lines))
         for part in parts[1:]:
             if len(part.values) != len(parts[0].values):
-                expected = f"{len(parts[0].values)} as in {parts[0].file}: its rows belong to the log's one by one"
+                expected = (
+                    f"{len(parts[0].values)} rows, as in {parts[0].file}: its rows belong to those of the log by number"
+                )
                 raise BadInput(Place(part.file), f"{len(part.values)} rows", expected, code="LOG011")
         where = {name: (part, k) for part in parts for k, name in enumerate(part.names)}
         values = np.column_stack([where[name][0].values[:, where[name][1]] for name in wanted])

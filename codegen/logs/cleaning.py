@@ -58,13 +58,13 @@ def clean(
     notes: list[str] = []
     rows = len(raw.values)
     if rows == 1:
-        raise BadInput(raw.place(0), "a single row", "rows at two times at least", code="LOG009")
+        raise BadInput(raw.place(0), "a single row", "rows at two or more times", code="LOG009")
     timed = _finite_time(raw, description.fill_missing, notes)
     values, repaired = _finite(timed, symbols, held, description.fill_missing, notes)
     kept = _rising(timed, values, notes)
     timed, values = timed.rows(kept), values[kept]
     if len(values) < 2:
-        raise BadInput(timed.place(0), "a single time stamp in all rows", "rows at two times at least", code="LOG009")
+        raise BadInput(timed.place(0), "a single time stamp in all rows", "rows at two or more times", code="LOG009")
     factors = np.array([scale[s] for s in symbols])
     values = values * factors
     _plausible(values, timed, symbols)
@@ -161,7 +161,10 @@ def _rising(raw: Columns, values: Array, notes: list[str]) -> Flags:
     if other.sum() > SHARE_REPEATED * len(time):
         found = f"{int(other.sum())} of {len(time)} rows repeat a time stamp with other data, the first here"
         raise BadInput(
-            raw.place(int(np.argmax(other)), 0), found, "a time of its own for each row (more digits)", code="LOG007"
+            raw.place(int(np.argmax(other)), 0),
+            found,
+            "a different time in each row (written with more digits)",
+            code="LOG007",
         )
     if same.any():
         notes.append(
@@ -187,7 +190,7 @@ def _plausible(values: Array, source: Columns, symbols: Sequence[str]) -> None:
         )
     if not (np.diff(values[:, 0]) > 0).all():
         raise BadInput(
-            source.place(0, 0), "time stamps that fall together after scaling", "another factor for t", code="LOG007"
+            source.place(0, 0), "time stamps that are equal after scaling", "another factor for t", code="LOG007"
         )
 
 

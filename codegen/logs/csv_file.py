@@ -69,7 +69,7 @@ class CsvSource:
         for name in wanted:
             if self.names.count(name) > 1:
                 twice = [k + 1 for k, other in enumerate(self.names) if other == name]
-                expected = f"names that stand once, or the column's number, one of {', '.join(map(str, twice))}"
+                expected = f"a name that occurs once, or the number of the column, one of {', '.join(map(str, twice))}"
                 raise BadInput(self.place, f"{len(twice)} columns called `{shown(name)}`", expected, code="LOG004")
         indices = [self.names.index(name) if name in self.names else int(name) - 1 for name in wanted]
         body = self.lines[self.first :]

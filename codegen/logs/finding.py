@@ -1,4 +1,4 @@
-"""One thing that the audit of a log has to say."""
+"""A finding of the preflight: one property of a log that matters for a diagnosis."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class Finding:
     """A finding of the preflight.
 
     Attributes:
-        severity: ``info`` is for reading, ``warning`` may spoil a diagnosis, ``problem`` will.
+        severity: ``info`` has no influence on a diagnosis, ``warning`` may spoil it, ``problem`` does.
         topic: a word or two.
         words: a sentence for an engineer.
         figures: the numbers behind it, SI; shares are 0 to 1.
@@ -27,5 +27,5 @@ class Finding:
 
 
 def decide(warn: bool) -> Severity:
-    """``warning`` if there is something to warn of, else ``info``."""
+    """``warning`` if ``warn``, else ``info``."""
     return "warning" if warn else "info"

@@ -1,4 +1,4 @@
-"""The measured log: a machine's motion and inputs in SI on a uniform grid, with what was done to get it there."""
+"""The measured log: a machine's motion and inputs in SI on a uniform time grid, and how it was preprocessed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Flags = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Intake:
-    """What the file itself was like, before the data were put on a uniform grid.
+    """Properties of the raw file, before the data were put on a uniform grid.
 
     Attributes:
         rows: usable rows of the file.
@@ -28,9 +28,9 @@ class Intake:
         repaired: symbol → how many of its values were not finite and were filled in.
         dropped: rows left out because they repeat a time stamp or have none.
         smallest_step: one a coordinate, SI: the measuring step seen in the raw positions; 0 if none is visible.
-        repeated, stale: shares of the rows, and of those in fast motion, that have the motion of the row before.
-        findings: what the raw numbers show of how they were stored.
-        doubted: symbols whose numbers are not what they mean, by ``findings``.
+        repeated, stale: shares of all rows, and of those in fast motion, that repeat the motion of the row before.
+        findings: on how the raw numbers were stored, such as signed numbers stored unsigned.
+        doubted: symbols whose numbers are wrong, by ``findings``.
     """
 
     rows: int = 0
@@ -57,17 +57,17 @@ class Log:
         velocities: (N, n), m/s or rad/s, or None unless every velocity was logged.
         inputs: (N, m), the input's unit; the value in row k acts from time[k] to time[k+1].
         sample_time: s; the median step of the file (the mean step where the two agree to 1 %).
-        cutoff_hz: where the evaluation low-pass belongs, or None where nobody said.
+        cutoff_hz: cutoff of the low-pass for the evaluation, or None if it is not stated.
         tolerance: relative uncertainty of the declared parameters, or None.
-        encoder_step: (n) declared measuring steps, m or rad, zero for none; or None where nobody said.
+        encoder_step: (n) declared measuring steps, m or rad, zero for none; or None if not stated.
         notes: what was changed, filled in or left unused, in plain words.
         gaps: half-open index ranges [start, stop) of grid samples without data near by; they must not be used.
         joints: those of ``gaps`` that lie between two records of the experiment, where no data are missing.
         records: the records of an experiment, each at its own rate; empty for a single one.
         intake: figures of the raw file.
         description: the log's description, for what else it says (noise, trim, restart).
-        counted: (N,) samples that stand for a row of their own; of a record that was put on a finer grid not all do,
-            since interpolation makes no data. None where all do.
+        counted: (N,) samples that count as data. Of a record that was put on a finer grid, only as many count as it
+            has rows, since interpolation makes no data. None if all count.
     """
 
     path: Path
@@ -110,7 +110,7 @@ class Log:
 
     @property
     def where(self) -> str:
-        """Its file, or the names of all its files: where an error that regards the whole of it stands."""
+        """Its file, or the names of all its files: the place of an error that concerns the whole log."""
         return self.files if self.records else str(self.path)
 
     @property

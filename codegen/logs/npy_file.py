@@ -90,7 +90,7 @@ def open_npy(path: Path, allowance: Allowance | None = None) -> NpySource:
             raise BadInput(place, shown(str(error), 80), EXPECTED, code="LOG001") from None
     needed = header.offset + header.rows * header.dtype.itemsize
     if size < needed:
-        raise BadInput(place, f"{size} bytes, where its header speaks of {needed}", EXPECTED, code="LOG001")
+        raise BadInput(place, f"{size} bytes, where its header says {needed}", EXPECTED, code="LOG001")
     return NpySource(path, header, allowance or Allowance())
 
 

@@ -125,7 +125,10 @@ def open_npz(path: Path, allowance: Allowance, description: LogDescription) -> S
                     continue
                 if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
                     raise BadInput(
-                        Place(str(path)), f"packing {info.compress_type}", "numpy.savez_compressed", code="LOG002"
+                        Place(str(path)),
+                        f"an array with compression method {info.compress_type}",
+                        "numpy.savez_compressed",
+                        code="LOG002",
                     )
                 name = info.filename.removesuffix(".npy")
                 try:
@@ -172,11 +175,14 @@ def _refuse_large_directory(path: Path, data: bytes) -> None:
     if at < 0 or data[at : at + 4] != b"PK\5\6" or data[-2:] != b"\0\0":
         at = data.rfind(b"PK\5\6", max(0, len(data) - (1 << 16) - _END.size))
     if at < 0 or at + _END.size > len(data):
-        raise BadInput(Place(str(path)), "no zip archive, or one that is cut off", EXPECTED, code="LOG001")
+        raise BadInput(Place(str(path)), "not a zip archive, or an incomplete one", EXPECTED, code="LOG001")
     size = _END.unpack_from(data, at)[5]
     if size > LARGEST_DIRECTORY or data[max(0, at - 20) : max(0, at - 20) + 4] == b"PK\6\7":
         raise BadInput(
-            Place(str(path)), "a list of too many members", f"{EXPECTED}; at most some thousand of them", code="LOG010"
+            Place(str(path)),
+            "an archive of too many files",
+            f"{EXPECTED}; at most a few thousand of them",
+            code="LOG010",
         )
 
 

@@ -140,7 +140,9 @@ def _loaded(source: Source, wanted: Sequence[str], description: LogDescription) 
         kept &= raw.values[:, raw.names.index(name)] == value
     if not kept.any():
         asked = ", ".join(f"{shown(name)} = {value:g}" for name, value in description.rows.items())
-        raise BadInput(description.place("rows"), f"no row with {asked}", "values that the columns have", code="LOG013")
+        raise BadInput(
+            description.place("rows"), f"no row with {asked}", "values that occur in these columns", code="LOG013"
+        )
     part = Columns(raw.file, tuple(wanted), raw.values[:, : len(wanted)], raw.lines)
     return part if kept.all() else part.rows(kept)
 

@@ -101,7 +101,10 @@ def joined(
         notes.append(_words(one, base, len(held), int(gap.sum())))
     if not kept.any():
         raise BadInput(
-            Place(file), "no row that lies in no gap of any topic", "topics that were logged together", code="LOG008"
+            Place(file),
+            "every row lies in a gap of some topic",
+            "topics that were logged at the same time",
+            code="LOG008",
         )
     found_columns[TIME] = time - time[0]
     values = np.column_stack([found_columns[name] for name in wanted])

@@ -1,4 +1,4 @@
-"""Records at constant speed: what they are, and what they cannot show."""
+"""Records at constant speed: their detection, and the finding that says what such a log cannot show."""
 
 from __future__ import annotations
 
@@ -13,10 +13,13 @@ from codegen.logs.motion import Motion
 from codegen.spec.model import Spec
 
 SPREAD, OF_TOP = 0.15, 0.03
-"""Standard deviation of the speed up to which a record runs at one speed: shares of its mean and of the top speed."""
+"""A record runs at constant speed if the standard deviation of its speed is at most the larger of these shares: of its
+mean speed, and of the top speed."""
 ONE_WAY = 2.0
-"""The same in any case, as a share of the mean: a slow speed that is read in coarse steps spreads by as much."""
+"""Upper limit of that standard deviation in any case, as a share of the mean speed. Slow speeds that are read in coarse
+steps reach it."""
 MOSTLY = 0.8
+"""Least share of the records that run at constant speed."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +28,7 @@ class Steady:
 
     Attributes:
         coordinate: its index.
-        records, of: how many these are, and how many can be judged.
+        records, of: how many records run at constant speed, of how many that can be judged.
         slowest, fastest: mean speeds of these records, SI, signed.
     """
 
@@ -57,7 +60,7 @@ def steady_speeds(log: Log, motion: Motion) -> list[Steady]:
 
 
 def audit_steady(steady: list[Steady], spec: Spec) -> Iterator[Finding]:
-    """What there is to say of them."""
+    """The finding on each such coordinate."""
     for one in steady:
         c = spec.coordinates[one.coordinate]
         unit = f"{c.unit}/s"
@@ -65,8 +68,8 @@ def audit_steady(steady: list[Steady], spec: Spec) -> Iterator[Finding]:
         if one.records > 1:
             speeds = f"in {one.records} of its {one.of} records, from {one.slowest:.3g} to {one.fastest:.3g} {unit}"
         words = (
-            f"{c.name} runs at constant speed, {speeds}: friction over speed can be seen in it, and what goes with "
-            "waves of position; inertia, delays and what acts at reversals cannot, and inertia is not judged."
+            f"{c.name} runs at constant speed, {speeds}. Such a log shows friction over speed and forces that repeat "
+            "with position. It does not show inertia, delays and effects at reversals, and inertia is not judged."
         )
         figures = {
             "share": one.records / one.of,

@@ -69,7 +69,10 @@ def _expression(parsed: Expression, names: Sequence[str], place: Place) -> Term 
         called = identifier(name)
         if called in used and called in known:
             raise BadInput(
-                place, f"`{called}` in `{parsed.text}`, which is two columns", "columns with other names", code="LOG004"
+                place,
+                f"`{called}` in `{parsed.text}`, which stands for two columns",
+                "columns whose names differ in letters and digits",
+                code="LOG004",
             )
         known[called] = name
     symbols = {called: sympy.Symbol(called, real=True) for called in known}

@@ -74,7 +74,7 @@ def uniform(time: Array, sampled: Array, held: Array, source: Columns, wanted: f
     if span * step / median > MOST_GROWTH * len(time) + 1000:
         k = int(np.argmax(steps))
         found = f"time jumps by {steps[k]:g} s where the median step is {median:g} s"
-        raise BadInput(source.place(k + 1, 0), found, "a record without pauses; cut the file here", code="LOG008")
+        raise BadInput(source.place(k + 1, 0), found, "a record without pauses; split the file here", code="LOG008")
     grid = time[0] + _phase(time, step) + step * np.arange(int(span + 1e-6) + 1)
     grid = grid[grid <= time[-1] + 0.01 * step]
     if len(grid) < 2:

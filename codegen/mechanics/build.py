@@ -45,8 +45,8 @@ def build_system(spec: Spec, free: Sequence[LinkParameter] = ()) -> System:
         if name in values:
             contact = next(c for c in contacts if name in c.law_parameters.values())
             key = f"friction.contacts[{contacts.index(contact)}]"
-            found = f"the name `{name}`, which the generated code has for a parameter of {spec.place(key)}"
-            raise BadInput(spec.place(f"parameters.{name}"), found, "a name for each of the two", code="SPEC009")
+            found = f"the name `{name}`, which the generated code uses for a parameter of {spec.place(key)}"
+            raise BadInput(spec.place(f"parameters.{name}"), found, "two different names", code="SPEC009")
     system = System(
         name=spec.name,
         positions=tuple(symbol(c.name) for c in spec.coordinates),

@@ -50,10 +50,15 @@ def _require_independent_coordinates(spec: Spec, T: Matrix) -> None:
     for k, name in enumerate(spec.positions):
         if rank(T[:, : k + 1], points) <= k:
             found = f"coordinate {name} " + (
-                "moves the bodies only as the coordinates before it do" if any(T[:, k]) else "moves no body"
+                "adds no motion of the bodies to those of the coordinates before it"
+                if any(T[:, k])
+                else "moves no body"
             )
             raise BadInput(
-                spec.place(f"coordinates.{name}"), found, "a motion of its own for each coordinate", code="SPEC018"
+                spec.place(f"coordinates.{name}"),
+                found,
+                "coordinates that move the bodies independently of each other",
+                code="SPEC018",
             )
 
 
@@ -70,7 +75,10 @@ def _check_equations(spec: Spec, form: Constraints, x: Matrix) -> None:
             found = f"equation {k + 1} `{equation}` = {value:.4g} at {at}"
             others = "the equations before it and " if dependent else ""
             raise BadInput(
-                place, f"contradictory: {found}", f"0, as {others}the positions of the bodies have it", code="SPEC018"
+                place,
+                f"contradictory: {found}",
+                f"0, which follows from {others}the positions of the bodies",
+                code="SPEC018",
             )
         if dependent:
             found = f"redundant: equation {k + 1} `{equation}` follows from those before it"
@@ -79,7 +87,7 @@ def _check_equations(spec: Spec, form: Constraints, x: Matrix) -> None:
     if form.equations and len(form.equations) != wanted:
         given, motions = len(form.equations), len(spec.positions)
         found = f"{given} of {wanted} equations for {len(axes)} positions and {motions} coordinates"
-        expected = f"{wanted} equations, positions less coordinates, or none"
+        expected = f"{wanted} equations (number of positions less number of coordinates), or none"
         raise BadInput(spec.place("constraints.equations"), found, expected, code="SPEC018")
 
 

@@ -37,7 +37,7 @@ def _inverse(spec: Spec, T: Matrix) -> Matrix:
     """T⁻¹: T' where T is unitary, else exactly."""
     if compact(Matrix(T * T.T)) == sympy.eye(T.rows):
         return Matrix(T.T)
-    place, expected = spec.place("topology.transform"), "a transform with an inverse: one coordinate a motion"
+    place, expected = spec.place("topology.transform"), "an invertible transform"
     if T.free_symbols and T.rows > LARGEST_SYMBOLIC:
         found = f"{T.rows} rows with parameters, not unitary"
         raise BadInput(place, found, f"numbers, a unitary matrix, or up to {LARGEST_SYMBOLIC} rows", code="SPEC015")

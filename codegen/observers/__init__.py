@@ -77,8 +77,10 @@ def _refuse_idle_options(spec: Spec, choice: ObserverChoice) -> None:
     options["exponent"] = (choice.exponent != 1, "cfo")
     for key, (given, reader) in options.items():
         if given and not choice.kind.endswith(reader):
-            found = f"`{key}` under {choice.kind}, which does not read it"
-            raise BadInput(spec.place(f"observer.{key}"), found, f"it under {reader} or g{reader}", code="SPEC020")
+            found = f"`{key}` with `kind: {choice.kind}`, which does not use it"
+            raise BadInput(
+                spec.place(f"observer.{key}"), found, f"`kind: {reader}` or `kind: g{reader}`", code="SPEC020"
+            )
 
 
 def _refuse_shared_names(spec: Spec, observer: Observer) -> None:
@@ -93,7 +95,7 @@ def _refuse_shared_names(spec: Spec, observer: Observer) -> None:
     declared = {s.name for s in (*system.positions, *system.velocities, *system.inputs, *system.values)}
     for name in [*own, *sorted(declared)]:
         if own.count(name) + (name in declared) > 1 or re.fullmatch(r"W\d+(_\d+)?|pi_", name):
-            found = f"the name `{name}`, by which the generated observer calls a quantity of its own"
+            found = f"the name `{name}`, which the generated observer uses for a quantity of its own"
             raise BadInput(place_of(spec, name), found, "another name", code="SPEC009")
 
 

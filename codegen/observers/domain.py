@@ -31,7 +31,12 @@ def read_domain(spec: Spec, system: System) -> Domain | None:
         found = f"a domain with {choice.velocity} velocity under {choice.integration}"
         raise BadInput(place, found, "`velocity: estimated`, and euler or semi_implicit", code="SPEC022")
     if choice.exponent != 1 or choice.shape is not None:
-        raise BadInput(place, "a domain together with `exponent` or `h`", "h(s) = s: neither of them", code="SPEC005")
+        raise BadInput(
+            place,
+            "a domain together with `exponent` or `h`",
+            "neither of them: a domain needs h(s) = s",
+            code="SPEC005",
+        )
     contact = system.contacts[0]
     key = f"a_{contact.name}"
     level = spec.envelope.get(key)

@@ -1,4 +1,4 @@
-"""The form of every observer: an ordered list of named equations, with states and their rates.
+"""An observer as data: an ordered list of named equations, with states and their rates of change.
 
 Error dynamics, Ψ, gain conditions, certificate and generated code are derived from this list.
 """
@@ -26,8 +26,8 @@ class Equation:
         source: equation number.
         state: the state z of this estimate (estimate = z + …), k by 1, or None.
         output: whether it is an output of the generated code.
-        law: for elements that are functions of a friction law: the arguments and the function's name. Their slopes stay
-            symbols in Ψ, which keeps its structure visible.
+        law: for elements that are functions of a friction law: the arguments and the function's name. Their partial
+            derivatives stay symbols in Ψ, so that its structure remains visible.
     """
 
     name: str
@@ -75,7 +75,7 @@ class ErrorVariable:
         of: what is estimated: a velocity, a friction force, a contact's level, or the state of its law.
         contact: index of the contact it belongs to, or None.
         coordinate: index of the coordinate it belongs to where it has no contact, or None.
-        meaning: as a formula in words.
+        meaning: the error as a formula, for pages.
     """
 
     symbol: sympy.Symbol

@@ -65,7 +65,13 @@ class Evaluator:
         size = {name: abs(math.log(abs(self._parameters[name]) or 5e-324)) for name in names}
         found = f"a constant of {', '.join(names)} that is not finite"
         about = max(names, key=size.__getitem__) if names else None
-        return BadInput("generated code", found, "parameters and gains of usual size", about=about, code="SPEC028")
+        return BadInput(
+            "generated code",
+            found,
+            "parameters and gains whose products are within the range of a double",
+            about=about,
+            code="SPEC028",
+        )
 
     def _computed(self, node: Node) -> float:
         if node.kind == "number":

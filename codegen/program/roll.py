@@ -1,4 +1,7 @@
-"""From Code to Rolled: values of numbered families in arrays, and equal computations for all of them in loops."""
+"""Loop rolling, Code → Rolled: numbered quantities are put into arrays, and equal computations on them into loops.
+
+Example: slip_1 = v1 to slip_16 = v16 become ``for i in 0..15: slip[i] = v[i]``.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,7 @@ FEWEST = 8
 
 
 def roll(program: Program, code: Code, names: Names) -> Rolled:
-    """The printed form: with arrays and loops for a program with numbered quantities, else straight.
+    """The form that is printed: with arrays and loops for a program with numbered quantities, else without loops.
 
     Args:
         names: provider of names for further arrays.

@@ -81,6 +81,9 @@ def _operation(operation: int, arguments: list[Node], graph: Graph) -> Node:
 def _finite(value: float) -> float:
     if value - value != 0:
         raise BadInput(
-            "generated code", f"the constant {value}", "numbers whose products a double can hold", code="SPEC028"
+            "generated code",
+            f"the constant {value}",
+            "parameters and gains whose products are within the range of a double",
+            code="SPEC028",
         )
     return value

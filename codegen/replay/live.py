@@ -129,7 +129,7 @@ def _text(line: bytes, file: str) -> str:
     try:
         return line.decode("utf-8").rstrip("\r").lstrip("\N{ZERO WIDTH NO-BREAK SPACE}")
     except UnicodeDecodeError:
-        raise BadInput(file, "bytes that are no text", EXPECTED, code="LOG001") from None
+        raise BadInput(file, "bytes that are not text in UTF-8", EXPECTED, code="LOG001") from None
 
 
 def live_blocks(
@@ -166,7 +166,7 @@ def live_blocks(
             table = _Table(spec, program, period, open_lines(file, waiting, described), described, columns)
             yield from table.blocks(waiting, table.head.first)
     if table is None:
-        found = f"{len(waiting)} lines, and then the end"
+        found = f"a log that ends after {len(waiting)} lines"
         raise BadInput(file, found, f"a header line and at least {ROWS_ALIKE} rows of numbers", code="LOG009")
 
 

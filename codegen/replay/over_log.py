@@ -1,4 +1,4 @@
-"""Replay of an observer over a log, block by block, with summary figures."""
+"""Replay: an observer is run over a log, block by block, and its largest estimates are noted."""
 
 from __future__ import annotations
 
@@ -42,15 +42,15 @@ class Replayed(Shown):
 
     Attributes:
         name: of the spec.
-        engine: in words.
+        engine: what ran the observer (compiled C or Python), in words.
         samples: steps taken; duration: from the first to the last, s.
         starts: number of initialisations: 1, and 1 more for each gap in the log.
         faults: samples over which the observer held its last estimate, or whose estimates are not finite.
-        peaks: of every friction estimate.
+        peaks: the largest value of each friction estimate.
         step_seconds: mean computing time of one step.
         seconds: total time.
         notes: preprocessing of the log, in words.
-        path: of the estimates, or None.
+        path: file of the estimates, or None.
     """
 
     name: str

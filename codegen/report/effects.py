@@ -1,4 +1,4 @@
-"""The page of the catalogue of effects, from their classes' docstrings and attributes, with pictures."""
+"""The page docs/effects.md: every effect, from the docstring and attributes of its class, with pictures."""
 
 from __future__ import annotations
 

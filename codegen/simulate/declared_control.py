@@ -60,7 +60,7 @@ def control_loops(spec: Spec, simulation: Simulation) -> dict[int, Loop]:
             raise BadInput(
                 place,
                 "a reference without a gain",
-                f"`position_gain: {{{inputs[index]}: …}}` beside it",
+                f"`position_gain: {{{inputs[index]}: …}}` too",
                 code="SPEC025",
             )
         loops[index] = Loop(coordinate, reference)
@@ -69,8 +69,8 @@ def control_loops(spec: Spec, simulation: Simulation) -> dict[int, Loop]:
             if inputs.index(name) not in loops:
                 raise BadInput(
                     spec.place(f"simulation.{section}.{name}"),
-                    "a gain",
-                    f"a `reference:` that `{name}` is to follow",
+                    "a gain without a reference",
+                    f"a `reference:` for `{name}` to follow",
                     code="SPEC025",
                 )
     return loops

@@ -27,7 +27,7 @@ _BACK = 1e-12
 just slides or sticks would else meet an event at every rounding."""
 _ROUNDING = 64 * float(np.finfo(np.float64).eps)
 _MOST_EVENTS = 10_000
-_STEPPER = "the time stepper, or a machine without it"
+_STEPPER = "`--method steps`, or a machine without it"
 
 
 class EventPlant:
@@ -51,16 +51,22 @@ class EventPlant:
         """
         if any(system.actuator(k).lag is not None for k in range(len(system.inputs))):
             raise BadInput(
-                f"the machine {system.name}", "an actuator's lag in an integration by events", _STEPPER, code="SPEC035"
+                f"the machine {system.name}",
+                "an actuator lag, which `--method events` cannot integrate",
+                _STEPPER,
+                code="SPEC035",
             )
         if system.transmissions:
-            found = "a compliance or backlash in an integration by events"
+            found = "a compliance or backlash, which `--method events` cannot integrate"
             raise BadInput(f"the machine {system.name}", found, _STEPPER, code="SPEC035")
         contacts = PlantContacts(system)
         if contacts.dynamic.contacts:
             name = system.contacts[contacts.dynamic.contacts[0]].law.name
             raise BadInput(
-                f"the machine {system.name}", f"the law {name} in an integration by events", _STEPPER, code="SPEC035"
+                f"the machine {system.name}",
+                f"the law {name}, which `--method events` cannot integrate",
+                _STEPPER,
+                code="SPEC035",
             )
         n = system.degrees_of_freedom
         self.state: Array = np.concatenate([x, v]).astype(float)

@@ -94,7 +94,7 @@ def hunting(
     """
     simulation = spec.simulation
     if simulation is None or not simulation.reference:
-        expected = "`simulation:` with a `reference:` and its gains: hunting is of a controller about its reference"
+        expected = "`simulation:` with a `reference:` and gains; hunting is a limit cycle of its controller"
         raise BadInput(spec.place("simulation"), "no controller", expected, code="SPEC025")
     refuse_unsimulable(spec, system)
     choice = replace(spec.cancellation or CancellationChoice(), gain=sympy.S.One)

@@ -1,4 +1,4 @@
-"""Bodies, the forces on them, the equations that hold them, and the contacts between them, as a spec writes them."""
+"""Sections ``topology`` and ``constraints``: bodies, forces on them, constraint equations, contacts between them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Symbols = Mapping[str, sympy.Symbol]
 def read_bodies(
     key: str, sections: Mapping[str, BodySection], position: Symbols, units: Units, constant: Symbols
 ) -> tuple[Body, ...]:
-    """The bodies of a section, each with its weights over ``constant`` and its positions over ``position``.
+    """The bodies of a section: mass and inertia over ``constant``, positions over ``position``.
 
     Raises:
         BadInput: for no body, a body that cannot move or has no mass, unknown names and units that do not fit.
@@ -59,8 +59,14 @@ def _body(key: str, name: str, section: BodySection, position: Symbols, units: U
     ):
         text = getattr(section, quantity)
         if (text is not None) != needed:
-            found = f"body {name} with {why} but no {quantity}" if needed else f"{quantity} of {name} without {why}"
-            raise BadInput(units.place(f"{key}.{quantity}"), found, f"{quantity} and {why} together", code="SPEC003")
+            found = (
+                f"body {name} with {why} but without {quantity}"
+                if needed
+                else f"body {name} with {quantity} but without {why}"
+            )
+            raise BadInput(
+                units.place(f"{key}.{quantity}"), found, f"both {quantity} and {why}, or neither", code="SPEC003"
+            )
         weights[quantity] = sympy.S.Zero
         if text is not None:
             expression = parse_expression(text, units.place(f"{key}.{quantity}"))
@@ -112,7 +118,7 @@ def read_equations(
         value = expression.symbolic(symbols)
         units.check_terms(expression, dimensions)
         if not value.free_symbols - set(constant.values()):
-            found = f"`{text}`, which holds no position"
+            found = f"`{text}`, which contains no position"
             raise BadInput(
                 expression.place, found, f"an expression over {', '.join(set(symbols) - set(constant))}", code="SPEC011"
             )
@@ -127,7 +133,7 @@ def _body_symbols(bodies: Sequence[Body], names: Symbols, units: Units) -> dict[
         for direction in body.positions:
             for name in (position_name(body.name, direction), rate_name(body.name, direction)):
                 if name in names or name in result:
-                    found = f"the name `{name}`, which body {body.name} has for its motion, is declared"
+                    found = f"the name `{name}` is declared, but stands for the motion of body {body.name}"
                     raise BadInput(
                         units.place(f"constraints.bodies.{body.name}"),
                         found,
@@ -144,7 +150,7 @@ def read_sliding(
     """Between which bodies contact ``index`` slides; None where ``distribution`` says it.
 
     Raises:
-        BadInput: for an unknown body or direction, a body against itself, or a contact without a place.
+        BadInput: for an unknown body or direction, a contact of a body with itself, or one without bodies.
     """
     section, key = document.friction.contacts[index], f"friction.contacts[{index}]"
     if section.bodies is None:

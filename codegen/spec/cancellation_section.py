@@ -1,4 +1,4 @@
-"""The ``cancellation:`` section → CancellationChoice."""
+"""Section ``cancellation``: which friction the generated input cancels, and by which method."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from codegen.spec.schema import CancellationSection
 def read_cancellation(
     section: CancellationSection | None, contacts: Sequence[Contact], place: Callable[[str], Place]
 ) -> CancellationChoice | None:
-    """Which friction a spec wants cancelled, and how.
+    """Read the section; None where the spec has none.
 
     Args:
         contacts: of the spec.
         place: key → where it stands.
 
     Raises:
-        BadInput: for a gain that is not in (0, 2], a damping that is negative or beside ``appendix_b``, or a contact
-            that is not there.
+        BadInput: for a gain that is not in (0, 2], a damping that is negative or combined with ``appendix_b``, or an
+            unknown contact.
     """
     if section is None:
         return None
@@ -30,7 +30,7 @@ def read_cancellation(
         raise BadInput(
             place("cancellation.gain"),
             f"gain {section.gain}",
-            "a share of the friction: above 0, up to 2",
+            "a factor on the friction estimate: above 0, up to 2",
             code="SPEC007",
         )
     damping = exact_number(section.damping, place("cancellation.damping"))
@@ -39,7 +39,7 @@ def read_cancellation(
             place("cancellation.damping"), f"damping {section.damping}", "0 or a positive number", code="SPEC007"
         )
     if damping and section.method == "appendix_b":
-        found = "`damping` beside `method: appendix_b`, which has no use for it"
+        found = "`damping` with `method: appendix_b`, which does not use it"
         raise BadInput(place("cancellation.damping"), found, "method: minimum_norm", "minimum_norm", code="SPEC022")
     chosen = section.contacts
     if isinstance(chosen, str):

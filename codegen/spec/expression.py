@@ -108,7 +108,7 @@ def parse_expression(text: str | int | float, place: Place) -> Expression:
         ) from None
     except (RecursionError, MemoryError, ValueError):
         raise BadInput(
-            place, "an expression nested too deeply or with control characters", "a plain one", code="SPEC010"
+            place, "an expression nested too deeply or with control characters", "a simpler expression", code="SPEC010"
         ) from None
     return Expression(words, tree, place)
 

@@ -52,7 +52,7 @@ def read_free_gains(raw: Any, key: str, place: Callable[[str], Place]) -> Any:
         raise BadInput(
             where,
             f"free: [{raw.free[0]}, {raw.free[1]}], of both signs",
-            "a range of one sign: a stable gain has one",
+            "a range of one sign, as every stable gain has one sign",
             code="SPEC007",
         )
     return FreeGain(low, high)

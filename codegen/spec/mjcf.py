@@ -108,9 +108,7 @@ class _Conversion:
         for b in self.bodies:
             first, count = int(model.body_jntadr[b]), int(model.body_jntnum[b])
             if count > 1:
-                expected = (
-                    "one joint a body; a body without geometry between them, of little mass, for each further one"
-                )
+                expected = "one joint per body; for each further joint insert a body of small mass without geometry"
                 raise BadInput(self._place("body", b), f"{count} joints on one body", expected, code="SPEC031")
             if count:
                 self._add_joint(b, first)

@@ -1,4 +1,4 @@
-"""The sections that state the equation of motion → M, g, U as written, or one of the forms that give them."""
+"""Sections of the equation of motion: M, g and U as expressions, or bodies, energies or a robot file in their place."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Symbols = dict[str, sympy.Symbol]
 
 @dataclass(frozen=True)
 class Motion:
-    """What a spec says about its motion; the attributes are those of ``Spec``."""
+    """The equation of motion as the spec states it; the attributes are those of ``Spec``."""
 
     mass_matrix: sympy.ImmutableMatrix | None
     force: sympy.ImmutableMatrix
@@ -40,7 +40,7 @@ def read_motion(
     place: Callable[[str], Place],
     tree: KinematicTree | None = None,
 ) -> Motion:
-    """Read ``mass_matrix`` or what stands in its place, ``force`` and ``friction``.
+    """Read ``mass_matrix`` or the section that replaces it, ``force`` and ``friction``.
 
     Args:
         place: key → where it stands.
@@ -98,7 +98,7 @@ class _MotionReading:
         return Motion(None, forces, matrix_u, form, slidings)
 
     def _chosen_form(self) -> str:
-        """The one form that is given, with what it needs beside it."""
+        """The form that the spec uses; other keys that the form needs or excludes are checked too."""
         d = self.document
         given = [name for name in FORMS if getattr(d, name) is not None]
         expected = "`mass_matrix:` with `force:`, or one of `topology:`, `constraints:`, `lagrangian:` and `urdf:`"
@@ -120,7 +120,7 @@ class _MotionReading:
             for name in ("bodies", "along"):
                 if getattr(contact, name) is not None and chosen in ("mass_matrix", "lagrangian", "urdf"):
                     key = f"friction.contacts[{k}].{name}"
-                    expected = f"`distribution:` alone beside `{chosen}:`; bodies belong to topology and constraints"
+                    expected = f"`distribution:` alone with `{chosen}:`; `bodies:` needs `topology:` or `constraints:`"
                     raise BadInput(self.place(key), f"`{name}` of contact {contact.name}", expected, code="SPEC004")
         return chosen
 
@@ -142,7 +142,7 @@ class _MotionReading:
             raise BadInput(
                 self.place("topology.transform"),
                 found,
-                "as many as coordinates: T of x = T x̄ is square",
+                "as many positions as coordinates, since T of x = T x̄ is square",
                 code="SPEC015",
             )
         rows = self._matrix("topology.transform", section.transform, (n, n))
@@ -162,23 +162,26 @@ class _MotionReading:
         declared = self.position | self.velocity | self.constant | self.entry
         for key, name in self._positions(section):
             if not NAME.match(name) or name in declared:
-                found, expected = f"`{name}` as a position before the transform", "a name of its own"
+                found, expected = (
+                    f"`{name}` as the name of a position before the transform",
+                    "a name that nothing else has",
+                )
                 raise BadInput(self.place(key), found, expected, code="SPEC009")
         return {name: symbol(name) for _, name in self._positions(section)}
 
     def _one_position_each(self, section: TopologySection, own: Symbols) -> None:
-        """Without constraints each body moves alone: its positions are names, and no two share one (A.1.1)."""
+        """In a topology each position of a body is a coordinate of its own (A.1.1)."""
         seen: dict[str, str] = {}
         for key, name in self._positions(section):
             expected = f"a coordinate ({', '.join(own)}); positions that are functions belong to `constraints:`"
             refuse_unknown(name, own, self.place(key), "position", expected, code="SPEC008")
             if name in seen:
                 expected = "a coordinate for each body; bodies that move together belong to `constraints:`"
-                raise BadInput(self.place(key), f"`{name}`, which is {seen[name]} too", expected, code="SPEC009")
+                raise BadInput(self.place(key), f"`{name}`, which {seen[name]} uses already", expected, code="SPEC009")
             seen[name] = key
         for name in own:
             if name not in seen:
-                found = f"coordinate {name}, which is no body's position"
+                found = f"coordinate {name}, which is not the position of any body"
                 raise BadInput(self.place("topology.bodies"), found, f"a body with `{name}`", code="SPEC003")
 
     def _constraints(self, units: Units) -> Constraints:

@@ -18,7 +18,9 @@ Rest = ParamSpec("Rest")
 Result = TypeVar("Result")
 Station = Callable[Concatenate[Spec, Rest], Result]
 _NUMERICAL = (np.linalg.LinAlgError, ArithmeticError, MatrixError, BasePolynomialError)
-EXPECTED = "numbers whose products and inverses a double can hold (1e-308 to 1e308), and no mass close to zero"
+EXPECTED = (
+    "numbers whose products and inverses are within the range of a double (1e-308 to 1e308), and no mass close to zero"
+)
 
 
 def numerical(quantity: str, expected: str = EXPECTED) -> Callable[[Station[Rest, Result]], Station[Rest, Result]]:

@@ -61,7 +61,7 @@ def _domain(section: ObserverSection, place: Callable[[str], Place]) -> DomainCh
     for key in sorted(given.model_fields_set):
         where, text = place(f"observer.domain.{key}"), getattr(given, key)
         if text is None:
-            raise BadInput(where, "nothing", "a number, or no such key", code="SPEC006")
+            raise BadInput(where, "nothing", "a number; leave the key out if there is none", code="SPEC006")
         numbers[key] = read_quantity(text, "s", where) if key == "settle" else exact_number(text, where)
         if not numbers[key] > 0:
             raise BadInput(where, f"{key} {text}", "a positive number", code="SPEC007")

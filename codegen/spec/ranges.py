@@ -125,7 +125,10 @@ def _count(texts: list[str], value: Any, file: str, line: int | None, made: list
     made[0] += copies * _size(value)
     if made[0] > MOST_NODES:
         raise BadInput(
-            Place(file, line), "too many values, ranges written out", f"at most {MOST_NODES} in a file", code="SPEC002"
+            Place(file, line),
+            "too many values once its ranges are expanded",
+            f"at most {MOST_NODES} in a file",
+            code="SPEC002",
         )
     return copies
 

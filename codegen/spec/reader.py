@@ -177,7 +177,11 @@ class _Reading:
                 self.place(key), f"the name `{name}`, a macro of the generated code", "another name", code="SPEC009"
             )
         if reserved(name):
-            why = "which complex.h and formulas keep for i and e" if name in ("I", "E") else "a reserved word"
+            why = (
+                "which complex.h and formulas use for the constants i and e"
+                if name in ("I", "E")
+                else "a reserved word"
+            )
             raise BadInput(self.place(key), f"the name `{name}`, {why}", "another name", f"{name}_", code="SPEC009")
 
     def _refuse_splices(self, source: str) -> None:
@@ -185,7 +189,9 @@ class _Reading:
         for line in source.splitlines()[:-1]:
             if line.rstrip().endswith(("\\", "??/")):
                 found = "a line that ends in a backslash, or in ??/, which C reads as one"
-                raise BadInput(self.place("source"), found, "a book, paper or note in plain words", code="SPEC006")
+                raise BadInput(
+                    self.place("source"), found, "text without a backslash or ??/ at the end of a line", code="SPEC006"
+                )
 
     def _check_names(
         self, coordinates: Iterable[Coordinate], inputs: Iterable[Input], parameters: Iterable[str], faults: Faults
@@ -198,8 +204,8 @@ class _Reading:
             with faults.noting():
                 self._name(name, key)
                 if name in seen:
-                    found = f"the name `{name}`, which {self.place(seen[name])} has already"
-                    raise BadInput(self.place(key), found, "a name for each of the two", code="SPEC009")
+                    found = f"the name `{name}`, which {self.place(seen[name])} uses already"
+                    raise BadInput(self.place(key), found, "two different names", code="SPEC009")
             seen.setdefault(name, key)
 
     def _si_unit(self, text: str, key: str) -> str:
@@ -222,7 +228,10 @@ class _Reading:
         self._name(section.name, f"{key}.name")
         if section.name in {c.name for c in self.document.friction.contacts[:index]}:
             raise BadInput(
-                self.place(f"{key}.name"), f"a second contact `{section.name}`", "a name of its own", code="SPEC009"
+                self.place(f"{key}.name"),
+                f"a second contact `{section.name}`",
+                "a different name for each contact",
+                code="SPEC009",
             )
         unit = self._si_unit(section.unit, f"{key}.unit")
         extra = section.model_extra or {}

@@ -89,7 +89,7 @@ class RobotFile:
                 name = element.get("name")
                 if name in lines and name is not None:
                     found = f'a second {kind} "{name}"'
-                    expected = f"a name of its own; the first is on line {lines[name]}"
+                    expected = f"a different name; the first is on line {lines[name]}"
                     raise BadInput(Place(str(self.path), element.sourceline), found, expected, code="SPEC009")
                 lines[name] = element.sourceline
 

@@ -100,7 +100,7 @@ def _cancelled(section: SimulationSection, place: Callable[[str], Place]) -> flo
     for key in ("cancel", "cancel_delay"):
         if key in section.model_fields_set and not section.observer:
             found = f"`{key}` without an observer in the loop"
-            raise BadInput(place(f"simulation.{key}"), found, "`observer: true` beside it", code="SPEC024")
+            raise BadInput(place(f"simulation.{key}"), found, "`observer: true` too", code="SPEC024")
     if section.cancel_delay < 0:
         found = f"{section.cancel_delay} samples"
         raise BadInput(place("simulation.cancel_delay"), found, "0, 1, 2 … samples of the observer", code="SPEC024")
@@ -108,8 +108,8 @@ def _cancelled(section: SimulationSection, place: Callable[[str], Place]) -> flo
         if "cancel_delay" in section.model_fields_set:
             raise BadInput(
                 place("simulation.cancel_delay"),
-                "a delay of nothing",
-                "`cancel: 1` beside it, or no delay",
+                "`cancel_delay` without `cancel`",
+                "`cancel: 1` too, or no delay",
                 code="SPEC024",
             )
         return None

@@ -114,7 +114,7 @@ def parse_unit(text: str, place: Place) -> SiUnit | Any:
         raise BadInput(place, f"unit `{text}`", error.expected, nearest, code="SPEC013") from None
     for pattern, meanings, meant in _TWO_MEANINGS:
         if re.search(pattern, plain) or re.search(pattern, with_plain_signs(str(text))):
-            raise BadInput(place, f"unit `{text}`, {meanings}", "one that has one meaning", meant, code="SPEC013")
+            raise BadInput(place, f"unit `{text}`, {meanings}", "an unambiguous unit", meant, code="SPEC013")
     try:
         return si_unit(plain) or _parse(plain)
     except ValueError:

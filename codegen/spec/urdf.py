@@ -88,7 +88,10 @@ class _Reading:
         if len(reached) < len(self.links):
             lost = next(name for name in self.links if name not in reached)
             raise BadInput(
-                self.file.place("link", lost), "a loop of joints", f"links that hang on {root}", code="SPEC031"
+                self.file.place("link", lost),
+                "a link in a closed loop of joints",
+                f"a tree of links that starts at {root}",
+                code="SPEC031",
             )
         if not self.bodies:
             raise BadInput(
@@ -109,14 +112,16 @@ class _Reading:
                 raise BadInput(
                     self.file.place("joint", joint.name, "child"),
                     found,
-                    "one joint that moves each link",
+                    "exactly one joint for each moving link",
                     code="SPEC031",
                 )
             parent[joint.child] = joint.name
         roots = [name for name in self.links if name not in parent]
         if len(roots) != 1:
             found = f"links {', '.join(roots)} without a parent" if roots else "no link without a parent"
-            raise BadInput(str(self.file.path), found, "one base link on which all others hang", code="SPEC031")
+            raise BadInput(
+                str(self.file.path), found, "one base link, to which all others are connected", code="SPEC031"
+            )
         return roots[0]
 
     def _kind(self, joint: Any) -> str:
@@ -176,7 +181,9 @@ class _Reading:
             raise BadInput(where, found, "a positive definite inertia", code="SPEC032") from None
         if smallest > 0 and largest > (smallest + middle) * (1 + TRIANGLE):
             found = f"principal moments {smallest:.4g}, {middle:.4g} and {largest:.4g} kg m^2"
-            raise BadInput(where, found, "a body's: the largest is at most the sum of the others", code="SPEC032")
+            raise BadInput(
+                where, found, "those of a real body: the largest is at most the sum of the other two", code="SPEC032"
+            )
         if not smallest > 0:
             found = f"an inertia with the principal moment {smallest:.4g} kg m^2"
             raise BadInput(where, found, "a positive definite inertia", code="SPEC032")
@@ -197,7 +204,7 @@ class _Reading:
                 raise BadInput(place, found, "names that differ in letters and digits", code="SPEC009")
             names[name] = joint.name
             if not body.mass > 0:
-                found = f'nothing with a mass hangs fixed on link "{joint.child}"'
+                found = f'link "{joint.child}" and the links fixed to it have no mass'
                 raise BadInput(
                     self.file.place("link", joint.child), found, "<inertial> with mass and inertia", code="SPEC032"
                 )

@@ -44,7 +44,12 @@ def expand_robot(
     tree = _read(filled["urdf"], path, place)
     for key in GIVEN:
         if filled.get(key) is not None:
-            raise BadInput(place(key), f"`{key}:` beside `urdf:`", "the joints of the robot file alone", code="SPEC005")
+            raise BadInput(
+                place(key),
+                f"`{key}:` together with `urdf:`",
+                "one of them, since the robot file gives the joints",
+                code="SPEC005",
+            )
     bodies = tree.bodies
     filled["coordinates"] = {b.joint: {"velocity": f"v_{b.joint}", "unit": _position_unit(b)} for b in bodies}
     filled["inputs"] = {f"w_{b.joint}": {"unit": _force_unit(b)} for b in bodies}

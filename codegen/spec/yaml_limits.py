@@ -78,7 +78,10 @@ class Limits:
                 self._merges += event.value == "<<" and inner.key_next
                 if self._merges > MOST_MERGES:
                     raise BadInput(
-                        Place(file, line), f"more than {MOST_MERGES} keys `<<`", "the values themselves", code="SPEC002"
+                        Place(file, line),
+                        f"more than {MOST_MERGES} keys `<<`",
+                        "the values written out",
+                        code="SPEC002",
                     )
                 _scalar(event, inner, Place(file, line))
                 counted.update({event.anchor: 1} if event.anchor else {})
@@ -95,8 +98,8 @@ class Limits:
                     kind = "mapping" if isinstance(event, MappingStartEvent) else "list"
                     raise BadInput(Place(file, line), f"a {kind} as a key", "a word before the colon", code="SPEC006")
                 if len(stack) > DEEPEST:
-                    found = f"more than {DEEPEST} lists and mappings in one another"
-                    raise BadInput(Place(file, line), found, "a spec, whose entries lie six deep", code="SPEC002")
+                    found = f"more than {DEEPEST} lists and mappings inside each other"
+                    raise BadInput(Place(file, line), found, "at most six levels, as in a spec", code="SPEC002")
                 mapping = isinstance(event, MappingStartEvent)
                 stack.append(_Open(event.anchor, set() if mapping else None, mapping))
                 return
@@ -111,7 +114,7 @@ class Limits:
         if top.nodes > MOST_NODES:
             raise BadInput(
                 Place(file, line),
-                "too many values, aliases written out",
+                "too many values once its aliases are expanded",
                 f"at most {MOST_NODES} in a file",
                 code="SPEC002",
             )

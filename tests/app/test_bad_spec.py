@@ -99,7 +99,10 @@ FAULTS = {
     "noise negative": (simulated("position_noise: {x: -5}"), ":32: simulation.position_noise.x: "),
     "noise of a velocity negative": (simulated("velocity_noise: {v: -5}"), ":32: simulation.velocity_noise.v: "),
     "limit of zero": (simulated("input_limit: {w: 0}"), ":32: simulation.input_limit.w: input_limit 0; exp"),
-    "delay of nothing": (simulated("observer: true\n  cancel_delay: 2"), ":33: simulation.cancel_delay: a delay"),
+    "delay of nothing": (
+        simulated("observer: true\n  cancel_delay: 2"),
+        ":33: simulation.cancel_delay: `cancel_delay`",
+    ),
     "free gain of both signs": (changed(ONE, "K_F: 10,", "K_F: {free: [-1, 1]},"), ":22: observer.gains.K_F.free: "),
     "a contact to cancel without its list": (
         changed(ONE, "\nobserver:", "\ncancellation: {contacts: rail}\nobserver:"),
@@ -119,7 +122,7 @@ FAULTS = {
     ),
     "the same effect again": (
         changed(ONE, "effects: []", "effects:\n" + "  - {kind: offset, on: x, parameters: {f0: 1}}\n" * 2),
-        ":20: effects[1]: the same offset on x again",
+        ":20: effects[1]: the same offset on x twice",
     ),
     "division by zero": (changed(ONE, "\n  - w\n", "\n  - w/0\n"), "divides by zero"),
 }

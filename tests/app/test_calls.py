@@ -65,7 +65,7 @@ def mine(folder):
         (("simulate", "one.yaml", "-o", "./spec.yaml"), "the ending `.yaml`; expected a file ending in .csv"),
         (("simulate", "one.yaml", "-o", "x.npy"), "the ending `.npy`; expected a file ending in .csv"),
         (("simulate", "log.csv", "-o", "log.csv"), "the spec itself"),
-        (("simulate", "one.yaml", "-o", "/dev/full"), "/dev/full: cannot be written (a device or a pipe is there)"),
+        (("simulate", "one.yaml", "-o", "/dev/full"), "/dev/full: cannot be written (a device or a pipe of"),
         (("certify", "one.yaml", "-o", "one.yaml"), "one.yaml: the spec itself"),
         (("certify", "one.yaml", "-o", "spec.yaml"), "the ending `.yaml`; expected a file ending in .json"),
         (("certify", "one.yaml", "-o", "/dev/full"), "a device"),
@@ -77,9 +77,12 @@ def mine(folder):
         (("simulate", "one.yaml", "-o", ""), "-o: an empty name"),
         (
             ("gains", "one.yaml", "-o", "log.csv/deeper"),
-            "log.csv: cannot be written (a file is there); expected a folder",
+            "log.csv: cannot be written (a file of that name exists); expected a folder",
         ),
-        (("generate", "one.yaml", "-o", "log.csv"), "log.csv: cannot be written (a file is there); expected a folder"),
+        (
+            ("generate", "one.yaml", "-o", "log.csv"),
+            "log.csv: cannot be written (a file of that name exists); expected",
+        ),
     ],
     ids=lambda a: " ".join(a) if isinstance(a, tuple) else "",
 )

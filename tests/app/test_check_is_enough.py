@@ -76,7 +76,7 @@ def test_generate_and_check_agree(folder, fault):
 SIMULATED = {
     "a sample time that does not divide": (
         changed(("duration: 12\n  sample_time: 0.001", "duration: 12\n  observer: true\n  sample_time: 0.0007")),
-        "s.yaml:31: simulation.sample_time: 0.0007 s, and 0.001 s of the observer",
+        "s.yaml:31: simulation.sample_time: 0.0007 s in the simulation and 0.001 s in the observer",
     ),
     "a gain for nothing": (
         changed(("  encoder_step", "  position_gain: {w: 3}\n  encoder_step")),

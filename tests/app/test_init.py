@@ -57,7 +57,7 @@ def test_from_a_robot_file(folder: Path) -> None:
     ("arguments", "words"),
     [
         (("my-axis",), "NAME: `my-axis`; expected letters"),
-        (("taken",), "taken.yaml: a file that is there already"),
+        (("taken",), "taken.yaml: the file exists already"),
         (("new", "--from", "two_maas"), "--from: `two_maas`, no such file; expected"),
         (("new", "--from", "../../etc/passwd"), "no such file"),
         (("new", "--from", "none.urdf"), "none.urdf: no such file"),
@@ -92,7 +92,7 @@ def test_a_robot_file_called_like_the_new_spec_does_not_take_its_place(folder: P
     Path("below").mkdir()
     os.chdir("below")
     made = stiction("init", "robot", "--from", "../source.yaml")
-    assert made.code == 2 and is_one_message(made) and "the name of the new spec" in made.err
+    assert made.code == 2 and is_one_message(made) and "`robot.yaml`" in made.err and "[FILE004]" in made.err
     assert list(contents(Path())) == []
 
 
@@ -102,7 +102,7 @@ def test_a_robot_file_with_the_ending_of_a_spec_replaces_no_file(folder: Path) -
     os.chdir("below")
     Path("robot.yaml").write_text("mine\n")
     made = stiction("init", "other", "--from", "../source.yaml")
-    assert made.code == 2 and is_one_message(made) and "another robot file" in made.err
+    assert made.code == 2 and is_one_message(made) and "[FILE004]" in made.err
     assert Path("robot.yaml").read_text() == "mine\n"
 
 

@@ -80,11 +80,11 @@ def test_a_mujoco_model_with_a_log(folder: Path) -> None:
     assert stiction("check", "my_arm.yaml").code == 0
     before = contents(folder)
     again = stiction("init", "my arm.xml", "--log", "run.csv")
-    assert is_one_message(again) and "my_arm.yaml: a file that is there already" in again.err
+    assert is_one_message(again) and again.err.startswith("error: my_arm.yaml") and "[FILE004]" in again.err
     (folder / "my_arm.yaml").unlink()
     (folder / "my_arm.urdf").write_text("mine")
     taken = stiction("init", "my arm.xml")
-    assert is_one_message(taken) and "my_arm.urdf: another robot file of that name" in taken.err
+    assert is_one_message(taken) and taken.err.startswith("error: my_arm.urdf") and "[FILE004]" in taken.err
     assert (folder / "my_arm.urdf").read_text() == "mine" and len(contents(folder)) == len(before) - 1
 
 

@@ -111,5 +111,6 @@ def test_literals_that_there_are_not(value):
 
 @pytest.mark.parametrize("value", [1e39, -4e38, 1e-60])
 def test_single_literals_that_there_are_not(value):
-    with pytest.raises(BadInput, match="a single can hold"):
+    with pytest.raises(BadInput) as told:
         SINGLE.literal(value)
+    assert told.value.code == "SPEC028" and "single" in told.value.expected

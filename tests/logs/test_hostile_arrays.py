@@ -41,7 +41,7 @@ HOSTILE = {
     "brackets": (npy("(" * 9000), "no description"),
     "signs": (npy("{'descr': " + "-" * 9000 + "1}"), "without names|no description"),
     "a call": (npy(described("__import__('os').abort()")), "without names|no description"),
-    "a huge length": (npy(described(shape=f"({'9' * 18},)")), "bytes, where its header speaks of"),
+    "a huge length": (npy(described(shape=f"({'9' * 18},)")), "bytes, where its header says"),
     "a longer length": (npy(described(shape=f"({'9' * 30},)")), "lengths cannot be read"),
     "a negative length": (npy(described(shape="(-1,)")), "lengths cannot be read"),
     "a length that is true": (npy(described(shape="(True,)")), "lengths cannot be read"),
@@ -64,7 +64,7 @@ HOSTILE = {
     "a longer header": (b"\x93NUMPY\x02\0\xff\xff\xff\xff", "a header of 4294967295 bytes"),
     "version 9": (npy(described(), version=9), "version 9"),
     "not UTF-8": (npy(b"\xff", version=3), "utf-8"),
-    "shorter": (npy(described(), bytes(40)), "bytes, where its header speaks of"),
+    "shorter": (npy(described(), bytes(40)), "bytes, where its header says"),
     "empty": (b"", "no .npy file"),
     "a pickle": (pickle.dumps([1]), "no .npy file"),
 }

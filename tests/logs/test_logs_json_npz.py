@@ -164,8 +164,8 @@ GOOD = {name: array(values) for name, values in MADE.items()}
 DAMAGED = archive({f"{n}.npy": d for n, d in GOOD.items()}, 0).replace(GOOD["x"][200:260], b"\xff" * 60)
 LONG = archive({f"{k}.npy": b"" for k in range(20_000)})
 HOSTILE = {
-    "no archive": (b"PK\3\4 and no more", "no zip archive"),
-    "cut off": (archive({"t.npy": GOOD["t"]})[:-30], "no zip archive"),
+    "no archive": (b"PK\3\4 and no more", "not a zip archive"),
+    "cut off": (archive({"t.npy": GOOD["t"]})[:-30], "not a zip archive"),
     "nothing in it": (archive({}), "no vector among its members: no array"),
     "objects": (archive({"t.npy": array(np.array([Path("a")]))}), r"t \(pickled objects, which are never read\)"),
     "text": (archive({"t.npy": array(np.array(["a"]))}), "no vector"),
@@ -177,8 +177,8 @@ HOSTILE = {
     "longer than it says": (archive({f"{n}.npy": array(v, "(100,)") for n, v in MADE.items()}), "longer than it says"),
     "huge": (archive({f"{n}.npy": array(v, f"({'9' * 14},)") for n, v in MADE.items()}), "bytes when unpacked"),
     "other lengths": (archive({f"{n}.npy": array(v[:9] if n == "x" else v) for n, v in MADE.items()}), "9 values"),
-    "packed otherwise": (archive({"t.npy": GOOD["t"]}, zipfile.ZIP_LZMA), "packing 14"),
-    "many members": (LONG, "a list of too many members"),
+    "packed otherwise": (archive({"t.npy": GOOD["t"]}, zipfile.ZIP_LZMA), "compression method 14"),
+    "many members": (LONG, "too many files"),
     "a damaged member": (DAMAGED, "damaged"),
     "a damaged list": (archive({"t.npy": GOOD["t"]}).replace(b"PK\1\2", b"PK\7\7"), "damaged archive"),
 }

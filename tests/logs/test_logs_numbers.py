@@ -154,7 +154,7 @@ def test_files_side_by_side(tmp_path, spec):
     about(tmp_path, text.replace("force.y", "-force_y"))
     assert np.allclose(read_log(path, spec).inputs[:, 0], -made["w"])
     np.savez(tmp_path / "force.npz", y=made["w"][:-1])
-    with pytest.raises(BadInput, match=r"force\.npz: 999 rows; expected 1000 as in .*pos\.csv"):
+    with pytest.raises(BadInput, match=r"force\.npz: 999 rows; expected 1000 .*pos\.csv"):
         read_log(path, spec)
     about(tmp_path, text.replace("force.npz", "none.npz"))
     with pytest.raises(BadInput, match=r"none\.npz: no such file"):

@@ -104,11 +104,15 @@ REFUSED = {
     "exponent huge": (observed("{K_F: 1, K_v: 1}", more=", exponent: 64"), "exponent 64", None),
     "laws of a CFO": (
         observed("{K_F: 1, K_v: 1}", more=", laws: {rail: {law: dahl, a: 1, c: 9}}"),
-        "`laws` under",
+        "`laws` with",
         None,
     ),
-    "h of a GTO": (observed("{K_2: -1, K_v: 1}", "gto", more=", h: s"), "`h` under gto, which does not read it", None),
-    "exponent of a GTO": (observed("{K_2: -1, K_v: 1}", "gto", more=", exponent: 2"), "`exponent` under gto", None),
+    "h of a GTO": (observed("{K_2: -1, K_v: 1}", "gto", more=", h: s"), "`h` with `kind: gto`", None),
+    "exponent of a GTO": (
+        observed("{K_2: -1, K_v: 1}", "gto", more=", exponent: 2"),
+        "`exponent` with `kind: gto`",
+        None,
+    ),
     "no observer": (ONE_MASS, "no `observer:` section", None),
 }
 

@@ -231,7 +231,7 @@ def test_log_holds_the_estimates_and_measured_velocities(tmp_path: Path):
             estimated() + RIG.format(duration=1).replace("observer: true", "cancel: 1"),
             "without an observer in the loop",
         ),
-        (estimated(0.003) + RIG.format(duration=1), "0.003 s of the observer; expected a sample time that"),
+        (estimated(0.003) + RIG.format(duration=1), "0.003 s in the observer; expected a sample time"),
         (RIG.format(duration=1), "no `observer:` section"),
         (RIG.format(duration=1) + "  velocity_noise: {x: 1}\n", "velocity_noise.x: unknown name `x`"),
     ],

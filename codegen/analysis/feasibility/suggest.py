@@ -15,13 +15,21 @@ from codegen.analysis.feasibility.region import GRID, LINE, stable
 
 Array = NDArray[np.float64]
 NOISE_SHARE = 0.05
+"""Largest RMS noise of a friction estimate over its friction level."""
 GAIN_FACTOR = 2.0
+"""Gain margin: each axis alone may be multiplied or divided by this factor (6 dB) without losing stability."""
 AS_FAST = 0.98
+"""Sets whose decay rate is at least this share of the best count as equally fast; the least noise decides."""
 SCATTERED = 3000
+"""Random sets of the first search over three or more axes."""
 LOCAL, LOCAL_ROUNDS = 200, 10
+"""Random sets around the best one in each round, and number of rounds."""
 WIDEST, NARROWING = 0.2, 0.68
+"""Half width of the first of these rounds, as a share of each range, and its ratio from round to round."""
 CHUNK = 100
+"""Sets whose gain margin is checked together, from the fastest on."""
 DIGITS = 3
+"""Significant digits of the suggested numbers."""
 
 
 @dataclass(frozen=True)
@@ -30,8 +38,8 @@ class Suggestion:
 
     Attributes:
         numbers: axis name → number, to three digits.
-        rule: "fastest": fastest decay within both bounds; "product": no set of the range is within both bounds, so
-            least product of noise and decay time.
+        rule: "fastest": the fastest decay within both bounds, on noise and gain margin; "product": no set of the
+            range is within both bounds, so the least product of noise and decay time.
         tried: gain sets evaluated; ``stable`` of them were stable.
         quiet, wide: how many stable sets are within the noise bound, and whether one of these has the gain margin.
     """
@@ -63,7 +71,12 @@ class _Candidates:
 
 
 def suggest(family: Family, noise: NoiseModel, base: Settings, axes: Sequence[GainAxis]) -> Suggestion | NothingStable:
-    """Search over all axes together: first the whole range, then around the best."""
+    """Search over all axes together: first the whole range, then around the best.
+
+    Args:
+        noise: model of the noise of the friction estimate.
+        base: one gain set; the axes' numbers replace its values.
+    """
     generator = np.random.default_rng(3)
     evaluated = _evaluated(family, noise, base, axes, _first(len(axes), generator))
     tried = len(evaluated.shares)
@@ -99,7 +112,7 @@ def wide_margin(family: Family, base: Settings, axes: Sequence[GainAxis]) -> NDA
 
 
 def _scaled(base: Settings, axes: Sequence[GainAxis]) -> list[Settings]:
-    """The sets with one axis doubled or halved, for each axis."""
+    """The sets with one axis multiplied or divided by ``GAIN_FACTOR``, for each axis."""
     moved = []
     for axis in axes:
         s, weight = next(iter(axis.weights.items()))

@@ -153,8 +153,8 @@ def refuse_empty_domain(spec: Spec, observer: Observer, bounds: tuple[ErrorBound
     if isinstance(domain, str):
         raise BadInput(
             spec.place("observer.domain"),
-            f"a domain without a bound ({domain})",
-            "one that has a bound",
+            f"no error bound holds in the domain ({domain})",
+            "a domain for which there is a bound",
             code="SPEC022",
         )
     if domain is not None and domain.inside is None:

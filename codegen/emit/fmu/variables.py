@@ -98,7 +98,7 @@ def variables_of(program: Program, header: str) -> tuple[Variable, ...]:
             raise BadInput(
                 f"spec {program.name}",
                 f"a quantity called `{name}`",
-                "another name: an FMU has its own",
+                "another name, since every FMU has a variable of this one",
                 code="SPEC009",
             )
     return tuple(

@@ -1,4 +1,4 @@
-"""What the audit says of a claim."""
+"""The verdict of the audit on one claim of the thesis."""
 
 from __future__ import annotations
 
@@ -16,9 +16,10 @@ class Finding:
     """A verdict with its reason.
 
     Attributes:
-        derived: the right form; empty for a definition.
+        derived: the correct formula; empty for a definition.
         counterexample: numbers by name, with ``eigenvalue`` (real part; None where no eigenvalue is in question).
         evidence: what was computed, as a key of the template with its numbers.
+        points: number of points at which the claim was evaluated; 0 where none was needed.
     """
 
     claim: Claim

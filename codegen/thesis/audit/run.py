@@ -1,4 +1,4 @@
-"""The audit: every claim judged."""
+"""The audit of the thesis: each claim is compared with our own derivation."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def judge(claim: Claim) -> Finding:
     """The verdict on one claim, from computation.
 
     Raises:
-        BadInput: for a derivation that does not exist, or a printed form that cannot be read in its names.
+        BadInput: for a derivation that does not exist, or a printed formula with unknown names.
     """
     if claim.test == "definition":
         return Finding(claim, "holds")

@@ -1,4 +1,4 @@
-"""What the text of the thesis says of its figures: read from ``claims/``, one file a chapter. Never a verdict."""
+"""Statements of the thesis about its figures, read from ``claims/``, one file per chapter, without verdicts."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class StatementEntry(BaseModel):
     Attributes:
         says: the statement, in our words or a short quotation.
         where: section and page; "ours" where it is no statement of the text.
-        measure: name of the function that gives the number.
+        measure: name of the function that computes the number.
         number: what the number is.
         holds: "< 1" or "> 0.5": where the number has to lie.
         unit: of the number.
@@ -50,7 +50,7 @@ class FigureEntry(BaseModel):
         figure: its number, "2.4".
         title: what it shows.
         specs: files in specs/gallery/, first those that are drawn.
-        open: what the text leaves open or what does not agree in it, and what was taken.
+        open: what the text does not state or states inconsistently, and what we assumed.
     """
 
     model_config = ConfigDict(extra="forbid", strict=True)
@@ -71,7 +71,7 @@ class ChapterFile(BaseModel):
 
 @dataclass(frozen=True)
 class Statement:
-    """A statement with its condition taken apart: the number has to lie below, or above, ``limit``."""
+    """A statement with its condition parsed: the number must be below (``below``) or above ``limit``."""
 
     entry: StatementEntry
     below: bool

@@ -1,4 +1,6 @@
-"""One mass with dynamic friction F = a f, ḟ = ξ(v, f): error dynamics of the DFO by the chain rule.
+"""Error dynamics of the dynamic friction observer (DFO) on one mass, derived by the chain rule.
+
+    v̇ = w − F,  F = a f,  ḟ = ξ(v, f)
 
 The observer's model is ξ₁; ``xi_1_hat`` is ξ₁ at the estimates, which to first order is ξ₁ − ξ₁v e_v − ξ₁f e_f.
 """
@@ -21,7 +23,7 @@ ESTIMATES = {"a_hat": a - e_a, "f_hat": f - e_f}
 
 
 def one_dynamic() -> World:
-    """(6.13)–(6.15) → (6.19)–(6.23): measured velocity."""
+    """The DFO (6.13)–(6.15) with measured velocity; its error dynamics are (6.19)–(6.23) of the thesis."""
     w = v_dot + a * f
     F_hat = (a - e_a) * (f - e_f)
     z_a_rate = -k_a * v * xi_1_hat - k_a * (f - e_f) * (w - F_hat)
@@ -35,7 +37,7 @@ def one_dynamic() -> World:
 
 
 def one_dynamic_estimated() -> World:
-    """(6.13)–(6.15) with (6.24)–(6.25) → (6.30)–(6.32) and their Ψ."""
+    """The DFO with the velocity observer (6.24)–(6.25); its error dynamics are (6.30)–(6.32), with their Jacobian Ψ."""
     w = v_dot + a * f
     F_hat = (a - e_a) * (f - e_f)
     v_estimate = v - e_v
