@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from codegen.diagnosis import credit
 from codegen.diagnosis.adoption import Refit, adopt_values
 from codegen.diagnosis.answer import Answer
@@ -97,14 +99,14 @@ def references(plain: Answer, augmented: System, problem: Problem) -> tuple[Erro
     refit's by.
 
     The motion of a load behind a spring is computed from differentiated noise, so its force residual is no criterion;
-    the free run alone must then not object, except in a gap, where it does not know the load's position. Over the share
-    of the drive that load-dependent friction leaves, noise of the acceleration counts for more: the refit's does too.
+    the free run alone must then confirm it: its squared error falls by ``LEAST_SHARE``. Over the share of the drive
+    that load-dependent friction leaves, noise of the acceleration counts for more: the refit's does too.
     """
     declared, refit = plain.figures[:2]
     if augmented.transmissions:
         unknown = (float("nan"),) * len(refit.force_rms_rows)
-        worse = 0.0 if all(t.gap == 0 for t in augmented.transmissions) else REFIT_WORSE
-        return replace(declared, force_rms_rows=unknown), replace(refit, force_rms_rows=unknown), worse
+        least = float(np.sqrt(1 - credit.LEAST_SHARE)) - 1
+        return replace(declared, force_rms_rows=unknown), replace(refit, force_rms_rows=unknown), least
     left = drive_left(augmented, problem.motion) / drive_left(plain.refit, problem.motion)
     rows = tuple(rms / min(float(share), 1.0) for rms, share in zip(refit.force_rms_rows, left, strict=True))
     return declared, replace(refit, force_rms_rows=rows), REFIT_WORSE

@@ -113,7 +113,7 @@ def run_round(
         if unsure:
             why_not = (
                 f"fits {one.won} of {one.blocks} held-out parts of the log better, but by so little that it may be "
-                f"chance (t = {one.t:.2g})"
+                f"chance (p = {p:.2g} over all candidates; at most {credit.ALPHA:g} is accepted)"
             )
         ranked.append(Ranked(found, one, losses, ratio, size, why_not, unsure, p, force_criterion))
     return sorted(ranked, key=lambda r: (bool(r.why_not) and not r.unsure, r.found.fit.cost))

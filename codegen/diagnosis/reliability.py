@@ -26,10 +26,12 @@ class Reliability:
 
     Attributes:
         right, of: counts on logs whose truth is known.
+        name: of the class, as ``class_of`` writes it.
     """
 
     right: int
     of: int
+    name: str = ""
 
     @property
     def probability(self) -> float:
@@ -45,6 +47,7 @@ class Reliability:
     def as_json(self) -> dict[str, Any]:
         """Plain objects for diagnosis.json."""
         return {
+            "class": self.name,
             "right": self.right,
             "of": self.of,
             "probability": round(self.probability, 4),
@@ -65,7 +68,7 @@ def reliability_of(verdict: str, near: bool) -> Reliability | None:
     """Of a verdict's class; None where the verdict claims nothing or no log of its class was judged."""
     name = class_of(verdict, near)
     right, of = (0, 0) if name is None else measured().get(name, (0, 0))
-    return Reliability(right, of) if of else None
+    return Reliability(right, of, name or "") if of else None
 
 
 @cache

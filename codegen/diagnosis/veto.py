@@ -56,7 +56,8 @@ def admitted(
     """Check the options in their order on held-out data.
 
     Args:
-        refit: errors of the model without the effects; an option may exceed them by at most the share ``most``.
+        refit: errors of the model without the effects; an option may exceed them by at most the share ``most``;
+            where that is negative it must be better by so much.
     """
     refusals: list[str] = []
     first: ErrorFigures | None = None
@@ -86,9 +87,9 @@ def worsened(figures: ErrorFigures, declared: ErrorFigures, most: float = SAME) 
 
 
 def _over(errors: Iterable[float], declared: Iterable[float]) -> float:
-    """RMS over coordinates of the ratio of errors, so that units do not matter."""
+    """RMS over coordinates of the ratio of errors, so that units do not matter; NaN where none was measured."""
     ratios = [_ratio(a, b) for a, b in zip(errors, declared, strict=True) if not (np.isnan(a) or np.isnan(b))]
-    return float(np.sqrt(np.mean(np.square(ratios)))) if ratios else 1.0
+    return float(np.sqrt(np.mean(np.square(ratios)))) if ratios else float("nan")
 
 
 def _ratio(error: float, declared: float) -> float:
@@ -98,7 +99,9 @@ def _ratio(error: float, declared: float) -> float:
 
 
 def _list(worse: Mapping[str, float]) -> str:
-    return " and ".join(
-        f"the {name} {100 * (ratio - 1):.2g} % larger" if np.isfinite(ratio) else f"the {name} diverge"
-        for name, ratio in worse.items()
-    )
+    def words(ratio: float) -> str:
+        if not np.isfinite(ratio):
+            return "diverge"
+        return f"{100 * (ratio - 1):.2g} % larger" if ratio > 1 else f"only {100 * (1 - ratio):.2g} % smaller"
+
+    return " and ".join(f"the {name} {words(ratio)}" for name, ratio in worse.items())
