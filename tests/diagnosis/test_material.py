@@ -42,10 +42,10 @@ def test_variables_are_named_only_where_what_follows_them_is_material() -> None:
     assert "10 % of the drive force (RMS), mostly noise" in words(NOISE)
     assert "is 1.7 % of the drive force" in words(NOISE)  # 10 % · √0.03
     assert not any(name in words(left) for left in (SMALL, NOISE) for name in ("load", "speed"))
-    assert "81 % of its mean square follows from load, 30 % follows from position." in words(SHAPED)
+    assert "81 % of its mean square follows from load, 30 % follows from position (the shares overlap)." in words(SHAPED)
     assert "speed" not in words(SHAPED)
     pushed = Remainder(2.0, 0.2, 0.9, {"constant": 0.7, "speed": 0.2})
-    assert "70 % of its mean square is constant, 20 % follows from speed." in words(pushed)
+    assert "70 % of its mean square is constant, 20 % follows from speed (the shares overlap)." in words(pushed)
     forceful = Remainder(1.0, 0.3, 0.06, {"input rate": 0.06, "speed": 0.0})  # 0.3·√0.06 is 7 % of the drive force
     assert "6 % of its mean square follows from input rate." in words(forceful)
     assert "2 % of its mean square follows from all variables together." in words(SPREAD)

@@ -31,4 +31,4 @@ def test_the_shipped_counts_are_of_the_classes_that_a_diagnosis_asks_for() -> No
     assert set(measured()) <= asked
     assert all(0 <= right <= of and of > 0 for right, of in measured().values())
     shipped = measured()["effect, at the noise"]
-    assert reliability_of("effect", near=True) == Reliability(*shipped)
+    assert reliability_of("effect", near=True) == Reliability(*shipped, "effect, at the noise")
