@@ -124,7 +124,7 @@ CASES = (
     Case("a branch", "c", SET, f"        if (v_hat < 5.0) {{ state->z_v = 0.0; }}\n{SET}", NOT_READ),
     Case("a choice", "c", LAW, f"({LAW}) * (v_hat < 5.0 ? 1.0 : 2.0)", NO_WORD),
     Case("a comparison as a number", "c", LAW, f"({LAW}) * (1.0 + (v_hat < 5.0))", NO_WORD),
-    Case("a cast", "c", LAW, f"(int)(-{LAW})", NOT_MOVED),
+    Case("a cast", "c", LAW, f"(int)(-{LAW})", "C calls int"),
     Case("whole numbers divide otherwise", "c", LAW, f"{LAW} + 1 / 2", "is out of place"),
     Case("an octal number", "c", "- parameters->K_F * fabs", "- 010.0 * fabs", ""),
     Case(

@@ -119,16 +119,16 @@ def semidefinite(A: list[list[Poly]], cell: dict[str, tuple[Fraction, Fraction]]
         semidefinite(A, cell | {x: (cut, high)}, above)
 
 
-# LEMMA 5. Names, numbers, calls and + - * / ( ), of what EXPRESSION lets pass, mean the same in Python and in C, whose
-# -> is a dot here; whole numbers, which C divides otherwise, stand in indices only. A loop from one number to another
-# is the sequence of its bodies, each with locals of its own. So C that compiles and is read here means what is read.
+# LEMMA 5. Names, numbers, calls of functions of doubles and + - * / ( ), of what EXPRESSION lets pass, mean the same in
+# Python and in C, whose -> is a dot here; whole numbers, which C divides otherwise, stand in indices only. A loop is
+# the sequence of its bodies, each with locals of its own. So C that compiles and is read here means what is read.
 EXPRESSION = r"(?!.*(--|\+\+|\*\*|//))[A-Za-z0-9_. ()\[\]+*/-]{1,20000}"
 NUMBER = r"-?(?:0|[1-9][0-9]{0,99})(?:\.[0-9]{0,99})?(?:e[+-]?[0-9]{1,2})?"
 STATEMENT = (r"(const double |double |)([A-Za-z_][\w.]*(?:\[\d+\])?) (\+?=) ([^;={}]+); ?|"
-    r"double (\w[\w.]*)\[(\d{1,4})\]; ?")  # fmt: skip
+    r"double (\w[\w.]*)\[([1-9]\d{0,3})\]; ?")  # fmt: skip
 FIELDS = ("name", "step", "positions", "mass_matrix", "force", "acceleration", "signs", "domain", "errors", "states",
           "matrix", "rest", "lyapunov_matrix", "box", "decay_rate", "reversals", "cover")  # fmt: skip
-LOOP = r"for \(int i = (\d{1,4}); i < (\d{1,4}); i\+\+\) \{ ([^{}]*)\} ?"
+LOOP = r"for \(int i = (0|[1-9]\d{0,3}); i < (0|[1-9]\d{0,3}); i\+\+\) \{ ([^{}]*)\} ?"
 
 
 class Text:  # expressions over `names`, and statements that set them; `sign`: what C calls the sign function
@@ -162,9 +162,9 @@ class Text:  # expressions over `names`, and statements that set them; `sign`: w
     # another function's value, is a new variable for each argument: what holds for all values holds for that one.
     def call(self, name: str, p: Poly) -> Poly:
         kind = "sgn" if name in ("fabs", self.sign) else name
+        demand(not self.sign or name in ("cos", "exp", "fabs", "sin", "sqrt", "tanh", self.sign), f"C calls {name}")
         value = self.known.setdefault((kind, frozenset(p.after(len(p)).items())), term(1, f"?{kind}{len(self.known)}"))
-        if kind == "sgn" and not p.names():
-            value = term((p.constant() > 0) - (p.constant() < 0))
+        value = term((p.constant() > 0) - (p.constant() < 0)) if kind == "sgn" and not p.names() else value
         return value * p if name == "fabs" else value
 
     def run(self, text: str, writable: set[str], read: int = 0) -> None:
@@ -185,10 +185,10 @@ class Text:  # expressions over `names`, and statements that set them; `sign`: w
 # LEMMA 7. Comments aside, the two files are of these forms (a blank: any white space): four structs of doubles, values,
 # functions. No macro, type or global, in digraphs neither, can change what `step` or a parameter means.
 BODY = r"(?:[^{}#\"']++|\{(?:[^{}#\"']++|\{[^{}#\"']*+\})*+\})*+"
-STRUCT = r"typedef struct \{ ((?:double \w+(?:\[\d{1,3}\])?; )+)(?:int fault; )?\} NAME_"
+STRUCT = r"typedef struct \{ ((?:double (?!STICTION)[A-Za-z]\w*(?:\[[1-9]\d{0,2}\])?; )+)(?:int fault; )?\} NAME_"
 HEADER = (r'#ifndef STICTION_UPPER_H\n#define STICTION_UPPER_H\n#ifdef __cplusplus\nextern "C" \{\n#endif\n'
-    rf"{STRUCT}parameters;\n#define UPPER_PARAMETERS \{{ ([^\n]*) \}}\n{STRUCT}state; {STRUCT}inputs; {STRUCT}outputs;"
-    r"(?: void NAME_\w+\([\w\s*,]*\);)*\n#ifdef __cplusplus\n\}\n#endif\n#endif")  # fmt: skip
+    rf"{STRUCT}parameters;\n#define UPPER_PARAMETERS (?!.*[ -]\d{{16}})\{{ ([^\n]*) \}}\n{STRUCT}state; {STRUCT}inputs;"
+    rf" {STRUCT}outputs;(?: void NAME_\w+\([\w\s*,]*\);)*\n#ifdef __cplusplus\n\}}\n#endif\n#endif")  # fmt: skip
 SOURCE = (r'#include "NAME\.h"\n#include <math\.h>\n#if defined\(__clang__\)\n#pragma STDC FP_CONTRACT OFF\n#endif\n#'
     r"if defined\(__GNUC__\)\n#define UPPER_COLD __attribute__\(\(noinline, cold\)\)\n#else\n#define UPPER_COLD\n#endif"
     r"(?: static inline double NAME_sign\(double u\) \{ return \(u > 0\.0\) \? 1\.0 : \(\(u < 0\.0\) \? -1\.0 : "
@@ -204,7 +204,7 @@ def matched(form: str, file: str, text: str) -> list[str]:
     text, (stem, _), size = text.replace("\\\n", ""), file.split("."), len(text) ** 2 // 2000
     demand(not re.search(r"[\x00-\x09\x0b-\x1f\x7f-\x9f\\]|\?\?", text), "control characters, a backslash or ??")
     plain = re.sub(r'/\*.*?(?:\*/|\Z)|("[^"\n]*"|//)', lambda m: m[1] or " ", text, flags=re.DOTALL)
-    demand(plain.isascii() and not re.search("//|%|<:|:>", plain), "a comment from // on, % or not ASCII", size)
+    demand(plain.isascii() and not re.search(r"//|%|<:|:>|\.i\b", plain), "a comment from // on, % or not ASCII", size)
     plain = "\n".join(line for line in (" ".join(line.split()) for line in plain.split("\n")) if line)
     form = form.replace(" ", r"\s").replace("NAME", stem).replace("UPPER", stem.upper())
     demand(found := re.fullmatch(form, plain), f"{file} is not of the form that is read")
@@ -233,7 +233,7 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     named = {*estimates} <= {*outputs} and all(re.fullmatch(r"(true|sign)\.\w+", x, re.A) for x in [*truths, *signs])
     demand(named and {*turned} <= {"", *signs} and len({*truths}) == len({*estimates}) == len(errors), "not so named")
     Poly.signs, free = frozenset(signs), {*inputs, *truths, *signs, *aside}
-    names = code.names | {x: term(1, x) for x in free} | {"": term(1)}
+    names = {p: code.names[p] for p in parameters} | {x: term(1, x) for x in free} | {"": term(1)}
     error = [term(1, f"error of {x}") for x in truths]
     names |= {t: names[s] * names[t] for t, s in zip(truths, turned, strict=True)}
     names |= {x: names[t] - names[s] * e for x, t, s, e in zip(estimates, truths, turned, error, strict=True)}

@@ -39,11 +39,17 @@ def proved(proof: dict[str, Any], sources: dict[str, bytes]) -> dict[str, Any]:
     try:
         texts = {name: text.decode() for name, text in sources.items()}
         shown: dict[str, Any] = kernel.prove(proof, texts)
-        return shown | {"units": units(proof, texts[f"{proof['name']}.h"])}
+        return shown | {"units": units(proof, texts[f"{proof['name']}.h"]), "held": held(proof, shown)}
     except Exception as why:  # the kernel stops at anything that is not as it must be, by whatever Python raises
         raise enclosure.Refused(
             f"the kernel does not prove {PROOF} of the C: {type(why).__name__} {str(why)[:200]}"
         ) from None
+
+
+def held(proof: dict[str, Any], shown: dict[str, Any]) -> list[str]:
+    """The states that show no error, whatever stands in their formulas: "0*outputs.v_hat" holds no estimate."""
+    claim, errors = kernel.Text(shown["names"], shown["known"]), {f"error of {e['truth']}" for e in proof["errors"]}
+    return [z for z, of in proof["states"].items() if not errors & claim.value(of).names()]
 
 
 def kept(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> tuple[dict[str, Any], list[list[Fraction]]]:
@@ -134,7 +140,8 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False) -> 
         for e, r in zip(proof["errors"], proof.get("rest", []), strict=False)
         if r != "0"
     ]
-    held = {z: of for z, of in proof["states"].items() if not re.search(r"\boutputs\.", of)}
+    fixed = {z: of for z, of in proof["states"].items() if z in shown["held"]}
+    alone = ", but for that," * any(r != "0" for r in proof.get("rest", []))
     first = ", to first order in them" if shown["first order"] else ""
     stays = f" while {turns} {'stays' if len(proof['signs']) == 1 else 'stay'}" if turns else ""
     values = ", ".join(f"{plain(p)} = {show(x)}" for p, x in shown["values"].items())
@@ -143,15 +150,15 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False) -> 
         *(f"{plain(s)} is 1 or -1, the sign of {plain(u)} in machine and code" for s, u in proof["signs"].items()),
         *(f"only where {plain(x)} > 0" for x in proof["domain"]),
         *(f"only where {along.get(x, '')}{plain(x)} is in [{low}, {high}]" for x, (low, high) in proof["box"].items()),
-        *(f"only where the state {z} is {plain(of)}" for z, of in held.items()),
+        *(f"only where the state {z} is {plain(of)}" for z, of in fixed.items()),
         f"errors: {', '.join(errors)}: of every state of {c}",
         f"in a sample of {h} s of {c} they become a matrix times what they were{first}: an identity in state, inputs,"
         f" {free}",
         *left_over,
-        f"V = e'Pe is afterwards at most {fall} times what it was ({show(known['rate'])} 1/s){stays}",
+        f"V = e'Pe is afterwards{alone} at most {fall} times what it was ({show(known['rate'])} 1/s){stays}",
         *(
             f"where {plain(sign)} turns V grows at most by the factor {show(growth)}; after"
-            f" {dwell} samples in which none turns it is not above what it was"
+            f" {dwell} samples in which none turns it is{alone} not above what it was"
             for sign, (growth, dwell) in known["turns"].items()
         ),
         f"with the values of {proof['name']}.h: {values}",

@@ -69,7 +69,10 @@ def texts(name: str) -> dict[str, str]:
 def prove(name: str, content: Any, files: dict[str, str] | None = None) -> dict[str, Any]:
     files = files or texts(name)
     shown = kernel.prove(content, files)
-    return shown | {"units": verify.theorem.units(content, files[f"{name}.h"])}
+    return shown | {
+        "units": verify.theorem.units(content, files[f"{name}.h"]),
+        "held": verify.theorem.held(content, shown),
+    }
 
 
 @pytest.mark.parametrize("name", [*PROVED, pytest.param("chain", marks=pytest.mark.slow)])
@@ -161,7 +164,7 @@ def test_measured_velocity_is_proved(text: str, step: list[list[float]]) -> None
 def test_a_measured_velocity_that_moves_otherwise_is_another_machine() -> None:
     outcome, files = generated(measured("one_mass", (", K_v: 100", "")))
     content = json.loads(outcome.kernel or "")
-    assert verify.theorem.words(content, kernel.prove(content, files) | {"units": ["N"]})[0] == (
+    assert verify.theorem.words(content, kernel.prove(content, files) | {"units": ["N"], "held": []})[0] == (
         "machine: (m) v' = -a_rail*sign(rail) + w; x' = v; a_rail constant, whatever the value"
     )
     both = content | {"positions": {"inputs.v": "inputs.v"}}

@@ -54,6 +54,18 @@ def test_what_is_shipped_is_proved_and_a_loop_too() -> None:
         # Literals that doubles hold, products that they do not: zero, or infinite, and no number then.
         f"const double v_dot_hat = ({RATE}) * {' * '.join(['1e-99'] * 4)} * {' * '.join(['1e99'] * 4)};",
         f"const double v_dot_hat = ({RATE}) * {' * '.join(['1e99'] * 4)} * {' * '.join(['1e-99'] * 4)};",
+        # Casts of a number look like calls; unsigned differences wrap round, here by 2147483648 m/s^2.
+        "const double a = E; const double v_dot_hat = a + (0.5 * ((unsigned)(0.25) - (unsigned)(1.5))"
+        " - 0.5 * (unsigned)(0.25) + 0.5 * (unsigned)(1.5));",
+        # An int by a function of a double.
+        "const double a = E; const double v_dot_hat = a + ilogb(0.0) - ilogb(0.0);",
+        # Octal bounds: eight times, not ten; and an array of eight.
+        f"double t[1]; t[0] = 0.0; for (int i = 0; i < 010; i++) {{ t[0] += 0.1 * ({RATE}); }}"
+        " const double v_dot_hat = t[0];",
+        "double t[010]; t[9] = E; const double v_dot_hat = t[9];",
+        # An imaginary number, whose real part is zero, not 1.0 + 1.1.
+        f"double t[1]; t[0] = 0.0; for (int i = 0; i < 2; i++) {{ t[0] += 1.i * ({RATE}); }}"
+        " const double v_dot_hat = t[0] * (1.0 / 2.1);",
         # A macro, spelt with a digraph.
         "\n%:define fabs(u) (3.0 * (u))\nconst double v_dot_hat = E;",
     ],
@@ -165,3 +177,47 @@ def test_a_disturbance_of_the_code_s_own_is_said_and_takes_the_status() -> None:
     claim = json.loads((HERE / "ellipsoid.json").read_text("utf-8"))
     with pytest.raises(ValueError, match="have a rest"):
         ellipsoid.prove(heavy, claim, files)
+
+
+@pytest.mark.parametrize(
+    ("local", "rate"),
+    [
+        # In C this t is its own start, of no value; the kernel read that of prepare.
+        ("t", f"const double t = (t - 1.0) + {RATE}; const double v_dot_hat = t;"),
+        # A global of math.h, 0, behind a local of prepare.
+        ("signgam", f"const double v_dot_hat = signgam * ({RATE});"),
+    ],
+)
+def test_a_local_of_prepare_is_not_there_in_step(local: str, rate: str) -> None:
+    proof, _ = shipped()
+    files, first = with_rate(rate), "parameters->one_over_m = 1.0 / parameters->m;"
+    assert files["one_mass.c"].count(first) == 1
+    source = files["one_mass.c"].replace(first, f"{first}\n    const double {local} = 1.0;")
+    with pytest.raises(ValueError, match=f"{local} is nothing that is known"):
+        kernel.prove(proof, files | {"one_mass.c": source})
+
+
+@pytest.mark.parametrize("macro", ["STICTION_ONE_MASS_H", "__REGISTER_PREFIX__"])
+def test_a_parameter_that_a_macro_makes_nothing_is_refused(macro: str) -> None:
+    """C has no such field, and each value moves to the next: the mass was 0.001 kg, and printed as 1 kg."""
+    proof, files = shipped()
+    header = files["one_mass.h"].replace(
+        "typedef struct {\n    double", f"typedef struct {{\n    double {macro};\n    double", 1
+    )
+    header = header.replace("    { \\\n", "    { \\\n        0.001, \\\n", 1)
+    assert header.count("0.001") == files["one_mass.h"].count("0.001") + 1
+    with pytest.raises(ValueError, match="not of the form"):
+        kernel.prove(proof, files | {"one_mass.h": header})
+
+
+@pytest.mark.parametrize("size", ["18446744073709551617", "{ 18446744073709551617 }"])
+def test_a_whole_number_that_c_cuts_is_no_value(size: str) -> None:
+    """gcc makes 1 of 2^64 + 1, and warns."""
+    proof, files = shipped()
+    header = files["one_mass.h"].replace("        50.0, /* rail_a */", f"        {size}, /* rail_a */")
+    assert header != files["one_mass.h"]
+    if size.startswith("{"):
+        header = header.replace("double rail_a;", "double rail_a[1];")
+        files["one_mass.c"] = files["one_mass.c"].replace("parameters->rail_a", "parameters->rail_a[0]")
+    with pytest.raises(ValueError, match="not of the form"):
+        kernel.prove(proof, files | {"one_mass.h": header})

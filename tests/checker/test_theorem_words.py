@@ -57,3 +57,27 @@ def test_a_parameter_that_is_called_like_a_true_level_is_told_apart() -> None:
     assert "machine: (m) v' = -a_rail*sign(rail) + w; x' = v; a_rail constant, whatever the value" in before
     assert "machine: (m) v' = -true.a_rail*sign(rail) + w; x' = v; true.a_rail constant, whatever the value" in after
     assert "parameters.a_rail = 50" in after[-2] and "rail_a = 50" in before[-2]
+
+
+def test_a_state_that_must_be_zero_is_said_however_its_formula_is_written() -> None:
+    """z_q doubles in every sample and moves z_v: the claim holds at z_q = 0 alone, and said "of every state"."""
+    header = SOURCES["one_mass.h"].replace(b"    double z_rail;", b"    double z_q; /* 1: x */\n    double z_rail;", 1)
+    keep = b"        state->z_v = z_v_next;\n"
+    assert SOURCES["one_mass.c"].count(keep) == 1
+    grows = b"        state->z_q = 2.0 * state->z_q;\n        state->z_v = z_v_next + state->z_q;\n"
+    sources = {"one_mass.h": header, "one_mass.c": SOURCES["one_mass.c"].replace(keep, grows)}
+    content = json.loads(TEXT)
+    content["states"]["state.z_q"] = "0*outputs.v_hat"
+    report = checked(json.dumps(content), sources)
+    assert not report.whole
+    assert "only where the state state.z_q is 0*v_hat" in report.proved
+
+
+def test_v_falls_but_for_a_rest() -> None:
+    """Gravity that the machine has not: e = 0 does not stay, so V is not below what it was."""
+    content = json.loads(TEXT) | {"rest": ["9.81*parameters.sample_time/parameters.m", "0"]}
+    source = SOURCES["one_mass.c"].replace(b"inputs->w - F_hat_rail", b"inputs->w - 9.81 - F_hat_rail", 1)
+    said = "\n".join(checked(json.dumps(content), SOURCES | {"one_mass.c": source}).proved)
+    assert "V = e'Pe is afterwards, but for that, at most" in said
+    assert "samples in which none turns it is, but for that, not above what it was" in said
+    assert "but for that" not in "\n".join(checked(TEXT, SOURCES).proved)
