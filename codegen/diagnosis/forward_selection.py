@@ -135,7 +135,7 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
         rivals = []
     if len(current.runner.trial.parts) > 1:
         current, rivals = _reconsidered(search, current, first, rivals)
-        current = pruned(search, current, 1)
+        current, rivals = _pruned_with_rivals(search, current, rivals)
         single = _merged(search, current)
         current, rivals = (current, rivals) if single is None else (single, [])
         current, rivals = still_credited(search, base, current, rivals, len(first))
@@ -218,6 +218,12 @@ def pruned(search: Search, fit: Fit, candidates: int, spared: int = 0) -> Fit:
             without = search.without(fit, k)
             fit = fit if worth_it(search, without, fit, candidates) else without
     return fit
+
+
+def _pruned_with_rivals(search: Search, current: Fit, rivals: list[Ranked]) -> tuple[Fit, list[Ranked]]:
+    """Backward elimination; where the first effect is dropped, so are its rivals."""
+    leader, kept = current.runner.trial.parts[0], pruned(search, current, 1)
+    return kept, rivals if _same(leader, kept.runner.trial.parts[0]) else []
 
 
 def still_credited(

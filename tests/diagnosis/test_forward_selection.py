@@ -135,3 +135,15 @@ def test_a_replacement_whose_period_the_log_cannot_show_is_none(monkeypatch: pyt
     assert forward_selection._swapped(search, current, [], []) == (None, {})
     monkeypatch.setattr(ranking, "unseen_period", lambda search, found: "")
     assert forward_selection._swapped(search, current, [], [])[0] is wave.fit
+
+
+@pytest.mark.parametrize(("left", "kept"), [(("wave", "dead_zone"), True), (("dead_zone",), False)])
+def test_rivals_of_an_effect_that_is_dropped_are_dropped(
+    left: tuple[str, ...], kept: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A third effect that ties with another came first and was pruned: its rival is none of the effect behind it."""
+    search: Any = None
+    before, after = (fit(*map(part_named, kinds)) for kinds in (("wave", "dead_zone"), left))
+    monkeypatch.setattr(forward_selection, "pruned", lambda search, current, candidates: after)
+    rivals: Any = [rival("hardening_spring")]
+    assert forward_selection._pruned_with_rivals(search, before, rivals) == (after, rivals if kept else [])
