@@ -420,7 +420,8 @@ def watch(
     ],
     column: Columns = None,
     dwell: Annotated[
-        float | None, typer.Option("--dwell", metavar="S", help="s out of the bound before it is said; 10 samples")
+        str | None,
+        typer.Option("--dwell", metavar="S", help="s, or such as 10ms, out of the bound before it is said; 10 samples"),
     ] = None,
     follow: Annotated[bool, typer.Option("--follow", help="wait at the end of the file for more rows")] = False,
     as_json: AsJson = False,

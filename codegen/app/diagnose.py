@@ -112,9 +112,9 @@ def diagnose(
         from codegen.app.generate import refuse_hand_written
 
         augmented = Derived(parse_spec(models.spec_text, spec.path.parent / "spec.yaml"))
-        rates = CertificateChange(_rate(machine.outcome), _rate(augmented.outcome))
+        change = certificate_change(machine.outcome, augmented.outcome)
         refuse_hand_written(folder / "generated" / augmented.spec.name, augmented.files)
-        diagnosis = replace(diagnosis, certificate=rates)
+        diagnosis = replace(diagnosis, certificate=change)
         files |= {f"generated/{augmented.spec.name}/{name}": text for name, text in augmented.files.items()}
     if spec.robot is not None and not {"..", "/"} & {*Path(spec.robot[0]).parts}:
         name = spec.robot[0]
@@ -137,6 +137,30 @@ def _rate(outcome: Certificate | Refusal) -> float | str:
     from codegen.certify.outcome import Certificate
 
     return outcome.decay_rate if isinstance(outcome, Certificate) else outcome.reason
+
+
+def certificate_change(before: Certificate | Refusal, after: Certificate | Refusal) -> CertificateChange:
+    """The rates, and which proofs beside a certificate there are no longer."""
+    lost = [(name, why) for name, why in _missing(after).items() if name not in _missing(before)]
+    return CertificateChange(_rate(before), _rate(after), tuple(lost))
+
+
+def _missing(outcome: Certificate | Refusal) -> dict[str, str]:
+    """File of a proof beside a certificate → why there is none, as ``certify`` says it."""
+    from codegen.certify.outcome import Certificate
+    from codegen.checker.verify import PROOF, SETS
+
+    if not isinstance(outcome, Certificate):
+        return dict.fromkeys(("bound.json", PROOF, SETS), "no certificate")
+    missing = {}
+    if outcome.bound is None:
+        missing["bound.json"] = outcome.bounds if isinstance(outcome.bounds, str) else "the checker did not accept it"
+    if outcome.kernel is None:
+        missing[PROOF] = f"not proved by the kernel ({outcome.not_by_kernel})"
+    if outcome.ellipsoid is None:
+        needed = [name for name in ("bound.json", PROOF) if name in missing]
+        missing[SETS] = f"it rests on {' and '.join(needed)}" if needed else "the checker found no such set"
+    return missing
 
 
 def diagnosed_text(diagnosed: Diagnosed, paths: bool = True) -> str:

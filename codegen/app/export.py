@@ -95,6 +95,9 @@ def export(
         if to != "mjcf":
             raise BadInput("--into", f"a file to take what was found, and --to {to}", "--to mjcf", code="CALL002")
         sources["the model that it is made of, which stays as it is"] = Path(into)
+    if gear is not None and not target.is_map:
+        maps = " or ".join(f"--to {name}" for name, known in TARGETS.items() if known.is_map)
+        raise BadInput("--gear", f"a ratio for a map over the motor's turn, and --to {to}", maps, code="CALL002")
     if not target.endings:
         refuse_target(path / "manifest.json")
     else:

@@ -137,7 +137,11 @@ class Machine(Derived):
         return replay(self, log, out, description, columns, only)
 
     def watch(
-        self, log: File, columns: Mapping[str, str] | None = None, dwell: float | None = None, follow: bool = False
+        self,
+        log: File,
+        columns: Mapping[str, str] | None = None,
+        dwell: float | str | None = None,
+        follow: bool = False,
     ) -> Watched:
         """Run the observer over rows as they arrive; hold its estimates against the certified bound."""
         from codegen.app.watch import watch

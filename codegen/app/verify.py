@@ -54,7 +54,7 @@ def verify(path: str | Path, spec: str | Path | None = None) -> Verified:
     except newtons.Refused as error:
         raise checker.Refused(str(error)) from None
     except json.JSONDecodeError as error:
-        raise BadInput(Place(str(path), error.lineno), error.msg, CERTIFICATE, code="CALL003") from None
+        raise _no_json(path, error) from None
     except OSError as error:  # of a file beside it, or of the spec
         found = f"unreadable ({error.strerror})"
         raise BadInput(
@@ -65,12 +65,22 @@ def verify(path: str | Path, spec: str | Path | None = None) -> Verified:
 
 
 def readable(path: str | Path) -> None:
-    """Nothing, where the file is a text of a certificate's size.
+    """Nothing, where the file is a text of a certificate's size, and JSON.
 
     Raises:
         BadInput: where it cannot be read.
     """
-    read_text(Path(path), CERTIFICATE, checker.MAX_TEXT)
+    text = read_text(Path(path), CERTIFICATE, checker.MAX_TEXT)
+    try:
+        json.loads(text)
+    except json.JSONDecodeError as error:
+        raise _no_json(Path(path), error) from None
+    except (ValueError, RecursionError):
+        pass  # the checker has words for these
+
+
+def _no_json(path: Path, error: json.JSONDecodeError) -> BadInput:
+    return BadInput(Place(str(path), error.lineno), "text that is not JSON", CERTIFICATE, code="CALL003")
 
 
 @verb

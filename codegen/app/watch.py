@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
 from codegen.app.derived import Source, derived_from
 from codegen.base.border import verb
-from codegen.base.errors import BadInput
+from codegen.base.errors import BadInput, Place
 from codegen.base.shown import Shown
 from codegen.base.text import render
 from codegen.certify.outcome import Certificate, Refusal
@@ -18,6 +19,7 @@ from codegen.replay.engine import engine_for
 from codegen.replay.live import Stop, is_recorded, live_blocks, pieces
 from codegen.replay.samples import Samples
 from codegen.replay.watch import Alarm, Limit, Tally, Watch, is_watchable
+from codegen.spec.quantity import read_quantity
 
 BOUNDED = "an observer that `stiction certify` bounds in newtons: noise and accelerations in the envelope"
 DWELL = 10
@@ -80,7 +82,7 @@ def watch(
     source: Source,
     log: str | Path,
     columns: Mapping[str, str] | None = None,
-    dwell: float | None = None,
+    dwell: float | str | None = None,
     follow: bool = False,
     tell: Callable[[Alarm], None] | None = None,
     given: Iterator[bytes] | None = None,
@@ -90,7 +92,8 @@ def watch(
     Args:
         log: ``-`` for standard input or a CSV file, read as rows arrive; or a log of another format, read whole.
         columns: how the log names its columns.
-        dwell: s for which an estimate must be out of its bound; 10 samples by default.
+        dwell: s, or a text with a unit such as ``10ms``, for which an estimate must be out of its bound; 10 samples by
+            default.
         follow: wait at the end of the file for more.
         tell: called with each alarm when it begins.
         given: the bytes, in place of what ``log`` names.
@@ -109,9 +112,7 @@ def watch(
         found = "a law with states"
         raise BadInput(spec.place("friction"), found, "a friction law of zero memory", code="SPEC020")
     period = float(machine.observer.sample_time)
-    if dwell is not None and not dwell >= 0:
-        raise BadInput("--dwell", f"{dwell:g} s", "zero or a positive time", code="CALL001")
-    patience = DWELL if dwell is None else max(round(dwell / period), 1)
+    patience = DWELL if dwell is None else max(round(_seconds(dwell) / period), 1)
     engine = engine_for(program, machine.sources)
     watched = Watch(spec, system, program, bound, engine, patience)
     ended, stop, fault = "the rows ended", Stop(), None
@@ -147,6 +148,18 @@ def watch(
         ended,
         fault,
     )
+
+
+def _seconds(dwell: float | str) -> float:
+    """A time that is zero or more, in s."""
+    expected = "zero or a positive time, such as 0.01 or 10ms"
+    try:
+        time = float(read_quantity(dwell, "s", Place("--dwell"))) if isinstance(dwell, str) else float(dwell)
+    except BadInput:
+        raise BadInput("--dwell", f"`{dwell}`", expected, code="CALL001") from None
+    if not (isfinite(time) and time >= 0):
+        raise BadInput("--dwell", f"{time:g} s", expected, code="CALL001")
+    return time
 
 
 def _no_bound(outcome: Certificate | Refusal) -> str:

@@ -170,7 +170,11 @@ class Writer:
     def _product(self, e: Any) -> str:
         above, below = sympy.fraction(e)
         text = "*".join(self._factor(f) for f in sympy.Mul.make_args(above))
-        return "/".join([text, *(self._factor(f) for f in sympy.Mul.make_args(below) if f != 1)])
+        return "/".join([text, *(self._divisor(f) for f in sympy.Mul.make_args(below) if f != 1)])
+
+    def _divisor(self, e: Any) -> str:
+        """A factor behind a stroke: the product that a power is written as is one number there."""
+        return f"({self._factor(e)})" if e.is_Pow else self._factor(e)
 
     def _factor(self, e: Any) -> str:
         if e.is_Integer and e >= 0:

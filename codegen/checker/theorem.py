@@ -41,9 +41,7 @@ def proved(proof: dict[str, Any], sources: dict[str, bytes]) -> dict[str, Any]:
         shown: dict[str, Any] = kernel.prove(proof, texts)
         return shown | {"units": units(proof, texts[f"{proof['name']}.h"]), "held": held(proof, shown)}
     except Exception as why:  # the kernel stops at anything that is not as it must be, by whatever Python raises
-        raise enclosure.Refused(
-            f"the kernel does not prove {PROOF} of the C: {type(why).__name__} {str(why)[:200]}"
-        ) from None
+        raise enclosure.Refused(f"the kernel does not prove {PROOF} of the C: {plainly(why)}") from None
 
 
 def held(proof: dict[str, Any], shown: dict[str, Any]) -> list[str]:
@@ -58,7 +56,14 @@ def kept(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> tuple[dic
         claim = json.loads(text)
         return claim, ellipsoid.bounded(proof, claim, shown)
     except Exception as why:  # as above
-        raise enclosure.Refused(f"{SETS} is not proved of the C: {type(why).__name__} {str(why)[:200]}") from None
+        raise enclosure.Refused(f"{SETS} is not proved of the C: {plainly(why)}") from None
+
+
+def plainly(why: Exception) -> str:
+    """What stopped the kernel: its own words, or that a part is not as it must be."""
+    words = str(why)[:200]
+    own = words if type(why) is ValueError else f"a part is missing or not as it must be ({words})"
+    return f"its formulas are not read by the kernel in this form: {own}"
 
 
 def long_run(proof: dict[str, Any], sources: dict[str, bytes], text: bytes) -> list[list[Fraction]]:

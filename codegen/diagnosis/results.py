@@ -178,10 +178,16 @@ class Agreement:
 
 @dataclass(frozen=True)
 class CertificateChange:
-    """The certificate before and after; each is a decay rate in 1/s or the words of a refusal."""
+    """The certificate before and after.
+
+    Attributes:
+        before, after: decay rates in 1/s, or the words of a refusal.
+        lost: proofs beside the certificate that were there before and are not after it: (file, why).
+    """
 
     before: float | str
     after: float | str
+    lost: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -290,7 +296,11 @@ class Diagnosis:
             "preflight": {name: list(words) for name, words in self.findings.items()},
             "certificate": None
             if self.certificate is None
-            else {"before": self.certificate.before, "after": self.certificate.after},
+            else {
+                "before": self.certificate.before,
+                "after": self.certificate.after,
+                "lost": dict(self.certificate.lost),
+            },
             "separation": None if self.separation is None else self.separation.as_json(),
             "proposal": None if self.proposal is None else self.proposal.as_json(),
         }

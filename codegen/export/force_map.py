@@ -74,8 +74,8 @@ def force_map(spec: Spec, mechanism: Mechanism, on: str | None, gear: float = 1.
         gear: turns of the motor a turn of the coordinate, negative where it turns the other way.
 
     Raises:
-        BadInput: where no coordinate has one, several have and none is named, or a name is none of them; for a gear of
-            no size, or of a coordinate that is no angle.
+        BadInput: where no coordinate has one, several have and none is named, or a name is none of them; where a table
+            can repeat none of them; for a gear of no size, or of a coordinate that is no angle.
     """
     if not (isfinite(gear) and gear != 0):
         expected = "turns of the motor a turn of the joint, such as 100, or -100 where it turns the other way"
@@ -110,7 +110,13 @@ def force_map(spec: Spec, mechanism: Mechanism, on: str | None, gear: float = 1.
     name = next(iter(found)) if on is None else on
     if name not in found:
         raise BadInput("--on", f"`{name}`", f"one of {', '.join(found)}", nearest_name(name, found), code="CALL001")
-    return _map(name, found[name], mechanism, gear)
+    table = _map(name, found[name], mechanism, gear)
+    if not (table.forces or table.levels):
+        lost = next(r for r in table.remarks if r not in left_out)
+        over = "the motor's angle" if gear != 1 else name
+        expected = f"a force that repeats a whole number of times a turn of {over}"
+        raise BadInput(spec.place("effects"), f"{lost.where}, {lost.how}", expected, code="SPEC036")
+    return table
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,9 @@
 """A user's own MuJoCo model with the friction that was found: attributes of its joints, and elements behind its own.
 
 All else stays byte for byte: bodies, shapes, actuators, sensors, keyframes, comments. Of a joint ``damping`` and
-``frictionloss`` are set where the compiled model has another value, ``armature`` and ``stiffness`` where the machine
-has one besides. What MuJoCo holds in a ``dcmotor`` or a tendon (cogging, LuGre friction, friction between joints) is
-added at the end of the file.
+``frictionloss`` are set where the compiled model has another value, ``stiffness`` where the machine has one besides,
+and ``armature`` so that the joint's inertia is the machine's. What MuJoCo holds in a ``dcmotor`` or a tendon (cogging,
+LuGre friction, friction between joints) is added at the end of the file.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from codegen.base.input_files import read_bytes
 from codegen.base.text import render
 from codegen.export.mechanism import Mechanism
 from codegen.export.mjcf import Parts, parts_for
+from codegen.export.numbers import number
 from codegen.export.remarks import Remark
 from codegen.export.urdf import end_of_tag
 from codegen.spec.mjcf import EXPECTED, compiled
@@ -33,6 +34,8 @@ from codegen.spec.urdf import identifier
 
 SAME = 1e-9
 """Relative difference below which a value of the file is kept as it is written."""
+SAME_INERTIA = 1e-6
+"""The same of an inertia, which MuJoCo adds up from bodies."""
 FRICTION = ("damping", "frictionloss")
 KEPT = {"damping": "dof_damping", "frictionloss": "dof_frictionloss", "armature": "dof_armature"}
 """Attribute of a joint → field of the compiled model, by degree of freedom."""
@@ -40,9 +43,15 @@ KEPT = {"damping": "dof_damping", "frictionloss": "dof_frictionloss", "armature"
 
 @dataclass(frozen=True)
 class _Joint:
-    """A joint of the user's model: its name, its values after defaults, and the force of its spring at zero."""
+    """A joint of the user's model.
+
+    Attributes:
+        label: its name; dof: its degree of freedom.
+        values: after defaults; spring_force: of its spring at zero.
+    """
 
     label: str
+    dof: int
     values: Mapping[str, float]
     spring_force: float
 
@@ -66,12 +75,15 @@ def mjcf_into(spec: Spec, mechanism: Mechanism, path: Path, header: list[str]) -
     labels = {name: joints[name].label for name in names}
     rest = {name: joints[name].spring_force for name in names}
     parts = parts_for(spec, mechanism, float(model.opt.timestep), labels, rest)
-    changes = {labels[name]: _changed(joints[name], parts.joints[name]) for name in names}
+    armatures, told = _armatures(mujoco, model, mechanism, [joints[name] for name in names])
+    remarks = (*told, *parts.remarks)
+    wanted = {name: {**parts.joints[name], **armatures.get(labels[name], {})} for name in names}
+    changes = {labels[name]: _changed(joints[name], wanted[name]) for name in names}
     content = read_bytes(path, EXPECTED, LARGEST)
     edited = _edited(content, {label: new for label, new in changes.items() if new}, path)
     lines = [*header, f"of {path.name}, whose joints have other values, and new elements at the end", *parts.assumed]
-    lines = [*lines, *(r.text for r in parts.remarks)]
-    return _with_parts(edited, parts, lines, path), parts.remarks
+    lines = [*lines, *(r.text for r in remarks)]
+    return _with_parts(edited, parts, lines, path), remarks
 
 
 def _joints(mujoco: Any, model: Any) -> dict[str, _Joint]:
@@ -86,8 +98,52 @@ def _joints(mujoco: Any, model: Any) -> dict[str, _Joint]:
         values = {name: float(np.ravel(getattr(model, field)[dof])[0]) for name, field in KEPT.items()}
         values["stiffness"] = float(np.ravel(model.jnt_stiffness[j])[0])
         rest = values["stiffness"] * float(model.qpos_spring[model.jnt_qposadr[j]])
-        found[identifier(label)] = _Joint(label, values, rest)
+        found[identifier(label)] = _Joint(label, dof, values, rest)
     return found
+
+
+def _armatures(
+    mujoco: Any, model: Any, mechanism: Mechanism, joints: list[_Joint]
+) -> tuple[dict[str, dict[str, str]], tuple[Remark, ...]]:
+    """By joint the armature with which its inertia is the machine's, and what was changed or cannot be.
+
+    A machine of a robot file has its bodies there, and its inertias are armatures already.
+    """
+    found: dict[str, dict[str, str]] = {}
+    remarks: list[Remark] = []
+    if mechanism.tree is not None:
+        return found, ()
+    at_rest, elsewhere = (_rows(mujoco, model, joints, away) for away in (0.0, 1.0))
+    for i, (joint, wanted) in enumerate(zip(joints, mechanism.inertias, strict=True)):
+        has, before = float(at_rest[i, joint.dof]), joint.values["armature"]
+        alone = np.eye(model.nv)[joint.dof] * has
+        constant = all(np.allclose(row[i], alone, rtol=0, atol=SAME_INERTIA * has) for row in (at_rest, elsewhere))
+        if constant and math.isclose(wanted, has, rel_tol=SAME_INERTIA):
+            continue
+        armature = before + wanted - has
+        if constant and armature >= 0:
+            found[joint.label] = {"armature": number(armature)}
+            how = f"armature {number(armature)} instead of {number(before)}"
+            remarks.append(Remark(f"inertia of {joint.label}", "exact", how))
+            continue
+        unit = "kg" if mechanism.system.position_units[i] == "m" else "kg*m^2"
+        how = f"inertia differs: {wanted:.4g} in the spec against {has:.4g} {unit} in the file"
+        if not constant:
+            how += " in its reference position; in others it is another, or joints are coupled by it"
+        remarks.append(Remark(f"inertia of {joint.label}", "dropped", how))
+    return found, tuple(remarks)
+
+
+def _rows(mujoco: Any, model: Any, joints: list[_Joint], away: float) -> Any:
+    """The joints' rows of the mass matrix, with all joints that far from the reference position."""
+    data = mujoco.MjData(model)
+    data.qpos[:] = model.qpos0
+    mujoco.mj_integratePos(model, data.qpos, np.ones(model.nv), away)
+    mujoco.mj_forward(model, data)
+    rows = np.zeros((len(joints), model.nv))
+    for row, joint in zip(rows, joints, strict=True):
+        mujoco.mj_mulM(model, data, row, np.eye(model.nv)[joint.dof])
+    return rows
 
 
 def _changed(joint: _Joint, wanted: Mapping[str, str]) -> dict[str, str]:

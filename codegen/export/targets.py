@@ -78,11 +78,13 @@ class Target:
         write: (machine, choices) → what is written.
         endings: of its file; () for a folder.
         what: in a few words, for the help.
+        is_map: of a coordinate, over a turn, so that it takes a gear.
     """
 
     write: Callable[[Exportable, Choices], Exported]
     endings: tuple[str, ...]
     what: str
+    is_map: bool = False
 
 
 def _mjcf(machine: Exportable, choices: Choices) -> Exported:
@@ -152,8 +154,8 @@ TARGETS: dict[str, Target] = {
     "mjcf": Target(_mjcf, (".xml", ".mjcf"), "a model of MuJoCo"),
     "urdf": Target(_urdf, (".urdf", ".xml"), "a robot file; that of the spec with other friction, where it names one"),
     "sdf": Target(_sdf, (".sdf", ".xml"), "a model of Gazebo"),
-    "csv-map": Target(_csv_map, (".csv",), "forces that repeat with the position, a row a count of a turn"),
-    "odrive": Target(_odrive, (".h",), "the cogging map of ODrive's firmware"),
+    "csv-map": Target(_csv_map, (".csv",), "forces that repeat with the position, a row a count of a turn", True),
+    "odrive": Target(_odrive, (".h",), "the cogging map of ODrive's firmware", True),
     "arduino": Target(_arduino, (), "the observer in single precision, a library of Arduino and PlatformIO"),
     "ros2_control": Target(_ros2_control, (), "a package with a chainable controller that compensates friction"),
     "structured-text": Target(_structured_text, (".st", ".scl"), "the observer as a function block of a PLC"),

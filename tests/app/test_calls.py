@@ -139,8 +139,12 @@ def test_the_same_spec_again(folder):
 def test_messages_say_what_they_mean(folder):
     assert "a device or a pipe; expected a spec file" in stiction("check", "/dev/null").err
     assert "or fmu alone" in stiction("generate", ONE, "--target", "rust").err
-    (folder / "text.json").write_text("{")
-    assert stiction("verify", "text.json").err.startswith("error: text.json: not a certificate: ")
+    for text in ("{", "hello: junk", ""):
+        (folder / "text.json").write_text(text)
+        for more in ((), ("--json",)):
+            told = stiction("verify", "text.json", *more)
+            assert is_one_message(told) and told.code == 2
+            assert told.err == "error: text.json:1: text that is not JSON; expected a certificate (JSON) [CALL003]\n"
     (folder / "meta.yaml").write_text("")
     (folder / "log.csv").write_text("t,x,w\n")
     told = stiction("replay", ONE, "log.csv", "-d", "meta.yaml").err

@@ -91,6 +91,9 @@ def test_a_problem_is_the_verdict_unfit_and_exit_code_3(good, tmp_path, monkeypa
     write(tmp_path, UNFIT["x in mm"][0](good))
     result = stiction("diagnose", "stage.yaml", "log.csv", "-o", "out")
     assert result.code == 3 and "verdict: unfit" in result.out and "scale of x" in result.out
+    # Nothing was fitted or tried, so there is no table of it.
+    assert "no effect was tested" in result.out
+    assert not [word for word in ("candidates, best first", "error on held-out data", "refit ") if word in result.out]
     told = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
     assert told["verdict"] == "unfit" and told["effects"] == told["candidates"] == []
     assert "log unfit" in (tmp_path / "out" / "report.html").read_text()

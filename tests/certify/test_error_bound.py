@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -62,8 +63,8 @@ def checked(proof: Any, certificate: Certificate) -> float:
 class Bench:
     """The compiled observer of a kind, its bound, and the true error of its force estimate along motions."""
 
-    def __init__(self, kind: str, step: str) -> None:
-        spec = parse_spec(TEXT + f"observer: {OBSERVERS[kind] % step}\n", Path("rail.yaml"))
+    def __init__(self, kind: str, step: str, text: str = TEXT) -> None:
+        spec = parse_spec(text + f"observer: {OBSERVERS[kind] % step}\n", Path("rail.yaml"))
         observer = build_observer(spec, build_system(spec))
         analysis = analyse(spec, observer)
         found = certify(spec, analysis, {}, "none")
@@ -71,7 +72,10 @@ class Bench:
         bounds = error_bounds(spec, analysis, found)
         assert not isinstance(bounds, str), bounds
         self.bound: ErrorBound = bounds[0]
-        self.checked = checked(bound_proof(spec, observer, found, error_response(observer), bounds), found)
+        response = error_response(observer)
+        assert not isinstance(response, str), response
+        self.proof = bound_proof(spec, observer, found, response, bounds)
+        self.checked = checked(self.proof, found)
         program = build_program(observer)
         self.engine = engine_for(program, emit_sources(program, make_header("rail.yaml", "0" * 64, "")))
         names = [name for name, _, _ in program.outputs]
@@ -91,16 +95,31 @@ class Bench:
         By ``mass`` the observer's mass is larger than the machine's, by ``input_gain`` the inputs' effect is, and by
         ``sample_time`` the samples are longer.
         """
+        v, found, _ = self.estimates(a, noise, v0, mass, input_gain, sample_time)
+        return np.abs(LEVEL - found[SETTLE:, self.force]), np.abs(v - found[:, self.speed])[SETTLE:]
+
+    def estimates(
+        self,
+        a: Any,
+        noise: Any,
+        v0: float,
+        mass: float = 0.0,
+        input_gain: float = 0.0,
+        sample_time: float = 0.0,
+        friction: Any = None,
+    ) -> tuple[Any, Any, Any]:
+        """Velocity, the code's outputs and the friction, LEVEL or that of the velocity at each sample."""
         a = np.concatenate([np.zeros(SETTLE), a])
         noise = np.concatenate([np.zeros(SETTLE), noise])
         h = H * (1 + sample_time)
         v = v0 + h * np.concatenate([[0.0], np.cumsum(a)[:-1]])
         x = np.concatenate([[0.0], np.cumsum(h * v + h * h * a / 2)[:-1]])
         assert (v > 1).all()
-        rows = np.column_stack([x + noise, (MASS / (1 + mass) * a + LEVEL) / (1 + input_gain)])
+        force = np.full(len(v), LEVEL) if friction is None else friction(v)
+        rows = np.column_stack([x + noise, (MASS / (1 + mass) * a + force) / (1 + input_gain)])
         self.engine.start(rows[0])
         found, _ = self.engine.run(rows)
-        return np.abs(LEVEL - found[SETTLE:, self.force]), np.abs(v - found[:, self.speed])[SETTLE:]
+        return v, found, force
 
 
 def balanced(generator: np.random.Generator, samples: int) -> Any:
@@ -217,6 +236,31 @@ def test_friction_that_slides_after_its_own_state(sign: int) -> None:
     engine.start(np.array(rows[0]))
     error = np.abs(np.array(truth) - engine.run(np.array(rows))[0][:, force])[SETTLE:]
     assert 0.5 * most < error.max() <= most
+
+
+GAUSSIAN = {"F_c": 20.0, "F_s": 30.0, "v_s": 6.0, "F_v": 0.5}
+
+
+def test_a_law_whose_slope_is_no_rational_number_has_a_bound() -> None:
+    """The Gaussian Stribeck curve falls by √2 exp(−1/2) (F_s − F_c)/v_s − F_v at most; the C stays in the bound."""
+    law = ", ".join(f"{name}: {value}" for name, value in GAUSSIAN.items())
+    bench = Bench("cfo", "euler", TEXT.replace("law: coulomb, a: 30", f"law: gaussian, {law}"))
+    f_c, f_s, v_s, f_v = GAUSSIAN.values()
+
+    def level(v: Any) -> Any:
+        return f_c + (f_s - f_c) * np.exp(-((v / v_s) ** 2)) + f_v * v
+
+    speeds = np.linspace(0, 20, 20_001)  # no secant is steeper than the steepest slope
+    steepest = np.abs(np.gradient(level(speeds), speeds)).max()
+    slope = float(Fraction(bench.proof["contacts"][0]["slope"]))
+    assert steepest <= slope * (1 + 1e-11) and slope == pytest.approx(steepest, rel=1e-6)
+    assert slope >= np.sqrt(2) * np.exp(-0.5) * (f_s - f_c) / v_s - f_v
+    generator = np.random.default_rng(2)
+    a = TOP * np.where(np.arange(40_000) % 200 < 100, 1, -1)  # velocity from 4 to 12 m/s
+    noise = NOISE * generator.choice([-1.0, 1.0], len(a))
+    _, found, force = bench.estimates(a, noise, 4.0, friction=level)
+    error = np.abs(force - found[:, bench.force])[SETTLE:]
+    assert 0.02 * bench.bound.steady < error.max() <= min(bench.bound.steady, bench.checked)
 
 
 PLACED = TEXT.replace("unit: kg}}", "unit: kg}, reach: {value: 1, unit: m}, drag: {value: 2, unit: kg/m}}")

@@ -656,8 +656,25 @@ def test_a_proof_of_something_else_is_none_of_the_certificate(old: str, new: str
 
 def test_a_proof_that_claims_the_same_and_is_false_is_refused() -> None:
     wrong = proof("one_mass").replace('"parameters.m"', '"2*parameters.m"')
-    with pytest.raises(verify.Refused, match="the kernel does not prove"):
+    with pytest.raises(verify.Refused, match="the kernel does not prove") as refused:
         verified("one_mass", beside("one_mass", proof__json=wrong))
+    assert "in this form: mass * acceleration is not force" in str(refused.value)
+    assert "ValueError" not in str(refused.value)
+
+
+def test_a_mass_with_a_division_by_a_power_is_proved() -> None:
+    """A drive's inertia at the carriage is J/r², with the same right-hand side in exact numbers as J n n."""
+    text = spec_path("one_mass").read_text("utf-8")
+    assert "  - [m]" in text and "  m: {value: 1, unit: kg}" in text
+    text = text.replace("  - [m]", "  - [m + J/r**2]")
+    text = text.replace("  m: {", "  J: {value: 0.0002, unit: kg*m^2}\n  r: {value: 0.03, unit: m}\n  m: {")
+    outcome, files = generated(text)
+    assert outcome.kernel is not None, outcome.not_by_kernel
+    proof = json.loads(outcome.kernel)
+    assert kernel.prove(proof, files)["whole"]
+    values = {"m": Fraction(1), "J": Fraction(2, 10**4), "r": Fraction(3, 100)}
+    written = re.sub(r"parameters\.(\w+)", r"values['\1']", proof["mass_matrix"][0][0])
+    assert eval(written, {"values": values}) == 1 + Fraction(2, 10**4) / Fraction(3, 100) ** 2
 
 
 def test_a_unit_that_is_not_the_header_s_is_refused() -> None:

@@ -70,8 +70,29 @@ def test_odrive_s_lookup_cancels_the_cogging(tmp_path: Path) -> None:
 
 
 def test_what_a_table_cannot_repeat_is_dropped(tmp_path: Path) -> None:
-    path = written(tmp_path, "csv-map", "map.csv", effects=effect("cogging", "x", amplitude=0.4, period=1, phase=0))
+    alone = effect("cogging", "x", amplitude=0.4, period=1, phase=0)
+    path = written(tmp_path, "csv-map", "map.csv", effects=f"{HARMONICS[:-1]}, {alone[1:]}")
     assert "dropped" in path.read_text() and "at most 0.4" in path.read_text()
+
+
+@pytest.mark.parametrize("to", ["csv-map", "odrive"])
+def test_a_map_of_nothing_is_refused(to: str, tmp_path: Path) -> None:
+    """A wave that fits the joint's turn, and not the motor's behind a gear of 8; another that fits both."""
+    path, out = tmp_path / "axis.yaml", tmp_path / f"map.{'csv' if to == 'csv-map' else 'h'}"
+    path.write_text(one(effects=HARMONICS, turns=True)[0].text, "utf-8")
+    refused = stiction("export", path, "--to", to, "-o", out, "--gear", 8)
+    assert is_one_message(refused) and "SPEC036" in refused.err and not out.exists()
+    assert "waves over 6.28319 rad: no whole number" in refused.err and "motor" in refused.err
+    assert stiction("export", path, "--to", to, "-o", out, "--gear", 7).code == 0
+
+
+def test_a_gear_is_refused_by_what_has_no_map(tmp_path: Path) -> None:
+    path = tmp_path / "axis.yaml"
+    path.write_text(one(turns=True)[0].text, "utf-8")
+    for to, name in (("urdf", "axis.urdf"), ("mjcf", "axis.xml"), ("arduino", "axis")):
+        refused = stiction("export", path, "--to", to, "-o", tmp_path / name, "--gear", 8)
+        assert is_one_message(refused) and "--gear" in refused.err and "CALL002" in refused.err
+        assert not (tmp_path / name).exists()
 
 
 def test_maps_are_refused_where_there_is_none(tmp_path: Path) -> None:

@@ -133,3 +133,54 @@ def test_a_joint_that_is_missing_or_elsewhere_is_told(folder: Path) -> None:
         assert is_one_message(stiction("export", "arm.yaml", "--into", "arm.xml", *more))
     assert is_one_message(stiction("export", "arm.yaml", "--to", "mjcf", "--into", "none.xml", "-o", "new.xml"))
     assert (folder / "arm.xml").read_text() == MODEL and not (folder / "new.xml").exists()
+
+
+SLIDE = """<mujoco><worldbody><body><joint name="x" type="slide" axis="1 0 0" armature="0.5"/>
+<geom type="sphere" size="0.1" mass="12"/></body></worldbody></mujoco>
+"""
+GEARED = """name: axis
+coordinates: {x: {velocity: v, unit: m}}
+inputs: {w: {unit: N}}
+parameters: {m: {value: 12, unit: kg}, J: {value: 0.0159, unit: kg*m^2}, r: {value: 0.03, unit: m}}
+mass_matrix: [[m + J/r**2]]
+force: [w]
+friction: {distribution: [[1]], contacts: [{name: rail, law: coulomb, a: 5, unit: N}]}
+observer: {kind: cfo, velocity: measured, gains: {K_F: 10}, sample_time: 0.001}
+envelope: {v: [-1, 1]}
+"""
+
+
+@pytest.mark.parametrize(
+    ("effects", "factor"), [("[]", 1.0), ("[{kind: inertia_error, on: x, parameters: {delta: 2}}]", None)]
+)
+def test_the_inertia_of_the_spec_is_the_joint_s(
+    effects: str, factor: float | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A force of 1 N accelerates the compiled model by 1/M of the spec; an armature it has already counts."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "arm.xml").write_text(SLIDE)
+    (tmp_path / "arm.yaml").write_text(f"{GEARED}effects: {effects}\n")
+    inertia = 12 + 0.0159 / 0.03**2 + (0 if factor else 2)
+    text = into()
+    model = mujoco.MjModel.from_xml_path("new.xml")
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    data.qfrc_applied[:] = 1000
+    mujoco.mj_forward(model, data)
+    still = mujoco.MjData(model)
+    still.qfrc_applied[:] = 2000
+    mujoco.mj_forward(model, still)
+    assert 1000 / (still.qacc[0] - data.qacc[0]) == pytest.approx(inertia, rel=1e-4)
+    assert data.M[0] == pytest.approx(inertia, rel=1e-12)
+    assert "inertia of x: exact: armature" in text and "instead of 0.5" in text
+    assert COMMENT.sub("", into()) == COMMENT.sub("", text)
+
+
+def test_an_inertia_that_no_armature_makes_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "arm.yaml").write_text(GEARED)
+    for mass in ("40", "29.6666666666666666"):
+        (tmp_path / "arm.xml").write_text(SLIDE.replace('armature="0.5"', "").replace('"12"', f'"{mass}"'))
+        text = into()
+        assert ("inertia of x: dropped: inertia differs: 29.67 in the spec against 40 kg" in text) == (mass == "40")
+        assert "armature" not in COMMENT.sub("", text)

@@ -146,6 +146,8 @@ def test_other_formats_are_watched_as_files(logs: dict[str, str], ending: str, t
 def test_a_longer_dwell_is_waited_for(logs: dict[str, str]) -> None:
     (alarm,) = watch(belt(), "-", dwell=0.05, given=pieces(logs["friction"], 4096)).alarms
     assert alarm.said == pytest.approx(alarm.since + 0.049)
+    (same,) = watch(belt(), "-", dwell="50 ms", given=pieces(logs["friction"], 4096)).alarms
+    assert same == alarm
     assert watch(belt(), "-", dwell=100, given=pieces(logs["friction"], 4096)).alarms == ()
 
 
@@ -243,6 +245,11 @@ def test_a_machine_without_a_bound_is_refused(tmp_path: Path) -> None:
     assert is_one_message(done) and f"no certificate: {reason[:60]}" in done.err
     assert is_one_message(stiction("watch", BELT, "--log", tmp_path / "absent.csv"))
     assert is_one_message(stiction("watch", BELT, "--log", tmp_path / "absent.csv", "--dwell", "-1"))
+    for bad in ("-1", "nan", "inf", "3 kg", "soon", "-2ms"):
+        told = stiction("watch", BELT, "--log", tmp_path / "absent.csv", "--dwell", bad)
+        assert is_one_message(told) and "--dwell" in told.err and "10ms [CALL001]" in told.err
+    told = stiction("watch", BELT, "--log", tmp_path / "absent.csv", "--dwell", "10ms")
+    assert is_one_message(told) and "absent.csv" in told.err
 
 
 def test_a_machine_that_always_reverses_is_not_called_sound() -> None:

@@ -9,6 +9,7 @@ from typing import Any
 import sympy
 
 from codegen.certify.bound.error_response import Response
+from codegen.certify.decimals import upwards
 from codegen.friction.law import DynamicLaw
 from codegen.mechanics.system import ContactFriction, System
 from codegen.observers.equations import Observer
@@ -29,6 +30,8 @@ class ModelError:
 
 
 EXACT = ModelError()
+DIGITS = 12
+"""Of a slope that is not rational, rounded up."""
 
 
 def disturbances(
@@ -100,7 +103,7 @@ class Sliding:
     """A contact's law in sliding of one sign, in the contact's units.
 
     Attributes:
-        slope: bound on |dF/du|, of a law with a state once that has come to its level.
+        slope: bound on |dF/du|, exact or rounded up, of a law with a state once that has come to its level.
         level: declared, where sliding begins; speed: from which on a law with a state slides, 0 for others.
     """
 
@@ -110,15 +113,16 @@ class Sliding:
 
 
 def sliding(observer: Observer, contact: ContactFriction) -> Sliding | None:
-    """What the law says of sliding; None where its slope has no rational bound."""
+    """What the law says of sliding; None where its slope has no bound. One that is not rational is rounded up."""
     law, values = contact.law, {k: observer.values[s] for k, s in contact.law_parameters.items()}
     found = law.in_sliding(values) if isinstance(law, DynamicLaw) else (sympy.Integer(0), law.slope_bound(values))
-    if found is None or not getattr(found[1], "is_Rational", False):
+    if found is None or not getattr(found[1], "is_finite", False):
         return None
+    slope = found[1] if found[1].is_Rational else upwards(float(found[1]) * (1 + 1e-12), DIGITS)
     begun = law.level(found[0], values) if isinstance(law, DynamicLaw) else contact.level_at_rest or sympy.Integer(0)
     level = abs(begun.subs(observer.values))
     exact = level if level.is_Rational else sympy.Rational(float(level) * (1 + 1e-12))
-    return Sliding(fraction(found[1]), fraction(exact), fraction(found[0]))
+    return Sliding(fraction(slope), fraction(exact), fraction(found[0]))
 
 
 def left_out(system: System) -> str:
