@@ -6,29 +6,30 @@ from collections import OrderedDict
 from collections.abc import Callable, Hashable
 from functools import wraps
 from threading import Lock
-from typing import Any, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 
 OF_MODELS = 12
 """Results that are kept of a function of a model and a motion: a diagnosis compares three models on two motions."""
 
-Function = TypeVar("Function", bound=Callable[..., Any])
+Arguments = ParamSpec("Arguments")
+Result = TypeVar("Result")
 
 
-def recent(most: int) -> Callable[[Function], Function]:
+def recent(most: int) -> Callable[[Callable[Arguments, Result]], Callable[Arguments, Result]]:
     """A decorator that keeps a function's last results, at most so many.
 
     Arguments are compared by identity, numbers by value: models, motions and fits are never changed, and comparing them
     takes long. Arrays in a result cannot be written to. The arguments are kept as long as the result.
     """
 
-    def decorated(function: Function) -> Function:
-        kept: OrderedDict[Hashable, tuple[Any, Any]] = OrderedDict()
+    def decorated(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
+        kept: OrderedDict[Hashable, tuple[Any, Result]] = OrderedDict()
         lock = Lock()
 
         @wraps(function)
-        def remembered(*arguments: Any, **named: Any) -> Any:
+        def remembered(*arguments: Arguments.args, **named: Arguments.kwargs) -> Result:
             values = (*arguments, *named.values())
             key = (*named, *(a if isinstance(a, (bool, int, float)) else id(a) for a in values))
             with lock:
@@ -44,6 +45,6 @@ def recent(most: int) -> Callable[[Function], Function]:
                     kept.popitem(last=False)
             return result
 
-        return remembered  # type: ignore[return-value]
+        return remembered
 
     return decorated
