@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.diagnosis.coverage import survey
-from codegen.diagnosis.credit import FEW, NEAR_NOISE, noise_loss, noise_ratio, share_far
+from codegen.diagnosis.credit import FAR, FEW, NEAR_NOISE, noise_loss, noise_ratio, share_far
 from codegen.diagnosis.force_start import ForceStart
 from codegen.diagnosis.models import with_values
 from codegen.diagnosis.one_joint import of_joint, rows_of, started_as
@@ -28,6 +28,9 @@ Array = NDArray[np.float64]
 SCREENED_SAMPLES = 9000
 LEAST_SCREENED = 60
 """Segments: candidates are first fitted on about ``SCREENED_SAMPLES`` samples, but at least this many segments."""
+RARE = 4
+"""To the segments taken at equal distances, at most about one in so many is added of those in which the base is far
+above the noise: an effect that acts rarely, such as saturation, could else be missed."""
 NEAR, SHORTEST = 30.0, 0.2
 """Where the refit's error exceeds this many times the noise, candidates are first fitted on segments shortened down to
 this share, on which a free-run simulation stays near the measured motion (its error grows with the square of time)."""
@@ -42,6 +45,8 @@ AS_GOOD = 0.5
 FITTED = 6
 POLISHES, MOVING = 4, 0.01
 """The slopes by the segments' start states are computed again at most so often, while the cost falls by this share."""
+FORM_GAIN = 10.0
+"""Nats by which a form with more parameters must fit better than a simpler one of the same effect."""
 JOINED = 2
 """Gauss–Newton steps on all joints of an arm after an effect was fitted on its own joint."""
 
@@ -67,7 +72,8 @@ class Found:
 def every_part(search: Search, taken: Sequence[Part]) -> list[Part]:
     """Effects at their places that the log can show, less those already taken and refined forms of a kind."""
     known, changed = {(p.kind, p.on) for p in taken}, replace(search.declared_trial, parts=tuple(taken)).changed
-    parts = [part_of(effect, place, search.system) for effect, place in candidates(changed) if not effect.refines]
+    forms = [(form, place) for effect, place in candidates(changed) if not effect.refines for form in effect.forms]
+    parts = [part_of(form, place, search.system) for form, place in forms]
     return [p for p in parts if (p.kind, p.on) not in known and (not p.effect.both_ways or search.reverses[p.place])]
 
 
@@ -83,8 +89,15 @@ def fit_candidates(search: Search, base: Fit, parts: Sequence[Part], report_prog
     screened += [s for s in in_parallel(tried.screened, rough) if s]
     screened.sort(key=tried.gain, reverse=True)
     kept = [s for rank, s in enumerate(screened) if rank < FITTED or is_own(parts[s[0]].kind)]
-    found = in_parallel(tried.fitted, kept)
-    return sorted(found, key=lambda f: f.fit.cost)
+    found = sorted(in_parallel(tried.fitted, kept), key=lambda f: f.fit.cost)
+    return [f for f in found if not any(_is_simpler_form(other, f) for other in found)]
+
+
+def _is_simpler_form(other: Found, found: Found) -> bool:
+    """Whether a candidate is the same effect with fewer parameters and fits as well."""
+    same = (other.part.kind, other.part.on) == (found.part.kind, found.part.on)
+    simpler = same and len(other.part.names) < len(found.part.names)
+    return simpler and other.fit.cost <= found.fit.cost + FORM_GAIN
 
 
 @dataclass(eq=False)
@@ -253,7 +266,11 @@ def _screening(search: Search, base: Fit, joint: int | None) -> Fit:
     record = search.shorter(float(np.clip(np.sqrt(NEAR / max(noise_ratio, NEAR)), SHORTEST, 1.0)))
     segments = len(record.start)
     every = max(1, min(segments * record.length // SCREENED_SAMPLES, segments // LEAST_SCREENED))
-    few = replace(record, start=np.ascontiguousarray(record.start[::every]))
+    chosen = np.arange(0, segments, every)
+    if len(left) == segments:  # the base's own segments
+        far = np.setdiff1d(np.flatnonzero(left > FAR**2 * base.residual.shape[1]), chosen)
+        chosen = np.union1d(chosen, far[:: max(1, len(far) // max(1, len(chosen) // RARE))])
+    few = replace(record, start=np.ascontiguousarray(record.start[chosen]))
     few = few if joint is None else replace(few, joints=(joint,))
     runner, zero = replace(base.runner, record=few), few.at_rest
     size, reach = search.sizes(runner.trial, base.theta)

@@ -20,14 +20,15 @@ class Chain:
     """The stages of one input in the order of effects.md; the defaults change nothing.
 
     Attributes:
-        delay: s. gain: 1. width: of the dead zone, input's unit. limit: input's unit. tau: s.
+        delay: s. gain: 1. width: of the dead zone, input's unit. tau: s.
+        limits: (height in the input's unit, rounding) of each saturation.
     """
 
     delay: float = 0.0
     gain: float = 1.0
     width: float = 0.0
-    limit: float = np.inf
     tau: float = 0.0
+    limits: tuple[tuple[float, float], ...] = ()
 
     def act(self, command: Array, sample_time: float, substeps: int) -> Array:
         """The mean effective input over each substep, (N substeps,), of a command (N,) held from t_k to t_(k+1)."""
@@ -38,7 +39,8 @@ class Chain:
         w = self.gain * w
         if self.width != 0.0:
             w = np.sign(w) * np.maximum(np.abs(w) - self.width, 0.0)
-        w = np.clip(w, -self.limit, self.limit)
+        for height, rounding in self.limits:
+            w = _limited(w, height, rounding)
         return _lagged(w, self.tau / h) if self.tau > 0.0 else w
 
 
@@ -51,8 +53,7 @@ class Chains:
         """
         actuators = [system.actuator(i) for i in range(len(system.inputs))]
         self._limits = [len(a.limits) for a in actuators]
-        stages = [(a.delay, a.gain, a.dead_zone, a.lag or sympy.S.Zero, *a.limits) for a in actuators]
-        self._numbers = numpy_function([e for stage in stages for e in stage], symbols, system.values)
+        self._numbers = numpy_function([e for a in actuators for e in a.numbers], symbols, system.values)
         self._last: tuple[Array, tuple[float, ...], Array] | None = None
 
     def act(self, commands: Array, numbers: Array, sample_time: float, substeps: int) -> Array:
@@ -64,11 +65,20 @@ class Chains:
         fields, columns = iter(values), []
         for i, limits in enumerate(self._limits):
             delay, gain, width, tau = (next(fields) for _ in range(4))
-            limit = min([np.inf, *(next(fields) for _ in range(limits))])
-            columns.append(Chain(delay, gain, width, limit, tau).act(commands[:, i], sample_time, substeps))
+            pairs = tuple((next(fields), next(fields)) for _ in range(limits))
+            columns.append(Chain(delay, gain, width, tau, pairs).act(commands[:, i], sample_time, substeps))
         inputs = np.ascontiguousarray(np.column_stack(columns))
         self._last = commands, values, inputs
         return inputs
+
+
+def _limited(w: Array, height: float, rounding: float) -> Array:
+    """Saturated input; equation in effects/saturation.py."""
+    if rounding == 0.0:
+        return np.clip(w, -height, height)
+    steep = np.sqrt(1 - rounding**2)
+    corner, width = height * steep, height * rounding
+    return np.asarray((np.hypot(w + corner, width) - np.hypot(w - corner, width)) / (2 * steep))
 
 
 def _late(w: Array, steps: float) -> Array:

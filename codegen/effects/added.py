@@ -52,7 +52,7 @@ def _changed(before: System, after: System) -> Iterator[Any]:
         if contact != old:
             yield from (contact.extra_level, contact.extra_force, *_law(contact))
     for chain in after.actuators.values():
-        yield from (chain.delay, chain.gain, chain.dead_zone, *chain.limits, chain.lag or sympy.S.Zero)
+        yield from chain.numbers
     yield from after.sensor_errors.values()
     for transmission in after.transmissions:
         yield from astuple(transmission)

@@ -132,9 +132,10 @@ def _place(effect: Effect, declared: DeclaredEffect, system: System, spec: Spec,
 
 def _checked(effect: Effect, declared: DeclaredEffect, spec: Spec, key: str) -> dict[str, Any]:
     names = [p.name for p in effect.parameters]
+    possible = [p.name for p in effect.forms[-1].parameters]
     for name in declared.parameters:
-        place, expected = spec.place(f"{key}.parameters.{name}"), f"{', '.join(names)} of {effect.kind}"
-        refuse_unknown(name, names, place, "unknown parameter", expected, code="SPEC008")
+        place, expected = spec.place(f"{key}.parameters.{name}"), f"{', '.join(possible)} of {effect.kind}"
+        refuse_unknown(name, possible, place, "unknown parameter", expected, code="SPEC008")
     for p in effect.parameters:
         if p.name not in declared.parameters:
             raise BadInput(

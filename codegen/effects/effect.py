@@ -113,6 +113,11 @@ class Effect(ABC):
         """The effect with the parameters that a spec gives it; differs only where their number is variable."""
         return self
 
+    @property
+    def forms(self) -> tuple[Effect, ...]:
+        """The forms that a diagnosis tries, the simplest first; more than one where a parameter may be left out."""
+        return (self,)
+
     def coordinate(self, system: System, place: int) -> int:
         """Index of the coordinate on which the effect acts most; the first of two coordinates."""
         match self.sits_on:

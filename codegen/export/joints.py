@@ -11,7 +11,7 @@ from codegen.export.friction_fit import fit_friction
 from codegen.export.means import combination, unit_along, with_means
 from codegen.export.mechanism import SPEED, Drive, Line, Mechanism, unit_direction
 from codegen.export.region import Region
-from codegen.export.remarks import Held, Remark
+from codegen.export.remarks import CORNER, Held, Remark
 from codegen.spec.model import Spec
 
 
@@ -151,7 +151,9 @@ class _Reduction:
             lost = np.array([drive.dead_zone * max(map(abs, drive.direction))])
             self._drop(where, f"a dead zone of {drive.dead_zone:.6g} {unit} of command", lost, drive.direction)
         if drive.limit is not None and len(moved) == 1:
-            self.remarks.append(Remark(where, "exact", f"limited by the effort {drive.limit * abs(moved[0]):.6g}"))
+            held: Held = "nearest" if drive.rounded else "exact"
+            words = f"limited by the effort {drive.limit * abs(moved[0]):.6g}{CORNER if drive.rounded else ''}"
+            self.remarks.append(Remark(where, held, words))
         elif drive.limit is not None:
             self.remarks.append(Remark(where, "dropped", f"its limit of {drive.limit:.6g} {unit}"))
 

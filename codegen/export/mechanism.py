@@ -88,6 +88,7 @@ class Drive:
         index: of the input.
         direction: of the line; the coefficients hold the gain.
         limit: of the command, or None; delay and lag in s; dead_zone in the input's unit, before the gain.
+        rounded: whether the limit is approached gradually.
     """
 
     index: int
@@ -96,6 +97,7 @@ class Drive:
     delay: float
     lag: float | None
     dead_zone: float
+    rounded: bool
 
 
 @dataclass(frozen=True)
@@ -303,11 +305,12 @@ class _Elements:
     def _drive(self, index: int, gains: Any) -> None:
         chain = self.system.actuator(index)
         delay, gain, dead = (float(e.subs(self.system.values)) for e in (chain.delay, chain.gain, chain.dead_zone))
-        limits = [float(e.subs(self.system.values)) for e in chain.limits]
+        limits = [float(e.height.subs(self.system.values)) for e in chain.limits]
         lag = None if chain.lag is None else float(chain.lag.subs(self.system.values))
         direction = tuple(gain * float(b) for b in gains)
         limit = min(limits) / gain if limits else None
-        self.drives.append(Drive(index, direction, limit, delay, lag, dead / gain))
+        rounded = any(e.rounding != 0 for e in chain.limits)
+        self.drives.append(Drive(index, direction, limit, delay, lag, dead / gain, rounded))
 
     def _contact(self, index: int, contact: ContactFriction) -> None:
         column = [self._numeric(e) for e in self.system.distribution[:, index]]

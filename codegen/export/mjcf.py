@@ -31,7 +31,7 @@ from codegen.export.mechanism import (
 )
 from codegen.export.numbers import number, numbers, polynomial
 from codegen.export.region import Region
-from codegen.export.remarks import Remark
+from codegen.export.remarks import CORNER, Held, Remark
 from codegen.mechanics.kinematic_chain import mass_matrix
 from codegen.simulate.substeps import MOST_SUBSTEPS, substeps_of
 from codegen.spec.model import Spec
@@ -384,13 +384,13 @@ class _Writer:
         ]
         if drive.limit is not None:
             attributes["ctrlrange"] = numbers([-drive.limit, drive.limit])
-            parts.append(f"limited to {drive.limit:.6g} {unit}")
-        held: Any = "exact"
+            parts.append(f"limited to {drive.limit:.6g} {unit}" + (CORNER if drive.rounded else ""))
+        held: Held = "nearest" if drive.rounded else "exact"
         if drive.delay:
             steps = drive.delay / self.timestep
             attributes["delay"], attributes["nsample"] = number(drive.delay), str(max(ceil(steps - 1e-9), 1))
             parts.append(f"delayed by {drive.delay:.6g} s, in steps of {number(self.timestep)} s")
-            held = "exact" if abs(steps - round(steps)) < 1e-6 else "nearest"
+            held = held if abs(steps - round(steps)) < 1e-6 else "nearest"
         if drive.lag is not None:
             attributes |= {"dyntype": "filterexact", "dynprm": number(drive.lag), "actearly": "true"}
             parts.append(f"behind a lag of {drive.lag:.6g} s")

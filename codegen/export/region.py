@@ -36,7 +36,7 @@ class Region:
             self.ranges[v] = self._range(spec, v, 1.0, f"{unit}/s")
         for w, unit in zip(system.inputs, system.input_units, strict=True):
             given = spec.simulation.input_limit.get(w.name) if spec.simulation is not None else None
-            limits = [float(e.subs(system.values)) for e in system.actuator(system.inputs.index(w)).limits]
+            limits = [float(e.height.subs(system.values)) for e in system.actuator(system.inputs.index(w)).limits]
             if given is not None or limits:
                 half = min([*limits, *([given] if given is not None else [])])
                 self.ranges[w] = (-half, half)

@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
 Held = Literal["exact", "nearest", "dropped"]
+CORNER = ", with a sharp corner in place of a rounded one"
 
 
 @dataclass(frozen=True)

@@ -207,9 +207,9 @@ class System:
         """Add to a contact's force λ (positive opposes u > 0)."""
         return self._with_contact(contact, extra_force=self.contacts[contact].extra_force + expression)
 
-    def with_stage(self, index: int, stage: Stage, parameter: sympy.Expr) -> System:
+    def with_stage(self, index: int, stage: Stage, *parameters: sympy.Expr) -> System:
         """Add a stage to an input's chain, at the place that the chain's order gives it."""
-        chain = self.actuator(index).with_stage(stage, parameter)
+        chain = self.actuator(index).with_stage(stage, *parameters)
         return replace(self, actuators={**self.actuators, self.inputs[index]: chain})
 
     def with_law(self, contact: int, law: FrictionLaw, parameters: Mapping[str, sympy.Symbol]) -> System:

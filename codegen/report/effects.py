@@ -36,8 +36,9 @@ def effect_view(effect: Effect) -> dict[str, Any]:
                 "range": _range(p),
                 "meaning": p.meaning,
                 "start": _start(effect, p),
+                "optional": p not in effect.parameters,
             }
-            for p in effect.parameters
+            for p in effect.forms[-1].parameters
         ],
         "confused_with": effect.confused_with,
         "known": CATALOGUE,

@@ -11,6 +11,8 @@ from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.mechanics.system import System
 
 Array = NDArray[np.float64]
+NEAR_LIMIT = 1 - 1e-9
+"""Share of a limit up to which a rounded saturation is inverted; at the limit the input would be infinite."""
 
 
 def drive_columns(system: System, time: Array, inputs: Array, substeps: int) -> Array:
@@ -64,6 +66,8 @@ def mean_about_samples(system: System, index: int, time: Array, commands: Array)
     if chain.lag is not None:
         return np.asarray(mean)
     gain, width = (float(e.subs(system.values)) for e in (chain.gain, chain.dead_zone))
+    for limit in reversed(chain.limits):
+        mean = _before_limit(mean, *(float(e.subs(system.values)) for e in (limit.height, limit.rounding)))
     return np.asarray((mean + np.sign(mean) * width) / gain) if gain != 0 else commands
 
 
@@ -102,6 +106,17 @@ def _static(system: System, expression: sympy.Expr, w: sympy.Symbol, commands: A
     at = casadi.SX.sym("w")
     function = casadi.Function("static", [at], [to_casadi(expression, symbol_values(system.values) | {w: at})])
     return np.asarray(function(commands[None, :]).full().ravel(), dtype=float)
+
+
+def _before_limit(w: Array, height: float, rounding: float) -> Array:
+    """The input that a rounded saturation turns into ``w``: w √((L² − (1 − r²) w²)/(L² − w²)).
+
+    A sharp corner leaves what is within the limit as it is.
+    """
+    if rounding == 0.0:
+        return w
+    within = np.clip(w, -NEAR_LIMIT * height, NEAR_LIMIT * height)
+    return np.asarray(within * np.sqrt((height**2 - (1 - rounding**2) * within**2) / (height**2 - within**2)))
 
 
 def _lagged(held: Array, decay: Array) -> Array:

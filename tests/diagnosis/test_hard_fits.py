@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.estimate import estimate, standard_errors
 from codegen.diagnosis.forward_selection import find_effects
 from codegen.diagnosis.problem import Problem
@@ -15,7 +16,8 @@ from codegen.diagnosis.search import search_on
 from codegen.diagnosis.signals import smooth_motion
 from codegen.diagnosis.trial import part_of
 from codegen.effects import CATALOGUE
-from tests.diagnosis.stage import TRAIN, diagnosed, log_of, stage, system_of
+from codegen.spec import parse_spec
+from tests.diagnosis.stage import STAGE, TEST, TRAIN, diagnosed, log_of, stage, system_of
 
 PLAY = {"gap": 4e-4, "k": 3e4, "c": 90.0, "load_fraction": 0.6}
 
@@ -75,3 +77,27 @@ def test_nothing_is_searched_where_only_a_refit_is_asked_for(tmp_path: Path) -> 
         search, search.refit(), lambda turn, share: pytest.fail("a candidate was tried"), refit_only=True
     )
     assert outcome.parts == () and outcome.base.theta[0] == pytest.approx(4.5, rel=0.01)
+
+
+DAMPING, TOP = "parameters:\n", "  top: {value: 15, unit: N}\n"
+SOFT_FILE = Path("soft.yaml")
+SOFT = "top*tanh(w/top)"
+
+
+def test_a_drive_that_saturates_gradually_is_found(tmp_path: Path) -> None:
+    """The plant's force is a hyperbolic tangent of the command; the catalogue's rounded limit is its nearest."""
+    plain = STAGE.format(effects="[]", level=4.5, reference=TRAIN, duration=14.0, noise=0.0)
+    train, test = (
+        log_of(
+            parse_spec(text.replace("w - b*v", f"{SOFT} - b*v").replace(DAMPING, DAMPING + TOP), SOFT_FILE),
+            tmp_path,
+            name,
+        )
+        for name, text in (("train.csv", plain), ("test.csv", plain.replace(TRAIN, TEST)))
+    )
+    spec = stage()
+    diagnosis, _ = diagnose_log(spec, system_of(spec), train, test)
+    assert [e.kind for e in diagnosis.effects] == ["saturation"], diagnosis.sentence
+    found = diagnosis.effects[0].parameters
+    assert found["limit"] == pytest.approx(15, rel=0.2) and 0.7 < found["rounding"] < 0.95
+    assert diagnosis.augmented.force_rms < 0.2 * diagnosis.refit.force_rms

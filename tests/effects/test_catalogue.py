@@ -171,8 +171,8 @@ def test_eccentricity_is_the_error_of_a_motion_read_wrong(name: str) -> None:
 
 
 COVERED = Covered(
-    force=6.0, span=1.6, top_speed=0.4, top_input=8.0, inertia=2.0, level=3.0, noise=1e-6, sample_time=0.001,
-    duration=20.0, cutoff_hz=20.0, periods=lambda: [0.3, 0.05],
+    force=6.0, span=1.6, top_speed=0.4, top_input=8.0, peak_input=12.0, inertia=2.0, level=3.0, noise=1e-6,
+    sample_time=0.001, duration=20.0, cutoff_hz=20.0, periods=lambda: [0.3, 0.05],
 )  # fmt: skip
 
 
@@ -195,7 +195,7 @@ def test_starts_are_of_the_log_s_size() -> None:
     speeds = values("stribeck", "v_s")
     assert min(speeds) == pytest.approx(0.004) and max(speeds) == pytest.approx(0.32)
     assert values("cogging", "period") == [0.3, 0.05]
-    assert values("saturation", "limit") == pytest.approx([4, 6, 7.2, 8, 9.2])
+    assert values("saturation", "limit") == pytest.approx([4, 6, 7.2, 8, 9, 10, 11, 12])
     # A level of 3 N is reached within 30 % to 0.01 % of 0.8 m.
     assert max(values("presliding", "sigma")) == pytest.approx(3 / 0.8e-4)
     assert min(values("presliding", "sigma")) == pytest.approx(3 / 0.24)
