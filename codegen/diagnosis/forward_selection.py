@@ -31,6 +31,8 @@ MOST_EFFECTS = 3
 DIVERGING, SHORTEST = 100.0, 0.25
 """Error of the refit, in noise, above which segments are halved, down to this share of their length."""
 SWAPPED = 6
+BEAM = 3
+"""Candidates of the first round that get a second round of their own."""
 PAIRED = 5
 """Best candidates of the first round that are tried in pairs, where the best leaves far more than the noise."""
 BETTER = 10.0
@@ -125,7 +127,7 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
             break
         rivals = tied or rivals
         confirmed = current
-        if not turn and noise_ratio(current) > credit.FAR:
+        if not turn and noise_ratio(current) > credit.NEAR_NOISE:
             pair = _pair(search, possible[:PAIRED])
             if pair is not None and pair.cost < current.cost and worth_it(search, current, pair, len(parts)):
                 current = confirmed = pair
@@ -154,15 +156,15 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
 
 
 def _pair(search: Search, ranked: Sequence[Ranked]) -> Fit | None:
-    """The best fit with two effects of the first round, of different signature.
+    """The best fit with two effects, at least one of them among the best of the first round.
 
-    Where two effects are missing, each biases the fit of the other; which of several similar effects is right is seen
-    only with both in the model. So an effect of the best one's signature that leaves nearly as little gets a second
-    round of its own (a beam search of that width); other pairs are of the best candidates.
+    Where two effects are missing, each biases the fit of the other; which of several is right is seen only with both in
+    the model. So effects that leave nearly as little as the best get a second round of their own (a beam search);
+    other pairs are of the best candidates, of different signature.
     """
     found: list[Fit] = []
     for k, one in enumerate(ranked):
-        if k and _same_signature(one.found.part, ranked[0].found.part) and _nearly_as_good(one, ranked[0]):
+        if 0 < k < BEAM and _nearly_as_good(one, ranked[0]):
             others = every_part(search, [one.found.part])
         else:
             others = [r.found.part for r in ranked[k + 1 :] if not _same_signature(one.found.part, r.found.part)]
@@ -321,7 +323,8 @@ def _others(search: Search, parts: Sequence[Part], k: int, first: Sequence[Ranke
     rest = [p for j, p in enumerate(parts) if j != k]
     alike = {c.other for c in CATALOGUE[parts[k].kind].confused_with}
     best = {(r.found.part.kind, r.found.part.on) for r in first[:SWAPPED]} if k < len(parts) - 1 else set()
-    possible = [p for p in every_part(search, rest) if not _same(p, parts[k])]
+    same = {(parts[k].kind, parts[k].on), *parts[k].effect.twins(search.system, parts[k].place)}
+    possible = [p for p in every_part(search, rest) if (p.kind, p.on) not in same]
     return [p for p in possible if kinds_of(p.kind) & alike or (p.kind, p.on) in best]
 
 

@@ -9,8 +9,11 @@ from typing import Any
 
 import pytest
 
-from codegen.diagnosis import forward_selection, ranking
+from codegen.diagnosis import candidate_fits, forward_selection, ranking
 from codegen.diagnosis.forward_selection import still_credited
+from codegen.diagnosis.trial import part_of
+from codegen.effects.family import candidates
+from tests.diagnosis.stage import stage, system_of
 
 
 def fit(*parts: str) -> Any:
@@ -96,6 +99,38 @@ def test_an_effect_like_the_best_that_leaves_nearly_as_little_gets_a_round_of_al
     assert ("spring", second) in asked
 
 
+def test_an_effect_of_another_signature_that_leaves_nearly_as_little_gets_a_round_of_all(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A dead zone imitated a spring with viscous friction; the friction alone was not among the best candidates."""
+    asked: list[tuple[str, list[str]]] = []
+
+    def run_round(search: Any, base: Any, parts: Any, progress: Any) -> list[Any]:
+        asked.append((base.runner.trial.parts[0], [p.kind for p in parts]))
+        return []
+
+    monkeypatch.setattr(forward_selection, "run_round", run_round)
+    monkeypatch.setattr(forward_selection, "every_part", lambda search, taken: [part_named("viscous")])
+    search: Any = SimpleNamespace(fitted_again=lambda fit: fit)
+    best = [ranked("dead_zone", 0.74), ranked("spring", 0.72), ranked("offset", 0.3)]
+    forward_selection._pair(search, best)
+    assert ("spring", ["viscous"]) in asked
+
+
+def test_the_same_motion_under_another_name_replaces_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An offset found second is a Coulomb asymmetry: neither is a rival of the other."""
+    system = system_of(stage())
+    parts = {(e.kind, place): part_of(e, place, system) for e, place in candidates(system)}
+    drift, offset = parts["friction_drift", 0], parts["offset", 0]
+    monkeypatch.setattr(forward_selection, "every_part", lambda search, taken: list(parts.values()))
+    search: Any = SimpleNamespace(system=system)
+    assert "coulomb_asymmetry" in {c.other for c in offset.effect.confused_with}
+    assert "coulomb_asymmetry" not in {p.kind for p in forward_selection._others(search, [drift, offset], 1, [])}
+    best: Any = [SimpleNamespace(found=SimpleNamespace(part=p)) for p in parts.values()]
+    kinds = {p.kind for p in forward_selection._others(search, [offset, drift], 0, best[:6])}
+    assert kinds and "coulomb_asymmetry" not in kinds
+
+
 def test_rivals_of_a_later_effect_put_it_first(monkeypatch: pytest.MonkeyPatch) -> None:
     """An inertia found second, of which the log says no more than that it could be a gain: the verdict is about it."""
     gain = SimpleNamespace(part=part_named("input_gain"), fit=fit("gain"))
@@ -147,3 +182,27 @@ def test_rivals_of_an_effect_that_is_dropped_are_dropped(
     monkeypatch.setattr(forward_selection, "pruned", lambda search, current, candidates: after)
     rivals: Any = [rival("hardening_spring")]
     assert forward_selection._pruned_with_rivals(search, before, rivals) == (after, rivals if kept else [])
+
+
+@pytest.mark.parametrize(("cost", "kept"), [(95.0, ["sharp"]), (85.0, ["rounded", "sharp"])])
+def test_a_form_with_more_parameters_must_fit_clearly_better(
+    cost: float, kept: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A rounded saturation is tried with the sharp one; 10 nats decide."""
+    names = {"sharp": ("limit",), "rounded": ("limit", "rounding")}
+    parts = [
+        SimpleNamespace(kind="saturation", on="w", names=n, effect=SimpleNamespace(rough=False)) for n in names.values()
+    ]
+    costs = dict(zip(names, (100.0, cost), strict=True))
+    fits = {k: SimpleNamespace(part=p, fit=SimpleNamespace(cost=costs[k])) for k, p in zip(names, parts, strict=True)}
+    tried = SimpleNamespace(
+        parts=parts,
+        promising=lambda indices: list(indices),
+        screened=lambda k: (k, None),
+        gain=lambda screened: 1.0,
+        fitted=lambda screened: list(fits.values())[screened[0]],
+    )
+    monkeypatch.setattr(candidate_fits, "CandidateFits", lambda *_: tried)
+    none: Any = None
+    found = candidate_fits.fit_candidates(none, none, parts, lambda share: None)
+    assert found == [fits[k] for k in kept]
