@@ -148,7 +148,7 @@ def diagnose_log(
     report_progress("values and held-out error", 0.78)
     test_problem = Problem(system, other, {})
     restart = restart_within_reach(system, other, window)
-    answer = examine(
+    answer, outcome = examine(
         search,
         final_search,
         outcome,

@@ -21,6 +21,7 @@ from codegen.diagnosis.reservations import objections, remarks
 from codegen.diagnosis.residual import drive_left
 from codegen.diagnosis.results import ErrorFigures, FoundEffect, Verdict
 from codegen.diagnosis.search import Search
+from codegen.diagnosis.separation import without_leader
 from codegen.diagnosis.veto import REFIT_WORSE, Admitted, Option, admitted
 from codegen.mechanics.system import System
 
@@ -29,19 +30,24 @@ Measured = Callable[[System], ErrorFigures]
 
 def examine(
     search: Search, final_search: Search, outcome: Outcome, problem: Problem, verdict: Verdict, measured: Measured
-) -> Answer:
+) -> tuple[Answer, Outcome]:
     """Adopt values, check the effects, and refuse a model that is worse on held-out data than the declared one.
+
+    Where candidates tie and held-out data refuse the first, the next is examined; what is refused is no rival.
 
     Args:
         final_search: the search on whose segments the outcome's last fit is.
         verdict: by forward selection.
+
+    Returns:
+        The answer, and the outcome that it is about.
     """
     system = search.system
     declared = measured(system)
     if verdict == "unfit":
         refit = with_values(system, _values(outcome.base))
         figures = measured(refit)
-        return Answer(verdict, (), refit, refit, (declared, figures, figures))
+        return Answer(verdict, (), refit, refit, (declared, figures, figures)), outcome
     base = adopt_values(search, outcome.base, problem, system)
     chosen = admitted(_options(system, base, "refitted values"), declared, measured)
     refit = system if chosen.option is None else chosen.option.system
@@ -55,8 +61,17 @@ def examine(
         remarks=(*base.notes, *_refused(chosen)),
     )
     if not outcome.parts:
-        return plain
-    return _with_effects(final_search, outcome, problem, plain, measured)
+        return plain, outcome
+    answer = _with_effects(final_search, outcome, problem, plain, measured)
+    if verdict == "ambiguous" and answer.verdict == "unknown":
+        for other in without_leader(final_search, outcome):
+            left: Verdict = "ambiguous" if other.rivals else "effect"
+            second = _with_effects(final_search, other, problem, replace(plain, verdict=left), measured)
+            if second.verdict == left:
+                named = " and ".join(f"{p.kind} on {p.on}" for p in outcome.parts)
+                words = f"{named}, which ties with it on the training log, is refused: {answer.against[0]}"
+                return replace(second, remarks=(*second.remarks, words)), other
+    return answer, outcome
 
 
 def _with_effects(

@@ -6,7 +6,7 @@ Measured positions are compared with free-run simulations of short segments (sim
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,8 @@ STEP = 1e-4
 HUGE = 1e6
 WITHIN = 3.0
 """Prior standard deviations that a toleranced parameter may move at most; a larger deviation is an effect."""
+FAR_START = 3.0
+"""RMS residual of a segment, in noise, above which its measured start state is tried again."""
 AT_END = 0.999
 """Share of the distance to a limit from which on a parameter counts as limited."""
 WIDE = 20.0
@@ -283,6 +285,30 @@ def polish(
     fit: Fit, rounds: int, scale: Array | None = None, reach: Array | None = None, within: float = WITHIN
 ) -> Fit:
     """The fit with the slopes by the start states computed again; the old fit where that is no better."""
-    at, prior = (fit.runner, fit.theta, fit.offsets), (fit.prior_precision, fit.centre)
-    new = shooting_fit(*at, *prior, rounds, scale, reach, fit.tempering, within, fit.unprojected)
+    offsets = _restarted(fit)
+    at, prior = (fit.runner, fit.theta, offsets), (fit.prior_precision, fit.centre)
+    known = fit.unprojected if offsets is fit.offsets else None
+    new = shooting_fit(*at, *prior, rounds, scale, reach, fit.tempering, within, known)
     return new if new.cost < fit.cost else fit
+
+
+def _restarted(fit: Fit) -> Array:
+    """The start states, those of segments far above the noise as measured where that fits better.
+
+    A model that lacks an effect shifts them in its place; where the effect acts, linear steps do not bring them back.
+    """
+    far = np.flatnonzero(fit.by_segment > FAR_START**2 * fit.residual.shape[1])
+    if not len(far):
+        return fit.offsets
+    record = fit.runner.record
+    joints = len(record.joints or (0,))  # rows of a segment
+    segments = np.unique(far // joints)
+    rows = (segments[:, None] * joints + np.arange(joints)).ravel()
+    part = replace(fit.runner, record=replace(record, start=np.ascontiguousarray(record.start[segments])))
+    measured = np.zeros_like(fit.offsets[rows])
+    residual = mean_residuals(part, part.run(fit.theta, measured))
+    left = segment_losses(state_slopes(part, fit.theta, measured, residual).project(residual))
+    better = rows[left < segment_losses(fit.residual[rows])]
+    offsets = fit.offsets.copy()
+    offsets[better] = 0.0
+    return offsets

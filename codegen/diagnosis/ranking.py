@@ -35,6 +35,8 @@ from codegen.mechanics.system import System
 
 Array = NDArray[np.float64]
 
+CLOSE = 1.1
+"""Ratio of squared residuals up to which neither of two models that are both far from the noise is preferred."""
 FORCE_SHARE = 0.1
 """Share of α for the test on the force residual (weighted Bonferroni)."""
 
@@ -125,7 +127,12 @@ def ties(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
 
 
 def _tied(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked]:
-    """Candidates that free runs do not tell from one of them, its twins left out."""
+    """Candidates that free runs do not tell from one of them, each of several twins once and its own left out.
+
+    Far from the noise all models are wrong and every difference becomes significant: candidates then tie as well where
+    one leaves at most ``CLOSE`` times the other's squared residual.
+    """
+    far = _is_far(best)
     same = {(best.found.part.kind, best.found.part.on), *twins(best.found.part, best.found)}
     kept, white = best.found.fit.residual.shape[1], whiteness(search, best.found.fit)
     tied = []
@@ -134,20 +141,20 @@ def _tied(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked
             continue
         if 1 - other.evidence.share > credit.TIE_RATIO * (1 - best.evidence.share):
             continue
-        if evidence(other.losses, best.losses, kept).p(white) > credit.TIE_LEVEL:
+        close = far and 1 - other.evidence.share <= CLOSE * (1 - best.evidence.share)
+        if close or evidence(other.losses, best.losses, kept).p(white) > credit.TIE_LEVEL:
             tied.append(other)
+            same |= {(other.found.part.kind, other.found.part.on), *twins(other.found.part, other.found)}
     return tied
 
 
 def ordered_by_force(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
-    """The candidates, led by the one that the force residual prefers among the best and those that tie with it.
+    """The candidates, led by the one that the force residual prefers among the best and those nearly as good.
 
-    Free runs weigh slow errors and the force residual fast ones, so one may decide what the other leaves open. Far from
-    the noise another effect is still missing, which could mislead the force residual: the order then stays.
+    Free runs weigh slow errors and the force residual fast ones, so one may decide what the other leaves open. Nearly
+    as good is what ties with the best.
     """
     best = ranked[0]
-    if noise_ratio(best.found.fit) > credit.NEAR_NOISE:
-        return list(ranked)
     for other in _tied(search, best, ranked):
         if _preferred(other, best):
             best = other
@@ -158,7 +165,12 @@ def _preferred(one: Ranked, other: Ranked) -> bool:
     if one.force_criterion is None or other.force_criterion is None:
         return False
     gain = one.force_criterion.over(other.force_criterion)
-    return gain.left < 1 and gain.p <= credit.TIE_LEVEL
+    return gain.left < (1 / CLOSE if _is_far(one) else 1) and gain.p <= credit.TIE_LEVEL
+
+
+def _is_far(one: Ranked) -> bool:
+    """Whether a candidate leaves far more than the noise, so that it is not all that is missing."""
+    return noise_ratio(one.found.fit) > credit.NEAR_NOISE
 
 
 def twins(part: Part, found: Found) -> list[tuple[str, str]]:

@@ -60,6 +60,12 @@ def tied_fits(search: Search, outcome: Outcome) -> list[Fit]:
     return [outcome.final, *(_in_place(search, outcome, r) for r in outcome.rivals[:MOST_RIVALS])]
 
 
+def without_leader(search: Search, outcome: Outcome) -> Iterator[Outcome]:
+    """The outcome with each rival in turn in place of its first effect; those that come after it are its rivals."""
+    for k, rival in enumerate(outcome.rivals[:MOST_RIVALS]):
+        yield replace(outcome, final=_in_place(search, outcome, rival), rivals=outcome.rivals[k + 1 :])
+
+
 def separate(
     search: Search, outcome: Outcome, tied: Sequence[Fit], log: Log, envelope: Mapping[str, tuple[Any, Any]]
 ) -> tuple[Separation, str | None]:

@@ -25,6 +25,9 @@ GAPS, GAP_RATIO = 5, 1.25
 """Number of starting gaps for every coupling, and ratio of those tried with a well damped coupling of medium
 stiffness. The loss of a free run is informative only within about a quarter of the true gap, but then for any
 coupling near the true one."""
+LEAST_LOAD = 0.02
+"""Least share of the inertia that a fit may call a load. A lighter one acts at its resonance alone and can imitate a
+disturbance that is periodic in time."""
 SEEN_GAP = 2.0
 """Least gap in standard deviations of the position's noise; with a smaller one backlash is only a compliance."""
 NEEDS = "an axis with a constant inertia of its own, not coupled to others, and no compliance or backlash yet"
@@ -63,6 +66,10 @@ class Compliance(Effect):
 
     def coupling(self, values: Mapping[str, float]) -> dict[str, float] | None:
         return dict(values)
+
+    def unseen(self, values: Mapping[str, float], noise: float) -> str:
+        """Why not, where the load is lighter than ``LEAST_LOAD``."""
+        return _light_load(values)
 
 
 class Backlash(Effect):
@@ -109,9 +116,17 @@ class Backlash(Effect):
         ]
 
     def unseen(self, values: Mapping[str, float], noise: float) -> str:
-        return (
-            "its gap is below what the noise of the position lets one see" if values["gap"] < SEEN_GAP * noise else ""
-        )
+        """Why not, where the gap is hidden in the noise or the load is lighter than ``LEAST_LOAD``."""
+        if values["gap"] < SEEN_GAP * noise:
+            return "its gap is below what the noise of the position lets one see"
+        return _light_load(values)
+
+
+def _light_load(values: Mapping[str, float]) -> str:
+    share = values["load_fraction"]
+    if share >= LEAST_LOAD:
+        return ""
+    return f"its load is {100 * share:.2g} % of the inertia: it acts at its resonance alone"
 
 
 def _coupling(covered: Covered, frequency: float, load: float, damping_ratio: float) -> dict[str, float]:

@@ -1,0 +1,92 @@
+"""Candidates that tie: far from the noise, and where held-out data refuse the first of them."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from codegen.diagnosis import examination, ranking
+from codegen.diagnosis.examination import examine
+
+
+def ranked(kind: str, left: float, on: str = "q") -> Any:
+    fit = SimpleNamespace(residual=SimpleNamespace(shape=(8, 40)))
+    part = SimpleNamespace(kind=kind, on=on, effect=None, place=0)
+    found = SimpleNamespace(part=part, fit=fit, trial=SimpleNamespace(system=None))
+    return SimpleNamespace(found=found, evidence=SimpleNamespace(share=1 - left), why_not="", unsure=False, losses=None)
+
+
+@pytest.fixture
+def significant(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every difference of free runs is significant, as it is where all models are wrong."""
+    monkeypatch.setattr(ranking, "evidence", lambda *_: SimpleNamespace(p=lambda white: 1e-6))
+    monkeypatch.setattr(ranking, "whiteness", lambda *_: 1.0)
+    monkeypatch.setattr(ranking, "is_identical", lambda *_: False)
+    monkeypatch.setattr(
+        ranking, "twins", lambda part, found: {"offset": [("coulomb_asymmetry", "q")]}.get(part.kind, [])
+    )
+
+
+@pytest.mark.usefixtures("significant")
+@pytest.mark.parametrize(("noise", "tied"), [(200.0, ["offset"]), (1.5, [])])
+def test_far_from_the_noise_what_leaves_nearly_as_little_ties(
+    noise: float, tied: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A real motor: a spring left 0.415 of the squared residual, the constant force that was put in 0.426."""
+    monkeypatch.setattr(ranking, "noise_ratio", lambda fit: noise)
+    best, other, worse = ranked("spring", 0.415), ranked("offset", 0.426), ranked("viscous", 0.495)
+    search: Any = None
+    found = ranking._tied(search, best, [best, other, worse])
+    assert [r.found.part.kind for r in found] == tied
+
+
+@pytest.mark.usefixtures("significant")
+def test_of_several_names_of_one_motion_one_ties(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ranking, "noise_ratio", lambda fit: 200.0)
+    search: Any = None
+    spring, offset, same = ranked("spring", 0.41), ranked("offset", 0.42), ranked("coulomb_asymmetry", 0.42)
+    assert ranking._tied(search, spring, [spring, offset, same]) == [offset]
+
+
+@pytest.mark.parametrize(("gain", "preferred"), [(0.96, False), (0.85, True)])
+def test_far_from_the_noise_force_decides_only_clearly(
+    gain: float, preferred: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(ranking, "noise_ratio", lambda fit: 200.0)
+    one, other = ranked("spring", 0.41), ranked("offset", 0.42)
+    one.force_criterion = SimpleNamespace(over=lambda criterion: SimpleNamespace(left=gain, p=1e-9))
+    other.force_criterion = one.force_criterion
+    assert ranking._preferred(one, other) is preferred
+
+
+@pytest.mark.parametrize("rivals", [1, 2])
+def test_the_next_of_tied_candidates_is_examined_where_held_out_data_refuse_the_first(
+    rivals: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One that is left is the effect; what was refused is no rival of it."""
+
+    def outcome(kind: str, others: list[str]) -> Any:
+        return SimpleNamespace(parts=(SimpleNamespace(kind=kind, on="q"),), rivals=tuple(others), base=None)
+
+    others = ["spring", "offset"][:rivals]
+    first = outcome("hardening_spring", others)
+    following = [outcome(kind, others[k + 1 :]) for k, kind in enumerate(others)]
+
+    def with_effects(search: Any, one: Any, problem: Any, plain: Any, measured: Any) -> Any:
+        refused = one is first
+        verdict = "unknown" if refused else plain.verdict
+        return examination.Answer(verdict, (), plain.refit, plain.refit, plain.figures, against=("worse",) * refused)
+
+    monkeypatch.setattr(examination, "adopt_values", lambda *_: SimpleNamespace(errors=(), notes=()))
+    monkeypatch.setattr(examination, "_options", lambda *_: [])
+    monkeypatch.setattr(examination, "admitted", lambda *_: SimpleNamespace(option=None, figures=None, refusals=()))
+    monkeypatch.setattr(examination, "_with_effects", with_effects)
+    monkeypatch.setattr(examination, "without_leader", lambda search, one: iter(following))
+    search: Any = SimpleNamespace(system=None)
+    none: Any = None
+    answer, about = examine(search, search, first, none, "ambiguous", lambda system: none)
+    assert about is following[0]
+    assert answer.verdict == ("effect" if rivals == 1 else "ambiguous")
+    assert any("hardening_spring" in words and "worse" in words for words in answer.remarks)
