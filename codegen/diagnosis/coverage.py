@@ -74,7 +74,7 @@ class Survey:
             span=span,
             top_speed=max(float(np.quantile(np.abs(v), 0.95)), 1e-12),
             top_input=max(float(np.quantile(np.abs(command), 0.98)), 1e-12),
-            peak_input=float(np.max(np.abs(command), initial=1e-12)),
+            peak_input=float(np.max(np.abs(command[m.usable]), initial=1e-12)),
             inertia=float(self.mass[i, i]),
             level=max(levels[contact], 1e-9) if contact is not None and contact < len(levels) else 1.0,
             noise=float(noise[i]),

@@ -17,7 +17,7 @@ class Covered:
         force: standard deviation of the drive force there, or of inertia times acceleration, whichever is larger.
         span: distance from the lowest to the highest position.
         top_speed: 95 % quantile of the speed of the coordinate, or of the contact's slip.
-        top_input: 98 % quantile of the input's size. peak_input: its maximum.
+        top_input: 98 % quantile of the size of the input. peak_input: its maximum away from ends and gaps.
         inertia: of the coordinate, at the middle of its positions.
         level: friction level of the contact as refitted; 1 where there is none.
         noise: standard deviation of the measured position's noise.
@@ -104,8 +104,9 @@ def dead_widths(covered: Covered) -> Sequence[float]:
 
 def limits(covered: Covered) -> Sequence[float]:
     """From half the top input up to the greatest: a limit may be met once in a log."""
-    top, above = covered.top_input, max(covered.peak_input - covered.top_input, 0.15 * covered.top_input)
-    return (0.5 * top, 0.75 * top, 0.9 * top, *(top + q * above for q in (0.0, 0.25, 0.5, 0.75, 1.0)))
+    top, above = covered.top_input, max(covered.peak_input - covered.top_input, 0.0)
+    tried = (0.5 * top, 0.75 * top, 0.9 * top, *(top + q * above for q in (0.0, 0.25, 0.5, 0.75)))
+    return tuple(dict.fromkeys(tried))
 
 
 def gains(covered: Covered) -> Sequence[float]:

@@ -195,7 +195,7 @@ def test_starts_are_of_the_log_s_size() -> None:
     speeds = values("stribeck", "v_s")
     assert min(speeds) == pytest.approx(0.004) and max(speeds) == pytest.approx(0.32)
     assert values("cogging", "period") == [0.3, 0.05]
-    assert values("saturation", "limit") == pytest.approx([4, 6, 7.2, 8, 9, 10, 11, 12])
+    assert values("saturation", "limit") == pytest.approx([4, 6, 7.2, 8, 9, 10, 11])
     # A level of 3 N is reached within 30 % to 0.01 % of 0.8 m.
     assert max(values("presliding", "sigma")) == pytest.approx(3 / 0.8e-4)
     assert min(values("presliding", "sigma")) == pytest.approx(3 / 0.24)
