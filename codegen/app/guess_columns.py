@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from codegen.logs.binding import time_columns
 from codegen.logs.series import TIME
 from codegen.logs.source import listing, shown
 from codegen.logs.term import identifier
@@ -18,7 +19,6 @@ QUANTITIES: Mapping[str, frozenset[str]] = {
     "current": frozenset({"current", "currents", "amps", "iq", "cur"}),
 }
 COMMANDED = frozenset({"command", "commands", "cmd", "desired", "target", "reference", "setpoint", "goal", "action"})
-TIMES = ("t", "time", "timestamp", "time_s", "stamp", "Time")
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ def guess_columns(names: Sequence[str], joints: Mapping[str, str]) -> Guess:
     common = Counter(_topic(name) for each in found.values() for name in each)
     columns: dict[str, str] = {}
     remarks: list[str] = []
-    time = next((name for name in TIMES if name in names), None)
+    time = TIME if TIME in names else next(iter(time_columns(names)), None)
     if time is None:
         remarks.append("no column of time: `t: COLUMN`, or `sample_time` in a meta.yaml beside the log")
     elif time != TIME:

@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 from codegen.base.errors import BadInput, Place, nearest_name, refuse_unknown
 from codegen.logs.description import LogDescription
+from codegen.logs.finding import Finding
 from codegen.logs.source import Named, listing, shown
 from codegen.logs.term import OPERATORS, Term, find_term, identifier
 from codegen.spec.model import Spec
-from codegen.spec.units import describe, dimension, parse_unit, si_factor
+from codegen.spec.units import base_units, describe, dimension, parse_unit, si_factor
+
+_IN_BRACKETS = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*")
+_BEHIND_NAME = re.compile(r"(.+)_(ms|us|ns|mm|um|deg|rpm|mA|mV|kN|mNm)")
+"""Units that the end of a name can mean and that are nothing else."""
+_TIME = re.compile(r"t|(?i:time|timestamp|stamp|time_stamp|datetime|elapsed_time|zeit)")
+_TIME_IN = re.compile(r"(.+)_(s|sec|seconds|ms|msec|us|usec|ns)")
 
 
 @runtime_checkable
@@ -43,6 +51,7 @@ class Binding:
         integrated: positions that no column gives, and that are the integral of their measured velocity.
         logged: whether every velocity was logged.
         notes: what was found on the way.
+        findings: units that could not be used.
     """
 
     terms: Mapping[str, Term]
@@ -50,10 +59,12 @@ class Binding:
     integrated: tuple[str, ...]
     logged: bool
     notes: tuple[str, ...]
+    findings: tuple[Finding, ...] = ()
 
 
 def bind(source: Named, spec: Spec, description: LogDescription, explicit: Mapping[str, str] | None) -> Binding:
-    """Find a column for every symbol: by explicit options, the description, the spec, or the symbol's own name.
+    """Find a column for every symbol: by explicit options, the description, the spec, or the symbol's own name, with a
+    unit behind it or not; for ``t`` by any usual name of a time.
 
     Raises:
         BadInput: for an unknown symbol, a column that is missing, one that is taken twice, or a unit of another kind.
@@ -78,6 +89,17 @@ def bind(source: Named, spec: Spec, description: LogDescription, explicit: Mappi
             notes.append(f"no column t: time counted at the description's {description.sample_rate_hz:g} Hz")
             continue
         _refuse_unread(text, source)
+        likely = _likely(symbol, names) if origin is None else []
+        if len(likely) == 1:
+            terms[symbol] = Term(likely[0], (likely[0],))
+            notes.append(f"{symbol} is column `{shown(likely[0])}`, by its name")
+            continue
+        if likely:
+            found = (
+                f"no column `{symbol}`, and {len(likely)} that may be it: {', '.join(f'`{shown(n)}`' for n in likely)}"
+            )
+            expected = f"`columns: {{{symbol}: NAME}}` in a log description, or `--column {symbol}=NAME`"
+            raise BadInput(place, found, expected, code="LOG003")
         error = _absent(symbol, text, origin, names, place)
         if symbol not in spec.positions or not by_name:
             raise error
@@ -86,11 +108,12 @@ def bind(source: Named, spec: Spec, description: LogDescription, explicit: Mappi
     logged = _drop_some_velocities(terms, spec, description, integrated, notes)
     _refuse_twice(terms, place)
     _refuse_positions_as_forces(terms, source, spec)
-    scale = {s: _factor(s, terms.get(s), source, spec, description, notes) for s in symbols}
+    findings: list[Finding] = []
+    scale = {s: _factor(s, terms.get(s), source, spec, description, notes, findings) for s in symbols}
     if not scale["t"] > 0:
         where = description.place("scale.t") if "t" in description.scale else spec.place("log.scale.t")
         raise BadInput(where, f"factor {scale['t']:g}", "a positive factor for time", code="LOG013")
-    return Binding(terms, scale, integrated, logged, tuple(notes))
+    return Binding(terms, scale, integrated, logged, tuple(notes), tuple(findings))
 
 
 def _choice(
@@ -103,6 +126,41 @@ def _choice(
     if symbol in spec.log.columns:
         return spec.log.columns[symbol], spec.place(f"log.columns.{symbol}")
     return symbol, None
+
+
+def time_columns(names: Sequence[str]) -> list[str]:
+    """The columns whose name is that of a time: ``t``, ``Time``, ``time [s]``, ``timestamp``, ``t_ms``, …"""
+    found = []
+    for name in names:
+        plain = stated_unit(name)[0].replace(" ", "_")
+        within = _TIME_IN.fullmatch(plain)
+        if _TIME.fullmatch(within[1] if within else plain):
+            found.append(name)
+    return found
+
+
+def stated_unit(name: str) -> tuple[str, str]:
+    """A column's name without the unit in it, and that unit: ``x [mm]``, ``x (mm)``; empty where it has none.
+
+    Square brackets hold a unit whatever stands in them; parentheses only what is known as one.
+    """
+    found = _IN_BRACKETS.fullmatch(name)
+    if found is None or not found[1]:
+        return name, ""
+    if found[2] is not None:
+        return found[1], found[2].strip()
+    try:
+        parse_unit(found[3], Place(""))
+    except BadInput:
+        return name, ""
+    return found[1], found[3].strip()
+
+
+def _likely(symbol: str, names: Sequence[str]) -> list[str]:
+    """The columns that are the symbol by their names."""
+    if symbol == "t":
+        return time_columns(names)
+    return [name for name in names if stated_unit(name)[0] == symbol]
 
 
 def _refuse_unread(text: str, source: Named) -> None:
@@ -214,7 +272,13 @@ def _refuse_positions_as_forces(terms: Mapping[str, Term], source: Named, spec: 
 
 
 def _factor(
-    symbol: str, term: Term | None, source: Named, spec: Spec, description: LogDescription, notes: list[str]
+    symbol: str,
+    term: Term | None,
+    source: Named,
+    spec: Spec,
+    description: LogDescription,
+    notes: list[str],
+    findings: list[Finding],
 ) -> float:
     """From the column to SI: the unit that the description or else the file states, times the scale."""
     scale = float(description.scale.get(symbol, spec.log.scale.get(symbol, 1.0)))
@@ -230,18 +294,39 @@ def _factor(
         return float(si_factor(unit, place)) * scale
     if term is None or term.expression is not None or symbol in description.scale or symbol in spec.log.scale:
         return scale
-    unit = source.units.get(term.columns[0], "")
+    name = term.columns[0]
+    behind = (_TIME_IN if symbol == "t" else _BEHIND_NAME).fullmatch(stated_unit(name)[0].replace(" ", "_"))
+    unit = source.units.get(name, "") or stated_unit(name)[1]
+    by_name = not unit and behind is not None
+    if by_name and behind is not None:
+        unit = behind[2]
     if unit in ("", "-", "1", own):
         return scale
-    try:
-        if dimension(parse_unit(unit, place)) == dimension(parse_unit(own, place)):
-            notes.append(f"{symbol} is in {unit}, as the file says: brought to {own}")
-            return float(si_factor(unit, place)) * scale
-    except BadInput:
-        pass
+    if _is_brought(unit, own):
+        factor = float(si_factor(unit, place))
+        if factor != 1.0:
+            notes.append(f"{symbol} is in {unit}, as the {'name' if by_name else 'file'} says: brought to {own}")
+        return factor * scale
+    if by_name:
+        return scale
     words = f"the file has {symbol} in `{shown(unit)}`, which is no unit of {own}: its numbers are taken as they stand"
     notes.append(f"{words} (`scale: {{{symbol}: ...}}` in a log description)")
+    advice = f"Say `scale: {{{symbol}: FACTOR}}` in a log description, 1 if they are in {own}."
+    findings.append(Finding("warning", f"unit of {symbol}", f"{words[0].upper()}{words[1:]}. {advice}"))
     return scale
+
+
+def _is_brought(unit: str, own: str) -> bool:
+    """Whether a column in ``unit`` can be brought to ``own``; counts are no angle, and hertz no angular speed."""
+    place = Place("")
+    try:
+        if dimension(parse_unit(unit, place)) != dimension(parse_unit(own, place)):
+            return False
+        if "rad" not in own or unit in ("1/s", "s^-1"):
+            return True
+        return base_units(unit, place) == base_units(own, place)
+    except BadInput:
+        return False
 
 
 def _unit_of(symbol: str, spec: Spec) -> str:

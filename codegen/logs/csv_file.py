@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import codecs
+import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,11 +14,25 @@ from numpy.typing import NDArray
 from codegen.base.errors import BadInput, Place
 from codegen.logs.description import LogDescription
 from codegen.logs.source import Allowance, Columns, Source, listing, read_bytes, shown
-from codegen.logs.table import EXPECTED, LONGEST_LINE, MISSING, NUMBER, Layout, fields, find_layout, unwrapped
+from codegen.logs.table import (
+    COMMENTS,
+    EXPECTED,
+    LONGEST_LINE,
+    MISSING,
+    NUMBER,
+    Layout,
+    fields,
+    find_layout,
+    stamp,
+    unwrapped,
+)
 
 __all__ = ["EXPECTED", "LONGEST_LINE", "CsvSource", "open_csv", "open_lines"]
 
 MOST_ROWS = 50_000_000
+_COMMENT = re.compile(r"(?:^|\s|(?<=\d))#.*")
+_GROUPED = re.compile(r"[+-]?\d{1,3}([.,' \u00a0\u2009\u202f’]\d{3})+([.,]\d+)?", re.ASCII)
+"""A number whose thousands are grouped."""
 
 
 @dataclass(frozen=True)
@@ -29,6 +45,7 @@ class CsvSource:
         lines: every line of the file without its end, or those of a part of it.
         first: index into ``lines`` of the first line after the header.
         before: lines of the file before ``lines``, for messages.
+        encoding: what there is to say of the file's letters.
     """
 
     file: str
@@ -36,6 +53,7 @@ class CsvSource:
     lines: list[str]
     first: int
     before: int = 0
+    encoding: tuple[str, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -55,7 +73,11 @@ class CsvSource:
         if self.layout.wrapped:
             kept = ((i, unwrapped(line)[1]) for i, line in enumerate(self.lines) if i >= self.first)
             behind = [f"`{shown(text)}` behind line {self.before + i + 1} is not read" for i, text in kept if text]
-        return (*self.layout.notes, *behind[:3])
+        again = [i for i in range(self.first, len(self.lines)) if self.lines[i] in self.layout.head]
+        if again:
+            more = f", {len(again)} such lines in all" if len(again) > 1 else ""
+            behind.append(f"line {self.before + again[0] + 1} repeats the header and is left out{more}")
+        return (*self.encoding, *self.layout.notes, *behind[:3])
 
     def load(self, wanted: Sequence[str]) -> Columns:
         """The wanted columns: at the speed of numpy when all is well, row by row to find what is not.
@@ -73,7 +95,12 @@ class CsvSource:
                 raise BadInput(self.place, f"{len(twice)} columns called `{shown(name)}`", expected, code="LOG004")
         indices = [self.names.index(name) if name in self.names else int(name) - 1 for name in wanted]
         body = self.lines[self.first :]
-        kept = [i for i, line in enumerate(body) if line and not line.isspace() and line.lstrip()[0] != "#"]
+        head = self.layout.head
+        kept = [
+            i
+            for i, line in enumerate(body)
+            if line and not line.isspace() and not line.lstrip().startswith(COMMENTS) and line not in head
+        ]
         if not kept:
             raise BadInput(self.place, "a header and no rows", "rows of numbers after it", code="LOG009")
         if len(kept) < len(body):
@@ -94,6 +121,10 @@ class CsvSource:
                 return None
         elif any(line.count(delimiter) != width - 1 for line in body):
             return None
+        if self.layout.decimal == ",":
+            if delimiter == "," or any("." in line for line in body):
+                return None
+            body = [line.replace(",", ".") for line in body]
         try:
             return np.loadtxt(
                 body, delimiter=delimiter or None, usecols=indices, comments=None, ndmin=2, dtype=np.float64
@@ -106,35 +137,60 @@ class CsvSource:
         values = np.empty((len(body), len(indices)))
         for k, text in enumerate(body):
             place = Place(self.file, int(numbers[k]))
-            found = fields(text.split("#", 1)[0], self.layout.delimiter, place)
+            found = fields(_COMMENT.sub("", text) if "#" in text else text, self.layout.delimiter, place)
             while len(found) > width and not found[-1].strip():
                 found.pop()
             if len(found) != width:
                 words = f"{len(found)} {'value' if len(found) == 1 else 'values'} in the row"
-                raise BadInput(place, words, f"{width}, one for each of {listing(self.names)}", code="LOG005")
+                expected = f"{width}, one for each of {listing(self.names)}"
+                if self.layout.delimiter == "," and len(found) > width:
+                    expected += "; decimal commas between commas cannot be read, write the file with semicolons"
+                raise BadInput(place, words, expected, code="LOG005")
             for j, index in enumerate(indices):
                 values[k, j] = self._number(found[index], int(numbers[k]), index)
         return values
 
     def _number(self, text: str, line: int, index: int) -> float:
         text = text.strip()
-        if NUMBER.match(text):
-            return float(text)
+        sign = self.layout.decimal
+        plain = text.replace(",", ".") if sign == "," and "." not in text else text
+        if NUMBER.match(plain) and not (sign == "," and "." in text):
+            return float(plain)
         if text.lower() in MISSING:
             return float("nan")
+        begun = dict(self.layout.started).get(index)
+        at = None if begun is None else stamp(text)
+        if begun is not None and at is not None:
+            return (at - begun).total_seconds()
+        place = Place(self.file, line, shown(self.names[index]))
+        raise BadInput(place, f"`{shown(text)}`", *self._wanted(text), code="LOG005")
+
+    def _wanted(self, text: str) -> tuple[str, str | None]:
+        """What to write in place of a text that is no number, and the number that it may be."""
+        sign = self.layout.decimal
         other = text.replace(",", ".")
         nearest = other if other != text and NUMBER.match(other) else None
-        expected = "a number with a decimal point"
-        raise BadInput(
-            Place(self.file, line, shown(self.names[index])), f"`{shown(text)}`", expected, nearest, code="LOG005"
-        )
+        key = "`decimal: comma` in a log description"
+        if _GROUPED.fullmatch(text) and (sign != "." or text.count(",") != 1 or "." in text):
+            may = f"; if its comma stands before decimals, {key}" if not sign else ""
+            also = "; `decimal: point` in a log description if it stands before decimals" if sign == "," else ""
+            return f"a number without a sign between its thousands{may}{also}", None
+        if sign == ",":
+            return "a number with a decimal comma, as the others in the file (or `decimal: point`, see the docs)", None
+        if nearest:
+            grouped = ", or without a sign between thousands" if _GROUPED.fullmatch(text) else ""
+            return f"a number with a decimal point{grouped}; {key} reads decimal commas", None if grouped else nearest
+        if ":" in text or text.count("/") == 2 or text.count(".") == 2:
+            dates = "2026-03-04 23:59:58.002 (ISO 8601); or `sample_time: SECONDS` in a log description"
+            return f"a number, or date and time of day as {dates}, without a column of time", None
+        return "a number with a decimal point", None
 
 
 def open_csv(path: Path, allowance: Allowance, description: LogDescription) -> Source:
     """Open a text file and find its table.
 
     Raises:
-        BadInput: if it cannot be read, is empty, binary, not UTF-8, or has no table that can be found.
+        BadInput: if it cannot be read, is empty or binary, or has no table that can be found.
     """
     file = str(path)
     data = read_bytes(path, EXPECTED)
@@ -142,6 +198,18 @@ def open_csv(path: Path, allowance: Allowance, description: LogDescription) -> S
     rows = data.count(b"\n") + data.count(b"\r")
     if rows > MOST_ROWS:
         raise BadInput(Place(file), f"{rows} lines", f"{EXPECTED}; at most {MOST_ROWS} lines", code="LOG010")
+    text, said = _decoded(file, data)
+    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    return replace(open_lines(file, lines, description), encoding=said)
+
+
+def _decoded(file: str, data: bytes) -> tuple[str, tuple[str, ...]]:
+    """The text of a file in UTF-8, UTF-16 with its mark, or Windows-1252, and what there is to say of it."""
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        try:
+            return data.decode("utf-16"), ("the file is in UTF-16",)
+        except UnicodeDecodeError:
+            pass
     zero = data.find(b"\0")
     if zero >= 0:
         line = data.count(b"\n", 0, zero) + 1
@@ -149,13 +217,16 @@ def open_csv(path: Path, allowance: Allowance, description: LogDescription) -> S
             Place(file, line), f"byte {zero} is zero: binary data or UTF-16", f"{EXPECTED}, in UTF-8", code="LOG001"
         )
     try:
-        text = data.decode("utf-8-sig")
+        return data.decode("utf-8-sig"), ()
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
+        if not re.search(
+            rb"[\x00-\x08\x0e-\x1f\x7f-\x9f]", data
+        ):  # none of these is a letter or a sign in Windows-1252's common part
+            return data.decode("cp1252"), (f"line {line} is not UTF-8: the file is read as Windows-1252",)
         raise BadInput(
             Place(file, line), f"byte {error.start} is not UTF-8", f"{EXPECTED}, in UTF-8", code="LOG001"
         ) from None
-    return open_lines(file, text.replace("\r\n", "\n").replace("\r", "\n").split("\n"), description)
 
 
 def open_lines(file: str, lines: list[str], description: LogDescription) -> CsvSource:
@@ -165,5 +236,5 @@ def open_lines(file: str, lines: list[str], description: LogDescription) -> CsvS
         BadInput: as ``find_layout``.
     """
     named = tuple(description.columns) if description.listed else ()
-    layout = find_layout(file, lines, description.header, named)
+    layout = find_layout(file, lines, description.header, named, description.decimal)
     return CsvSource(file, layout, lines, layout.first)

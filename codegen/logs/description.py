@@ -29,6 +29,7 @@ class LogDescription:
         scale: ``t``, coordinate, velocity or input → factor from the column to SI, beside that of its unit.
         units: ``t``, coordinate, velocity or input → the column's unit.
         header: line of a text table's header counted from 1, 0 for none; None where nobody said.
+        decimal: the sign before the decimals of a text table; empty where nobody said.
         records: the key of a JSON file under which the rows stand; empty where nobody said.
         beside: name → file in the log's folder whose rows belong to those of the log.
         signed: column → bits of the signed numbers that it holds, stored as if they were unsigned.
@@ -52,6 +53,7 @@ class LogDescription:
     scale: Mapping[str, float] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
     header: int | None = None
+    decimal: str = ""
     records: str = ""
     beside: Mapping[str, str] = field(default_factory=dict)
     signed: Mapping[str, int] = field(default_factory=dict)
@@ -188,6 +190,7 @@ class DescriptionDocument(BaseModel):
     scale: dict[str, Annotated[float, BeforeValidator(_factor)]] = {}
     units: Texts = {}
     header: Annotated[int | None, BeforeValidator(_header)] = None
+    decimal: Literal["", "point", "comma"] = ""
     records: str = ""
     beside: Texts = {}
     signed16: Names = []
@@ -225,6 +228,7 @@ def read_description(path: str | Path) -> LogDescription:
         scale=d.scale,
         units=d.units,
         header=d.header,
+        decimal={"": "", "point": ".", "comma": ","}[d.decimal],
         records=d.records,
         beside=d.beside,
         signed={**dict.fromkeys(d.signed16, 16), **dict.fromkeys(d.signed32, 32)},

@@ -125,11 +125,33 @@ def _read(
     binding = bind(source, spec, described, columns)
     require_columns(source.names, described)
     raw = mended(_loaded(source, columns_of(binding.terms), described), described)
+    binding = _from_1970(binding, raw, described, spec)
     found = counter_findings(raw, binding.terms)
     cleaned = _cleaned(compute(raw, binding.terms), source.place, binding, spec, described)
     log = _log(path, spec, described, source.notes, binding, cleaned, step)
     doubted = frozenset(s for symbols, _ in found for s in symbols)
-    return replace(log, intake=replace(log.intake, findings=tuple(f for _, f in found), doubted=doubted))
+    return replace(
+        log, intake=replace(log.intake, findings=(*binding.findings, *(f for _, f in found)), doubted=doubted)
+    )
+
+
+_SINCE_1970 = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
+_YEARS_2000_TO_2100 = (946_684_800.0, 4_102_444_800.0)
+
+
+def _from_1970(binding: Binding, raw: Columns, description: LogDescription, spec: Spec) -> Binding:
+    """With the factor of a time in milli-, micro- or nanoseconds since 1970, which no time in seconds can be."""
+    term = binding.terms.get("t")
+    if term is None or term.expression is not None or binding.scale["t"] != 1.0 or not len(raw.values):
+        return binding
+    if {"t"} & {*description.units, *description.scale, *spec.log.scale}:
+        return binding
+    first = raw.values[0, raw.names.index(term.columns[0])]
+    for unit, much in _SINCE_1970.items():
+        if _YEARS_2000_TO_2100[0] <= first / much <= _YEARS_2000_TO_2100[1]:
+            note = f"t is in {unit} since 1970, by its size: brought to s"
+            return replace(binding, scale={**binding.scale, "t": 1 / much}, notes=(*binding.notes, note))
+    return binding
 
 
 def _loaded(source: Source, wanted: Sequence[str], description: LogDescription) -> Columns:

@@ -9,7 +9,8 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
 
 from codegen.base.errors import BadInput, Place
 from codegen.logs.source import listing, shown
@@ -22,10 +23,18 @@ LINES_SEARCHED = 1000
 ROWS_ALIKE = 3
 SEPARATORS = (",", ";", "\t")
 LONGEST_UNIT = 24
-MISSING = {"", "na", "n/a", "nan", "null", "none", "-"}
+COMMENTS = ("#", "%", "//")
+MISSING = {"", "na", "n/a", "nan", "null", "none", "-", "---", "#n/a", "#nan", "#nv", "#value!", "#wert!", "#div/0!"}
+MISSING |= {f"{sign}{word}" for sign in ("", "-") for word in ("nan(ind)", "1.#ind", "1.#qnan", "1.#inf")}
 NUMBER = re.compile(
     r"[+-]?(\d+\.?\d*([eE][+-]?\d+)?|\.\d+([eE][+-]?\d+)?|inf|infinity|nan)\Z", re.ASCII | re.IGNORECASE
 )
+_DIGITS = re.compile(r"[+-]?(\d+|[.,]\d+)([.,]\d+)*(e[+-]?\d+)?\Z", re.ASCII | re.IGNORECASE)
+"""A number in whichever way decimals and thousands are written."""
+_DECIMAL_COMMA = r"(\d*,(\d{1,2}|\d{4,})|0?,\d{3}|\d{4,},\d{3}|\d+,\d+[eE][+-]?\d+)"
+"""A comma that cannot group thousands."""
+_STAMP = re.compile(r"(\d{4}-\d\d-\d\d[T ])?\d\d?:\d\d:\d\d([.,]\d+)?(Z|[+-]\d\d:?\d\d)?\Z", re.ASCII)
+"""Date and time of day by ISO 8601, or a time of day."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +50,9 @@ class Layout:
             has not split.
         units: name → what the line of units says.
         notes: what was found where the header is not the first line, in plain words.
+        decimal: the sign before the decimals, empty where a comma may be that or group thousands.
+        head: the header and what stands between it and the rows, line by line.
+        started: column, counted from 0, that holds dates or times of day → that of the first row.
     """
 
     names: tuple[str, ...]
@@ -50,6 +62,9 @@ class Layout:
     wrapped: bool = False
     units: tuple[tuple[str, str], ...] = ()
     notes: tuple[str, ...] = ()
+    decimal: str = "."
+    head: frozenset[str] = frozenset()
+    started: tuple[tuple[int, datetime], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -62,17 +77,69 @@ class _Rows:
     width: int
 
 
-def find_layout(file: str, lines: Sequence[str], header: int | None, named: Sequence[str]) -> Layout:
-    """Find the table.
+def find_layout(file: str, lines: Sequence[str], header: int | None, named: Sequence[str], decimal: str = "") -> Layout:
+    """Find the table, and how its numbers are written.
 
     Args:
         lines: of the file, or of its beginning.
         header: line of the header counted from 1, 0 for a file without one; None if nobody said.
         named: names for the columns of a file without a header, in their order; empty if nobody said.
+        decimal: the sign before the decimals; empty if nobody said.
 
     Raises:
         BadInput: for no header and no numbers, two lines that may be the header, or a header that is not there.
     """
+    found = _table(file, lines, header, named)
+    sign = decimal or _decimal(lines[found.first :], found.delimiter)
+    notes = [*found.notes]
+    if sign == ",":
+        notes.append("the numbers are read with decimal commas" + (", as described" if decimal else ""))
+    started = []
+    first = next((lines[found.first + i] for i in _significant(lines[found.first :])), "")
+    for k, text in enumerate(_split(first, found.delimiter, found.wrapped)):
+        at = stamp(text)
+        if at is not None and k < len(found.names):
+            started.append((k, at))
+            what = "date and time of day" if "-" in text[:6] else "time of day"
+            notes.append(f"column `{shown(found.names[k])}` is {what}: read as seconds from the first row")
+    head = frozenset(line for line in lines[found.line - 1 : found.first] if line.strip())
+    return replace(found, notes=tuple(notes), decimal=sign, head=head, started=tuple(started))
+
+
+def stamp(text: str) -> datetime | None:
+    """A date and time of day by ISO 8601 (UTC where no zone is said), or a time of day on a fixed day; None for
+    another text."""
+    text = text.strip()
+    if not _STAMP.match(text):
+        return None
+    day = "" if "-" in text[:6] else "2000-01-01T0" if text[1] == ":" else "2000-01-01T"
+    try:
+        at = datetime.fromisoformat(day + text)
+    except ValueError:
+        return None
+    return at if at.tzinfo else at.replace(tzinfo=UTC)
+
+
+def _decimal(lines: Sequence[str], delimiter: str) -> str:
+    """``,`` where some number has a comma that can be nothing else, empty where all may group thousands, else ``.``."""
+    if delimiter == ",":
+        return "."
+    edge = re.escape(delimiter) if delimiter else r"\s"
+    before, behind = rf'(?:^|[{edge}"])\s*[+-]?', rf'\s*(?=$|[{edge}"])'
+    clear = re.compile(f"{before}{_DECIMAL_COMMA}{behind}", re.ASCII)
+    either = re.compile(rf"{before}\d{{1,3}},\d{{3}}{behind}", re.ASCII)
+    point = re.compile(rf"{before}\d*\.\d+{behind}", re.ASCII)
+    found = "."
+    for k, line in enumerate(lines):
+        if "," in line:
+            if clear.search(line):
+                return "." if any(point.search(other) for other in lines[: k + 1] if "." in other) else ","
+            found = "" if found and either.search(line) else found
+    return found
+
+
+def _table(file: str, lines: Sequence[str], header: int | None, named: Sequence[str]) -> Layout:
+    """Where the table stands; as ``find_layout``."""
     start = next(iter(_significant(lines)), None)
     if start is None and header is None:
         raise BadInput(Place(file), "comments and no header", EXPECTED, code="LOG001")
@@ -122,15 +189,16 @@ def fields(text: str, delimiter: str, place: Place) -> list[str]:
 
 def _significant(lines: Sequence[str]) -> Iterator[int]:
     """Indices of the lines that are neither blank nor a comment."""
-    return (i for i, line in enumerate(lines) if (text := line.strip()) and text[0] != "#")
+    return (i for i, line in enumerate(lines) if (text := line.strip()) and not text.startswith(COMMENTS))
 
 
 def _is_number(text: str) -> bool:
-    return NUMBER.match(text.strip()) is not None
+    return (NUMBER.match(text.strip()) or _DIGITS.match(text.strip())) is not None
 
 
 def _is_row(texts: Sequence[str]) -> bool:
-    return any(map(_is_number, texts)) and all(_is_number(t) or t.strip().lower() in MISSING for t in texts)
+    known = (_is_number(t) or t.strip().lower() in MISSING or stamp(t) is not None for t in texts)
+    return any(map(_is_number, texts)) and all(known)
 
 
 def _split(line: str, delimiter: str, wrapped: bool = False) -> list[str]:
@@ -161,9 +229,9 @@ def _first_line(file: str, lines: Sequence[str], index: int) -> Layout | None:
     texts = fields(line, delimiter, place)
     if not all(_is_number(t) for t in texts):
         return Layout(_named(_split(line, delimiter) or texts), index + 1, index + 1, delimiter)
-    comment = next((i for i in range(index - 1, -1, -1) if lines[i].strip().startswith("#")), None)
+    comment = next((i for i in range(index - 1, -1, -1) if lines[i].strip().startswith(COMMENTS)), None)
     if comment is not None:
-        names = fields(lines[comment].strip().lstrip("#"), delimiter, Place(file, comment + 1))
+        names = fields(lines[comment].strip().lstrip("#%/"), delimiter, Place(file, comment + 1))
         if len(names) == len(texts) and not any(map(_is_number, names)):
             return Layout(_named(names), comment + 1, index, delimiter)
     return None
@@ -207,7 +275,7 @@ def _find_rows(file: str, lines: Sequence[str]) -> _Rows | None:
 def _above(file: str, lines: Sequence[str], rows: _Rows) -> Layout | None:
     """The header above the first rows, or above a line of units; None where no line has a name for each column."""
     split = {i: _names_of(line, rows) for i, line in enumerate(lines[: rows.index]) if line.strip()}
-    above = [i for i, texts in split.items() if texts or not lines[i].lstrip().startswith("#")][-2:]
+    above = [i for i, texts in split.items() if texts or not lines[i].lstrip().startswith(COMMENTS)][-2:]
     near = [i for i in reversed(above) if split[i]]
     if not near or near[0] != above[-1]:
         return None
@@ -217,7 +285,7 @@ def _above(file: str, lines: Sequence[str], rows: _Rows) -> Layout | None:
         lower, upper = split[near[0]], split[near[1]]
         if _are_units(lower):
             at, units = near[1], tuple(zip(_named(upper), (_bare(u) for u in lower), strict=True))
-        elif not lines[near[1]].lstrip().startswith("#"):
+        elif not lines[near[1]].lstrip().startswith(COMMENTS):
             found = f"two lines that may be the header, this one and line {near[1] + 1} (`{shown(lines[near[1]])}`)"
             expected = f"`header: {near[0] + 1}` or `header: {near[1] + 1}` in a log description"
             raise BadInput(Place(file, near[0] + 1), found, expected, code="LOG001")
@@ -226,7 +294,7 @@ def _above(file: str, lines: Sequence[str], rows: _Rows) -> Layout | None:
 
 def _names_of(line: str, rows: _Rows) -> list[str]:
     """A line's fields if it can be the header of the rows: as many, one of them a text and none a number."""
-    texts = _split(line.strip().removeprefix("#"), rows.delimiter, rows.wrapped)
+    texts = _split(line.strip().lstrip("#%/"), rows.delimiter, rows.wrapped)
     if len(texts) != rows.width or any(map(_is_number, texts)) or not any(t.strip() for t in texts):
         return []
     return texts
@@ -237,6 +305,9 @@ def _told(lines: Sequence[str], layout: Layout) -> Layout:
     words = []
     if any(line.strip() for line in lines[: layout.line - 1]):
         words.append(f"the header is line {layout.line} ({listing(layout.names)}), {layout.line - 1} lines before it")
+    below = [i for i in range(layout.line, layout.first) if lines[i].strip()]
+    if len(below) > 1:
+        words.append(f"lines {layout.line + 1} to {layout.first} between the header and the rows are not read")
     if layout.units:
         words.append(f"a line of units under the header ({listing([u or '-' for _, u in layout.units])})")
     if layout.wrapped:
@@ -275,17 +346,28 @@ def _at(file: str, lines: Sequence[str], header: int) -> Layout:
             Place(file, min(header, count)), found, f"the header on line {header}, as described", code="LOG013"
         )
     rows = _find_rows(file, lines[header:])
-    line = lines[header - 1].strip().removeprefix("#")
+    line = lines[header - 1].strip().lstrip("#%/")
     delimiter, wrapped = (rows.delimiter, rows.wrapped) if rows else (_delimiter(line), False)
     names = _named(_split(line, delimiter, wrapped))
     first = header
     units: tuple[tuple[str, str], ...] = ()
-    for i in _significant(lines[header:]):
-        texts = _split(lines[header + i], delimiter, wrapped)
-        if len(texts) == len(names) and not any(map(_is_number, texts)):
-            first, units = header + i + 1, tuple(zip(names, (_bare(t) for t in texts), strict=True))
-        break
+    between = [header + i for i in _significant(lines[header : header + rows.index])] if rows else []
+    texts = {i: _split(lines[i], delimiter, wrapped) for i in between}
+    if not any(_is_number(t[0]) or stamp(t[0]) for t in texts.values() if t):
+        first = header + rows.index if rows else header
+        for given in texts.values():
+            if len(given) == len(names) and not any(map(_is_number, given)) and (len(texts) == 1 or _said_units(given)):
+                pairs = zip(names, map(_bare, given), strict=True)
+                units = tuple((name, unit) for name, unit in pairs if unit.lower() not in _UNIT)
     return _told(lines, Layout(names, header, first, delimiter, wrapped, units))
+
+
+_UNIT = ("unit", "units", "einheit")
+
+
+def _said_units(texts: Sequence[str]) -> bool:
+    """Whether a line is ``Unit;mm;Unit;N``, or one of units alone."""
+    return texts[0].strip().strip(":").lower() in _UNIT or _are_units(texts)
 
 
 def _without_header(file: str, lines: Sequence[str], rows: _Rows, named: Sequence[str]) -> Layout:

@@ -62,8 +62,8 @@ REFUSED = {
     "spaces": ("t x w\n0 1 2\n", "LOG001"),
     "text": ("t,x,w\n0,1,2\n1,abc,3\n", "LOG005 a.csv:3 `abc`"),
     "decimal comma": (
-        "t;x;w\n0;1;2\n0,5;1;2\n",
-        "LOG005 a.csv:3 `0,5` '0.5'?)",
+        "t;x;w\n0.1;1;2\n0,5;1;2\n",
+        "LOG005 a.csv:3 `0,5` '0.5'?) `decimal: comma`",
     ),
     "underscore": ("t,x,w\n0,1,2\n1,1_0,3\n", "LOG005 a.csv:3 `1_0`"),
     "ragged": ("t,x,w\n0,1,2\n# note\n1,2\n", "LOG005 a.csv:4 2 3"),
@@ -98,10 +98,13 @@ def test_files_that_are_none(tmp_path, spec):
     (tmp_path / "a.cvs").write_text("t")
     with pytest.raises(BadInput, match=r"the ending `\.cvs`.*did you mean '\.csv'"):
         read_log(tmp_path / "a.cvs", spec)
-    (tmp_path / "b.csv").write_bytes(b"t,x,w\n0,1,\xff\n")
+    (tmp_path / "b.csv").write_bytes(b"t,x,w\n0,1,\x81\n")
     with pytest.raises(BadInput, match=r"b\.csv:2: byte 10 is not UTF-8"):
         read_log(tmp_path / "b.csv", spec)
-    (tmp_path / "c.csv").write_bytes("t,x,w\n0,1,2\n".encode("utf-16"))
+    (tmp_path / "b.csv").write_bytes(b"t,x,w\n0,1,\xff\n1,1,1\n")
+    with pytest.raises(BadInput, match=r"b\.csv:2: w: `ÿ`; expected a number"):
+        read_log(tmp_path / "b.csv", spec)
+    (tmp_path / "c.csv").write_bytes("t,x,w\n0,1,2\n".encode("utf-16-le"))
     with pytest.raises(BadInput, match=r"not UTF-8|binary data or UTF-16"):
         read_log(tmp_path / "c.csv", spec)
     with pytest.raises(BadInput):

@@ -1,0 +1,216 @@
+"""Files as drives, oscilloscopes and spreadsheets write them: read to the same numbers, or refused by a message that
+names what to add. The numbers are those of a slider's log in closed form."""
+
+from __future__ import annotations
+
+from datetime import datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+import pytest
+from slider_log import TEXT, rows
+
+from codegen.base.errors import BadInput
+from codegen.logs import preflight, read_log
+from codegen.spec.reader import parse_spec
+from tests.told import tells
+
+MADE = rows()
+STEP = 0.002
+STARTED = datetime(2026, 3, 4, 23, 59, 58)
+
+
+def lines(separator: str = ",", digits: str = "%.9f", comma: bool = False, scale=(1, 1, 1), stamp=None, tail="") -> str:
+    """t, x and w of every row; ``stamp`` writes the time in its own way."""
+    out = []
+    for k, (t, x, w) in enumerate(zip(MADE["t"], MADE["x"], MADE["w"], strict=True)):
+        numbers = [digits % (v * s) for v, s in zip((t, x, w), scale, strict=True)]
+        if comma:
+            numbers = [n.replace(".", ",") for n in numbers]
+        if stamp is not None:
+            numbers[0] = stamp(k)
+        out.append(separator.join(numbers) + tail)
+    return "\n".join(out) + "\n"
+
+
+def iso(k: int, between: str = "T", mark: str = ".", zone: str = "") -> str:
+    at = STARTED + timedelta(seconds=k * STEP)
+    return at.strftime(f"%Y-%m-%d{between}%H:%M:%S{mark}%f") + zone
+
+
+EUROPE = lines(";", comma=True)
+TWINCAT = (
+    "Name;Scope project\nFile;C:\\scope\\axis.svdx\nStarttime of export;133000000000;Montag\n\n"
+    "Name;Axis 1.ActPos;Name;Axis 1.ActForce\nNetId;5.1.1.1.1.1;NetId;5.1.1.1.1.1\nData-Type;REAL64;Data-Type;REAL64\n"
+    "SampleTime[ms];2;SampleTime[ms];2\nSymbolBased;True;SymbolBased;True\nUnit;mm;Unit;N\n\n"
+)
+TWINCAT_ROWS = "".join(
+    f"{1e3 * t:.6f};{1e3 * x:.9f};{1e3 * t:.6f};{w:.9f}\n".replace(".", ",")
+    for t, x, w in zip(MADE["t"], MADE["x"], MADE["w"], strict=True)
+)
+INDEXED = "".join(f"{k};{line}\n" for k, line in enumerate(EUROPE.splitlines()))
+RESTARTED = "\n".join((*lines().splitlines()[:2500], "t,x,w", *lines().splitlines()[2500:])) + "\n"
+
+READ = {
+    # name: content (bytes or text), meta.yaml, words among the notes
+    "labview": ("t\tx\tw\n" + lines("\t", comma=True), "", "decimal commas"),
+    "european excel": ("t;x;w\n" + EUROPE, "", "decimal commas"),
+    "integers among decimal commas": ("t;x;w\n" + EUROPE.replace("0,000000000", "0"), "", "decimal commas"),
+    "integers for long at the start": (
+        "t;x;w\n" + "".join(f"{k};0;0\n" for k in range(-30, 0)) + EUROPE,
+        "",
+        "decimal commas",
+    ),
+    "commas and exponents": (
+        "t;x;w\n" + lines(";", "%.8e", comma=True),
+        "",
+        "decimal commas",
+    ),
+    "excel with units": ("Zeit;x;w\nms;mm;kN\n" + lines(";", "%.9f", True, (1e3, 1e3, 1e-3)), "", "t is column `Zeit`"),
+    "units in brackets": ("Time [ms],x [mm],w (kN)\n" + lines(scale=(1e3, 1e3, 1e-3)), "", "t is column `Time [ms]`"),
+    "time": ("time,x,w\n" + lines(), "", "t is column `time`"),
+    "Time": ("Time,x,w\n" + lines(), "", "t is column `Time`"),
+    "time [s]": ("time [s],x,w\n" + lines(), "", "t is column `time [s]`"),
+    "timestamp": ("timestamp,x,w\n" + lines(), "", "t is column `timestamp`"),
+    "t_s": ("t_s,x,w\n" + lines(), "", "t is column `t_s`"),
+    "t_ms": ("t_ms,x,w\n" + lines(scale=(1e3, 1, 1)), "", "t is in ms"),
+    "time_us": ("time_us,x,w\n" + lines(scale=(1e6, 1, 1)), "", "t is in us"),
+    "windows-1252": (
+        ("Zeit [s];x [mm];w;Temperatur [°C]\n" + lines(";", "%.9f", True, (1, 1e3, 1), tail=";20,5")).encode("cp1252"),
+        "",
+        "Windows-1252",
+    ),
+    "utf-16 of excel": (("t\tx\tw\n" + lines("\t", comma=True)).encode("utf-16"), "", "UTF-16"),
+    "utf-16, the other order": (b"\xfe\xff" + ("t,x,w\n" + lines()).encode("utf-16-be"), "", "UTF-16"),
+    "quoted decimal commas": (
+        "t;x;w\n" + "".join(";".join(f'"{v}"' for v in line.split(";")) + "\n" for line in EUROPE.splitlines()),
+        "",
+        "decimal commas",
+    ),
+    "quoted decimal commas between commas": (
+        "t,x,w\n" + "".join(",".join(f'"{v}"' for v in line.split(";")) + "\n" for line in EUROPE.splitlines()),
+        "decimal: comma\n",
+        "decimal commas",
+    ),
+    "trailing separators": ("t;x;w;\n" + lines(";", comma=True, tail=";"), "", "decimal commas"),
+    "percent comments": ("% rig 3\n% t,x,w\n" + lines().replace("\n", "\n% pause\n", 3), "", ""),
+    "slash comments": ("// rig 3\nt,x,w\n" + lines(), "", ""),
+    "an index column": ("Index;t;x;w\n" + INDEXED, "", "decimal commas"),
+    "a header again in the middle": ("t,x,w\n" + RESTARTED, "", "line 2502"),
+    "iso 8601": ("time,x,w\n" + lines(stamp=iso), "", "date and time of day"),
+    "iso 8601 with a zone": (
+        "time;x;w\n" + lines(";", comma=True, stamp=lambda k: iso(k, " ", ".", "+01:00")),
+        "",
+        "date and time of day",
+    ),
+    "iso 8601 below a preamble": ("Rig;3\n\nt;x;w\n" + lines(";", stamp=lambda k: iso(k, " ", ",")), "", "line 3"),
+    "milliseconds since 1970": (
+        "timestamp,x,w\n" + lines(stamp=lambda k: str(1772668798000 + 2 * k)),
+        "",
+        "milliseconds since 1970",
+    ),
+    "nanoseconds since 1970": (
+        "timestamp,x,w\n" + lines(stamp=lambda k: str((1772668798000 + 2 * k) * 10**6)),
+        "",
+        "nanoseconds since 1970",
+    ),
+    "twincat": (
+        TWINCAT + TWINCAT_ROWS,
+        "header: 5\ncolumns: {t: 1, x: Axis 1.ActPos, w: Axis 1.ActForce}\nunits: {t: ms, x: mm}\n",
+        "header is line 5",
+    ),
+    "siemens": (
+        '"Trace";"1"\n"Time [ms]";"Axis.ActualPosition [mm]";"Axis.Force [N]"\n'
+        + lines(";", "%.9f", True, (1e3, 1e3, 1)),
+        "columns: {x: 'Axis.ActualPosition [mm]', w: 'Axis.Force [N]'}\n",
+        "x is in mm",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", READ)
+def test_read_to_the_same_numbers(tmp_path, spec, case):
+    content, meta, words = READ[case]
+    (tmp_path / "a.csv").write_bytes(content if isinstance(content, bytes) else content.encode())
+    if meta:
+        (tmp_path / "meta.yaml").write_text(meta)
+    log = read_log(tmp_path / "a.csv", spec)
+    last = len(MADE["t"])
+    assert log.sample_time == pytest.approx(STEP, rel=1e-6) or "long at the start" in case
+    assert np.allclose(log.positions[-last:, 0], MADE["x"], atol=2e-9)
+    assert np.allclose(log.inputs[-last:, 0], MADE["w"], atol=1e-6)
+    assert words in " | ".join(log.notes), log.notes
+
+
+REFUSED = {
+    "thousands and decimals": ("t;x;w\n0,1;1.234,5;1\n0,2;1.234,6;1\n", "", "LOG005 a.csv:2 `1.234,5` thousands"),
+    "thousands in quotes": ('t,x,w\n0.1,"1,234.5",1\n0.2,"1,235.5",1\n', "", "LOG005 a.csv:2 `1,234.5` thousands"),
+    "thousands or decimals": (
+        "t;x;w\n1;1,234;5\n2;1,235;5\n3;1,240;5\n",
+        "",
+        "LOG005 a.csv:2 `1,234` `decimal: comma`",
+    ),
+    "thousands or decimals in quotes": ('t,x,w\n1,"1,234",5\n2,"1,235",5\n', "", "LOG005 a.csv:2 `1,234` comma`"),
+    "points among commas": ("t;x;w\n0,1;0,5;1\n0,2;1.234;1\n", "", "LOG005 a.csv:3 `1.234` thousands"),
+    "commas among points": ("t;x;w\n0.1;0.5;1\n0.2;1,23;1\n", "", "LOG005 a.csv:3 `1,23`"),
+    "grouped by blanks": ("t;x;w\n0,1;1 234,5;1\n0,2;1 234,6;1\n", "", "LOG005 a.csv:2 thousands"),
+    "grouped by apostrophes": ("t,x,w\n0.1,1'234.5,1\n0.2,1'234.6,1\n", "", "LOG005 a.csv:2 thousands"),
+    "points said": ("t;x;w\n0,1;0,5;1\n0,2;0,7;1\n", "decimal: point\n", "LOG005 a.csv:2 `0,1` comma"),
+    "american dates": (
+        "t,x,w\n03/04/2026 23:59:58.000,1,2\n03/04/2026 23:59:58.002,1,2\n",
+        "",
+        "LOG005 a.csv:2 ISO sample_time",
+    ),
+    "two columns of time": ("Time,timestamp,x,w\n0,0,1,2\n1,1,3,4\n", "", "LOG003 `Time` `timestamp` columns:"),
+    "two times of one name": (TWINCAT + TWINCAT_ROWS, "header: 5\n", "LOG003 a.csv:5"),
+    "nan words": ("t,x,w\n0,1,2\n1,#N/A,2\n2,1,2\n", "", "LOG006 a.csv:3 fill"),
+    "nan words of a compiler": ("t,x,w\n0,1,2\n1,-1.#IND,2\n2,1,2\n", "", "LOG006 a.csv:3 fill"),
+    "decimal commas between commas": ("t,x,w\n0,1,0,5,1,0\n0,2,0,5,1,0\n", "", "LOG005 a.csv:2 6 decimal"),
+    "utf-16 without its mark": ("t,x,w\n0,1,2\n".encode("utf-16-le"), "", "LOG001 UTF-16"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_refused_by_a_message_that_helps(tmp_path, spec, case):
+    content, meta, words = REFUSED[case]
+    (tmp_path / "a.csv").write_bytes(content if isinstance(content, bytes) else content.encode())
+    if meta:
+        (tmp_path / "meta.yaml").write_text(meta)
+    with pytest.raises(BadInput) as told:
+        read_log(tmp_path / "a.csv", spec)
+    assert tells(told.value, words), told.value
+
+
+def test_decimal_commas_may_be_said(tmp_path, spec):
+    (tmp_path / "a.csv").write_text("t;x;w\n1;1,234;5\n2;1,235;5\n3;1,240;5\n")
+    (tmp_path / "meta.yaml").write_text("decimal: comma\n")
+    assert read_log(tmp_path / "a.csv", spec).positions[:, 0].tolist() == [1.234, 1.235, 1.24]
+
+
+def test_the_scale_that_is_said_stands_above_the_unit_of_a_name(tmp_path, spec):
+    (tmp_path / "a.csv").write_text("time_ms,x [mm],w\n" + lines(scale=(1, 1e3, 1)))
+    (tmp_path / "meta.yaml").write_text("scale: {t: 1}\n")
+    log = read_log(tmp_path / "a.csv", spec)
+    assert log.sample_time == STEP and np.allclose(log.positions[:, 0], MADE["x"], atol=1e-9)
+
+
+@pytest.mark.parametrize("unit", ["counts", "bit", "%", "1/min"])
+def test_a_unit_that_cannot_be_brought_to_the_symbol_s_is_a_warning(tmp_path, spec, unit):
+    (tmp_path / "a.csv").write_text(f"t,x,w [{unit}]\n" + lines())
+    found = preflight(read_log(tmp_path / "a.csv", spec, columns={"w": f"w [{unit}]"}), spec)
+    words = [f.words for f in found if f.severity == "warning" and f.topic == "unit of w"]
+    assert len(words) == 1 and f"`{unit}`" in words[0] and "scale: {w: " in words[0]
+
+
+def test_counts_are_no_angle(tmp_path):
+    text = TEXT.replace("unit: m}", "unit: rad}").replace("unit: N", "unit: N*m").replace("unit: kg", "unit: kg*m^2")
+    rotor = parse_spec(text, Path("rotor.yaml"))
+    (tmp_path / "a.csv").write_text("t,x [counts],w\n" + lines())
+    found = preflight(read_log(tmp_path / "a.csv", rotor), rotor)
+    assert [f.severity for f in found if f.topic == "unit of x"] == ["warning"]
+    (tmp_path / "a.csv").write_text("t,x [°],w\n" + lines(scale=(1, 180 / np.pi, 1)))
+    log = read_log(tmp_path / "a.csv", rotor)
+    assert np.allclose(log.positions[:, 0], MADE["x"], atol=1e-9)
+    (tmp_path / "a.csv").write_text("t,x_deg,w\n" + lines(scale=(1, 180 / np.pi, 1)))
+    log = read_log(tmp_path / "a.csv", rotor, columns={"x": "x_deg"})
+    assert np.allclose(log.positions[:, 0], MADE["x"], atol=1e-9)
