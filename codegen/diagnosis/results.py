@@ -238,6 +238,29 @@ class Diagnosis:
     material: float = MATERIAL
     reliability: Reliability | None = None
 
+    def not_named(self, candidate: Candidate) -> str:
+        """Why a candidate of the first round that passes every test is not in the verdict; empty for another one."""
+        place = (candidate.kind, candidate.on)
+        named = [(e.kind, e.on) for e in self.effects]
+        if not candidate.accepted or place in named or self.verdict == "unfit":
+            return ""
+        if self.verdict == "ambiguous":
+            tied = place in [(e.kind, e.on) for e in self.rivals] or candidate is self.candidates[0]
+            return "this log does not tell it from the others that tie" if tied else "explains less than those that tie"
+        if self.verdict != "effect":
+            return "see the verdict"
+        best = next((c for c in self.candidates if (c.kind, c.on) in named), None)
+        words = " and ".join(f"{kind} on {on}" for kind, on in named)
+        own = f"({100 * candidate.gain:.1f} %)"
+        if best is not None and best.gain >= candidate.gain:
+            first = f"removes less {own} than {best.kind} on {best.on} ({100 * best.gain:.1f} %)"
+        else:
+            first = f"removes more {own}, but the force residual or the later rounds prefer {words}"
+        again = [c for r in self.later_rounds for c in r.candidates if (c.kind, c.on) == place]
+        if not again:
+            return f"{first}; not tried in addition to it"
+        return f"{first}; in addition to it: {again[0].why_not or 'passes, but explains too little more'}"
+
     def as_json(self) -> dict[str, Any]:
         """Plain objects for diagnosis.json; infinities become null."""
 

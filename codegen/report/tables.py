@@ -192,7 +192,7 @@ def _candidate_rows(candidates: Sequence[Candidate], diagnosis: Diagnosis, model
             blocks=f"{c.blocks_won} of {c.blocks}" if c.blocks else "",
             free_run="" if c.free_run is None else number(c.free_run, 3),
             outcome=_outcome(c, diagnosis, models),
-            why_not=c.why_not.replace(" -", " −"),
+            why_not=(c.why_not or (diagnosis.not_named(c) if c in diagnosis.candidates else "")).replace(" -", " −"),
             bar=round(100 * min(max(c.gain, 0.0), 1.0)) if c.gain == c.gain else 0,
         )
         for k, c in enumerate(candidates)

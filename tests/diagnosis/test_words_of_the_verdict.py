@@ -1,0 +1,77 @@
+"""What a diagnosis says of candidates that pass and are not named, and of a residual that an effect leaves."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from codegen.app.diagnose import Diagnosed, diagnosed_text
+from codegen.base.text import render
+from codegen.diagnosis.results import Candidate, Diagnosis, ErrorFigures, FoundEffect, Remainder, Round
+
+FIGURES = ErrorFigures(1.0, (1.0,), 0.1, 1e-3, (1e-3,))
+
+
+def candidate(kind: str, gain: float, why_not: str = "") -> Candidate:
+    return Candidate(kind, "x", {}, gain, 3.0, 8, 8, 0.5, not why_not, why_not, ())
+
+
+def diagnosis(verdict: str, *candidates: Candidate, later: tuple[Round, ...] = (), **more: Any) -> Diagnosis:
+    named = (FoundEffect("cogging", "x", {}, {}, (), {}),) if verdict == "effect" else ()
+    data = {"test": "t", "coordinates": [{"name": "x", "unit": "m", "force_unit": "N"}]}
+    fixed: dict[str, Any] = {"training": (0, 0, 0), "refitted": {}, "agreement": None, "findings": {}}
+    fixed |= dict.fromkeys(("declared", "refit", "augmented"), FIGURES) | {"certificate": None, "data": data}
+    fixed |= {"effects": named, "later_rounds": later, "candidates": candidates, **more}
+    return Diagnosis(verdict, "S.", **fixed)  # type: ignore[arg-type]
+
+
+CASES = [
+    ((), "removes less (35.0 %) than cogging on x (72.0 %); not tried in addition to it"),
+    ((candidate("spring", 0.01, "removes 1 %"),), "than cogging on x (72.0 %); in addition to it: removes 1 %"),
+    (
+        (candidate("spring", 0.3),),
+        "than cogging on x (72.0 %); in addition to it: passes, but explains too little more",
+    ),
+]
+
+
+@pytest.mark.parametrize(("tried", "words"), CASES)
+def test_a_candidate_that_passes_and_is_not_named_has_its_reason(tried, words):
+    rounds = (Round((("cogging", "x"),), tried),) if tried else ()
+    found = diagnosis("effect", candidate("cogging", 0.72), candidate("spring", 0.35), later=rounds)
+    assert found.not_named(found.candidates[0]) == "" and words in found.not_named(found.candidates[1])
+    text = diagnosed_text(Diagnosed(found, Path(), ()), paths=False)
+    assert f"passes, not named: {found.not_named(found.candidates[1])}" in text
+    assert next(line for line in text.splitlines() if line.startswith("  cogging on x")).endswith("passes")
+
+
+def test_a_better_one_that_is_not_named_and_a_tie():
+    found = diagnosis("effect", candidate("spring", 0.8), candidate("cogging", 0.72))
+    assert "removes more (80.0 %), but the force residual or the later rounds prefer" in found.not_named(
+        found.candidates[0]
+    )
+    rival = FoundEffect("spring", "x", {}, {}, (), {})
+    tied = diagnosis("ambiguous", candidate("cogging", 0.72), candidate("spring", 0.7), rivals=(rival,))
+    assert tied.not_named(tied.candidates[1]) == "this log does not tell it from the others that tie"
+    for verdict in ("unknown", "none"):
+        other = diagnosis(verdict, candidate("cogging", 0.72))
+        assert "see the verdict" in other.not_named(other.candidates[0])
+
+
+def remainder(structured: float) -> Remainder:
+    return Remainder(rms=1.0, share=0.05, structured=structured, over={"position": structured})
+
+
+@pytest.mark.parametrize(("structured", "all_of_it"), [(0.9, False), (0.0, True)])
+def test_the_verdict_is_no_stronger_than_what_is_left_allows(structured, all_of_it):
+    said: dict[str, Any] = {"effects": [FoundEffect("cogging", "x", {}, {})], "left": remainder(structured)}
+    said |= dict.fromkeys(("rivals", "against", "errors", "remarks", "faults", "doubts"), ())
+    said |= {"declared": 2.0, "refit": 2.0, "augmented": 1.0, "unit": "N", "by_force": True, "material": 0.02}
+    said |= {"where": "", "left_on": "", "records": 0, "over": [("position", structured)], "experiment": None}
+    said |= {"noise": 1, "far": 0, "far_noise": 10, "near_noise": 2}
+    words = render("text/verdict.j2", verdict="effect", **said)
+    assert words.startswith("The log shows what the spec lacks: cogging") == all_of_it
+    assert words.startswith("The log shows part of what the spec lacks: cogging") != all_of_it
+    assert ("another effect is missing too, or this one stands in for one of a similar shape" in words) != all_of_it
