@@ -103,7 +103,7 @@ def _add(system: System, spec: Spec, index: int, declared: DeclaredEffect) -> Sy
     values = {symbols[p]: v for p, v in given.items()}
     units = unit_words(effect, known.index(on), system)
     for name, unit in declared.units.items():
-        refuse_other_unit(unit, units[name], f"{name}, in {unit}", spec.place(f"{key}.parameters.{name}"))
+        refuse_other_unit(unit, units[name], f"{name} in `{unit}`", spec.place(f"{key}.parameters.{name}"))
     system = system.with_parameters(values, {symbols[name]: unit for name, unit in units.items()})
     return added(effect, system, known.index(on), symbols, spec.place(key))
 

@@ -10,6 +10,7 @@ from codegen.base.errors import BadInput, nearest_name, refuse_unknown
 from codegen.friction import ALSO_CALLED, LAWS, FrictionLaw, LawParameter
 from codegen.mechanics.system import ContactFriction, Matrix
 from codegen.spec.model import Contact, Spec, symbol
+from codegen.spec.quantity import refuse_other_unit
 from codegen.spec.units import dimension, parse_unit
 
 Values = dict[sympy.Symbol, Any]
@@ -54,18 +55,26 @@ def law_of(
     symbols = {p.name: symbol(f"{prefix}{contact.name}_{p.name}") for p in law.parameters}
     values = {symbols[p.name]: _value(spec, key, law, p, contact) for p in law.parameters}
     units = {symbols[p.name]: p.unit.format(F=contact.unit, q=slip_unit) for p in law.parameters}
+    for name, given in contact.units.items():
+        refuse_other_unit(given, units[symbols[name]], f"{name} in `{given}`", spec.place(f"{key}.{name}"))
     return law, symbols, values, units
 
 
 def _law(spec: Spec, key: str, contact: Contact) -> FrictionLaw:
     law = LAWS.get(contact.law)
     if law is None:
+        meant = ALSO_CALLED.get(contact.law.lower())
+        found = f"unknown law `{contact.law}`"
+        if meant:
+            found += (
+                f", another name for `{meant}`: its parameters are {', '.join(p.name for p in LAWS[meant].parameters)}"
+            )
         expected = f"one of {', '.join(LAWS)}"
         raise BadInput(
             spec.place(f"{key}.law"),
-            f"unknown law `{contact.law}`",
+            found,
             expected,
-            nearest_name(contact.law, LAWS) or ALSO_CALLED.get(contact.law.lower()),
+            meant or nearest_name(contact.law, LAWS),
             code="SPEC008",
         )
     names = [p.name for p in law.parameters]

@@ -53,13 +53,18 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Contact:
-    """A place where friction acts: its law's name, that law's parameters in SI, and the bodies if the spec has any."""
+    """A place where friction acts: its law's name, that law's parameters in SI, and the bodies if the spec has any.
+
+    Attributes:
+        units: parameter → the unit that it was written with, where it has one.
+    """
 
     name: str
     law: str
     unit: str
     parameters: Mapping[str, Any]
     sliding: Sliding | None = None
+    units: Mapping[str, str] = field(default_factory=dict, compare=False)
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from codegen.base.errors import BadInput, Place, refuse_unknown
 from codegen.spec.expression import exact_number, parse_expression
 from codegen.spec.free_gains import read_free_gains
 from codegen.spec.model import Contact, DomainChoice, ObserverChoice, symbol
-from codegen.spec.quantity import read_quantity
+from codegen.spec.quantity import read_numbers, read_quantity
 from codegen.spec.schema import ObserverSection
 
 SLIP_SPEED = "s"
@@ -75,10 +75,5 @@ def _assumed(
     refuse_unknown(name, [c.name for c in contacts], place(key), "unknown contact", code="SPEC008")
     plant = next(c for c in contacts if c.name == name)
     law = section.laws[name]
-    values: dict[str, Any] = {}
-    for parameter, value in (law.model_extra or {}).items():
-        where = place(f"{key}.{parameter}")
-        if isinstance(value, bool) or not isinstance(value, (str, int, float)):
-            raise BadInput(where, f"`{value}`", "a number", code="SPEC006")
-        values[parameter] = exact_number(str(value), where)
-    return Contact(name, law.law, plant.unit, values)
+    values, units = read_numbers(law.model_extra or {}, key, place)
+    return Contact(name, law.law, plant.unit, values, units=units)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Mapping
+from typing import Any
 
 import sympy
 
@@ -12,6 +14,8 @@ from codegen.spec.printed import printed
 from codegen.spec.units import describe, dimension, parse_unit, si_factor
 
 _WITH_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\W\d_].*|1/.*)")
+
+Numbers = dict[str, Any]
 
 
 def split_quantity(text: str) -> tuple[str, str] | None:
@@ -39,10 +43,30 @@ def with_any_unit(text: str, place: Place) -> tuple[sympy.Rational, str]:
     return printed(exact_number(number, place) * si_factor(unit, place), place, f"{text} in SI units"), unit
 
 
+def read_numbers(given: Mapping[str, Any], key: str, place: Callable[[str], Place]) -> tuple[Numbers, dict[str, str]]:
+    """Numbers in SI by name, and the unit of each that was written with one.
+
+    For the parameters of a law, whose own units are known once the law is.
+
+    Args:
+        key: of the section that they stand in.
+
+    Raises:
+        BadInput: as ``with_any_unit``.
+    """
+    values, units = {}, {}
+    for name, value in given.items():
+        where = place(f"{key}.{name}")
+        if isinstance(value, bool) or not isinstance(value, (str, int, float)):
+            raise BadInput(where, f"`{value}`", "a number", code="SPEC006")
+        values[name], units[name] = with_any_unit(str(value), where)
+    return values, {name: unit for name, unit in units.items() if unit}
+
+
 def refuse_other_unit(given: str, unit: str, found: str, place: Place) -> None:
-    """Raise BadInput where ``given``, if any, has another dimension than ``unit``."""
+    """Raise BadInput where ``given``, if any, has another dimension than ``unit``; ``found`` says what stood there."""
     if given and dimension(parse_unit(given, place)) != dimension(parse_unit(unit, place)):
-        found = f"`{found}`, in {describe(dimension(parse_unit(given, place)))}"
+        found = f"{found}, in {describe(dimension(parse_unit(given, place)))}"
         raise BadInput(
             place, found, f"a number in {unit}, or a number with another unit of the same quantity", code="SPEC014"
         )
@@ -62,5 +86,5 @@ def read_quantity(text: str, unit: str, place: Place) -> sympy.Rational:
     if parts is None:
         return exact_number(text, place)
     number, given = parts
-    refuse_other_unit(given, unit, text, place)
+    refuse_other_unit(given, unit, f"`{text}`", place)
     return printed(exact_number(number, place) * si_factor(given, place), place, f"{text} in {unit}")

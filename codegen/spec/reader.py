@@ -26,7 +26,7 @@ from codegen.spec.motion import Sliding
 from codegen.spec.motion_section import read_motion
 from codegen.spec.observer_section import read_observer
 from codegen.spec.printed import printed
-from codegen.spec.quantity import read_quantity, with_any_unit
+from codegen.spec.quantity import read_numbers, read_quantity, with_any_unit
 from codegen.spec.reserved import is_device, is_identifier, is_macro, reserved, shadows_header
 from codegen.spec.schema import SpecDocument
 from codegen.spec.share import read_share
@@ -234,14 +234,8 @@ class _Reading:
                 code="SPEC009",
             )
         unit = self._si_unit(section.unit, f"{key}.unit")
-        extra = section.model_extra or {}
-        values = {k: self._number(v, f"{key}.{k}") for k, v in extra.items()}
-        return Contact(section.name, section.law, unit, values, sliding)
-
-    def _number(self, value: Any, key: str) -> Any:
-        if isinstance(value, bool) or not isinstance(value, (str, int, float)):
-            raise BadInput(self.place(key), f"`{value}`", "a number", code="SPEC006")
-        return exact_number(str(value), self.place(key))
+        values, units = read_numbers(section.model_extra or {}, key, self.place)
+        return Contact(section.name, section.law, unit, values, sliding, units)
 
     def _effect(self, index: int) -> DeclaredEffect:
         section, key = self.document.effects[index], f"effects[{index}]"

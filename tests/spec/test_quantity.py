@@ -8,6 +8,8 @@ import pytest
 
 from codegen.base.errors import BadInput
 from codegen.effects.declare import system_of
+from codegen.mechanics import build_system
+from codegen.mechanics.system import System
 from codegen.spec import Spec, parse_spec
 
 ONE = (Path(__file__).parents[2] / "specs" / "one_mass.yaml").read_text()
@@ -85,3 +87,45 @@ def test_another_dimension_is_told(text: str, key: str) -> None:
     with pytest.raises(BadInput) as told:
         system_of(parse_spec(BARE + text, Path("s.yaml")))
     assert (told.value.code, told.value.place.key) == ("SPEC014", key)
+
+
+RAIL = "name: rail, law: coulomb, a: 50, unit: N"
+LUGRE = "law: lugre, sigma_0: %s, sigma_1: %s, sigma_2: %s, v_s: %s, F_c: %s, F_s: %s, unit: N"
+IN_SI = ("1e5", "300", "0.4", "0.001", "50", "80")
+IN_OTHERS = ("100 kN/m", "0.3 kN*s/m", "0.4 N*s/m", "1 mm/s", "50 N", "0.08 kN")
+
+
+def contact(numbers: tuple[str, ...]) -> System:
+    return build_system(spec((RAIL, f"name: rail, {LUGRE % numbers}")))
+
+
+def test_parameters_of_a_contact_with_units_of_their_own() -> None:
+    assert contact(IN_OTHERS).values == contact(IN_SI).values
+    for unit, wanted in (("0.001 m", "m/s"), ("1 mm/min^2", "m/s"), ("1 foo", "unit")):
+        with pytest.raises(BadInput) as told:
+            contact((*IN_SI[:3], unit, *IN_SI[4:]))
+        assert told.value.place.key == "friction.contacts[0].v_s" and told.value.place.line
+        assert wanted in str(told.value) and unit.split()[1] in str(told.value)
+
+
+def test_parameters_of_an_assumed_law_with_units_of_their_own() -> None:
+    law = "laws: {rail: {law: coulomb, a: %s}}\n  velocity: est"
+    plain, with_unit = (spec(("velocity: est", law % a)).observer for a in ("50", "0.05 kN"))
+    assert plain is not None and plain == with_unit
+
+
+def test_the_unit_of_an_effect_is_told_in_backticks_alone() -> None:
+    with pytest.raises(BadInput) as told:
+        system_of(parse_spec(BARE + EFFECT % ("1 kg", "1 m", "0"), Path("s.yaml")))
+    assert told.value.found.startswith("amplitude in `kg`, in "), told.value.found
+    assert told.value.found.count("`") == 2
+
+
+@pytest.mark.parametrize(
+    ("name", "law"), [("stribeck", "gaussian"), ("Stribeck", "gaussian"), ("viscous", "static_viscous")]
+)
+def test_another_name_of_a_law_is_told_with_its_parameters(name: str, law: str) -> None:
+    with pytest.raises(BadInput) as told:
+        build_system(spec((RAIL, f"name: rail, law: {name}, F_c: 40, F_s: 50, v_s: 0.01, unit: N")))
+    assert (told.value.code, told.value.nearest) == ("SPEC008", law)
+    assert f"another name for `{law}`: its parameters are " in told.value.found
