@@ -25,6 +25,8 @@ ENDINGS = (".urdf", ".xml")
 STANDARD = (0.0, 0.0, -9.81)
 DEFAULT_GAIN = 100.0
 """K_v in 1/s of a new spec."""
+MOST_TRAVEL = 1000.0
+"""m or rad: larger limits of a joint stand for none."""
 GAIN_STEPS = 0.2
 """Largest K_v of a new spec times its sample time."""
 
@@ -106,12 +108,14 @@ def _content(
     robot: _Robot, bodies: Sequence[MovingBody], guess: Guess, log: Path | None, seen: Seen
 ) -> Mapping[str, Any]:
     beyond = {joint.joint: joint for joint in robot.joints}
-    ranges = {}
+    ranges, assumed = {}, []
     for body in bodies:
-        limits = beyond[body.joint].limits if body.joint in beyond else None
+        limits = beyond[body.joint].limits if body.joint in beyond else _within(body.limits)
         ranges[body.joint] = (
             [float(f"{x:.6g}") for x in limits] if limits else [-3.1, 3.1] if body.kind == "revolute" else [-1, 1]
         )
+        if limits is None and body.joint not in seen.positions:
+            assumed.append(body.joint)
     for joint, ends in seen.positions.items():
         ranges[joint] = [_out(min(ranges[joint][0], ends[0])), _out(max(ranges[joint][1], ends[1]))]
     speeds = {
@@ -128,6 +132,7 @@ def _content(
         "gravity": list(robot.gravity) if robot.gravity != STANDARD else None,
         "joints": bodies,
         "ranges": ranges,
+        "assumed": assumed,
         "speeds": speeds,
         "margin": MARGIN,
         "measured": seen.measured,
@@ -140,6 +145,11 @@ def _content(
         "columns": {symbol: json.dumps(column) for symbol, column in guess.columns.items()},
         "unmatched": guess.remarks,
     }
+
+
+def _within(limits: tuple[float, float] | None) -> tuple[float, float] | None:
+    """A robot file's limits of a joint, where they are those of a mechanism and no stand-in for none."""
+    return limits if limits is not None and max(map(abs, limits)) <= MOST_TRAVEL else None
 
 
 def _out(value: float) -> float:

@@ -8,8 +8,8 @@ import numpy as np
 import sympy
 
 from codegen.export.friction_fit import fit_friction
-from codegen.export.means import combination, unit_along, with_means
-from codegen.export.mechanism import SPEED, Drive, Line, Mechanism, unit_direction
+from codegen.export.means import combination, over_assumed, unit_along, with_means
+from codegen.export.mechanism import SPEED, Direction, Drive, Line, Mechanism, unit_direction
 from codegen.export.region import Region
 from codegen.export.remarks import CORNER, Held, Remark
 from codegen.spec.model import Spec
@@ -68,7 +68,7 @@ class _Reduction:
             held: Held = "exact" if fit.exact else "nearest"
             how = f"damping {terms.damping[0]:.6g}, friction {terms.level:.6g}"
             if not fit.exact:
-                how += " by least squares over the envelope's speeds"
+                how += f" by least squares over the envelope's speeds{self._assumed(level, direction)}"
             for f in line.frictions:
                 if f.at_rest is not None:
                     held, how = "nearest", f"{how}; the level at rest, {f.at_rest:.6g} {unit}, is lost"
@@ -94,15 +94,13 @@ class _Reduction:
         )
         force += sympy.Add(*[w.amplitude * sympy.sin(w.rate * x + w.phase) for w in line.waves])
         force = sympy.expand(force + stiffness * (x - reference))
-        if any(line.stiffness) or line.waves or line.constant:
-            values = self.region.sampled(force, direction)
-            if np.abs(values).max() > 0:
-                parts = [
-                    *(["a constant force"] if line.constant and not stiffness else []),
-                    *(["a spring"] if any(line.stiffness[1 if stiffness else 0 :]) else []),
-                    *(["a periodic force"] if line.waves else []),
-                ]
-                self._drop(f"force on {x}", f"{', '.join(parts)}: {self.target} has none", values, direction)
+        if (any(line.stiffness) or line.waves or line.constant) and force != 0:
+            parts = [
+                *(["a constant force"] if line.constant and not stiffness else []),
+                *(["a spring"] if any(line.stiffness[1 if stiffness else 0 :]) else []),
+                *(["a periodic force"] if line.waves else []),
+            ]
+            self._drop(f"force on {x}", f"{', '.join(parts)}: {self.target} has none", force, direction)
 
     def others(self) -> None:
         """Lines between coordinates, drives, sensors."""
@@ -113,18 +111,14 @@ class _Reduction:
                 level = sympy.Add(*[f.level for f in line.frictions])
                 level += sympy.Add(*[sympy.Float(d) * SPEED ** (j + 1) for j, d in enumerate(line.damping) if d])
                 if level != 0:
-                    values = self.region.sampled(level, line.direction)
                     self._drop(
-                        f"friction along {words}", f"{self.target} has it on joints alone", values, line.direction
+                        f"friction along {words}", f"{self.target} has it on joints alone", level, line.direction
                     )
                 if any(line.stiffness):
                     names = zip(line.direction, self.system.positions, strict=True)
                     way = sympy.Add(*[sympy.Float(c) * x for c, x in names if c])
                     force = sympy.Add(*[sympy.Float(k) * way ** (j + 1) for j, k in enumerate(line.stiffness) if k])
-                    values = self.region.sampled(force, line.direction)
-                    self._drop(
-                        f"spring along {words}", f"{self.target} has none between joints", values, line.direction
-                    )
+                    self._drop(f"spring along {words}", f"{self.target} has none between joints", force, line.direction)
         for drive in self.mechanism.drives:
             self._drive(drive)
         for x in self.system.sensor_errors:
@@ -148,7 +142,7 @@ class _Reduction:
             if value:
                 self.remarks.append(Remark(where, "dropped", f"a {name} of {value:.6g} s: {self.target} has none"))
         if drive.dead_zone:
-            lost = np.array([drive.dead_zone * max(map(abs, drive.direction))])
+            lost = sympy.Float(drive.dead_zone * max(map(abs, drive.direction)))
             self._drop(where, f"a dead zone of {drive.dead_zone:.6g} {unit} of command", lost, drive.direction)
         if drive.limit is not None and len(moved) == 1:
             held: Held = "nearest" if drive.rounded else "exact"
@@ -164,6 +158,14 @@ class _Reduction:
             return None
         return drives[0].limit * abs(drives[0].direction[index])
 
-    def _drop(self, where: str, how: str, values: np.ndarray, direction: tuple[float, ...]) -> None:
+    def _assumed(self, force: sympy.Expr, direction: Direction) -> str:
+        """The ranges behind the figures of a force that no section of the spec gives, in words; empty where all are."""
+        names = {s for s in force.free_symbols if isinstance(s, sympy.Symbol)}
+        if SPEED in names:
+            names |= {v for c, v in zip(direction, self.system.velocities, strict=True) if c}
+        return over_assumed(self.region, names)
+
+    def _drop(self, where: str, how: str, force: sympy.Expr, direction: Direction) -> None:
+        values, how = self.region.sampled(force, direction), how + self._assumed(force, direction)
         worst, rms = float(np.abs(values).max()), float(np.sqrt(np.mean(values**2)))
         self.remarks.append(Remark(where, "dropped", how, worst, rms, unit_along(self.system, direction)))

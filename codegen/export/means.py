@@ -36,8 +36,7 @@ def _take(leftover: Leftover, lines: dict[Direction, Line], system: System, regi
     elif mean:
         line.constant += mean
     unit = unit_along(system, leftover.direction)
-    assumed = region.said({s for s in leftover.force.free_symbols if isinstance(s, sympy.Symbol)})
-    over = f" (over {', '.join(assumed)}, assumed)" if assumed else ""
+    over = over_assumed(region, {s for s in leftover.force.free_symbols if isinstance(s, sympy.Symbol)})
     kept = f"its mean over the envelope, {mean:.4g} {unit}, is held" if mean else "nothing is near"
     error = finite - mean
     return Remark(
@@ -48,6 +47,12 @@ def _take(leftover: Leftover, lines: dict[Direction, Line], system: System, regi
         float(np.sqrt(np.mean(error**2))),
         unit,
     )
+
+
+def over_assumed(region: Region, names: set[sympy.Symbol]) -> str:
+    """In words, the ranges of these symbols that the spec's envelope does not give; empty where it gives all."""
+    assumed = region.said(names)
+    return f" (over {', '.join(assumed)}, assumed: the envelope says nothing of it)" if assumed else ""
 
 
 def unit_along(system: System, direction: Direction) -> str:

@@ -25,6 +25,7 @@ class MovingBody:
         mass: kg.
         first_moment: mass times centre of mass, in the body's frame, kg m.
         inertia: about the body frame's origin, kg m².
+        limits: of the position, m or rad; None where the file has none.
         damping, friction: of ``<dynamics>``, N m s and N m (N s/m and N for a prismatic joint).
     """
 
@@ -40,6 +41,7 @@ class MovingBody:
     inertia: Rows
     damping: float = 0.0
     friction: float = 0.0
+    limits: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)

@@ -60,6 +60,7 @@ class RobotFile:
             found = f"<{self._root.tag}>" if self._root is not None else "no element"
             raise BadInput(Place(str(path), 1), found, "<robot>, a robot description (URDF)", code="SPEC030")
         self._refuse_xacro()
+        self.limits = self._limits()
         self._keep_mechanics()
         self.robot: Any = self._parsed()
 
@@ -71,6 +72,17 @@ class RobotFile:
                 line = (element if found is None else found).sourceline
                 return Place(str(self.path), line, f'{kind} "{name}"')
         return Place(str(self.path), None, f'{kind} "{name}"')
+
+    def _limits(self) -> dict[str | None, tuple[float, float]]:
+        """Joint → the least and the greatest position, where the file says a range; a strange one is no error."""
+        found = {}
+        for joint in self._root.findall("joint"):
+            limit = joint.find("limit")
+            with contextlib.suppress(ValueError):
+                low, high = (float("0" if limit is None else limit.get(end, "0")) for end in ("lower", "upper"))
+                if low < high and joint.get("type") != "continuous":
+                    found[joint.get("name")] = low, high
+        return found
 
     def _keep_mechanics(self) -> None:
         """Drop what is not mechanics, so that a strange mesh or transmission is no error; refuse what stands twice."""

@@ -222,6 +222,7 @@ class _Reading:
                     inertia=_rows(body.inertia),
                     damping=self._dynamics(joint, "damping"),
                     friction=self._dynamics(joint, "friction"),
+                    limits=self.file.limits.get(joint.name),
                 )
             )
         return tuple(result)

@@ -162,3 +162,26 @@ def test_a_log_that_cannot_be_read_leaves_the_defaults_and_says_so(folder: Path)
     text = Path("arm.yaml").read_text()
     assert "# Sample time and speeds were not taken from it: " in text and "sample_time: 1 ms" in text
     assert "[-1, 1]" in text
+
+
+URDF = """<robot name="slide"><link name="base"/><link name="cart"><inertial><mass value="2"/>
+<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+<joint name="x" type="prismatic"><parent link="base"/><child link="cart"/><axis xyz="1 0 0"/>%s</joint></robot>
+"""
+
+
+@pytest.mark.parametrize(
+    ("limit", "ends"),
+    [
+        ('<limit effort="9" velocity="2" lower="-0.05" upper="0.4"/>', (-0.05, 0.4)),
+        ('<limit effort="9" velocity="2" lower="-1e6" upper="1e6"/>', None),
+        ('<limit effort="9" velocity="2"/>', None),
+        ("", None),
+    ],
+)
+def test_the_limits_of_a_urdf_are_the_envelope_or_it_is_said_to_be_assumed(folder: Path, limit: str, ends) -> None:
+    (folder / "slide.urdf").write_text(URDF % limit)
+    assert stiction("init", "slide.urdf").code == 0
+    low, high = read_spec("slide.yaml").envelope["x"]
+    assert (float(low), float(high)) == (ends or (-1, 1))
+    assert ("assumed" in Path("slide.yaml").read_text()) == (ends is None)

@@ -323,3 +323,17 @@ def test_a_flat_body_loads(tmp_path: Path) -> None:
     (tmp_path / "r.yaml").write_text("name: r\nurdf: r.urdf\n")
     remarks(tmp_path / "r.yaml", "mjcf", tmp_path / "r.xml")
     assert mujoco.MjModel.from_xml_path(str(tmp_path / "r.xml")).nv == 1
+
+
+@pytest.mark.parametrize(("envelope", "half"), [("x: [-0.02, 0.02], ", 0.02), ("", 1.0)])
+def test_the_error_of_a_spring_is_over_the_envelope_or_over_what_is_said(
+    tmp_path: Path, envelope: str, half: float
+) -> None:
+    path = tmp_path / "axis.yaml"
+    text = (SPECS / "one_mass.yaml").read_text("utf-8").replace("  - w\n", "  - w - k*x\n")
+    text = text.replace("parameters:\n", "parameters:\n  k: {value: 30, unit: N/m}\n")
+    path.write_text(text.replace("  v: [-5, 5]", f"  v: [-5, 5]\n  {envelope.rstrip(', ')}"), "utf-8")
+    lost = remarks(path, "urdf", tmp_path / "axis.urdf")["force on x"]
+    assert lost.worst == pytest.approx(30 * half, rel=1e-2)
+    assert lost.rms == pytest.approx(30 * half / np.sqrt(3), rel=3e-2)
+    assert ("over x in [-1, 1] m, assumed" in lost.how) == (not envelope)
