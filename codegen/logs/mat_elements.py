@@ -10,7 +10,7 @@ import math
 import struct
 import zlib
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
@@ -28,6 +28,10 @@ _FIRST_NUMERIC, _LAST_NUMERIC = 6, 15
 _HEADER = 128
 _EMPTY = memoryview(b"")
 MOST_VARIABLES = 10_000
+MOST_LINES = 200
+"""Columns of a matrix that are columns of a log."""
+DEEPEST = 8
+"""Structs within structs."""
 Item = TypeVar("Item")
 
 
@@ -41,6 +45,7 @@ class Variable:
         kind: MATLAB's class, or what else it is.
         numeric: whether it is a full array of real numbers.
         data, stored: its numbers in the file's own type; empty unless ``numeric``.
+        part: which of the numbers are this variable's: the first, the end and the step.
     """
 
     name: str
@@ -49,10 +54,23 @@ class Variable:
     numeric: bool = False
     data: memoryview | bytes = b""
     stored: str = "f8"
+    part: tuple[int, int | None, int] = (0, None, 1)
 
     def vector(self) -> Array:
         """(N,) all its numbers."""
-        return np.frombuffer(self.data, dtype=self.stored).astype(np.float64)
+        return np.frombuffer(self.data, dtype=self.stored)[slice(*self.part)].astype(np.float64)
+
+    def lines(self) -> list[Variable]:
+        """The columns of a matrix, or its rows where there are fewer of them, as vectors ``NAME.1``, ``NAME.2``, …"""
+        if not self.numeric or len(self.shape) != 2 or not 2 <= min(self.shape) <= MOST_LINES:
+            return []
+        rows, columns = self.shape
+        if columns <= rows:
+            parts: list[tuple[int, int | None, int]] = [(k * rows, (k + 1) * rows, 1) for k in range(columns)]
+        else:
+            parts = [(k, None, rows) for k in range(rows)]
+        shape = (max(self.shape), 1)
+        return [replace(self, name=f"{self.name}.{k + 1}", shape=shape, part=p) for k, p in enumerate(parts)]
 
 
 def variables(data: bytes, count: Callable[[int], None]) -> list[Variable]:
@@ -79,9 +97,11 @@ def variables(data: bytes, count: Callable[[int], None]) -> list[Variable]:
     for (kind, payload), size in zip(elements, sizes, strict=True):
         if kind == _COMPRESSED:
             inside = _elements(_inflated(payload, size), order)
-            found += [_matrix(inner, order) for k, inner in inside if k == _MATRIX]
+            found += [v for k, inner in inside if k == _MATRIX for v in _matrices(inner, order)]
         elif kind == _MATRIX:
-            found.append(_matrix(payload, order))
+            found += _matrices(payload, order)
+        if len(found) > MOST_VARIABLES:
+            raise ValueError(f"more than {MOST_VARIABLES} variables")
     return found
 
 
@@ -136,6 +156,31 @@ def _elements(data: memoryview, order: str) -> Iterator[tuple[int, memoryview]]:
         if start + size > len(data):
             raise ValueError(f"an element of {size} bytes where {len(data) - start} are left")
         yield word, data[start : start + size]
+
+
+def _matrices(payload: memoryview, order: str, name: str = "", depth: int = 0) -> Iterator[Variable]:
+    """A variable, and behind a struct the numbers in its fields as ``NAME.FIELD``; ``NAME(2).FIELD`` in an array."""
+    whole = _matrix(payload, order)
+    whole = replace(whole, name=name or whole.name)
+    yield whole
+    if whole.kind != "struct" or depth == DEEPEST:
+        return
+    parts = list(_limited(_elements(payload, order)))[3:]
+    if len(parts) < 3:
+        return
+    (_, length), (_, names), *values = parts
+    size = int.from_bytes(length, "little" if order == "<" else "big")
+    if not 0 < size <= 64 or len(names) % size:
+        raise ValueError(f"names of fields of {whole.name} in {len(names)} bytes")
+    fields = [bytes(names[k : k + size]).split(b"\0")[0].decode("latin-1") for k in range(0, len(names), size)]
+    count = math.prod(whole.shape)
+    if len(values) != count * len(fields):
+        raise ValueError(f"{len(values)} values in {whole.name}, a struct of {count} times {len(fields)} fields")
+    for k, (kind, value) in enumerate(values):
+        element = f"{whole.name}({k // len(fields) + 1})" if count > 1 else whole.name
+        if kind == _MATRIX:
+            inside = _matrices(value, order, f"{element}.{fields[k % len(fields)]}", depth + 1)
+            yield from (v for v in inside if v.numeric)
 
 
 def _matrix(payload: memoryview, order: str) -> Variable:

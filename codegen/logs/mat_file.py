@@ -1,4 +1,4 @@
-"""MATLAB logs up to format 7 (7.3 is HDF5): vectors called like the columns of a log."""
+"""MATLAB logs up to format 7 (7.3 is HDF5): vectors as columns of a log, alone, in a struct or in a matrix."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class MatSource(Unannotated):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Every variable; ``load`` refuses those that are no vectors."""
+        """Every variable, field of a struct and column of a matrix; ``load`` refuses those that are no vectors."""
         return tuple(self.variables)
 
     @property
@@ -64,11 +64,15 @@ class MatSource(Unannotated):
         place = Place(self.file, None, shown(name))
         words = "×".join(map(str, variable.shape))
         if not variable.numeric:
-            raise BadInput(place, f"a {variable.kind} of {words}", "a vector of real numbers", code="LOG005")
+            inside = [other for other in self.variables if other.startswith((f"{name}.", f"{name}("))]
+            expected = f"a vector of real numbers{f', such as {listing(inside, 5)} in it' if inside else ''}"
+            raise BadInput(place, f"a {variable.kind} of {words}", expected, code="LOG005")
         if 0 in variable.shape:
             raise BadInput(place, f"an empty array ({words})", "a vector of real numbers", code="LOG005")
         if sum(n != 1 for n in variable.shape) > 1:
-            raise BadInput(place, f"an array of {words}", "a vector (N×1 or 1×N)", code="LOG005")
+            lines = [one.name for one in variable.lines()]
+            expected = f"a vector (N×1 or 1×N){f', such as `{lines[0]}` to `{lines[-1]}` of it' if lines else ''}"
+            raise BadInput(place, f"an array of {words}", expected, code="LOG005")
         return variable.vector()
 
 
@@ -83,7 +87,8 @@ def open_mat(path: Path, allowance: Allowance, description: LogDescription) -> S
         return open_hdf5(path, allowance, description)
     data = read_bytes(path, EXPECTED)
     try:
-        found = {v.name: v for v in variables(data, partial(allowance.take, path, expected=EXPECTED)) if v.name}
+        given = variables(data, partial(allowance.take, path, expected=EXPECTED))
+        found = {one.name: one for v in given if v.name for one in (v, *v.lines())}
     except ValueError as error:
         raise BadInput(Place(file), f"a damaged file ({shown(str(error), 120)})", EXPECTED, code="LOG001") from None
     if not any(v.numeric and sum(n != 1 for n in v.shape) == 1 for v in found.values()):

@@ -82,7 +82,8 @@ def test_format_7_3_and_garbage(tmp_path, spec):
 def test_any_damage(tmp_path, spec, data):
     path = tmp_path / "f.mat"
     form = data.draw(st.sampled_from([{"format": "4"}, {"format": "5"}, {"format": "5", "do_compression": True}]))
-    savemat(path, {"t": np.arange(20.0), "x": np.arange(20.0), "w": np.arange(20, dtype=np.int16)}, **form)
+    more = {} if form["format"] == "4" else {"s": {"a": np.arange(20.0), "b": {"c": 1.0}}}
+    savemat(path, {"t": np.arange(20.0), "x": np.arange(20.0), "w": np.arange(20, dtype=np.int16), **more}, **form)
     damaged = bytearray(path.read_bytes())
     for _ in range(data.draw(st.integers(1, 5))):
         damaged[data.draw(st.integers(0, len(damaged) - 1))] = data.draw(st.integers(0, 255))
@@ -103,3 +104,31 @@ def test_any_bytes(tmp_path, spec, data, head):
     (tmp_path / "f.mat").write_bytes(head + data)
     with pytest.raises(BadInput):
         read_log(tmp_path / "f.mat", spec)
+
+
+def test_fields_of_structs_and_columns_of_matrices(tmp_path, spec):
+    made = rows()
+    t, x, w = (made[name] for name in ("t", "x", "w"))
+    channels = np.zeros(2, dtype=[("Name", object), ("Data", object)])
+    channels[0], channels[1] = ("pos", x), ("force", w)
+    content = {
+        "log": {"t": t, "x": x, "w": w, "note": "a text"},
+        "rec": {"X": {"Data": t}, "Y": channels},
+        "table": np.column_stack([t, x, w]),
+        "flat": np.vstack([t, x, w]).astype("f4"),
+    }
+    ways = [("log.t", "log.x", "log.w"), ("rec.X.Data", "rec.Y(1).Data", "rec.Y(2).Data")]
+    ways += [tuple(f"{name}.{k}" for k in (1, 2, 3)) for name in ("table", "flat")]
+    for compressed in (False, True):
+        savemat(tmp_path / "a.mat", content, do_compression=compressed)
+        for way in ways:
+            log = read_log(tmp_path / "a.mat", spec, columns=dict(zip(("t", "x", "w"), way, strict=True)))
+            limit = 1e-6 if way[0].startswith("flat") else 0.0
+            assert np.abs(log.positions[:, 0] - x).max() <= limit and np.abs(log.inputs[:, 0] - w).max() <= limit
+    with pytest.raises(BadInput) as told:
+        read_log(tmp_path / "a.mat", spec)
+    assert all(name in str(told.value) for way in ways for name in way), told.value
+    for column, words in (("table", "`table.1` to `table.3`"), ("rec", "rec.X.Data")):
+        with pytest.raises(BadInput) as told:
+            read_log(tmp_path / "a.mat", spec, columns={"t": "log.t", "x": column, "w": "log.w"})
+        assert words in str(told.value)
