@@ -11,6 +11,8 @@ from codegen.logs.log import Log
 SLOW_HZ = 90.0
 LONG_STEP = 0.1
 UNUSABLE_STEP = 0.5
+SHORTEST_STEP = 1e-6
+_UNITS_OF_TIME = ((1e5, ("nanoseconds", "1e-9")), (100.0, ("microseconds", "1e-6")), (0.0, ("milliseconds", "0.001")))
 SHORT_S = 5.0
 FEW_SAMPLES = 500
 MUCH_JITTER = 0.05
@@ -48,12 +50,16 @@ def _rate(log: Log, turns: bool) -> Finding:
         which = f"in {slow} of them a reversal passes"
         figures |= {"records": float(len(steps)), "slow": float(slow)}
     if least > LONG_STEP and turns:
-        hint = " That is slow for friction: is time in milliseconds? (`scale: {t: 0.001}` in a log description)"
+        unit, factor = next(words for step, words in _UNITS_OF_TIME if least > step)
+        hint = f" That is slow for friction: is time in {unit}? (`scale: {{t: {factor}}}` in a log description)"
+    elif most < SHORTEST_STEP:
+        hint = " No drive is sampled as fast: is time in days? (`scale: {t: 86400}` in a log description)"
     elif rate < SLOW_HZ and turns:
         hint = f" That is slow for friction: {which} within one or two samples."
     else:
         hint = ""
-    severity: Severity = "problem" if least > UNUSABLE_STEP and turns else decide(bool(hint))
+    unusable = (least > UNUSABLE_STEP and turns) or most < SHORTEST_STEP
+    severity: Severity = "problem" if unusable else decide(bool(hint))
     return Finding(severity, "sample rate", words + hint, figures)
 
 

@@ -15,7 +15,9 @@ from codegen.logs.term import OPERATORS, Term, find_term, identifier
 from codegen.spec.model import Spec
 from codegen.spec.units import base_units, describe, dimension, parse_unit, si_factor
 
-_IN_BRACKETS = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*")
+_IN_SQUARE = re.compile(r"(.*\S)\s*\[([^\[\]]*)\]\s*")
+_IN_ROUND = re.compile(r"(.*\S)\s*\(([^()]*)\)\s*")
+_BELOW_LINE = re.compile(r"(.+?)\s+/\s+(\S.*?)\s*")
 _BEHIND_NAME = re.compile(r"(.+)_(ms|us|ns|mm|um|deg|rpm|mA|mV|kN|mNm)")
 """Units that the end of a name can mean and that are nothing else."""
 _TIME = re.compile(r"t|(?i:time|timestamp|stamp|time_stamp|datetime|elapsed_time|zeit)")
@@ -92,7 +94,7 @@ def bind(source: Named, spec: Spec, description: LogDescription, explicit: Mappi
         likely = _likely(symbol, names) if origin is None else []
         if len(likely) == 1:
             terms[symbol] = Term(likely[0], (likely[0],))
-            notes.append(f"{symbol} is column `{shown(likely[0])}`, by its name")
+            notes.append(f"column `{shown(likely[0])}` is {symbol}, by its name")
             continue
         if likely:
             found = (
@@ -140,20 +142,20 @@ def time_columns(names: Sequence[str]) -> list[str]:
 
 
 def stated_unit(name: str) -> tuple[str, str]:
-    """A column's name without the unit in it, and that unit: ``x [mm]``, ``x (mm)``; empty where it has none.
+    """A column's name without the unit in it, and that unit: ``x [mm]``, ``x (mm)``, ``x / mm``; empty for none.
 
-    Square brackets hold a unit whatever stands in them; parentheses only what is known as one.
+    Square brackets hold a unit whatever stands in them; the others only what is known as one.
     """
-    found = _IN_BRACKETS.fullmatch(name)
-    if found is None or not found[1]:
-        return name, ""
-    if found[2] is not None:
-        return found[1], found[2].strip()
+    square = _IN_SQUARE.fullmatch(name)
+    if square is not None:
+        return square[1], square[2].strip()
+    found = _IN_ROUND.fullmatch(name) or _BELOW_LINE.fullmatch(name)
     try:
-        parse_unit(found[3], Place(""))
+        if found is not None and parse_unit(found[2].strip(), Place("")):
+            return found[1], found[2].strip()
     except BadInput:
-        return name, ""
-    return found[1], found[3].strip()
+        pass
+    return name, ""
 
 
 def _likely(symbol: str, names: Sequence[str]) -> list[str]:

@@ -15,9 +15,11 @@ from codegen.base.errors import BadInput, Place
 from codegen.logs.description import LogDescription
 from codegen.logs.source import Allowance, Columns, Source, listing, read_bytes, shown
 from codegen.logs.table import (
-    COMMENTS,
+    COMMENT,
+    END,
     EXPECTED,
     LONGEST_LINE,
+    MINUS,
     MISSING,
     NUMBER,
     Layout,
@@ -30,7 +32,9 @@ from codegen.logs.table import (
 __all__ = ["EXPECTED", "LONGEST_LINE", "CsvSource", "open_csv", "open_lines"]
 
 MOST_ROWS = 50_000_000
-_COMMENT = re.compile(r"(?:^|\s|(?<=\d))#.*")
+A_DAY = 86_400.0
+_BEHIND = re.compile(r"(?:^|\s|(?<=\d))#(?!(n/a|nan|nv|value!|wert!|div/0!)).*", re.IGNORECASE)
+"""A comment behind a row."""
 _GROUPED = re.compile(r"[+-]?\d{1,3}([.,' \u00a0\u2009\u202f’]\d{3})+([.,]\d+)?", re.ASCII)
 """A number whose thousands are grouped."""
 
@@ -73,7 +77,7 @@ class CsvSource:
         if self.layout.wrapped:
             kept = ((i, unwrapped(line)[1]) for i, line in enumerate(self.lines) if i >= self.first)
             behind = [f"`{shown(text)}` behind line {self.before + i + 1} is not read" for i, text in kept if text]
-        again = [i for i in range(self.first, len(self.lines)) if self.lines[i] in self.layout.head]
+        again = [i for i in range(self.first, len(self.lines)) if self.lines[i] in self.layout.head - {END}]
         if again:
             more = f", {len(again)} such lines in all" if len(again) > 1 else ""
             behind.append(f"line {self.before + again[0] + 1} repeats the header and is left out{more}")
@@ -99,7 +103,7 @@ class CsvSource:
         kept = [
             i
             for i, line in enumerate(body)
-            if line and not line.isspace() and not line.lstrip().startswith(COMMENTS) and line not in head
+            if line and not line.isspace() and not COMMENT.match(line) and line not in head
         ]
         if not kept:
             raise BadInput(self.place, "a header and no rows", "rows of numbers after it", code="LOG009")
@@ -111,6 +115,10 @@ class CsvSource:
         values = self._fast(body, indices)
         if values is None:
             values = self._careful(body, numbers, indices)
+        elif self.layout.delimiter != "," and self.layout.decimal == "." and not self.layout.decimal_said:
+            for j in range(len(indices)):
+                if _may_be_grouped(values[:, j]):
+                    self._refuse_grouped(body, numbers, indices[j])
         return Columns(self.file, tuple(wanted), values, numbers)
 
     def _fast(self, body: list[str], indices: list[int]) -> NDArray[np.float64] | None:
@@ -132,12 +140,22 @@ class CsvSource:
         except (ValueError, OverflowError):
             return None
 
+    def _refuse_grouped(self, body: list[str], numbers: NDArray[np.int64], index: int) -> None:
+        """Refuse a column of whole numbers below 1000 beside such as 1.234, which is 1234 in half of Europe."""
+        texts = [fields(line, self.layout.delimiter, self.place)[index].strip() for line in body]
+        grouped = [k for k, text in enumerate(texts) if "." in text]
+        if len(grouped) < len(texts) and all(_GROUPED.fullmatch(texts[k]) for k in grouped):
+            k, whole = grouped[0], next(text for text in texts if "." not in text)
+            found = f"`{shown(texts[k])}` in a column of whole numbers such as `{shown(whole)}`"
+            expected = "numbers without a sign between thousands; or `decimal: point` in a log description"
+            raise BadInput(Place(self.file, int(numbers[k]), shown(self.names[index])), found, expected, code="LOG005")
+
     def _careful(self, body: list[str], numbers: NDArray[np.int64], indices: list[int]) -> NDArray[np.float64]:
         width = len(self.names)
         values = np.empty((len(body), len(indices)))
         for k, text in enumerate(body):
             place = Place(self.file, int(numbers[k]))
-            found = fields(_COMMENT.sub("", text) if "#" in text else text, self.layout.delimiter, place)
+            found = fields(_BEHIND.sub("", text) if "#" in text else text, self.layout.delimiter, place)
             while len(found) > width and not found[-1].strip():
                 found.pop()
             if len(found) != width:
@@ -151,7 +169,7 @@ class CsvSource:
         return values
 
     def _number(self, text: str, line: int, index: int) -> float:
-        text = text.strip()
+        text = text.strip().replace(MINUS, "-")
         sign = self.layout.decimal
         plain = text.replace(",", ".") if sign == "," and "." not in text else text
         if NUMBER.match(plain) and not (sign == "," and "." in text):
@@ -161,14 +179,18 @@ class CsvSource:
         begun = dict(self.layout.started).get(index)
         at = None if begun is None else stamp(text)
         if begun is not None and at is not None:
-            return (at - begun).total_seconds()
+            passed = (at - begun).total_seconds()
+            return passed + A_DAY if passed < 0 and "-" not in text[:6] else passed  # a time of day after midnight
         place = Place(self.file, line, shown(self.names[index]))
         raise BadInput(place, f"`{shown(text)}`", *self._wanted(text), code="LOG005")
 
     def _wanted(self, text: str) -> tuple[str, str | None]:
         """What to write in place of a text that is no number, and the number that it may be."""
         sign = self.layout.decimal
-        other = text.replace(",", ".")
+        if ":" in text or text.count("/") == 2 or (text.count(".") == 2 and len(text) == 10):
+            dates = "2026-03-04 23:59:58.002 (ISO 8601); or `sample_time: SECONDS` in a log description"
+            return f"a number, or date and time of day as {dates}, without a column of time", None
+        other = re.sub("[dD]", "E", text).replace(",", ".")
         nearest = other if other != text and NUMBER.match(other) else None
         key = "`decimal: comma` in a log description"
         if _GROUPED.fullmatch(text) and (sign != "." or text.count(",") != 1 or "." in text):
@@ -179,11 +201,17 @@ class CsvSource:
             return "a number with a decimal comma, as the others in the file (or `decimal: point`, see the docs)", None
         if nearest:
             grouped = ", or without a sign between thousands" if _GROUPED.fullmatch(text) else ""
-            return f"a number with a decimal point{grouped}; {key} reads decimal commas", None if grouped else nearest
-        if ":" in text or text.count("/") == 2 or text.count(".") == 2:
-            dates = "2026-03-04 23:59:58.002 (ISO 8601); or `sample_time: SECONDS` in a log description"
-            return f"a number, or date and time of day as {dates}, without a column of time", None
+            commas = f"; {key} reads decimal commas" if "," in text else ""
+            return f"a number with a decimal point{grouped}{commas}", None if grouped else nearest
         return "a number with a decimal point", None
+
+
+def _may_be_grouped(values: NDArray[np.float64]) -> bool:
+    """Whether all numbers are whole and below 1000, or have three decimals and are at least 1, some of each."""
+    size = np.abs(values)
+    whole = size == np.floor(size)
+    split = ~whole & (size >= 1) & (np.abs(1000 * size - np.round(1000 * size)) < 1e-6)
+    return bool(split.any() and whole.any() and (split | whole).all() and size.max() < 1000)
 
 
 def open_csv(path: Path, allowance: Allowance, description: LogDescription) -> Source:

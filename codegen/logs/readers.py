@@ -136,17 +136,22 @@ def _read(
 
 
 _SINCE_1970 = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
+FILETIME_STEP, FILETIME_TO_1970 = 1e-7, 11_644_473_600.0
 _YEARS_2000_TO_2100 = (946_684_800.0, 4_102_444_800.0)
 
 
 def _from_1970(binding: Binding, raw: Columns, description: LogDescription, spec: Spec) -> Binding:
-    """With the factor of a time in milli-, micro- or nanoseconds since 1970, which no time in seconds can be."""
+    """With the factor of a time in milli-, micro- or nanoseconds since 1970, or in Windows' FILETIME, which no time in
+    seconds can be."""
     term = binding.terms.get("t")
     if term is None or term.expression is not None or binding.scale["t"] != 1.0 or not len(raw.values):
         return binding
     if {"t"} & {*description.units, *description.scale, *spec.log.scale}:
         return binding
     first = raw.values[0, raw.names.index(term.columns[0])]
+    if _YEARS_2000_TO_2100[0] <= first * FILETIME_STEP - FILETIME_TO_1970 <= _YEARS_2000_TO_2100[1]:
+        note = "t is in 100 ns since 1601 (FILETIME), by its size: brought to s"
+        return replace(binding, scale={**binding.scale, "t": FILETIME_STEP}, notes=(*binding.notes, note))
     for unit, much in _SINCE_1970.items():
         if _YEARS_2000_TO_2100[0] <= first / much <= _YEARS_2000_TO_2100[1]:
             note = f"t is in {unit} since 1970, by its size: brought to s"

@@ -15,7 +15,7 @@ from codegen.logs.description import LogDescription
 from codegen.logs.npy_file import open_npy
 from codegen.logs.parquet_file import open_parquet
 from codegen.logs.source import LARGEST_STREAM, Allowance, Columns, Opened
-from codegen.logs.table import COMMENTS
+from codegen.logs.table import COMMENT
 
 CHARACTERS = 1 << 22
 
@@ -71,9 +71,7 @@ class CsvStream:
                 if not lines[-1]:
                     lines.pop()
                 first = max(0, head.first - before)
-                if any(
-                    line and not line.isspace() and not line.lstrip().startswith(COMMENTS) for line in lines[first:]
-                ):
+                if any(line and not line.isspace() and not COMMENT.match(line) for line in lines[first:]):
                     yield CsvSource(head.file, head.layout, lines, first, before).load(wanted)
                 before += len(lines)
 

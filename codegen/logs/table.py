@@ -21,9 +21,13 @@ LONGEST_LINE = 1_000_000
 LINES_SEARCHED = 1000
 """Lines at the start of a file among which the first rows of numbers must stand."""
 ROWS_ALIKE = 3
-SEPARATORS = (",", ";", "\t")
+SEPARATORS = (",", ";", "\t", "|")
 LONGEST_UNIT = 24
-COMMENTS = ("#", "%", "//")
+COMMENT = re.compile(r"\s*(#(?!(n/a|nan|nv|value!|wert!|div/0!))|%|//)", re.IGNORECASE)
+"""How a line begins that is a comment, and no row whose first value is missing."""
+END = "EOF"
+"""A line that ends a table."""
+MINUS = "\N{MINUS SIGN}"
 MISSING = {"", "na", "n/a", "nan", "null", "none", "-", "---", "#n/a", "#nan", "#nv", "#value!", "#wert!", "#div/0!"}
 MISSING |= {f"{sign}{word}" for sign in ("", "-") for word in ("nan(ind)", "1.#ind", "1.#qnan", "1.#inf")}
 NUMBER = re.compile(
@@ -51,6 +55,7 @@ class Layout:
         units: name → what the line of units says.
         notes: what was found where the header is not the first line, in plain words.
         decimal: the sign before the decimals, empty where a comma may be that or group thousands.
+        decimal_said: whether a description says so.
         head: the header and what stands between it and the rows, line by line.
         started: column, counted from 0, that holds dates or times of day → that of the first row.
     """
@@ -63,6 +68,7 @@ class Layout:
     units: tuple[tuple[str, str], ...] = ()
     notes: tuple[str, ...] = ()
     decimal: str = "."
+    decimal_said: bool = False
     head: frozenset[str] = frozenset()
     started: tuple[tuple[int, datetime], ...] = ()
 
@@ -89,7 +95,7 @@ def find_layout(file: str, lines: Sequence[str], header: int | None, named: Sequ
     Raises:
         BadInput: for no header and no numbers, two lines that may be the header, or a header that is not there.
     """
-    found = _table(file, lines, header, named)
+    found = _with_units_above(_table(file, lines, header, named), lines)
     sign = decimal or _decimal(lines[found.first :], found.delimiter)
     notes = [*found.notes]
     if sign == ",":
@@ -102,8 +108,10 @@ def find_layout(file: str, lines: Sequence[str], header: int | None, named: Sequ
             started.append((k, at))
             what = "date and time of day" if "-" in text[:6] else "time of day"
             notes.append(f"column `{shown(found.names[k])}` is {what}: read as seconds from the first row")
-    head = frozenset(line for line in lines[found.line - 1 : found.first] if line.strip())
-    return replace(found, notes=tuple(notes), decimal=sign, head=head, started=tuple(started))
+    head = frozenset(line for line in lines[found.line - 1 : found.first] if line.strip()) | {END}
+    return replace(
+        found, notes=tuple(notes), decimal=sign, decimal_said=bool(decimal), head=head, started=tuple(started)
+    )
 
 
 def stamp(text: str) -> datetime | None:
@@ -156,6 +164,9 @@ def _table(file: str, lines: Sequence[str], header: int | None, named: Sequence[
         if plain is not None:
             return plain
         raise BadInput(Place(file), f"no rows of numbers in its first {LINES_SEARCHED} lines", EXPECTED, code="LOG001")
+    scope = None if header == 0 else _scope(file, lines, rows)
+    if scope is not None:
+        return scope
     above = None if header == 0 else _above(file, lines, rows)
     if above is not None:
         return above
@@ -189,11 +200,12 @@ def fields(text: str, delimiter: str, place: Place) -> list[str]:
 
 def _significant(lines: Sequence[str]) -> Iterator[int]:
     """Indices of the lines that are neither blank nor a comment."""
-    return (i for i, line in enumerate(lines) if (text := line.strip()) and not text.startswith(COMMENTS))
+    return (i for i, line in enumerate(lines) if line.strip() and not COMMENT.match(line))
 
 
 def _is_number(text: str) -> bool:
-    return (NUMBER.match(text.strip()) or _DIGITS.match(text.strip())) is not None
+    plain = text.strip().replace(MINUS, "-")
+    return (NUMBER.match(plain) or _DIGITS.match(plain)) is not None
 
 
 def _is_row(texts: Sequence[str]) -> bool:
@@ -229,7 +241,7 @@ def _first_line(file: str, lines: Sequence[str], index: int) -> Layout | None:
     texts = fields(line, delimiter, place)
     if not all(_is_number(t) for t in texts):
         return Layout(_named(_split(line, delimiter) or texts), index + 1, index + 1, delimiter)
-    comment = next((i for i in range(index - 1, -1, -1) if lines[i].strip().startswith(COMMENTS)), None)
+    comment = next((i for i in range(index - 1, -1, -1) if COMMENT.match(lines[i])), None)
     if comment is not None:
         names = fields(lines[comment].strip().lstrip("#%/"), delimiter, Place(file, comment + 1))
         if len(names) == len(texts) and not any(map(_is_number, names)):
@@ -275,7 +287,7 @@ def _find_rows(file: str, lines: Sequence[str]) -> _Rows | None:
 def _above(file: str, lines: Sequence[str], rows: _Rows) -> Layout | None:
     """The header above the first rows, or above a line of units; None where no line has a name for each column."""
     split = {i: _names_of(line, rows) for i, line in enumerate(lines[: rows.index]) if line.strip()}
-    above = [i for i, texts in split.items() if texts or not lines[i].lstrip().startswith(COMMENTS)][-2:]
+    above = [i for i, texts in split.items() if texts or not COMMENT.match(lines[i])][-2:]
     near = [i for i in reversed(above) if split[i]]
     if not near or near[0] != above[-1]:
         return None
@@ -285,11 +297,63 @@ def _above(file: str, lines: Sequence[str], rows: _Rows) -> Layout | None:
         lower, upper = split[near[0]], split[near[1]]
         if _are_units(lower):
             at, units = near[1], tuple(zip(_named(upper), (_bare(u) for u in lower), strict=True))
-        elif not lines[near[1]].lstrip().startswith(COMMENTS):
+        elif not COMMENT.match(lines[near[1]]):
             found = f"two lines that may be the header, this one and line {near[1] + 1} (`{shown(lines[near[1]])}`)"
             expected = f"`header: {near[0] + 1}` or `header: {near[1] + 1}` in a log description"
             raise BadInput(Place(file, near[0] + 1), found, expected, code="LOG001")
     return _told(lines, Layout(_named(split[at]), at + 1, rows.index, rows.delimiter, rows.wrapped, units))
+
+
+_SAMPLE_TIME = "sampletime[ms]"
+
+
+def _scope(file: str, lines: Sequence[str], rows: _Rows) -> Layout | None:
+    """The export of a TwinCAT scope: lines ``KEY;value;value;KEY;value`` with a KEY in each column of time.
+
+    Raises:
+        BadInput: for channels with times of their own, whose rows do not belong together.
+    """
+    about: dict[str, tuple[int, list[str]]] = {}
+    for i, line in enumerate(lines[: rows.index]):
+        texts = [text.strip() for text in _split(line, rows.delimiter, rows.wrapped)]
+        if texts and len(texts) <= rows.width:
+            about[texts[0].lower()] = i, texts + [""] * (rows.width - len(texts))
+    if "name" not in about or _SAMPLE_TIME not in about or about["name"][0] > about[_SAMPLE_TIME][0]:
+        return None
+    at, names = about["name"]
+    times = [k for k, text in enumerate(names) if text == names[0]]
+    for i in [*_significant(lines[rows.index :])][:LINES_SEARCHED]:
+        texts = _split(lines[rows.index + i], rows.delimiter, rows.wrapped)
+        if len(texts) == rows.width and len({texts[k] for k in times}) > 1:
+            found = f"channels with times of their own, {' and '.join(texts[k].strip() for k in times[:2])} in one row"
+            expected = f"one column of time; or `header: {at + 1}` in a log description, and the columns of one time"
+            raise BadInput(Place(file, rows.index + i + 1), found, expected, code="LOG011")
+    called = [str(k + 1) if k in times else name for k, name in enumerate(names)]
+    called[0] = "Time"
+    first = _split(lines[rows.index], rows.delimiter, rows.wrapped)[0].strip()
+    units = {"Time": "ms"} if len(first.split(",")[0].split(".")[0]) < 15 else {}
+    given = about.get("unit", (0, [""] * rows.width))[1]
+    bare = {name: _bare(u) for k, (name, u) in enumerate(zip(called, given, strict=True)) if k not in times}
+    units |= {name: unit for name, unit in bare.items() if unit.lower() not in ("", "none")}
+    table = Layout(_named(called), at + 1, rows.index, rows.delimiter, rows.wrapped, tuple(units.items()))
+    words = "the file is a scope's export, its times in ms" if "Time" in units else "the file is a scope's export"
+    said = _told(lines, table)
+    return replace(said, notes=(words, *said.notes))
+
+
+def _with_units_above(found: Layout, lines: Sequence[str]) -> Layout:
+    """With the units that a comment states, ``# units: s, mm, N``, where no line of units does."""
+    if found.units:
+        return found
+    for line in lines[: found.line]:
+        said = re.fullmatch(r"\s*(?:#|%|//)\s*(?i:units?|einheit(?:en)?)\s*[:=]?\s*(.+)", line)
+        if said:
+            for delimiter in (*SEPARATORS, ""):
+                texts = _split(said[1], delimiter)
+                if len(texts) == len(found.names) and _are_units(texts):
+                    units = tuple(zip(found.names, map(_bare, texts), strict=True))
+                    return replace(found, units=units, notes=(*found.notes, f"the units of a comment ({said[1]})"))
+    return found
 
 
 def _names_of(line: str, rows: _Rows) -> list[str]:
@@ -304,7 +368,8 @@ def _told(lines: Sequence[str], layout: Layout) -> Layout:
     """With words on what was found where it is not plain."""
     words = []
     if any(line.strip() for line in lines[: layout.line - 1]):
-        words.append(f"the header is line {layout.line} ({listing(layout.names)}), {layout.line - 1} lines before it")
+        before = "1 line" if layout.line == 2 else f"{layout.line - 1} lines"
+        words.append(f"the header is line {layout.line} ({listing(layout.names)}), {before} before it")
     below = [i for i in range(layout.line, layout.first) if lines[i].strip()]
     if len(below) > 1:
         words.append(f"lines {layout.line + 1} to {layout.first} between the header and the rows are not read")

@@ -66,13 +66,13 @@ READ = {
         "",
         "decimal commas",
     ),
-    "excel with units": ("Zeit;x;w\nms;mm;kN\n" + lines(";", "%.9f", True, (1e3, 1e3, 1e-3)), "", "t is column `Zeit`"),
-    "units in brackets": ("Time [ms],x [mm],w (kN)\n" + lines(scale=(1e3, 1e3, 1e-3)), "", "t is column `Time [ms]`"),
-    "time": ("time,x,w\n" + lines(), "", "t is column `time`"),
-    "Time": ("Time,x,w\n" + lines(), "", "t is column `Time`"),
-    "time [s]": ("time [s],x,w\n" + lines(), "", "t is column `time [s]`"),
-    "timestamp": ("timestamp,x,w\n" + lines(), "", "t is column `timestamp`"),
-    "t_s": ("t_s,x,w\n" + lines(), "", "t is column `t_s`"),
+    "excel with units": ("Zeit;x;w\nms;mm;kN\n" + lines(";", "%.9f", True, (1e3, 1e3, 1e-3)), "", "column `Zeit` is t"),
+    "units in brackets": ("Time [ms],x [mm],w (kN)\n" + lines(scale=(1e3, 1e3, 1e-3)), "", "column `Time [ms]` is t"),
+    "time": ("time,x,w\n" + lines(), "", "column `time` is t"),
+    "Time": ("Time,x,w\n" + lines(), "", "column `Time` is t"),
+    "time [s]": ("time [s],x,w\n" + lines(), "", "column `time [s]` is t"),
+    "timestamp": ("timestamp,x,w\n" + lines(), "", "column `timestamp` is t"),
+    "t_s": ("t_s,x,w\n" + lines(), "", "column `t_s` is t"),
     "t_ms": ("t_ms,x,w\n" + lines(scale=(1e3, 1, 1)), "", "t is in ms"),
     "time_us": ("time_us,x,w\n" + lines(scale=(1e6, 1, 1)), "", "t is in us"),
     "windows-1252": (
@@ -119,6 +119,33 @@ READ = {
         "header: 5\ncolumns: {t: 1, x: Axis 1.ActPos, w: Axis 1.ActForce}\nunits: {t: ms, x: mm}\n",
         "header is line 5",
     ),
+    "twincat, without a word": (
+        TWINCAT + TWINCAT_ROWS + "EOF\n",
+        "columns: {x: Axis 1.ActPos, w: Axis 1.ActForce}\n",
+        "a scope's export, its times in ms | the header is line 5",
+    ),
+    "twincat, one time and full stamps": (
+        TWINCAT.replace(";Name;", ";")
+        .replace(";NetId;", ";")
+        .replace(";Data-Type;", ";")
+        .replace("ms];2;Sam", "ms];2;")
+        .replace("2;pleTime[ms];2", "2;2")
+        .replace(";SymbolBased;", ";")
+        .replace(";Unit;", ";")
+        .replace("mm", "(None)")
+        + lines(";", comma=True, stamp=lambda k: str(133000000000000000 + 20000 * k)),
+        "columns: {t: Time, x: Axis 1.ActPos, w: Axis 1.ActForce}\n",
+        "FILETIME",
+    ),
+    "units below a line": ("t / s;x / mm;w / N\n" + lines(";", comma=True, scale=(1, 1e3, 1)), "", "x is in mm"),
+    "units of a comment": ("# units: ms, mm, N\nt,x,w\n" + lines(scale=(1e3, 1e3, 1)), "", "t is in ms"),
+    "bars": ("t|x|w\n" + lines("|"), "", ""),
+    "a typographer's minus": ("t,x,w\n" + lines().replace("-", "−"), "", ""),
+    "a time of day past midnight": (
+        "Time;x;w\n" + lines(";", stamp=lambda k: iso(k)[11:]),
+        "",
+        "`Time` is time of day",
+    ),
     "siemens": (
         '"Trace";"1"\n"Time [ms]";"Axis.ActualPosition [mm]";"Axis.Force [N]"\n'
         + lines(";", "%.9f", True, (1e3, 1e3, 1)),
@@ -161,8 +188,25 @@ REFUSED = {
         "",
         "LOG005 a.csv:2 ISO sample_time",
     ),
+    "whole numbers with points between thousands": (
+        "t;x;w\n" + "".join(f"{k};{100 * k:,};1\n".replace(",", ".") for k in range(30)),
+        "",
+        "LOG005 a.csv:12 x `1.000` `0` thousands `decimal: point`",
+    ),
+    "channels with times of their own": (
+        TWINCAT + TWINCAT_ROWS.replace("\n2,000000;", "\n4,000000;"),
+        "columns: {x: Axis 1.ActPos, w: Axis 1.ActForce}\n",
+        "LOG011 a.csv:13 `header:",
+    ),
     "two columns of time": ("Time,timestamp,x,w\n0,0,1,2\n1,1,3,4\n", "", "LOG003 `Time` `timestamp` columns:"),
     "two times of one name": (TWINCAT + TWINCAT_ROWS, "header: 5\n", "LOG003 a.csv:5"),
+    "nan words in front": ("t,x,w\n0,1,2\n#N/A,1,2\n2,1,2\n", "", "LOG006 a.csv:3 fill"),
+    "exponents of Fortran": ("t,x,w\n0.0D0,1,2\n1.0D0,1,2\n", "", "LOG005 a.csv:2 '0.0E0'"),
+    "dates of Excel": (
+        "t;x;w\n04.03.2026 12:00:00,000;0,5;1\n04.03.2026 12:00:00,002;0,5;1\n",
+        "",
+        "LOG005 a.csv:2 ISO sample_time",
+    ),
     "nan words": ("t,x,w\n0,1,2\n1,#N/A,2\n2,1,2\n", "", "LOG006 a.csv:3 fill"),
     "nan words of a compiler": ("t,x,w\n0,1,2\n1,-1.#IND,2\n2,1,2\n", "", "LOG006 a.csv:3 fill"),
     "decimal commas between commas": ("t,x,w\n0,1,0,5,1,0\n0,2,0,5,1,0\n", "", "LOG005 a.csv:2 6 decimal"),
@@ -214,3 +258,25 @@ def test_counts_are_no_angle(tmp_path):
     (tmp_path / "a.csv").write_text("t,x_deg,w\n" + lines(scale=(1, 180 / np.pi, 1)))
     log = read_log(tmp_path / "a.csv", rotor, columns={"x": "x_deg"})
     assert np.allclose(log.positions[:, 0], MADE["x"], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("factor", "words"),
+    [(1e3, "milliseconds 0.001"), (1e6, "microseconds 1e-6"), (1e9, "nanoseconds 1e-9"), (1 / 86400, "days 86400")],
+)
+def test_a_time_in_another_unit_that_nobody_says_is_a_problem(tmp_path, spec, factor, words):
+    (tmp_path / "a.csv").write_text("t,x,w\n" + lines(digits="%.15g", scale=(factor, 1, 1)))
+    found = [f for f in preflight(read_log(tmp_path / "a.csv", spec), spec) if f.topic == "sample rate"]
+    assert found[0].severity == "problem" and all(w in found[0].words for w in words.split())
+
+
+def test_three_decimals_are_no_thousands(tmp_path, spec):
+    few = [f"{k};{0.25 * k:.3f};{k}" for k in range(40)]
+    (tmp_path / "a.csv").write_text("t;x;w\n" + "\n".join(few) + "\n")
+    assert read_log(tmp_path / "a.csv", spec).positions[5, 0] == 1.25
+    (tmp_path / "b.csv").write_text("t;x;w\n" + "".join(f"{k};{1.125 * k:g};1\n" for k in range(30)))
+    assert read_log(tmp_path / "b.csv", spec).positions[1, 0] == 1.125
+    (tmp_path / "c.csv").write_text("t;x;w\n" + "".join(f"{k};{v};1\n" for k, v in enumerate(("0", "1.125", "2"))))
+    (tmp_path / "said.yaml").write_text("decimal: point\n")
+    read = read_log(tmp_path / "c.csv", spec, description=tmp_path / "said.yaml")
+    assert read.positions[:, 0].tolist() == [0, 1.125, 2]
