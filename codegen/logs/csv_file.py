@@ -33,6 +33,8 @@ __all__ = ["EXPECTED", "LONGEST_LINE", "CsvSource", "open_csv", "open_lines"]
 
 MOST_ROWS = 50_000_000
 A_DAY = 86_400.0
+_NUMBERS = frozenset("0123456789+-.")
+"""How a line begins that is no comment and no header."""
 _BEHIND = re.compile(r"(?:^|\s|(?<=\d))#(?!(n/a|nan|nv|value!|wert!|div/0!)).*", re.IGNORECASE)
 """A comment behind a row."""
 _GROUPED = re.compile(r"[+-]?\d{1,3}([.,' \u00a0\u2009\u202f’]\d{3})+([.,]\d+)?", re.ASCII)
@@ -103,7 +105,7 @@ class CsvSource:
         kept = [
             i
             for i, line in enumerate(body)
-            if line and not line.isspace() and not COMMENT.match(line) and line not in head
+            if line and (line[0] in _NUMBERS or not (line.isspace() or COMMENT.match(line) or line in head))
         ]
         if not kept:
             raise BadInput(self.place, "a header and no rows", "rows of numbers after it", code="LOG009")
@@ -208,10 +210,10 @@ class CsvSource:
 
 def _may_be_grouped(values: NDArray[np.float64]) -> bool:
     """Whether all numbers are whole and below 1000, or have three decimals and are at least 1, some of each."""
-    size = np.abs(values)
+    size = np.abs(values[np.isfinite(values)])
     whole = size == np.floor(size)
     split = ~whole & (size >= 1) & (np.abs(1000 * size - np.round(1000 * size)) < 1e-6)
-    return bool(split.any() and whole.any() and (split | whole).all() and size.max() < 1000)
+    return bool(split.any() and whole.any() and (split | whole).all() and (size < 1000).all())
 
 
 def open_csv(path: Path, allowance: Allowance, description: LogDescription) -> Source:
