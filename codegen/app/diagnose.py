@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -33,11 +33,16 @@ DIAGNOSIS_FILES = ("diagnosis.json", "spec.yaml", "report.html", "excitation.csv
 
 @dataclass(frozen=True, repr=False)
 class Diagnosed(Shown):
-    """What ``diagnose`` found and where it is written."""
+    """What ``diagnose`` found and where it is written.
+
+    Attributes:
+        notes: how each log was read, where that is not plain.
+    """
 
     diagnosis: Diagnosis
     folder: Path
     files: tuple[str, ...]
+    notes: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     @property
     def summary(self) -> Mapping[str, object]:
@@ -124,7 +129,8 @@ def diagnose(
     files["diagnosis.json"] = json.dumps(diagnosis.as_json(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
     files["report.html"] = render_report(spec, diagnosis, models, {name: name for name in files})
     write_all(folder, files, ("diagnosis.json", "manifest.json"))
-    return Diagnosed(diagnosis, folder, tuple(files))
+    notes = {"train": train.notes} | ({} if held_out is None else {"test": held_out.notes})
+    return Diagnosed(diagnosis, folder, tuple(files), notes)
 
 
 def _files(given: str | Path | Sequence[str | Path] | None) -> Sequence[str | Path]:

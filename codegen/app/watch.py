@@ -35,6 +35,7 @@ class Watched(Shown):
         alarms: when an estimate was out of its bound for longer than the dwell time.
         ended: how it ended, in words.
         fault: of the row behind which nothing could be read, or None.
+        notes: how the log was read, where that is not plain.
     """
 
     name: str
@@ -45,6 +46,7 @@ class Watched(Shown):
     alarms: tuple[Alarm, ...]
     ended: str
     fault: BadInput | None = None
+    notes: tuple[str, ...] = ()
 
     @property
     def summary(self) -> Mapping[str, object]:
@@ -73,6 +75,7 @@ class Watched(Shown):
             ],
             "alarms": [alarm.content for alarm in self.alarms],
             "ended": self.ended,
+            "notes": list(self.notes),
             "fault": None if self.fault is None else self.fault.parts,
         }
 
@@ -116,6 +119,8 @@ def watch(
     engine = engine_for(program, machine.sources)
     watched = Watch(spec, system, program, bound, engine, patience)
     ended, stop, fault = "the rows ended", Stop(), None
+    notes: list[str] = []
+    samples = None
     if given is None and is_recorded(log):
         if follow:
             raise BadInput(
@@ -125,7 +130,7 @@ def watch(
         blocks = stop.until_asked(samples.whole(None))
     else:
         rows = stop.until_asked(given if given is not None else pieces(str(log), follow))
-        blocks = live_blocks(spec, program, period, str(log), rows, columns)
+        blocks = live_blocks(spec, program, period, str(log), rows, columns, notes)
     with stop.heeded():
         try:
             for block in blocks:
@@ -147,6 +152,7 @@ def watch(
         tuple(watched.alarms),
         ended,
         fault,
+        tuple(notes if samples is None else samples.notes),
     )
 
 

@@ -250,13 +250,16 @@ def _decoded(file: str, data: bytes) -> tuple[str, tuple[str, ...]]:
         return data.decode("utf-8-sig"), ()
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
-        if not re.search(
-            rb"[\x00-\x08\x0e-\x1f\x7f-\x9f]", data
-        ):  # none of these is a letter or a sign in Windows-1252's common part
+        if is_windows_text(data):
             return data.decode("cp1252"), (f"line {line} is not UTF-8: the file is read as Windows-1252",)
         raise BadInput(
             Place(file, line), f"byte {error.start} is not UTF-8", f"{EXPECTED}, in UTF-8", code="LOG001"
         ) from None
+
+
+def is_windows_text(data: bytes) -> bool:
+    """Whether bytes that are no UTF-8 are letters and signs in Windows-1252, such as ° and µ."""
+    return re.search(rb"[\x00-\x08\x0e-\x1f\x7f-\x9f]", data) is None
 
 
 def open_lines(file: str, lines: list[str], description: LogDescription) -> CsvSource:

@@ -125,7 +125,7 @@ def _read(
     binding = bind(source, spec, described, columns)
     require_columns(source.names, described)
     raw = mended(_loaded(source, columns_of(binding.terms), described), described)
-    binding = _from_1970(binding, raw, described, spec)
+    binding = since_epoch(binding, raw, described, spec)
     found = counter_findings(raw, binding.terms)
     cleaned = _cleaned(compute(raw, binding.terms), source.place, binding, spec, described)
     log = _log(path, spec, described, source.notes, binding, cleaned, step)
@@ -140,9 +140,11 @@ FILETIME_STEP, FILETIME_TO_1970 = 1e-7, 11_644_473_600.0
 _YEARS_2000_TO_2100 = (946_684_800.0, 4_102_444_800.0)
 
 
-def _from_1970(binding: Binding, raw: Columns, description: LogDescription, spec: Spec) -> Binding:
-    """With the factor of a time in milli-, micro- or nanoseconds since 1970, or in Windows' FILETIME, which no time in
-    seconds can be."""
+def since_epoch(binding: Binding, raw: Columns, description: LogDescription, spec: Spec) -> Binding:
+    """A binding with the factor of a time in milli-, micro- or nanoseconds since 1970, or in Windows' FILETIME.
+
+    No time in seconds can be as large.
+    """
     term = binding.terms.get("t")
     if term is None or term.expression is not None or binding.scale["t"] != 1.0 or not len(raw.values):
         return binding

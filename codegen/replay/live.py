@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -19,11 +20,12 @@ from codegen.base.input_files import opened
 from codegen.logs.bag_folder import is_bag
 from codegen.logs.binding import bind
 from codegen.logs.counters import mended
-from codegen.logs.csv_file import EXPECTED, LONGEST_LINE, CsvSource, open_csv, open_lines
+from codegen.logs.csv_file import EXPECTED, LONGEST_LINE, CsvSource, is_windows_text, open_csv, open_lines
 from codegen.logs.description import LogDescription
-from codegen.logs.readers import FORMATS, log_description
-from codegen.logs.source import LARGEST_STREAM
-from codegen.logs.table import ROWS_ALIKE
+from codegen.logs.log import Array
+from codegen.logs.readers import FORMATS, log_description, since_epoch
+from codegen.logs.source import LARGEST_STREAM, Columns
+from codegen.logs.table import COMMENT, ROWS_ALIKE
 from codegen.logs.term import columns_of, compute
 from codegen.logs.uniform import GAP_STEPS, JITTER
 from codegen.program import Program
@@ -33,6 +35,8 @@ from codegen.spec import Spec
 Piece = TypeVar("Piece")
 STDIN = "-"
 PIECE = 1 << 16
+MOST_GAPS = 8
+"""First steps of a log that may all be gaps."""
 PAUSE = 0.05
 """Seconds until a file that is followed is looked at again."""
 
@@ -129,6 +133,11 @@ def _text(line: bytes, file: str) -> str:
     try:
         return line.decode("utf-8").rstrip("\r").lstrip("\N{ZERO WIDTH NO-BREAK SPACE}")
     except UnicodeDecodeError:
+        if is_windows_text(line):
+            return line.decode("cp1252").rstrip("\r")
+        if line.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
+            found = "text in UTF-16, which is not read as it arrives"
+            raise BadInput(file, found, f"{EXPECTED}, in UTF-8", code="LOG001") from None
         raise BadInput(file, "bytes that are not text in UTF-8", EXPECTED, code="LOG001") from None
 
 
@@ -139,6 +148,7 @@ def live_blocks(
     log: str,
     given: Iterator[bytes],
     columns: Mapping[str, str] | None = None,
+    notes: list[str] | None = None,
 ) -> Iterator[Block]:
     """The samples of a log as they arrive.
 
@@ -147,10 +157,11 @@ def live_blocks(
         log: what it is called in messages; ``meta.yaml`` beside it is read where it is a file.
         given: its bytes.
         columns: as for ``read_log``.
+        notes: takes what there is to say of how the table is read, once its first rows are there.
 
     Raises:
-        BadInput: for a table or a value that cannot be used, a column that is missing, or a step of time that is
-            neither the sample time within 1 % nor a gap.
+        BadInput: for a table or a value that cannot be used, a column that is missing, a step of time that is
+            neither the sample time within 1 % nor a gap, or first steps that all are gaps.
     """
     file = "standard input" if log == STDIN else log
     described = LogDescription() if log == STDIN else log_description(Path(log), None)
@@ -161,9 +172,11 @@ def live_blocks(
             yield from table.blocks(lines, 0)
             continue
         waiting += lines
-        rows = [line for line in waiting if line.strip() and not line.lstrip().startswith("#")]
+        rows = [line for line in waiting if line.strip() and not COMMENT.match(line)]
         if len(rows) > ROWS_ALIKE:  # the table is found by its first rows
             table = _Table(spec, program, period, open_lines(file, waiting, described), described, columns)
+            if notes is not None:
+                notes += [*table.head.notes, *table.notes]
             yield from table.blocks(waiting, table.head.first)
     if table is None:
         found = f"a log that ends after {len(waiting)} lines"
@@ -191,13 +204,17 @@ class _Table:
                 expected = "a column for the time and each input of the observer"
                 raise BadInput(head.place, f"no column `{name}`", expected, code="LOG003")
         self._terms = {name: binding.terms[name] for name in symbols}
+        first = CsvSource(head.file, head.layout, head.lines, head.first).load(columns_of({"t": binding.terms["t"]}))
+        binding = since_epoch(binding, first, described, spec)
+        self.notes = binding.notes
         self._scale = np.array([binding.scale[name] for name in symbols])
+        self._gaps_only = 0
         self._wanted = columns_of(self._terms)
         self._read, self._last = 0, float("nan")
 
     def blocks(self, lines: list[str], first: int) -> Iterator[Block]:
         """The samples in further lines, from index ``first`` on."""
-        kept = any(line and not line.isspace() and line.lstrip()[0] != "#" for line in lines[first:])
+        kept = any(line and not line.isspace() and not COMMENT.match(line) for line in lines[first:])
         source = CsvSource(self.head.file, self.head.layout, lines, first, self._read)
         self._read += len(lines)
         if not kept:
@@ -215,7 +232,21 @@ class _Table:
                 expected = f"steps of the observer's sample time, {self._period:g} s, within {JITTER:.0%}, or gaps"
                 raise BadInput(columns.place(k, 0), found, expected, code="LOG008")
             gaps.append(k)
+        self._refuse_gaps_only(columns, steps, len(gaps))
         self._last = float(time[-1])
         edges = [*dict.fromkeys([0, *gaps]), len(time)]
         for start, stop in pairwise(edges):
             yield Block(time[start:stop], rows[start:stop], start in gaps)
+
+    def _refuse_gaps_only(self, columns: Columns, steps: Array, gaps: int) -> None:
+        """Refuse a log whose first steps are all far longer than the observer's: its time is in another unit."""
+        if self._gaps_only < 0 or len(steps) < 2:
+            return
+        self._gaps_only = self._gaps_only + gaps if gaps == len(steps) else -1
+        if self._gaps_only > MOST_GAPS:
+            step = float(np.median(steps[1:]))
+            found = f"a step of {step:.6g} s in every one of the first rows"
+            expected = f"steps of the observer's sample time, {self._period:g} s"
+            if abs(step / self._period / 1000 - 1) <= JITTER:
+                expected += "; where time is in milliseconds, `scale: {t: 0.001}` in a meta.yaml beside the log"
+            raise BadInput(columns.place(1, 0), found, expected, code="LOG008")

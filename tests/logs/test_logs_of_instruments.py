@@ -13,6 +13,7 @@ from slider_log import TEXT, rows
 from codegen.base.errors import BadInput
 from codegen.logs import preflight, read_log
 from codegen.spec.reader import parse_spec
+from tests.app.command import stiction
 from tests.told import tells
 
 MADE = rows()
@@ -280,3 +281,13 @@ def test_three_decimals_are_no_thousands(tmp_path, spec):
     (tmp_path / "said.yaml").write_text("decimal: point\n")
     read = read_log(tmp_path / "c.csv", spec, description=tmp_path / "said.yaml")
     assert read.positions[:, 0].tolist() == [0, 1.125, 2]
+
+
+def test_the_command_says_how_a_log_was_read(tmp_path):
+    (tmp_path / "slider.yaml").write_text(TEXT)
+    (tmp_path / "a.csv").write_text("Zeit [ms];x [mm];w\n" + lines(";", comma=True, scale=(1e3, 1e3, 1)))
+    done = stiction("diagnose", tmp_path / "slider.yaml", tmp_path / "a.csv", "-o", tmp_path / "out")
+    assert done.code == 0 and "verdict: none" in done.out, done.err
+    for words in ("decimal commas", "column `Zeit [ms]` is t, by its name", "x is in mm", "t is in ms"):
+        assert any(words in line for line in done.out.splitlines() if line.startswith("reading, train log: "))
+    assert done.out.count("reading, train log: ") == 5

@@ -16,6 +16,7 @@ import pytest
 
 from codegen.app.machine import Machine, load
 from codegen.app.watch import watch, watched_text
+from codegen.base.errors import BadInput
 from codegen.logs.ros_definitions import DEFINITIONS
 from tests.app.command import SPECS, is_one_message, stiction
 
@@ -256,3 +257,45 @@ def test_a_machine_that_always_reverses_is_not_called_sound() -> None:
     rows = "t,x,u\n" + "".join(f"{k * PERIOD:.4f},{1e-4 * np.sin(0.3 * k):.9f},0\n" for k in range(1000))
     seen = watch(belt(), "-", given=pieces(rows, 4096))
     assert seen.tally.judged == 0 and "nothing was judged" in watched_text(seen)
+
+
+def rewritten(text: str, way: str) -> bytes:
+    """The same log as instruments write it."""
+    (_, *names), *rows = (line.split(",") for line in text.split())
+    encoding, separator = "utf-8", ","
+    if way == "decimal commas":
+        separator, rows = ";", [[v.replace(".", ",") for v in row] for row in rows]
+    elif way == "windows-1252":
+        encoding, names, rows = "cp1252", [*names, "T °C"], [[*row, "1"] for row in rows]
+    else:
+        start = 1772668798000 if way == "since 1970" else 0
+        rows = [[str(start + round(1000 * float(row[0]))), *row[1:]] for row in rows]
+    return "\n".join(separator.join(row) for row in [["time", *names], *rows]).encode(encoding)
+
+
+@pytest.mark.parametrize(
+    ("way", "note"),
+    [
+        ("decimal commas", "the numbers are read with decimal commas"),
+        ("windows-1252", "column `time` is t, by its name"),
+        ("since 1970", "t is in milliseconds since 1970"),
+    ],
+)
+def test_logs_as_instruments_write_them(logs, way, note):
+    plain = watch(belt(), "-", given=iter([logs[""].encode()]))
+    data = rewritten(logs[""], way)
+    seen = watch(belt(), "-", given=iter([data[k : k + 1000] for k in range(0, len(data), 1000)]))
+    assert seen.tally.judged == pytest.approx(plain.tally.judged, abs=2) and seen.tally.judged > 100
+    assert np.allclose(seen.tally.worst, plain.tally.worst, rtol=1e-3)
+    assert any(note in n for n in seen.notes) and f"note: {seen.notes[0]}" in watched_text(seen)
+
+
+def test_a_time_in_milliseconds_is_refused(logs):
+    with pytest.raises(BadInput) as told:
+        watch(belt(), "-", given=iter([rewritten(logs[""], "plain")]))
+    assert told.value.code == "LOG008" and "scale: {t: 0.001}" in str(told.value), told.value
+
+
+def test_utf_16_is_refused_by_its_name(logs):
+    with pytest.raises(BadInput, match="UTF-16"):
+        watch(belt(), "-", given=iter([logs[""].encode("utf-16")]))
