@@ -1,14 +1,13 @@
 """The kernel: whether a proof is one of the C beside it. Standard library only: python3 kernel.py FOLDER < PROOF.json
 
 THEOREM. Let NAME.c run in exact arithmetic with the values of NAME_PARAMETERS, in samples with fault 0, from any state,
-on any inputs. Let a machine have mass_matrix * acceleration = force by the proof's formulas, its positions (velocities
-too, where they are inputs) be measured exactly, x[k+1] = x[k] + h v[k] ("semi_implicit": h v[k+1]), v[k+1] = v[k] +
-h acceleration[k], all else of it constant. While every sign of the proof is 1 or -1, the same in machine and code, from
-one sample to the next, all of `domain` is positive, and the states whose formula holds no estimate are as it says,
-the errors e = sign * (truth - estimate) of all other states move by e[k+1] = matrix e[k] + rest (0 if not given); and
-V(matrix e) <= (1 - 2 decay_rate h) V(e), V(e) = e'Pe, for all in the box, truths in it times their sign. With one sign
-turned V is at most `growth` V, and after `dwell` samples with no turn or rest not above V. Trusted: this file, Python,
-that the machine printed is yours. Not covered: rounding, faults, samples of a turn. Exit: 0; 4: domain or rest; 1: no.
+on any inputs. Let a machine have mass_matrix * acceleration = force, its positions (and velocities that are inputs) be
+measured exactly, x[k+1] = x[k] + h v[k] ("semi_implicit": h v[k+1]), v[k+1] = v[k] + h acceleration[k], all else
+constant. While every sign is 1 or -1, the same in machine and code and from sample to sample, all of `domain` positive,
+and states whose formula holds no estimate are as it says, the errors e = sign * (truth - estimate) of all other states
+move by e[k+1] = matrix e[k] + rest; and V(matrix e) <= (1 - 2 decay_rate h) V(e), V(e) = e'Pe, over the box, truths in
+it times their sign. With one sign turned V is at most `growth` V, and after `dwell` samples with no turn or rest not
+above V. Trusted: this file, Python, that the machine is yours. Not covered: rounding, faults, turns.
 """
 
 import ast
@@ -17,7 +16,7 @@ import re
 import sys
 from fractions import Fraction
 from itertools import product
-from math import comb, lcm, prod
+from math import lcm, prod
 from pathlib import Path
 from typing import Any
 
@@ -50,8 +49,7 @@ class Poly(dict[tuple[str, ...], Fraction]):
     def __mul__(self, other: "Poly") -> "Poly":
         terms: dict[tuple[str, ...], Fraction] = {}
         for (m, c), (n, d) in product(self.after(3 * len(self) * len(other)).items(), other.items()):
-            twice = self.signs.intersection(m, n)
-            key = tuple(sorted(x for x in m + n if x not in twice))
+            key = tuple(sorted(x for x in m + n if not (x in self.signs and x in m and x in n)))
             terms[key] = terms.get(key, 0) + c * d
         return Poly({m: c for m, c in terms.items() if c}).after(0)
 
@@ -90,33 +88,25 @@ def positive(A: list[list[Fraction]], definite: bool = False) -> bool:
     return True
 
 
-# LEMMA 3. Let x = low (1-t) + high t. Then x^m = x^m (1-t + t)^(d-m) is the sum of b_k C(d,k) t^k (1-t)^(d-k), k = 0..d
-# (Bernstein's form), b_k = sum over j of C(m,j) C(d-m,k-j) high^j low^(m-j) / C(d,k), C = comb; products likewise. The
-# factors of the b_k are >= 0 with the sum 1: a matrix that is semidefinite with every b_k is semidefinite on the cell.
-def bernstein(p: Poly, cell: dict[str, tuple[Fraction, Fraction]], at: Any) -> Fraction:
-    demand(p.names() <= cell.keys(), f"{sorted(p.names() - cell.keys())[:3]} without a range")
-    total = Fraction(0)
-    for monomial, c in p.items():
-        for x, (k, d) in [entry for entry in at if entry[0] in monomial]:
-            m, (low, high), n = monomial.count(x), cell[x], comb(d, k)
-            c *= sum(comb(m, j) * comb(d - m, k - j) * high**j * low ** (m - j) / n for j in range(min(k, m) + 1))
-        total += c
-    return total
-
-
-# LEMMA 4. The two parts of a cell cut between its ends cover it: what holds on every leaf of a tree of cuts holds
-# on the box. THE CLAIM, always: the symmetric matrix A of polynomials is positive semidefinite for all of the cell.
+# LEMMA 3. On a cell x = low s + high t with s and t >= 0, s + t = 1. Times powers of s + t each term has of s and t as
+# many factors as any (Bernstein's form). As products of them are >= 0, a matrix of polynomials is semidefinite on the
+# cell if the matrix of the coefficients of each product is. LEMMA 4. The two parts of a cell cut between its ends cover
+# it: what holds on every leaf of a tree of cuts holds on the box. THE CLAIM, always: A is semidefinite on the cell.
 def semidefinite(A: list[list[Poly]], cell: dict[str, tuple[Fraction, Fraction]], tree: Any) -> None:
-    if tree == "":
-        top = dict(sorted({(x, m.count(x)) for row in A for p in row for m in p for x in m if x in cell}))
-        demand(True, "", sum(top.values()) * prod(d + 1 for d in top.values()) * sum(len(p) + 1 for r in A for p in r))
-        for at in product(*([(x, (k, d)) for k in range(d + 1)] for x, d in top.items())):
-            demand(positive([[bernstein(p, cell, at) for p in r] for r in A]), f"not positive semidefinite in {cell}")
-    else:
+    while tree != "":
         (x, text, below, above), (low, high) = tree, cell[tree[0]]
         demand(low < (cut := Text({}, {}).value(text).constant()) < high, f"{x} is not cut between its ends")
         semidefinite(A, cell | {x: (low, cut)}, below)
-        semidefinite(A, cell | {x: (cut, high)}, above)
+        cell, tree = cell | {x: (cut, high)}, above
+    for x in sorted({x for row in A for p in row for x in p.names()}):
+        demand(x in cell, f"{x} without a range")
+        most, s, t = max(m.count(x) for row in A for p in row for m in p), term(1, f"{x} low"), term(1, f"{x} high")
+        here = term(cell[x][0]) * s + term(cell[x][1]) * t
+        powers = [prod([here] * n + [s + t] * (most - n), start=term(1)) for n in range(most + 1)]
+        A = [[sum((Poly({tuple(y for y in m if y != x): c for m, c in p.items() if m.count(x) == n}) * powers[n]
+                   for n in range(most + 1)), Poly()) for p in row] for row in A]  # fmt: skip
+    for m in {(), *(m for row in A for p in row for m in p)}:
+        demand(positive([[p.get(m, Fraction(0)) for p in row] for row in A]), f"not positive semidefinite in {cell}")
 
 
 # LEMMA 5. Names, numbers, calls of functions of doubles and + - * / ( ), of what EXPRESSION lets pass, mean the same in
@@ -128,7 +118,6 @@ STATEMENT = (r"(const double |double |)([A-Za-z_][\w.]*(?:\[\d+\])?) (\+?=) ([^;
     r"double (\w[\w.]*)\[([1-9]\d{0,3})\]; ?")  # fmt: skip
 FIELDS = ("name", "step", "positions", "mass_matrix", "force", "acceleration", "signs", "domain", "errors", "states",
           "matrix", "rest", "lyapunov_matrix", "box", "decay_rate", "reversals", "cover")  # fmt: skip
-LOOP = r"for \(int i = (0|[1-9]\d{0,3}); i < (0|[1-9]\d{0,3}); i\+\+\) \{ ([^{}]*)\} ?"
 
 
 class Text:  # expressions over `names`, and statements that set them; `sign`: what C calls the sign function
@@ -168,7 +157,7 @@ class Text:  # expressions over `names`, and statements that set them; `sign`: w
         return value * p if name == "fabs" else value
 
     def run(self, text: str, writable: set[str], read: int = 0) -> None:
-        while loop := re.search(LOOP, text):
+        while loop := re.search(r"for \(int i = (0|[1-9]\d{0,3}); i < (0|[1-9]\d{0,3}); i\+\+\) \{ ([^{}]*)\} ?", text):
             own, bodies = "|".join(re.findall(r"double (\w+)", loop[3])) or "(?!)", ""
             for k in range(int(loop[1]), int(loop[2])):
                 demand(True, "", len(loop[3]) * (9 + own.count("|")) // 9 + len(text) // 99)
@@ -211,6 +200,11 @@ def matched(form: str, file: str, text: str) -> list[str]:
     return [" ".join(group.split()).replace("->", ".") for group in found.groups()] if found else []
 
 
+def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    demand(len(dict(pairs)) == len(pairs), "a field stands twice")  # a reader may see the first, and Python the last
+    return dict(pairs)
+
+
 def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     """What holds besides the fields of the proof, if it is one of these files (name: text); ValueError if not."""
     name, signs, errors, formulas, velocity = (proof[x] for x in ("name", "signs", "errors", "states", "positions"))
@@ -229,23 +223,28 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     # Free are inputs, truth, signs, errors, and states without a formula. An estimate is truth less sign * error.
     truths, estimates, turned = ([e[part] for e in errors] for part in ("truth", "estimate", "sign"))
     aside = [z for z in states if z not in formulas and z != "state.waiting"]
-    demand({"".join(sorted(e)) for e in errors} == {"estimatesigntruth"} and not {*truths} & {*signs}, "errors' fields")
-    named = {*estimates} <= {*outputs} and all(re.fullmatch(r"(true|sign)\.\w+", x, re.A) for x in [*truths, *signs])
+    fields = {"".join(sorted(x)) for x in (*errors, *proof["reversals"])} <= {"estimatesigntruth", "dwellgrowthsign"}
+    objects = json.dumps(proof).count("{") == 6 + len(errors) + len(proof["reversals"])  # and lists are no objects
+    demand(fields and objects and {*estimates} <= {*outputs} and not {*truths} & {*signs}, "fields are not so named")
+    named = all(re.fullmatch(("true", "sign")[x in signs] + r"\.\w+", x, re.A) for x in [*truths, *signs])
     demand(named and {*turned} <= {"", *signs} and len({*truths}) == len({*estimates}) == len(errors), "not so named")
     Poly.signs, free = frozenset(signs), {*inputs, *truths, *signs, *aside}
     names = {p: code.names[p] for p in parameters} | {x: term(1, x) for x in free} | {"": term(1)}
-    error = [term(1, f"error of {x}") for x in truths]
     names |= {t: names[s] * names[t] for t, s in zip(truths, turned, strict=True)}
-    names |= {x: names[t] - names[s] * e for x, t, s, e in zip(estimates, truths, turned, error, strict=True)}
+    hidden = [f"error of {x}" for x in truths]
+    names |= {x: names[t] - names[s] * term(1, e) for x, t, s, e in zip(estimates, truths, turned, hidden, strict=True)}
     # LEMMA 8. From the states that formulas of n estimates give, the n of them that move with an estimate, `step` shows
     # these same estimates: a map of R^n to R^n that is one-to-one, hence, being polynomial, onto (linear algebra where
     # it is affine, else Bialynicki-Birula and Rosenlicht 1962). So every state is met, and shows its estimates.
-    claim, hidden = Text(names, {}), {x for e in error for x in e.names()}
+    claim = Text(names, {})
+    # A sign is that of a polynomial of estimates, truths and inputs, not constant: so there are points where all are 1.
+    seen = map(Text(names | {x: term(1, x) for x in (*signs, *truths, *estimates)}, {}).value, signs.values())
+    demand(all(p.names() and p.names() <= {*names} - {*signs} for p in seen), "no sign of estimates and inputs")
     told = [(names[s], claim.value(of)) for s, of in signs.items()]
     told += [(names[s], names[s] * claim.value(of)) for s in ("", *signs) for of in proof["domain"]]
     claim.known |= {("sgn", frozenset((way * p).items())): way * s for s, p in told for way in (term(-1), term(1))}
     start = {z: claim.value(of) for z, of in formulas.items()}
-    moving = [z for z, p in start.items() if hidden & p.names()]
+    moving = [z for z, p in start.items() if p.names().intersection(hidden)]
     demand({*start} <= {*states} - {"state.waiting"} and len(moving) == len(errors), "not an error for each state")
     code = Text({x: p for x, p in names.items() if x not in outputs} | start, claim.known, code.sign)
     code.run(before, set())
@@ -262,7 +261,7 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     demand(own and {x for p in (*rate.values(), *rest) for x in p.names()} <= free - {*aside}, "not the machine's own")
     later = names | {x: term(1, f"{x} later") for x in (*inputs, *aside)} | {v: names[v] + h * rate[v] for v in rate}
     later |= {x: names[x] + h * {"euler": names, "semi_implicit": later}[proof["step"]][v] for x, v in velocity.items()}
-    moved = [e + r for row, r in zip(times(phi, [[e] for e in error]), rest, strict=True) for e in row]
+    moved = [e + r for row, r in zip(times(phi, [[term(1, e)] for e in hidden]), rest, strict=True) for e in row]
     later |= {x: later[t] - names[s] * e for x, t, s, e in zip(estimates, truths, turned, moved, strict=True)}
     off = {z: code.names[z] - Text(later, claim.known).value(of) for z, of in formulas.items()}
     # A term of more than one error is beyond the first order; where such are left, that is said.
@@ -283,17 +282,18 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
         rise = [[(growth - i * j) * p for j, p in zip(J, row, strict=True)] for i, row in zip(J, fixed, strict=True)]
         demand(positive(rise), "not positive semidefinite", min(int(dwell), 10**5) * fall.denominator.bit_length())
         demand(dwell in range(10**5) and fall ** int(dwell) * growth <= 1 and turn["sign"] in signs, "not made good")
-    whole, more = not proof["domain"] and not any(rest) and len(moving) == len(formulas), any(off.values())
+    whole, more = not (proof["domain"] or box or any(rest)) and len(moving) == len(formulas), any(off.values())
     return {"whole": whole, "first order": more, "fall": fall, "values": stated, "names": names, "known": claim.known}
 
 
 if __name__ == "__main__":
     try:
-        claim = json.load(sys.stdin)
-        shown = prove(claim, {path.name: path.read_text("utf-8") for path in Path(sys.argv[1]).glob("*.[ch]")})
+        claim = json.loads(sys.stdin.read(10**7), object_pairs_hook=once)
+        paths = [Path(sys.argv[1], f"{claim['name']}.{end}") for end in "ch"]
+        demand(all(x.is_file() and x.stat().st_size < 10**6 for x in paths), f"{paths[0]} or .h: no file, or too long")
+        shown = {"rest": 0} | claim | prove(claim, {path.name: path.read_bytes().decode() for path in paths})
     except Exception as why:
         sys.exit(f"refused: {type(why).__name__} {str(why)[:200]}")
-    print(f"{claim['name']}: proved{'' if shown['whole'] else ', in its domain'}")
-    for fact in (*FIELDS[1:], "first order", "fall", "values"):
-        print(f"  {fact}: {json.dumps(({'rest': 0} | claim | shown)[fact], default=str)}")
-    sys.exit(0 if shown["whole"] else 4)
+    facts = (f"  {x}: {json.dumps(shown[x], default=str)}" for x in (*FIELDS[1:], "first order", "fall", "values"))
+    print(f"{claim['name']}: proved{'' if shown['whole'] else ', in its domain'}", *facts, sep="\n")
+    sys.exit(0 if shown["whole"] else 4)  # 4: where domain, box and states are as said, but for the rest; 1: refused

@@ -527,15 +527,29 @@ def test_positive_is_what_eigenvalues_say() -> None:
         assert kernel.positive(exact, definite=True) == (low > 1e-9)
 
 
-def test_bernstein_s_form_is_the_polynomial() -> None:
+def test_a_cell_is_decided_at_its_least_bernstein_coefficient() -> None:
+    """That of the form written out here, which is seen to be the polynomial."""
     text, ends = "x*x*y - 3*x*y*y + 2*x - 7/3", {"x": (Fraction(-1), Fraction(2)), "y": (Fraction(1, 3), Fraction(5))}
-    p = kernel.Text({x: kernel.term(1, x) for x in ends}, {}).value(text)
-    table = {k: kernel.bernstein(p, ends, (("x", (k[0], 2)), ("y", (k[1], 2)))) for k in product(range(3), repeat=2)}
+    terms = {(2, 1): Fraction(1), (1, 2): Fraction(-3), (1, 0): Fraction(2), (0, 0): Fraction(-7, 3)}
+    table = {}
+    for at in product(range(3), repeat=2):
+        table[at] = Fraction(0)
+        for powers, c in terms.items():
+            for m, k, (low, high) in zip(powers, at, ends.values(), strict=True):
+                ways = [
+                    math.comb(m, j) * math.comb(2 - m, k - j) * high**j * low ** (m - j) for j in range(min(k, m) + 1)
+                ]
+                c *= sum(ways, Fraction(0)) / math.comb(2, k)
+            table[at] += c
     for t, u in product([Fraction(0), Fraction(1, 7), Fraction(1, 2), Fraction(1)], repeat=2):
         x, y = -1 + 3 * t, Fraction(1, 3) + Fraction(14, 3) * u
         shape = [[math.comb(2, k) * s**k * (1 - s) ** (2 - k) for k in range(3)] for s in (t, u)]
         mixed = sum(b * shape[0][k] * shape[1][m] for (k, m), b in table.items())
         assert mixed == x * x * y - 3 * x * y * y + 2 * x - Fraction(7, 3)
+    p, least = kernel.Text({x: kernel.term(1, x) for x in ends}, {}).value(text), min(table.values())
+    kernel.semidefinite([[p - kernel.term(least)]], ends, "")
+    with pytest.raises(ValueError, match="not positive semidefinite"):
+        kernel.semidefinite([[p - kernel.term(least + Fraction(1, 10**30))]], ends, "")
 
 
 def claim(text: str, cover: Any, ends: tuple[int, int] = (0, 1)) -> None:

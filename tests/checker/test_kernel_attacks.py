@@ -221,3 +221,36 @@ def test_a_whole_number_that_c_cuts_is_no_value(size: str) -> None:
         files["one_mass.c"] = files["one_mass.c"].replace("parameters->rail_a", "parameters->rail_a[0]")
     with pytest.raises(ValueError, match="not of the form"):
         kernel.prove(proof, files | {"one_mass.h": header})
+
+
+WRONG_WAY = {
+    # |sign.q| is 1; read as -1, it makes right friction of wrong.
+    "a sign of itself turned round": ({"sign.q": "-sign.q"}, "fabs(sign.q)"),
+    "signs of each other": ({"sign.q": "-sign.r", "sign.r": "sign.q"}, "fabs(sign.q)*fabs(sign.r)"),
+    "a sign of a product with itself": ({"sign.q": "-sign.q*inputs.x*inputs.x"}, "fabs(sign.q*inputs.x*inputs.x)"),
+    "a sign of zero": ({"sign.q": "inputs.x - inputs.x"}, "1"),
+    "a sign of zero by a parameter": ({"sign.q": "(parameters.m - 1)*inputs.x"}, "1"),
+    "a sign of what is never below zero": ({"sign.q": "fabs(fabs(inputs.x)) - fabs(inputs.x)"}, "1"),
+}
+
+
+@pytest.mark.parametrize("kind", WRONG_WAY)
+def test_a_sign_that_none_is_proves_nothing(kind: str) -> None:
+    """Of no machine are these the signs, so anything follows: friction that pushes was proved to brake."""
+    proof, files = shipped()
+    signs, one = WRONG_WAY[kind]
+    if one != "1":
+        files["one_mass.c"] = files["one_mass.c"].replace("inputs->w - F_hat_rail", "inputs->w + F_hat_rail")
+        level = "-true.a_rail*sign.rail"
+        for place, keys in (("force", [0]), ("acceleration", ["true.v"])):
+            for key in keys:
+                proof[place][key] = proof[place][key].replace(level, f"{level}*{one}")
+    with pytest.raises(ValueError, match="no sign of estimates and inputs"):
+        kernel.prove(proof | {"signs": proof["signs"] | signs}, files)
+
+
+def test_a_range_takes_the_status() -> None:
+    """V falls where each variable of the box is in its range, and nothing is said of elsewhere: a condition."""
+    proof, files = shipped()
+    assert kernel.prove(proof, files)["whole"]
+    assert not kernel.prove(proof | {"box": {"true.v": ["0", "1"]}}, files)["whole"]

@@ -117,10 +117,16 @@ def into_step(f: Files, text: str) -> None:
     f["one_mass.c"] = f"{before}{text}{after}"
 
 
+def high_powers(f: Files) -> None:
+    """Powers of long numbers: each of a thousand digits and more."""
+    f["proof"]["box"] = {"inputs.w": [f"-1/{'7' * 90}", f"{'9' * 90}/{'7' * 89}"]}
+    f["proof"]["matrix"] = [["9/10", "*".join(["inputs.w"] * 200)], ["1", "1"]]
+
+
 BUSY: tuple[Callable[[Files], None], ...] = (
     *(many_variables, many_cells, many_monomials, a_power_that_doubles, a_number_that_doubles, loops_in_loops),
     *(long_arrays, a_field_of_a_billion, comments_that_do_not_end, steps_that_do_not_match, a_large_matrix),
-    *(denominators, many_cuts, a_long_dwell, a_huge_exponent, long_texts),
+    *(denominators, many_cuts, a_long_dwell, high_powers, a_huge_exponent, long_texts),
 )
 
 
@@ -136,7 +142,7 @@ def test_a_cell_of_many_variables_has_too_many_corners() -> None:
     names = [f"x{k}" for k in range(60)]
     kernel.Poly.work = 0
     with pytest.raises(ValueError, match="more work"):
-        kernel.semidefinite([[kernel.term(1, *names)]], dict.fromkeys(names, (Fraction(0), Fraction(1))), "")
+        kernel.semidefinite([[kernel.term(1, *names)]], dict.fromkeys(names, (Fraction(1), Fraction(2))), "")
 
 
 @pytest.mark.parametrize("folder", sorted(path.parent.name for path in GENERATED.glob("*/proof.json")))
