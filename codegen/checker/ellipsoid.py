@@ -1,7 +1,7 @@
 """Whether noise and drift keep the errors of a kernel's proof below the bounds of a claim.
 
 Standard library only: python3 ellipsoid.py FOLDER < ellipsoid.json, with proof.json and the C in the folder; uses
-kernel.py, which must be beside it.
+kernel.py and files.py, which must be beside it.
 
 THEOREM. Let all be as in the kernel's theorem of the proof, but for this: a position x is measured as x + noise, and x,
 v and the rest of `truth` move in a sample by what is said there and a drift, |noise| and |drift| at most as the claim
@@ -173,10 +173,13 @@ def prove(proof: dict[str, Any], claim: dict[str, Any], files: dict[str, str]) -
 
 
 if __name__ == "__main__":
-    folder = Path(sys.argv[1])
+    folder, read = Path(sys.argv[1]), runpy.run_path(str(Path(__file__).with_name("files.py")))["read"]
     try:
-        asked, files = json.load(sys.stdin), {path.name: path.read_text("utf-8") for path in folder.glob("*.[ch]")}
-        found = prove(json.loads((folder / "proof.json").read_text("utf-8")), asked, files)
+        asked = json.loads(sys.stdin.read(10**7), object_pairs_hook=kernel.once)
+        paths = [folder / name for name in ("proof.json", f"{asked['name']}.c", f"{asked['name']}.h")]
+        proof, *sources = [read(path, 10**6).decode() for path in paths]
+        files = dict(zip((path.name for path in paths[1:]), sources, strict=True))
+        found = prove(json.loads(proof, object_pairs_hook=kernel.once), asked, files)
         lines = [
             f"at most {float(bound):.7g}: {' '.join(c)}"
             for ball, bounds in zip(asked["sets"], found, strict=True)

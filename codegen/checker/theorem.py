@@ -25,12 +25,35 @@ WITHIN, SIZED = "noise, what moves within a sample, ", "noise and drift beyond t
 
 
 def read(text: str | bytes) -> dict[str, Any] | None:
-    """A proof, if this is the JSON of one: an object with just a proof's fields."""
+    """A proof, if this is the JSON of one: an object with just a proof's fields, none of them twice, or Refused."""
     try:
-        content = json.loads(text)
+        content = json.loads(text, object_pairs_hook=once)
     except (ValueError, RecursionError):
         return None
     return content if isinstance(content, dict) and {*content, "rest"} == {*kernel.FIELDS} else None
+
+
+def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """An object of JSON. Of two fields of one name a reader sees the first, and Python the last."""
+    enclosure.demand(len(dict(pairs)) == len(pairs), "a field stands twice in an object")
+    return dict(pairs)
+
+
+def instead(raw: Any) -> str:
+    """What JSON (objects as pairs, bare numbers as bytes) stands where a certificate is expected, in words."""
+    if not isinstance(raw, tuple):
+        return {list: "a list", str: "a text", bytes: "a number", type(None): "null"}.get(type(raw), "true or false")
+    names = [name for name, _ in raw]
+    if {*names} == {*ellipsoid.FIELDS}:
+        return f"an {SETS}, and it is verified with the {PROOF} beside it"
+    form = next((value for name, value in raw if name == "format" and isinstance(value, str)), "")
+    if form:
+        return f"an object of the format {json.dumps(form[:40])}"
+    kind = "an object with the fields"
+    if len({*names} & {*kernel.FIELDS}) > len(kernel.FIELDS) // 2:
+        kind, names = "a proof of the C, but for the fields", sorted({*names, "rest"} ^ {*kernel.FIELDS}) or ["name"]
+    shown = [json.dumps(name[:40]) for name in names[:4]] + [f"and {len(names) - 4} more"] * (len(names) > 4)
+    return f"{kind} {', '.join(shown)}" if names else "an object without fields"
 
 
 def proved(proof: dict[str, Any], sources: dict[str, bytes]) -> dict[str, Any]:
@@ -53,7 +76,7 @@ def held(proof: dict[str, Any], shown: dict[str, Any]) -> list[str]:
 def kept(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> tuple[dict[str, Any], list[list[Fraction]]]:
     """A claim of ellipsoid.json and the bounds of each of its sets' rows, or enclosure.Refused."""
     try:
-        claim = json.loads(text)
+        claim = json.loads(text, object_pairs_hook=once)
         return claim, ellipsoid.bounded(proof, claim, shown)
     except Exception as why:  # as above
         raise enclosure.Refused(f"{SETS} is not proved of the C: {plainly(why)}") from None
@@ -213,22 +236,28 @@ def unlike(top: dict[str, Any], proof: dict[str, Any]) -> str:
         "the errors": [(e["estimate"], e["sign"]) for e in proof["errors"]] == [*zip(places, signs, strict=True)],
         "P": not top["slow"] and top["lyapunov_matrix"] == known["P"],
         "the rate": top["decay_rate"] == known["rate"],
+        "the range": not proof[
+            "box"
+        ],  # the matrix of a certificate of a C is constant but for signs, which are in no box
         "reversals": turns == known["turns"] and len(turns) == len(proof["reversals"]),
     }
     return ", ".join(what for what, alike in same.items() if not alike)
 
 
 def same_matrix(top: dict[str, Any], proof: dict[str, Any]) -> bool:
-    """Whether the certificate's I + hA is the proof's matrix, which the kernel has just accepted."""
+    """Whether the certificate's I + hA, of signs alone, is the proof's matrix, which the kernel has just accepted."""
     if not {*top["variables"]} <= {f"sign_{s.removeprefix('sign.')}" for s in proof["signs"]}:
         return False
     names = {f"sign_{s.removeprefix('sign.')}": kernel.term(1, s) for s in proof["signs"]}
     names |= {entry["name"]: polynomial(entry["expression"], names) for entry in top["parameters"]}
-    text = kernel.Text({s: kernel.term(1, s) for s in proof["signs"]}, {})
     h = kernel.term(top["sample_time"])
     step = [[kernel.term(int(i == j)) + h * polynomial(a, names) for j, a in enumerate(row)]
             for i, row in enumerate(top["matrix"])]  # fmt: skip
-    return step == [[text.value(x) for x in row] for row in proof["matrix"]]
+    text = kernel.Text({s: kernel.term(1, s) for s in proof["signs"]}, {})
+    try:
+        return step == [[text.value(x) for x in row] for row in proof["matrix"]]
+    except ValueError:  # the proof's speaks of more than signs
+        return False
 
 
 def polynomial(entry: Any, names: dict[str, Any]) -> Any:
@@ -254,20 +283,21 @@ def bound(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[list[str], st
         return [], f"no {PROOF} is beside it", False
     if {f"{top['subject']['name']}.{end}" for end in "ch"} - sources.keys():
         return [], "its C or its header is not here, or not among its files", False
-    proof = read(sources[PROOF])
-    if proof is None:
-        return [], f"{PROOF} is not the JSON of a proof, with just its fields", False
+    not_its = f"{PROOF} is not its proof:"
     try:
-        other = unlike(top, proof)
-    except (AttributeError, LookupError, TypeError, ValueError, enclosure.Refused) as why:
-        other = f"it cannot be read ({type(why).__name__})"
-    if other:
-        return [], f"{PROOF} is not its proof: {other}", False
+        proof = read(sources[PROOF])
+        other = unlike(top, proof) if proof else ""
+    except enclosure.Refused as why:
+        return [], f"{not_its} it cannot be read ({why})", False
+    except (AttributeError, LookupError, TypeError, ValueError) as why:
+        return [], f"{not_its} it cannot be read ({type(why).__name__})", False
+    if proof is None or other:
+        return [], f"{not_its} {other}" if other else f"{PROOF} is not the JSON of a proof, with just its fields", False
     shown = proved(proof, sources)
     alike = shown["values"]["parameters.sample_time"] == top["sample_time"]
     enclosure.demand(alike, f"the sample time of {proof['name']}.h is another")
     if not same_matrix(top, proof):
-        return [], f"{PROOF} is not its proof: the matrix", False
+        return [], f"{not_its} the matrix", False
     enclosure.demand([e["unit"] for e in top["error"]] == shown["units"], f"the units of {proof['name']}.h are others")
     more = reached(proof, shown, sources[SETS]) if SETS in sources else []
     return [*words(proof, shown, bool(more)), *more], "", shown["whole"]

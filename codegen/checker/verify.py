@@ -90,7 +90,10 @@ def conform(raw: Any, schema: Any, where: str) -> Any:
         return {conform(k, form or "TEXT", where): conform(v, schema[form or k], f"{where}.{k}") for k, v in raw}
     if schema == "RATIONAL":
         return enclosure.rational(raw, where)
-    good = isinstance(schema, str) and isinstance(raw, bytes if schema == "WHOLE" else str) and len(raw) <= MAX_STRING
+    if not isinstance(schema, str):
+        kind = "a list" if isinstance(schema, list) else "an object"
+        raise Refused(f"{where}: expected is {kind}, here stands {theorem.instead(raw)}")
+    good = isinstance(raw, bytes if schema == "WHOLE" else str) and len(raw) <= MAX_STRING
     text = raw.decode() if good and schema == "WHOLE" else raw
     good = good and text.isprintable() and re.fullmatch(FORMS[schema], text) is not None  # the unprintable could forge
     demand(good, f"{where}: {brief(raw)} is no {brief(schema)}, printable and of at most {MAX_STRING} characters")
@@ -270,6 +273,8 @@ def parsed(text: str, schema: dict[str, Any] = SCHEMA, what: str = "certificate"
     told = [value for key, value in raw if key == "format"] if isinstance(raw, tuple) else []
     for form in (form for form in READERS.keys() - {FORMS[schema["format"]]} if form in told):
         raise Refused(f"this is no {what} but of format {form}, which {READERS[form]} reads, or `stiction verify`")
+    expected = f'expected is a {what}: an object with "format": "{FORMS[schema["format"]]}", or a {PROOF}'
+    demand(FORMS[schema["format"]] in told, f"here stands {theorem.instead(raw)}; {expected}")
     top: dict[str, Any] = conform(raw, schema, what)
     return top
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from codegen.checker import ellipsoid, kernel
+from codegen.checker import ellipsoid, kernel, verify
 
 HERE = Path(__file__).parents[2] / "generated" / "one_mass"
 RATE = "parameters->one_over_m * (inputs->w - F_hat_rail)"
@@ -254,3 +255,150 @@ def test_a_range_takes_the_status() -> None:
     proof, files = shipped()
     assert kernel.prove(proof, files)["whole"]
     assert not kernel.prove(proof | {"box": {"true.v": ["0", "1"]}}, files)["whole"]
+
+
+REMARK = "|e| falls tenfold a sample"
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda p: p["reversals"][0].update({"claim": REMARK}),
+        lambda p: p.update({"force": {p["force"][0]: REMARK}}),
+        lambda p: p.update({"matrix": [dict.fromkeys(p["matrix"][0], "0"), p["matrix"][1]]}),
+        lambda p: p.update({"rest": {"0": REMARK, "0*1": REMARK}}),
+        lambda p: p.update({"box": {"true.v": {"0": REMARK, "1": REMARK}}}),
+        lambda p: p.update({"domain": {"inputs.w": REMARK}}),
+    ],
+)
+def test_a_remark_is_not_printed_as_proved(change: Any) -> None:
+    """kernel.py prints a proof's fields, and what was read of an object in place of a list were its keys."""
+    proof, files = shipped()
+    change(proof)
+    with pytest.raises(ValueError, match="fields"):
+        kernel.prove(proof, files)
+
+
+@pytest.mark.parametrize("name", ["sign.q", "true.q,\u2028and of every machine"])
+def test_a_truth_of_any_name_is_refused(name: str) -> None:
+    """A free level that is printed as sign(q)."""
+    text = json.dumps(shipped()[0]).replace("true.a_rail", name)
+    with pytest.raises(ValueError, match=r"not so named|is no expression"):
+        kernel.prove(json.loads(text), shipped()[1])
+
+
+TWICE = (
+    ('"decay_rate": "279/25"', '"decay_rate": "100", "decay_rate": "279/25"'),
+    ('"sign.rail": "outputs.v_hat"', '"sign.rail": "inputs.w", "sign.rail": "outputs.v_hat"'),
+    ('"growth": "88831/20000"', '"growth": "1", "growth": "88831/20000"'),
+)
+
+
+@pytest.mark.parametrize(("old", "new"), TWICE)
+def test_a_field_that_stands_twice_is_refused(old: str, new: str, tmp_path: Path) -> None:
+    """Who reads the file sees the first; JSON takes the last."""
+    text = (HERE / "proof.json").read_text("utf-8")
+    assert old in text
+    text = text.replace(old, new)
+    done = run_alone(text, HERE)
+    assert done.returncode == 1 and "a field stands twice" in done.stderr
+    sources = {path.name: path.read_bytes() for path in HERE.glob("one_mass.[ch]")}
+    with pytest.raises(verify.Refused, match="twice"):
+        verify.check(text, None, None, sources)
+    certificate = (HERE / "certificate.json").read_text("utf-8")
+    everything = {path.name: path.read_bytes() for path in HERE.iterdir()}
+    report = verify.check(certificate, None, None, everything | {"proof.json": text.encode()})
+    assert not report.proved and "twice" in report.unproved
+
+
+def test_a_field_of_a_set_that_stands_twice_is_refused() -> None:
+    claim = (HERE / "ellipsoid.json").read_text("utf-8")
+    assert '"1/200000"' in claim
+    claim = claim.replace('"inputs.x": "1/200000"', '"inputs.x": "1", "inputs.x": "1/200000"')
+    everything = {path.name: path.read_bytes() for path in HERE.iterdir()} | {"ellipsoid.json": claim.encode()}
+    with pytest.raises(verify.Refused, match="twice"):
+        verify.check((HERE / "proof.json").read_text("utf-8"), None, None, everything)
+
+
+def run_alone(text: str, folder: Path, script: Any = kernel) -> Any:
+    command = [sys.executable, "-I", script.__file__, str(folder)]
+    return subprocess.run(command, input=text, capture_output=True, text=True, check=False, timeout=20)
+
+
+def folder_with(tmp_path: Path, file: str, made: Any) -> Path:
+    """The shipped files, one of them replaced."""
+    for path in HERE.glob("*"):
+        if path.is_file() and path.name != file:
+            (tmp_path / path.name).write_bytes(path.read_bytes())
+    made(tmp_path / file)
+    return tmp_path
+
+
+def sparse(path: Path) -> None:
+    """A file of 10 GB that takes no room."""
+    with path.open("wb") as file:
+        file.truncate(10**10)
+
+
+MADE = {
+    "a pipe": os.mkfifo,
+    "a folder": Path.mkdir,
+    "ten gigabytes": sparse,
+    "the zero device": lambda p: p.symlink_to("/dev/zero"),
+}
+
+
+@pytest.mark.parametrize("kind", MADE)
+@pytest.mark.parametrize("file", ["one_mass.c", "one_mass.h", "other.c"])
+def test_only_the_files_of_the_proof_are_read_and_only_regular_ones(kind: str, file: str, tmp_path: Path) -> None:
+    folder = folder_with(tmp_path, file, MADE[kind])
+    proof, claim = ((folder / name).read_text("utf-8") for name in ("proof.json", "ellipsoid.json"))
+    for script, text in ((kernel, proof), (ellipsoid, claim)):
+        done = run_alone(text, folder, script)
+        if file == "other.c":
+            assert done.returncode == 0, done.stderr
+        else:
+            assert done.returncode == 1 and done.stdout == ""
+            assert done.stderr.startswith("refused: ") and done.stderr.count("\n") == 1 and file[:-1] in done.stderr
+
+
+def test_an_empty_proof_s_folder_is_one_line() -> None:
+    done = run_alone((HERE / "proof.json").read_text("utf-8"), HERE.parent)
+    assert done.returncode == 1 and "one_mass.c" in done.stderr and done.stderr.count("\n") == 1
+
+
+def test_carriage_returns_are_refused_alone_too(tmp_path: Path) -> None:
+    """C takes one as a blank, Python's reader of text for the end of a line: a macro's line would go on."""
+    source = (HERE / "one_mass.c").read_bytes().replace(b"#endif\n\nvoid", b"#endif\r\nvoid").replace(b"\n\n", b"\n\r")
+    folder = folder_with(tmp_path, "one_mass.c", lambda path: path.write_bytes(source))
+    done = run_alone((HERE / "proof.json").read_text("utf-8"), folder)
+    assert done.returncode == 1 and "control characters" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "words"),
+    [
+        ("box", {"true.v": ["0", "1"]}, "the range"),
+        ("box", {"inputs.w": ["-5", "5"]}, "the range"),
+        ("matrix", [["9/10 + 0*inputs.w", "-1/1000"], ["1", "1"]], "the matrix"),
+        ("matrix", [["9/10", "-1/1000"], ["1", "1 + 0*true.v"]], "the matrix"),
+    ],
+)
+def test_a_proof_over_less_than_the_certificate_says_is_none_of_it(field: str, value: Any, words: str) -> None:
+    proof = shipped()[0] | {field: value}
+    everything = {path.name: path.read_bytes() for path in HERE.iterdir()}
+    report = verify.check(
+        (HERE / "certificate.json").read_text("utf-8"),
+        None,
+        None,
+        everything | {"proof.json": json.dumps(proof).encode()},
+    )
+    assert not report.proved and not report.whole and f"is not its proof: {words}" in report.unproved
+
+
+def test_a_box_is_printed_as_a_condition_and_not_as_every_state() -> None:
+    proof, files = shipped()
+    report = verify.check(
+        json.dumps(proof | {"box": {"true.v": ["0", "1"]}}), None, None, {k: v.encode() for k, v in files.items()}
+    )
+    assert "only where v is in [0, 1]" in report.proved and not report.whole

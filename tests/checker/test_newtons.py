@@ -364,7 +364,7 @@ def test_as_a_program_that_stands_alone(tmp_path: Path) -> None:
     assert run(str(alone)) == (3, f"refused: {alone}: certificate.json, on which the bound rests, is not here\n")
     (tmp_path / "certificate.json").write_text("{}", "utf-8")
     code, said = run(str(alone))
-    assert code == 3 and said.startswith(f"refused: {alone}: certificate.json: certificate: fields missing or extra")
+    assert code == 3 and said.startswith(f"refused: {alone}: certificate.json: here stands an object without fields")
     (tmp_path / "certificate.json").write_text("{", "utf-8")
     code, said = run(str(alone))
     assert code == 3 and said.startswith(f"refused: {alone}: certificate.json: Expecting property name")

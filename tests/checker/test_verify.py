@@ -559,8 +559,11 @@ def nested(depth: int, op: str = "neg") -> str:
 
 
 REFUSALS: dict[str, tuple[Cert | str, str]] = {
-    "other format": (dig("format", "stiction-certificate/2"), "certificate.format"),
-    "no JSON object": ("[]", r"certificate: \[\] is no"),
+    "other format": (dig("format", "stiction-certificate/2"), 'an object of the format "stiction-certificate/2"'),
+    "no JSON object": ("[]", "here stands a list"),
+    "a list for a text": (dig("claim", ["x"]), r"claim: \['x'\] is no 'LINE'"),
+    "a text for a list": (dig("assumptions", "x"), "assumptions: expected is a list, here stands a text"),
+    "a list for an object": (dig("subject", []), "subject: expected is an object, here stands a list"),
     "key twice": (text(scalar()).replace('"claim"', '"claim": "x", "claim"'), "a key stands twice"),
     "key twice within": (text(cfo()).replace('"contact"', '"contact": "x", "contact"'), "a key stands twice"),
     "key of variables twice": (
@@ -1110,3 +1113,50 @@ def test_sixty_four_vertices_of_four_components_are_checked() -> None:
     for (i, j), k in zip(itertools.combinations(range(4), 2), range(6), strict=True):
         cert["matrix"][i][j] = ["*", "1/3", f"t{k}", f"t{(k + 1) % 6}"]
     assert check(text(cert)).facts[1].startswith("64 vertices in 1 cells: ")
+
+
+NO_CERTIFICATE = {
+    "[]": "here stands a list;",
+    "3": "here stands a number;",
+    '"x"': "here stands a text;",
+    "null": "here stands null;",
+    "{}": "here stands an object without fields;",
+    '{"a": 1, "b": {"format": "stiction-certificate/1"}}': 'here stands an object with the fields "a", "b";',
+    '{"format": "stiction-fleet/1"}': 'here stands an object of the format "stiction-fleet/1";',
+    '{"format": {"a": 1}}': 'here stands an object with the fields "format";',
+    json.dumps({f"field{k}": k for k in range(99)}): '"field2", "field3", and 95 more;',
+    json.dumps({"\x1b[2J" + "x" * 9999: 1}): "here stands an object with the fields ",
+}
+
+
+@pytest.mark.parametrize("text", NO_CERTIFICATE, ids=lambda text: text[:30])
+def test_json_that_is_no_certificate_is_said_in_plain_words(text: str) -> None:
+    """What stands there and what was expected, on one line; no schema."""
+    with pytest.raises(Refused) as refused:
+        verify.check(text)
+    said = str(refused.value)
+    assert NO_CERTIFICATE[text] in said and len(said) < 300 and said.isprintable()
+    assert said.endswith(
+        'expected is a certificate: an object with "format": "stiction-certificate/1", or a proof.json'
+    )
+    assert "RATIONAL" not in said and "[" not in said.replace("u001b[2J", "")
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("manifest.json", 'an object with the fields "tool", "spec", "files"; expected is a certificate'),
+        ("ellipsoid.json", "it is verified with the proof.json beside it"),
+    ],
+)
+def test_the_other_files_of_a_folder_are_told_apart(name: str, words: str) -> None:
+    text = (Path(__file__).parents[2] / "generated" / "rig" / name).read_text("utf-8")
+    with pytest.raises(Refused, match=words):
+        verify.check(text)
+
+
+def test_a_proof_without_a_field_is_said_to_be_one() -> None:
+    content = json.loads((Path(__file__).parents[2] / "generated/rig/proof.json").read_text("utf-8"))
+    del content["domain"]
+    with pytest.raises(Refused, match='a proof of the C, but for the fields "domain", "note"'):
+        verify.check(json.dumps(content | {"note": ""}))
