@@ -51,8 +51,6 @@ def verify(path: str | Path, spec: str | Path | None = None) -> Verified:
     path, spec = Path(path), None if spec is None else Path(spec)
     try:
         return Verified(newtons.check(read_text(path, CERTIFICATE, checker.MAX_TEXT), path.parent, spec))
-    except newtons.Refused as error:
-        raise checker.Refused(str(error)) from None
     except json.JSONDecodeError as error:
         raise _no_json(path, error) from None
     except OSError as error:  # of a file beside it, or of the spec

@@ -21,7 +21,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:
+if TYPE_CHECKING or __package__:
     from codegen.checker import kernel
 elif "kernel" not in globals():  # verify.py hands its own in
     kernel = SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name("kernel.py"))))

@@ -8,7 +8,7 @@ from fractions import Fraction
 from operator import mul
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:
+if TYPE_CHECKING or __package__:
     from codegen.checker import verify
 
 GRID, LONGEST, EVERY, ENOUGH = 1 << 120, 20_000, 64, 100_000

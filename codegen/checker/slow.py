@@ -13,7 +13,7 @@ from itertools import chain, product
 from operator import mul
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:
+if TYPE_CHECKING or __package__:
     from codegen.checker import enclosure, forms
 
 FINE = 2**52  # steps F = I + hA and parameters are kept as whole numbers of 1/FINE

@@ -12,7 +12,7 @@ from fractions import Fraction
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:
+if TYPE_CHECKING or __package__:
     from codegen.checker import ellipsoid, enclosure, kernel
 
 PROOF, SETS = "proof.json", "ellipsoid.json"

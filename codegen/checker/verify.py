@@ -28,7 +28,7 @@ def beside(name: str, **given: SimpleNamespace) -> SimpleNamespace:
     return SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name(f"{name}.py")), given))
 
 
-if TYPE_CHECKING:
+if TYPE_CHECKING or __package__:
     from codegen.checker import binding, enclosure, files, forms, lost, slow, theorem
 else:
     binding, enclosure, files = beside("binding"), beside("enclosure"), beside("files")
