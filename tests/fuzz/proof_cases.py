@@ -26,6 +26,8 @@ FOLDERS = (
     *("two_link_arm",),
 )
 TWIN = "__init__.py"
+KERNEL = ("proof.json", "ellipsoid.json")
+"""A proof about the C, and what noise and drift do by it, which `verify` reads beside it."""
 RATIONALS = (
     *(
         *("0", "1", "-1", "1/2", "-3/7", "1/0", "0/0", "1/-2", "-0", "007", "1.5", "1e5", "9" * 200),
@@ -48,8 +50,8 @@ def proof(seed: int) -> Case:
     dice = random.Random(f"proof {seed}")
     folder, name = dice.choice(proofs())
     here = GENERATED / folder
-    if name == "proof.json":
-        return _of_the_kernel(here, dice)
+    if name in KERNEL:
+        return _of_the_kernel(here, name, dice)
     files = {name: (here / name).read_bytes(), TWIN: (here / TWIN).read_bytes()}
     if name == "bound.json":
         files["certificate.json"] = (here / "certificate.json").read_bytes()
@@ -65,13 +67,15 @@ def proof(seed: int) -> Case:
     return Case(files, stages(name))
 
 
-def _of_the_kernel(here: Path, dice: random.Random) -> Case:
-    """A damaged proof about the C, or a sound one beside damaged C."""
-    files = {path.name: path.read_bytes() for path in (here / "proof.json", *here.glob(f"{here.name}.[ch]"))}
-    name = "proof.json" if dice.random() < 0.7 else dice.choice(sorted(files))
-    damage = damaged if name == "proof.json" else damaged_text
+def _of_the_kernel(here: Path, name: str, dice: random.Random) -> Case:
+    """A damaged proof about the C or a damaged claim of noise and drift, or both sound beside damaged C."""
+    beside = [path for path in map(here.joinpath, KERNEL) if path.exists()]
+    files = {path.name: path.read_bytes() for path in (*beside, *here.glob(f"{here.name}.[ch]"))}
+    name = name if dice.random() < 0.7 else dice.choice(sorted(files))
+    damage = damaged if name in KERNEL else damaged_text
     files[name] = damage(files[name].decode(), dice).encode("utf-8", "surrogatepass")
-    return Case(files, (Stage("verify", through_main("verify", "proof.json")),))
+    alone = (Stage("ellipsoid.json itself", through_main("verify", "ellipsoid.json")),) * ("ellipsoid.json" in files)
+    return Case(files, (Stage("verify", through_main("verify", "proof.json")), *alone))
 
 
 def stages(name: str) -> tuple[Stage, ...]:
