@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import random
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -11,6 +13,7 @@ import pytest
 
 from codegen.checker import kernel, verify
 from tests.certify.test_regions import Machine, content
+from tests.checker.test_kernel import mutant
 
 GENERATED = Path(__file__).parents[2] / "generated"
 SLIDING = ["one_mass_dfo", "rig_dfoa", "rig_dfob"]
@@ -45,25 +48,64 @@ def test_the_sliding_of_a_dfo_is_proved_of_the_c(name: str) -> None:
     assert proof(name)["box"][f"true.{level}"] == [str(kernel.Fraction(e)) for e in sliding["variables"][level]]
 
 
-@pytest.mark.parametrize("name", SLIDING)
-def test_the_twin_moves_as_the_proof_says_for_either_sign(name: str) -> None:
-    """Matrix and rest at random points of the box, against differences of the committed twin's steps."""
-    said, machine, dice = proof(name), Machine(name), np.random.default_rng(4)
+def moves_as_said(name: str, said: dict[str, Any], points: int = 20) -> bool:
+    """Whether the committed twin moves by matrix and rest at random points of the box, and V falls there."""
+    machine, dice = Machine(name), np.random.default_rng(4)
     (sign,) = said["signs"]
     v, f, a = (e["truth"] for e in said["errors"])
-    values = {p: float(x) for p, x in kernel.prove(said, files(name))["values"].items()}
-    for _ in range(20):
+    shown = kernel.prove(said, files(name))
+    values = {p: float(x) for p, x in shown["values"].items()}
+    P = np.array([[number(x, {}) for x in row] for row in said["lyapunov_matrix"]])
+    root = np.linalg.inv(np.linalg.cholesky(P))
+    for _ in range(points):
         side = dice.choice([-1.0, 1.0])
-        at = {x: dice.uniform(*(float(kernel.Fraction(e)) for e in ends)) for x, ends in said["box"].items()}
+        at = {x: dice.uniform(*sorted(number(e, values) for e in ends)) for x, ends in said["box"].items()}
         at |= {v: side * at[v], f: side * at[f], sign: side}
         machine.levels = np.array([at[a]])
         step, _ = machine.transition(np.array([at[v]]), np.array([at[f]]), at["inputs.w"])
         turn = np.diag([side, side, 1.0])
         matrix = np.array([[number(x, at | values) for x in row] for row in said["matrix"]])
-        np.testing.assert_allclose(turn @ step @ turn, matrix, rtol=1e-4, atol=1e-4 * np.abs(matrix).max(axis=1).min())
+        close = 1e-4 * np.abs(matrix).max(axis=1).min()
+        moved = np.allclose(turn @ step @ turn, matrix, rtol=1e-4, atol=close)
         estimates = machine.after(np.array([at[v], at[f], at[a]]), np.array([at[v]]), at["inputs.w"])
-        rest = number(said["rest"][2], at | values)
-        assert at[a] - estimates[2] == pytest.approx(rest, rel=1e-6, abs=1e-11 * at[a])
+        left = abs(at[a] - estimates[2] - number(said["rest"][2], at | values))
+        fall = np.linalg.eigvalsh(root @ matrix.T @ P @ matrix @ root.T).max()
+        if not moved or left > 1e-6 * abs(at[a]) or fall > float(shown["fall"]) * (1 + 1e-9):
+            return False
+    return True
+
+
+@pytest.mark.parametrize("name", SLIDING)
+def test_the_twin_moves_as_the_proof_says_for_either_sign(name: str) -> None:
+    """Matrix and rest at random points of the box, against differences of the committed twin's steps."""
+    assert moves_as_said(name, proof(name))
+
+
+def judged(name: str, count: int) -> tuple[int, int]:
+    """How many of so many mutants of a proof are proved, and how many of these move otherwise."""
+    dice, text = random.Random(name), json.dumps(proof(name), indent=1)
+    proved = false = 0
+    for _ in range(count):
+        try:
+            said = json.loads(mutant(text, dice))
+            kernel.prove(said, files(name))
+        except Exception:  # whatever stops the kernel is a refusal
+            continue
+        proved += 1
+        false += not moves_as_said(name, said, 6)
+    return proved, false
+
+
+def test_mutants_of_a_sliding_that_are_proved_are_true() -> None:
+    proved, false = judged("rig_dfoa", 20)
+    assert proved >= 1 and false == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SLIDING)
+def test_mutants_of_every_sliding_that_are_proved_are_true(name: str) -> None:
+    proved, false = judged(name, 300)
+    assert proved >= 20 and false == 0
 
 
 FORGERIES: dict[str, tuple[Callable[[dict[str, Any]], object], str]] = {
