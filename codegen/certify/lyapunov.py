@@ -28,9 +28,10 @@ SAME = 0.05
 
 def decay_rate_limit(matrices: Sequence[Array], h: float) -> float:
     """The largest α that any common P could have: from the spectral radius of each I + hA alone; h = 0: abscissa."""
+    eigenvalues = np.linalg.eigvals(np.asarray(matrices))  # of all at once: a call for each takes ten times as long
     if h == 0:
-        return -max(float(np.linalg.eigvals(a).real.max()) for a in matrices)
-    radius = max(float(np.abs(1 + h * np.linalg.eigvals(a)).max()) for a in matrices)
+        return -float(eigenvalues.real.max())
+    radius = float(np.abs(1 + h * eigenvalues).max())
     return (1 - radius**2) / (2 * h)
 
 
