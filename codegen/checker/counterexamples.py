@@ -218,6 +218,19 @@ CASES = (
         "not an error for each",
     ),
     Case("the sign is of something else", "p", '"sign.rail": "outputs.v_hat"', '"sign.rail": "inputs.x"', ""),
+    Case(
+        "a sign of itself, turned round",
+        "p",
+        '"sign.rail": "outputs.v_hat"',
+        '"sign.rail": "outputs.v_hat", "sign.q": "-sign.q"',
+        "no sign of estimates and inputs",
+    ),
+    Case(
+        "a remark in a reversal", "p", '"dwell": "68"', '"dwell": "68", "claim": "at once"', "fields are not so named"
+    ),
+    Case(
+        "an object in place of a list", "p", '"domain": []', '"domain": {"1": "everywhere"}', "fields are not so named"
+    ),
     Case("the box is of no variable", "p", '"box": {}', '"box": {"true.y": ["0", "1"]}', "box of no free variable"),
     Case(
         "the box is of an estimate",
