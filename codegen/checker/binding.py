@@ -42,8 +42,9 @@ SIZES = tuple(
     s * Fraction(DICE.randrange(1000, 9999), 10**4) * Fraction(8) ** k for k in range(-5, 10) for s in (1, -1)
 )
 PLAIN_UNIT = re.compile(r"[A-Za-z0-9*/^ ().-]*")
+MODE_FIELDS = ("mode", "invalid_samples")
 MAX_POWER, MANY_BITS = 64, 10**6
-HELD = re.compile(r"waiting|direction_\w+|samples_slid|\w+_predicted")  # states that are no estimate's
+HELD = re.compile(r"direction_\w+|samples_slid|\w+_predicted")  # states that are no estimate's
 
 
 class Unlike(Exception):
@@ -190,7 +191,7 @@ class Start:
         if len(self.slots) != len(self.places):
             raise Unlike(f"the code has {len(self.slots)} states, and the certificate {len(self.places)} errors")
         guarded = "slip_speed" in parameters  # the observer then holds what says where its level is learnt
-        self.others = [name for name in self.blank if not name.startswith("z_") and name != "waiting"]
+        self.others = [name for name in self.blank if not name.startswith("z_") and name not in MODE_FIELDS]
         self.others = [name for name in self.others if not (guarded and HELD.fullmatch(name))]
         self.velocities = {k: text for k, text in enumerate(self.places) if is_velocity(text)}
         ends = {name: (Fraction(low), Fraction(high)) for name, (low, high) in twin.envelope.items()}
@@ -475,7 +476,7 @@ def replayed(top: Mapping[str, Any], twin: Twin) -> tuple[str, list[str]]:
 def guarded(twin: Twin) -> list[str]:
     """What a guard of the level keeps from being compared, in words; nothing where there is none."""
     limit = twin.record("Parameters").get("slip_speed")
-    kept = [name for name in twin.record("State") if HELD.fullmatch(name) and name != "waiting"]
+    kept = [name for name in twin.record("State") if HELD.fullmatch(name)]
     named = f", nor {', '.join(kept)}, by which it knows its domain" if kept else ""
     return (
         []

@@ -73,7 +73,7 @@ CASES = (
     Case("the held output of the last sample is read", "c", LAW, f"{LAW} + outputs->v_hat", "is nothing that is known"),
     Case("a parameter is set in the step", "c", SET, f"{SET}        parameters->K_F = 0.0;\n", "parameters.K_F is set"),
     Case("an input is set in the step", "c", SET, f"{SET}        inputs->x = 0.0;\n", "inputs.x is set"),
-    Case("the guard's own state is set", "c", SET, f"{SET}        state->waiting = 0.0;\n", "state.waiting is set"),
+    Case("the guard's own state is set", "c", SET, f"{SET}        state->mode = 0.0;\n", "state.mode is set"),
     Case("most samples are faults", "c", "check = z_v_next", "check = 1e75 * 1e75 * z_v_next", "check is no sum"),
     Case(
         "a fault for what is not large",
@@ -85,11 +85,44 @@ CASES = (
     Case(
         "another guard",
         "c",
-        "state->waiting < 0.5) {\n        outputs",
-        "state->waiting < 0.5 && v_hat < 5.0) {\n        outputs",
+        "state->mode == ONE_MASS_RUNNING) {\n        outputs",
+        "state->mode == ONE_MASS_RUNNING && v_hat < 5.0) {\n        outputs",
         FORM,
     ),
     Case("a number that no double holds", "c", LAW, f"({LAW}) * 1e-400 * 1e200 * 1e200", "is out of place"),
+    Case("a mode in the law", "c", LAW, f"({LAW}) * state->mode", "state.mode is nothing that is known"),
+    Case(
+        "a count in the law", "c", LAW, f"({LAW}) * state->invalid_samples", "invalid_samples is nothing that is known"
+    ),
+    Case(
+        "another mode is the one of the step",
+        "c",
+        "mode == ONE_MASS_RUNNING) {\n        out",
+        "mode == ONE_MASS_HOLDING) {\n        out",
+        FORM,
+    ),
+    Case("a mode of another value", "h", "    ONE_MASS_HOLDING,", "    ONE_MASS_HOLDING = 0,", FORM),
+    Case("modes in another order", "h", "    ONE_MASS_HOLDING,", "    ONE_MASS_STARTING, ONE_MASS_HOLDING,", FORM),
+    Case("modes declared twice", "h", "} one_mass_mode;", "} one_mass_mode;\nenum { ONE_MASS_IDLE };", FORM),
+    Case("a macro for a mode", "h", "typedef enum", "#define ONE_MASS_RUNNING 1\ntypedef enum", FORM),
+    Case(
+        "a local that hides a mode",
+        "c",
+        "    const double v_hat =",
+        "    const double ONE_MASS_RUNNING = 1.0;\n    const double v_hat =",
+        FORM,
+    ),
+    Case(
+        "a sample that is not used shows fault 0", "c", "    outputs->fault = 1;\n}", "    outputs->fault = 0;\n}", FORM
+    ),
+    Case("fault 1 at times", "c", "    outputs->fault = 1;\n}", "    if (given > 0.0) outputs->fault = 1;\n}", FORM),
+    Case(
+        "a fault that is told no more",
+        "c",
+        "    outputs->fault = 1;\n}",
+        "    return;\n    outputs->fault = 1;\n}",
+        FORM,
+    ),
     # C that says something else than it seems to
     Case("the sign function is another", "c", "(u > 0.0) ?", "(u > 300.0) ?", FORM),
     Case("a macro in the code", "c", "#include <math.h>\n", "#include <math.h>\n#define fabs(u) 0.0\n", FORM),

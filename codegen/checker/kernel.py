@@ -27,9 +27,8 @@ def demand(holds: Any, why: str, steps: int = 0) -> None:
         raise ValueError("more work than the limit" if holds else why)
 
 
-# LEMMA 1. A polynomial is kept as {monomial: coefficient, not 0}, a monomial being its names, sorted, each as often as
-# its power. Two are the same function of real variables just if they are the same here: comparing decides identities.
-# A name of Poly.signs is 1 or -1, its square is 1, and so pairs of it are left out.
+# LEMMA 1. A polynomial is {monomial: coefficient, not 0}, a monomial its names, sorted, each as often as its power. Two
+# are the same real function just if they are the same here. A name of Poly.signs is 1 or -1: pairs of it are left out.
 class Poly(dict[tuple[str, ...], Fraction]):
     signs, work = frozenset[str](), 0
 
@@ -171,21 +170,22 @@ class Text:  # expressions over `names`, and statements that set them; `sign`: w
         demand(read == len(text), f"{text[read : read + 80]!r} cannot be read")
 
 
-# LEMMA 7. Comments aside, the two files are of these forms (a blank: any white space): four structs of doubles, values,
-# functions. No macro, type or global, in digraphs neither, can change what `step` or a parameter means.
-BODY = r"(?:[^{}#\"']++|\{(?:[^{}#\"']++|\{[^{}#\"']*+\})*+\})*+"
-STRUCT = r"typedef struct \{ ((?:double (?!STICTION)[A-Za-z]\w*(?:\[[1-9]\d{0,2}\])?; )+)(?:int fault; )?\} NAME_"
-HEADER = (r'#ifndef STICTION_UPPER_H\n#define STICTION_UPPER_H\n#ifdef __cplusplus\nextern "C" \{\n#endif\n'
-    rf"{STRUCT}parameters;\n#define UPPER_PARAMETERS (?!.*[ -]\d{{16}})\{{ ([^\n]*) \}}\n{STRUCT}state; {STRUCT}inputs;"
-    rf" {STRUCT}outputs;(?: void NAME_\w+\([\w\s*,]*\);)*\n#ifdef __cplusplus\n\}}\n#endif\n#endif")  # fmt: skip
+# LEMMA 7. Comments aside, the files are of these forms (a blank: any white space): structs of doubles, values, function
+# bodies. No macro, type or global, in digraphs neither, changes what `step` or a parameter means; `else` sets fault 1.
+BODY = r"(?:[^{}#\"']++|{(?:[^{}#\"']++|{[^{}#\"']*+})*+})*+"
+STRUCT = r"typedef struct { ((?:double (?!STICTION)[A-Za-z]\w*(?:\[[1-9]\d{0,2}\])?; )+)(?:(?!double)[\w ]+; )*} NAME_"
+HEADER = (r'#ifndef STICTION_UPPER_H\n#define STICTION_UPPER_H\n#ifdef __cplusplus\nextern "C" {\n#endif\n'
+    rf"{STRUCT}parameters;\n#define UPPER_PARAMETERS (?!.*[ -]\d{{16}}){{ ([^\n]*) }}\ntypedef enum {{ UPPER_RUNNING, "
+    rf"UPPER_HOLDING, UPPER_STARTING }} NAME_mode; {STRUCT}state; {STRUCT}inputs; {STRUCT}outputs;"
+    r"(?: void NAME_\w+\([\w\s*,]*\);)*\n#ifdef __cplusplus\n}\n#endif\n#endif")  # fmt: skip
 SOURCE = (r'#include "NAME\.h"\n#include <math\.h>\n#if defined\(__clang__\)\n#pragma STDC FP_CONTRACT OFF\n#endif\n#'
     r"if defined\(__GNUC__\)\n#define UPPER_COLD __attribute__\(\(noinline, cold\)\)\n#else\n#define UPPER_COLD\n#endif"
-    r"(?: static inline double NAME_sign\(double u\) \{ return \(u > 0\.0\) \? 1\.0 : \(\(u < 0\.0\) \? -1\.0 : "
-    rf"0\.0\); \}})? void NAME_prepare\(NAME_parameters \*parameters\) \{{({BODY})\}}(?: (?:static )?(?:UPPER_COLD )?"
-    rf"void NAME_\w+\([\w\s*,]*\) \{{{BODY}\}})*? void NAME_step\(NAME_state \*state, const NAME_parameters "
-    r"\*parameters, const NAME_inputs \*inputs, NAME_outputs \*outputs\) \{((?:(?!if \(fabs\(check)[^#\"'])*+)"
-    r"if \(fabs\(check\) <= ([0-9e+]+) && state->waiting < 0\.5\) \{((?:(?!outputs->fault)[^#\"'])*+)"
-    r"outputs->fault = 0; \} else \{ NAME_set_anew\(state, parameters, inputs, outputs\); \} \}")  # fmt: skip
+    r"(?: static inline double NAME_sign\(double u\) { return \(u > 0\.0\) \? 1\.0 : \(\(u < 0\.0\) \? -1\.0 : 0\.0\); "
+    rf"}})?(?![^#]*\b(?:return|goto)\b) void NAME_prepare\(NAME_parameters \*parameters\) {{({BODY})}}(?: (?:static )?"
+    rf"void NAME_\w+\([\w *,]*\) {{{BODY}}})*? static UPPER_COLD void NAME_handle_fault\([\w *,]*\) {{{BODY}(?<=[;}}] "
+    r"outputs->fault = 1; )} void NAME_step\(NAME_state \*state, const NAME_parameters \*parameters, const NAME_inputs "
+    r"\*inputs, NAME_outputs \*outputs\) {((?:(?!if \(|UPPER_RUNN)[^#\"'])*+)if \(fabs\(check\) <= ([0-9e+]+) && state"
+    r"->mode == UPPER_RUNNING\) {([^#]*?)outputs->fault = 0; } else { NAME_handle_fault\([\w ,]*\); } }")  # fmt: skip
 
 
 def matched(form: str, file: str, text: str) -> list[str]:
@@ -222,7 +222,7 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     demand(all(abs(code.names[p].constant() - x) <= abs(x) / 2**50 for p, x in stated.items()), "prepare gives others")
     # Free are inputs, truth, signs, errors, and states without a formula. An estimate is truth less sign * error.
     truths, estimates, turned = ([e[part] for e in errors] for part in ("truth", "estimate", "sign"))
-    aside = [z for z in states if z not in formulas and z != "state.waiting"]
+    aside = [z for z in states if z not in formulas]
     fields = {"".join(sorted(x)) for x in (*errors, *proof["reversals"])} <= {"estimatesigntruth", "dwellgrowthsign"}
     objects = json.dumps(proof).count("{") == 6 + len(errors) + len(proof["reversals"])  # and lists are no objects
     demand(fields and objects and {*estimates} <= {*outputs} and not {*truths} & {*signs}, "fields are not so named")
@@ -245,7 +245,7 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     claim.known |= {("sgn", frozenset((way * p).items())): way * s for s, p in told for way in (term(-1), term(1))}
     start = {z: claim.value(of) for z, of in formulas.items()}
     moving = [z for z, p in start.items() if p.names().intersection(hidden)]
-    demand({*start} <= {*states} - {"state.waiting"} and len(moving) == len(errors), "not an error for each state")
+    demand({*start} <= {*states} and len(moving) == len(errors), "not an error for each state")
     code = Text({x: p for x, p in names.items() if x not in outputs} | start, claim.known, code.sign)
     code.run(before, set())
     demand(all(abs(c) * 10**9 <= Fraction(limit) <= 10**300 for c in code.names["check"].values()), "check is no sum")

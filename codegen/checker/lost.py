@@ -1,8 +1,8 @@
 """Whether the twin begins as an observer should, and goes on so after samples that are lost, replayed in rationals.
 
 Standard library only; part of the checker (verify.py), which hands ``binding`` in. A certificate is about steps, and
-these are none; but whoever may write into ``init``, ``_miss`` and ``_resume`` sets the states to what he likes. What is
-asked of them is said by what the next good sample shows, and not by how they are written:
+these are none; but whoever may write into ``init``, ``_predict`` and ``_resume`` sets the states to what he likes. What
+is asked of them is said by what the next good sample shows, and not by how they are written:
 
 - after ``init`` velocities of zero, and all else the same whatever is measured;
 - after a lost sample, with the machine going on at the held velocity, what would have been shown without it;
@@ -19,8 +19,8 @@ if TYPE_CHECKING or __package__:
     from codegen.checker import binding
 
 POINTS = 12
-COUNTS = tuple(Fraction(1, 2**k) for k in range(1, 5))
-"""What a lost sample may add to ``waiting``, which at 1/2 has the next good one set the state."""
+MOST = (1, 2, 4, 8)
+"""Lost samples in a row after which the state may be set from the next good one."""
 BENDS = (
     "how the code begins, and goes on after lost samples: estimates of velocities are not linear in the positions, as "
     "where a sensor errs or a step is implicit, or `code` does not say how they move"
@@ -53,6 +53,7 @@ class Place:
         self.start, self.twin, self.dice = start, start.twin, dice
         self.motion, self.h = start.top["code"]["motion"], start.top["sample_time"]
         self.implicit = start.top["observer"]["integration"] == "implicit"
+        self.at_once = "_predict" in self.twin.functions and self.most_lost() == 1
 
     def gaps(self, slip: Fraction, force: Fraction) -> Iterator[str]:
         """What is not compared, at one point of these sizes."""
@@ -64,7 +65,7 @@ class Place:
         fresh = [self.begun(given) for given in (inputs, other)]
         if fresh[0] != fresh[1] or any(fresh[0][k] for k in self.start.velocities):
             yield from self.unlike("init shows what depends on the measurement, or a velocity", straight)
-        if "_miss" in self.twin.functions:
+        if "_predict" in self.twin.functions:
             yield from self.missed(state, now, straight)
             yield from self.resumed(before[0], now, straight)
 
@@ -100,15 +101,25 @@ class Place:
         return self.shown(state, inputs)
 
     def require_use(self, state: Records, name: str) -> None:
-        if state.get("waiting", (0, 0)) != (0, 0):
-            raise binding.Unlike(f"lost samples: {name} leaves a state that waits")
+        if any(state.get(field, (0, 0)) != (0, 0) for field in binding.MODE_FIELDS):
+            raise binding.Unlike(f"lost samples: {name} leaves a state that is not running")
+
+    def most_lost(self) -> int:
+        """After how many lost samples in a row the mode is `HOLDING`, which they do not leave."""
+        state, outputs, found = self.twin.record("State"), self.twin.record("Outputs"), []
+        for _ in range(2 * MOST[-1]):
+            self.twin.run("_predict", state=state, parameters=self.start.parameters, outputs=outputs)
+            outputs["fault"] = (Fraction(1), Fraction(0))
+            found.append(tuple(state[field][0] for field in binding.MODE_FIELDS))
+        for most in MOST:
+            if found == [(int(k >= most), min(k, most)) for k in range(1, len(found) + 1)]:
+                return most
+        raise binding.Unlike("lost samples: `_predict` does not hold after 1, 2, 4 or 8 of them")
 
     def missed(self, state: Records, now: Records, straight: bool) -> Iterator[str]:
         lost, kept = copy.deepcopy(state), copy.deepcopy(state)
         given = {"parameters": self.start.parameters, "outputs": now["outputs"]}
-        self.twin.run("_miss", state=lost, **given)
-        if (count := lost["waiting"][0]) not in COUNTS:
-            raise binding.Unlike(f"lost samples: `_miss` counts by {count}")
+        self.twin.run("_predict", state=lost, **given)
         wanted, later = self.shown(state, self.after(now, 1)), self.after(now, 2)
         for part in (self.start.velocities, range(len(wanted))):  # friction is shown from the velocities
             found = self.shown(kept, later)
@@ -118,17 +129,18 @@ class Place:
         for k, slot in enumerate(self.start.slots):
             old, new, goes_on = (binding.held(record, slot)[0] for record in (state, lost, kept))
             # A level's own state may stay: what its slip did meanwhile is not known. A velocity's where it is set anew.
-            stays = new == old and (k not in self.start.velocities or count == COUNTS[0])
+            stays = new == old and (k not in self.start.velocities or self.at_once)
             if new != goes_on and not stays:
                 yield from self.unlike(f"after one {self.start.places[k]} is not what it was", straight)
         following = copy.deepcopy(state)
         self.start.sample(following, self.after(now, 1))
         for slot in binding.slots(state, self.start.others):
             if binding.held(lost, slot)[0] not in (binding.held(state, slot)[0], binding.held(following, slot)[0]):
-                raise binding.Unlike(f"lost samples: `_miss` sets {slot[0]} to what no sample would")
+                raise binding.Unlike(f"lost samples: `_predict` sets {slot[0]} to what no sample would")
 
     def resumed(self, state: Records, now: Records, straight: bool) -> Iterator[str]:
         new = copy.deepcopy(state)
+        new |= dict.fromkeys(binding.MODE_FIELDS, (Fraction(1), Fraction(0)))  # which it is to leave
         given = {"parameters": self.start.parameters, "inputs": now["inputs"]}
         self.twin.run("_resume", state=new, outputs=now["outputs"], **given)
         self.require_use(new, "`_resume`")

@@ -51,12 +51,11 @@ HELPERS = {
         "def _quotient(a, b):\n if b != 0.0:\n  return a / b\n"
         " return math.nan if a == 0.0 or a != a else math.copysign(math.inf, a) * math.copysign(1.0, b)"
     ],
-    "_set_anew": [
-        "def _set_anew(state, parameters, inputs, outputs, good):\n if not good:\n  if state.waiting < 0.75:\n"
-        "   _miss(state, parameters, outputs)\n elif state.waiting < 0.5 or state.waiting > 0.75:\n"
-        "  fresh = init(parameters, inputs)\n  for name in State.__slots__:\n"
-        "   setattr(state, name, getattr(fresh, name))\n else:\n  _resume(state, parameters, inputs, outputs)\n"
-        " outputs.fault = 1"
+    "_handle_fault": [
+        "def _handle_fault(state, parameters, inputs, outputs, valid):\n if not valid:\n  if state.mode != STARTING:\n"
+        "   _predict(state, parameters, outputs)\n elif state.mode == HOLDING:\n"
+        "  _resume(state, parameters, inputs, outputs)\n else:\n  fresh = init(parameters, inputs)\n"
+        "  for name in State.__slots__:\n   setattr(state, name, getattr(fresh, name))\n outputs.fault = 1"
     ],
     "__post_init__": [
         "def __post_init__(self):\n for name in self.__slots__:\n  setattr(self, name, getattr(self, name))",
@@ -68,12 +67,21 @@ HELPERS = {
 FUNCTIONS = {
     "prepare": (["parameters"], ["parameters"]),
     "init": (["parameters", "inputs"], ["state"]),
-    "_miss": (["state", "parameters", "outputs"], ["state"]),
+    "_predict": (["state", "parameters", "outputs"], ["state"]),
     "_resume": (["state", "parameters", "inputs", "outputs"], ["state"]),
     "step": (["state", "parameters", "inputs", "outputs"], ["state", "outputs"]),
 }
-GUARD = "state.waiting >= 0.5 or not abs(check) <= LARGEST"
-RESERVED = {*HELPERS, *FUNCTIONS, *RECORDS, "abs", "range", "float32", "math", "numpy", "field", "dataclass", "LARGEST"}
+GUARD = "state.mode != RUNNING or not abs(check) <= LARGEST"
+MODES = {"RUNNING": "0", "HOLDING": "1", "STARTING": "2"}
+MODE_FIELDS = ("state.mode", "state.invalid_samples")  # set in these forms alone, and no part of a formula
+FIRST = ("mode: int = RUNNING", "invalid_samples: int = 0")
+RESUMED = ("state.mode = RUNNING", "state.invalid_samples = 0")
+COUNTING = (
+    r"if outputs\.fault == 0:\n    state\.invalid_samples = 0\nstate\.invalid_samples \+= 1\n"
+    r"if state\.invalid_samples >= \d+:\n    state\.mode = HOLDING"
+)
+RESERVED = {*HELPERS, *FUNCTIONS, *RECORDS, *MODES, "LARGEST"}
+RESERVED |= {"abs", "range", "float32", "math", "numpy", "field", "dataclass"}
 
 
 class Foreign(Exception):
@@ -149,6 +157,8 @@ def _constant(node: ast.Assign) -> str:
     if name == "LARGEST":
         value = getattr(ast.parse(plain(node)).body[0], "value", None)
         demand(isinstance(value, ast.Constant) and value.value in LARGEST, node, "LARGEST is another")
+    elif name in MODES:
+        demand(ast.unparse(node.value) == MODES[name], node, f"{name} is another")
     elif name == "ENVELOPE":
         ends = ast.literal_eval(node.value)
         shown = isinstance(ends, dict) and all(isinstance(k, str) and len(v) == 2 for k, v in ends.items())
@@ -170,6 +180,9 @@ def _record(node: ast.ClassDef) -> None:
             demand(not item.target.id.startswith("__"), item, "a field that no twin has")
             demand(ast.unparse(item.annotation) in TYPES, item, "a field of another type")
             value = getattr(ast.parse(plain(item)).body[0], "value", None)
+            if f"state.{item.target.id}" in MODE_FIELDS and node.name == "State":
+                demand(ast.unparse(item) in FIRST, item, "another first mode or count")
+                continue
             if isinstance(value, ast.Call):
                 demand(ast.unparse(value).startswith("field(default_factory=lambda: ["), item, "another default")
                 value = getattr(value.keywords[0].value, "body", None)
@@ -248,13 +261,12 @@ class _Body:
         if (self.function, test) == ("step", "outputs is None"):
             demand(body == ["outputs = Outputs()"], node, "a branch that no twin has")
         elif (self.function, test) == ("init", "not abs(check) <= LARGEST"):
-            demand([plain(line) for line in node.body] == ["state = State(waiting=1.0)"], node, "another guard")
-        elif (self.function, test) == ("_miss", "state.waiting < 0.5"):
-            form = r"state\.waiting = \(state\.waiting if outputs\.fault else 0\.0\) \+ [0-9.e-]+"
-            demand(len(body) == 1 and re.fullmatch(form, plain(node.body[0])) is not None, node, "another guard")
+            demand([plain(line) for line in node.body] == ["state = State(mode=STARTING)"], node, "another guard")
+        elif (self.function, test) == ("_predict", "state.mode == RUNNING"):
+            demand(re.fullmatch(COUNTING, "\n".join(body)) is not None, node, "another count")
         else:
             demand((self.function, test) == ("step", GUARD), node, "a branch that no twin has")
-            held = ["_set_anew(state, parameters, inputs, outputs, abs(given) <= LARGEST)", "return outputs"]
+            held = ["_handle_fault(state, parameters, inputs, outputs, abs(given) <= LARGEST)", "return outputs"]
             demand(body[-2:] == held, node, "another guard")
             self.block(node.body[:-2], inner=True)
             for part in ast.walk(node):
@@ -275,8 +287,10 @@ class _Body:
             owner = getattr(getattr(place, "value", None), "id", "")
             own = isinstance(place, ast.Name) and place.id in self.arrays
             demand(own or owner in self.sets, node, f"`{ast.unparse(target)[:60]}` is not {self.function}'s to set")
-            kept = ast.unparse(target) == "state.waiting" and self.function == "step"
-            demand(not kept, node, "a step that sets `waiting`")
+            if ast.unparse(target) in MODE_FIELDS:
+                resumed = self.function == "_resume" and ast.unparse(node) in RESUMED
+                demand(resumed, node, f"`{ast.unparse(node)[:60]}`, another mode or count")
+                return
             self.expression(target.slice if isinstance(target, ast.Subscript) else ast.Constant(0))
             self.expression(value)
 
@@ -288,6 +302,7 @@ class _Body:
             call = isinstance(value, ast.Call) and ast.unparse(value.func) == "State" and not value.args
             demand(call, node, "another state")
             for keyword in getattr(value, "keywords", []):
+                demand(f"state.{keyword.arg}" not in MODE_FIELDS, node, "another mode or count")
                 self.expression(keyword.value)
         elif isinstance(value, ast.BinOp) and isinstance(value.left, ast.List):
             demand(re.fullmatch(r"\[0\.0\] \* \d+", plain(ast.Expr(value))) is not None, node, "another array")
@@ -307,6 +322,7 @@ class _Body:
         elif isinstance(node, ast.Attribute):
             owner = getattr(node.value, "id", "")
             kept = owner == "outputs" and self.function == "step"  # would be a state that is not in State
+            kept = kept or ast.unparse(node) in MODE_FIELDS
             demand(owner in RECORD_NAMES and not kept, node, f"`{ast.unparse(node)[:60]}` as a value")
         elif isinstance(node, ast.Subscript):
             self.expression(node.value)
@@ -320,7 +336,7 @@ class _Body:
             self.expression(node.operand)
         elif isinstance(node, ast.Call):
             called = ast.unparse(node.func)
-            good = called in HELPERS.keys() - {"_set_anew", "__post_init__"} | {"abs", "float32", "math.tanh"}
+            good = called in HELPERS.keys() - {"_handle_fault", "__post_init__"} | {"abs", "float32", "math.tanh"}
             demand(good and not node.keywords, node, f"a call of `{called[:60]}`")
             for argument in node.args:
                 self.expression(argument)

@@ -13,7 +13,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING or __package__:
-    from codegen.checker import ellipsoid, enclosure, kernel
+    from codegen.checker import ellipsoid, enclosure, kernel, modes
 
 PROOF, SETS = "proof.json", "ellipsoid.json"
 KINDS = "(?:parameters|inputs|outputs|state|true)"
@@ -62,6 +62,7 @@ def proved(proof: dict[str, Any], sources: dict[str, bytes]) -> dict[str, Any]:
     try:
         texts = {name: text.decode() for name, text in sources.items()}
         shown: dict[str, Any] = kernel.prove(proof, texts)
+        modes.require(proof["name"], texts)
         return shown | {"units": units(proof, texts[f"{proof['name']}.h"]), "held": held(proof, shown)}
     except Exception as why:  # the kernel stops at anything that is not as it must be, by whatever Python raises
         raise enclosure.Refused(f"the kernel does not prove {PROOF} of the C: {plainly(why)}") from None

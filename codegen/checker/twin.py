@@ -15,6 +15,11 @@ from typing import Any
 
 Dual = tuple[Fraction, Fraction]
 ZERO = Fraction(0)
+MODES = ("RUNNING", "HOLDING", "STARTING")
+COMPARISONS = (
+    *((ast.Lt, (-1,)), (ast.LtE, (-1, 0)), (ast.Gt, (1,)), (ast.GtE, (0, 1))),
+    *((ast.Eq, (0,)), (ast.NotEq, (-1, 1))),
+)  # kind → signs of the difference for which it holds
 SECRET = secrets.token_hex(16)
 """Of this run: whoever knew where a certificate is compared could write one that is right there and wrong elsewhere."""
 
@@ -58,6 +63,7 @@ class Twin:
         source: the text.
         envelope: its ENVELOPE, variable → (low, high).
         largest: its LARGEST, beyond which a step is not used.
+        modes: its constants of State.mode.
         signs: of everything whose sign the last step asked for, in order: two samples with the same are of one branch.
     """
 
@@ -67,6 +73,7 @@ class Twin:
         self.functions: dict[str, ast.FunctionDef] = {}
         self.records: dict[str, ast.ClassDef] = {}
         self.envelope: dict[str, tuple[str, str]] = {}
+        self.modes: dict[str, Dual] = {}
         self.signs: list[Fraction] = []
         with warnings.catch_warnings():
             warnings.simplefilter("error")  # what Python warns of, as `1if`, no printer of ours writes
@@ -80,6 +87,8 @@ class Twin:
                 self.envelope = ast.literal_eval(node.value)
             elif isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") == "LARGEST":
                 self.largest = self.value(node.value, {})[0]
+            elif isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") in MODES:
+                self.modes[ast.unparse(node.targets[0])] = self.value(node.value, {})
 
     def unit(self, field: str) -> str:
         """The unit of an output as the comment of its field says it: ``a_hat: float = 0.0  # N: friction level``."""
@@ -91,12 +100,12 @@ class Twin:
     def record(self, name: str) -> dict[str, Any]:
         """A struct with its defaults."""
         fields = [f for f in self.records[name].body if isinstance(f, ast.AnnAssign) and isinstance(f.target, ast.Name)]
-        return {f.target.id: self.value(f.value, {}) for f in fields if isinstance(f.target, ast.Name)}
+        return {f.target.id: self.value(f.value, self.modes) for f in fields if isinstance(f.target, ast.Name)}
 
     def run(self, name: str, **arguments: Any) -> dict[str, Any]:
         """One of its functions, on records that it changes; its names when it ends."""
         self.signs = []
-        names = {"LARGEST": (self.largest, ZERO), **arguments}
+        names = {"LARGEST": (self.largest, ZERO), **self.modes, **arguments}
         self.execute(self.functions[name].body, names)
         return names
 
@@ -179,7 +188,7 @@ class Twin:
         if isinstance(op, ast.Is):
             return a is b
         self.signs.append(sign(a[0] - b[0]))
-        for kind, holds in ((ast.Lt, (-1,)), (ast.LtE, (-1, 0)), (ast.Gt, (1,)), (ast.GtE, (0, 1))):
+        for kind, holds in COMPARISONS:
             if isinstance(op, kind):
                 return self.signs[-1] in holds
         raise Unknown(f"the replay has no word for {type(op).__name__}")

@@ -35,7 +35,8 @@ else:
     forms, lost = beside("forms", enclosure=enclosure), beside("lost", binding=binding)
     slow = beside("slow", enclosure=enclosure, forms=forms)
     kernel = beside("kernel")
-    theorem = beside("theorem", enclosure=enclosure, kernel=kernel, ellipsoid=beside("ellipsoid", kernel=kernel))
+    by_c = {"kernel": kernel, "modes": beside("modes", kernel=kernel), "ellipsoid": beside("ellipsoid", kernel=kernel)}
+    theorem = beside("theorem", enclosure=enclosure, **by_c)
 Refused, demand, show = enclosure.Refused, enclosure.demand, enclosure.show
 parse, widen, MAX_STRING = enclosure.parse, enclosure.widen, enclosure.MAX_STRING
 PROOF, SETS, by_kernel, long_run = theorem.PROOF, theorem.SETS, theorem.bound, theorem.long_run

@@ -21,6 +21,7 @@ from codegen.program.model import LARGEST
 STRUCTS = {"parameters": "p_{name}", "state": "s_{name}", "inputs": "{name}", "outputs": "{name}"}
 LOCAL = "l_{name}"
 """A prefix, since an output that a local is named after is a variable of the block too."""
+MODES = ("MODE_RUNNING", "MODE_HOLDING", "MODE_STARTING")
 CALLS = {"sin": "SIN", "cos": "COS", "tan": "TAN", "exp": "EXP", "abs": "ABS", "pow": "EXPT"}
 """Functions of the standard."""
 OWN = ("sign", "quotient", "sqrt", "log")
@@ -80,10 +81,10 @@ def structured_text(controller: Controller, header: list[str]) -> str:
         "inputs": [f.name for f in program.inputs],
         "outputs": [name for name, _, _ in program.outputs],
         "parameters": [f"p_{f.name}" for f in program.parameters] + [f"p_{c.name}" for c in printed.derived],
-        "states": [f"s_{f.name}" for f in program.states] + ["s_waiting", "s_started"],
+        "states": [f"s_{f.name}" for f in program.states] + ["s_mode", "s_invalid_samples", "s_started"],
         "locals": [*_locals_of(printed), "check", "given"],
     }
-    _refuse_names([program.name, "fault", *own.values(), *(name for group in names.values() for name in group)])
+    _refuse_names([program.name, "fault", *MODES, *own.values(), *(name for group in names.values() for name in group)])
     return render(
         "export/structured_text.st.j2",
         program=program,

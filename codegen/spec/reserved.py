@@ -64,8 +64,10 @@ def is_device(name: str) -> bool:
 
 
 def is_macro(name: str, machine: str) -> bool:
-    """Whether a name is a macro of the generated C of a machine, or of the wrapper that makes it an FMU."""
-    own = [f"{machine.upper()}_{part}" for part in ("PARAMETERS", "LANES", "COLD")]
-    return name in (*own, "SAMPLE_TIME", "STEP_TOLERANCE", "EXPORTED") or name.startswith(
-        ("fmi2", "fmi3", "FMI2_", "FMI3_")
+    """Whether a name is a macro or constant of the generated C of a machine, or of the wrapper that makes it an FMU."""
+    own = re.fullmatch(rf"{machine.upper()}_(PARAMETERS|LANES|COLD|(LANE_)?(RUNNING|HOLDING|STARTING))", name)
+    return (
+        bool(own)
+        or name.startswith(("fmi2", "fmi3", "FMI2_", "FMI3_"))
+        or name in ("SAMPLE_TIME", "STEP_TOLERANCE", "EXPORTED")
     )

@@ -31,63 +31,67 @@ void belt_axis_prepare(belt_axis_parameters *parameters)
     parameters->h_K_F = parameters->sample_time * parameters->K_F;
 }
 
-/* Set the state from a measurement, at the first sample or anew. */
-static void belt_axis_start(belt_axis_state *state, const belt_axis_parameters *parameters,
+void belt_axis_init(belt_axis_state *state, const belt_axis_parameters *parameters,
     const belt_axis_inputs *inputs)
 {
     state->z_v = -(parameters->K_v * inputs->x);
     state->z_guide = parameters->guide_a;
+    state->mode = BELT_AXIS_RUNNING;
+    state->invalid_samples = 0u;
 
-    /* where that cannot be used, wait for a good sample */
+    /* if the measurement is invalid, wait for the first valid one */
     const double check = inputs->x + inputs->u + state->z_v + state->z_guide;
-    state->waiting = 0.0;
     if (!(fabs(check) <= 1e+150)) {
         state->z_v = 0.0;
         state->z_guide = 0.0;
-        state->waiting = 1.0;
+        state->mode = BELT_AXIS_STARTING;
     }
 }
 
-void belt_axis_init(belt_axis_state *state, const belt_axis_parameters *parameters,
-    const belt_axis_inputs *inputs)
-{
-    belt_axis_start(state, parameters, inputs);
-}
-
-/* A sample is lost: the machine is taken to go on with the velocity that is held, and the states with it. */
-static void belt_axis_miss(belt_axis_state *state, const belt_axis_parameters *parameters,
+/* Predict the state over an invalid sample: the machine moves on at the held velocity estimate. */
+static void belt_axis_predict(belt_axis_state *state, const belt_axis_parameters *parameters,
     const belt_axis_outputs *outputs)
 {
     state->z_v = state->z_v - parameters->sample_time * parameters->K_v * outputs->v_hat;
 
-    /* after 8 in a row, wait for a good sample that sets the states anew */
-    if (state->waiting < 0.5) {
-        state->waiting = ((outputs->fault != 0) ? state->waiting : 0.0) + 0.0625;
+    /* after 8 invalid samples in a row, resume from the next valid one */
+    if (state->mode == BELT_AXIS_RUNNING) {
+        if (outputs->fault == 0) {
+            state->invalid_samples = 0u; /* the sample before was valid */
+        }
+        state->invalid_samples++;
+        if (state->invalid_samples >= 8u) {
+            state->mode = BELT_AXIS_HOLDING;
+        }
     }
 }
 
-/* Set the state from a good sample after many that were lost, so that the estimates go on from those that are held. */
+/* Set the state from a valid sample so that the held estimates continue. */
 static void belt_axis_resume(belt_axis_state *state, const belt_axis_parameters *parameters,
     const belt_axis_inputs *inputs, const belt_axis_outputs *outputs)
 {
     state->z_v = outputs->v_hat - parameters->K_v * (inputs->x + parameters->sample_time * outputs->v_hat);
     state->z_guide = outputs->a_hat_guide + parameters->K_F * fabs(outputs->v_hat);
-    state->waiting = 0.0;
+    state->mode = BELT_AXIS_RUNNING;
+    state->invalid_samples = 0u;
 }
 
-/* What becomes of the state where a sample is not used. */
-static BELT_AXIS_COLD void belt_axis_set_anew(belt_axis_state *state,
+/* Handle an invalid sample, or an invalid state: hold the last estimates, and set the state for the next sample. */
+static BELT_AXIS_COLD void belt_axis_handle_fault(belt_axis_state *state,
     const belt_axis_parameters *parameters, const belt_axis_inputs *inputs, belt_axis_outputs *outputs)
 {
     const double given = inputs->x + inputs->u;
     if (!(fabs(given) <= 1e+150)) {
-        if (state->waiting < 0.75) {
-            belt_axis_miss(state, parameters, outputs);
+        /* invalid sample */
+        if (state->mode != BELT_AXIS_STARTING) {
+            belt_axis_predict(state, parameters, outputs);
         }
-    } else if ((state->waiting < 0.5) || (state->waiting > 0.75)) {
-        belt_axis_start(state, parameters, inputs); /* the state cannot be used, or waits for its first sample */
-    } else {
+    } else if (state->mode == BELT_AXIS_HOLDING) {
+        /* first valid sample after many invalid ones */
         belt_axis_resume(state, parameters, inputs, outputs);
+    } else {
+        /* first valid sample of all, or an invalid state */
+        belt_axis_init(state, parameters, inputs);
     }
     outputs->fault = 1;
 }
@@ -115,9 +119,9 @@ void belt_axis_step(belt_axis_state *state, const belt_axis_parameters *paramete
     const double z_v_next = state->z_v + parameters->sample_time * (v_dot_hat - parameters->K_v * v_hat);
     const double z_guide_next = state->z_guide + parameters->h_K_F * sign_guide * v_dot_hat;
 
-    /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
+    /* one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large */
     const double check = z_v_next + z_guide_next;
-    if (fabs(check) <= 1e+150 && state->waiting < 0.5) {
+    if (fabs(check) <= 1e+150 && state->mode == BELT_AXIS_RUNNING) {
         outputs->v_hat = v_hat;
         outputs->a_hat_guide = a_hat_guide;
         outputs->F_hat_guide = F_hat_guide;
@@ -127,6 +131,6 @@ void belt_axis_step(belt_axis_state *state, const belt_axis_parameters *paramete
         state->z_guide = z_guide_next;
         outputs->fault = 0;
     } else {
-        belt_axis_set_anew(state, parameters, inputs, outputs);
+        belt_axis_handle_fault(state, parameters, inputs, outputs);
     }
 }

@@ -33,21 +33,21 @@ void chain_prepare(chain_parameters *parameters)
     }
 }
 
-/* Set the state from a measurement, at the first sample or anew. */
-static void chain_start(chain_state *state, const chain_parameters *parameters,
+void chain_init(chain_state *state, const chain_parameters *parameters,
     const chain_inputs *inputs)
 {
     for (int i = 0; i < 16; i++) {
         state->z_v[i] = -(parameters->K_v_v[i] * inputs->x[i]);
         state->z_ground[i] = parameters->ground_a[i];
     }
+    state->mode = CHAIN_RUNNING;
+    state->invalid_samples = 0u;
 
-    /* where that cannot be used, wait for a good sample */
+    /* if the measurement is invalid, wait for the first valid one */
     double check = inputs->w;
     for (int i = 0; i < 16; i++) {
         check += inputs->x[i] + state->z_v[i] + state->z_ground[i];
     }
-    state->waiting = 0.0;
     if (!(fabs(check) <= 1e+150)) {
         for (int i = 0; i < 16; i++) {
             state->z_v[i] = 0.0;
@@ -55,31 +55,31 @@ static void chain_start(chain_state *state, const chain_parameters *parameters,
         for (int i = 0; i < 16; i++) {
             state->z_ground[i] = 0.0;
         }
-        state->waiting = 1.0;
+        state->mode = CHAIN_STARTING;
     }
 }
 
-void chain_init(chain_state *state, const chain_parameters *parameters,
-    const chain_inputs *inputs)
-{
-    chain_start(state, parameters, inputs);
-}
-
-/* A sample is lost: the machine is taken to go on with the velocity that is held, and the states with it. */
-static void chain_miss(chain_state *state, const chain_parameters *parameters,
+/* Predict the state over an invalid sample: the machine moves on at the held velocity estimate. */
+static void chain_predict(chain_state *state, const chain_parameters *parameters,
     const chain_outputs *outputs)
 {
     for (int i = 0; i < 16; i++) {
         state->z_v[i] = state->z_v[i] - parameters->sample_time * parameters->K_v_v[i] * outputs->v_hat[i];
     }
 
-    /* after 8 in a row, wait for a good sample that sets the states anew */
-    if (state->waiting < 0.5) {
-        state->waiting = ((outputs->fault != 0) ? state->waiting : 0.0) + 0.0625;
+    /* after 8 invalid samples in a row, resume from the next valid one */
+    if (state->mode == CHAIN_RUNNING) {
+        if (outputs->fault == 0) {
+            state->invalid_samples = 0u; /* the sample before was valid */
+        }
+        state->invalid_samples++;
+        if (state->invalid_samples >= 8u) {
+            state->mode = CHAIN_HOLDING;
+        }
     }
 }
 
-/* Set the state from a good sample after many that were lost, so that the estimates go on from those that are held. */
+/* Set the state from a valid sample so that the held estimates continue. */
 static void chain_resume(chain_state *state, const chain_parameters *parameters,
     const chain_inputs *inputs, const chain_outputs *outputs)
 {
@@ -88,11 +88,12 @@ static void chain_resume(chain_state *state, const chain_parameters *parameters,
             * outputs->v_hat[i]);
         state->z_ground[i] = outputs->a_hat_ground[i] + parameters->K_F_ground[i] * fabs(outputs->v_hat[i]);
     }
-    state->waiting = 0.0;
+    state->mode = CHAIN_RUNNING;
+    state->invalid_samples = 0u;
 }
 
-/* What becomes of the state where a sample is not used. */
-static CHAIN_COLD void chain_set_anew(chain_state *state,
+/* Handle an invalid sample, or an invalid state: hold the last estimates, and set the state for the next sample. */
+static CHAIN_COLD void chain_handle_fault(chain_state *state,
     const chain_parameters *parameters, const chain_inputs *inputs, chain_outputs *outputs)
 {
     double given = inputs->w;
@@ -100,13 +101,16 @@ static CHAIN_COLD void chain_set_anew(chain_state *state,
         given += inputs->x[i];
     }
     if (!(fabs(given) <= 1e+150)) {
-        if (state->waiting < 0.75) {
-            chain_miss(state, parameters, outputs);
+        /* invalid sample */
+        if (state->mode != CHAIN_STARTING) {
+            chain_predict(state, parameters, outputs);
         }
-    } else if ((state->waiting < 0.5) || (state->waiting > 0.75)) {
-        chain_start(state, parameters, inputs); /* the state cannot be used, or waits for its first sample */
-    } else {
+    } else if (state->mode == CHAIN_HOLDING) {
+        /* first valid sample after many invalid ones */
         chain_resume(state, parameters, inputs, outputs);
+    } else {
+        /* first valid sample of all, or an invalid state */
+        chain_init(state, parameters, inputs);
     }
     outputs->fault = 1;
 }
@@ -163,12 +167,12 @@ void chain_step(chain_state *state, const chain_parameters *parameters,
         z_ground_next[i] = parameters->h_K_F_ground[i] * sign_ground[i] * v_dot_hat + state->z_ground[i]; /* N */
     }
 
-    /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
+    /* one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large */
     double check = 0.0;
     for (int i = 0; i < 16; i++) {
         check += z_v_next[i] + z_ground_next[i];
     }
-    if (fabs(check) <= 1e+150 && state->waiting < 0.5) {
+    if (fabs(check) <= 1e+150 && state->mode == CHAIN_RUNNING) {
         for (int i = 0; i < 16; i++) {
             outputs->v_hat[i] = v_hat[i];
         }
@@ -189,6 +193,6 @@ void chain_step(chain_state *state, const chain_parameters *parameters,
         }
         outputs->fault = 0;
     } else {
-        chain_set_anew(state, parameters, inputs, outputs);
+        chain_handle_fault(state, parameters, inputs, outputs);
     }
 }

@@ -52,11 +52,19 @@ typedef struct {
         } /* h_K_F_ground */ \
     }
 
+/* What the next valid sample does. */
+typedef enum {
+    CHAIN_RUNNING, /* it gives new estimates */
+    CHAIN_HOLDING, /* after 8 invalid samples in a row: it sets the state so that the held estimates continue */
+    CHAIN_STARTING /* no sample was valid so far: it initialises the state */
+} chain_mode;
+
 /* What the observer remembers from sample to sample. */
 typedef struct {
     double z_v[16]; /* m/s: z_v1 to z_v16, observer state */
     double z_ground[16]; /* N: z_ground1 to z_ground16, observer state */
-    double waiting; /* 1 until a good sample has set the state; below 1/2 in use, with a count of lost samples */
+    chain_mode mode;
+    unsigned char invalid_samples; /* in a row; counted anew after a valid one */
 } chain_state;
 
 /* What is measured and commanded at a sample. */
@@ -78,18 +86,18 @@ typedef struct {
 void chain_prepare(chain_parameters *parameters);
 
 /*
- * Set the state from the first measurement. Where that cannot be used the state is zero and waiting is 1: the step then gives
- * fault 1, and its first good sample sets the state.
+ * Initialise the state from the first measurement. If that is invalid, the state is zero and its mode is
+ * CHAIN_STARTING: the step then sets fault to 1, and its first valid sample initialises the state.
  */
 void chain_init(chain_state *state, const chain_parameters *parameters,
     const chain_inputs *inputs);
 
 /*
  * One sample: estimates from the state and this measurement, then the state of the next sample.
- * Where an input is NaN or infinite, or a next state would be or lie beyond 1e+150, the estimates in outputs
- * stay as they are and fault is 1; the state goes along as if the machine went on with the velocity that is held. Where the
- * inputs are good, it is the state that cannot be used or waits: it is set from them, and the next sample is estimated again.
- * Set the outputs to zero before the first step, and hand in the same at each: the held estimates are read from them.
+ * A sample is invalid if an input is NaN, infinite or beyond 1e+150: the outputs then hold the last estimates, fault is 1,
+ * and the state is predicted with the held velocity. If the inputs are valid but the state is not, or its mode is not
+ * CHAIN_RUNNING, the estimates are held too, fault is 1, and the state is set from this sample.
+ * Set the outputs to zero before the first step, and pass the same ones to each: the held estimates are read from them.
  */
 void chain_step(chain_state *state, const chain_parameters *parameters,
     const chain_inputs *inputs, chain_outputs *outputs);

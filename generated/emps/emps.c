@@ -31,63 +31,67 @@ void emps_prepare(emps_parameters *parameters)
     parameters->h_K_F = parameters->sample_time * parameters->K_F;
 }
 
-/* Set the state from a measurement, at the first sample or anew. */
-static void emps_start(emps_state *state, const emps_parameters *parameters,
+void emps_init(emps_state *state, const emps_parameters *parameters,
     const emps_inputs *inputs)
 {
     state->z_v = -(parameters->K_v * inputs->x);
     state->z_rail = parameters->rail_a;
+    state->mode = EMPS_RUNNING;
+    state->invalid_samples = 0u;
 
-    /* where that cannot be used, wait for a good sample */
+    /* if the measurement is invalid, wait for the first valid one */
     const double check = inputs->x + inputs->u + state->z_v + state->z_rail;
-    state->waiting = 0.0;
     if (!(fabs(check) <= 1e+150)) {
         state->z_v = 0.0;
         state->z_rail = 0.0;
-        state->waiting = 1.0;
+        state->mode = EMPS_STARTING;
     }
 }
 
-void emps_init(emps_state *state, const emps_parameters *parameters,
-    const emps_inputs *inputs)
-{
-    emps_start(state, parameters, inputs);
-}
-
-/* A sample is lost: the machine is taken to go on with the velocity that is held, and the states with it. */
-static void emps_miss(emps_state *state, const emps_parameters *parameters,
+/* Predict the state over an invalid sample: the machine moves on at the held velocity estimate. */
+static void emps_predict(emps_state *state, const emps_parameters *parameters,
     const emps_outputs *outputs)
 {
     state->z_v = state->z_v - parameters->sample_time * parameters->K_v * outputs->v_hat;
 
-    /* after 8 in a row, wait for a good sample that sets the states anew */
-    if (state->waiting < 0.5) {
-        state->waiting = ((outputs->fault != 0) ? state->waiting : 0.0) + 0.0625;
+    /* after 8 invalid samples in a row, resume from the next valid one */
+    if (state->mode == EMPS_RUNNING) {
+        if (outputs->fault == 0) {
+            state->invalid_samples = 0u; /* the sample before was valid */
+        }
+        state->invalid_samples++;
+        if (state->invalid_samples >= 8u) {
+            state->mode = EMPS_HOLDING;
+        }
     }
 }
 
-/* Set the state from a good sample after many that were lost, so that the estimates go on from those that are held. */
+/* Set the state from a valid sample so that the held estimates continue. */
 static void emps_resume(emps_state *state, const emps_parameters *parameters,
     const emps_inputs *inputs, const emps_outputs *outputs)
 {
     state->z_v = outputs->v_hat - parameters->K_v * (inputs->x + parameters->sample_time * outputs->v_hat);
     state->z_rail = outputs->a_hat_rail + parameters->K_F * fabs(outputs->v_hat);
-    state->waiting = 0.0;
+    state->mode = EMPS_RUNNING;
+    state->invalid_samples = 0u;
 }
 
-/* What becomes of the state where a sample is not used. */
-static EMPS_COLD void emps_set_anew(emps_state *state,
+/* Handle an invalid sample, or an invalid state: hold the last estimates, and set the state for the next sample. */
+static EMPS_COLD void emps_handle_fault(emps_state *state,
     const emps_parameters *parameters, const emps_inputs *inputs, emps_outputs *outputs)
 {
     const double given = inputs->x + inputs->u;
     if (!(fabs(given) <= 1e+150)) {
-        if (state->waiting < 0.75) {
-            emps_miss(state, parameters, outputs);
+        /* invalid sample */
+        if (state->mode != EMPS_STARTING) {
+            emps_predict(state, parameters, outputs);
         }
-    } else if ((state->waiting < 0.5) || (state->waiting > 0.75)) {
-        emps_start(state, parameters, inputs); /* the state cannot be used, or waits for its first sample */
-    } else {
+    } else if (state->mode == EMPS_HOLDING) {
+        /* first valid sample after many invalid ones */
         emps_resume(state, parameters, inputs, outputs);
+    } else {
+        /* first valid sample of all, or an invalid state */
+        emps_init(state, parameters, inputs);
     }
     outputs->fault = 1;
 }
@@ -115,9 +119,9 @@ void emps_step(emps_state *state, const emps_parameters *parameters,
     const double z_v_next = state->z_v + parameters->sample_time * (v_dot_hat - parameters->K_v * v_hat);
     const double z_rail_next = state->z_rail + parameters->h_K_F * sign_rail * v_dot_hat;
 
-    /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
+    /* one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large */
     const double check = z_v_next + z_rail_next;
-    if (fabs(check) <= 1e+150 && state->waiting < 0.5) {
+    if (fabs(check) <= 1e+150 && state->mode == EMPS_RUNNING) {
         outputs->v_hat = v_hat;
         outputs->a_hat_rail = a_hat_rail;
         outputs->F_hat_rail = F_hat_rail;
@@ -127,6 +131,6 @@ void emps_step(emps_state *state, const emps_parameters *parameters,
         state->z_rail = z_rail_next;
         outputs->fault = 0;
     } else {
-        emps_set_anew(state, parameters, inputs, outputs);
+        emps_handle_fault(state, parameters, inputs, outputs);
     }
 }

@@ -31,63 +31,67 @@ void one_mass_prepare(one_mass_parameters *parameters)
     parameters->h_K_F = parameters->sample_time * parameters->K_F;
 }
 
-/* Set the state from a measurement, at the first sample or anew. */
-static void one_mass_start(one_mass_state *state, const one_mass_parameters *parameters,
+void one_mass_init(one_mass_state *state, const one_mass_parameters *parameters,
     const one_mass_inputs *inputs)
 {
     state->z_v = -(parameters->K_v * inputs->x);
     state->z_rail = parameters->rail_a;
+    state->mode = ONE_MASS_RUNNING;
+    state->invalid_samples = 0u;
 
-    /* where that cannot be used, wait for a good sample */
+    /* if the measurement is invalid, wait for the first valid one */
     const double check = inputs->x + inputs->w + state->z_v + state->z_rail;
-    state->waiting = 0.0;
     if (!(fabs(check) <= 1e+150)) {
         state->z_v = 0.0;
         state->z_rail = 0.0;
-        state->waiting = 1.0;
+        state->mode = ONE_MASS_STARTING;
     }
 }
 
-void one_mass_init(one_mass_state *state, const one_mass_parameters *parameters,
-    const one_mass_inputs *inputs)
-{
-    one_mass_start(state, parameters, inputs);
-}
-
-/* A sample is lost: the machine is taken to go on with the velocity that is held, and the states with it. */
-static void one_mass_miss(one_mass_state *state, const one_mass_parameters *parameters,
+/* Predict the state over an invalid sample: the machine moves on at the held velocity estimate. */
+static void one_mass_predict(one_mass_state *state, const one_mass_parameters *parameters,
     const one_mass_outputs *outputs)
 {
     state->z_v = state->z_v - parameters->sample_time * parameters->K_v * outputs->v_hat;
 
-    /* after 8 in a row, wait for a good sample that sets the states anew */
-    if (state->waiting < 0.5) {
-        state->waiting = ((outputs->fault != 0) ? state->waiting : 0.0) + 0.0625;
+    /* after 8 invalid samples in a row, resume from the next valid one */
+    if (state->mode == ONE_MASS_RUNNING) {
+        if (outputs->fault == 0) {
+            state->invalid_samples = 0u; /* the sample before was valid */
+        }
+        state->invalid_samples++;
+        if (state->invalid_samples >= 8u) {
+            state->mode = ONE_MASS_HOLDING;
+        }
     }
 }
 
-/* Set the state from a good sample after many that were lost, so that the estimates go on from those that are held. */
+/* Set the state from a valid sample so that the held estimates continue. */
 static void one_mass_resume(one_mass_state *state, const one_mass_parameters *parameters,
     const one_mass_inputs *inputs, const one_mass_outputs *outputs)
 {
     state->z_v = outputs->v_hat - parameters->K_v * (inputs->x + parameters->sample_time * outputs->v_hat);
     state->z_rail = outputs->a_hat_rail + parameters->K_F * fabs(outputs->v_hat);
-    state->waiting = 0.0;
+    state->mode = ONE_MASS_RUNNING;
+    state->invalid_samples = 0u;
 }
 
-/* What becomes of the state where a sample is not used. */
-static ONE_MASS_COLD void one_mass_set_anew(one_mass_state *state,
+/* Handle an invalid sample, or an invalid state: hold the last estimates, and set the state for the next sample. */
+static ONE_MASS_COLD void one_mass_handle_fault(one_mass_state *state,
     const one_mass_parameters *parameters, const one_mass_inputs *inputs, one_mass_outputs *outputs)
 {
     const double given = inputs->x + inputs->w;
     if (!(fabs(given) <= 1e+150)) {
-        if (state->waiting < 0.75) {
-            one_mass_miss(state, parameters, outputs);
+        /* invalid sample */
+        if (state->mode != ONE_MASS_STARTING) {
+            one_mass_predict(state, parameters, outputs);
         }
-    } else if ((state->waiting < 0.5) || (state->waiting > 0.75)) {
-        one_mass_start(state, parameters, inputs); /* the state cannot be used, or waits for its first sample */
-    } else {
+    } else if (state->mode == ONE_MASS_HOLDING) {
+        /* first valid sample after many invalid ones */
         one_mass_resume(state, parameters, inputs, outputs);
+    } else {
+        /* first valid sample of all, or an invalid state */
+        one_mass_init(state, parameters, inputs);
     }
     outputs->fault = 1;
 }
@@ -114,9 +118,9 @@ void one_mass_step(one_mass_state *state, const one_mass_parameters *parameters,
     const double z_v_next = state->z_v + parameters->sample_time * (v_dot_hat - parameters->K_v * v_hat);
     const double z_rail_next = state->z_rail + parameters->h_K_F * sign_rail * v_dot_hat;
 
-    /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
+    /* one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large */
     const double check = z_v_next + z_rail_next;
-    if (fabs(check) <= 1e+150 && state->waiting < 0.5) {
+    if (fabs(check) <= 1e+150 && state->mode == ONE_MASS_RUNNING) {
         outputs->v_hat = v_hat;
         outputs->a_hat_rail = a_hat_rail;
         outputs->F_hat_rail = F_hat_rail;
@@ -126,6 +130,6 @@ void one_mass_step(one_mass_state *state, const one_mass_parameters *parameters,
         state->z_rail = z_rail_next;
         outputs->fault = 0;
     } else {
-        one_mass_set_anew(state, parameters, inputs, outputs);
+        one_mass_handle_fault(state, parameters, inputs, outputs);
     }
 }

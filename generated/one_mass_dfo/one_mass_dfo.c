@@ -27,45 +27,45 @@ void one_mass_dfo_prepare(one_mass_dfo_parameters *parameters)
     parameters->h_K_a = parameters->sample_time * parameters->K_a;
 }
 
-/* Set the state from a measurement, at the first sample or anew. */
-static void one_mass_dfo_start(one_mass_dfo_state *state, const one_mass_dfo_parameters *parameters,
+void one_mass_dfo_init(one_mass_dfo_state *state, const one_mass_dfo_parameters *parameters,
     const one_mass_dfo_inputs *inputs)
 {
     state->z_v = -(parameters->K_v * inputs->x);
     state->z_f_rail = -(parameters->K_f1 * inputs->x);
     state->z_a_rail = parameters->rail_a;
+    state->mode = ONE_MASS_DFO_RUNNING;
+    state->invalid_samples = 0u;
 
-    /* where that cannot be used, wait for a good sample */
+    /* if the measurement is invalid, wait for the first valid one */
     const double check = inputs->x + inputs->w + state->z_v + state->z_f_rail + state->z_a_rail;
-    state->waiting = 0.0;
     if (!(fabs(check) <= 1e+150)) {
         state->z_v = 0.0;
         state->z_f_rail = 0.0;
         state->z_a_rail = 0.0;
-        state->waiting = 1.0;
+        state->mode = ONE_MASS_DFO_STARTING;
     }
 }
 
-void one_mass_dfo_init(one_mass_dfo_state *state, const one_mass_dfo_parameters *parameters,
-    const one_mass_dfo_inputs *inputs)
-{
-    one_mass_dfo_start(state, parameters, inputs);
-}
-
-/* A sample is lost: the machine is taken to go on with the velocity that is held, and the states with it. */
-static void one_mass_dfo_miss(one_mass_dfo_state *state, const one_mass_dfo_parameters *parameters,
+/* Predict the state over an invalid sample: the machine moves on at the held velocity estimate. */
+static void one_mass_dfo_predict(one_mass_dfo_state *state, const one_mass_dfo_parameters *parameters,
     const one_mass_dfo_outputs *outputs)
 {
     state->z_v = state->z_v - parameters->sample_time * parameters->K_v * outputs->v_hat;
     state->z_f_rail = state->z_f_rail - parameters->sample_time * parameters->K_f1 * outputs->v_hat;
 
-    /* after 8 in a row, wait for a good sample that sets the states anew */
-    if (state->waiting < 0.5) {
-        state->waiting = ((outputs->fault != 0) ? state->waiting : 0.0) + 0.0625;
+    /* after 8 invalid samples in a row, resume from the next valid one */
+    if (state->mode == ONE_MASS_DFO_RUNNING) {
+        if (outputs->fault == 0) {
+            state->invalid_samples = 0u; /* the sample before was valid */
+        }
+        state->invalid_samples++;
+        if (state->invalid_samples >= 8u) {
+            state->mode = ONE_MASS_DFO_HOLDING;
+        }
     }
 }
 
-/* Set the state from a good sample after many that were lost, so that the estimates go on from those that are held. */
+/* Set the state from a valid sample so that the held estimates continue. */
 static void one_mass_dfo_resume(one_mass_dfo_state *state, const one_mass_dfo_parameters *parameters,
     const one_mass_dfo_inputs *inputs, const one_mass_dfo_outputs *outputs)
 {
@@ -73,22 +73,26 @@ static void one_mass_dfo_resume(one_mass_dfo_state *state, const one_mass_dfo_pa
     state->z_v = outputs->v_hat - parameters->K_v * resumed_1;
     state->z_f_rail = outputs->f_hat_rail - parameters->K_f1 * resumed_1 - parameters->K_f2 * outputs->v_hat;
     state->z_a_rail = outputs->a_hat_rail - parameters->K_a * outputs->v_hat * outputs->f_hat_rail;
-    state->waiting = 0.0;
+    state->mode = ONE_MASS_DFO_RUNNING;
+    state->invalid_samples = 0u;
 }
 
-/* What becomes of the state where a sample is not used. */
-static ONE_MASS_DFO_COLD void one_mass_dfo_set_anew(one_mass_dfo_state *state,
+/* Handle an invalid sample, or an invalid state: hold the last estimates, and set the state for the next sample. */
+static ONE_MASS_DFO_COLD void one_mass_dfo_handle_fault(one_mass_dfo_state *state,
     const one_mass_dfo_parameters *parameters, const one_mass_dfo_inputs *inputs, one_mass_dfo_outputs *outputs)
 {
     const double given = inputs->x + inputs->w;
     if (!(fabs(given) <= 1e+150)) {
-        if (state->waiting < 0.75) {
-            one_mass_dfo_miss(state, parameters, outputs);
+        /* invalid sample */
+        if (state->mode != ONE_MASS_DFO_STARTING) {
+            one_mass_dfo_predict(state, parameters, outputs);
         }
-    } else if ((state->waiting < 0.5) || (state->waiting > 0.75)) {
-        one_mass_dfo_start(state, parameters, inputs); /* the state cannot be used, or waits for its first sample */
-    } else {
+    } else if (state->mode == ONE_MASS_DFO_HOLDING) {
+        /* first valid sample after many invalid ones */
         one_mass_dfo_resume(state, parameters, inputs, outputs);
+    } else {
+        /* first valid sample of all, or an invalid state */
+        one_mass_dfo_init(state, parameters, inputs);
     }
     outputs->fault = 1;
 }
@@ -123,9 +127,9 @@ void one_mass_dfo_step(one_mass_dfo_state *state, const one_mass_dfo_parameters 
     const double z_a_rail_next = state->z_a_rail - parameters->h_K_a * (f_hat_rail * v_dot_hat + v_hat
         * f_rate_rail);
 
-    /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
+    /* one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large */
     const double check = z_v_next + z_f_rail_next + z_a_rail_next;
-    if (fabs(check) <= 1e+150 && state->waiting < 0.5) {
+    if (fabs(check) <= 1e+150 && state->mode == ONE_MASS_DFO_RUNNING) {
         outputs->v_hat = v_hat;
         outputs->f_hat_rail = f_hat_rail;
         outputs->a_hat_rail = a_hat_rail;
@@ -137,6 +141,6 @@ void one_mass_dfo_step(one_mass_dfo_state *state, const one_mass_dfo_parameters 
         state->z_a_rail = z_a_rail_next;
         outputs->fault = 0;
     } else {
-        one_mass_dfo_set_anew(state, parameters, inputs, outputs);
+        one_mass_dfo_handle_fault(state, parameters, inputs, outputs);
     }
 }

@@ -52,12 +52,20 @@ typedef struct {
         -0.0001 /* h_K_a */ \
     }
 
+/* What the next valid sample does. */
+typedef enum {
+    ONE_MASS_DFO_RUNNING, /* it gives new estimates */
+    ONE_MASS_DFO_HOLDING, /* after 8 invalid samples in a row: it sets the state so that the held estimates continue */
+    ONE_MASS_DFO_STARTING /* no sample was valid so far: it initialises the state */
+} one_mass_dfo_mode;
+
 /* What the observer remembers from sample to sample. */
 typedef struct {
     double z_v; /* m/s: observer state */
     double z_f_rail; /* 1: observer state */
     double z_a_rail; /* N: observer state */
-    double waiting; /* 1 until a good sample has set the state; below 1/2 in use, with a count of lost samples */
+    one_mass_dfo_mode mode;
+    unsigned char invalid_samples; /* in a row; counted anew after a valid one */
 } one_mass_dfo_state;
 
 /* What is measured and commanded at a sample. */
@@ -80,18 +88,18 @@ typedef struct {
 void one_mass_dfo_prepare(one_mass_dfo_parameters *parameters);
 
 /*
- * Set the state from the first measurement. Where that cannot be used the state is zero and waiting is 1: the step then gives
- * fault 1, and its first good sample sets the state.
+ * Initialise the state from the first measurement. If that is invalid, the state is zero and its mode is
+ * ONE_MASS_DFO_STARTING: the step then sets fault to 1, and its first valid sample initialises the state.
  */
 void one_mass_dfo_init(one_mass_dfo_state *state, const one_mass_dfo_parameters *parameters,
     const one_mass_dfo_inputs *inputs);
 
 /*
  * One sample: estimates from the state and this measurement, then the state of the next sample.
- * Where an input is NaN or infinite, or a next state would be or lie beyond 1e+150, the estimates in outputs
- * stay as they are and fault is 1; the state goes along as if the machine went on with the velocity that is held. Where the
- * inputs are good, it is the state that cannot be used or waits: it is set from them, and the next sample is estimated again.
- * Set the outputs to zero before the first step, and hand in the same at each: the held estimates are read from them.
+ * A sample is invalid if an input is NaN, infinite or beyond 1e+150: the outputs then hold the last estimates, fault is 1,
+ * and the state is predicted with the held velocity. If the inputs are valid but the state is not, or its mode is not
+ * ONE_MASS_DFO_RUNNING, the estimates are held too, fault is 1, and the state is set from this sample.
+ * Set the outputs to zero before the first step, and pass the same ones to each: the held estimates are read from them.
  */
 void one_mass_dfo_step(one_mass_dfo_state *state, const one_mass_dfo_parameters *parameters,
     const one_mass_dfo_inputs *inputs, one_mass_dfo_outputs *outputs);

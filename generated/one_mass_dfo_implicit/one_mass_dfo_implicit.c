@@ -44,47 +44,47 @@ void one_mass_dfo_implicit_prepare(one_mass_dfo_implicit_parameters *parameters)
     parameters->constant_8 = 0.5 * parameters->rail_c * parameters->rail_D1_minus_rail_D2;
 }
 
-/* Set the state from a measurement, at the first sample or anew. */
-static void one_mass_dfo_implicit_start(one_mass_dfo_implicit_state *state, const one_mass_dfo_implicit_parameters *parameters,
+void one_mass_dfo_implicit_init(one_mass_dfo_implicit_state *state, const one_mass_dfo_implicit_parameters *parameters,
     const one_mass_dfo_implicit_inputs *inputs)
 {
     state->z_v = -(parameters->K_v * inputs->x);
     state->z_f_rail = -(parameters->K_f1 * inputs->x);
     state->z_a_rail = parameters->rail_a;
     state->w_held = inputs->w;
+    state->mode = ONE_MASS_DFO_IMPLICIT_RUNNING;
+    state->invalid_samples = 0u;
 
-    /* where that cannot be used, wait for a good sample */
+    /* if the measurement is invalid, wait for the first valid one */
     const double check = inputs->x + inputs->w + state->z_v + state->z_f_rail + state->z_a_rail + state->w_held;
-    state->waiting = 0.0;
     if (!(fabs(check) <= 1e+150)) {
         state->z_v = 0.0;
         state->z_f_rail = 0.0;
         state->z_a_rail = 0.0;
         state->w_held = 0.0;
-        state->waiting = 1.0;
+        state->mode = ONE_MASS_DFO_IMPLICIT_STARTING;
     }
 }
 
-void one_mass_dfo_implicit_init(one_mass_dfo_implicit_state *state, const one_mass_dfo_implicit_parameters *parameters,
-    const one_mass_dfo_implicit_inputs *inputs)
-{
-    one_mass_dfo_implicit_start(state, parameters, inputs);
-}
-
-/* A sample is lost: the machine is taken to go on with the velocity that is held, and the states with it. */
-static void one_mass_dfo_implicit_miss(one_mass_dfo_implicit_state *state, const one_mass_dfo_implicit_parameters *parameters,
+/* Predict the state over an invalid sample: the machine moves on at the held velocity estimate. */
+static void one_mass_dfo_implicit_predict(one_mass_dfo_implicit_state *state, const one_mass_dfo_implicit_parameters *parameters,
     const one_mass_dfo_implicit_outputs *outputs)
 {
     state->z_v = state->z_v - parameters->h_K_v * outputs->v_hat;
     state->z_f_rail = state->z_f_rail - parameters->sample_time * parameters->K_f1 * outputs->v_hat;
 
-    /* after 8 in a row, wait for a good sample that sets the states anew */
-    if (state->waiting < 0.5) {
-        state->waiting = ((outputs->fault != 0) ? state->waiting : 0.0) + 0.0625;
+    /* after 8 invalid samples in a row, resume from the next valid one */
+    if (state->mode == ONE_MASS_DFO_IMPLICIT_RUNNING) {
+        if (outputs->fault == 0) {
+            state->invalid_samples = 0u; /* the sample before was valid */
+        }
+        state->invalid_samples++;
+        if (state->invalid_samples >= 8u) {
+            state->mode = ONE_MASS_DFO_IMPLICIT_HOLDING;
+        }
     }
 }
 
-/* Set the state from a good sample after many that were lost, so that the estimates go on from those that are held. */
+/* Set the state from a valid sample so that the held estimates continue. */
 static void one_mass_dfo_implicit_resume(one_mass_dfo_implicit_state *state, const one_mass_dfo_implicit_parameters *parameters,
     const one_mass_dfo_implicit_inputs *inputs, const one_mass_dfo_implicit_outputs *outputs)
 {
@@ -92,22 +92,26 @@ static void one_mass_dfo_implicit_resume(one_mass_dfo_implicit_state *state, con
     state->z_f_rail = outputs->f_hat_rail - parameters->K_f1 * inputs->x - parameters->K_f2 * outputs->v_hat;
     state->z_a_rail = outputs->a_hat_rail - parameters->K_a * outputs->v_hat * outputs->f_hat_rail;
     state->w_held = inputs->w;
-    state->waiting = 0.0;
+    state->mode = ONE_MASS_DFO_IMPLICIT_RUNNING;
+    state->invalid_samples = 0u;
 }
 
-/* What becomes of the state where a sample is not used. */
-static ONE_MASS_DFO_IMPLICIT_COLD void one_mass_dfo_implicit_set_anew(one_mass_dfo_implicit_state *state,
+/* Handle an invalid sample, or an invalid state: hold the last estimates, and set the state for the next sample. */
+static ONE_MASS_DFO_IMPLICIT_COLD void one_mass_dfo_implicit_handle_fault(one_mass_dfo_implicit_state *state,
     const one_mass_dfo_implicit_parameters *parameters, const one_mass_dfo_implicit_inputs *inputs, one_mass_dfo_implicit_outputs *outputs)
 {
     const double given = inputs->x + inputs->w;
     if (!(fabs(given) <= 1e+150)) {
-        if (state->waiting < 0.75) {
-            one_mass_dfo_implicit_miss(state, parameters, outputs);
+        /* invalid sample */
+        if (state->mode != ONE_MASS_DFO_IMPLICIT_STARTING) {
+            one_mass_dfo_implicit_predict(state, parameters, outputs);
         }
-    } else if ((state->waiting < 0.5) || (state->waiting > 0.75)) {
-        one_mass_dfo_implicit_start(state, parameters, inputs); /* the state cannot be used, or waits for its first sample */
-    } else {
+    } else if (state->mode == ONE_MASS_DFO_IMPLICIT_HOLDING) {
+        /* first valid sample after many invalid ones */
         one_mass_dfo_implicit_resume(state, parameters, inputs, outputs);
+    } else {
+        /* first valid sample of all, or an invalid state */
+        one_mass_dfo_implicit_init(state, parameters, inputs);
     }
     outputs->fault = 1;
 }
@@ -171,9 +175,9 @@ void one_mass_dfo_implicit_step(one_mass_dfo_implicit_state *state, const one_ma
     const double z_a_rail_next = z_a_rail_now;
     const double w_held_next = inputs->w;
 
-    /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
+    /* one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large */
     const double check = z_v_next + z_f_rail_next + z_a_rail_next + w_held_next + a_hat_rail + F_hat_rail;
-    if (fabs(check) <= 1e+150 && state->waiting < 0.5) {
+    if (fabs(check) <= 1e+150 && state->mode == ONE_MASS_DFO_IMPLICIT_RUNNING) {
         outputs->v_hat = v_hat;
         outputs->f_hat_rail = f_hat_rail;
         outputs->a_hat_rail = a_hat_rail;
@@ -186,6 +190,6 @@ void one_mass_dfo_implicit_step(one_mass_dfo_implicit_state *state, const one_ma
         state->w_held = w_held_next;
         outputs->fault = 0;
     } else {
-        one_mass_dfo_implicit_set_anew(state, parameters, inputs, outputs);
+        one_mass_dfo_implicit_handle_fault(state, parameters, inputs, outputs);
     }
 }

@@ -14,6 +14,10 @@ __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"
 
 SPEC_SHA256 = "8d460ce60843deab9a083d6f6e692c331d1ab3b95be9c9c28efa58c7ade55a45"
 LARGEST = 1e+150
+# what the next valid sample does
+RUNNING = 0  # it gives new estimates
+HOLDING = 1  # after 8 invalid samples in a row: it sets the state so that the held estimates continue
+STARTING = 2  # no sample was valid so far: it initialises the state
 ENVELOPE = {  # low and high: where the certificate beside this file speaks
     "x": ("-10", "10"),
     "v": ("-5", "5"),
@@ -55,7 +59,8 @@ class State:
     direction_rail: float = 0.0  # 1: sign with which the level was updated, or 0
     samples_slid: float = 0.0  # 1: samples since the level is updated, counted up to settle_samples
     x_predicted: float = 0.0  # m: position predicted for this sample
-    waiting: float = 0.0  # 1 until a good sample has set the state; below 1/2 in use
+    mode: int = RUNNING
+    invalid_samples: int = 0  # in a row; counted anew after a valid one
 
 
 @dataclass(slots=True)
@@ -93,7 +98,7 @@ def prepare(parameters: Parameters) -> None:
 
 
 def init(parameters: Parameters, inputs: Inputs) -> State:
-    """The state from the first measurement; if that cannot be used, one that waits for a good sample."""
+    """The state from the first measurement; if that is invalid, one that waits for the first valid sample."""
     state = State(
         z_v=-(parameters.K_v * inputs.x),
         z_rail=parameters.rail_a,
@@ -106,40 +111,45 @@ def init(parameters: Parameters, inputs: Inputs) -> State:
         + state.x_predicted
     )
     if not abs(check) <= LARGEST:
-        state = State(waiting=1.0)
+        state = State(mode=STARTING)
     return state
 
 
-def _miss(state: State, parameters: Parameters, outputs: Outputs) -> None:
-    """A sample is lost: the machine is taken to go on with the velocity that is held, and the states with it."""
+def _predict(state: State, parameters: Parameters, outputs: Outputs) -> None:
+    """Predict the state over an invalid sample: the machine moves on at the held velocity estimate."""
     state.z_v = state.z_v - parameters.sample_time * parameters.K_v * outputs.v_hat
     state.samples_slid = 0.0
     state.x_predicted = state.x_predicted + parameters.sample_time * outputs.v_hat
-    if state.waiting < 0.5:
-        state.waiting = (state.waiting if outputs.fault else 0.0) + 0.0625
+    if state.mode == RUNNING:
+        if outputs.fault == 0:
+            state.invalid_samples = 0  # the sample before was valid
+        state.invalid_samples += 1
+        if state.invalid_samples >= 8:
+            state.mode = HOLDING
 
 
 def _resume(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs) -> None:
-    """Set the state from a good sample after many that were lost, so that the estimates go on from the held ones."""
+    """Set the state from a valid sample so that the held estimates continue."""
     state.z_v = outputs.v_hat - parameters.K_v * (inputs.x + parameters.sample_time * outputs.v_hat)
     state.z_rail = outputs.a_hat_rail
     state.direction_rail = 0.0
     state.samples_slid = 0.0
     state.x_predicted = inputs.x + parameters.sample_time * outputs.v_hat
-    state.waiting = 0.0
+    state.mode = RUNNING
+    state.invalid_samples = 0
 
 
-def _set_anew(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs, good: bool) -> None:
-    """What becomes of the state where a sample is not used."""
-    if not good:
-        if state.waiting < 0.75:
-            _miss(state, parameters, outputs)
-    elif state.waiting < 0.5 or state.waiting > 0.75:
-        fresh = init(parameters, inputs)  # the state cannot be used, or waits for its first sample
+def _handle_fault(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs, valid: bool) -> None:
+    """Handle an invalid sample, or an invalid state: hold the last estimates, and set the state for the next sample."""
+    if not valid:  # sample
+        if state.mode != STARTING:
+            _predict(state, parameters, outputs)
+    elif state.mode == HOLDING:  # first valid sample after many invalid ones
+        _resume(state, parameters, inputs, outputs)
+    else:  # first valid sample of all, or an invalid state
+        fresh = init(parameters, inputs)
         for name in State.__slots__:
             setattr(state, name, getattr(fresh, name))
-    else:
-        _resume(state, parameters, inputs, outputs)
     outputs.fault = 1
 
 
@@ -147,10 +157,10 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
     """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample.
 
     The estimates go into ``outputs``, or into new ones.
-    Where an input is NaN or infinite, or a next state would be or lie beyond 1e+150, ``outputs`` stay as they
-    are but for ``fault``, which is 1; the state goes along as if the machine went on with the velocity that is held. Where
-    the inputs are good, it is the state that cannot be used or waits: it is set from them, and the next sample is
-    estimated again. The held estimates are read from ``outputs``: hand in the same at each step.
+    A sample is invalid if an input is NaN, infinite or beyond 1e+150: ``outputs`` then hold the last estimates,
+    ``fault`` is 1, and the state is predicted with the held velocity. If the inputs are valid but the state is not, or its
+    mode is not ``RUNNING``, the estimates are held too, ``fault`` is 1, and the state is set from this sample. The held
+    estimates are read from ``outputs``: pass the same ones to each step.
     """
     if outputs is None:
         outputs = Outputs()
@@ -203,13 +213,13 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
     )
     x_predicted_next = inputs.x + parameters.sample_time * v_hat
 
-    # hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN
+    # one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large
     check = (
         z_v_next + z_rail_next + direction_rail_next + samples_slid_next + x_predicted_next + in_domain
     )
-    if state.waiting >= 0.5 or not abs(check) <= LARGEST:
+    if state.mode != RUNNING or not abs(check) <= LARGEST:
         given = inputs.x + inputs.w
-        _set_anew(state, parameters, inputs, outputs, abs(given) <= LARGEST)
+        _handle_fault(state, parameters, inputs, outputs, abs(given) <= LARGEST)
         return outputs
     outputs.fault = 0
     outputs.v_hat = v_hat

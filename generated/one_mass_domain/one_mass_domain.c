@@ -35,8 +35,7 @@ void one_mass_domain_prepare(one_mass_domain_parameters *parameters)
     parameters->one_minus_settle_samples = 1.0 - parameters->settle_samples;
 }
 
-/* Set the state from a measurement, at the first sample or anew. */
-static void one_mass_domain_start(one_mass_domain_state *state, const one_mass_domain_parameters *parameters,
+void one_mass_domain_init(one_mass_domain_state *state, const one_mass_domain_parameters *parameters,
     const one_mass_domain_inputs *inputs)
 {
     state->z_v = -(parameters->K_v * inputs->x);
@@ -44,42 +43,43 @@ static void one_mass_domain_start(one_mass_domain_state *state, const one_mass_d
     state->direction_rail = 0.0;
     state->samples_slid = 0.0;
     state->x_predicted = inputs->x;
+    state->mode = ONE_MASS_DOMAIN_RUNNING;
+    state->invalid_samples = 0u;
 
-    /* where that cannot be used, wait for a good sample */
+    /* if the measurement is invalid, wait for the first valid one */
     const double check = inputs->x + inputs->w + state->z_v + state->z_rail + state->direction_rail
         + state->samples_slid + state->x_predicted;
-    state->waiting = 0.0;
     if (!(fabs(check) <= 1e+150)) {
         state->z_v = 0.0;
         state->z_rail = 0.0;
         state->direction_rail = 0.0;
         state->samples_slid = 0.0;
         state->x_predicted = 0.0;
-        state->waiting = 1.0;
+        state->mode = ONE_MASS_DOMAIN_STARTING;
     }
 }
 
-void one_mass_domain_init(one_mass_domain_state *state, const one_mass_domain_parameters *parameters,
-    const one_mass_domain_inputs *inputs)
-{
-    one_mass_domain_start(state, parameters, inputs);
-}
-
-/* A sample is lost: the machine is taken to go on with the velocity that is held, and the states with it. */
-static void one_mass_domain_miss(one_mass_domain_state *state, const one_mass_domain_parameters *parameters,
+/* Predict the state over an invalid sample: the machine moves on at the held velocity estimate. */
+static void one_mass_domain_predict(one_mass_domain_state *state, const one_mass_domain_parameters *parameters,
     const one_mass_domain_outputs *outputs)
 {
     state->z_v = state->z_v - parameters->sample_time * parameters->K_v * outputs->v_hat;
     state->samples_slid = 0.0;
     state->x_predicted = state->x_predicted + parameters->sample_time * outputs->v_hat;
 
-    /* after 8 in a row, wait for a good sample that sets the states anew */
-    if (state->waiting < 0.5) {
-        state->waiting = ((outputs->fault != 0) ? state->waiting : 0.0) + 0.0625;
+    /* after 8 invalid samples in a row, resume from the next valid one */
+    if (state->mode == ONE_MASS_DOMAIN_RUNNING) {
+        if (outputs->fault == 0) {
+            state->invalid_samples = 0u; /* the sample before was valid */
+        }
+        state->invalid_samples++;
+        if (state->invalid_samples >= 8u) {
+            state->mode = ONE_MASS_DOMAIN_HOLDING;
+        }
     }
 }
 
-/* Set the state from a good sample after many that were lost, so that the estimates go on from those that are held. */
+/* Set the state from a valid sample so that the held estimates continue. */
 static void one_mass_domain_resume(one_mass_domain_state *state, const one_mass_domain_parameters *parameters,
     const one_mass_domain_inputs *inputs, const one_mass_domain_outputs *outputs)
 {
@@ -88,22 +88,26 @@ static void one_mass_domain_resume(one_mass_domain_state *state, const one_mass_
     state->direction_rail = 0.0;
     state->samples_slid = 0.0;
     state->x_predicted = inputs->x + parameters->sample_time * outputs->v_hat;
-    state->waiting = 0.0;
+    state->mode = ONE_MASS_DOMAIN_RUNNING;
+    state->invalid_samples = 0u;
 }
 
-/* What becomes of the state where a sample is not used. */
-static ONE_MASS_DOMAIN_COLD void one_mass_domain_set_anew(one_mass_domain_state *state,
+/* Handle an invalid sample, or an invalid state: hold the last estimates, and set the state for the next sample. */
+static ONE_MASS_DOMAIN_COLD void one_mass_domain_handle_fault(one_mass_domain_state *state,
     const one_mass_domain_parameters *parameters, const one_mass_domain_inputs *inputs, one_mass_domain_outputs *outputs)
 {
     const double given = inputs->x + inputs->w;
     if (!(fabs(given) <= 1e+150)) {
-        if (state->waiting < 0.75) {
-            one_mass_domain_miss(state, parameters, outputs);
+        /* invalid sample */
+        if (state->mode != ONE_MASS_DOMAIN_STARTING) {
+            one_mass_domain_predict(state, parameters, outputs);
         }
-    } else if ((state->waiting < 0.5) || (state->waiting > 0.75)) {
-        one_mass_domain_start(state, parameters, inputs); /* the state cannot be used, or waits for its first sample */
-    } else {
+    } else if (state->mode == ONE_MASS_DOMAIN_HOLDING) {
+        /* first valid sample after many invalid ones */
         one_mass_domain_resume(state, parameters, inputs, outputs);
+    } else {
+        /* first valid sample of all, or an invalid state */
+        one_mass_domain_init(state, parameters, inputs);
     }
     outputs->fault = 1;
 }
@@ -156,10 +160,10 @@ void one_mass_domain_step(one_mass_domain_state *state, const one_mass_domain_pa
         * fabs(parameters->one_minus_settle_samples + state->samples_slid));
     const double x_predicted_next = inputs->x + parameters->sample_time * v_hat;
 
-    /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
+    /* one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large */
     const double check = z_v_next + z_rail_next + direction_rail_next + samples_slid_next + x_predicted_next
         + in_domain;
-    if (fabs(check) <= 1e+150 && state->waiting < 0.5) {
+    if (fabs(check) <= 1e+150 && state->mode == ONE_MASS_DOMAIN_RUNNING) {
         outputs->v_hat = v_hat;
         outputs->a_hat_rail = a_hat_rail;
         outputs->F_hat_rail = F_hat_rail;
@@ -173,6 +177,6 @@ void one_mass_domain_step(one_mass_domain_state *state, const one_mass_domain_pa
         state->x_predicted = x_predicted_next;
         outputs->fault = 0;
     } else {
-        one_mass_domain_set_anew(state, parameters, inputs, outputs);
+        one_mass_domain_handle_fault(state, parameters, inputs, outputs);
     }
 }

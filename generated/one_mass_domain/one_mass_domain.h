@@ -58,6 +58,13 @@ typedef struct {
         -299.0 /* one_minus_settle_samples */ \
     }
 
+/* What the next valid sample does. */
+typedef enum {
+    ONE_MASS_DOMAIN_RUNNING, /* it gives new estimates */
+    ONE_MASS_DOMAIN_HOLDING, /* after 8 invalid samples in a row: it sets the state so that the held estimates continue */
+    ONE_MASS_DOMAIN_STARTING /* no sample was valid so far: it initialises the state */
+} one_mass_domain_mode;
+
 /* What the observer remembers from sample to sample. */
 typedef struct {
     double z_v; /* m/s: observer state */
@@ -65,7 +72,8 @@ typedef struct {
     double direction_rail; /* 1: sign with which the level was updated, or 0 */
     double samples_slid; /* 1: samples since the level is updated, counted up to settle_samples */
     double x_predicted; /* m: position predicted for this sample */
-    double waiting; /* 1 until a good sample has set the state; below 1/2 in use, with a count of lost samples */
+    one_mass_domain_mode mode;
+    unsigned char invalid_samples; /* in a row; counted anew after a valid one */
 } one_mass_domain_state;
 
 /* What is measured and commanded at a sample. */
@@ -88,18 +96,18 @@ typedef struct {
 void one_mass_domain_prepare(one_mass_domain_parameters *parameters);
 
 /*
- * Set the state from the first measurement. Where that cannot be used the state is zero and waiting is 1: the step then gives
- * fault 1, and its first good sample sets the state.
+ * Initialise the state from the first measurement. If that is invalid, the state is zero and its mode is
+ * ONE_MASS_DOMAIN_STARTING: the step then sets fault to 1, and its first valid sample initialises the state.
  */
 void one_mass_domain_init(one_mass_domain_state *state, const one_mass_domain_parameters *parameters,
     const one_mass_domain_inputs *inputs);
 
 /*
  * One sample: estimates from the state and this measurement, then the state of the next sample.
- * Where an input is NaN or infinite, or a next state would be or lie beyond 1e+150, the estimates in outputs
- * stay as they are and fault is 1; the state goes along as if the machine went on with the velocity that is held. Where the
- * inputs are good, it is the state that cannot be used or waits: it is set from them, and the next sample is estimated again.
- * Set the outputs to zero before the first step, and hand in the same at each: the held estimates are read from them.
+ * A sample is invalid if an input is NaN, infinite or beyond 1e+150: the outputs then hold the last estimates, fault is 1,
+ * and the state is predicted with the held velocity. If the inputs are valid but the state is not, or its mode is not
+ * ONE_MASS_DOMAIN_RUNNING, the estimates are held too, fault is 1, and the state is set from this sample.
+ * Set the outputs to zero before the first step, and pass the same ones to each: the held estimates are read from them.
  */
 void one_mass_domain_step(one_mass_domain_state *state, const one_mass_domain_parameters *parameters,
     const one_mass_domain_inputs *inputs, one_mass_domain_outputs *outputs);

@@ -27,45 +27,45 @@ void rig_dfoa_prepare(rig_dfoa_parameters *parameters)
     parameters->h_K_a = parameters->sample_time * parameters->K_a;
 }
 
-/* Set the state from a measurement, at the first sample or anew. */
-static void rig_dfoa_start(rig_dfoa_state *state, const rig_dfoa_parameters *parameters,
+void rig_dfoa_init(rig_dfoa_state *state, const rig_dfoa_parameters *parameters,
     const rig_dfoa_inputs *inputs)
 {
     state->z_omega = -(parameters->K_v * inputs->theta);
     state->z_f_plates = -(parameters->K_f1 * inputs->theta);
     state->z_a_plates = parameters->plates_a;
+    state->mode = RIG_DFOA_RUNNING;
+    state->invalid_samples = 0u;
 
-    /* where that cannot be used, wait for a good sample */
+    /* if the measurement is invalid, wait for the first valid one */
     const double check = inputs->theta + inputs->w + state->z_omega + state->z_f_plates + state->z_a_plates;
-    state->waiting = 0.0;
     if (!(fabs(check) <= 1e+150)) {
         state->z_omega = 0.0;
         state->z_f_plates = 0.0;
         state->z_a_plates = 0.0;
-        state->waiting = 1.0;
+        state->mode = RIG_DFOA_STARTING;
     }
 }
 
-void rig_dfoa_init(rig_dfoa_state *state, const rig_dfoa_parameters *parameters,
-    const rig_dfoa_inputs *inputs)
-{
-    rig_dfoa_start(state, parameters, inputs);
-}
-
-/* A sample is lost: the machine is taken to go on with the velocity that is held, and the states with it. */
-static void rig_dfoa_miss(rig_dfoa_state *state, const rig_dfoa_parameters *parameters,
+/* Predict the state over an invalid sample: the machine moves on at the held velocity estimate. */
+static void rig_dfoa_predict(rig_dfoa_state *state, const rig_dfoa_parameters *parameters,
     const rig_dfoa_outputs *outputs)
 {
     state->z_omega = state->z_omega - parameters->sample_time * parameters->K_v * outputs->omega_hat;
     state->z_f_plates = state->z_f_plates - parameters->sample_time * parameters->K_f1 * outputs->omega_hat;
 
-    /* after 2 in a row, wait for a good sample that sets the states anew */
-    if (state->waiting < 0.5) {
-        state->waiting = ((outputs->fault != 0) ? state->waiting : 0.0) + 0.25;
+    /* after 2 invalid samples in a row, resume from the next valid one */
+    if (state->mode == RIG_DFOA_RUNNING) {
+        if (outputs->fault == 0) {
+            state->invalid_samples = 0u; /* the sample before was valid */
+        }
+        state->invalid_samples++;
+        if (state->invalid_samples >= 2u) {
+            state->mode = RIG_DFOA_HOLDING;
+        }
     }
 }
 
-/* Set the state from a good sample after many that were lost, so that the estimates go on from those that are held. */
+/* Set the state from a valid sample so that the held estimates continue. */
 static void rig_dfoa_resume(rig_dfoa_state *state, const rig_dfoa_parameters *parameters,
     const rig_dfoa_inputs *inputs, const rig_dfoa_outputs *outputs)
 {
@@ -74,22 +74,26 @@ static void rig_dfoa_resume(rig_dfoa_state *state, const rig_dfoa_parameters *pa
     state->z_f_plates = outputs->f_hat_plates - parameters->K_f1 * resumed_1 - parameters->K_f2
         * outputs->omega_hat;
     state->z_a_plates = outputs->a_hat_plates - parameters->K_a * outputs->omega_hat * outputs->f_hat_plates;
-    state->waiting = 0.0;
+    state->mode = RIG_DFOA_RUNNING;
+    state->invalid_samples = 0u;
 }
 
-/* What becomes of the state where a sample is not used. */
-static RIG_DFOA_COLD void rig_dfoa_set_anew(rig_dfoa_state *state,
+/* Handle an invalid sample, or an invalid state: hold the last estimates, and set the state for the next sample. */
+static RIG_DFOA_COLD void rig_dfoa_handle_fault(rig_dfoa_state *state,
     const rig_dfoa_parameters *parameters, const rig_dfoa_inputs *inputs, rig_dfoa_outputs *outputs)
 {
     const double given = inputs->theta + inputs->w;
     if (!(fabs(given) <= 1e+150)) {
-        if (state->waiting < 0.75) {
-            rig_dfoa_miss(state, parameters, outputs);
+        /* invalid sample */
+        if (state->mode != RIG_DFOA_STARTING) {
+            rig_dfoa_predict(state, parameters, outputs);
         }
-    } else if ((state->waiting < 0.5) || (state->waiting > 0.75)) {
-        rig_dfoa_start(state, parameters, inputs); /* the state cannot be used, or waits for its first sample */
-    } else {
+    } else if (state->mode == RIG_DFOA_HOLDING) {
+        /* first valid sample after many invalid ones */
         rig_dfoa_resume(state, parameters, inputs, outputs);
+    } else {
+        /* first valid sample of all, or an invalid state */
+        rig_dfoa_init(state, parameters, inputs);
     }
     outputs->fault = 1;
 }
@@ -126,9 +130,9 @@ void rig_dfoa_step(rig_dfoa_state *state, const rig_dfoa_parameters *parameters,
     const double z_a_plates_next = state->z_a_plates - parameters->h_K_a * (f_hat_plates * omega_dot_hat
         + omega_hat * f_rate_plates);
 
-    /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
+    /* one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large */
     const double check = z_omega_next + z_f_plates_next + z_a_plates_next;
-    if (fabs(check) <= 1e+150 && state->waiting < 0.5) {
+    if (fabs(check) <= 1e+150 && state->mode == RIG_DFOA_RUNNING) {
         outputs->omega_hat = omega_hat;
         outputs->f_hat_plates = f_hat_plates;
         outputs->a_hat_plates = a_hat_plates;
@@ -140,6 +144,6 @@ void rig_dfoa_step(rig_dfoa_state *state, const rig_dfoa_parameters *parameters,
         state->z_a_plates = z_a_plates_next;
         outputs->fault = 0;
     } else {
-        rig_dfoa_set_anew(state, parameters, inputs, outputs);
+        rig_dfoa_handle_fault(state, parameters, inputs, outputs);
     }
 }

@@ -31,45 +31,45 @@ void rig_dfob_prepare(rig_dfob_parameters *parameters)
     parameters->h_K_a = parameters->sample_time * parameters->K_a;
 }
 
-/* Set the state from a measurement, at the first sample or anew. */
-static void rig_dfob_start(rig_dfob_state *state, const rig_dfob_parameters *parameters,
+void rig_dfob_init(rig_dfob_state *state, const rig_dfob_parameters *parameters,
     const rig_dfob_inputs *inputs)
 {
     state->z_omega = -(parameters->K_v * inputs->theta);
     state->z_f_plates = -(parameters->K_f1 * inputs->theta);
     state->z_a_plates = parameters->plates_a;
+    state->mode = RIG_DFOB_RUNNING;
+    state->invalid_samples = 0u;
 
-    /* where that cannot be used, wait for a good sample */
+    /* if the measurement is invalid, wait for the first valid one */
     const double check = inputs->theta + inputs->w + state->z_omega + state->z_f_plates + state->z_a_plates;
-    state->waiting = 0.0;
     if (!(fabs(check) <= 1e+150)) {
         state->z_omega = 0.0;
         state->z_f_plates = 0.0;
         state->z_a_plates = 0.0;
-        state->waiting = 1.0;
+        state->mode = RIG_DFOB_STARTING;
     }
 }
 
-void rig_dfob_init(rig_dfob_state *state, const rig_dfob_parameters *parameters,
-    const rig_dfob_inputs *inputs)
-{
-    rig_dfob_start(state, parameters, inputs);
-}
-
-/* A sample is lost: the machine is taken to go on with the velocity that is held, and the states with it. */
-static void rig_dfob_miss(rig_dfob_state *state, const rig_dfob_parameters *parameters,
+/* Predict the state over an invalid sample: the machine moves on at the held velocity estimate. */
+static void rig_dfob_predict(rig_dfob_state *state, const rig_dfob_parameters *parameters,
     const rig_dfob_outputs *outputs)
 {
     state->z_omega = state->z_omega - parameters->sample_time * parameters->K_v * outputs->omega_hat;
     state->z_f_plates = state->z_f_plates - parameters->sample_time * parameters->K_f1 * outputs->omega_hat;
 
-    /* after 2 in a row, wait for a good sample that sets the states anew */
-    if (state->waiting < 0.5) {
-        state->waiting = ((outputs->fault != 0) ? state->waiting : 0.0) + 0.25;
+    /* after 2 invalid samples in a row, resume from the next valid one */
+    if (state->mode == RIG_DFOB_RUNNING) {
+        if (outputs->fault == 0) {
+            state->invalid_samples = 0u; /* the sample before was valid */
+        }
+        state->invalid_samples++;
+        if (state->invalid_samples >= 2u) {
+            state->mode = RIG_DFOB_HOLDING;
+        }
     }
 }
 
-/* Set the state from a good sample after many that were lost, so that the estimates go on from those that are held. */
+/* Set the state from a valid sample so that the held estimates continue. */
 static void rig_dfob_resume(rig_dfob_state *state, const rig_dfob_parameters *parameters,
     const rig_dfob_inputs *inputs, const rig_dfob_outputs *outputs)
 {
@@ -78,22 +78,26 @@ static void rig_dfob_resume(rig_dfob_state *state, const rig_dfob_parameters *pa
     state->z_f_plates = outputs->f_hat_plates - parameters->K_f1 * resumed_1 - parameters->K_f2
         * outputs->omega_hat;
     state->z_a_plates = outputs->a_hat_plates - parameters->K_a * outputs->omega_hat * outputs->f_hat_plates;
-    state->waiting = 0.0;
+    state->mode = RIG_DFOB_RUNNING;
+    state->invalid_samples = 0u;
 }
 
-/* What becomes of the state where a sample is not used. */
-static RIG_DFOB_COLD void rig_dfob_set_anew(rig_dfob_state *state,
+/* Handle an invalid sample, or an invalid state: hold the last estimates, and set the state for the next sample. */
+static RIG_DFOB_COLD void rig_dfob_handle_fault(rig_dfob_state *state,
     const rig_dfob_parameters *parameters, const rig_dfob_inputs *inputs, rig_dfob_outputs *outputs)
 {
     const double given = inputs->theta + inputs->w;
     if (!(fabs(given) <= 1e+150)) {
-        if (state->waiting < 0.75) {
-            rig_dfob_miss(state, parameters, outputs);
+        /* invalid sample */
+        if (state->mode != RIG_DFOB_STARTING) {
+            rig_dfob_predict(state, parameters, outputs);
         }
-    } else if ((state->waiting < 0.5) || (state->waiting > 0.75)) {
-        rig_dfob_start(state, parameters, inputs); /* the state cannot be used, or waits for its first sample */
-    } else {
+    } else if (state->mode == RIG_DFOB_HOLDING) {
+        /* first valid sample after many invalid ones */
         rig_dfob_resume(state, parameters, inputs, outputs);
+    } else {
+        /* first valid sample of all, or an invalid state */
+        rig_dfob_init(state, parameters, inputs);
     }
     outputs->fault = 1;
 }
@@ -129,9 +133,9 @@ void rig_dfob_step(rig_dfob_state *state, const rig_dfob_parameters *parameters,
     const double z_a_plates_next = state->z_a_plates - parameters->h_K_a * (f_hat_plates * omega_dot_hat
         + omega_hat * f_rate_plates);
 
-    /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
+    /* one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large */
     const double check = z_omega_next + z_f_plates_next + z_a_plates_next;
-    if (fabs(check) <= 1e+150 && state->waiting < 0.5) {
+    if (fabs(check) <= 1e+150 && state->mode == RIG_DFOB_RUNNING) {
         outputs->omega_hat = omega_hat;
         outputs->f_hat_plates = f_hat_plates;
         outputs->a_hat_plates = a_hat_plates;
@@ -143,6 +147,6 @@ void rig_dfob_step(rig_dfob_state *state, const rig_dfob_parameters *parameters,
         state->z_a_plates = z_a_plates_next;
         outputs->fault = 0;
     } else {
-        rig_dfob_set_anew(state, parameters, inputs, outputs);
+        rig_dfob_handle_fault(state, parameters, inputs, outputs);
     }
 }

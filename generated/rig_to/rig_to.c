@@ -27,65 +27,69 @@ void rig_to_prepare(rig_to_parameters *parameters)
     parameters->h_K_2 = parameters->sample_time * parameters->K_2;
 }
 
-/* Set the state from a measurement, at the first sample or anew. */
-static void rig_to_start(rig_to_state *state, const rig_to_parameters *parameters,
+void rig_to_init(rig_to_state *state, const rig_to_parameters *parameters,
     const rig_to_inputs *inputs)
 {
     state->z_omega = -(parameters->K_v * inputs->theta);
     state->z_theta = -(parameters->K_1 * inputs->theta);
+    state->mode = RIG_TO_RUNNING;
+    state->invalid_samples = 0u;
 
-    /* where that cannot be used, wait for a good sample */
+    /* if the measurement is invalid, wait for the first valid one */
     const double check = inputs->theta + inputs->w + state->z_omega + state->z_theta;
-    state->waiting = 0.0;
     if (!(fabs(check) <= 1e+150)) {
         state->z_omega = 0.0;
         state->z_theta = 0.0;
-        state->waiting = 1.0;
+        state->mode = RIG_TO_STARTING;
     }
 }
 
-void rig_to_init(rig_to_state *state, const rig_to_parameters *parameters,
-    const rig_to_inputs *inputs)
-{
-    rig_to_start(state, parameters, inputs);
-}
-
-/* A sample is lost: the machine is taken to go on with the velocity that is held, and the states with it. */
-static void rig_to_miss(rig_to_state *state, const rig_to_parameters *parameters,
+/* Predict the state over an invalid sample: the machine moves on at the held velocity estimate. */
+static void rig_to_predict(rig_to_state *state, const rig_to_parameters *parameters,
     const rig_to_outputs *outputs)
 {
     state->z_omega = state->z_omega - parameters->sample_time * parameters->K_v * outputs->omega_hat;
     state->z_theta = state->z_theta - parameters->h_K_1 * outputs->omega_hat;
 
-    /* after 2 in a row, wait for a good sample that sets the states anew */
-    if (state->waiting < 0.5) {
-        state->waiting = ((outputs->fault != 0) ? state->waiting : 0.0) + 0.25;
+    /* after 2 invalid samples in a row, resume from the next valid one */
+    if (state->mode == RIG_TO_RUNNING) {
+        if (outputs->fault == 0) {
+            state->invalid_samples = 0u; /* the sample before was valid */
+        }
+        state->invalid_samples++;
+        if (state->invalid_samples >= 2u) {
+            state->mode = RIG_TO_HOLDING;
+        }
     }
 }
 
-/* Set the state from a good sample after many that were lost, so that the estimates go on from those that are held. */
+/* Set the state from a valid sample so that the held estimates continue. */
 static void rig_to_resume(rig_to_state *state, const rig_to_parameters *parameters,
     const rig_to_inputs *inputs, const rig_to_outputs *outputs)
 {
     const double resumed_1 = inputs->theta + parameters->sample_time * outputs->omega_hat;
     state->z_omega = outputs->omega_hat - parameters->K_v * resumed_1;
     state->z_theta = outputs->tracked_theta - parameters->K_1 * resumed_1 - parameters->K_2 * outputs->omega_hat;
-    state->waiting = 0.0;
+    state->mode = RIG_TO_RUNNING;
+    state->invalid_samples = 0u;
 }
 
-/* What becomes of the state where a sample is not used. */
-static RIG_TO_COLD void rig_to_set_anew(rig_to_state *state,
+/* Handle an invalid sample, or an invalid state: hold the last estimates, and set the state for the next sample. */
+static RIG_TO_COLD void rig_to_handle_fault(rig_to_state *state,
     const rig_to_parameters *parameters, const rig_to_inputs *inputs, rig_to_outputs *outputs)
 {
     const double given = inputs->theta + inputs->w;
     if (!(fabs(given) <= 1e+150)) {
-        if (state->waiting < 0.75) {
-            rig_to_miss(state, parameters, outputs);
+        /* invalid sample */
+        if (state->mode != RIG_TO_STARTING) {
+            rig_to_predict(state, parameters, outputs);
         }
-    } else if ((state->waiting < 0.5) || (state->waiting > 0.75)) {
-        rig_to_start(state, parameters, inputs); /* the state cannot be used, or waits for its first sample */
-    } else {
+    } else if (state->mode == RIG_TO_HOLDING) {
+        /* first valid sample after many invalid ones */
         rig_to_resume(state, parameters, inputs, outputs);
+    } else {
+        /* first valid sample of all, or an invalid state */
+        rig_to_init(state, parameters, inputs);
     }
     outputs->fault = 1;
 }
@@ -109,9 +113,9 @@ void rig_to_step(rig_to_state *state, const rig_to_parameters *parameters,
     const double z_theta_next = state->z_theta - parameters->h_K_1 * omega_hat - parameters->h_K_2
         * omega_dot_hat;
 
-    /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
+    /* one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large */
     const double check = z_omega_next + z_theta_next;
-    if (fabs(check) <= 1e+150 && state->waiting < 0.5) {
+    if (fabs(check) <= 1e+150 && state->mode == RIG_TO_RUNNING) {
         outputs->omega_hat = omega_hat;
         outputs->tracked_theta = tracked_theta;
         outputs->F_hat_on_theta = tracked_theta;
@@ -120,6 +124,6 @@ void rig_to_step(rig_to_state *state, const rig_to_parameters *parameters,
         state->z_theta = z_theta_next;
         outputs->fault = 0;
     } else {
-        rig_to_set_anew(state, parameters, inputs, outputs);
+        rig_to_handle_fault(state, parameters, inputs, outputs);
     }
 }

@@ -31,8 +31,7 @@ void seven_joint_arm_prepare(seven_joint_arm_parameters *parameters)
     parameters->h_K_2_hand_roll = parameters->sample_time * parameters->K_2_hand_roll;
 }
 
-/* Set the state from a measurement, at the first sample or anew. */
-static void seven_joint_arm_start(seven_joint_arm_state *state, const seven_joint_arm_parameters *parameters,
+void seven_joint_arm_init(seven_joint_arm_state *state, const seven_joint_arm_parameters *parameters,
     const seven_joint_arm_inputs *inputs)
 {
     state->z_v_shoulder_yaw = -(parameters->K_v_v_shoulder_yaw * inputs->shoulder_yaw);
@@ -49,8 +48,10 @@ static void seven_joint_arm_start(seven_joint_arm_state *state, const seven_join
     state->z_forearm_roll = 0.0;
     state->z_wrist_pitch = 0.0;
     state->z_hand_roll = 0.0;
+    state->mode = SEVEN_JOINT_ARM_RUNNING;
+    state->invalid_samples = 0u;
 
-    /* where that cannot be used, wait for a good sample */
+    /* if the measurement is invalid, wait for the first valid one */
     const double check = inputs->shoulder_yaw + inputs->shoulder_pitch + inputs->arm_roll + inputs->elbow_pitch
         + inputs->forearm_roll + inputs->wrist_pitch + inputs->hand_roll + inputs->w_shoulder_yaw
         + inputs->w_shoulder_pitch + inputs->w_arm_roll + inputs->w_elbow_pitch + inputs->w_forearm_roll
@@ -58,7 +59,6 @@ static void seven_joint_arm_start(seven_joint_arm_state *state, const seven_join
         + state->z_v_arm_roll + state->z_v_elbow_pitch + state->z_v_forearm_roll + state->z_v_wrist_pitch
         + state->z_v_hand_roll + state->z_shoulder_yaw + state->z_shoulder_pitch + state->z_arm_roll
         + state->z_elbow_pitch + state->z_forearm_roll + state->z_wrist_pitch + state->z_hand_roll;
-    state->waiting = 0.0;
     if (!(fabs(check) <= 1e+150)) {
         state->z_v_shoulder_yaw = 0.0;
         state->z_v_shoulder_pitch = 0.0;
@@ -74,18 +74,12 @@ static void seven_joint_arm_start(seven_joint_arm_state *state, const seven_join
         state->z_forearm_roll = 0.0;
         state->z_wrist_pitch = 0.0;
         state->z_hand_roll = 0.0;
-        state->waiting = 1.0;
+        state->mode = SEVEN_JOINT_ARM_STARTING;
     }
 }
 
-void seven_joint_arm_init(seven_joint_arm_state *state, const seven_joint_arm_parameters *parameters,
-    const seven_joint_arm_inputs *inputs)
-{
-    seven_joint_arm_start(state, parameters, inputs);
-}
-
-/* A sample is lost: the machine is taken to go on with the velocity that is held, and the states with it. */
-static void seven_joint_arm_miss(seven_joint_arm_state *state, const seven_joint_arm_parameters *parameters,
+/* Predict the state over an invalid sample: the machine moves on at the held velocity estimate. */
+static void seven_joint_arm_predict(seven_joint_arm_state *state, const seven_joint_arm_parameters *parameters,
     const seven_joint_arm_outputs *outputs)
 {
     state->z_v_shoulder_yaw = state->z_v_shoulder_yaw - parameters->sample_time * parameters->K_v_v_shoulder_yaw
@@ -103,13 +97,19 @@ static void seven_joint_arm_miss(seven_joint_arm_state *state, const seven_joint
     state->z_v_hand_roll = state->z_v_hand_roll - parameters->sample_time * parameters->K_v_v_hand_roll
         * outputs->v_hand_roll_hat;
 
-    /* after 8 in a row, wait for a good sample that sets the states anew */
-    if (state->waiting < 0.5) {
-        state->waiting = ((outputs->fault != 0) ? state->waiting : 0.0) + 0.0625;
+    /* after 8 invalid samples in a row, resume from the next valid one */
+    if (state->mode == SEVEN_JOINT_ARM_RUNNING) {
+        if (outputs->fault == 0) {
+            state->invalid_samples = 0u; /* the sample before was valid */
+        }
+        state->invalid_samples++;
+        if (state->invalid_samples >= 8u) {
+            state->mode = SEVEN_JOINT_ARM_HOLDING;
+        }
     }
 }
 
-/* Set the state from a good sample after many that were lost, so that the estimates go on from those that are held. */
+/* Set the state from a valid sample so that the held estimates continue. */
 static void seven_joint_arm_resume(seven_joint_arm_state *state, const seven_joint_arm_parameters *parameters,
     const seven_joint_arm_inputs *inputs, const seven_joint_arm_outputs *outputs)
 {
@@ -139,11 +139,12 @@ static void seven_joint_arm_resume(seven_joint_arm_state *state, const seven_joi
     state->z_wrist_pitch = outputs->tracked_wrist_pitch - parameters->K_2_wrist_pitch
         * outputs->v_wrist_pitch_hat;
     state->z_hand_roll = outputs->tracked_hand_roll - parameters->K_2_hand_roll * outputs->v_hand_roll_hat;
-    state->waiting = 0.0;
+    state->mode = SEVEN_JOINT_ARM_RUNNING;
+    state->invalid_samples = 0u;
 }
 
-/* What becomes of the state where a sample is not used. */
-static SEVEN_JOINT_ARM_COLD void seven_joint_arm_set_anew(seven_joint_arm_state *state,
+/* Handle an invalid sample, or an invalid state: hold the last estimates, and set the state for the next sample. */
+static SEVEN_JOINT_ARM_COLD void seven_joint_arm_handle_fault(seven_joint_arm_state *state,
     const seven_joint_arm_parameters *parameters, const seven_joint_arm_inputs *inputs, seven_joint_arm_outputs *outputs)
 {
     const double given = inputs->shoulder_yaw + inputs->shoulder_pitch + inputs->arm_roll + inputs->elbow_pitch
@@ -151,13 +152,16 @@ static SEVEN_JOINT_ARM_COLD void seven_joint_arm_set_anew(seven_joint_arm_state 
         + inputs->w_shoulder_pitch + inputs->w_arm_roll + inputs->w_elbow_pitch + inputs->w_forearm_roll
         + inputs->w_wrist_pitch + inputs->w_hand_roll;
     if (!(fabs(given) <= 1e+150)) {
-        if (state->waiting < 0.75) {
-            seven_joint_arm_miss(state, parameters, outputs);
+        /* invalid sample */
+        if (state->mode != SEVEN_JOINT_ARM_STARTING) {
+            seven_joint_arm_predict(state, parameters, outputs);
         }
-    } else if ((state->waiting < 0.5) || (state->waiting > 0.75)) {
-        seven_joint_arm_start(state, parameters, inputs); /* the state cannot be used, or waits for its first sample */
-    } else {
+    } else if (state->mode == SEVEN_JOINT_ARM_HOLDING) {
+        /* first valid sample after many invalid ones */
         seven_joint_arm_resume(state, parameters, inputs, outputs);
+    } else {
+        /* first valid sample of all, or an invalid state */
+        seven_joint_arm_init(state, parameters, inputs);
     }
     outputs->fault = 1;
 }
@@ -684,12 +688,12 @@ void seven_joint_arm_step(seven_joint_arm_state *state, const seven_joint_arm_pa
     const double z_wrist_pitch_next = state->z_wrist_pitch - parameters->h_K_2_wrist_pitch * a6;
     const double z_hand_roll_next = state->z_hand_roll - parameters->h_K_2_hand_roll * a7;
 
-    /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
+    /* one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large */
     const double check = z_v_shoulder_yaw_next + z_v_shoulder_pitch_next + z_v_arm_roll_next
         + z_v_elbow_pitch_next + z_v_forearm_roll_next + z_v_wrist_pitch_next + z_v_hand_roll_next
         + z_shoulder_yaw_next + z_shoulder_pitch_next + z_arm_roll_next + z_elbow_pitch_next
         + z_forearm_roll_next + z_wrist_pitch_next + z_hand_roll_next;
-    if (fabs(check) <= 1e+150 && state->waiting < 0.5) {
+    if (fabs(check) <= 1e+150 && state->mode == SEVEN_JOINT_ARM_RUNNING) {
         outputs->v_shoulder_yaw_hat = v_shoulder_yaw_hat;
         outputs->v_shoulder_pitch_hat = v_shoulder_pitch_hat;
         outputs->v_arm_roll_hat = v_arm_roll_hat;
@@ -728,6 +732,6 @@ void seven_joint_arm_step(seven_joint_arm_state *state, const seven_joint_arm_pa
         state->z_hand_roll = z_hand_roll_next;
         outputs->fault = 0;
     } else {
-        seven_joint_arm_set_anew(state, parameters, inputs, outputs);
+        seven_joint_arm_handle_fault(state, parameters, inputs, outputs);
     }
 }

@@ -84,6 +84,13 @@ typedef struct {
         -0.000175 /* h_K_2_hand_roll */ \
     }
 
+/* What the next valid sample does. */
+typedef enum {
+    SEVEN_JOINT_ARM_RUNNING, /* it gives new estimates */
+    SEVEN_JOINT_ARM_HOLDING, /* after 8 invalid samples in a row: it sets the state so that the held estimates continue */
+    SEVEN_JOINT_ARM_STARTING /* no sample was valid so far: it initialises the state */
+} seven_joint_arm_mode;
+
 /* What the observer remembers from sample to sample. */
 typedef struct {
     double z_v_shoulder_yaw; /* rad/s: observer state */
@@ -100,7 +107,8 @@ typedef struct {
     double z_forearm_roll; /* N*m: observer state */
     double z_wrist_pitch; /* N*m: observer state */
     double z_hand_roll; /* N*m: observer state */
-    double waiting; /* 1 until a good sample has set the state; below 1/2 in use, with a count of lost samples */
+    seven_joint_arm_mode mode;
+    unsigned char invalid_samples; /* in a row; counted anew after a valid one */
 } seven_joint_arm_state;
 
 /* What is measured and commanded at a sample. */
@@ -151,18 +159,18 @@ typedef struct {
 void seven_joint_arm_prepare(seven_joint_arm_parameters *parameters);
 
 /*
- * Set the state from the first measurement. Where that cannot be used the state is zero and waiting is 1: the step then gives
- * fault 1, and its first good sample sets the state.
+ * Initialise the state from the first measurement. If that is invalid, the state is zero and its mode is
+ * SEVEN_JOINT_ARM_STARTING: the step then sets fault to 1, and its first valid sample initialises the state.
  */
 void seven_joint_arm_init(seven_joint_arm_state *state, const seven_joint_arm_parameters *parameters,
     const seven_joint_arm_inputs *inputs);
 
 /*
  * One sample: estimates from the state and this measurement, then the state of the next sample.
- * Where an input is NaN or infinite, or a next state would be or lie beyond 1e+150, the estimates in outputs
- * stay as they are and fault is 1; the state goes along as if the machine went on with the velocity that is held. Where the
- * inputs are good, it is the state that cannot be used or waits: it is set from them, and the next sample is estimated again.
- * Set the outputs to zero before the first step, and hand in the same at each: the held estimates are read from them.
+ * A sample is invalid if an input is NaN, infinite or beyond 1e+150: the outputs then hold the last estimates, fault is 1,
+ * and the state is predicted with the held velocity. If the inputs are valid but the state is not, or its mode is not
+ * SEVEN_JOINT_ARM_RUNNING, the estimates are held too, fault is 1, and the state is set from this sample.
+ * Set the outputs to zero before the first step, and pass the same ones to each: the held estimates are read from them.
  */
 void seven_joint_arm_step(seven_joint_arm_state *state, const seven_joint_arm_parameters *parameters,
     const seven_joint_arm_inputs *inputs, seven_joint_arm_outputs *outputs);

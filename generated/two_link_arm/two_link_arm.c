@@ -40,8 +40,7 @@ void two_link_arm_prepare(two_link_arm_parameters *parameters)
     parameters->h_K_F_elbow_shoulder = parameters->sample_time * parameters->K_F_elbow_shoulder;
 }
 
-/* Set the state from a measurement, at the first sample or anew. */
-static void two_link_arm_start(two_link_arm_state *state, const two_link_arm_parameters *parameters,
+void two_link_arm_init(two_link_arm_state *state, const two_link_arm_parameters *parameters,
     const two_link_arm_inputs *inputs)
 {
     state->z_omega1 = -(parameters->K_v_omega1_omega1 * inputs->theta1 + parameters->K_v_omega1_omega2
@@ -50,28 +49,23 @@ static void two_link_arm_start(two_link_arm_state *state, const two_link_arm_par
         * inputs->theta2);
     state->z_shoulder = parameters->shoulder_a;
     state->z_elbow = parameters->elbow_a;
+    state->mode = TWO_LINK_ARM_RUNNING;
+    state->invalid_samples = 0u;
 
-    /* where that cannot be used, wait for a good sample */
+    /* if the measurement is invalid, wait for the first valid one */
     const double check = inputs->theta1 + inputs->theta2 + inputs->w1 + inputs->w2 + state->z_omega1
         + state->z_omega2 + state->z_shoulder + state->z_elbow;
-    state->waiting = 0.0;
     if (!(fabs(check) <= 1e+150)) {
         state->z_omega1 = 0.0;
         state->z_omega2 = 0.0;
         state->z_shoulder = 0.0;
         state->z_elbow = 0.0;
-        state->waiting = 1.0;
+        state->mode = TWO_LINK_ARM_STARTING;
     }
 }
 
-void two_link_arm_init(two_link_arm_state *state, const two_link_arm_parameters *parameters,
-    const two_link_arm_inputs *inputs)
-{
-    two_link_arm_start(state, parameters, inputs);
-}
-
-/* A sample is lost: the machine is taken to go on with the velocity that is held, and the states with it. */
-static void two_link_arm_miss(two_link_arm_state *state, const two_link_arm_parameters *parameters,
+/* Predict the state over an invalid sample: the machine moves on at the held velocity estimate. */
+static void two_link_arm_predict(two_link_arm_state *state, const two_link_arm_parameters *parameters,
     const two_link_arm_outputs *outputs)
 {
     state->z_omega1 = state->z_omega1 - parameters->sample_time * parameters->K_v_omega1_omega1
@@ -79,13 +73,19 @@ static void two_link_arm_miss(two_link_arm_state *state, const two_link_arm_para
     state->z_omega2 = state->z_omega2 - parameters->sample_time * parameters->K_v_omega2_omega1
         * outputs->omega1_hat - parameters->sample_time * parameters->K_v_omega2_omega2 * outputs->omega2_hat;
 
-    /* after 8 in a row, wait for a good sample that sets the states anew */
-    if (state->waiting < 0.5) {
-        state->waiting = ((outputs->fault != 0) ? state->waiting : 0.0) + 0.0625;
+    /* after 8 invalid samples in a row, resume from the next valid one */
+    if (state->mode == TWO_LINK_ARM_RUNNING) {
+        if (outputs->fault == 0) {
+            state->invalid_samples = 0u; /* the sample before was valid */
+        }
+        state->invalid_samples++;
+        if (state->invalid_samples >= 8u) {
+            state->mode = TWO_LINK_ARM_HOLDING;
+        }
     }
 }
 
-/* Set the state from a good sample after many that were lost, so that the estimates go on from those that are held. */
+/* Set the state from a valid sample so that the held estimates continue. */
 static void two_link_arm_resume(two_link_arm_state *state, const two_link_arm_parameters *parameters,
     const two_link_arm_inputs *inputs, const two_link_arm_outputs *outputs)
 {
@@ -99,22 +99,26 @@ static void two_link_arm_resume(two_link_arm_state *state, const two_link_arm_pa
     state->z_shoulder = outputs->a_hat_shoulder + parameters->K_F_shoulder_shoulder * resumed_3;
     state->z_elbow = outputs->a_hat_elbow + parameters->K_F_elbow_elbow * fabs(outputs->omega2_hat)
         + parameters->K_F_elbow_shoulder * resumed_3;
-    state->waiting = 0.0;
+    state->mode = TWO_LINK_ARM_RUNNING;
+    state->invalid_samples = 0u;
 }
 
-/* What becomes of the state where a sample is not used. */
-static TWO_LINK_ARM_COLD void two_link_arm_set_anew(two_link_arm_state *state,
+/* Handle an invalid sample, or an invalid state: hold the last estimates, and set the state for the next sample. */
+static TWO_LINK_ARM_COLD void two_link_arm_handle_fault(two_link_arm_state *state,
     const two_link_arm_parameters *parameters, const two_link_arm_inputs *inputs, two_link_arm_outputs *outputs)
 {
     const double given = inputs->theta1 + inputs->theta2 + inputs->w1 + inputs->w2;
     if (!(fabs(given) <= 1e+150)) {
-        if (state->waiting < 0.75) {
-            two_link_arm_miss(state, parameters, outputs);
+        /* invalid sample */
+        if (state->mode != TWO_LINK_ARM_STARTING) {
+            two_link_arm_predict(state, parameters, outputs);
         }
-    } else if ((state->waiting < 0.5) || (state->waiting > 0.75)) {
-        two_link_arm_start(state, parameters, inputs); /* the state cannot be used, or waits for its first sample */
-    } else {
+    } else if (state->mode == TWO_LINK_ARM_HOLDING) {
+        /* first valid sample after many invalid ones */
         two_link_arm_resume(state, parameters, inputs, outputs);
+    } else {
+        /* first valid sample of all, or an invalid state */
+        two_link_arm_init(state, parameters, inputs);
     }
     outputs->fault = 1;
 }
@@ -169,9 +173,9 @@ void two_link_arm_step(two_link_arm_state *state, const two_link_arm_parameters 
     const double z_elbow_next = state->z_elbow + parameters->h_K_F_elbow_elbow * sign_elbow * omega2_dot_hat
         + parameters->h_K_F_elbow_shoulder * sign_shoulder * omega1_dot_hat;
 
-    /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
+    /* one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large */
     const double check = z_omega1_next + z_omega2_next + z_shoulder_next + z_elbow_next;
-    if (fabs(check) <= 1e+150 && state->waiting < 0.5) {
+    if (fabs(check) <= 1e+150 && state->mode == TWO_LINK_ARM_RUNNING) {
         outputs->omega1_hat = omega1_hat;
         outputs->omega2_hat = omega2_hat;
         outputs->a_hat_shoulder = a_hat_shoulder;
@@ -187,6 +191,6 @@ void two_link_arm_step(two_link_arm_state *state, const two_link_arm_parameters 
         state->z_elbow = z_elbow_next;
         outputs->fault = 0;
     } else {
-        two_link_arm_set_anew(state, parameters, inputs, outputs);
+        two_link_arm_handle_fault(state, parameters, inputs, outputs);
     }
 }

@@ -35,48 +35,48 @@ void two_mass_prepare(two_mass_parameters *parameters)
     parameters->h_K_F_ground = parameters->sample_time * parameters->K_F_ground;
 }
 
-/* Set the state from a measurement, at the first sample or anew. */
-static void two_mass_start(two_mass_state *state, const two_mass_parameters *parameters,
+void two_mass_init(two_mass_state *state, const two_mass_parameters *parameters,
     const two_mass_inputs *inputs)
 {
     state->z_v1 = -(parameters->K_v_v1 * inputs->x1);
     state->z_v2 = -(parameters->K_v_v2 * inputs->x2);
     state->z_between = parameters->between_a;
     state->z_ground = parameters->ground_a;
+    state->mode = TWO_MASS_RUNNING;
+    state->invalid_samples = 0u;
 
-    /* where that cannot be used, wait for a good sample */
+    /* if the measurement is invalid, wait for the first valid one */
     const double check = inputs->x1 + inputs->x2 + inputs->w + state->z_v1 + state->z_v2 + state->z_between
         + state->z_ground;
-    state->waiting = 0.0;
     if (!(fabs(check) <= 1e+150)) {
         state->z_v1 = 0.0;
         state->z_v2 = 0.0;
         state->z_between = 0.0;
         state->z_ground = 0.0;
-        state->waiting = 1.0;
+        state->mode = TWO_MASS_STARTING;
     }
 }
 
-void two_mass_init(two_mass_state *state, const two_mass_parameters *parameters,
-    const two_mass_inputs *inputs)
-{
-    two_mass_start(state, parameters, inputs);
-}
-
-/* A sample is lost: the machine is taken to go on with the velocity that is held, and the states with it. */
-static void two_mass_miss(two_mass_state *state, const two_mass_parameters *parameters,
+/* Predict the state over an invalid sample: the machine moves on at the held velocity estimate. */
+static void two_mass_predict(two_mass_state *state, const two_mass_parameters *parameters,
     const two_mass_outputs *outputs)
 {
     state->z_v1 = state->z_v1 - parameters->sample_time * parameters->K_v_v1 * outputs->v1_hat;
     state->z_v2 = state->z_v2 - parameters->sample_time * parameters->K_v_v2 * outputs->v2_hat;
 
-    /* after 8 in a row, wait for a good sample that sets the states anew */
-    if (state->waiting < 0.5) {
-        state->waiting = ((outputs->fault != 0) ? state->waiting : 0.0) + 0.0625;
+    /* after 8 invalid samples in a row, resume from the next valid one */
+    if (state->mode == TWO_MASS_RUNNING) {
+        if (outputs->fault == 0) {
+            state->invalid_samples = 0u; /* the sample before was valid */
+        }
+        state->invalid_samples++;
+        if (state->invalid_samples >= 8u) {
+            state->mode = TWO_MASS_HOLDING;
+        }
     }
 }
 
-/* Set the state from a good sample after many that were lost, so that the estimates go on from those that are held. */
+/* Set the state from a valid sample so that the held estimates continue. */
 static void two_mass_resume(two_mass_state *state, const two_mass_parameters *parameters,
     const two_mass_inputs *inputs, const two_mass_outputs *outputs)
 {
@@ -87,22 +87,26 @@ static void two_mass_resume(two_mass_state *state, const two_mass_parameters *pa
     state->z_between = outputs->a_hat_between + parameters->K_F_between * fabs(outputs->v1_hat
         - outputs->v2_hat);
     state->z_ground = outputs->a_hat_ground + parameters->K_F_ground * fabs(outputs->v2_hat);
-    state->waiting = 0.0;
+    state->mode = TWO_MASS_RUNNING;
+    state->invalid_samples = 0u;
 }
 
-/* What becomes of the state where a sample is not used. */
-static TWO_MASS_COLD void two_mass_set_anew(two_mass_state *state,
+/* Handle an invalid sample, or an invalid state: hold the last estimates, and set the state for the next sample. */
+static TWO_MASS_COLD void two_mass_handle_fault(two_mass_state *state,
     const two_mass_parameters *parameters, const two_mass_inputs *inputs, two_mass_outputs *outputs)
 {
     const double given = inputs->x1 + inputs->x2 + inputs->w;
     if (!(fabs(given) <= 1e+150)) {
-        if (state->waiting < 0.75) {
-            two_mass_miss(state, parameters, outputs);
+        /* invalid sample */
+        if (state->mode != TWO_MASS_STARTING) {
+            two_mass_predict(state, parameters, outputs);
         }
-    } else if ((state->waiting < 0.5) || (state->waiting > 0.75)) {
-        two_mass_start(state, parameters, inputs); /* the state cannot be used, or waits for its first sample */
-    } else {
+    } else if (state->mode == TWO_MASS_HOLDING) {
+        /* first valid sample after many invalid ones */
         two_mass_resume(state, parameters, inputs, outputs);
+    } else {
+        /* first valid sample of all, or an invalid state */
+        two_mass_init(state, parameters, inputs);
     }
     outputs->fault = 1;
 }
@@ -145,9 +149,9 @@ void two_mass_step(two_mass_state *state, const two_mass_parameters *parameters,
         - v2_dot_hat);
     const double z_ground_next = state->z_ground + parameters->h_K_F_ground * sign_ground * v2_dot_hat;
 
-    /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
+    /* one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large */
     const double check = z_v1_next + z_v2_next + z_between_next + z_ground_next;
-    if (fabs(check) <= 1e+150 && state->waiting < 0.5) {
+    if (fabs(check) <= 1e+150 && state->mode == TWO_MASS_RUNNING) {
         outputs->v1_hat = v1_hat;
         outputs->v2_hat = v2_hat;
         outputs->a_hat_between = a_hat_between;
@@ -163,6 +167,6 @@ void two_mass_step(two_mass_state *state, const two_mass_parameters *parameters,
         state->z_ground = z_ground_next;
         outputs->fault = 0;
     } else {
-        two_mass_set_anew(state, parameters, inputs, outputs);
+        two_mass_handle_fault(state, parameters, inputs, outputs);
     }
 }

@@ -32,8 +32,7 @@ void two_mass_gdfo_prepare(two_mass_gdfo_parameters *parameters)
     parameters->h_K_a_ground = parameters->sample_time * parameters->K_a_ground;
 }
 
-/* Set the state from a measurement, at the first sample or anew. */
-static void two_mass_gdfo_start(two_mass_gdfo_state *state, const two_mass_gdfo_parameters *parameters,
+void two_mass_gdfo_init(two_mass_gdfo_state *state, const two_mass_gdfo_parameters *parameters,
     const two_mass_gdfo_inputs *inputs)
 {
     state->z_v1 = -(parameters->K_v_v1 * inputs->x1);
@@ -42,11 +41,12 @@ static void two_mass_gdfo_start(two_mass_gdfo_state *state, const two_mass_gdfo_
     state->z_f_ground = -(parameters->K_f1_ground * inputs->x2);
     state->z_a_between = parameters->between_a;
     state->z_a_ground = parameters->ground_a;
+    state->mode = TWO_MASS_GDFO_RUNNING;
+    state->invalid_samples = 0u;
 
-    /* where that cannot be used, wait for a good sample */
+    /* if the measurement is invalid, wait for the first valid one */
     const double check = inputs->x1 + inputs->x2 + inputs->w + state->z_v1 + state->z_v2 + state->z_f_between
         + state->z_f_ground + state->z_a_between + state->z_a_ground;
-    state->waiting = 0.0;
     if (!(fabs(check) <= 1e+150)) {
         state->z_v1 = 0.0;
         state->z_v2 = 0.0;
@@ -54,18 +54,12 @@ static void two_mass_gdfo_start(two_mass_gdfo_state *state, const two_mass_gdfo_
         state->z_f_ground = 0.0;
         state->z_a_between = 0.0;
         state->z_a_ground = 0.0;
-        state->waiting = 1.0;
+        state->mode = TWO_MASS_GDFO_STARTING;
     }
 }
 
-void two_mass_gdfo_init(two_mass_gdfo_state *state, const two_mass_gdfo_parameters *parameters,
-    const two_mass_gdfo_inputs *inputs)
-{
-    two_mass_gdfo_start(state, parameters, inputs);
-}
-
-/* A sample is lost: the machine is taken to go on with the velocity that is held, and the states with it. */
-static void two_mass_gdfo_miss(two_mass_gdfo_state *state, const two_mass_gdfo_parameters *parameters,
+/* Predict the state over an invalid sample: the machine moves on at the held velocity estimate. */
+static void two_mass_gdfo_predict(two_mass_gdfo_state *state, const two_mass_gdfo_parameters *parameters,
     const two_mass_gdfo_outputs *outputs)
 {
     state->z_v1 = state->z_v1 - parameters->sample_time * parameters->K_v_v1 * outputs->v1_hat;
@@ -74,13 +68,19 @@ static void two_mass_gdfo_miss(two_mass_gdfo_state *state, const two_mass_gdfo_p
         * outputs->v1_hat;
     state->z_f_ground = state->z_f_ground - parameters->sample_time * parameters->K_f1_ground * outputs->v2_hat;
 
-    /* after 8 in a row, wait for a good sample that sets the states anew */
-    if (state->waiting < 0.5) {
-        state->waiting = ((outputs->fault != 0) ? state->waiting : 0.0) + 0.0625;
+    /* after 8 invalid samples in a row, resume from the next valid one */
+    if (state->mode == TWO_MASS_GDFO_RUNNING) {
+        if (outputs->fault == 0) {
+            state->invalid_samples = 0u; /* the sample before was valid */
+        }
+        state->invalid_samples++;
+        if (state->invalid_samples >= 8u) {
+            state->mode = TWO_MASS_GDFO_HOLDING;
+        }
     }
 }
 
-/* Set the state from a good sample after many that were lost, so that the estimates go on from those that are held. */
+/* Set the state from a valid sample so that the held estimates continue. */
 static void two_mass_gdfo_resume(two_mass_gdfo_state *state, const two_mass_gdfo_parameters *parameters,
     const two_mass_gdfo_inputs *inputs, const two_mass_gdfo_outputs *outputs)
 {
@@ -95,22 +95,26 @@ static void two_mass_gdfo_resume(two_mass_gdfo_state *state, const two_mass_gdfo
     state->z_a_between = outputs->a_hat_between - parameters->K_a_between * outputs->f_hat_between
         * (outputs->v1_hat - outputs->v2_hat);
     state->z_a_ground = outputs->a_hat_ground - parameters->K_a_ground * outputs->v2_hat * outputs->f_hat_ground;
-    state->waiting = 0.0;
+    state->mode = TWO_MASS_GDFO_RUNNING;
+    state->invalid_samples = 0u;
 }
 
-/* What becomes of the state where a sample is not used. */
-static TWO_MASS_GDFO_COLD void two_mass_gdfo_set_anew(two_mass_gdfo_state *state,
+/* Handle an invalid sample, or an invalid state: hold the last estimates, and set the state for the next sample. */
+static TWO_MASS_GDFO_COLD void two_mass_gdfo_handle_fault(two_mass_gdfo_state *state,
     const two_mass_gdfo_parameters *parameters, const two_mass_gdfo_inputs *inputs, two_mass_gdfo_outputs *outputs)
 {
     const double given = inputs->x1 + inputs->x2 + inputs->w;
     if (!(fabs(given) <= 1e+150)) {
-        if (state->waiting < 0.75) {
-            two_mass_gdfo_miss(state, parameters, outputs);
+        /* invalid sample */
+        if (state->mode != TWO_MASS_GDFO_STARTING) {
+            two_mass_gdfo_predict(state, parameters, outputs);
         }
-    } else if ((state->waiting < 0.5) || (state->waiting > 0.75)) {
-        two_mass_gdfo_start(state, parameters, inputs); /* the state cannot be used, or waits for its first sample */
-    } else {
+    } else if (state->mode == TWO_MASS_GDFO_HOLDING) {
+        /* first valid sample after many invalid ones */
         two_mass_gdfo_resume(state, parameters, inputs, outputs);
+    } else {
+        /* first valid sample of all, or an invalid state */
+        two_mass_gdfo_init(state, parameters, inputs);
     }
     outputs->fault = 1;
 }
@@ -168,10 +172,10 @@ void two_mass_gdfo_step(two_mass_gdfo_state *state, const two_mass_gdfo_paramete
     const double z_a_ground_next = state->z_a_ground - parameters->h_K_a_ground * (f_hat_ground * v2_dot_hat
         + v2_hat * f_rate_ground);
 
-    /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
+    /* one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large */
     const double check = z_v1_next + z_v2_next + z_f_between_next + z_f_ground_next + z_a_between_next
         + z_a_ground_next;
-    if (fabs(check) <= 1e+150 && state->waiting < 0.5) {
+    if (fabs(check) <= 1e+150 && state->mode == TWO_MASS_GDFO_RUNNING) {
         outputs->v1_hat = v1_hat;
         outputs->v2_hat = v2_hat;
         outputs->f_hat_between = f_hat_between;
@@ -191,6 +195,6 @@ void two_mass_gdfo_step(two_mass_gdfo_state *state, const two_mass_gdfo_paramete
         state->z_a_ground = z_a_ground_next;
         outputs->fault = 0;
     } else {
-        two_mass_gdfo_set_anew(state, parameters, inputs, outputs);
+        two_mass_gdfo_handle_fault(state, parameters, inputs, outputs);
     }
 }

@@ -32,36 +32,30 @@ void two_mass_gto_prepare(two_mass_gto_parameters *parameters)
     parameters->h_K_2_x2 = parameters->sample_time * parameters->K_2_x2;
 }
 
-/* Set the state from a measurement, at the first sample or anew. */
-static void two_mass_gto_start(two_mass_gto_state *state, const two_mass_gto_parameters *parameters,
+void two_mass_gto_init(two_mass_gto_state *state, const two_mass_gto_parameters *parameters,
     const two_mass_gto_inputs *inputs)
 {
     state->z_v1 = -(parameters->K_v_v1 * inputs->x1);
     state->z_v2 = -(parameters->K_v_v2 * inputs->x2);
     state->z_x1 = -(parameters->K_1_x1 * inputs->x1);
     state->z_x2 = -(parameters->K_1_x2 * inputs->x2);
+    state->mode = TWO_MASS_GTO_RUNNING;
+    state->invalid_samples = 0u;
 
-    /* where that cannot be used, wait for a good sample */
+    /* if the measurement is invalid, wait for the first valid one */
     const double check = inputs->x1 + inputs->x2 + inputs->w + state->z_v1 + state->z_v2 + state->z_x1
         + state->z_x2;
-    state->waiting = 0.0;
     if (!(fabs(check) <= 1e+150)) {
         state->z_v1 = 0.0;
         state->z_v2 = 0.0;
         state->z_x1 = 0.0;
         state->z_x2 = 0.0;
-        state->waiting = 1.0;
+        state->mode = TWO_MASS_GTO_STARTING;
     }
 }
 
-void two_mass_gto_init(two_mass_gto_state *state, const two_mass_gto_parameters *parameters,
-    const two_mass_gto_inputs *inputs)
-{
-    two_mass_gto_start(state, parameters, inputs);
-}
-
-/* A sample is lost: the machine is taken to go on with the velocity that is held, and the states with it. */
-static void two_mass_gto_miss(two_mass_gto_state *state, const two_mass_gto_parameters *parameters,
+/* Predict the state over an invalid sample: the machine moves on at the held velocity estimate. */
+static void two_mass_gto_predict(two_mass_gto_state *state, const two_mass_gto_parameters *parameters,
     const two_mass_gto_outputs *outputs)
 {
     state->z_v1 = state->z_v1 - parameters->sample_time * parameters->K_v_v1 * outputs->v1_hat;
@@ -69,13 +63,19 @@ static void two_mass_gto_miss(two_mass_gto_state *state, const two_mass_gto_para
     state->z_x1 = state->z_x1 - parameters->h_K_1_x1 * outputs->v1_hat;
     state->z_x2 = state->z_x2 - parameters->h_K_1_x2 * outputs->v2_hat;
 
-    /* after 8 in a row, wait for a good sample that sets the states anew */
-    if (state->waiting < 0.5) {
-        state->waiting = ((outputs->fault != 0) ? state->waiting : 0.0) + 0.0625;
+    /* after 8 invalid samples in a row, resume from the next valid one */
+    if (state->mode == TWO_MASS_GTO_RUNNING) {
+        if (outputs->fault == 0) {
+            state->invalid_samples = 0u; /* the sample before was valid */
+        }
+        state->invalid_samples++;
+        if (state->invalid_samples >= 8u) {
+            state->mode = TWO_MASS_GTO_HOLDING;
+        }
     }
 }
 
-/* Set the state from a good sample after many that were lost, so that the estimates go on from those that are held. */
+/* Set the state from a valid sample so that the held estimates continue. */
 static void two_mass_gto_resume(two_mass_gto_state *state, const two_mass_gto_parameters *parameters,
     const two_mass_gto_inputs *inputs, const two_mass_gto_outputs *outputs)
 {
@@ -85,22 +85,26 @@ static void two_mass_gto_resume(two_mass_gto_state *state, const two_mass_gto_pa
     state->z_v2 = outputs->v2_hat - parameters->K_v_v2 * resumed_2;
     state->z_x1 = outputs->tracked_x1 - parameters->K_1_x1 * resumed_1 - parameters->K_2_x1 * outputs->v1_hat;
     state->z_x2 = outputs->tracked_x2 - parameters->K_1_x2 * resumed_2 - parameters->K_2_x2 * outputs->v2_hat;
-    state->waiting = 0.0;
+    state->mode = TWO_MASS_GTO_RUNNING;
+    state->invalid_samples = 0u;
 }
 
-/* What becomes of the state where a sample is not used. */
-static TWO_MASS_GTO_COLD void two_mass_gto_set_anew(two_mass_gto_state *state,
+/* Handle an invalid sample, or an invalid state: hold the last estimates, and set the state for the next sample. */
+static TWO_MASS_GTO_COLD void two_mass_gto_handle_fault(two_mass_gto_state *state,
     const two_mass_gto_parameters *parameters, const two_mass_gto_inputs *inputs, two_mass_gto_outputs *outputs)
 {
     const double given = inputs->x1 + inputs->x2 + inputs->w;
     if (!(fabs(given) <= 1e+150)) {
-        if (state->waiting < 0.75) {
-            two_mass_gto_miss(state, parameters, outputs);
+        /* invalid sample */
+        if (state->mode != TWO_MASS_GTO_STARTING) {
+            two_mass_gto_predict(state, parameters, outputs);
         }
-    } else if ((state->waiting < 0.5) || (state->waiting > 0.75)) {
-        two_mass_gto_start(state, parameters, inputs); /* the state cannot be used, or waits for its first sample */
-    } else {
+    } else if (state->mode == TWO_MASS_GTO_HOLDING) {
+        /* first valid sample after many invalid ones */
         two_mass_gto_resume(state, parameters, inputs, outputs);
+    } else {
+        /* first valid sample of all, or an invalid state */
+        two_mass_gto_init(state, parameters, inputs);
     }
     outputs->fault = 1;
 }
@@ -128,9 +132,9 @@ void two_mass_gto_step(two_mass_gto_state *state, const two_mass_gto_parameters 
     const double z_x1_next = state->z_x1 - parameters->h_K_1_x1 * v1_hat - parameters->h_K_2_x1 * v1_dot_hat;
     const double z_x2_next = state->z_x2 - parameters->h_K_1_x2 * v2_hat - parameters->h_K_2_x2 * v2_dot_hat;
 
-    /* hold the last state and estimates where a next state, or an input that it does not show, is too large or NaN */
+    /* one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large */
     const double check = z_v1_next + z_v2_next + z_x1_next + z_x2_next;
-    if (fabs(check) <= 1e+150 && state->waiting < 0.5) {
+    if (fabs(check) <= 1e+150 && state->mode == TWO_MASS_GTO_RUNNING) {
         outputs->v1_hat = v1_hat;
         outputs->v2_hat = v2_hat;
         outputs->tracked_x1 = tracked_x1;
@@ -144,6 +148,6 @@ void two_mass_gto_step(two_mass_gto_state *state, const two_mass_gto_parameters 
         state->z_x2 = z_x2_next;
         outputs->fault = 0;
     } else {
-        two_mass_gto_set_anew(state, parameters, inputs, outputs);
+        two_mass_gto_handle_fault(state, parameters, inputs, outputs);
     }
 }

@@ -66,13 +66,21 @@ typedef struct {
         -5.0 /* h_K_2_x2 */ \
     }
 
+/* What the next valid sample does. */
+typedef enum {
+    TWO_MASS_GTO_RUNNING, /* it gives new estimates */
+    TWO_MASS_GTO_HOLDING, /* after 8 invalid samples in a row: it sets the state so that the held estimates continue */
+    TWO_MASS_GTO_STARTING /* no sample was valid so far: it initialises the state */
+} two_mass_gto_mode;
+
 /* What the observer remembers from sample to sample. */
 typedef struct {
     double z_v1; /* m/s: observer state */
     double z_v2; /* m/s: observer state */
     double z_x1; /* N: observer state */
     double z_x2; /* N: observer state */
-    double waiting; /* 1 until a good sample has set the state; below 1/2 in use, with a count of lost samples */
+    two_mass_gto_mode mode;
+    unsigned char invalid_samples; /* in a row; counted anew after a valid one */
 } two_mass_gto_state;
 
 /* What is measured and commanded at a sample. */
@@ -97,18 +105,18 @@ typedef struct {
 void two_mass_gto_prepare(two_mass_gto_parameters *parameters);
 
 /*
- * Set the state from the first measurement. Where that cannot be used the state is zero and waiting is 1: the step then gives
- * fault 1, and its first good sample sets the state.
+ * Initialise the state from the first measurement. If that is invalid, the state is zero and its mode is
+ * TWO_MASS_GTO_STARTING: the step then sets fault to 1, and its first valid sample initialises the state.
  */
 void two_mass_gto_init(two_mass_gto_state *state, const two_mass_gto_parameters *parameters,
     const two_mass_gto_inputs *inputs);
 
 /*
  * One sample: estimates from the state and this measurement, then the state of the next sample.
- * Where an input is NaN or infinite, or a next state would be or lie beyond 1e+150, the estimates in outputs
- * stay as they are and fault is 1; the state goes along as if the machine went on with the velocity that is held. Where the
- * inputs are good, it is the state that cannot be used or waits: it is set from them, and the next sample is estimated again.
- * Set the outputs to zero before the first step, and hand in the same at each: the held estimates are read from them.
+ * A sample is invalid if an input is NaN, infinite or beyond 1e+150: the outputs then hold the last estimates, fault is 1,
+ * and the state is predicted with the held velocity. If the inputs are valid but the state is not, or its mode is not
+ * TWO_MASS_GTO_RUNNING, the estimates are held too, fault is 1, and the state is set from this sample.
+ * Set the outputs to zero before the first step, and pass the same ones to each: the held estimates are read from them.
  */
 void two_mass_gto_step(two_mass_gto_state *state, const two_mass_gto_parameters *parameters,
     const two_mass_gto_inputs *inputs, two_mass_gto_outputs *outputs);

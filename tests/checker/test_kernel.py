@@ -29,6 +29,7 @@ from codegen.spec import parse_spec, read_spec
 
 ROOT = Path(__file__).parents[2]
 GENERATED = ROOT / "generated"
+MODE_FIELDS = ("mode", "invalid_samples")
 PROVED = (
     "belt_axis",
     "emps",
@@ -235,12 +236,14 @@ def test_the_c_is_read_as_the_twin_computes(name: str) -> None:
         state, inputs, outputs = twin.State(), twin.Inputs(), twin.Outputs()
         for record in (state, inputs):
             for field in record.__slots__:
-                setattr(record, field, 0.0 if field == "waiting" else dice.uniform(-2, 2))
+                if field not in MODE_FIELDS:
+                    setattr(record, field, dice.uniform(-2, 2))
         records = {"parameters": parameters, "state": state, "inputs": inputs}
         names = {
             f"{kind}.{field}": kernel.term(Fraction(getattr(record, field)))
             for kind, record in records.items()
             for field in record.__slots__
+            if field not in MODE_FIELDS
         }
         code = kernel.Text(names, {}, f"{name}_sign")
         writable = {f"state.{x}" for x in state.__slots__} | {f"outputs.{x}" for x in outputs.__slots__}
@@ -249,7 +252,7 @@ def test_the_c_is_read_as_the_twin_computes(name: str) -> None:
         twin.step(state, parameters, inputs, outputs)
         assert outputs.fault == 0
         for kind, record in (("state", state), ("outputs", outputs)):
-            for field in set(record.__slots__) - {"waiting", "fault"}:
+            for field in set(record.__slots__) - {*MODE_FIELDS, "fault"}:
                 found = float(code.names[f"{kind}.{field}"].constant())
                 assert math.isclose(found, getattr(record, field), rel_tol=1e-9, abs_tol=1e-9), field
 
@@ -335,7 +338,9 @@ def worst_fall(name: str, content: Any, dice: random.Random, runs: int = 6) -> f
     P = np.array([[numbers(x, {}) for x in row] for row in content["lyapunov_matrix"]])
     for _ in range(runs):
         state, inputs, outputs = twin.State(), twin.Inputs(), twin.Outputs()
-        put(state, {z: dice.uniform(-1, 1) for z in seen(state, "state") if z != "state.waiting"})
+        put(
+            state, {z: dice.uniform(-1, 1) for z in seen(state, "state") if z.removeprefix("state.") not in MODE_FIELDS}
+        )
         put(inputs, {x: dice.uniform(-1, 1) for x in seen(inputs, "inputs")})
         at = seen(parameters, "parameters") | seen(inputs, "inputs")
         twin.step(state, parameters, inputs, outputs)

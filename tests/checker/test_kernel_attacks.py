@@ -81,7 +81,7 @@ def test_c_that_computes_something_else_is_refused(statements: str) -> None:
 
 def test_macros_before_step_are_refused_in_any_spelling() -> None:
     proof, files = shipped()
-    at = files["one_mass.c"].index("void one_mass_start(")
+    at = files["one_mass.c"].index("void one_mass_init(")
     at = files["one_mass.c"].index("{", at) + 1
     for line in (
         "%:define v_hat v_hat + 5.0",

@@ -21,26 +21,59 @@ from .test_binding import GENERATED, certificate, check, forged, sources
 MISSED = "    state.z_v = state.z_v - parameters.sample_time * parameters.K_v * outputs.v_hat\n"
 RESUMED = "    state.z_v = outputs.v_hat - parameters.K_v * (inputs.x + parameters.sample_time * outputs.v_hat)\n"
 LEVEL = "    state.z_rail = outputs.a_hat_rail + parameters.K_F * abs(outputs.v_hat)\n"
-COUNT = "(state.waiting if outputs.fault else 0.0) + 0.0625"
+COUNT = "state.invalid_samples >= 8:"
 # What is written into the twin of one_mass, in place of what.
 ATTACKS = {
     "init: a velocity": ("z_v=-(parameters.K_v * inputs.x)", "z_v=1.0 - (parameters.K_v * inputs.x)"),
     "init: the position stays in the velocity": ("z_v=-(parameters.K_v * inputs.x)", "z_v=0.0"),
     "init: a level by the command": ("z_rail=parameters.rail_a", "z_rail=parameters.rail_a + 9.0 * inputs.w"),
-    "init: a state that waits": ("z_rail=parameters.rail_a,", "z_rail=parameters.rail_a,\n        waiting=0.4,"),
-    "miss: nothing goes along": (MISSED, ""),
-    "miss: the wrong way": (MISSED, MISSED.replace("z_v - ", "z_v + ")),
-    "miss: a level grows": (MISSED, MISSED + "    state.z_rail = 2.0 * state.z_rail\n"),
-    "miss: a level turns": (MISSED, MISSED + "    state.z_rail = -state.z_rail\n"),
-    "miss: a level by what was held": (MISSED, MISSED + "    state.z_rail = state.z_rail + outputs.v_hat\n"),
-    "miss: the count": (COUNT, COUNT.replace("0.0625", "0.7")),
-    "miss: no count": (COUNT, COUNT.replace("0.0625", "0.0")),
+    "predict: nothing goes along": (MISSED, ""),
+    "predict: the wrong way": (MISSED, MISSED.replace("z_v - ", "z_v + ")),
+    "predict: a level grows": (MISSED, MISSED + "    state.z_rail = 2.0 * state.z_rail\n"),
+    "predict: a level turns": (MISSED, MISSED + "    state.z_rail = -state.z_rail\n"),
+    "predict: a level by what was held": (MISSED, MISSED + "    state.z_rail = state.z_rail + outputs.v_hat\n"),
+    "predict: another count": (COUNT, COUNT.replace("8", "3")),
+    "predict: never holding": (COUNT, COUNT.replace("8", "800")),
     "resume: nothing": (RESUMED, ""),
     "resume: a velocity": (RESUMED, RESUMED.replace("outputs.v_hat - ", "9.0 - ")),
     "resume: the level of forward motion": (LEVEL, LEVEL.replace("abs(outputs.v_hat)", "outputs.v_hat")),
     "resume: a level": (LEVEL, "    state.z_rail = 0.0\n"),
-    "resume: waits on": ("    state.waiting = 0.0\n", "    state.waiting = 0.6\n"),
+    "resume: holding on": ("    state.mode = RUNNING\n", ""),
+    "resume: counting on": ("    state.invalid_samples = 0\n\n", "\n"),
 }
+# The same of its modes, refused as it is read.
+MODES = {
+    "a mode of another value": ("HOLDING = 1 ", "HOLDING = 0 "),
+    "a mode that is not listed": ("STARTING = 2 ", "STARTING = 2\nIDLE = 3 "),
+    "a mode redefined": ("STARTING = 2 ", "STARTING = 2\nRUNNING = 1 "),
+    "another first mode": ("mode: int = RUNNING", "mode: int = 3"),
+    "init: a mode": ("z_rail=parameters.rail_a,", "z_rail=parameters.rail_a,\n        mode=2,"),
+    "init: a count": ("z_rail=parameters.rail_a,", "z_rail=parameters.rail_a,\n        invalid_samples=7,"),
+    "init: holding where it must start": ("State(mode=STARTING)", "State(mode=HOLDING)"),
+    "predict: a mode that is not listed": ("    state.mode = HOLDING\n", "    state.mode = 7\n"),
+    "predict: no end of the count": (f"        if {COUNT}\n            state.mode = HOLDING\n", ""),
+    "predict: a count that goes on": (
+        "            state.invalid_samples = 0  #",
+        "            state.invalid_samples += 0  #",
+    ),
+    "predict: a count by the command": ("state.invalid_samples += 1", "state.invalid_samples += outputs.v_hat"),
+    "predict: counting in every mode": ("if state.mode == RUNNING:", "if state.mode != STARTING:"),
+    "resume: a mode that is not listed": ("    state.mode = RUNNING\n", "    state.mode = 7\n"),
+    "resume: starting anew": ("    state.mode = RUNNING\n", "    state.mode = STARTING\n"),
+    "a mode that is never left": ("elif state.mode == HOLDING:", "elif state.mode == 7:"),
+    "a start that is not made": ("    if state.mode != STARTING:", "    if state.mode == RUNNING:"),
+    "step: in another mode": ("if state.mode != RUNNING or", "if state.mode != HOLDING or"),
+    "step: a mode": ("    outputs.fault = 0\n", "    outputs.fault = 0\n    state.mode = STARTING\n"),
+    "step: by the mode": ("sign_rail = _sign(v_hat)", "sign_rail = _sign(v_hat) + state.mode"),
+    "step: by the count": ("sign_rail = _sign(v_hat)", "sign_rail = _sign(v_hat) + 9.0 * state.invalid_samples"),
+    "step: by a mode's number": ("sign_rail = _sign(v_hat)", "sign_rail = _sign(v_hat) + 9.0 * STARTING"),
+}
+
+
+@pytest.mark.parametrize("case", MODES)
+def test_modes_are_read_in_one_form(case: str) -> None:
+    with pytest.raises(Refused, match=r"is no twin|line \d+"):
+        check(*changed("one_mass", MODES[case]))
 
 
 @pytest.mark.parametrize("case", ATTACKS)
@@ -57,7 +90,7 @@ def test_what_no_observer_does_between_steps_is_refused(case: str) -> None:
         ("two_mass", "parameters.K_F_ground * abs(outputs.v2_hat)", "parameters.K_F_ground * abs(outputs.v1_hat)"),
         ("two_link_arm", "+ parameters.K_F_elbow_shoulder * resumed_3", "- parameters.K_F_elbow_shoulder * resumed_3"),
         ("one_mass_domain", "    state.z_rail = outputs.a_hat_rail\n", "    state.z_rail = 0.0\n"),
-        ("rig_to", "state.waiting = 0.0", "state.waiting = 1.0"),
+        ("rig_to", "    state.mode = RUNNING\n", ""),
     ],
 )
 def test_other_machines(name: str, old: str, new: str) -> None:
@@ -77,7 +110,7 @@ def test_positions_that_code_does_not_move_are_told() -> None:
     content = certificate("one_mass")
     content["code"]["motion"] = {}
     files = sources("one_mass")
-    text = files["__init__.py"].decode().replace(*ATTACKS["miss: nothing goes along"])
+    text = files["__init__.py"].decode().replace(*ATTACKS["predict: nothing goes along"])
     assert verify.lost.BENDS in check(*forged(content, files, text)).open
 
 
@@ -128,7 +161,7 @@ def test_mutants_are_accepted_only_where_they_run_on() -> None:
     """One operator, constant or name between `init` and `step` is another; Python itself says whether that shows."""
     files, content, dice = sources("one_mass"), certificate("one_mass"), random.Random(5)
     text = files["__init__.py"].decode()
-    begin, end = text.index("    state = State(\n"), text.index("def _set_anew")
+    begin, end = text.index("    state = State(\n"), text.index("def _handle_fault")
     spots = [
         m for m in re.finditer(r" [-+*] |\b\d+\.\d+\b|\b(?:parameters|outputs)\.\w+", text) if begin < m.start() < end
     ]

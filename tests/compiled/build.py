@@ -19,6 +19,8 @@ from codegen.program import Program, build_program
 from codegen.replay.twin import load_twin
 from codegen.spec.reader import parse_spec
 
+WHOLE = {"fault": ctypes.c_int, "mode": ctypes.c_int, "invalid_samples": ctypes.c_ubyte}
+"""Fields that are no number of the spec's precision."""
 FLAGS = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror")
 
 
@@ -89,7 +91,7 @@ class Built:
         made = []
         for part in ("Parameters", "Inputs", "State", "Outputs"):
             names = getattr(self.twin, part).__slots__
-            fields = [(name, ctypes.c_int if name == "fault" else real) for name in names]
+            fields = [(name, WHOLE.get(name, real)) for name in names]
             made.append(type(part, (ctypes.Structure,), {"_fields_": fields}))
         return made
 

@@ -65,7 +65,7 @@ def test_new_outputs_are_zero_after_a_fault(tmp_path):
     twin = Built(tmp_path, spec_text("one_mass")).twin
     parameters, state = twin.Parameters(), twin.State()
     outputs = twin.step(state, parameters, twin.Inputs(math.nan, 0.0))
-    assert outputs == twin.Outputs(fault=1) and state == twin.State(waiting=1 / 16)
+    assert outputs == twin.Outputs(fault=1) and state == twin.State(mode=twin.RUNNING, invalid_samples=1)
 
 
 @pytest.mark.parametrize("precision", ["double", "single"])

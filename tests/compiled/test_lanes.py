@@ -18,7 +18,9 @@ CASES = [("two_mass", "double"), ("two_mass", "single"), ("emps", "double"), ("a
 
 
 def lane_struct(scalar: type[ctypes.Structure]) -> type[ctypes.Structure]:
-    fields = [(name, kind * LANES) for name, kind in scalar._fields_]
+    wide = ctypes.c_double in dict(scalar._fields_).values()  # modes are then as wide as the numbers
+    kinds = [(name, ctypes.c_longlong if wide and name == "mode" else kind) for name, kind in scalar._fields_]
+    fields = [(name, kind * LANES) for name, kind in kinds]
     return type(f"lanes_{scalar.__name__}", (ctypes.Structure,), {"_fields_": fields})
 
 

@@ -57,8 +57,8 @@ def test_only_the_target_of_a_state_is_written(built):
     name = built.program.name
     code = built.files[f"{name}.c"]
     assert "malloc" not in code and "free(" not in code
-    heads = [f"inline double {name}_sign", *(f"void {name}_{verb}" for verb in ("start", "miss", "resume"))]
-    functions = tuple(f"static {head}(" for head in (*heads, f"{name.upper()}_COLD void {name}_set_anew"))
+    heads = [f"inline double {name}_sign", *(f"void {name}_{verb}" for verb in ("predict", "resume"))]
+    functions = tuple(f"static {head}(" for head in (*heads, f"{name.upper()}_COLD void {name}_handle_fault"))
     assert not [line for line in code.splitlines() if "static" in line and not line.startswith(functions)]
 
 

@@ -77,10 +77,10 @@ POISONED = {
 def test_a_start_that_cannot_be_used_shows_in_the_state(tmp_path: Path) -> None:
     twin = Built(tmp_path, spec_text("one_mass")).twin
     parameters = twin.Parameters()
-    for position, force, waiting in ((1.0, 2.0, 0.0), (math.nan, 2.0, 1.0), (1.0, math.inf, 1.0), (1e200, 2.0, 1.0)):
+    for position, force, valid in ((1.0, 2.0, 1), (math.nan, 2.0, 0), (1.0, math.inf, 0), (1e200, 2.0, 0)):
         state = twin.init(parameters, twin.Inputs(position, force))
-        assert state.waiting == waiting
-        assert not waiting or state == twin.State(waiting=1.0)
+        assert state.mode == (twin.RUNNING if valid else twin.STARTING)
+        assert valid or state == twin.State(mode=twin.STARTING)
 
 
 def in_lanes(built: Built, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

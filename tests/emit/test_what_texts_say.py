@@ -56,8 +56,9 @@ def test_a_bad_sample_is_written_about(fault):
     readme, header = emit_readme(program, HEADER, "no reason", list(files)), files["one_mass.h"]
     lost = "one NaN or infinite input"
     assert (lost in readme and lost in header) == (fault == "none")
-    assert ("state.waiting" in readme and "waiting is 1" in header) == (fault == "hold")
-    assert ("waiting" in files["__init__.py"]) == ("waiting" in files["one_mass.c"]) == (fault == "hold")
+    for text in (readme, header, files["one_mass.c"]):
+        assert ("ONE_MASS_STARTING" in text) == ("ONE_MASS_HOLDING" in text) == (fault == "hold")
+    assert ("state.mode" in files["__init__.py"]) == ("_mode mode;" in header) == (fault == "hold")
 
 
 def test_a_readme_of_lanes_alone_shows_how_to_build_and_call_them():

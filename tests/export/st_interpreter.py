@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 TOKEN = re.compile(
-    r"\s+|(?P<comment>\(\*.*?\*\))|(?P<number>LREAL#-?\d+\.\d+(?:E-?\d+)?)|(?P<name>[A-Za-z]\w*)"
+    r"\s+|(?P<comment>\(\*.*?\*\))|(?P<number>LREAL#-?\d+\.\d+(?:E-?\d+)?|INT#\d+)|(?P<name>[A-Za-z]\w*)"
     r"|(?P<sign>:=|<=|>=|<>|[-+*/()<>=:;,])",
     re.DOTALL,
 )
@@ -82,12 +82,13 @@ class Parser:
 
     def declarations(self, unit: Unit) -> None:
         section = self.take()
+        if self.sees("CONSTANT"):
+            self.take()
         while not self.sees("END_VAR"):
             name = self.take()
             assert name not in unit.variables, f"{name} twice"
             self.take(":")
-            kind = self.take("LREAL", "BOOL")
-            value: Any = 0.0 if kind == "LREAL" else False
+            value: Any = {"LREAL": 0.0, "BOOL": False, "INT": 0}[self.take("LREAL", "BOOL", "INT")]
             if self.sees(":="):
                 self.take()
                 value = self.constant(self.take())
@@ -98,6 +99,8 @@ class Parser:
         self.take("END_VAR")
 
     def constant(self, token: str) -> Any:
+        if token.startswith("INT#"):
+            return int(token.removeprefix("INT#"))
         return token == "TRUE" if token in ("TRUE", "FALSE") else float(token.removeprefix("LREAL#"))
 
     def statements(self) -> list[tuple[Any, ...]]:
@@ -144,7 +147,7 @@ class Parser:
             inner = self.expression()
             self.take(")")
             return inner
-        if token.startswith("LREAL#") or token in ("TRUE", "FALSE"):
+        if token.startswith(("LREAL#", "INT#")) or token in ("TRUE", "FALSE"):
             return "constant", self.constant(token)
         assert token[0].isalpha(), token
         if not self.sees("("):
@@ -175,7 +178,9 @@ class Block:
         for kind, *parts in body:
             if kind == "set":
                 assert parts[0] in at, f"{parts[0]} is not declared"
-                at[parts[0]] = self._value(parts[1], at)
+                new = self._value(parts[1], at)
+                assert type(new) is type(at[parts[0]]), f"{parts[0]} is of another type"
+                at[parts[0]] = new
                 continue
             cases, otherwise = parts
             self._run(next((do for condition, do in cases if self._value(condition, at) is True), otherwise), at)

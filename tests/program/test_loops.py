@@ -55,7 +55,7 @@ def _substituted(expression: casadi.SX, known: dict[str, casadi.SX]) -> casadi.S
     return casadi.substitute(casadi.SX(expression), casadi.vertcat(*names), values) if names else expression
 
 
-FLAGS = ("fault", "waiting")
+FLAGS = ("fault", "mode", "invalid_samples")
 
 
 def flat(struct: Any) -> list[float]:

@@ -120,7 +120,7 @@ def figures(
     others = {name: size for name, size in sizes.items() if name not in harness and name not in own}
     setup = {f"{face.name}_init", f"{face.name}_prepare", caller}
     step_bytes = sum(size for name, size in own.items() if name in sizes and name not in setup)
-    unused = sizes.get(f"{face.name}_set_anew", 0)
+    unused = sizes.get(f"{face.name}_handle_fault", 0)
     return Figures(step_bytes, unused, sum(others.values()), max(counts), float(np.mean(counts)), bool(others))
 
 

@@ -1,0 +1,124 @@
+"""How the C enters, counts and leaves its modes: what is shipped is as it must be, and forgeries of it are refused."""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from codegen.checker import verify
+from codegen.checker.verify import Refused
+from codegen.replay.twin import load_twin
+
+GENERATED = Path(__file__).parents[2] / "generated"
+SHIPPED = sorted(path.parent.name for path in GENERATED.glob("*/manifest.json"))
+RESUMED = "    state->mode = ONE_MASS_RUNNING;\n    state->invalid_samples = 0u;\n}\n\n/* Handle"
+FULL = "if (state->invalid_samples >= 8u) {"
+STARTED = "        state->mode = ONE_MASS_STARTING;\n"
+LAST = "    outputs->fault = 1;\n"
+# File, what stands there, what a forger writes.
+FORGED = {
+    "modes redefined": ("h", "    ONE_MASS_HOLDING,", "    ONE_MASS_HOLDING = 0,"),
+    "modes in another order": ("h", "    ONE_MASS_RUNNING,", "    ONE_MASS_IDLE, ONE_MASS_RUNNING,"),
+    "a macro for a mode": ("c", "#include <math.h>\n", "#include <math.h>\n#define ONE_MASS_HOLDING 0\n"),
+    "a local for a mode": (
+        "c",
+        "    const double given =",
+        "    const int ONE_MASS_HOLDING = 7;\n    const double given =",
+    ),
+    "a mode that is a double": ("h", "one_mass_mode mode;", "double mode;"),
+    "a count that is negative from 128 on": ("h", "unsigned char invalid", "signed char invalid"),
+    "a count without end": ("c", FULL, "if (state->invalid_samples > 255u) {"),
+    "a count to what it never is": ("c", FULL, "if (state->invalid_samples >= 800u) {"),
+    "a count that overflows": ("c", "state->invalid_samples++;", "state->invalid_samples += 100;"),
+    "a count in every mode": ("c", "    if (state->mode == ONE_MASS_RUNNING) {\n        if", "    {\n        if"),
+    "a count that goes on after valid samples": ("c", "outputs->fault == 0)", "outputs->fault == 2)"),
+    "holding for ever": ("c", RESUMED, RESUMED.replace("    state->mode = ONE_MASS_RUNNING;\n", "")),
+    "counting on": ("c", RESUMED, RESUMED.replace("    state->invalid_samples = 0u;\n", "")),
+    "starting for ever": ("c", STARTED + "    }\n", "    }\n" + STARTED),
+    "a return before the mode is set": ("c", RESUMED, f"    return;\n{RESUMED}"),
+    "a branch before the mode is set": ("c", RESUMED, f"    if (state->z_v > 0.0)\n{RESUMED}"),
+    "a mode that is not listed": ("c", STARTED, STARTED.replace("ONE_MASS_STARTING", "7")),
+    "a mode that is not listed, besides": ("c", LAST, f"    state->mode = 7;\n{LAST}"),
+    "a mode that is not listed, through a cast": (
+        "c",
+        "    const double given =",
+        "    *(int *)((char *)state + 16) = 7;\n    const double given =",
+    ),
+    "a mode that is not listed, through another function": (
+        "c",
+        "void one_mass_init(",
+        "static void one_mass_idle(one_mass_state *state) { state->mode = 7; }\nvoid one_mass_init(",
+    ),
+    "only some modes are left": (
+        "c",
+        "} else {\n        /* first",
+        "} else if (state->mode == ONE_MASS_STARTING) {\n        /*",
+    ),
+    "invalid samples leave the start": ("c", "state->mode != ONE_MASS_STARTING", "state->mode != ONE_MASS_HOLDING"),
+    "resumed in each mode": (
+        "c",
+        "else if (state->mode == ONE_MASS_HOLDING)",
+        "else if (state->mode != ONE_MASS_HOLDING)",
+    ),
+    "no sample is valid": ("c", "given = inputs->x", "given = 1e200 + inputs->x"),
+    "each sample is valid": ("c", "if (!(fabs(given) <= 1e+150))", "if (!(fabs(given) <= 1e+999))"),
+    "no start is valid": ("c", "const double check = inputs->x", "const double check = 1e200 + inputs->x"),
+    "fault 0 though the estimates are held": ("c", LAST, "    outputs->fault = 0;\n"),
+}
+
+
+def texts(name: str) -> dict[str, str]:
+    return {f"{name}.{end}": (GENERATED / name / f"{name}.{end}").read_text("utf-8") for end in "ch"}
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_what_is_shipped_is_accepted(name: str) -> None:
+    verify.theorem.modes.require(name, texts(name))
+
+
+@pytest.mark.parametrize("case", FORGED)
+def test_forged_modes_are_refused(case: str) -> None:
+    end, old, new = FORGED[case]
+    files = texts("one_mass")
+    assert old in files[f"one_mass.{end}"]
+    files[f"one_mass.{end}"] = files[f"one_mass.{end}"].replace(old, new, 1)
+    sources = {name: text.encode() for name, text in files.items()}
+    proof = verify.theorem.read((GENERATED / "one_mass" / "proof.json").read_text("utf-8"))
+    with pytest.raises(Refused, match="the kernel does not prove"):
+        verify.theorem.proved(proof, sources)
+
+
+def test_the_genuine_files_are_proved() -> None:
+    """So that what is refused above is refused for its change."""
+    proof = verify.theorem.read((GENERATED / "one_mass" / "proof.json").read_text("utf-8"))
+    assert verify.theorem.proved(proof, {n: t.encode() for n, t in texts("one_mass").items()})["whole"]
+
+
+def follow(twin: ModuleType, mode: int, valid: tuple[bool, ...]) -> list[int]:
+    """The modes of one_mass over samples that are valid or not, from any value of its mode."""
+    state, outputs = twin.State(z_v=0.5, z_rail=40.0, mode=mode), twin.Outputs()
+    found = []
+    for good in valid:
+        twin.step(state, twin.Parameters(), twin.Inputs(0.0 if good else float("nan"), 0.0), outputs)
+        assert state.invalid_samples <= 8
+        found.append(state.mode)
+    return found
+
+
+def test_the_modes_of_the_twin_are_those_of_the_table() -> None:
+    """Over all runs of up to twelve samples: a count by hand, in place of the twin's."""
+    twin = load_twin((GENERATED / "one_mass" / "__init__.py").read_text("utf-8"), "one_mass")
+    for mode in (twin.RUNNING, twin.HOLDING, twin.STARTING, 7):
+        for valid in itertools.product((True, False), repeat=12):
+            row, now, expected = 0, mode, []
+            for good in valid:
+                row = 0 if good else row + 1
+                if good:
+                    now = twin.RUNNING
+                elif now == twin.RUNNING and row == 8:
+                    now = twin.HOLDING
+                expected.append(now)
+            assert follow(twin, mode, valid) == expected
