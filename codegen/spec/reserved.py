@@ -33,6 +33,7 @@ _RESERVED = {"t", "state", "parameters", "inputs", "outputs", "sample_time", "la
 """Words of the generated code, and names that complex.h and readers of formulas keep for i and e."""
 
 
+_MODES = ("RUNNING", "HOLDING", "STARTING")
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
@@ -65,9 +66,8 @@ def is_device(name: str) -> bool:
 
 def is_macro(name: str, machine: str) -> bool:
     """Whether a name is a macro or constant of the generated C of a machine, or of the wrapper that makes it an FMU."""
-    own = re.fullmatch(rf"{machine.upper()}_(PARAMETERS|LANES|COLD|(LANE_)?(RUNNING|HOLDING|STARTING))", name)
-    return (
-        bool(own)
-        or name.startswith(("fmi2", "fmi3", "FMI2_", "FMI3_"))
-        or name in ("SAMPLE_TIME", "STEP_TOLERANCE", "EXPORTED")
+    parts = ("PARAMETERS", "LANES", "COLD", *_MODES, *(f"LANE_{mode}" for mode in _MODES))
+    own = [f"{machine.upper()}_{part}" for part in parts]
+    return name in (*own, "SAMPLE_TIME", "STEP_TOLERANCE", "EXPORTED") or name.startswith(
+        ("fmi2", "fmi3", "FMI2_", "FMI3_")
     )
