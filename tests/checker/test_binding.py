@@ -415,7 +415,7 @@ def test_a_thousand_wrong_twins_are_refused_or_do_no_harm() -> None:
     for name in ("one_mass", "two_mass", "rig_to", "two_mass_gto"):
         files, content, dice = sources(name), certificate(name), random.Random(name)
         text = files["__init__.py"].decode()
-        begin, end = text.index("    # velocity estimate"), text.index("# hold the last state")
+        begin, end = text.index("    # velocity estimate"), text.index("# one sum detects")
         spots = [m for m in re.finditer(r" [-+*] |\b\d+\.\d+\b|\bparameters\.\w+", text) if begin < m.start() < end]
         kept = 0
         for _ in range(250):
