@@ -12,7 +12,7 @@ what stands between (``...``) names none of these, nor the state as a whole. So,
 import re
 from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
+if TYPE_CHECKING or __package__:
     from codegen.checker import kernel
 
 FORM = """
