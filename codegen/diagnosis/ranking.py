@@ -36,7 +36,7 @@ from codegen.mechanics.system import System
 Array = NDArray[np.float64]
 
 CLOSE = 1.1
-"""Ratio of squared residuals up to which neither of two models that are both far from the noise is preferred."""
+"""Ratio of squared residuals, left or removed, up to which neither of two models far from the noise is preferred."""
 FORCE_SHARE = 0.1
 """Share of α for the test on the force residual (weighted Bonferroni)."""
 
@@ -129,8 +129,8 @@ def ties(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
 def _tied(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked]:
     """Candidates that free runs do not tell from one of them, each of several twins once and its own left out.
 
-    Far from the noise all models are wrong and every difference becomes significant: candidates then tie as well where
-    one leaves at most ``CLOSE`` times the other's squared residual.
+    Far from the noise all models are wrong and every difference becomes significant: candidates then tie as well that
+    are nearly alike.
     """
     far = _is_far(best)
     same = {(best.found.part.kind, best.found.part.on), *twins(best.found.part, best.found)}
@@ -141,8 +141,9 @@ def _tied(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked
             continue
         if 1 - other.evidence.share > credit.TIE_RATIO * (1 - best.evidence.share):
             continue
-        close = far and 1 - other.evidence.share <= CLOSE * (1 - best.evidence.share)
-        if close or evidence(other.losses, best.losses, kept).p(white) > credit.TIE_LEVEL:
+        if (far and _nearly_alike(best, other)) or evidence(other.losses, best.losses, kept).p(
+            white
+        ) > credit.TIE_LEVEL:
             tied.append(other)
             same |= {(other.found.part.kind, other.found.part.on), *twins(other.found.part, other.found)}
     return tied
@@ -166,6 +167,12 @@ def _preferred(one: Ranked, other: Ranked) -> bool:
         return False
     gain = one.force_criterion.over(other.force_criterion)
     return gain.left < (1 / CLOSE if _is_far(one) else 1) and gain.p <= credit.TIE_LEVEL
+
+
+def _nearly_alike(best: Ranked, other: Ranked) -> bool:
+    """Whether both what two candidates remove of the squared residual and what they leave differ by little."""
+    most, less = best.evidence.share, other.evidence.share
+    return 1 - less <= CLOSE * (1 - most) and most <= CLOSE * less
 
 
 def _is_far(one: Ranked) -> bool:

@@ -34,12 +34,17 @@ def significant(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_far_from_the_noise_what_leaves_nearly_as_little_ties(
     noise: float, tied: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A real motor: a spring left 0.415 of the squared residual, the constant force that was put in 0.426."""
+    """A real motor: a spring left 0.415 of the squared residual, the constant force that was put in 0.426.
+
+    Of two that leave nearly all, one that removes a fifth less does not tie.
+    """
     monkeypatch.setattr(ranking, "noise_ratio", lambda fit: noise)
     best, other, worse = ranked("spring", 0.415), ranked("offset", 0.426), ranked("viscous", 0.495)
     search: Any = None
     found = ranking._tied(search, best, [best, other, worse])
     assert [r.found.part.kind for r in found] == tied
+    small, smaller = ranked("viscous", 0.878), ranked("quadratic_drag", 0.899)
+    assert ranking._tied(search, small, [small, smaller]) == []
 
 
 @pytest.mark.usefixtures("significant")
