@@ -63,16 +63,16 @@ def ratios(out: Path, cases: Sequence[Case], figure: tuple[str, str]) -> list[fl
 
 
 def coverage(out: Path, cases: Sequence[Case]) -> tuple[int, int]:
-    """(truths inside their 95 % interval, truths) over parameters of effects that were rightly named."""
+    """(truths inside their 95 % interval, truths) over parameters with an interval, of effects rightly named."""
     inside = total = 0
     for case in cases:
         found = result_in(out / case.name)["effects"]
         for effect in case.truth["effects"]:
             same = [f for f in found if f["kind"] == effect["kind"] and f["on"] == effect["on"]]
             if same and "form" not in effect:
-                for name, value in effect["parameters"].items():
-                    low, high = same[0]["intervals"][name]
-                    total, inside = total + 1, inside + within(value, low, high, name == "phase")
+                for name, (low, high) in same[0]["intervals"].items():
+                    total += 1
+                    inside += within(effect["parameters"][name], low, high, name == "phase")
     return inside, total
 
 

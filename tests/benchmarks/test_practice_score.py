@@ -15,7 +15,7 @@ from benchmarks.practice.cases import Case
 from benchmarks.practice.declared import candidates, clopper_pearson, row, tally, with_truth
 from benchmarks.practice.peer import Reading, Term, is_right, kinds_of, readings, table, totals
 from benchmarks.practice.runs import Run, diagnosed, result_in, times, typical
-from benchmarks.practice.score import right, within
+from benchmarks.practice.score import coverage, right, within
 from codegen.diagnosis.advice import ProposedTerms
 from codegen.diagnosis.measure import Window
 from codegen.diagnosis.problem import Problem
@@ -91,6 +91,18 @@ def test_a_phase_may_be_off_by_turns_and_an_interval_open() -> None:
     assert within(3.1, -3.3, -3.1, turns=True) and not within(3.1, -3.3, -3.1)
     assert not within(3.1 + pi, -3.3, -3.1, turns=True)
     assert within(5, None, 6) and within(5, 4, None) and not within(5, None, 4)
+
+
+def test_values_without_an_interval_are_not_counted(tmp_path: Path) -> None:
+    """A backlash has none: its loss is not smooth."""
+    play = {"kind": "backlash", "on": "x", "parameters": {"gap": 1e-3, "k": 5e3}}
+    cases = [case(tmp_path / "case_0001", DRAG), case(tmp_path / "case_0002", play)]
+    for one, effect, intervals in ((cases[0], DRAG, {"c": [26.0, 30.0]}), (cases[1], play, {})):
+        folder = tmp_path / "out" / one.name
+        folder.mkdir(parents=True)
+        said = {"verdict": "effect", "effects": [{**effect, "intervals": intervals}]}
+        (folder / "diagnosis.json").write_text(json.dumps(said))
+    assert coverage(tmp_path / "out", cases) == (0, 1)
 
 
 def test_times_are_of_logs_as_they_are() -> None:
