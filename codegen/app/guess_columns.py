@@ -101,7 +101,7 @@ def _words(name: str) -> list[str]:
 
 
 def _joint(words: Sequence[str], joints: Mapping[str, str]) -> str | None:
-    """The joint whose name stands in the words as a whole; the longest of several."""
+    """The joint whose name is one of the words; the longest of several."""
     there = [joint for joint, label in joints.items() if _within(_words(label), words)]
     return max(there, key=lambda joint: len(_words(joints[joint])), default=None)
 

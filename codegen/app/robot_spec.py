@@ -33,7 +33,7 @@ GAIN_STEPS = 0.2
 
 @dataclass(frozen=True)
 class _Robot:
-    """The robot file's name and text, whether it was made of a MuJoCo model, and what stands in the spec beside it."""
+    """The robot file's name and text, whether it was made of a MuJoCo model, and what the spec says besides."""
 
     file: str
     text: str

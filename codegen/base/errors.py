@@ -41,7 +41,7 @@ class BadInput(Exception):
     """Input that cannot be used, reported so that its author can mend it.
 
     Args:
-        place: where it stands.
+        place: its file and line.
         found: what stood there, in a few words.
         expected: what would have been right.
         nearest: the closest right thing, if there is one.
@@ -152,7 +152,7 @@ def refuse_unknown(
     """Raise BadInput unless a name is a known one.
 
     Args:
-        place: where the name stands.
+        place: file and line of the name.
         what: it is, such as ``unknown contact``; the name follows.
         expected: one of the known names by default.
         code: as of BadInput.

@@ -19,7 +19,7 @@ def sha256(text: str) -> str:
 
 
 def named_path(text: str) -> Path:
-    """The path that an option gives. Raises BadInput for an empty one, which would be the folder that one stands in."""
+    """The path that an option gives. Raises BadInput for an empty one, which would be the current folder."""
     if not text:
         raise BadInput("-o", "an empty name", "a file or folder; `.` for this folder", code="FILE005")
     return Path(text)

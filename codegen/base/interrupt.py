@@ -1,4 +1,4 @@
-"""Ctrl-C that a library turned into an error of its own, told from a fault.
+"""Ctrl-C that a library turned into an error of its own, distinguished from a fault.
 
 CasADi's wrappers, interrupted within C++, raise NotImplementedError or RuntimeError in place of KeyboardInterrupt. The
 command looks here before it calls an error a fault of the tool.

@@ -19,9 +19,9 @@ def progress(first: str = "", lines: bool = False) -> Iterator[Callable[[str, fl
     """A progress bar on a terminal, from the first moment on.
 
     Args:
-        first: station that is shown until one is told.
+        first: station that is shown until one is reported.
         lines: whether a plain line goes to stderr for each station, and every ten seconds, where that is no terminal.
-            What is told at a share of 0 gets none: bad input is then still one line.
+            A station reported at a share of 0 gets none, so that bad input is still one line.
     """
     if lines and not errors.is_terminal:
         yield _Lines()

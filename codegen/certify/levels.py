@@ -1,7 +1,8 @@
 """A DFO's true friction level as a variable of the claim, where the envelope gives no range for it.
 
 The level is what the observer is to find: a claim for the declared number alone says nothing of any other. So the
-error matrix, in which the level stands, is taken over a range about the declared one, and a V is sought for all of it.
+error matrix, in which the level enters, is taken over a range about the declared one, and one V is searched for all
+of it.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The extremes of a machine over the envelope that a certificate by structure rests on, sought and not enclosed.
+"""The extremes of a machine over the envelope that a certificate by structure rests on, estimated by optimisation.
 
 From the sampled error matrix alone: its upper right block is −M⁻¹(x), its upper left −k I + M⁻¹∂g/∂v.
 """
@@ -51,7 +51,7 @@ def extremes(analysis: Analysis, k: float, gain: Array) -> Extremes | None:
     """The extremes; None where a position that moves M has no velocity among the variables of the error matrix.
 
     A random sample of the envelope, a third of it with every velocity at an end of its range (where the slope of the
-    Coriolis forces is largest) and a third with each scaled toward standstill (where a declared law bends most); then,
+    Coriolis forces is largest) and a third with each scaled toward standstill (where a declared law curves most); then,
     for each extreme, the best points are moved about, less and less far. The same at every call.
     """
     machine = _Machine(analysis, k, gain)

@@ -15,8 +15,8 @@ in a sample, M(x + hv) ≤ (1 + μh) M(x), and |(D + ζI) e|_M ≤ η |e|_M. In 
     (r, φ, d)  to  ((1 + μh/2) r of the step, φ of the step, η T^½u),
 
 and if a|r|² + |φ|² + ρ|d|² falls there by a factor for every mode and every d, V falls by it: the ρ terms together are
-not above zero. So one 3 by 3 matrix over σ in an interval is certified. The three figures are sought over the envelope,
-with a share added, and not enclosed: they are the certificate's assumption.
+not above zero. So one 3 by 3 matrix over σ in an interval is certified. The three figures are estimated over the
+envelope, with a share added, and not enclosed: they are the certificate's assumption.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ class Certificate(Shown):
         limit: the refutation of every faster rate, which the checker has accepted too; None if none was found.
         turning: a certificate whose V serves all signs of the slips, but for the samples in which one turns; or None.
         no_turning: whether there is proved to be none.
-        by_structure: whether it is about one mode of a machine whose extremes were sought and not enclosed.
+        by_structure: whether it is about one mode of a machine whose extremes are estimates, not proven bounds.
         bounds: on each friction error, or the words why there are none.
         bound: their proof, as the checker has accepted it, or None.
         kernel: the proof that the kernel has accepted for the C (proof.json), or None.

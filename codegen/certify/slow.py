@@ -2,8 +2,8 @@
 
 θ is a position on which A depends, its velocity v has a range, and a sample moves θ by h(v + σ), |σ| ≤ h max|v̇|/2.
 Where A holds one product of slip signs, each value of it has its own P: between reversals it stays. P is found at
-points of the envelope, then the range of θ is halved where A bends too far from its chord for it; what is asked on an
-interval is asked by the checker too (docs/certificate_theory.md), here in floating point.
+points of the envelope, then the range of θ is halved where A deviates too far from its chord for it; the conditions on
+an interval are tested by the checker too (docs/certificate_theory.md), here in floating point.
 """
 
 from __future__ import annotations

@@ -114,7 +114,7 @@ def estimates(top: Mapping[str, Any], twin: Twin) -> list[str]:
     """The place of the estimate of each error.
 
     Raises:
-        Unlike: where it is not that of an error of this name and unit, or stands twice.
+        Unlike: where it is not that of an error of this name and unit, or appears twice.
     """
     found = []
     for error, raw in zip(top["error"], top["code"]["errors"], strict=True):

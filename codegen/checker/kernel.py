@@ -201,7 +201,7 @@ def matched(form: str, file: str, text: str) -> list[str]:
 
 
 def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    demand(len(dict(pairs)) == len(pairs), "a field stands twice")  # a reader may see the first, and Python the last
+    demand(len(dict(pairs)) == len(pairs), "a field appears twice")  # a reader may see the first, and Python the last
     return dict(pairs)
 
 

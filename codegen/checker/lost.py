@@ -1,4 +1,4 @@
-"""Whether the twin begins as an observer should, and goes on so after samples that are lost, replayed in rationals.
+"""Whether the twin initialises correctly, and resumes correctly after invalid samples, replayed in rationals.
 
 Standard library only; part of the checker (verify.py), which hands ``binding`` in. A certificate is about steps, and
 these are none; but whoever may write into ``init``, ``_predict`` and ``_resume`` sets the states to what he likes. What

@@ -194,7 +194,7 @@ def _record(node: ast.ClassDef) -> None:
             demand(not item.decorator_list and _is_helper(item, "__post_init__"), item, f"{item.name} is another")
         else:
             demand(item is node.body[0] and _is_docstring(item), item, "a statement that no twin has")
-    demand(len({*names}) == len(names), node, "a field stands twice")
+    demand(len({*names}) == len(names), node, "a field appears twice")
 
 
 TYPES = ("float", "int", "float32", "list[float]", "list[float32]")

@@ -35,7 +35,7 @@ def read(text: str | bytes) -> dict[str, Any] | None:
 
 def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     """An object of JSON. Of two fields of one name a reader sees the first, and Python the last."""
-    enclosure.demand(len(dict(pairs)) == len(pairs), "a field stands twice in an object")
+    enclosure.demand(len(dict(pairs)) == len(pairs), "a field appears twice in an object")
     return dict(pairs)
 
 

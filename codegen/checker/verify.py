@@ -85,7 +85,7 @@ def conform(raw: Any, schema: Any, where: str) -> Any:
         return [conform(value, schema[0], f"{where}[{i}]") for i, value in enumerate(raw)]
     if isinstance(schema, dict) and isinstance(raw, tuple):
         keys = {key for key, _ in raw}
-        demand(len(keys) == len(raw), f"{where}: a key stands twice")
+        demand(len(keys) == len(raw), f"{where}: a key appears twice")
         form = next(iter(schema.keys() & FORMS.keys()), "")
         demand(form != "" or keys == schema.keys(), f"{where}: fields missing or extra: {brief(keys ^ schema.keys())}")
         return {conform(k, form or "TEXT", where): conform(v, schema[form or k], f"{where}.{k}") for k, v in raw}
@@ -178,7 +178,7 @@ def verify(top: dict[str, Any]) -> list[str]:
     n, h, alpha = len(top["error"]), top["sample_time"], top["decay_rate"]
     demand(1 <= n <= MAX_SIZE, f"{n} error components, not 1 to {MAX_SIZE}")
     for part, key in (("error", "name"), ("parameters", "name"), ("reversals", "contact")):
-        demand(len({entry[key] for entry in top[part]}) == len(top[part]), f"{part}: a {key} stands twice")
+        demand(len({entry[key] for entry in top[part]}) == len(top[part]), f"{part}: a {key} appears twice")
     followed = [[top["lyapunov_matrix"]]] if not top["slow"] else top["slow"][0]["matrices"]
     nodes = [P for row in followed for P in row]
     for part, rows in (("matrix", top["matrix"]), *(("lyapunov_matrix", P) for P in nodes)):

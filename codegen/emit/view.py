@@ -20,7 +20,7 @@ _SUM_STARTS = 25
 
 @dataclass(frozen=True)
 class Style:
-    """How a language writes what stands in structs and locals: formats with {name}, which may have an index behind it.
+    """How a language writes fields of structs and locals: formats with {name}, which may have an index behind it.
 
     Attributes:
         structs: struct → format; ``local`` of arrays and of locals of the function, ``inner`` of those of a loop.

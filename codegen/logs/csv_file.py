@@ -47,7 +47,7 @@ class CsvSource:
 
     Attributes:
         file: name of the file.
-        layout: where the table stands.
+        layout: where the table is.
         lines: every line of the file without its end, or those of a part of it.
         first: index into ``lines`` of the first line after the header.
         before: lines of the file before ``lines``, for messages.
@@ -89,10 +89,10 @@ class CsvSource:
         """The wanted columns: at the speed of numpy when all is well, row by row to find what is not.
 
         Args:
-            wanted: names, or numbers counted from 1 where a name stands twice.
+            wanted: names, or numbers counted from 1 where a name appears twice.
 
         Raises:
-            BadInput: for a column name that stands twice, no rows, a row of another length, or text as a number.
+            BadInput: for a column name that appears twice, no rows, a row of another length, or text as a number.
         """
         for name in wanted:
             if self.names.count(name) > 1:

@@ -44,7 +44,7 @@ class LogDescription:
         encoder_step, position_noise: one number a coordinate (a single one stands for all), m or rad; zero for none.
         trim_s: seconds to leave out at both ends of an evaluation.
         restart_s: seconds between restarts of a free-run simulation.
-        places: where each key stands.
+        places: key → its file and line.
     """
 
     file: str = ""
@@ -74,7 +74,7 @@ class LogDescription:
     places: Mapping[str, Place] = field(default_factory=dict)
 
     def place(self, key: str) -> Place:
-        """Where a key stands; the file alone if it has no line."""
+        """File and line of a key; the file alone if it has no line."""
         return self.places.get(key, Place(self.file, None, key))
 
 

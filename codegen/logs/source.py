@@ -37,7 +37,7 @@ class Columns:
     lines: NDArray[np.int64] | None
 
     def place(self, row: int, column: int | None = None) -> Place:
-        """Where a value stands; a format without lines counts elements from 1, as MATLAB does."""
+        """Place of a value; a format without lines counts elements from 1, as MATLAB does."""
         name = "" if column is None else shown(self.names[column])
         if self.lines is not None:
             return Place(self.file, int(self.lines[row]), name)

@@ -43,7 +43,7 @@ _STAMP = re.compile(r"(\d{4}-\d\d-\d\d[T ])?\d\d?:\d\d:\d\d([.,]\d+)?(Z|[+-]\d\d
 
 @dataclass(frozen=True)
 class Layout:
-    """Where a table stands in a text file.
+    """Where a table is in a text file.
 
     Attributes:
         names: of the columns; a column without a name is called by its number, counted from 1.
@@ -56,7 +56,7 @@ class Layout:
         notes: what was found where the header is not the first line, in plain words.
         decimal: the sign before the decimals, empty where a comma may be that or group thousands.
         decimal_said: whether a description says so.
-        head: the header and what stands between it and the rows, line by line.
+        head: the header and the lines between it and the rows.
         started: column, counted from 0, that holds dates or times of day → that of the first row.
     """
 
@@ -147,7 +147,7 @@ def _decimal(lines: Sequence[str], delimiter: str) -> str:
 
 
 def _table(file: str, lines: Sequence[str], header: int | None, named: Sequence[str]) -> Layout:
-    """Where the table stands; as ``find_layout``."""
+    """Where the table is; as ``find_layout``."""
     start = next(iter(_significant(lines)), None)
     if start is None and header is None:
         raise BadInput(Place(file), "comments and no header", EXPECTED, code="LOG001")
@@ -176,7 +176,7 @@ def _table(file: str, lines: Sequence[str], header: int | None, named: Sequence[
 
 
 def unwrapped(line: str) -> tuple[str, str]:
-    """A line of a wrapped file: the line that was meant, and what stands behind it."""
+    """A line of a wrapped file: the line that was meant, and what follows it."""
     try:
         first, *rest = next(csv.reader([line]), [""]) or [""]
     except csv.Error:
@@ -250,7 +250,7 @@ def _first_line(file: str, lines: Sequence[str], index: int) -> Layout | None:
 
 
 def _delimiter(header: str) -> str:
-    """The separator that stands most often in the header; a comma if none does."""
+    """The most frequent separator in the header; a comma if there is none."""
     return max(SEPARATORS, key=header.count)
 
 

@@ -1,4 +1,4 @@
-"""What stands between a command and the input that acts: delay → gain → dead zone → saturation → first-order lag."""
+"""The actuator chain from a command to the input that acts: delay → gain → dead zone → saturation → first-order lag."""
 
 from __future__ import annotations
 

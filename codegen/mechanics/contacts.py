@@ -45,7 +45,7 @@ def law_of(
     """A contact's law, its parameters' symbols, and their exact values and units.
 
     Args:
-        key: where the contact, or the law assumed for it, stands in the spec.
+        key: of the contact, or of the law assumed for it, in the spec.
         prefix: of the symbols' names.
 
     Raises:

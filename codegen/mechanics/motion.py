@@ -60,7 +60,7 @@ def equation_of_motion(spec: Spec, free: Sequence[LinkParameter] = ()) -> Motion
 
 
 def form_key(spec: Spec) -> str:
-    """The section in which the mass matrix stands."""
+    """The section that holds the mass matrix."""
     if isinstance(spec.form, KinematicTree):
         return "urdf"
     return "mass_matrix" if spec.form is None else type(spec.form).__name__.lower()

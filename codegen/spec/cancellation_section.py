@@ -17,7 +17,7 @@ def read_cancellation(
 
     Args:
         contacts: of the spec.
-        place: key → where it stands.
+        place: key → its file and line.
 
     Raises:
         BadInput: for a gain that is not in (0, 2], a damping that is negative or combined with ``appendix_b``, or an

@@ -267,7 +267,7 @@ class Spec:
         return symbol(name)
 
     def place(self, key: str) -> Place:
-        """Where a key of the file stands; the nearest parent if it has no line of its own."""
+        """File and line of a key; of the nearest parent if it has no line of its own."""
         while key not in self.places and ("." in key or "[" in key):
             key = key[: max(key.rfind("."), key.rfind("["))]
         return self.places.get(key, Place(str(self.path)))

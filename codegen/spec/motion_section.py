@@ -43,7 +43,7 @@ def read_motion(
     """Read ``mass_matrix`` or the section that replaces it, ``force`` and ``friction``.
 
     Args:
-        place: key → where it stands.
+        place: key → its file and line.
         tree: of the robot file that ``urdf:`` names.
 
     Raises:

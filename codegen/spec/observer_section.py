@@ -22,7 +22,7 @@ def read_observer(
 
     Args:
         contacts: of the spec; ``laws`` may name another law for each than the plant's.
-        place: key → where it stands.
+        place: key → its file and line.
 
     Raises:
         BadInput: for a sample time that is not positive, an ``h`` that is not an expression in s, an ``h`` beside an

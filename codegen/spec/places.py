@@ -13,7 +13,7 @@ CODE = "generated code"
 
 
 def place_of(spec: Spec, name: str) -> Place:
-    """Where a declared name stands; of a derived one, such as F_hat_rail, what it is called after."""
+    """File and line of a declared name; of a derived one, such as F_hat_rail, those of the name that it is made of."""
     keys = _declared(spec)
     if name in keys:
         return spec.place(keys[name])

@@ -31,7 +31,7 @@ def printed(value: Any, place: Place, found: str) -> sympy.Rational:
     """A rational number rounded once to a double, as the decimal that code prints.
 
     Args:
-        found: what stands there, for the message.
+        found: what was read there, for the message.
 
     Raises:
         BadInput: for a number that is not zero and not between 1e-300 and 1e300 in size.

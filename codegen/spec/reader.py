@@ -59,7 +59,7 @@ def read_spec(path: str | Path) -> Spec:
 
 
 def _refuse_robot_file(text: str, path: Path) -> None:
-    """Point to ``init`` where a robot description or a MuJoCo model stands in place of a spec."""
+    """Point to ``init`` where a robot description or a MuJoCo model is given in place of a spec."""
     if text.lstrip("\N{ZERO WIDTH NO-BREAK SPACE} \t\r\n").startswith("<"):
         mujoco, urdf = "<mujoco" in text, "<robot" in text
         found = "a MuJoCo model (MJCF)" if mujoco else "a robot description (URDF)" if urdf else "XML"
@@ -73,7 +73,7 @@ def parse_spec(text: str, path: Path) -> Spec:
 
 
 class _Reading:
-    """One reading of one file: the document, and where each of its keys stands."""
+    """One reading of one file: the document, and the place of each of its keys."""
 
     def __init__(self, text: str, path: Path) -> None:
         self.text, self.path = text, path

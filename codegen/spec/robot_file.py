@@ -1,7 +1,7 @@
 """A URDF file → elements with typed values and lines, through ROS's own parser (urdf_parser_py).
 
 That parser of 2021 is small, strict and needs no other package. yourdfpy 0.0.60, the kept-up one, reads a link that
-stands twice and a body without mass without a word, gives no lines, and brings meshes with it; what is refused here is
+appears twice and a body without mass without a word, gives no lines, and brings meshes with it; what is refused here is
 found on lxml's tree, which knows the lines.
 
 Both parsers are imported when a file is read: few specs name one.
@@ -65,7 +65,7 @@ class RobotFile:
         self.robot: Any = self._parsed()
 
     def place(self, kind: str, name: str, inner: str = "") -> Place:
-        """Where a link or joint stands, or an element inside it if it has that."""
+        """File and line of a link or joint, or of an element inside it if it has that."""
         for element in self._root.findall(kind):
             if element.get("name") == name:
                 found = element.find(inner) if inner else element
@@ -85,7 +85,7 @@ class RobotFile:
         return found
 
     def _keep_mechanics(self) -> None:
-        """Drop what is not mechanics, so that a strange mesh or transmission is no error; refuse what stands twice."""
+        """Drop what is not mechanics, so that a strange mesh or transmission is no error; refuse what appears twice."""
         for element in list(self._root.iter()):
             known = KNOWN.get(str(element.tag))
             for child in list(element) if known else []:

@@ -24,7 +24,7 @@ def read_simulation(
     """How a spec has its plant driven.
 
     Args:
-        place: key → where it stands.
+        place: key → its file and line.
 
     Raises:
         BadInput: for a name that the section cannot speak of, a number or expression that is none, a duration of less

@@ -30,7 +30,7 @@ def expand_robot(
     Args:
         document: a spec as plain data, not yet validated.
         path: of the spec; the robot file's is relative to it.
-        place: key → where it stands.
+        place: key → its file and line.
 
     Returns:
         the document with the sections filled in, and the tree; the document as it is where it has no ``urdf:``.

@@ -66,7 +66,7 @@ class Limits:
         """Count the next event.
 
         Raises:
-            BadInput: at the line, for keys that are not plain words, a key that stands twice, and too many or too deep
+            BadInput: at the line, for keys that are not plain words, a key that appears twice, and too many or too deep
                 values.
         """
         file, line, counted, stack = self._file, event.start_mark.line + 1, self._counted, self._stack

@@ -301,7 +301,7 @@ def test_a_field_that_stands_twice_is_refused(old: str, new: str, tmp_path: Path
     assert old in text
     text = text.replace(old, new)
     done = run_alone(text, HERE)
-    assert done.returncode == 1 and "a field stands twice" in done.stderr
+    assert done.returncode == 1 and "a field appears twice" in done.stderr
     sources = {path.name: path.read_bytes() for path in HERE.glob("one_mass.[ch]")}
     with pytest.raises(verify.Refused, match="twice"):
         verify.check(text, None, None, sources)

@@ -1,4 +1,4 @@
-"""Are printed conditions what stability needs? Points are sought where they and the eigenvalues disagree."""
+"""Printed stability conditions compared with eigenvalues: a search for points where they disagree."""
 
 from __future__ import annotations
 

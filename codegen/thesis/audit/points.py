@@ -1,4 +1,4 @@
-"""Random rational points: where formulas are compared and counterexamples are sought."""
+"""Random rational points: where formulas are compared and counterexamples are searched for."""
 
 from __future__ import annotations
 
