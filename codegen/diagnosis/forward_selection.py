@@ -16,6 +16,7 @@ from codegen.diagnosis.ranking import (
     Ranked,
     credible,
     is_possible,
+    matters,
     ordered_by_force,
     run_round,
     ties,
@@ -285,7 +286,7 @@ def _swapped(
             continue
         without = search.without(current, k)
         tried = fit_candidates(search, without, others, lambda share: None)
-        good = [f for f in tried if is_possible(search, f)]
+        good = [f for f in tried if is_possible(search, f) and matters(search, f, without)]
         if good and good[0].fit.cost < current.cost - BETTER:
             return search.fitted_again(good[0].fit), tied
         same = [f for f in good if _ties(search, f, current)]

@@ -261,7 +261,7 @@ def _why_not(search: Search, found: Found, e: Evidence, size: float) -> str:
         return "does not reduce the error on held-out segments"
     if e.share < credit.LEAST_SHARE:
         return f"removes {100 * e.share:.2g} % of the squared residual on held-out segments"
-    if size < (credit.LEAST_NET if found.trial.adds_states else credit.LEAST_SIZE):
+    if size < _least_size(found):
         return f"its force is {100 * size:.2g} % of the drive force: too little to matter"
     if not admissible(search, found):
         return "fits only with unphysical values"
@@ -296,6 +296,15 @@ def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidenc
     if after.over(before).left <= 1 - credit.LEAST_SHARE:
         return ""
     return f"leaves {100 * left.min():.2g} % of the drive force for the motion, and explains no larger share of that"
+
+
+def matters(search: Search, found: Found, base: Fit) -> bool:
+    """Whether a candidate is large enough, compared with the drive force, to be an effect."""
+    return relative_size(search, found, base) >= _least_size(found)
+
+
+def _least_size(found: Found) -> float:
+    return credit.LEAST_NET if found.trial.adds_states else credit.LEAST_SIZE
 
 
 def is_possible(search: Search, found: Found) -> bool:

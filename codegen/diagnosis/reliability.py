@@ -17,6 +17,8 @@ from scipy.special import betaincinv
 
 FILE = Path(__file__).with_name("reliability.json")
 CONFIDENCE = 0.95
+FEWEST = 10
+"""Fewer judged logs say too little of how often a verdict is right."""
 _COUNTS: TypeAdapter[dict[str, tuple[int, int]]] = TypeAdapter(dict[str, tuple[int, int]])
 
 
@@ -65,10 +67,10 @@ def class_of(verdict: str, near: bool) -> str | None:
 
 
 def reliability_of(verdict: str, near: bool) -> Reliability | None:
-    """Of a verdict's class; None where the verdict claims nothing or no log of its class was judged."""
+    """Of a verdict's class; None where it claims nothing or fewer than ``FEWEST`` logs of its class were judged."""
     name = class_of(verdict, near)
     right, of = (0, 0) if name is None else measured().get(name, (0, 0))
-    return Reliability(right, of, name or "") if of else None
+    return Reliability(right, of, name or "") if of >= FEWEST else None
 
 
 @cache

@@ -210,7 +210,8 @@ def _input(
             return Finding("warning", topic, words, figures)
         words = (
             f"The scale of input {name} is off by a factor of {factor:.3g}: the motion takes that many times the force "
-            f"that the log's {name} gives. Check its unit and scale, and the declared masses and friction levels."
+            f"that the log's {name} gives. Check its unit and scale, whether it saturates, and the declared masses and "
+            "friction levels."
         )
         return Finding("problem", topic, words, figures)
     if correlation < TELLING:

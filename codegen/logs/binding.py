@@ -12,16 +12,11 @@ from codegen.logs.description import LogDescription
 from codegen.logs.finding import Finding
 from codegen.logs.source import Named, listing, shown
 from codegen.logs.term import OPERATORS, Term, find_term, identifier
+from codegen.spec.column_unit import is_brought, stated_unit, unit_behind, unit_of
 from codegen.spec.model import Spec
-from codegen.spec.units import base_units, describe, dimension, parse_unit, si_factor
+from codegen.spec.units import describe, dimension, parse_unit, si_factor
 
-_IN_SQUARE = re.compile(r"(.*\S)\s*\[([^\[\]]*)\]\s*")
-_IN_ROUND = re.compile(r"(.*\S)\s*\(([^()]*)\)\s*")
-_BELOW_LINE = re.compile(r"(.+?)\s+/\s+(\S.*?)\s*")
-_BEHIND_NAME = re.compile(r"(.+)_(ms|us|ns|mm|um|deg|rpm|mA|mV|kN|mNm)")
-"""Units that the end of a name can mean and that are nothing else."""
 _TIME = re.compile(r"t|(?i:time|timestamp|stamp|time_stamp|datetime|elapsed_time|zeit)")
-_TIME_IN = re.compile(r"(.+)_(s|sec|seconds|ms|msec|us|usec|ns)")
 
 
 @runtime_checkable
@@ -135,27 +130,10 @@ def time_columns(names: Sequence[str]) -> list[str]:
     found = []
     for name in names:
         plain = stated_unit(name)[0].replace(" ", "_")
-        within = _TIME_IN.fullmatch(plain)
-        if _TIME.fullmatch(within[1] if within else plain):
+        unit = unit_behind("t", name)
+        if _TIME.fullmatch(plain.removesuffix(f"_{unit}") if unit else plain):
             found.append(name)
     return found
-
-
-def stated_unit(name: str) -> tuple[str, str]:
-    """A column's name without the unit in it, and that unit: ``x [mm]``, ``x (mm)``, ``x / mm``; empty for none.
-
-    Square brackets hold a unit whatever stands in them; the others only what is known as one.
-    """
-    square = _IN_SQUARE.fullmatch(name)
-    if square is not None:
-        return square[1], square[2].strip()
-    found = _IN_ROUND.fullmatch(name) or _BELOW_LINE.fullmatch(name)
-    try:
-        if found is not None and parse_unit(found[2].strip(), Place("")):
-            return found[1], found[2].strip()
-    except BadInput:
-        pass
-    return name, ""
 
 
 def _likely(symbol: str, names: Sequence[str]) -> list[str]:
@@ -284,7 +262,7 @@ def _factor(
 ) -> float:
     """From the column to SI: the unit that the description or else the file states, times the scale."""
     scale = float(description.scale.get(symbol, spec.log.scale.get(symbol, 1.0)))
-    own = _unit_of(symbol, spec)
+    own = unit_of(symbol, spec)
     place = description.place(f"units.{symbol}")
     if symbol in description.units:
         unit = description.units[symbol]
@@ -297,14 +275,13 @@ def _factor(
     if term is None or term.expression is not None or symbol in description.scale or symbol in spec.log.scale:
         return scale
     name = term.columns[0]
-    behind = (_TIME_IN if symbol == "t" else _BEHIND_NAME).fullmatch(stated_unit(name)[0].replace(" ", "_"))
     unit = source.units.get(name, "") or stated_unit(name)[1]
-    by_name = not unit and behind is not None
-    if by_name and behind is not None:
-        unit = behind[2]
+    behind = unit_behind(symbol, name)
+    by_name = not unit and bool(behind)
+    unit = unit or behind
     if unit in ("", "-", "1", own):
         return scale
-    if _is_brought(unit, own):
+    if is_brought(unit, own):
         factor = float(si_factor(unit, place))
         if factor != 1.0:
             notes.append(f"{symbol} is in {unit}, as the {'name' if by_name else 'file'} says: brought to {own}")
@@ -316,26 +293,6 @@ def _factor(
     advice = f"Say `scale: {{{symbol}: FACTOR}}` in a log description, 1 if they are in {own}."
     findings.append(Finding("warning", f"unit of {symbol}", f"{words[0].upper()}{words[1:]}. {advice}"))
     return scale
-
-
-def _is_brought(unit: str, own: str) -> bool:
-    """Whether a column in ``unit`` can be brought to ``own``; counts are no angle, and hertz no angular speed."""
-    place = Place("")
-    try:
-        if dimension(parse_unit(unit, place)) != dimension(parse_unit(own, place)):
-            return False
-        if "rad" not in own or unit in ("1/s", "s^-1"):
-            return True
-        return base_units(unit, place) == base_units(own, place)
-    except BadInput:
-        return False
-
-
-def _unit_of(symbol: str, spec: Spec) -> str:
-    """The SI unit of ``t``, a position, a velocity or an input."""
-    units = {"t": "s"} | {c.name: c.unit for c in spec.coordinates} | {i.name: i.unit for i in spec.inputs}
-    units |= {c.velocity: f"{c.unit}/s" for c in spec.coordinates}
-    return units[symbol]
 
 
 def _nearest(name: str, names: Sequence[str]) -> str | None:

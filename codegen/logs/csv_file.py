@@ -258,8 +258,8 @@ def _decoded(file: str, data: bytes) -> tuple[str, tuple[str, ...]]:
 
 
 def is_windows_text(data: bytes) -> bool:
-    """Whether bytes that are no UTF-8 are letters and signs in Windows-1252, such as ° and µ."""
-    return re.search(rb"[\x00-\x08\x0e-\x1f\x7f-\x9f]", data) is None
+    """Whether bytes that are no UTF-8 are letters and signs in Windows-1252, such as ° and µ, and all are defined."""
+    return re.search(rb"[\x00-\x08\x0e-\x1f\x7f\x81\x8d\x8f\x90\x9d]", data) is None
 
 
 def open_lines(file: str, lines: list[str], description: LogDescription) -> CsvSource:

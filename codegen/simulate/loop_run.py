@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.base.files import write_atomically
+from codegen.spec.column_unit import factor_in_name
 from codegen.spec.model import Spec
 
 Array = NDArray[np.float64]
@@ -64,7 +65,8 @@ def write_log(path: Path, spec: Spec, run: LoopRun) -> None:
     """Write t, coordinates, inputs and estimates as CSV, whole or not at all: the same run gives the same bytes.
 
     Measured velocities are written where the spec's observer takes them or its simulation gives them a noise. Columns
-    are called and scaled as the spec's ``log:`` section says, so that the spec reads its own log back.
+    are called and scaled as the spec's ``log:`` section says, and in the unit that such a name states, so that the spec
+    reads its own log back.
 
     Raises:
         BadInput: if the folder cannot be written to.
@@ -73,12 +75,20 @@ def write_log(path: Path, spec: Spec, run: LoopRun) -> None:
     if velocity_is_measured(spec):
         names, columns = [*names, *spec.velocities], [*columns, run.velocities]
     names += [i.name for i in spec.inputs] + list(run.outputs)
-    scale = np.array([spec.log.scale.get(name, 1.0) for name in names])
+    scale = np.array([_factor(spec, name) for name in names])
     rows = np.hstack([*columns, run.inputs, run.estimates]) / scale + 0.0
     text = StringIO()
     text.write(",".join(spec.log.columns.get(name, name) for name in names) + "\n")
     np.savetxt(text, rows, fmt="%.9g", delimiter=",")
     write_atomically(path, text.getvalue())
+
+
+def _factor(spec: Spec, name: str) -> float:
+    """From the column of a quantity to SI."""
+    if name in spec.log.scale:
+        return spec.log.scale[name]
+    called = spec.log.columns.get(name)
+    return 1.0 if called is None else factor_in_name(name, called, spec)
 
 
 def velocity_is_measured(spec: Spec) -> bool:

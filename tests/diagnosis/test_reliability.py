@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from scipy.stats import beta
 
+from codegen.diagnosis import reliability
 from codegen.diagnosis.reliability import Reliability, class_of, measured, reliability_of
 
 
@@ -24,6 +25,13 @@ def test_few_logs_leave_a_wide_interval() -> None:
 def test_a_verdict_that_claims_nothing_has_no_probability(verdict: str) -> None:
     assert class_of(verdict, near=True) is None
     assert reliability_of(verdict, near=True) is None
+
+
+def test_a_class_of_few_logs_has_no_probability(monkeypatch: pytest.MonkeyPatch) -> None:
+    counts = {"none, above the noise": (1, 4), "effect, at the noise": (9, 10)}
+    monkeypatch.setattr(reliability, "measured", lambda: counts)
+    assert reliability_of("none", near=False) is None
+    assert reliability_of("effect", near=True) == Reliability(9, 10, "effect, at the noise")
 
 
 def test_the_shipped_counts_are_of_the_classes_that_a_diagnosis_asks_for() -> None:

@@ -77,7 +77,10 @@ READ = {
     "t_ms": ("t_ms,x,w\n" + lines(scale=(1e3, 1, 1)), "", "t is in ms"),
     "time_us": ("time_us,x,w\n" + lines(scale=(1e6, 1, 1)), "", "t is in us"),
     "windows-1252": (
-        ("Zeit [s];x [mm];w;Temperatur [°C]\n" + lines(";", "%.9f", True, (1, 1e3, 1), tail=";20,5")).encode("cp1252"),
+        (
+            "Prüfstand 3 – „Hubachse“, 5 €\nZeit [s];x [mm];w;Temperatur [°C]\n"
+            + lines(";", "%.9f", True, (1, 1e3, 1), tail=";20,5")
+        ).encode("cp1252"),
         "",
         "Windows-1252",
     ),

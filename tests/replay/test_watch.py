@@ -299,3 +299,11 @@ def test_a_time_in_milliseconds_is_refused(logs):
 def test_utf_16_is_refused_by_its_name(logs):
     with pytest.raises(BadInput, match="UTF-16"):
         watch(belt(), "-", given=iter([logs[""].encode("utf-16")]))
+
+
+def test_samples_outside_the_envelope_are_counted_in_one_line() -> None:
+    rows = "t,x,u\n" + "".join(f"{k * PERIOD:.4f},{30.0 * k * PERIOD:.9f},0\n" for k in range(200))
+    seen = watch(belt(), "-", given=pieces(rows, 4096))
+    text = watched_text(seen)
+    assert seen.tally.outside and f"outside the envelope, and not judged: {seen.tally.outside} samples" in text
+    assert text.count("outside the envelope") == 1
