@@ -74,13 +74,13 @@ CASES = (
     Case("a parameter is set in the step", "c", SET, f"{SET}        parameters->K_F = 0.0;\n", "parameters.K_F is set"),
     Case("an input is set in the step", "c", SET, f"{SET}        inputs->x = 0.0;\n", "inputs.x is set"),
     Case("the guard's own state is set", "c", SET, f"{SET}        state->mode = 0.0;\n", "state.mode is set"),
-    Case("most samples are faults", "c", "check = z_v_next", "check = 1e75 * 1e75 * z_v_next", "check is no sum"),
+    Case("most samples are faults", "c", "check = z_v_next", "check = 1e75 * 1e75 * z_v_next", "not a sum"),
     Case(
         "a fault for what is not large",
         "c",
         "if (fabs(check) <= 1e+150 && state",
         "if (fabs(check) <= 1e+3 && state",
-        "check is no",
+        "not a sum",
     ),
     Case(
         "another guard",
@@ -135,7 +135,7 @@ CASES = (
         "c",
         "if (fabs(check) <= 1e+150 && state",
         "if (fabs(check) <= 1e+999 && state",
-        "check is no sum",
+        "not a sum",
     ),
     Case("another file is included", "c", "#include <math.h>\n", '#include <math.h>\n#include "more.h"\n', FORM),
     Case(

@@ -191,7 +191,7 @@ SOURCE = (r'#include "NAME\.h"\n#include <math\.h>\n#if defined\(__clang__\)\n#p
 def matched(form: str, file: str, text: str) -> list[str]:
     """What the form's groups are in the file's text without comments and needless blanks."""
     text, (stem, _), size = text.replace("\\\n", ""), file.split("."), len(text) ** 2 // 2000
-    demand(not re.search(r"[\x00-\x09\x0b-\x1f\x7f-\x9f\\]|\?\?", text), "control characters, a backslash or ??")
+    demand(not re.search(r"[\x00-\x09\x0b-\x1f\x7f-\x9f\\]|\?\?|\*\s*\)", text), "control characters, \\, ??, *)")
     plain = re.sub(r'/\*.*?(?:\*/|\Z)|("[^"\n]*"|//)', lambda m: m[1] or " ", text, flags=re.DOTALL)
     demand(plain.isascii() and not re.search(r"//|%|<:|:>|\.i\b", plain), "a comment from // on, % or not ASCII", size)
     plain = "\n".join(line for line in (" ".join(line.split()) for line in plain.split("\n")) if line)
@@ -248,7 +248,7 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     demand({*start} <= {*states} and len(moving) == len(errors), "not an error for each state")
     code = Text({x: p for x, p in names.items() if x not in outputs} | start, claim.known, code.sign)
     code.run(before, set())
-    demand(all(abs(c) * 10**9 <= Fraction(limit) <= 10**300 for c in code.names["check"].values()), "check is no sum")
+    demand(0 < 10**9 * sum(abs(c) for c in code.names["check"].values()) <= Fraction(limit) <= 10**300, "not a sum")
     code.run(good, {*start, *aside, *outputs})
     demand(all(code.names[x] == names[x] for x in estimates), "the states do not show the estimates")
     # The machine a sample later, and the states that show the errors which the matrix gives: they are the code's.

@@ -2,10 +2,12 @@
 
 Standard library only; part of the checker (verify.py), which hands ``kernel`` in. The kernel's theorem is about samples
 with fault 0. Here every statement that names a mode, the count of invalid samples or the fault must be as in FORM;
-what stands between (``...``) names none of these, nor the state as a whole. So, in C that compiles:
+between them (``...``) are plain assignments to fields of the state and to locals, without casts. So, in C that
+compiles:
 
 - HOLDING follows 1, 2, 4 or 8 invalid samples in a row. The count is at most 8 and cannot overflow.
-- A sample is valid if a sum of inputs is within the limit. It leaves HOLDING and STARTING, and any value that is not a
+- A sample is valid if the sum of all inputs is within the limit; `check` of the step is a sum that holds every next
+  state once, and depends on every input. A valid sample leaves HOLDING and STARTING, and any value that is not a
   mode; the next mode is RUNNING, or STARTING if the state that this sample gives is invalid.
 """
 
@@ -59,23 +61,32 @@ static UPPER_COLD void NAME_handle_fault(NAME_state *state, const NAME_parameter
     outputs->fault = 1;
 }
 void NAME_step("""
-STATE = r"[^\0]*; NAME_mode mode; unsigned char invalid_samples; } NAME_state;[^\0]*"
+DOUBLES = r"((?:double \w+(?:\[\d+\])?; )+)"
+STATE = rf"[^\0]*typedef struct {{ {DOUBLES}NAME_mode mode; unsigned char invalid_samples; }} NAME_state; "
+STATE += rf"typedef struct {{ {DOUBLES}}} NAME_inputs;[^\0]*"
 WORDS = (
     r"(?:state->)?(?:mode|invalid_samples)|fault|if|while|switch|return|goto|state(?!->)|"
     r"UPPER_(?:RUNNING|HOLDING|STARTING)|NAME_(?:init|predict|resume|handle_fault|step)"
 )
 CALM = rf"(?!\b(?:{WORDS})\b)[^&{{}}#\"']"
-TERMS = r"(?:inputs|state)->\w+(?:\[\w+\])?(?: \+ (?:inputs|state)->\w+(?:\[\w+\])?)*;"
+SUMMED = r"[\w.>-]+(?:\[\w+\])?(?: \+ [\w.>-]+(?:\[\w+\])?)*;"
 PARTS = {
-    r" \.\.\. ": rf"(?:{CALM}|{{(?:{CALM})*+}})*+",
+    r" \.\.\. ": rf"((?:{CALM}|{{(?:{CALM})*+}})*+)",
     "LIMIT": "1e[+]150",
     "MOST": "[1248]u",
     **{
-        f" SUM {name} ": rf" (?:const )?double {name} = (?:0\.0;|{TERMS}) "
-        rf"(?:for \(int i = \d+; i < \d+; i\+\+\) {{ {name} \+= {TERMS} }} )*"
+        f" SUM {name} ": rf" ((?:const )?double {name} = {SUMMED} "
+        rf"(?:for \(int i = \d+; i < \d+; i\+\+\) {{ {name} \+= {SUMMED} }} )*)"
         for name in ("check", "given")
     },
 }
+VALUE = r"[\w.()\[\]*/+<>?: -]+"
+PLAIN = (
+    rf"(?:(?:const )?double \w+(?:\[\d+\])?(?: = {VALUE})?|"
+    rf"(?:state\.|(?!(?:state|inputs|outputs|parameters)\b))\w+(?:\[\w+\])? \+?= {VALUE}); ?"
+)
+LINES = rf"(?: ?\(void\)\w+; ?| ?{PLAIN}|for \(int i = \d+; i < \d+; i\+\+\) {{ (?:{PLAIN})*}} ?)* ?"
+CALLS = {"for", "fabs", "sqrt", "sin", "cos", "exp", "tanh"}
 
 
 def require(name: str, files: dict[str, str]) -> None:
@@ -84,5 +95,51 @@ def require(name: str, files: dict[str, str]) -> None:
     for part, meant in PARTS.items():
         form = form.replace(part, meant)
     prepare = rf"void NAME_prepare\(NAME_parameters \*parameters\) {{{kernel.BODY}}}"
-    kernel.matched(rf"[^\0]*{prepare} {form}[^\0]*", f"{name}.c", files[f"{name}.c"])
-    kernel.matched(STATE, f"{name}.h", files[f"{name}.h"])
+    found = kernel.matched(rf"[^\0]*{prepare} {form}([^\0]*)", f"{name}.c", files[f"{name}.c"])
+    begun, check, reset, predicted, resumed, given, step = found
+    for text in (begun, reset, predicted, resumed):
+        calls = {*re.findall(r"(\w+) ?\(", text)} <= CALLS | {f"{name}_sign"}
+        plain = re.fullmatch(LINES, text) and not re.search(r"\* ?\)|\( ?\*|= \*", text)
+        kernel.demand(plain and calls, f"{name}.c: a state is set by more than plain assignments")
+    structs = kernel.matched(STATE, f"{name}.h", files[f"{name}.h"])
+    states, inputs = (
+        {
+            f"{of}.{x}{n and f'[{k}]'}"
+            for x, n in re.findall(r"double (\w+)(?:\[(\d+)\])?;", struct)
+            for k in range(int(n or 1))
+        }
+        for of, struct in zip(("state", "inputs"), structs, strict=True)
+    )
+    kernel.demand(terms("given", given) == inputs, f"{name}.c: `given` is not the sum of all inputs")
+    kernel.demand(terms("check", check) == inputs | states, f"{name}.c: `check` is not the sum of inputs and states")
+    follow = {re.sub(r"state\.(\w+)", r"\1_next", x) for x in states}
+    summed = terms("check", step)
+    kernel.demand(follow <= summed, f"{name}.c: `check` does not hold all next states")
+    known = seen(summed, step)
+    kernel.demand({re.sub(r"\[\d+\]", "", x) for x in inputs} <= known, f"{name}.c: `check` does not see all inputs")
+
+
+def terms(name: str, text: str) -> set[str]:
+    """The terms of a sum in C, its loops unrolled; each stands in it once."""
+    loop = rf"for \(int i = (\d+); i < (\d+); i\+\+\) {{ {name} \+= ([^;]*); }}"
+    found = [
+        x.replace("[i]", f"[{k}]")
+        for a, b, of in re.findall(loop, text)
+        for k in range(int(a), int(b))
+        for x in of.split(" + ")
+    ]
+    found += [x for head in re.findall(rf"double {name} = ([^;]*);", text) for x in head.split(" + ") if x != "0.0"]
+    kernel.demand(len(found) == len({*found}), f"a term stands twice in `{name}`")
+    return {*found}
+
+
+def seen(names: set[str], step: str) -> set[str]:
+    """The inputs that values of these names are computed from, by the assignments of the step."""
+    sources: dict[str, set[str]] = {}
+    for target, value in re.findall(r"([\w.]+)(?:\[\w+\])? \+?= ([^;={}]+);", step):
+        sources.setdefault(target, set()).update(re.findall(r"[A-Za-z_][\w.]*", value))
+    reached, left = set(), {re.sub(r"\[\d+\]", "", x) for x in names}
+    while left:
+        reached |= left
+        left = {y for x in left for y in sources.get(x, ())} - reached
+    return {x for x in reached if x.startswith("inputs.")}

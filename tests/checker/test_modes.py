@@ -17,6 +17,10 @@ SHIPPED = sorted(path.parent.name for path in GENERATED.glob("*/manifest.json"))
 RESUMED = "    state->mode = ONE_MASS_RUNNING;\n    state->invalid_samples = 0u;\n}\n\n/* Handle"
 FULL = "if (state->invalid_samples >= 8u) {"
 STARTED = "        state->mode = ONE_MASS_STARTING;\n"
+ZERO = "    state->z_v = -(parameters->K_v * inputs->x);\n"
+PREDICTED = "    state->z_v = state->z_v - parameters->sample_time * parameters->K_v * outputs->v_hat;\n"
+CHECK = "const double check = z_v_next + z_rail_next;"
+BEGUN = "const double check = inputs->x + inputs->w + state->z_v + state->z_rail;"
 LAST = "    outputs->fault = 1;\n"
 # File, what stands there, what a forger writes.
 FORGED = {
@@ -66,6 +70,21 @@ FORGED = {
     "no sample is valid": ("c", "given = inputs->x", "given = 1e200 + inputs->x"),
     "each sample is valid": ("c", "if (!(fabs(given) <= 1e+150))", "if (!(fabs(given) <= 1e+999))"),
     "no start is valid": ("c", "const double check = inputs->x", "const double check = 1e200 + inputs->x"),
+    "a parameter that init changes": ("c", ZERO, f"    ((double *)parameters)[6] = -0.001;\n{ZERO}"),
+    "a parameter that init changes, through a local": (
+        "c",
+        ZERO,
+        f"    double *p = parameters;\n    p[6] = -0.001;\n{ZERO}",
+    ),
+    "held estimates that are overwritten": ("c", PREDICTED, f"    ((double *)outputs)[1] = 1e9;\n{PREDICTED}"),
+    "a loop without end": ("c", PREDICTED, f"    for (;;) ;\n{PREDICTED}"),
+    "a trap": ("c", PREDICTED, f"    __builtin_trap();\n{PREDICTED}"),
+    "a check of nothing": ("c", CHECK, "const double check = 0.0;"),
+    "a check without a state": ("c", CHECK, "const double check = z_rail_next - z_rail_next + inputs->w;"),
+    "a check of one state twice": ("c", CHECK, "const double check = z_rail_next + z_rail_next;"),
+    "no sample is invalid": ("c", "given = inputs->x + inputs->w;", "given = 0.0;"),
+    "a start that is never invalid": ("c", BEGUN, "const double check = 0.0;"),
+    "a start with one invalid input": ("c", BEGUN, BEGUN.replace("inputs->x + ", "")),
     "fault 0 though the estimates are held": ("c", LAST, "    outputs->fault = 0;\n"),
 }
 
