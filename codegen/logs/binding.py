@@ -272,7 +272,15 @@ def _factor(
                 place, f"unit {unit}, of {describe(kind)}", f"a unit of {symbol}, which is in {own}", code="LOG012"
             )
         return float(si_factor(unit, place)) * scale
-    if term is None or term.expression is not None or symbol in description.scale or symbol in spec.log.scale:
+    if term is None or symbol in description.scale or symbol in spec.log.scale:
+        return scale
+    if term.expression is not None:
+        units = {unit for c in term.columns if (unit := source.units.get(c, "") or stated_unit(c)[1])} - {"-", "1", own}
+        if units:
+            words = f"{symbol} is computed from columns in {listing(sorted(units))}, and taken to be in {own}"
+            notes.append(words)
+            advice = f"Say `units: {{{symbol}: UNIT}}` or `scale: {{{symbol}: FACTOR}}` in a log description."
+            findings.append(Finding("warning", f"unit of {symbol}", f"{words}. {advice}"))
         return scale
     name = term.columns[0]
     unit = source.units.get(name, "") or stated_unit(name)[1]

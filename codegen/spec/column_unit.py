@@ -13,6 +13,8 @@ _IN_ROUND = re.compile(r"(.*\S)\s*\(([^()]*)\)\s*")
 _BELOW_LINE = re.compile(r"(.+?)\s+/\s+(\S.*?)\s*")
 _BEHIND_NAME = re.compile(r"(.+)_(ms|us|ns|mm|um|deg|rpm|mA|mV|kN|mNm)")
 """Units that the end of a name can mean and that are nothing else."""
+AMBIGUOUS = ("grad",)
+"""Degrees in German, gons elsewhere, and with a capital G a billion radians."""
 _TIME_IN = re.compile(r"(.+)_(s|sec|seconds|ms|msec|us|usec|ns)")
 
 
@@ -49,6 +51,8 @@ def factor_in_name(symbol: str, name: str, spec: Spec) -> float:
 def is_brought(unit: str, own: str) -> bool:
     """Whether a column in ``unit`` can be brought to ``own``; counts are no angle, and hertz no angular speed."""
     place = Place("")
+    if unit.lower() in AMBIGUOUS:
+        return False
     try:
         if dimension(parse_unit(unit, place)) != dimension(parse_unit(own, place)):
             return False
