@@ -17,7 +17,8 @@ def our_peer(model: Model, title: str = OURS, fault: str = "hold", limit: float 
     """What stiction generates."""
     names = (f"{model.name}.c", f"{model.name}.h")
     files = {name: text for name, text in model.files(fault=fault).items() if name in names}
-    return _with_loop(title, model.name, files, (len(model.program.inputs), len(model.output_names)), (), limit)
+    sizes = len(model.program.inputs), len(model.output_names)
+    return _with_loop(title, model.name, files, sizes, (), limit, len(model.program.states))
 
 
 def hand_peer(name: str, title: str, width: int, outputs: int, **macros: str) -> Peer:
@@ -33,8 +34,10 @@ def _with_loop(
     sizes: tuple[int, int],
     flags: list[str] | tuple[str, ...],
     limit: float = 60.0,
+    states: int = 0,
 ) -> Peer:
+    """A peer and its loop; of its state only the first ``states`` numbers are nudged, or all where that is 0."""
     width, outputs = sizes
     step = f"{name}_step"
-    loop = render("loop_structs.c.j2", name=name, step=step, width=width, outputs=outputs, nudge=NUDGE)
+    loop = render("loop_structs.c.j2", name=name, step=step, width=width, outputs=outputs, nudge=NUDGE, states=states)
     return Peer(title, {**files, "loop.c": loop}, step, width, outputs, flags=(*C_FLAGS, *flags), limit=limit)
