@@ -18,7 +18,7 @@ from codegen.certify.outcome import Certificate, Refusal
 from codegen.replay.engine import engine_for
 from codegen.replay.live import Stop, is_recorded, live_blocks, pieces
 from codegen.replay.samples import Samples
-from codegen.replay.watch import Alarm, Limit, Tally, Watch, is_watchable
+from codegen.replay.watch import Alarm, Limit, Tally, Watch, is_watchable, too_slow
 from codegen.spec.quantity import read_quantity
 
 BOUNDED = "an observer that `stiction certify` bounds in newtons: noise and accelerations in the envelope"
@@ -114,6 +114,11 @@ def watch(
     if not is_watchable(system, bound):
         found = "a law with states"
         raise BadInput(spec.place("friction"), found, "a friction law of zero memory", code="SPEC020")
+    slow = too_slow(spec, system, bound)
+    if slow is not None:
+        found = f"{slow[0]} slides at most at {slow[1]:.3g} in the envelope, and the bound holds above {slow[2]:.3g}"
+        expected = "a wider envelope of velocities, or less noise and drift: nothing could be judged"
+        raise BadInput(spec.place("envelope"), found, expected, code="SPEC037")
     period = float(machine.observer.sample_time)
     patience = DWELL if dwell is None else max(round(_seconds(dwell) / period), 1)
     engine = engine_for(program, machine.sources)

@@ -70,7 +70,10 @@ CODES: dict[str, tuple[str, str]] = {
         "This format of `export` cannot represent the machine.",
         "See docs/how-to/export_to_a_simulator.md.",
     ),
-    "SPEC037": ("The observer has no certified bound in newtons.", "Run `stiction certify`, which says why."),
+    "SPEC037": (
+        "The observer has no certified bound in newtons, or one that holds nowhere in the envelope.",
+        "Run `stiction certify`, which says why.",
+    ),
     "EFFECT001": ("A file with effects of your own cannot be used.", "See docs/effects.md, an effect of your own."),
     "LOG001": ("A log is damaged, or is not a file of its format.", "Write it again from its source."),
     "LOG002": ("A log has a format that is not read.", "Convert it to one of the formats that are listed."),

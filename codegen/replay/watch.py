@@ -223,6 +223,22 @@ def _declared(system: System, errors: list[str]) -> Any:
     return casadi.Function("declared", [x, v], parts)
 
 
+def too_slow(spec: Spec, system: System, bound: Mapping[str, Any]) -> tuple[str, float, float] | None:
+    """(contact, its greatest slip speed in the envelope, the speed from which on the bound holds), where the first is
+    no larger, so that no sample could be judged; None where all contacts can be, or a distribution varies.
+    """
+    least = float(Fraction(bound["slip_speed"]))
+    fastest = [max(map(abs, map(float, spec.envelope.get(v, (np.inf,))))) for v in spec.velocities]
+    for k, contact in enumerate(system.contacts):
+        column = system.distribution[:, k].subs(system.values)
+        if column.free_symbols:
+            continue
+        most = sum(abs(float(u)) * v for u, v in zip(column, fastest, strict=True) if u != 0)
+        if most <= least:
+            return contact.name, most, least
+    return None
+
+
 def is_watchable(system: System, bound: Mapping[str, Any]) -> bool:
     """Whether each bound is of an estimate that is compared with a declared law of zero memory."""
     if any(isinstance(c.law, DynamicLaw) for c in system.contacts):

@@ -307,3 +307,13 @@ def test_samples_outside_the_envelope_are_counted_in_one_line() -> None:
     text = watched_text(seen)
     assert seen.tally.outside and f"outside the envelope, and not judged: {seen.tally.outside} samples" in text
     assert text.count("outside the envelope") == 1
+
+
+def test_a_bound_that_holds_nowhere_in_the_envelope_is_refused(tmp_path: Path) -> None:
+    """It holds above a slip speed that the envelope of velocities never reaches: nothing could be judged."""
+    text = BELT.read_text(encoding="utf-8")
+    spec = tmp_path / "belt.yaml"
+    spec.write_text(text.replace("  v: [-1, 1]\n", "  v: [-1e-6, 1e-6]\n"), encoding="utf-8")
+    with pytest.raises(BadInput, match="nothing could be judged") as refused:
+        watch(spec, "-", given=iter([b"t,x,u\n0,0,0\n"]))
+    assert refused.value.code == "SPEC037"
