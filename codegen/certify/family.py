@@ -211,7 +211,9 @@ def _signs_of(slips: Mapping[sympy.Symbol, Any], dynamics: ErrorDynamics) -> lis
 
 
 def _signed_slips(entry: Any, single: Mapping[sympy.Symbol, sympy.Symbol]) -> Any:
-    """s·u as |u| where u is one variable: its sign is then not lost to interval arithmetic."""
+    """s·u as |u| where u is one variable, in divisors too: its sign is then not lost to interval arithmetic."""
+    divisors = [p for p in entry.atoms(sympy.Pow) if p.exp.is_negative and not p.base.is_Symbol]
+    entry = entry.subs({p: _signed_slips(p.base, single) ** p.exp for p in divisors})
     total = sympy.Integer(0)
     for term in sympy.Add.make_args(entry):
         changed = term

@@ -106,13 +106,18 @@ class _Rates:
         signs = self.analysis.dynamics.observer.signs
         tied = {n.name: s.name for n, s in self.analysis.dynamics.next_velocity.items()}
         named = [s for s in self.analysis.points.variables if s not in signs and s.name not in tied]
-        free = [s for s in named if ranges[s][0] < ranges[s][1]]
+
+        def is_whole(s: sympy.Symbol) -> bool:
+            return s in positions or ranges[s][0] * ranges[s][1] >= 0
+
+        # A velocity of zero stays: on either side of it, the signs of the point would be wrong for some velocities.
+        free = [s for s in named if ranges[s][0] < ranges[s][1] and (is_whole(s) or known[s.name] != 0)]
         if not free:
             return known
         bounds = []
         for s in free:
             low, high = (float(x) for x in ranges[s])
-            whole = s in positions or low * high >= 0
+            whole = is_whole(s)
             bounds.append((low, high) if whole else (0.0, high) if known[s.name] > 0 else (low, 0.0))
 
         def at(x: NDArray[np.float64]) -> dict[str, float]:

@@ -14,16 +14,21 @@ from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.ranking import (
     ForceCriterion,
     Ranked,
+    corrects_a_form,
     credible,
+    force_share,
+    hypotheses,
     is_possible,
     matters,
     ordered_by_force,
     run_round,
+    same_signature,
     ties,
     whiteness,
 )
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.shooting import Record
+from codegen.diagnosis.structure import states
 from codegen.diagnosis.trial import Part
 from codegen.effects import CATALOGUE
 from codegen.effects.family import kinds_of
@@ -122,7 +127,7 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
         tied = ties(search, possible)
         current = search.fitted_again(possible[0].found.fit)
         rivals = rivals if turn else tied
-        if not credible(search, confirmed, current, len(parts)):
+        if not credible(search, confirmed, current, hypotheses(parts)):
             continue
         if confirmed is not base and explained_share(search, confirmed, current) < credit.FURTHER:
             break
@@ -130,7 +135,7 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
         confirmed = current
         if not turn and noise_ratio(current) > credit.NEAR_NOISE:
             pair = _pair(search, possible[:PAIRED])
-            if pair is not None and pair.cost < current.cost and worth_it(search, current, pair, len(parts)):
+            if pair is not None and pair.cost < current.cost and worth_it(search, current, pair, hypotheses(parts)):
                 current = confirmed = pair
                 rivals = []
     current = confirmed
@@ -142,6 +147,7 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
         single = _merged(search, current)
         current, rivals = (current, rivals) if single is None else (single, [])
         current, rivals = still_credited(search, base, current, rivals, len(first))
+        current = current if rivals else _largest_first(search, current)
     lost = current is base and not refit_only
     lost = lost and (noise_ratio(base) > credit.NEAR_NOISE or credit.share_far(base) > credit.FEW)
     return Outcome(
@@ -168,7 +174,7 @@ def _pair(search: Search, ranked: Sequence[Ranked]) -> Fit | None:
         if 0 < k < BEAM and _nearly_as_good(one, ranked[0]):
             others = every_part(search, [one.found.part])
         else:
-            others = [r.found.part for r in ranked[k + 1 :] if not _same_signature(one.found.part, r.found.part)]
+            others = [r.found.part for r in ranked[k + 1 :] if not same_signature(one.found.part, r.found.part)]
         if others:
             both = run_round(search, search.fitted_again(one.found.fit), others, lambda share: None)
             found += [search.fitted_again(r.found.fit) for r in both if not r.why_not][:1]
@@ -180,12 +186,6 @@ def _nearly_as_good(one: Ranked, best: Ranked) -> bool:
     return 1 - one.evidence.share <= credit.TIE_RATIO * (1 - best.evidence.share)
 
 
-def _same_signature(one: Part, other: Part) -> bool:
-    """Whether two effects act at the same place and are seen over the same variable."""
-    effects = CATALOGUE[one.kind], CATALOGUE[other.kind]
-    return one.on == other.on and effects[0].seen_over == effects[1].seen_over
-
-
 def _merged(search: Search, current: Fit) -> Fit | None:
     """The fit with one effect in place of two of the same signature, where it fits as well; None elsewhere.
 
@@ -193,12 +193,12 @@ def _merged(search: Search, current: Fit) -> Fit | None:
     """
     parts = current.runner.trial.parts
     for j, k in combinations(range(len(parts)), 2):
-        if not _same_signature(parts[j], parts[k]):
+        if not same_signature(parts[j], parts[k]):
             continue
         rest = search.without(search.without(current, k), j)
-        others = [p for p in every_part(search, rest.runner.trial.parts) if _same_signature(p, parts[j])]
+        others = [p for p in every_part(search, rest.runner.trial.parts) if same_signature(p, parts[j])]
         good = [f for f in fit_candidates(search, rest, others, lambda share: None) if is_possible(search, f)]
-        if good and not worth_it(search, good[0].fit, current, len(others)):
+        if good and not worth_it(search, good[0].fit, current, hypotheses(others)):
             simpler = search.fitted_again(good[0].fit)
             return _merged(search, simpler) or simpler
     return None
@@ -286,7 +286,9 @@ def _swapped(
             continue
         without = search.without(current, k)
         tried = fit_candidates(search, without, others, lambda share: None)
+        plain = ForceCriterion(search, without)
         good = [f for f in tried if is_possible(search, f) and matters(search, f, without)]
+        good = [f for f in good if not corrects_a_form(plain, ForceCriterion(search, f.fit), f)]
         if good and good[0].fit.cost < current.cost - BETTER:
             return search.fitted_again(good[0].fit), tied
         same = [f for f in good if _ties(search, f, current)]
@@ -297,6 +299,19 @@ def _swapped(
         if left:
             tied[k] = left
     return None, tied
+
+
+def _largest_first(search: Search, fit: Fit) -> Fit:
+    """The fit with the effect of the largest force first; as it is where an effect adds states, which have no force of
+    their own in the log.
+    """
+    trial = fit.runner.trial
+    values = trial.split(fit.theta)[1]
+    if states(trial.changed) > states(trial.system):
+        return fit
+    sizes = [force_share(search, p, v) for p, v in zip(trial.parts, values, strict=True)]
+    k = max(range(len(sizes)), key=sizes.__getitem__)
+    return _put_first(search, fit, k) if k else fit
 
 
 def _put_first(search: Search, fit: Fit, k: int) -> Fit:

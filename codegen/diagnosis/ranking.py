@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -39,6 +39,8 @@ CLOSE = 1.1
 """Ratio of squared residuals, left or removed, up to which neither of two models far from the noise is preferred."""
 FORCE_SHARE = 0.1
 """Share of α for the test on the force residual (weighted Bonferroni)."""
+FORM_ERROR = 0.1
+"""Least force of an effect over that of another on the same coordinate that is seen over the same variable."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,8 +111,9 @@ def run_round(
         force_criterion = ForceCriterion(search, found.fit)
         why_not = _why_not(search, found, one, size) or absorbed_by_refit(without, force_criterion, found)
         why_not = why_not or only_reduces_drive(without, force_criterion, one)
-        p = chance(search, found.fit, one, len(parts))
-        p = p if why_not else combined_p(p, without, force_criterion, len(parts))
+        why_not = why_not or corrects_a_form(without, force_criterion, found)
+        p = chance(search, found.fit, one, hypotheses(parts))
+        p = p if why_not else combined_p(p, without, force_criterion, hypotheses(parts))
         unsure = not why_not and p > credit.ALPHA
         if unsure:
             why_not = (
@@ -193,6 +196,11 @@ def _is_one_of(found: Found, known: Collection[tuple[str, str]]) -> bool:
     return any(part.kind == k or is_identical(part.effect, CATALOGUE[k], system, part.place) for k in kinds)
 
 
+def hypotheses(parts: Sequence[Part]) -> int:
+    """Number of candidates for Bonferroni's correction: forms of one effect, each contained in the next, are one."""
+    return len({(p.kind, p.on) for p in parts})
+
+
 def chance(search: Search, fit: Fit, e: Evidence, candidates: int) -> float:
     """Probability of such a gain without an effect, for any of so many candidates (Bonferroni)."""
     return min(1.0, candidates * e.p(whiteness(search, fit)))
@@ -241,9 +249,13 @@ def relative_size(search: Search, found: Found, base: Fit) -> float:
     effect, system = CATALOGUE[found.part.kind], search.system
     if not effect.with_parameters(found.part.names).admissible(system, found.part.place, found.parameters):
         return size_of(found.fit, base)
-    declared = FoundEffect(found.part.kind, found.part.on, found.parameters, {})
-    richer = inverse_dynamics_residual(with_effects(system, [declared]), search.motion)
-    return search.drive.share(richer - search.drive.residual)
+    return force_share(search, found.part, found.parameters)
+
+
+def force_share(search: Search, part: Part, values: Mapping[str, float]) -> float:
+    """Force of an effect over the drive force along the motion."""
+    richer = with_effects(search.system, [FoundEffect(part.kind, part.on, values, {})])
+    return search.drive.share(inverse_dynamics_residual(richer, search.motion) - search.drive.residual)
 
 
 def absorbed_by_refit(before: ForceCriterion, after: ForceCriterion, found: Found) -> str:
@@ -254,6 +266,39 @@ def absorbed_by_refit(before: ForceCriterion, after: ForceCriterion, found: Foun
     if net >= credit.LEAST_NET:
         return ""
     return f"changes the force by {100 * net:.2g} % of the drive force once values are refitted: too little to matter"
+
+
+def corrects_a_form(before: ForceCriterion, after: ForceCriterion, found: Found) -> str:
+    """Why not, where a candidate adds little to another effect that acts on the same coordinate and is seen over the
+    same variable: so little may be a misfit of the other's form; else empty.
+    """
+    *others, part = found.trial.parts
+    *values, _ = found.trial.split(found.fit.theta)[1]
+    alike = [(p, v) for p, v in zip(others, values, strict=True) if _acts_alike(p, part, before.search.system)]
+    if not alike or found.trial.adds_states:
+        return ""
+    net = before.search.drive.share(after.without_levels - before.without_levels)
+    sizes = [(force_share(before.search, p, v), p) for p, v in alike]
+    most, larger = max(sizes, key=lambda one: one[0])
+    if net >= FORM_ERROR * most:
+        return ""
+    return (
+        f"changes the force by {100 * net:.2g} % of the drive force, where {larger.kind} makes {100 * most:.2g} %: no "
+        "more than a misfit of that curve's form may leave"
+    )
+
+
+def _acts_alike(one: Part, other: Part, system: System) -> bool:
+    """Whether two effects act most on the same coordinate and are seen over the same variable."""
+    effects = CATALOGUE[one.kind], CATALOGUE[other.kind]
+    on = [effect.coordinate(system, p.place) for effect, p in zip(effects, (one, other), strict=True)]
+    return on[0] == on[1] and effects[0].seen_over == effects[1].seen_over
+
+
+def same_signature(one: Part, other: Part) -> bool:
+    """Whether two effects act at the same place and are seen over the same variable."""
+    effects = CATALOGUE[one.kind], CATALOGUE[other.kind]
+    return one.on == other.on and effects[0].seen_over == effects[1].seen_over
 
 
 def _why_not(search: Search, found: Found, e: Evidence, size: float) -> str:

@@ -104,8 +104,14 @@ def _add(system: System, spec: Spec, index: int, declared: DeclaredEffect) -> Sy
     units = unit_words(effect, known.index(on), system)
     for name, unit in declared.units.items():
         refuse_other_unit(unit, units[name], f"{name} in `{unit}`", spec.place(f"{key}.parameters.{name}"))
-    system = system.with_parameters(values, {symbols[name]: unit for name, unit in units.items()})
-    return added(effect, system, known.index(on), symbols, spec.place(key))
+    numbers = {p.name: sympy.Rational(given[p.name]) for p in effect.parameters if p.as_number}
+    with_all = system.with_parameters(values, {symbols[name]: unit for name, unit in units.items()})
+    richer = added(effect, with_all, known.index(on), symbols, spec.place(key))
+    if not numbers:
+        return richer
+    kept = {name: s for name, s in symbols.items() if name not in numbers}
+    system = system.with_parameters({s: values[s] for s in kept.values()}, {s: units[n] for n, s in kept.items()})
+    return effect.add(system, known.index(on), {**kept, **numbers})
 
 
 def _place(effect: Effect, declared: DeclaredEffect, system: System, spec: Spec, key: str) -> str:

@@ -40,6 +40,8 @@ class EffectParameter:
         start: function for the starting values of a fit; by default a scale parameter starts by least squares, and a
             shape parameter at a tenth and a half of the value at which its effect is as large as the force.
         moved_in: the transformation with which a fit changes it; by default from its bounds.
+        as_number: whether its declared value stands in the equations as a number: an exponent, so that slopes of powers
+            are finite where they should be.
     """
 
     name: str
@@ -50,6 +52,7 @@ class EffectParameter:
     neutral: float | None = None
     start: Start | None = None
     moved_in: Coordinate | None = None
+    as_number: bool = False
 
     @property
     def coordinate(self) -> Coordinate:

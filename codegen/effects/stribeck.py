@@ -2,25 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import product
+
 import sympy
 
 from codegen.effects.effect import Confusion, Effect, EffectParameter, Symbols
-from codegen.effects.start import speeds
+from codegen.effects.start import Covered, speeds
 from codegen.mechanics.system import System
+from codegen.spec.functions import Magnitude
+
+RISE = EffectParameter("delta", "{F}", "rise of the level at standstill", low=0.0, neutral=0.0)
+SPEED = EffectParameter("v_s", "{q}/s", "Stribeck velocity", low=0.0, start=speeds)
+EXPONENT = EffectParameter(
+    "exponent", "1", "2 where it is not given; 1 for an exponential", low=0.5, high=4.0, as_number=True
+)
 
 
 class Stribeck(Effect):
-    """level += delta exp(−(u/v_s)²)."""
+    """level += delta exp(−(u/v_s)²), or with another ``exponent`` than 2 level += delta exp(−(|u|/v_s)^exponent).
+
+    Exponents between 0.5 and 1 have been measured in ball bearings and gears (Armstrong-Hélouvry, Dupont and Canudas
+    de Wit 1994); the exponent 1 is Tustin's curve.
+    """
 
     kind = "stribeck"
     sits_on = "contact"
-    equation = "level += delta·exp(−(u/v_s)²)"
+    equation = "level += delta·exp(−(|u|/v_s)²), or with exponent in place of 2 where it is given"
     signature = "extra friction at low slip speed that is gone above the Stribeck velocity"
     seen_over = "velocity"
-    parameters = (
-        EffectParameter("delta", "{F}", "rise of the level at standstill", low=0.0, neutral=0.0),
-        EffectParameter("v_s", "{q}/s", "Stribeck velocity", low=0.0, start=speeds),
-    )
     confused_with = (
         Confusion("friction_drift", "speeds in random order: a rising ladder of speeds goes along with time"),
         Confusion("presliding", "a microscopic slow sine"),
@@ -28,6 +38,26 @@ class Stribeck(Effect):
         Confusion("quadratic_drag", "slow motion, where a wide Stribeck curve still falls"),
     )
 
+    def __init__(self, shaped: bool = False) -> None:
+        self.parameters = (RISE, SPEED, EXPONENT) if shaped else (RISE, SPEED)
+
+    def with_parameters(self, names: Sequence[str]) -> Effect:
+        """With an exponent where it is given."""
+        return type(self)(shaped=EXPONENT.name in names)
+
+    @property
+    def forms(self) -> tuple[Effect, ...]:
+        """The Gaussian first."""
+        return (self, type(self)(shaped=True))
+
+    def starts(self, covered: Covered) -> list[dict[str, float]]:
+        """With an exponent: an exponential of every Stribeck velocity."""
+        exponents = [{"exponent": 1.0}] if EXPONENT in self.parameters else [{}]
+        return [{"v_s": float(v)} | e for v, e in product(speeds(covered), exponents)]
+
     def add(self, system: System, place: int, p: Symbols) -> System:
         slip = system.contacts[place].slip
-        return system.with_level(place, p["delta"] * sympy.exp(-((slip / p["v_s"]) ** 2)))
+        if EXPONENT.name not in p:
+            return system.with_level(place, p["delta"] * sympy.exp(-((slip / p["v_s"]) ** 2)))
+        power = Magnitude(slip) ** p["exponent"] / p["v_s"] ** p["exponent"]
+        return system.with_level(place, p["delta"] * sympy.exp(-power))

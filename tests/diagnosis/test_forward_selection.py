@@ -143,6 +143,7 @@ def test_rivals_of_a_later_effect_put_it_first(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(forward_selection, "fit_candidates", lambda *_: [gain])
     monkeypatch.setattr(forward_selection, "is_possible", lambda search, found: True)
     monkeypatch.setattr(forward_selection, "matters", lambda *_: True)
+    monkeypatch.setattr(forward_selection, "corrects_a_form", lambda *_: "")
     monkeypatch.setattr(forward_selection, "_others", lambda search, parts, k, first: [gain.part] if k else [])
     monkeypatch.setattr(forward_selection, "_ties", lambda search, found, current: True)
     monkeypatch.setattr(forward_selection, "_preferred_by_force", lambda search, current, found: False)
@@ -165,6 +166,7 @@ def test_a_replacement_whose_period_the_log_cannot_show_is_none(monkeypatch: pyt
     monkeypatch.setattr(forward_selection, "_others", lambda search, parts, k, first: [wave.part])
     monkeypatch.setattr(ranking, "admissible", lambda search, found: True)
     monkeypatch.setattr(forward_selection, "matters", lambda *_: True)
+    monkeypatch.setattr(forward_selection, "corrects_a_form", lambda *_: "")
     monkeypatch.setattr(ranking, "unseen_period", lambda search, found: "longer than the stroke")
     search: Any = SimpleNamespace(without=lambda current, k: current, fitted_again=lambda fit: fit)
     current = fit(part_named("spring"), part_named("viscous_asymmetry"))
@@ -173,6 +175,9 @@ def test_a_replacement_whose_period_the_log_cannot_show_is_none(monkeypatch: pyt
     monkeypatch.setattr(ranking, "unseen_period", lambda search, found: "")
     assert forward_selection._swapped(search, current, [], [])[0] is wave.fit
     monkeypatch.setattr(forward_selection, "matters", lambda *_: False)  # a lag of 1e-15 s ties with anything
+    assert forward_selection._swapped(search, current, [], []) == (None, {})
+    monkeypatch.setattr(forward_selection, "matters", lambda *_: True)
+    monkeypatch.setattr(forward_selection, "corrects_a_form", lambda *_: "less than a misfit may leave")
     assert forward_selection._swapped(search, current, [], []) == (None, {})
 
 
@@ -210,3 +215,29 @@ def test_a_form_with_more_parameters_must_fit_clearly_better(
     none: Any = None
     found = candidate_fits.fit_candidates(none, none, parts, lambda share: None)
     assert found == [fits[k] for k in kept]
+
+
+def test_forms_of_an_effect_are_one_hypothesis() -> None:
+    """Bonferroni's correction counts a saturation with and without rounding once; each place of an effect counts."""
+    system = system_of(stage())
+    parts = [part_of(form, place, system) for effect, place in candidates(system) for form in effect.forms]
+    kinds = {(effect.kind, place) for effect, place in candidates(system)}
+    assert len(parts) > len(kinds) == ranking.hypotheses(parts)
+
+
+@pytest.mark.parametrize(("sizes", "moved"), [((0.1, 0.3), 1), ((0.3, 0.1), None)])
+def test_the_effect_of_the_largest_force_is_named_first(
+    sizes: tuple[float, float], moved: int | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    system = system_of(stage())
+    parts = [part_of(effect, place, system) for effect, place in candidates(system) if effect.kind in LATE]
+    share_of = dict(zip(LATE, sizes, strict=True))
+    monkeypatch.setattr(forward_selection, "force_share", lambda search, part, values: share_of[part.kind])
+    monkeypatch.setattr(forward_selection, "_put_first", lambda search, fit, k: k)
+    trial = SimpleNamespace(parts=parts, changed=system, system=system, split=lambda theta: (None, [{}, {}]))
+    both: Any = SimpleNamespace(runner=SimpleNamespace(trial=trial), theta=None)
+    found: Any = forward_selection._largest_first(None, both)  # type: ignore[arg-type]
+    assert found == moved if moved is not None else found is both
+
+
+LATE = ("input_delay", "actuator_lag")

@@ -33,10 +33,10 @@ NUMPY = [{"Sgn": np.sign, "Magnitude": np.abs}, "numpy"]
 # What each effect adds to g − M a − U λ, of x, v, a of the coordinate; for contacts what it adds to λ, of the slip
 # velocity u, the slip position s, the drive force L and the time t.
 CONTACT = {
-    "viscous": lambda u, s, L, t, b: b * u,
+    "viscous": lambda u, s, L, t, b, v_s=None: b * u if v_s is None else b * np.sign(u) * v_s * np.log1p(abs(u) / v_s),
     "coulomb_asymmetry": lambda u, s, L, t, d: d,
     "viscous_asymmetry": lambda u, s, L, t, d_b: d_b * abs(u),
-    "stribeck": lambda u, s, L, t, delta, v_s: np.sign(u) * delta * np.exp(-((u / v_s) ** 2)),
+    "stribeck": lambda u, s, L, t, delta, v_s, exponent=2: np.sign(u) * delta * np.exp(-(abs(u / v_s) ** exponent)),
     "position_dependent_friction": lambda u, s, L, t, amplitude, period, phase: (
         np.sign(u) * amplitude * np.sin(2 * pi * s / period + phase)
     ),
@@ -47,10 +47,19 @@ CONTACT = {
     "friction_drift": lambda u, s, L, t, delta, T: np.sign(u) * delta * np.exp(-t / T),
 }
 # What the inputs exert on the coordinates.
+
+
+def rounded_limit(w: float, limit: float, rounding: float) -> float:
+    """By the distances of the point (w, rounding·limit) from the two corners."""
+    steep = np.sqrt(1 - rounding**2)
+    corner, width = limit * steep, limit * rounding
+    return float((np.hypot(w + corner, width) - np.hypot(w - corner, width)) / (2 * steep))
+
+
 INPUT = {
     "input_gain": lambda w, gain: gain * w,
     "dead_zone": lambda w, width: np.sign(w) * max(abs(w) - width, 0),
-    "saturation": lambda w, limit: min(max(w, -limit), limit),
+    "saturation": lambda w, limit, rounding=0: rounded_limit(w, limit, rounding),
 }
 DRIVE = {
     "one_mass": lambda w: [w],
@@ -78,7 +87,10 @@ WITHOUT_FORCE = {"input_delay", "actuator_lag", "presliding", "compliance", "bac
 def parameters(effect: Effect, generator: np.random.Generator) -> dict[str, float]:
     """Random values inside the admissible range, of both signs where that is allowed."""
     return {
-        p.name: float(generator.uniform(0.1, 2) * (1 if p.low is not None else generator.choice([-1, 1])))
+        p.name: float(
+            generator.uniform(max(0.1, p.low or 0), min(p.high or 2, 2))
+            * (1 if p.low is not None else generator.choice([-1, 1]))
+        )
         for p in effect.parameters
     }
 
@@ -128,16 +140,18 @@ def test_no_kind_is_left_out() -> None:
 
 @pytest.mark.parametrize(("kind", "name", "place"), cases())
 def test_change_is_the_equation(kind: str, name: str, place: int) -> None:
-    effect, system = CATALOGUE[kind], bare_machine(name)
+    """Of every form of the effect."""
+    system = bare_machine(name)
     generator = np.random.default_rng(list(f"{kind}{name}{place}".encode()))
-    symbols = effect_symbols(effect, places_of(effect, system)[place], system)
-    change = effect.change(system, place, symbols)
-    for _ in range(10):
-        p, at = parameters(effect, generator), motion(system, generator)
-        values = at | {symbols[q]: v for q, v in p.items()}
-        right = by_hand(kind, system, place, p, at)
-        np.testing.assert_allclose(numbers(change, values), right, rtol=1e-11, atol=1e-12)
-        assert effect.admissible(system, place, p) or kind == "inertia_error"
+    for effect in CATALOGUE[kind].forms:
+        symbols = effect_symbols(effect, places_of(effect, system)[place], system)
+        change = effect.change(system, place, symbols)
+        for _ in range(10):
+            p, at = parameters(effect, generator), motion(system, generator)
+            values = at | {symbols[q]: v for q, v in p.items()}
+            right = by_hand(kind, system, place, p, at)
+            np.testing.assert_allclose(numbers(change, values), right, rtol=1e-11, atol=1e-12)
+            assert effect.admissible(system, place, p) or kind == "inertia_error"
 
 
 @pytest.mark.parametrize("kind", [k for k in CATALOGUE if k not in NOT_LINEAR])

@@ -98,6 +98,12 @@ CASES = {
     "saturation": ("on: w, parameters: {limit: 6}", mass(effective=lambda w: min(max(w, -6), 6))),
     "actuator_lag": ("on: w, parameters: {tau: 0.03}", lagging(0.03)),
 }
+FORMS = {
+    "viscous": (
+        "on: rail, parameters: {b: 9, v_s: 0.2}",
+        mass(lambda t, x, v, w: -9 * 0.2 * np.sign(v) * np.log1p(abs(v) / 0.2)),
+    ),
+}
 
 
 def machine(effects: str, unit: str) -> System:
@@ -152,9 +158,9 @@ def compare(effects: str, truth: Truth, unit: str = "m", substeps: int = 50, mor
     assert np.max(np.abs(plain[:, 0] - expected[:, 0])) > 0.005
 
 
-@pytest.mark.parametrize("kind", CASES)
-def test_motion_with_one_effect(kind: str) -> None:
-    declared, truth = CASES[kind]
+@pytest.mark.parametrize(("kind", "case"), [*CASES.items(), *FORMS.items()])
+def test_motion_with_one_effect(kind: str, case: tuple[str, Truth]) -> None:
+    declared, truth = case
     unit = "rad" if kind == "gravity_imbalance" else "m"
     compare(f"{{kind: {kind}, {declared}}}", truth, unit, more=(COMMAND[0],) if kind == "actuator_lag" else ())
 

@@ -95,7 +95,7 @@ def propose(spec: Spec, analysis: Analysis, derive: Derive) -> Proposals:
         return Proposals(None, None)
     try:
         vertices = len(enclose_family(held).matrices)
-    except (NotEnclosable, verify.Refused) as error:
+    except (NotEnclosable, TypeError, verify.Refused) as error:
         return _skipped(str(error))
     limit = MOST_VERTICES_UNDECIDED if analysis.stable else MOST_VERTICES
     if vertices > limit:

@@ -1,0 +1,75 @@
+"""Friction curves of other forms than the standard equations: one effect, under the standard name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from codegen.app.diagnose import diagnose
+from codegen.diagnosis.diagnose import diagnose_log
+from codegen.spec import parse_spec
+from tests.diagnosis.stage import STAGE, TEST, TRAIN, log_of, stage, system_of
+
+SPEED: NDArray[np.float64] = np.linspace(0.04, 0.6, 200)
+LAWS = {
+    "square root": ("law: canudas, alpha_0: 2, alpha_1: 10, alpha_2: 0", 2 + 10 * np.sqrt(SPEED)),
+    "proportional": ("law: canudas, alpha_0: 2, alpha_1: 0, alpha_2: 9", 2 + 9 * SPEED),
+}
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_friction_that_grows_with_speed_is_viscous(name: str, tmp_path: Path) -> None:
+    """The plant's contact has a law that the spec does not know; no second effect corrects the form of the first."""
+    law, truth = LAWS[name]
+    plain = STAGE.format(effects="[]", level=2.0, reference=TRAIN, duration=14.0, noise=1e-6)
+    plain = plain.replace("law: coulomb, a: 2.0, unit: N", f"{law}, unit: N")
+    train, test = (
+        log_of(parse_spec(text, Path("stage.yaml")), tmp_path, f"{name}.csv")
+        for name, text in (("train", plain), ("test", plain.replace(TRAIN, TEST)))
+    )
+    spec = stage()
+    diagnosis, models = diagnose_log(spec, system_of(spec), train, test)
+    assert [e.kind for e in diagnosis.effects] == ["viscous"], diagnosis.sentence
+    found = diagnosis.effects[0].parameters
+    level = float(models.augmented.values[next(iter(models.train.levels))])
+    assert ("v_s" in found) == (name == "square root")
+    rise = found["b"] * found["v_s"] * np.log1p(SPEED / found["v_s"]) if "v_s" in found else found["b"] * SPEED
+    assert np.abs(level + rise - truth).max() < 0.05 * truth.max()
+    assert diagnosis.augmented.force_rms < 0.3 * diagnosis.refit.force_rms
+
+
+OBSERVER = """observer:
+  kind: gcfo
+  velocity: estimated
+  gains: {K_F: 20, K_v: 100}
+  sample_time: 2 ms
+envelope:
+  x: [-0.5, 0.5]
+  v: [-1, 1]
+"""
+
+
+def test_a_steep_stribeck_curve_is_found_and_its_observer_refused(tmp_path: Path) -> None:
+    """Bo and Pavelescu's curve with an exponent of 0.6, whose slope is infinite at standstill: no observer is made for
+    it, and the diagnosis is written all the same.
+    """
+    delta, width, exponent = 5.0, 0.1, 0.6
+    law = f"law: bo_pavelescu, F_c: 4, F_s: {4 + delta}, alpha: {width}, n: {exponent}, F_v: 0"
+    plain = STAGE.format(effects="[]", level=4.0, reference=TRAIN, duration=14.0, noise=1e-6)
+    plain = plain.replace("law: coulomb, a: 4.0, unit: N", f"{law}, unit: N")
+    for name, text in (("train", plain), ("test", plain.replace(TRAIN, TEST))):
+        log_of(parse_spec(text, Path("stage.yaml")), tmp_path, f"{name}.csv")
+    spec = tmp_path / "stage.yaml"
+    spec.write_text(plain.replace(law, "law: coulomb, a: 4") + OBSERVER, encoding="utf-8")
+    done = diagnose(spec, tmp_path / "train.csv", tmp_path / "test.csv", tmp_path / "found")
+    assert [e.kind for e in done.diagnosis.effects] == ["stribeck"], done.diagnosis.sentence
+    found = done.diagnosis.effects[0].parameters
+    curve = found["delta"] * np.exp(-((SPEED / found["v_s"]) ** found.get("exponent", 2.0)))
+    assert np.abs(curve - delta * np.exp(-((SPEED / width) ** exponent))).max() < 0.1 * delta
+    assert found["exponent"] == pytest.approx(exponent, rel=0.15)
+    assert done.diagnosis.certificate is not None
+    assert "no code was generated: the error dynamics are not finite" in str(done.diagnosis.certificate.after)
+    assert "exponent:" in (tmp_path / "found" / "spec.yaml").read_text("utf-8")
