@@ -7,6 +7,7 @@ from math import erfc, exp, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import t as student
 
 from codegen.diagnosis.output_error import Fit, mean_residuals, scales, segment_losses, segment_weights
 
@@ -35,6 +36,8 @@ FURTHER = 0.4
 form."""
 SIGNED = 48
 """Blocks of neighbouring segments for the sign test; a disturbance may last longer than one segment."""
+LEAST_FAR = 5
+"""Fewest blocks far above the noise that are compared by themselves."""
 AT_NOISE = 0.05
 """A loss this near to that of pure noise leaves nothing to find."""
 TIE_LEVEL = 0.05
@@ -54,6 +57,8 @@ class Evidence:
         t: sum of the gains of blocks of segments over the root of the sum of their squares: a z-score if each block's
             gain has a random sign.
         won, blocks: blocks of segments on which it is better.
+        where_far: one-sided probability, by Student's t test, of such ratios of the squared residuals in the blocks
+            where one of the two is far above the noise; 1 where these are too few.
     """
 
     gain: float
@@ -61,17 +66,20 @@ class Evidence:
     t: float
     won: int
     blocks: int
+    where_far: float = 1.0
 
     def p(self, whiteness: float) -> float:
-        """One-sided probability of such gains without an effect: the smaller of two tests, doubled.
+        """One-sided probability of such gains without an effect: the smallest of three tests, times three.
 
-        The sign test on the gains of blocks, which a gain in few segments cannot pass; and the likelihood ratio with
-        the number of independent residuals, which counts where the candidate's residual is near the noise.
+        The sign test on the gains of blocks, which a gain in few segments cannot pass; the likelihood ratio with the
+        number of independent residuals, which counts where the candidate's residual is near the noise; and the t test
+        on the logarithms of the ratios of squared residuals in those blocks alone where something is missing.
 
         Args:
             whiteness: share of the candidate's residuals that are independent.
         """
-        return min(1.0, 2 * min(random_signs(self.t), exp(-max(whiteness * self.gain, 0.0))))
+        likelihood = exp(-max(whiteness * self.gain, 0.0))
+        return min(1.0, 3 * min(random_signs(self.t), likelihood, self.where_far))
 
 
 def random_signs(t: float) -> float:
@@ -121,7 +129,26 @@ def evidence(base: Array, other: Array, kept: int, floor: float = 0.0) -> Eviden
         float(gains.sum() / spread) if spread > 0 else 0.0,
         int((blocks > 0).sum()),
         len(blocks),
+        _where_far(_squares(base, kept), _squares(other, kept), _squares(np.array([floor]), kept)[0]) if floor else 1.0,
     )
+
+
+def _where_far(before: Array, after: Array, noise: float) -> float:
+    """Probability by a t test on log(after/before) of the blocks in which either is far above the noise.
+
+    Blocks chosen by ``before`` alone would favour any other model: their residual is large by chance too.
+
+    Args:
+        before, after: (S,) squared residuals of the segments. noise: of a segment whose residual is pure noise.
+    """
+    count = min(SIGNED, len(before))
+    sums = [np.array([b.sum() for b in np.array_split(x, count)]) for x in (before, after, np.full(len(before), noise))]
+    far = np.maximum(sums[0], sums[1]) > FAR**2 * sums[2]
+    if far.sum() < LEAST_FAR:
+        return 1.0
+    ratios = np.log(np.maximum(sums[1], sums[2])[far] / np.maximum(sums[0], sums[2])[far])
+    spread = float(ratios.std(ddof=1)) / sqrt(len(ratios))
+    return float(student.sf(-ratios.mean() / spread, len(ratios) - 1)) if spread > 0 else 1.0
 
 
 def _squares(losses: Array, kept: int) -> Array:

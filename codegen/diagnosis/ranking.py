@@ -24,7 +24,7 @@ from codegen.diagnosis.credit import (
 from codegen.diagnosis.force_evidence import ForceGain, force_gain, residual_without_levels
 from codegen.diagnosis.models import model_of, with_effects
 from codegen.diagnosis.output_error import Fit
-from codegen.diagnosis.reservations import never_passed, passed_too_fast
+from codegen.diagnosis.reservations import bends_too_early, never_passed, passed_too_fast
 from codegen.diagnosis.residual import drive_left, inverse_dynamics_residual
 from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.search import Search
@@ -310,19 +310,21 @@ def _why_not(search: Search, found: Found, e: Evidence, size: float) -> str:
         return f"its force is {100 * size:.2g} % of the drive force: too little to matter"
     if not admissible(search, found):
         return "fits only with unphysical values"
-    hidden = unseen_period(search, found)
+    hidden = unseen_shape(search, found)
     if hidden:
         return hidden
     here = CATALOGUE[found.part.kind].coordinate(search.system, found.part.place)
     return found.part.effect.unseen(found.parameters, float(search.record.noise[here]))
 
 
-def unseen_period(search: Search, found: Found) -> str:
-    """Why the log cannot show that an effect repeats, where it has a period; else empty."""
+def unseen_shape(search: Search, found: Found) -> str:
+    """Why the log cannot show an effect's shape: that it repeats, or where it bends; else empty."""
     if never_passed(search.system, search.motion, found.part, found.parameters):
         return "its period is longer than the distance that the log covers: less than one period shows no repetition"
     if passed_too_fast(search.system, search.motion, found.part, found.parameters):
         return "its period is passed so fast everywhere that its force lies above the cutoff of the filter"
+    if bends_too_early(search.system, search.motion, found.part, found.parameters):
+        return "it bends at so low a speed that it is a friction level, and not what its name says"
     return ""
 
 
@@ -354,7 +356,7 @@ def _least_size(found: Found) -> float:
 
 def is_possible(search: Search, found: Found) -> bool:
     """Whether the fitted values lie within the effect's bounds and the log can show its period."""
-    return admissible(search, found) and not unseen_period(search, found)
+    return admissible(search, found) and not unseen_shape(search, found)
 
 
 def admissible(search: Search, found: Found) -> bool:

@@ -56,6 +56,12 @@ def passed_too_fast(system: System, motion: Motion, part: Part, parameters: Mapp
     )
 
 
+def bends_too_early(system: System, motion: Motion, part: Part, parameters: Mapping[str, float]) -> bool:
+    """Whether a curve bends at so small a share of the log's top speed that it is a level, not what its name says."""
+    least = {p.name: p.least_share for p in part.effect.parameters if p.least_share > 0}
+    return any(parameters[name] < share * _top_speed(system, motion, part) for name, share in least.items())
+
+
 def remarks(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
     """Parts of a credited effect's curve that the log does not cover, and intervals that it has not, in words."""
     words = []
@@ -67,7 +73,7 @@ def remarks(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
     if period > stroke and _known_turn(problem.system, part, period):
         unit = found.units["period"]
         words.append(f"{found.kind} on {found.on} is seen over {stroke:.3g} of {period:.3g} {unit} of its turn only")
-    covered = {"{q}/s": _top_speed(problem, part), "s": float(np.ptp(problem.motion.time))}
+    covered = {"{q}/s": _top_speed(problem.system, problem.motion, part), "s": float(np.ptp(problem.motion.time))}
     for p in CATALOGUE[found.kind].with_parameters(list(found.parameters)).parameters:
         most = covered.get(p.unit)
         if most is None or p.neutral is not None or not found.parameters[p.name] > most:
@@ -102,9 +108,8 @@ def _stroke(system: System, motion: Motion, part: Part) -> float:
     return float(np.ptp((motion.positions @ _direction(system, part))[motion.usable]))
 
 
-def _top_speed(problem: Problem, part: Part) -> float:
-    motion = problem.motion
-    return float(np.quantile(np.abs(motion.velocities @ _direction(problem.system, part)), MOST_SPEED))
+def _top_speed(system: System, motion: Motion, part: Part) -> float:
+    return float(np.quantile(np.abs(motion.velocities @ _direction(system, part)), MOST_SPEED))
 
 
 def _direction(system: System, part: Part) -> NDArray[np.float64]:

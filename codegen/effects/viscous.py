@@ -14,7 +14,9 @@ from codegen.spec.functions import Magnitude, Sgn
 
 COEFFICIENT = EffectParameter("b", "{F}*s/{q}", "viscous coefficient", neutral=0.0)
 FALLING = EffectParameter("b", "{F}*s/{q}", "viscous coefficient at standstill", low=0.0, neutral=0.0)
-THINNING = EffectParameter("v_s", "{q}/s", "speed at which the slope is half of b", low=0.0, start=speeds)
+THINNING = EffectParameter(
+    "v_s", "{q}/s", "speed at which the slope is half of b", low=0.0, start=speeds, least_share=0.01
+)
 
 
 class Viscous(Effect):

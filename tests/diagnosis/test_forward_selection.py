@@ -167,12 +167,12 @@ def test_a_replacement_whose_period_the_log_cannot_show_is_none(monkeypatch: pyt
     monkeypatch.setattr(ranking, "admissible", lambda search, found: True)
     monkeypatch.setattr(forward_selection, "matters", lambda *_: True)
     monkeypatch.setattr(forward_selection, "corrects_a_form", lambda *_: "")
-    monkeypatch.setattr(ranking, "unseen_period", lambda search, found: "longer than the stroke")
+    monkeypatch.setattr(ranking, "unseen_shape", lambda search, found: "longer than the stroke")
     search: Any = SimpleNamespace(without=lambda current, k: current, fitted_again=lambda fit: fit)
     current = fit(part_named("spring"), part_named("viscous_asymmetry"))
     current.cost = 100.0
     assert forward_selection._swapped(search, current, [], []) == (None, {})
-    monkeypatch.setattr(ranking, "unseen_period", lambda search, found: "")
+    monkeypatch.setattr(ranking, "unseen_shape", lambda search, found: "")
     assert forward_selection._swapped(search, current, [], [])[0] is wave.fit
     monkeypatch.setattr(forward_selection, "matters", lambda *_: False)  # a lag of 1e-15 s ties with anything
     assert forward_selection._swapped(search, current, [], []) == (None, {})

@@ -99,6 +99,14 @@ CASES = {
     "actuator_lag": ("on: w, parameters: {tau: 0.03}", lagging(0.03)),
 }
 FORMS = {
+    "position_dependent_friction": (
+        "on: rail, parameters: {amplitude: 1.5, period: 0.11, phase: 0.7, amplitude_2: 0.8, phase_2: -2}",
+        mass(level=lambda t, x, v, w, s: A + 1.5 * sin(2 * pi * x / 0.11 + 0.7) + 0.8 * sin(4 * pi * x / 0.11 - 2)),
+    ),
+    "stribeck": (
+        "on: rail, parameters: {delta: 3, v_s: 0.2, exponent: 1}",
+        mass(level=lambda t, x, v, w, s: A + 3 * exp(-abs(v) / 0.2)),
+    ),
     "viscous": (
         "on: rail, parameters: {b: 9, v_s: 0.2}",
         mass(lambda t, x, v, w: -9 * 0.2 * np.sign(v) * np.log1p(abs(v) / 0.2)),

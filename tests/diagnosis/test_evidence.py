@@ -1,0 +1,50 @@
+"""Significance of a gain on held-out segments: its rate of false alarms, and an effect that acts in few segments."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.stats import binom
+
+from codegen.diagnosis.credit import evidence
+
+KEPT, SEGMENTS = 40, 48
+FLOOR = 0.5 * KEPT * np.log(2.0)
+"""Loss of a segment whose squared residual is that of the noise, one a value."""
+
+
+def losses(squares: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The losses of segments with these squared residuals, as ``segment_losses`` has them."""
+    return np.asarray(0.5 * KEPT * np.log1p(squares / KEPT))
+
+
+def test_an_effect_that_acts_in_seven_segments_and_leaves_noise_there_is_significant() -> None:
+    """The signs of seven gains alone are chance with a probability of 1/128."""
+    generator = np.random.default_rng(1)
+    before = KEPT * (1 + 0.2 * generator.normal(size=SEGMENTS))
+    after = before * np.exp(0.05 * generator.normal(size=SEGMENTS))
+    before[5:40:5] = KEPT * generator.uniform(300, 900, 7)
+    found = evidence(losses(before), losses(after), KEPT, FLOOR)
+    assert found.t < 3 and found.p(0.0) < 1e-4
+    assert found.where_far < 1e-5
+
+
+def test_as_good_a_model_is_credited_as_rarely_as_stated() -> None:
+    """Two models whose residuals are drawn alike, far above the noise in a few segments each: p is below 5 % in no more
+    of 2000 draws than chance allows.
+    """
+    generator, level, draws = np.random.default_rng(2), 0.05, 2000
+    rare = 0
+    for _ in range(draws):
+        common = KEPT * np.exp(3.5 * generator.normal(size=SEGMENTS))
+        one, other = (common * np.exp(1.5 * generator.normal(size=SEGMENTS)) for _ in range(2))
+        rare += evidence(losses(one), losses(other), KEPT, FLOOR).p(0.0) < level
+    assert rare <= binom.ppf(0.999, draws, level)
+
+
+@pytest.mark.parametrize("count", [0, 4])
+def test_few_segments_far_from_the_noise_say_nothing_by_themselves(count: int) -> None:
+    before = np.full(SEGMENTS, float(KEPT))
+    before[:count] *= 1e4
+    assert evidence(losses(before), losses(np.full(SEGMENTS, float(KEPT))), KEPT, FLOOR).where_far == 1.0
