@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import sympy
 
@@ -12,24 +13,24 @@ from codegen.effects.start import speeds
 from codegen.mechanics.system import System
 from codegen.spec.functions import Magnitude, Sgn
 
-COEFFICIENT = EffectParameter("b", "{F}*s/{q}", "viscous coefficient", neutral=0.0)
-FALLING = EffectParameter("b", "{F}*s/{q}", "viscous coefficient at standstill", low=0.0, neutral=0.0)
-THINNING = EffectParameter(
-    "v_s", "{q}/s", "speed at which the slope is half of b", low=0.0, start=speeds, least_share=0.01
-)
+COEFFICIENT = EffectParameter("b", "{F}*s/{q}", "viscous coefficient; of a curve, what its slope loses", neutral=0.0)
+FALLING = replace(COEFFICIENT, low=0.0)
+THINNING = EffectParameter("v_s", "{q}/s", "speed at which half of b is lost", low=0.0, start=speeds, least_share=0.01)
+LEFT = EffectParameter("b_inf", "{F}*s/{q}", "slope of a curve at high speed, 0 where it is not given", neutral=0.0)
+FORMS = ((COEFFICIENT,), (FALLING, THINNING), (FALLING, THINNING, LEFT))
 
 
 class Viscous(Effect):
-    """λ += b u, or with ``v_s`` the curve λ += b v_s ln(1 + |u|/v_s) sgn(u), whose slope b/(1 + |u|/v_s) falls with
-    speed.
+    """λ += b u, or with ``v_s`` the curve λ += b v_s ln(1 + |u|/v_s) sgn(u) + b_inf u.
 
-    The curve is that of a lubricant that thins with the shear rate: friction in harmonic drives, servo gears and
-    greased bearings grows by less than in proportion to speed.
+    The slope of the curve falls from b + b_inf at standstill to b_inf: a lubricant that thins with the shear rate. In
+    harmonic drives, servo gears and greased bearings friction grows by less than in proportion to speed. Where the spec
+    declares viscous friction in proportion, b_inf may be negative and take of that.
     """
 
     kind = "viscous"
     sits_on = "contact"
-    equation = "λ += b·u, or b·v_s·ln(1 + ∣u∣/v_s)·sgn(u) where v_s is given"
+    equation = "λ += b·u, or b·v_s·ln(1 + ∣u∣/v_s)·sgn(u) + b_inf·u where v_s is given"
     signature = "a force that grows with slip velocity and changes sign with it"
     seen_over = "velocity"
     confused_with = (
@@ -39,24 +40,24 @@ class Viscous(Effect):
         Confusion("coupling", "one of the two coordinates held, the other moved"),
     )
 
-    def __init__(self, thinning: bool = False) -> None:
-        self.parameters = (FALLING, THINNING) if thinning else (COEFFICIENT,)
+    def __init__(self, form: int = 0) -> None:
+        self.parameters = FORMS[form]
 
     def with_parameters(self, names: Sequence[str]) -> Effect:
-        """With a slope that falls where v_s is given."""
-        return type(self)(thinning=THINNING.name in names)
+        """The simplest form that has these parameters."""
+        return type(self)(2 if LEFT.name in names else 1 if THINNING.name in names else 0)
 
     @property
     def forms(self) -> tuple[Effect, ...]:
         """The constant slope first."""
-        return (self, type(self)(thinning=True))
+        return tuple(type(self)(form) for form in range(len(FORMS)))
 
     def add(self, system: System, place: int, p: Symbols) -> System:
         slip = system.contacts[place].slip
         if THINNING.name not in p:
             return system.with_contact_force(place, p["b"] * slip)
-        curve = sympy.log(1 + Magnitude(slip) / p["v_s"])
-        return system.with_contact_force(place, p["b"] * p["v_s"] * curve * Sgn(slip))
+        curve = p["b"] * p["v_s"] * sympy.log(1 + Magnitude(slip) / p["v_s"]) * Sgn(slip)
+        return system.with_contact_force(place, curve + p.get("b_inf", 0) * slip)
 
     def twins(self, system: System, place: int) -> list[tuple[str, str]]:
         if THINNING in self.parameters:

@@ -41,6 +41,7 @@ def test_friction_that_grows_with_speed_is_viscous(name: str, tmp_path: Path) ->
     level = float(models.augmented.values[next(iter(models.train.levels))])
     assert ("v_s" in found) == (name == "square root")
     rise = found["b"] * found["v_s"] * np.log1p(SPEED / found["v_s"]) if "v_s" in found else found["b"] * SPEED
+    rise += found.get("b_inf", 0.0) * SPEED
     assert np.abs(level + rise - truth).max() < 0.05 * truth.max()
     assert diagnosis.augmented.force_rms < 0.3 * diagnosis.refit.force_rms
 
@@ -54,6 +55,26 @@ envelope:
   x: [-0.5, 0.5]
   v: [-1, 1]
 """
+
+
+def test_viscous_friction_that_the_spec_declares_in_proportion_is_a_curve(tmp_path: Path) -> None:
+    """The spec has 6 N·s/m of viscous friction, the machine 2 + 10 √|v| and none in proportion: the curve takes off
+    what the spec has too much, and no negative drag is named.
+    """
+    law, truth = LAWS["square root"]
+    plain = STAGE.format(effects="[]", level=2.0, reference=TRAIN, duration=14.0, noise=1e-6)
+    plain = plain.replace("law: coulomb, a: 2.0, unit: N", f"{law}, unit: N").replace("w - b*v", "w")
+    train, test = (
+        log_of(parse_spec(text, Path("stage.yaml")), tmp_path, f"{name}.csv")
+        for name, text in (("train", plain), ("test", plain.replace(TRAIN, TEST)))
+    )
+    spec = stage()
+    diagnosis, models = diagnose_log(spec, system_of(spec), train, test)
+    assert [e.kind for e in diagnosis.effects] == ["viscous"], diagnosis.sentence
+    p = diagnosis.effects[0].parameters
+    level = float(models.augmented.values[next(iter(models.train.levels))])
+    found = level + (6 + p["b_inf"]) * SPEED + p["b"] * p["v_s"] * np.log1p(SPEED / p["v_s"])
+    assert np.abs(found - truth).max() < 0.05 * truth.max()
 
 
 def test_a_steep_stribeck_curve_is_found_and_its_observer_refused(tmp_path: Path) -> None:

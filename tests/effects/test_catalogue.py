@@ -33,7 +33,9 @@ NUMPY = [{"Sgn": np.sign, "Magnitude": np.abs}, "numpy"]
 # What each effect adds to g − M a − U λ, of x, v, a of the coordinate; for contacts what it adds to λ, of the slip
 # velocity u, the slip position s, the drive force L and the time t.
 CONTACT = {
-    "viscous": lambda u, s, L, t, b, v_s=None: b * u if v_s is None else b * np.sign(u) * v_s * np.log1p(abs(u) / v_s),
+    "viscous": lambda u, s, L, t, b, v_s=None, b_inf=0: (
+        b * u if v_s is None else b * np.sign(u) * v_s * np.log1p(abs(u) / v_s) + b_inf * u
+    ),
     "coulomb_asymmetry": lambda u, s, L, t, d: d,
     "viscous_asymmetry": lambda u, s, L, t, d_b: d_b * abs(u),
     "stribeck": lambda u, s, L, t, delta, v_s, exponent=2: np.sign(u) * delta * np.exp(-(abs(u / v_s) ** exponent)),
