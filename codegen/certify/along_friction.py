@@ -20,6 +20,7 @@ from codegen.analysis.error_dynamics import ErrorDynamics, derive_error_dynamics
 from codegen.analysis.terms import expand_products
 from codegen.certify.family import Family, build_family
 from codegen.mechanics.system import Matrix
+from codegen.observers.equations import Observer
 from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import symbol
 
@@ -73,6 +74,11 @@ class AlongFriction:
         """The same at another sample time, exact, s."""
         observer = replace(self.dynamics.observer, sample_time=sample_time)
         return replace(self, dynamics=replace(self.dynamics, observer=observer), _known={})
+
+    def over(self, observer: Observer) -> AlongFriction:
+        """The same for an observer with other ranges of the same levels; families are written once for both."""
+        assert observer.level_ranges.keys() == self.levels.keys()
+        return replace(self, dynamics=replace(self.dynamics, observer=observer), levels=observer.level_ranges)
 
     def family(self, box: Box) -> Family:
         """The family over ranges of the variables; signs of slips and of kinks come from these where they are known.
