@@ -107,7 +107,7 @@ class AlongFriction:
             low, high = box[axis.slip]
             if low >= 0 or high <= 0:
                 known[s] = sympy.Integer(1 if low >= 0 else -1)
-        slopes = {name: _as_speeds(e.subs(known), signs) for name, e in self.dynamics.slopes.items()}
+        slopes = {name: _as_speeds(e.xreplace(known), signs) for name, e in self.dynamics.slopes.items()}
         parts: dict[Any, sympy.Symbol] = {}
         slopes = {name: _without_kinks(e, box, parts) for name, e in slopes.items()}
         ranges = {part: (sympy.Integer(0), sympy.Integer(1)) for part in parts.values()}
@@ -214,7 +214,7 @@ def _kinks(expressions: Iterable[Any]) -> tuple[Any, ...]:
 def _range(x: Any, box: Box) -> tuple[Any, Any]:
     """Of a linear expression."""
     inside = sorted(x.free_symbols, key=str)
-    ends = [x.subs(dict(zip(inside, corner, strict=True))) for corner in product(*(box[v] for v in inside))]
+    ends = [x.xreplace(dict(zip(inside, corner, strict=True))) for corner in product(*(box[v] for v in inside))]
     return min(ends), max(ends)
 
 
