@@ -281,7 +281,7 @@ def claims_fall(top: dict[str, Any], proof: dict[str, Any]) -> bool:
 
 def same_matrix(top: dict[str, Any], proof: dict[str, Any]) -> bool:
     """Whether the certificate's I + hA, over all signs, is the proof's matrix, which the kernel has just accepted."""
-    signs = {f"sign_{s.removeprefix('sign.')}": s for s in proof["signs"]}
+    signs = {f"s_{s.removeprefix('sign.')}": s for s in proof["signs"]}
     ends = [{*at} for at in top["variables"].values()]
     if not {*top["variables"]} <= {*signs} or any(not ({-1, 1} >= x if top["along"] else {-1, 1} <= x) for x in ends):
         return False

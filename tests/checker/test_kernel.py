@@ -104,6 +104,9 @@ def test_a_matrix_that_depends_on_the_signs_is_proved_for_all_of_them() -> None:
     assert isinstance(outcome, Certificate)
     made = proof_text(observer_of(spec), program.places, outcome.content)
     assert outcome.kernel == made
+    sources = {name: body.encode() for name, body in machine.files.items()}
+    for name in ("certificate.json", "limit.json"):  # for all signs, and at one pair of them
+        assert verify.status(verify.check(sources[name].decode(), sources=sources)) == 0
     assert "sign.between * sign.ground" in made
     assert kernel.prove(json.loads(made), files)["whole"]
     with pytest.raises(ValueError, match="does not move the errors"):
