@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from codegen.app.derived import Derived, Source, derived_from
+from codegen.app.derived import Source, derived_from
 from codegen.app.rounding_bound import Rounding, rounding_bounds
 from codegen.base.border import verb
-from codegen.base.errors import BadInput
 from codegen.base.files import refuse_target, write_atomically
 from codegen.base.shown import Shown
 from codegen.certify.bound.bounds import ErrorBound
 from codegen.certify.outcome import Certificate, Refusal
 from codegen.certify.remedies.proposals import propose
-from codegen.certify.remedies.sample_times import ANY, largest_sample_times
-from codegen.spec.printed import decimal_of
+from codegen.certify.remedies.sample_times import largest_sample_times
 
 
 @dataclass(frozen=True, repr=False)
@@ -76,20 +72,7 @@ def certify(source: Source, out: str | Path | None = None) -> Certified:
         return Certified(outcome, bounds, times, rounding)
     outcome = replace(outcome, proposals=propose(machine.spec, machine.analysis, machine.with_spec))
     times = largest_sample_times(machine.spec, machine.analysis, outcome)
-    if outcome.unbound:
-        times = {step: h for step, h in times.items() if h == 0 or _passes(machine, step, h)}
     return Certified(outcome, "no certificate", times)
-
-
-def _passes(machine: Derived, integration: str, h: float) -> bool:
-    """Whether a machine is certified at another integration and sample time; ``h`` may be inf."""
-    spec = machine.spec
-    assert spec.observer is not None
-    exact = decimal_of(h if math.isfinite(h) else ANY)
-    other = replace(spec, observer=replace(spec.observer, integration=integration, sample_time=exact, domain=None))
-    with suppress(BadInput):
-        return isinstance(machine.with_spec(other).outcome, Certificate)
-    return False
 
 
 @verb

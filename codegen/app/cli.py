@@ -155,27 +155,25 @@ def verify(
     smt: Annotated[
         Path | None, typer.Option("--smt", parser=named_path, metavar="FILE", help="write it for z3 or cvc5 too")
     ] = None,
-    kernel: Annotated[bool, typer.Option("--kernel", help="demand that the kernel proves it of the C")] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Check a certificate, a bound or proof.json by the independent checker (codegen/checker/, standard library only).
+    """Check a certificate or proof.json by the independent checker (codegen/checker/, standard library only).
 
-    Exit status: 0 verified and bound to the code beside it; 5 verified, but bound to no code; 3 refused. Of proof.json,
-    and with --kernel: 0 proved of the C; 4 proved of it where the printed conditions hold; 6 not proved of it.
+    Exit status: 0 verified, and proved of the C beside it; 4 the same where the printed conditions hold; 5 the algebra
+    holds, and it was not bound to code; 3 refused.
     """
-    from codegen.checker import newtons as checker
+    from codegen.checker import verify as checker
 
     if as_json:
         from codegen.app.verify import verification_json
 
-        content, status = verification_json(certificate, spec, kernel)
+        content, status = verification_json(certificate, spec)
         print_json(content)
     else:
         from codegen.app.verify import readable
 
         readable(certificate)  # the checker says it too, but knows no codes of errors
-        options = [*(["--spec", str(spec)] if spec is not None else []), *(["--kernel"] if kernel else [])]
-        status = checker.main([str(certificate), *options])
+        status = checker.main([str(certificate), *(["--spec", str(spec)] if spec is not None else [])])
     if status not in (2, REFUSED) and smt is not None:
         from codegen.app.write_smt import write_smt
 

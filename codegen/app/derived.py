@@ -176,9 +176,8 @@ def _sources(spec: Spec, machine: Derived) -> Mapping[str, str]:
 
 
 def _outcome(machine: Derived) -> Certificate | Refusal:
-    from codegen.certify.bound.bound_proof import with_bounds
-    from codegen.certify.certify import Certificate, certify, withdrawn
-    from codegen.checker import verify as checker
+    from codegen.certify.bound.error_bound import with_bounds
+    from codegen.certify.certify import Certificate, certify
 
     spec, program = machine.spec, machine.program
     hashes = {name: sha256(text) for name, text in machine.sources.items()}
@@ -186,13 +185,8 @@ def _outcome(machine: Derived) -> Certificate | Refusal:
     places |= {name: f"outputs.{program.reference(name)}" for name, _, _ in program.outputs}
     outcome = certify(spec, machine.analysis, hashes, machine.header.command.raw, places=places)
     sources = {name: text.encode() for name, text in machine.sources.items()}
-    try:
-        for proof in outcome.proofs.values():
-            checker.bound(checker.parsed(proof), sources, None)
-    except checker.Refused as error:
-        outcome = withdrawn(machine.analysis, str(error))
     if isinstance(outcome, Certificate):
-        outcome = with_bounds(spec, machine.analysis, outcome, sources)
+        outcome = with_bounds(spec, machine.analysis, outcome)
         outcome = _with_kernel_proof(outcome, machine, sources)
     elif outcome.regions is not None and "sliding.json" in outcome.regions.proofs:
         outcome = _with_sliding_proof(outcome, outcome.regions.proofs["sliding.json"], machine, sources)
@@ -251,10 +245,14 @@ def _files(machine: Derived) -> Mapping[str, str]:
     outcome, sources = machine.outcome, machine.sources
     said = outcome.content if isinstance(outcome, Certificate) else outcome.reason
     files = {**sources, **outcome.proofs}
-    files["README.md"] = emit_readme(machine.program, machine.header, said, tuple(sources), outcome.proofs)
+    ellipsoid = outcome.ellipsoid if isinstance(outcome, Certificate) else None
+    bounds = outcome.bounds if isinstance(outcome, Certificate) and ellipsoid is not None else ()
+    files["README.md"] = emit_readme(
+        machine.program, machine.header, said, tuple(sources), outcome.proofs, outcome.kernel is not None, bounds
+    )
     if outcome.kernel is not None:
         files[PROOF] = outcome.kernel
-    if isinstance(outcome, Certificate) and outcome.ellipsoid is not None:
-        files[SETS] = outcome.ellipsoid
+    if ellipsoid is not None:
+        files[SETS] = ellipsoid
     files["manifest.json"] = emit_manifest(machine.header, files)
     return files

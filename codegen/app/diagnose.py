@@ -165,15 +165,13 @@ def _missing(outcome: Certificate | Refusal) -> dict[str, str]:
     from codegen.checker.verify import PROOF, SETS
 
     if not isinstance(outcome, Certificate):
-        return dict.fromkeys(("bound.json", PROOF, SETS), "no certificate")
+        return dict.fromkeys((PROOF, SETS), "no certificate")
     missing = {}
-    if outcome.bound is None:
-        missing["bound.json"] = outcome.bounds if isinstance(outcome.bounds, str) else "the checker did not accept it"
     if outcome.kernel is None:
         missing[PROOF] = f"not proved by the kernel ({outcome.not_by_kernel})"
     if outcome.ellipsoid is None:
-        needed = [name for name in ("bound.json", PROOF) if name in missing]
-        missing[SETS] = f"it rests on {' and '.join(needed)}" if needed else "the checker found no such set"
+        why = f"it rests on {PROOF}" if PROOF in missing else "the checker found no such set"
+        missing[SETS] = outcome.bounds if isinstance(outcome.bounds, str) else why
     return missing
 
 

@@ -20,14 +20,14 @@ from codegen.base.text import render
 from codegen.certify.kernel_form import with_solution
 from codegen.certify.outcome import PROOFS, Certificate, Refusal, json_text
 from codegen.certify.region_files import REGION_PROOFS
-from codegen.checker import newtons
 from codegen.checker import verify as checker
 from codegen.emit.package import proof_lines
 from codegen.spec import Spec
 
 CHOSEN = ("splits", "lyapunov_matrix", "slow", "decay_rate", "reversals", "along")  # by the solver, in a certificate
 KERNEL_PROOF, ELLIPSOID = checker.PROOF, checker.SETS
-FOLLOWING = ("certificate", "slip_speed", "bounds")  # what of a bound the certificate's last digits change
+WRITTEN_BEFORE = "bound.json"  # by earlier versions; ellipsoid.json is in its place
+BESIDE = (*PROOFS, KERNEL_PROOF, ELLIPSOID, WRITTEN_BEFORE)
 REGION = ("variables", "parameters", "matrix", "claim", "assumptions")  # of a region's proof: how far it goes
 
 
@@ -151,7 +151,7 @@ def _make_importable(target: Path, folder: str | Path | None) -> None:
 
 def _drop_old_proofs(target: Path, spec: Spec, kept: Mapping[str, str]) -> None:
     """Remove proofs that an earlier run wrote for this machine and this one does not: they speak of other code."""
-    for old in (target / name for name in (*PROOFS, KERNEL_PROOF, ELLIPSOID) if name not in kept):
+    for old in (target / name for name in BESIDE if name not in kept):
         try:
             content = json.loads(read_text(old, "a certificate", LARGEST_GENERATED))
             ours = content.get("subject", content)["name"] == spec.name
@@ -168,15 +168,14 @@ def _stale(folder: Path, files: Mapping[str, str]) -> tuple[str, ...]:
     """
     on_disk = {name: read_or_none(folder / name) for name in files}
     different = tuple(name for name, text in files.items() if on_disk[name] != text)
-    others = (*PROOFS, KERNEL_PROOF, ELLIPSOID)
-    different += tuple(n for n in others if n not in files and is_there(folder / n))
+    different += tuple(n for n in BESIDE if n not in files and is_there(folder / n))
     expected = dict(files)
     for name in PROOFS:
         text = on_disk.get(name)
         if name in different and text:
             try:
-                newtons.check(text, folder)
-            except (newtons.Refused, OSError, ValueError):
+                checker.check(text, folder)
+            except (checker.Refused, OSError, ValueError):
                 return different
             expected = _with_solution(expected, name, text)
     surplus = tuple(name for name in different if name not in files)
@@ -187,7 +186,7 @@ def _with_solution(files: Mapping[str, str], name: str, proof: str) -> dict[str,
     """The files as another run of the solver would give them: from ``proof`` only what a solver chooses."""
     ours, theirs = json.loads(files[name]), json.loads(proof)
     rate, other = (f"alpha = {float(Fraction(c.get('decay_rate', 0))):.6g} 1/s" for c in (ours, theirs))
-    chosen = (*CHOSEN, *FOLLOWING, *(REGION if name in REGION_PROOFS else ()))
+    chosen = (*CHOSEN, *(REGION if name in REGION_PROOFS else ()))
     content = ours | {"claim": ours["claim"].replace(rate, other)} | {key: theirs[key] for key in chosen if key in ours}
     result = {**files, name: json_text(content)}
     said = proof_lines(name, files[name])

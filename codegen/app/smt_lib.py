@@ -23,13 +23,8 @@ def smt_text(content: Mapping[str, Any]) -> str:
     """The file for a certificate or refutation that the checker has accepted.
 
     Raises:
-        BadInput: for a dwell time that is too long for exact powers, a parameter-dependent P, or a
-            bound in place of a certificate.
+        BadInput: for a dwell time that is too long for exact powers, or a parameter-dependent P.
     """
-    if "matrix" not in content:
-        raise BadInput(
-            "certificate", "a bound in newtons", "a certificate; only the checker verifies a bound", code="CALL003"
-        )
     if content["slow"]:
         found = f"a P that depends on {content['slow'][0]['variable']}"
         raise BadInput(

@@ -1,4 +1,4 @@
-"""``stiction verify``: a certificate or a bound, checked by the independent checker."""
+"""``stiction verify``: a certificate or a proof of the C, checked by the independent checker."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from codegen.base.border import verb, verb_that_raises
 from codegen.base.errors import BadInput, Place
 from codegen.base.input_files import read_text
 from codegen.base.shown import Shown
-from codegen.checker import newtons
 from codegen.checker import verify as checker
 
 if TYPE_CHECKING:
@@ -31,18 +30,19 @@ class Verified(Shown):
 
     @property
     def summary(self) -> Mapping[str, object]:
-        bound = "the code beside it" if self.report.bound else "no code"
+        bound = "the C beside it" if self.report.proved else "no code"
         return {"machine": self.report.name, "claim": self.report.claim, "facts": len(self.report.facts), "of": bound}
 
     @property
     def content(self) -> dict[str, Any]:
         """The JSON object that ``stiction verify --json`` prints."""
-        return {"format": FORMAT, "verified": True, **self.report._asdict()}
+        bound = {"bound": bool(self.report.proved)}
+        return {"format": FORMAT, "verified": True, **bound, **self.report._asdict()}
 
 
 @verb_that_raises(checker.Refused)
 def verify(path: str | Path, spec: str | Path | None = None) -> Verified:
-    """Check a certificate or a bound by the independent checker, with the files that lie beside it.
+    """Check a certificate or a proof by the independent checker, with the files that lie beside it.
 
     Raises:
         BadInput: if the file cannot be read.
@@ -50,7 +50,7 @@ def verify(path: str | Path, spec: str | Path | None = None) -> Verified:
     """
     path, spec = Path(path), None if spec is None else Path(spec)
     try:
-        return Verified(newtons.check(read_text(path, CERTIFICATE, checker.MAX_TEXT), path.parent, spec))
+        return Verified(checker.check(read_text(path, CERTIFICATE, checker.MAX_TEXT), path.parent, spec))
     except json.JSONDecodeError as error:
         raise _no_json(path, error) from None
     except OSError as error:  # of a file beside it, or of the spec
@@ -82,13 +82,8 @@ def _no_json(path: Path, error: json.JSONDecodeError) -> BadInput:
 
 
 @verb
-def verification_json(
-    path: str | Path, spec: str | Path | None = None, kernel: bool = False
-) -> tuple[dict[str, Any], int]:
+def verification_json(path: str | Path, spec: str | Path | None = None) -> tuple[dict[str, Any], int]:
     """What ``stiction verify --json`` prints, and the command's exit status.
-
-    Args:
-        kernel: whether the status says what the kernel proves of the C, as it always does of proof.json.
 
     Raises:
         BadInput: if the file cannot be read.
@@ -97,10 +92,7 @@ def verification_json(
         found = verify(path, spec)
     except checker.Refused as error:
         return {"format": FORMAT, "verified": False, "refused": str(error)}, REFUSED
-    report = found.report
-    if kernel or not report.claim:
-        return found.content, 0 if report.whole else checker.DOMAIN if report.proved else checker.NO_KERNEL
-    return found.content, 0 if report.bound else checker.NO_CODE
+    return found.content, checker.status(found.report)
 
 
 @verb_that_raises(checker.Refused)
@@ -121,4 +113,4 @@ def verify_machine(machine: Derived) -> Verified:
             code="CALL003",
         )
     sources = {name: text.encode() for name, text in machine.files.items()}
-    return Verified(newtons.check(machine.outcome.text, None, machine.spec.path, sources))
+    return Verified(checker.check(machine.outcome.text, None, machine.spec.path, sources))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from math import isfinite
@@ -107,14 +106,13 @@ def watch(
     machine = derived_from(source)
     spec, system, program = machine.spec, machine.system, machine.program
     outcome = machine.outcome
-    text = outcome.proofs.get("bound.json") if isinstance(outcome, Certificate) else None
-    if text is None:
+    bounds = outcome.bounds if isinstance(outcome, Certificate) else ""
+    if isinstance(bounds, str):
         raise BadInput(spec.place("observer"), _no_bound(outcome), BOUNDED, code="SPEC037")
-    bound = json.loads(text)
-    if not is_watchable(system, bound):
+    if not is_watchable(system, bounds):
         found = "a law with states"
         raise BadInput(spec.place("friction"), found, "a friction law of zero memory", code="SPEC020")
-    slow = too_slow(spec, system, bound)
+    slow = too_slow(spec, system, bounds)
     if slow is not None:
         found = f"{slow[0]} slides at most at {slow[1]:.3g} in the envelope, and the bound holds above {slow[2]:.3g}"
         expected = "a wider envelope of velocities, or less noise and drift: nothing could be judged"
@@ -122,7 +120,7 @@ def watch(
     period = float(machine.observer.sample_time)
     patience = DWELL if dwell is None else max(round(_seconds(dwell) / period), 1)
     engine = engine_for(program, machine.sources)
-    watched = Watch(spec, system, program, bound, engine, patience)
+    watched = Watch(spec, system, program, bounds, engine, period, patience)
     ended, stop, fault = "the rows ended", Stop(), None
     notes: list[str] = []
     samples = None
@@ -177,7 +175,7 @@ def _no_bound(outcome: Certificate | Refusal) -> str:
     """Why there is nothing to hold estimates against, as ``certify`` says it."""
     if isinstance(outcome, Refusal):
         return f"no certificate: {outcome.reason}"
-    return f"no bound in newtons: {outcome.bounds if isinstance(outcome.bounds, str) else 'none was proved'}"
+    return f"no bound in newtons: {outcome.bounds}"
 
 
 def alarm_text(alarm: Alarm) -> str:

@@ -19,7 +19,7 @@ def write_smt(certificate: str | Path, out: str | Path) -> Path:
     """Write what the checker finds in a certificate as SMT-LIB 2, negated, for another solver to find ``unsat``.
 
     Raises:
-        BadInput: for a bound, if a dwell is too long for it, or for a file that is not to be written.
+        BadInput: for what is no certificate, if a dwell is too long for it, or for a file that is not to be written.
     """
     target = Path(out)
     refuse_target(target, {"the certificate itself": Path(certificate)}, (".smt2",))

@@ -7,6 +7,7 @@ user by that language's one function in ``codegen.base.user_text``, so a templat
 from __future__ import annotations
 
 from collections.abc import Callable
+from decimal import ROUND_CEILING, Context
 from fractions import Fraction
 from functools import cache
 from numbers import Number
@@ -61,6 +62,7 @@ def environment(language: str = WORDS) -> Environment:
     made.filters["column_widths"] = lambda rows: [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
     made.filters["by_interval"] = with_deserved_digits
     made.filters["comment"] = lambda line: Markup(comment_text(line))
+    made.filters["up"] = lambda x: f"{Context(prec=5, rounding=ROUND_CEILING).create_decimal(x).normalize():g}"
     made.filters["decimal"] = lambda exact: f"{float(Fraction(exact)):.6g}"
     return made
 

@@ -20,6 +20,7 @@ from codegen.analysis.error_dynamics import ErrorDynamics, derive_error_dynamics
 from codegen.analysis.terms import expand_products
 from codegen.certify.family import Family, build_family
 from codegen.mechanics.system import Matrix
+from codegen.observers.equations import Observer
 from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import symbol
 
@@ -74,6 +75,11 @@ class AlongFriction:
         observer = replace(self.dynamics.observer, sample_time=sample_time)
         return replace(self, dynamics=replace(self.dynamics, observer=observer), _known={})
 
+    def over(self, observer: Observer) -> AlongFriction:
+        """The same for an observer with other ranges of the same levels; families are written once for both."""
+        assert observer.level_ranges.keys() == self.levels.keys()
+        return replace(self, dynamics=replace(self.dynamics, observer=observer), levels=observer.level_ranges)
+
     def family(self, box: Box) -> Family:
         """The family over ranges of the variables; signs of slips and of kinks come from these where they are known.
 
@@ -101,7 +107,7 @@ class AlongFriction:
             low, high = box[axis.slip]
             if low >= 0 or high <= 0:
                 known[s] = sympy.Integer(1 if low >= 0 else -1)
-        slopes = {name: _as_speeds(e.subs(known), signs) for name, e in self.dynamics.slopes.items()}
+        slopes = {name: _as_speeds(e.xreplace(known), signs) for name, e in self.dynamics.slopes.items()}
         parts: dict[Any, sympy.Symbol] = {}
         slopes = {name: _without_kinks(e, box, parts) for name, e in slopes.items()}
         ranges = {part: (sympy.Integer(0), sympy.Integer(1)) for part in parts.values()}
@@ -208,7 +214,7 @@ def _kinks(expressions: Iterable[Any]) -> tuple[Any, ...]:
 def _range(x: Any, box: Box) -> tuple[Any, Any]:
     """Of a linear expression."""
     inside = sorted(x.free_symbols, key=str)
-    ends = [x.subs(dict(zip(inside, corner, strict=True))) for corner in product(*(box[v] for v in inside))]
+    ends = [x.xreplace(dict(zip(inside, corner, strict=True))) for corner in product(*(box[v] for v in inside))]
     return min(ends), max(ends)
 
 

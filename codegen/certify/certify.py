@@ -41,7 +41,6 @@ __all__ = [
     "certify",
     "json_text",
     "spectral_rate",
-    "withdrawn",
 ]
 
 SLOWER = (0.999, 0.99, 0.97, 0.9)
@@ -66,7 +65,7 @@ def certify(
         files: name → SHA-256 of the generated sources that the certificate is bound to.
         command: that writes it.
         further: whether to look for one function for all signs of the slips too, and after a refusal for regions.
-        places: where the twin shows its inputs and outputs; None where the certificate need not say.
+        places: where the code has its inputs and outputs; None where the certificate need not say.
 
     Raises:
         BadInput: if the envelope lacks a range for something that Ψ depends on.
@@ -207,8 +206,3 @@ def _undecided(analysis: Analysis, why: str, narrower: bool = True) -> Refusal:
     """``narrower``: whether a narrower envelope might change it."""
     reason = render("text/refused_undecided.j2", why=why, analysis=analysis, narrower=narrower).strip()
     return Refusal(reason, None, analysis.spectral_radius, (), analysis.largest_sample_time, False)
-
-
-def withdrawn(analysis: Analysis, why: str) -> Refusal:
-    """In place of a certificate that turned out not to be about the code."""
-    return replace(_undecided(analysis, why, narrower=False), unbound=True)

@@ -57,7 +57,7 @@ def build_family(dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[An
     """
     observer = dynamics.observer
     numbers = {**observer.values, sympy.Symbol("h", real=True): observer.sample_time}
-    matrix = dynamics.in_force(dynamics.sampled).subs(numbers)
+    matrix = dynamics.in_force(dynamics.sampled).xreplace(numbers)
     if matrix.has(ComputedEntry) or (dynamics.inverse_mass and observer.system.mass_matrix.has(ComputedEntry)):
         raise NotEnclosable("an M(x) or force computed along a robot's joints; a certificate needs expressions")
     matrix, slips = _in_slips(matrix, dynamics, ranges)
@@ -69,10 +69,9 @@ def build_family(dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[An
     matrix = matrix.applyfunc(lambda e: _signed_slips(e, single))
     inverse, varying = _inverse_mass(dynamics, numbers)
     extra: dict[Any, sympy.Symbol] = {}
-    varying |= {s: _bounded_functions(e.subs(numbers), extra, ranges) for s, e in dynamics.slopes.items()}
-    matrix = matrix.subs(inverse)
-    matrix = matrix.subs(sympy.pi, PI)
-    varying = {w: e.subs(sympy.pi, PI) for w, e in varying.items()}
+    varying |= {s: _bounded_functions(e.xreplace(numbers), extra, ranges) for s, e in dynamics.slopes.items()}
+    matrix = matrix.xreplace({**inverse, sympy.pi: PI})
+    varying = {w: e.xreplace({sympy.pi: PI}) for w, e in varying.items()}
     matrix = matrix.applyfunc(lambda e: _bounded_functions(e, extra, ranges))
 
     generators = {*varying, *observer.signs}

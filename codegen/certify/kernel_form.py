@@ -61,7 +61,7 @@ def _refuse_uncovered(observer: Observer, content: Mapping[str, Any]) -> None:
 
 def _proof(observer: Observer, places: Mapping[str, str], content: Mapping[str, Any]) -> dict[str, Any]:
     system, write = observer.system, Writer(observer, places)
-    force = system.force - observer.true_friction
+    force = system.modelled_force - observer.true_friction
     acceleration = _inverse(system) * force
     parameters = {p["name"]: infix(p["expression"], {s.name: write(s) for s in observer.signs})
                   for p in content["parameters"]}  # fmt: skip
@@ -143,6 +143,7 @@ class Writer:
         symbols = [sympy.Symbol(f"slip_{c.name}") for c in system.contacts]
         self._slips = {s.name: u for s, u in zip(symbols, self.slips, strict=True)}
         self._signs = dict(zip(self._slips, observer.signs, strict=True))
+        self._signs |= {str(u): s for u, s in zip(system.slip_velocity, observer.signs, strict=True)}  # the machine's
         self._places = dict(places) | {e.truth.name: f"true.{e.truth.name}" for e in observer.errors}
         self._places |= {s.name: f"sign.{c.name}" for s, c in zip(observer.signs, system.contacts, strict=True)}
 

@@ -13,7 +13,7 @@ from codegen.certify.bound.bounds import ErrorBound
 from codegen.certify.region_files import REGION_PROOFS
 from codegen.certify.region_proofs import Regions
 
-PROOFS = ("certificate.json", "limit.json", "refusal.json", "turning.json", "bound.json", *REGION_PROOFS)
+PROOFS = ("certificate.json", "limit.json", "refusal.json", "turning.json", *REGION_PROOFS)
 
 
 @dataclass(frozen=True, repr=False)
@@ -30,7 +30,6 @@ class Certificate(Shown):
         no_turning: whether there is proved to be none.
         by_structure: whether it is about one mode of a machine whose extremes are estimates, not proven bounds.
         bounds: on each friction error, or the words why there are none.
-        bound: their proof, as the checker has accepted it, or None.
         kernel: the proof that the kernel has accepted for the C (proof.json), or None.
         not_by_kernel: why there is none.
         ellipsoid: what follows of it for noise and drift, as the checker has accepted it (ellipsoid.json), or None.
@@ -45,7 +44,6 @@ class Certificate(Shown):
     no_turning: bool = False
     by_structure: bool = False
     bounds: tuple[ErrorBound, ...] | str = "none was asked for"
-    bound: Mapping[str, Any] | None = None
     kernel: str | None = None
     not_by_kernel: str = "none was asked for"
     ellipsoid: str | None = None
@@ -70,8 +68,8 @@ class Certificate(Shown):
 
     @property
     def proofs(self) -> dict[str, str]:
-        """certificate.json; limit.json, the refutation of every faster rate, turning.json and bound.json, if any."""
-        beside = {"limit.json": self.limit, "turning.json": self.turning, "bound.json": self.bound}
+        """certificate.json; limit.json, the refutation of every faster rate, and turning.json, if any."""
+        beside = {"limit.json": self.limit, "turning.json": self.turning}
         return {"certificate.json": self.text} | {name: json_text(c) for name, c in beside.items() if c is not None}
 
 
@@ -123,7 +121,6 @@ class Refusal(Shown):
         proof: the refutation as the checker accepts it, or None.
         proposals: what would be certified; None where that was not asked for.
         regions: what is certified of parts of the envelope, and through them; None where there are no such.
-        unbound: whether a proof was found, and the checker did not take it for one of the generated code.
         kernel: the proof of sliding.json's decay that the kernel has accepted for the C (proof.json), or None.
         not_by_kernel: why there is none.
     """
@@ -137,7 +134,6 @@ class Refusal(Shown):
     proof: Mapping[str, Any] | None = None
     proposals: Proposals | None = None
     regions: Regions | None = None
-    unbound: bool = False
     kernel: str | None = None
     not_by_kernel: str = "none was asked for"
 

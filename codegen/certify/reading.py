@@ -1,4 +1,4 @@
-"""Where the generated twin shows what a certificate speaks of, so that the checker can replay it."""
+"""Which outputs of the generated code a certificate's errors are of, and for its reader where its variables are."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from codegen.observers.equations import Observer
 
 
 def code_reading(observer: Observer, family: Family, places: Mapping[str, str]) -> dict[str, Any]:
-    """The certificate's ``code``: what the twin does not show is left out, and the checker says so.
+    """The certificate's ``code``: what the code does not show is left out, and the checker says so.
 
     Args:
         places: name of an input or output of the code → its place there, such as outputs.v_hat[3].

@@ -115,12 +115,12 @@ def _with_presliding(maker: _Maker, search: RegionSearch, declared: AlongFrictio
     """What was proved; presliding over narrower ranges of levels where it was not for the widest, or its absence."""
     if maker.presliding_whole or not narrower:
         return maker.regions()
-    for analysis in narrower:
-        if FALLING[1] in maker.proofs:
-            break
-        other = maker.at(analysis)
-        other.all(search.presliding(other.along))
-        maker.proofs |= other.proofs
+    if FALLING[1] not in maker.proofs:  # what serves a range of levels serves a narrower one: the narrowest decides
+        *wider, narrowest = (maker.at(analysis) for analysis in narrower)
+        found = narrowest.presliding_by(search)
+        if found:
+            found = next((p for other in wider if FALLING[1] in (p := other.presliding_by(search))), found)
+        maker.proofs |= found
     alone = dict(zip(FALLING[1:], (region.rate for region in search.presliding(declared)), strict=False))
     asked = [*alone, *(FALLING[2:] if FALLING[1] in maker.proofs else ())]
     return replace(maker.regions(), withheld={name: alone.get(name) for name in asked if name not in maker.proofs})
@@ -129,16 +129,29 @@ def _with_presliding(maker: _Maker, search: RegionSearch, declared: AlongFrictio
 class _Maker:
     """Writes the proofs and keeps those that the checker accepts."""
 
-    def __init__(self, spec: Spec, analysis: Analysis, files: Mapping[str, str], command: str) -> None:
-        along = along_friction(analysis)
+    def __init__(
+        self,
+        spec: Spec,
+        analysis: Analysis,
+        files: Mapping[str, str],
+        command: str,
+        along: AlongFriction | None = None,
+    ) -> None:
+        along = along or along_friction(analysis)
         assert along is not None
         self.spec, self.analysis, self.along, self.files, self.command = spec, analysis, along, files, command
         self.proofs: dict[str, dict[str, Any]] = {}
         self.envelope = envelope_along(analysis)
 
     def at(self, analysis: Analysis) -> _Maker:
-        """The same for other levels, without proofs."""
-        return _Maker(self.spec, analysis, self.files, self.command)
+        """The same for other ranges of the same levels, without proofs."""
+        along = self.along.over(analysis.dynamics.observer)
+        return _Maker(self.spec, analysis, self.files, self.command, along)
+
+    def presliding_by(self, search: RegionSearch) -> dict[str, dict[str, Any]]:
+        """The proofs of presliding at these levels, beside the sliding that was found."""
+        self.all(search.presliding(self.along))
+        return self.proofs
 
     def all(self, found: list[Region]) -> None:
         """Prove what was found."""
@@ -252,7 +265,7 @@ class _Maker:
         corners = []
         for ends in product(*[sorted({*ends}) for ends in family.variables.values()]):
             point = dict(zip(family.variables, ends, strict=True))
-            exact = family.matrix.subs({s: e.subs(point) for s, e in family.parameters.items()})
+            exact = family.matrix.xreplace({s: e.xreplace(point) for s, e in family.parameters.items()})
             a = np.array(exact.tolist(), dtype=float)
             corners.append((decay_rate_limit([a], h), {v.name: x for v, x in point.items()}, a))
         limit, at, a = min(corners, key=lambda corner: corner[0])

@@ -99,7 +99,7 @@ class RegionSearch:
     def presliding(self, along: AlongFriction) -> list[Region]:
         """Presliding alone, at other levels, beside the sliding and with the accelerations that ``regions`` found."""
         other = RegionSearch(along)
-        other.acceleration = self.acceleration
+        other.acceleration, other._enclosures = self.acceleration, self._enclosures
         return [] if self.sliding is None else other._presliding(self.sliding)
 
     def _bound_acceleration(self, states: list[Any], slips: tuple[float, float], rate: float) -> None:
@@ -181,6 +181,8 @@ class RegionSearch:
             return limit > 0 and common_at([(stack, PRESLIDING * limit)], self.h) is not None
 
         slow = 1e-3 if low < 0 < high else 0.02
+        if not holds(THIN, slow):  # nor then with less left out
+            return None
         least = _bisected(lambda x: holds(x, slow), 1.0, 0.0)
         if least > THIN:
             return None

@@ -8,8 +8,9 @@ v and the rest of `truth` move in a sample by what is said there and a drift, |n
 says, and zero where it is silent. Then e = sign * (truth + shift - estimate) moves by e[k+1] = matrix e[k] + push w[k],
 w the noises and drifts; it tends to each of the claim's sets, whatever it is at first, and stays in one in which it is;
 and |sum of c_i sign_i (truth_i - estimate_i)|, c and then the bound being a row of the set, is from `samples` samples
-later on at most that bound and what the noise of the same sample adds to it. As the kernel's: of the machine that is
-printed, in exact arithmetic, while no sign turns.
+later on at most that bound and what the noise of the same sample adds to it. The same holds of each of the bounds of a
+row of `after`, so many samples after any in which each |truth_i - estimate_i| is at most that of its `start`. As the
+kernel's: of the machine that is printed, in exact arithmetic, while no sign turns.
 """
 
 import json
@@ -27,6 +28,7 @@ elif "kernel" not in globals():  # verify.py hands its own in
     kernel = SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name("kernel.py"))))
 
 FIELDS = ("name", "noise", "drift", "shifts", "push", "sets")
+SET, LATER = ("matrix", "weights", "samples", "rows"), ("within", "after")  # the latter two may be absent
 GRID, MOST_SAMPLES = 1 << 120, 10_000
 Polys = list[list[Any]]
 
@@ -93,14 +95,15 @@ def root(x: Fraction) -> Fraction:
 
 
 def carried(
-    c: list[Fraction], matrix: Polys, push: Polys, most: list[Fraction], samples: int, Q: Any
-) -> tuple[Any, Fraction]:
-    """A row near c'Phi^N, N = samples, and how far |c'e[k+N]| is at most above |row e[k]| for e[k] in the set E(1).
+    c: list[Fraction], matrix: Polys, push: Polys, most: list[Fraction], counts: set[int], Q: Any
+) -> dict[int, tuple[Any, Fraction]]:
+    """N -> a row near c'Phi^N, and how far |c'e[k+N]| is at most above |row e[k]| for e[k] in the set E(1).
 
     LEMMA C. For rows r_0 near c' and r_i+1 near r_i Phi, Phi being constant, c'e[k+N] is the sum of r_N e[k], of r_i
     push w[k+N-1-i] over i < N, and of what is left out of each r_i times an e, each of them in E(1), where |e_j| is at
     most Q_jj's root. What is left out of an entry is here at most 1/GRID. A product of signs is 1 or -1.
     """
+    kernel.demand(len(c) == len(matrix), "a row is not of every error")
     numbers, columns = [[x.constant() for x in row] for row in matrix], []
     signs = {x for row in push for p in row for x in p.names()}
     kernel.demand(signs <= kernel.Poly.signs, f"{sorted(signs)[:3]}: not signs alone")
@@ -109,19 +112,51 @@ def carried(
     by, over = (lcm(*(x.denominator for row in rows for x in row)) for rows in (numbers, columns))
     across, entering = ([[(i, int(x * n)) for i, x in enumerate(column) if x] for column in rows]
                         for rows, n in ((zip(*numbers, strict=True), by), (columns, over)))  # fmt: skip
-    row, total = [int(x * GRID) for x in c], 0
+    row, total, samples, found = [int(x * GRID) for x in c], 0, max(counts), {}
     size = max((x.bit_length() for rows in (across, entering) for line in rows for _, x in line), default=0)
     entries = sum(map(len, (*across, *entering)))
     kernel.demand(True, "", samples * (len(row) + entries) * (1 + size // 500))
-    for _ in range(samples):
+    left_out = sum((root(Q[i][i]) for i in range(len(Q))), Fraction(0)) / GRID
+    for n in range(samples + 1):
+        if n in counts:
+            found[n] = [Fraction(x, GRID) for x in row], Fraction(total, over * GRID) + (n + 1) * left_out
         total += sum(abs(sum(row[i] * b for i, b in column)) for column in entering)
         row = [sum(row[i] * a for i, a in column) // by for column in across]
-    left_out = (samples + 1) * sum((root(Q[i][i]) for i in range(len(Q))), Fraction(0)) / GRID
-    return [Fraction(x, GRID) for x in row], Fraction(total, over * GRID) + left_out
+    return found
+
+
+def seen(shift: Any, most: dict[str, Fraction], proof: dict[str, Any]) -> Fraction:
+    """What a polynomial in single disturbances, times signs, is at most."""
+    size = Fraction(0)
+    for monomial, a in shift.items():
+        (disturbance,) = (x for x in monomial if x not in proof["signs"])
+        size += abs(a) * most[disturbance]
+    return size
+
+
+def asked(ball: dict[str, Any]) -> list[tuple[list[str], str, list[str] | None]]:
+    """Of a set: its rows and those of `after`, with their samples, and where they begin (of the former anywhere)."""
+    later: list[Any] = [([*a["row"], b], n, a["start"]) for a in ball.get("after", []) for n, b in a["bounds"]]
+    return [(row, ball["samples"], None) for row in ball["rows"]] + later
 
 
 def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]) -> list[list[Fraction]]:
-    """The bounds that the rows of each set have with the noise of the same sample; ValueError if one does not hold.
+    """The bounds that the rows of each set (``asked``) have with the noise of the same sample, or ValueError."""
+    kernel.demand({*claim} == {*FIELDS} and claim["name"] == proof["name"], f"not just {FIELDS}, or of another machine")
+    matrix, push, shift = moves(proof, claim, shown)
+    most = {f"{kind}.{x}": number(d) for kind in ("noise", "drift") for x, d in claim[kind].items()}
+    kernel.demand(min([Fraction(0), *most.values()]) == 0, "noise or drift below 0")
+    result = []
+    for ball in claim["sets"]:
+        kernel.demand({*ball, *LATER} == {*SET, *LATER}, "not just the fields of a set")
+        Q = [[number(x) for x in row] for row in ball["matrix"]]
+        keep(Q, [*map(number, ball["weights"])], [*most.values()], matrix, push, proof)
+        result.append(reached(ball, Q, matrix, push, shift, most, proof))
+    return result
+
+
+def keep(Q: Any, weights: list[Fraction], sizes: list[Fraction], matrix: Polys, push: Polys, proof: Any) -> None:
+    """Whether the set E(1) of Q is kept, or ValueError.
 
     LEMMA B. E(r) be all e with (c'e)^2 <= r c'Qc for every c. If Q - Phi Q Phi'/f - sum t_j b_j b_j' is positive
     semidefinite, b_j the columns of push, 0 < f < 1, t_j > 0, f + sum d_j^2/t_j <= 1, then e in E(r), r >= 1, goes by
@@ -129,42 +164,55 @@ def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any])
     (c'Phi Q Phi'c/f + sum t_j (c'b_j)^2) (r f + sum d_j^2/t_j) <= c'Qc (r f + 1 - f). Hence r falls to 1, and E(1) is
     not left. If Q is definite every e is in some E(r). In E(1) |c'e| is at most the root of c'Qc.
     """
-    kernel.demand({*claim} == {*FIELDS} and claim["name"] == proof["name"], f"not just {FIELDS}, or of another machine")
-    matrix, push, shift = moves(proof, claim, shown)
-    most = {f"{kind}.{x}": number(d) for kind in ("noise", "drift") for x, d in claim[kind].items()}
-    kernel.demand(min([Fraction(0), *most.values()]) == 0, "noise or drift below 0")
+    f, *t = weights
+    shares = [f, *(d * d / x for d, x in zip(sizes, t, strict=True))]
+    kernel.demand(min(weights) > 0 and f < 1 and sum(shares) <= 1, "weights not above 0, or too small")
+    kernel.demand(kernel.positive(Q, True), "Q is not positive definite")
+    polynomials = [[kernel.term(x) for x in row] for row in Q]
+    kept = kernel.times(kernel.times(matrix, polynomials), zip(*matrix, strict=True))
+    weighted = [[kernel.term(x) * b for x, b in zip(t, row, strict=True)] for row in push]
+    added = kernel.times(weighted, zip(*push, strict=True))
+    gap = [[q - kernel.term(1 / f) * x - y for q, x, y in zip(*rows, strict=True)]
+           for rows in zip(polynomials, kept, added, strict=True)]  # fmt: skip
     box = {x: (number(low), number(high)) for x, (low, high) in proof["box"].items()}
     box |= dict.fromkeys(proof["signs"], (Fraction(-1), Fraction(1)))
-    result = []
-    for ball in claim["sets"]:
-        kernel.demand({*ball} == {"matrix", "weights", "samples", "rows"}, "not just the fields of a set")
-        samples = int(ball["samples"])
-        kernel.demand(0 <= samples <= MOST_SAMPLES, "so many samples are not looked at")
-        Q = [[number(x) for x in row] for row in ball["matrix"]]
-        f, *t = map(number, ball["weights"])
-        shares = [f, *(d * d / x for d, x in zip(most.values(), t, strict=True))]
-        kernel.demand(min([f, *t]) > 0 and f < 1 and sum(shares) <= 1, "weights not above 0, or too small")
-        kernel.demand(kernel.positive(Q, True), "Q is not positive definite")
-        polynomials = [[kernel.term(x) for x in row] for row in Q]
-        kept = kernel.times(kernel.times(matrix, polynomials), zip(*matrix, strict=True))
-        weighted = [[kernel.term(x) * b for x, b in zip(t, row, strict=True)] for row in push]
-        added = kernel.times(weighted, zip(*push, strict=True))
-        gap = [[q - kernel.term(1 / f) * x - y for q, x, y in zip(*rows, strict=True)]
-               for rows in zip(polynomials, kept, added, strict=True)]  # fmt: skip
-        kernel.semidefinite(gap, box, proof["cover"])
-        bounds = []
-        for row in ball["rows"]:
-            *c, bound = map(number, row)
-            last, summed = carried(c, matrix, push, [*most.values()], samples, Q) if samples else (c, Fraction(0))
-            square = sum(a * x * b for a, qs in zip(last, Q, strict=True) for x, b in zip(qs, last, strict=True))
-            kernel.demand(bound >= summed and square <= (bound - summed) ** 2, "the set is larger than its bound")
-            direct = sum((kernel.term(a) * d for a, d in zip(c, shift, strict=True)), kernel.Poly())
-            for monomial, a in direct.items():
-                (disturbance,) = (x for x in monomial if x not in proof["signs"])
-                bound += abs(a) * most[disturbance]
-            bounds.append(bound)
-        result.append(bounds)
-    return result
+    kernel.semidefinite(gap, box, proof["cover"])
+
+
+def reached(
+    ball: dict[str, Any], Q: Any, matrix: Polys, push: Polys, shift: list[Any], most: dict[str, Fraction], proof: Any
+) -> list[Fraction]:
+    """The bounds of the rows of one set that is kept, with the noise of the same sample, or ValueError.
+
+    LEMMA D. If |e_i| <= s_i for each of n errors, r >= 1 and r Q - n diag(s_i^2) is positive semidefinite (r and s are
+    `within`), then e is in E(r), as (c'e)^2 <= n sum (c_i s_i)^2 by Cauchy's inequality, and stays there by lemma B: in
+    lemma C, r Q is for Q.
+    """
+    r, *within = map(number, ball.get("within", ["1"]))
+    limits = [len(Q) * s * s for s in within] or [Fraction(0)] * len(Q)
+    inside = [[r * x - (limit if i == j else 0) for j, x in enumerate(row)]
+              for i, (row, limit) in enumerate(zip(Q, limits, strict=True))]  # fmt: skip
+    kernel.demand(r >= 1 and kernel.positive(inside), "`within` is not in the set")
+    larger, lines = [[r * x for x in row] for row in Q], asked(ball)
+    counts: dict[tuple[str, ...], set[int]] = {}
+    for (*c, _), count, _ in lines:
+        counts.setdefault(tuple(c), set()).add(int(count))
+    kernel.demand(all(min(n) >= 0 and max(n) <= MOST_SAMPLES for n in counts.values()), "so many samples")
+    known = {c: carried([*map(number, c)], matrix, push, [*most.values()], n, larger) for c, n in counts.items()}
+    bounds = []
+    for (*c, text), count, begun in lines:
+        (row, summed), bound = known[tuple(c)][int(count)], number(text)
+        if begun is not None:  # e is the error with the noise of that sample
+            start = [number(s) + seen(p, most, proof) for s, p in zip(begun, shift, strict=True)]
+            kernel.demand(all(0 <= s <= x for s, x in zip(start, within, strict=True)), "`start` is not `within`")
+            holds = bound >= summed + sum(abs(a) * s for a, s in zip(row, start, strict=True))
+        else:
+            square = sum(a * x * b for a, qs in zip(row, Q, strict=True) for x, b in zip(qs, row, strict=True))
+            holds = bound >= summed and square <= (bound - summed) ** 2
+        kernel.demand(holds, "what is reached is larger than its bound")
+        direct = sum((kernel.term(number(a)) * d for a, d in zip(c, shift, strict=True)), kernel.Poly())
+        bounds.append(bound + seen(direct, most, proof))
+    return bounds
 
 
 def prove(proof: dict[str, Any], claim: dict[str, Any], files: dict[str, str]) -> list[list[Fraction]]:
@@ -175,15 +223,15 @@ def prove(proof: dict[str, Any], claim: dict[str, Any], files: dict[str, str]) -
 if __name__ == "__main__":
     folder, read = Path(sys.argv[1]), runpy.run_path(str(Path(__file__).with_name("files.py")))["read"]
     try:
-        asked = json.loads(sys.stdin.read(10**7), object_pairs_hook=kernel.once)
-        paths = [folder / name for name in ("proof.json", f"{asked['name']}.c", f"{asked['name']}.h")]
+        given = json.loads(sys.stdin.read(10**7), object_pairs_hook=kernel.once)
+        paths = [folder / name for name in ("proof.json", f"{given['name']}.c", f"{given['name']}.h")]
         proof, *sources = [read(path, 10**6).decode() for path in paths]
         files = dict(zip((path.name for path in paths[1:]), sources, strict=True))
-        found = prove(json.loads(proof, object_pairs_hook=kernel.once), asked, files)
+        found = prove(json.loads(proof, object_pairs_hook=kernel.once), given, files)
         lines = [
-            f"at most {float(bound):.7g}: {' '.join(c)}"
-            for ball, bounds in zip(asked["sets"], found, strict=True)
-            for (*c, _), bound in zip(ball["rows"], bounds, strict=True)
+            f"at most {float(bound):.7g}{f' {samples} samples after the start' * (begun is not None)}: {' '.join(c)}"
+            for ball, bounds in zip(given["sets"], found, strict=True)
+            for ((*c, _), samples, begun), bound in zip(asked(ball), bounds, strict=True)
         ]
     except Exception as why:
         sys.exit(f"refused: {type(why).__name__} {str(why)[:200]}")

@@ -89,8 +89,8 @@ LINES = rf"(?: ?\(void\)\w+; ?| ?{PLAIN}|for \(int i = \d+; i < \d+; i\+\+\) {{ 
 CALLS = {"for", "fabs", "sqrt", "sin", "cos", "exp", "tanh"}
 
 
-def require(name: str, files: dict[str, str]) -> None:
-    """Raises ValueError where NAME.c or NAME.h (name: text) handles samples with fault 1 otherwise."""
+def require(name: str, files: dict[str, str]) -> tuple[str, str, str]:
+    """What init, predict and resume give the states; ValueError where NAME.c or NAME.h (name: text) is otherwise."""
     form = re.sub(r"[.(){}*+]", r"\\\g<0>", " ".join(FORM.split()))
     for part, meant in PARTS.items():
         form = form.replace(part, meant)
@@ -117,6 +117,7 @@ def require(name: str, files: dict[str, str]) -> None:
     kernel.demand(follow <= summed, f"{name}.c: `check` does not hold all next states")
     known = seen(summed, step)
     kernel.demand({re.sub(r"\[\d+\]", "", x) for x in inputs} <= known, f"{name}.c: `check` does not see all inputs")
+    return begun, predicted, resumed
 
 
 def terms(name: str, text: str) -> set[str]:

@@ -13,11 +13,12 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING or __package__:
-    from codegen.checker import ellipsoid, enclosure, kernel, modes
+    from codegen.checker import ellipsoid, enclosure, held, kernel, modes
 
 PROOF, SETS = "proof.json", "ellipsoid.json"
 KINDS = "(?:parameters|inputs|outputs|state|true)"
 UNIT = r"[A-Za-z0-9*/^().-]{1,40}"
+HELD = "at its start velocities are 0, all else the same whatever is measured; after invalid samples the held estimates"
 OUT = "rounding, samples with a fault, {}outputs that are no estimate of an error"
 ASSUMED = "where, as is assumed, "
 SIZES = "that noise and drift stay within the sizes assumed (generate and certify demand those of the spec's envelope)"
@@ -62,13 +63,15 @@ def proved(proof: dict[str, Any], sources: dict[str, bytes]) -> dict[str, Any]:
     try:
         texts = {name: text.decode() for name, text in sources.items()}
         shown: dict[str, Any] = kernel.prove(proof, texts)
-        modes.require(proof["name"], texts)
-        return shown | {"units": units(proof, texts[f"{proof['name']}.h"]), "held": held(proof, shown)}
+        bodies = modes.require(proof["name"], texts)
+        if not proof["domain"]:  # a start is outside of it
+            held.require(proof, shown, *bodies)
+        return shown | {"units": units(proof, texts[f"{proof['name']}.h"]), "fixed": fixed(proof, shown)}
     except Exception as why:  # the kernel stops at anything that is not as it must be, by whatever Python raises
         raise enclosure.Refused(f"the kernel does not prove {PROOF} of the C: {plainly(why)}") from None
 
 
-def held(proof: dict[str, Any], shown: dict[str, Any]) -> list[str]:
+def fixed(proof: dict[str, Any], shown: dict[str, Any]) -> list[str]:
     """The states that show no error, whatever stands in their formulas: "0*outputs.v_hat" holds no estimate."""
     claim, errors = kernel.Text(shown["names"], shown["known"]), {f"error of {e['truth']}" for e in proof["errors"]}
     return [z for z, of in proof["states"].items() if not errors & claim.value(of).names()]
@@ -102,13 +105,24 @@ def reached(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> list[s
     besides = "all else is measured exactly and moves as the machine above"
     lines = [f"{ASSUMED}{disturbed(proof, shown, claim)}; {besides} (whatever these do, without any turn):"]
     for ball, bounds in zip(claim["sets"], found, strict=True):
-        for (*c, _), bound in zip(ball["rows"], bounds, strict=True):
-            entries = [(number(x), e, u) for x, e, u in zip(c, proof["errors"], shown["units"], strict=True)]
-            used = [(x, lag(e, plain), unit) for x, e, unit in entries if x]
-            parts = " + ".join(of if x == 1 else f"{show(x)}*({of})" for x, of, _ in used)
-            unit = f" [{used[0][2]}]" if len({unit for *_, unit in used}) == 1 else ""
-            lines.append(f"  |{parts}| is in the long run at most {show(bound)}{unit}")
+        known = iter(bounds)
+        for *c, _ in ball["rows"]:
+            lines.append(f"  {combined(c, proof, shown)} is in the long run at most {show(next(known))}")
+        for after in ball.get("after", []):
+            errors = zip(proof["errors"], after["start"], strict=True)
+            begun = ", ".join(f"|{lag(e, plain)}| <= {show(number(s))}" for e, s in errors)
+            later = ", ".join(f"{show(next(known))} {n} samples later" for n, _ in after["bounds"])
+            lines.append(f"  {combined(after['row'], proof, shown)} is at most {later}, from any sample with {begun}")
     return lines
+
+
+def combined(row: list[str], proof: dict[str, Any], shown: dict[str, Any]) -> str:
+    """|A sum of errors|, and its unit."""
+    show, plain = enclosure.show, partial(without_kinds, twice=ambiguous(proof, shown))
+    entries = [(ellipsoid.number(x), e, u) for x, e, u in zip(row, proof["errors"], shown["units"], strict=True)]
+    used = [(x, lag(e, plain), unit) for x, e, unit in entries if x]
+    parts = " + ".join(of if x == 1 else f"{show(x)}*({of})" for x, of, _ in used)
+    return f"|{parts}|{f' [{used[0][2]}]' if len({unit for *_, unit in used}) == 1 else ''}"
 
 
 def disturbed(proof: dict[str, Any], shown: dict[str, Any], claim: dict[str, Any]) -> str:
@@ -151,11 +165,13 @@ def numbers(proof: dict[str, Any]) -> dict[str, Any]:
         raise enclosure.Refused(f"{PROOF} cannot be read ({type(why).__name__})") from None
 
 
-def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False) -> list[str]:
-    """What was proved, in lines; ``sized``: whether what noise and drift of some size can do follows them."""
+def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fall: bool = True) -> list[str]:
+    """What was proved, in lines; ``sized``: whether what noise and drift of some size can do follows them.
+
+    fall: whether what it says of its V too, or of the matrix alone.
+    """
     show, c, plain = enclosure.show, f"{proof['name']}.c", partial(without_kinds, twice=ambiguous(proof, shown))
-    known = numbers(proof)
-    h, fall = show(shown["values"]["parameters.sample_time"]), show(shown["fall"])
+    h = show(shown["values"]["parameters.sample_time"])
     turns = ", ".join(plain(s) for s in proof["signs"])
     pushed = [
         f"{left(row, proof, plain)} = {plain(f)}" for row, f in zip(proof["mass_matrix"], proof["force"], strict=True)
@@ -169,8 +185,6 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False) -> 
         for e, r in zip(proof["errors"], proof.get("rest", []), strict=False)
         if r != "0"
     ]
-    fixed = {z: of for z, of in proof["states"].items() if z in shown["held"]}
-    alone = ", but for that," * any(r != "0" for r in proof.get("rest", []))
     first = ", to first order in them" if shown["first order"] else ""
     stays = f" while {turns} {'stays' if len(proof['signs']) == 1 else 'stay'}" if turns else ""
     values = ", ".join(f"{plain(p)} = {show(x)}" for p, x in shown["values"].items())
@@ -179,19 +193,26 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False) -> 
         *(f"{plain(s)} is 1 or -1, the sign of {plain(u)} in machine and code" for s, u in proof["signs"].items()),
         *(f"only where {plain(x)} > 0" for x in proof["domain"]),
         *(f"only where {along.get(x, '')}{plain(x)} is in [{low}, {high}]" for x, (low, high) in proof["box"].items()),
-        *(f"only where the state {z} is {plain(of)}" for z, of in fixed.items()),
+        *(f"only where the state {z} is {plain(proof['states'][z])}" for z in shown["fixed"]),
         f"errors: {', '.join(errors)}: of every state of {c}",
         f"in a sample of {h} s of {c} they become a matrix times what they were{first}: an identity in state, inputs,"
-        f" {free}",
+        f" {free}{stays}",
         *left_over,
-        f"V = e'Pe is afterwards{alone} at most {fall} times what it was ({show(known['rate'])} 1/s){stays}",
-        *(
-            f"where {plain(sign)} turns V grows at most by the factor {show(growth)}; after"
-            f" {dwell} samples in which none turns it is{alone} not above what it was"
-            for sign, (growth, dwell) in known["turns"].items()
-        ),
+        *(falling(proof, show(shown["fall"]), plain) if fall else ()),
         f"with the values of {proof['name']}.h: {values}",
+        *(() if proof["domain"] else (HELD,)),
         f"in exact arithmetic; not covered: {OUT.format(SIZED if sized else WITHIN)}",
+    ]
+
+
+def falling(proof: dict[str, Any], factor: str, plain: Callable[[str], str]) -> list[str]:
+    """What a proof says of its V."""
+    known, alone = numbers(proof), ", but for that," * any(r != "0" for r in proof.get("rest", []))
+    rate = f"V = e'Pe is afterwards{alone} at most {factor} times what it was ({enclosure.show(known['rate'])} 1/s)"
+    return [rate] + [
+        f"where {plain(sign)} turns V grows at most by the factor {enclosure.show(growth)}; after"
+        f" {dwell} samples in which none turns it is{alone} not above what it was"
+        for sign, (growth, dwell) in known["turns"].items()
     ]
 
 
@@ -221,43 +242,57 @@ def lag(entry: dict[str, str], plain: Callable[[str], str]) -> str:
 
 
 def unlike(top: dict[str, Any], proof: dict[str, Any]) -> str:
-    """In what a proof claims something else than the certificate (as verify.parsed gives it); empty where in nothing.
+    """In what a proof speaks of another error than the certificate (as verify.parsed gives it); empty where in nothing.
 
-    Of values and units of the C, which the kernel reads, nothing is said here.
+    Of the matrix, and of the values and units of the C, nothing is said here.
     """
-    places = [raw if isinstance(raw, str) else raw[2] for raw in top["code"]["errors"]]
-    turned = [not isinstance(raw, str) for raw in top["code"]["errors"]]
-    names = [e["name"].removeprefix("e_a_") for e in top["error"]]
-    signs = [f"sign.{name}" if turns else "" for turns, name in zip(turned, names, strict=False)]
-    turns = {f"sign.{e['contact']}": (e["growth"], e["dwell_samples"]) for e in top["reversals"]}
-    known = numbers(proof)
+    names = [entry["name"] for entry in top["error"]]
+    pairs = [*zip(names, top["code"]["errors"], strict=True)]
+    places = [raw if isinstance(raw, str) else raw[2] for _, raw in pairs]
+    signs = ["" if isinstance(raw, str) else f"sign.{name.removeprefix('e_a_')}" for name, raw in pairs]
     same = {
         "the machine": top["subject"]["name"] == proof["name"],
         "the step": top["observer"]["integration"] == proof["step"],
         "the errors": [(e["estimate"], e["sign"]) for e in proof["errors"]] == [*zip(places, signs, strict=True)],
-        "P": not top["slow"] and top["lyapunov_matrix"] == known["P"],
-        "the rate": top["decay_rate"] == known["rate"],
-        "the range": not proof[
-            "box"
-        ],  # the matrix of a certificate of a C is constant but for signs, which are in no box
-        "reversals": turns == known["turns"] and len(turns) == len(proof["reversals"]),
+        "the names of the errors": names == [f"e_{quantity(place)}" for place in places],
+        "what turns at a reversal": all(
+            sorted(e["flips"]) == [i for i, s in enumerate(signs) if s == f"sign.{e['contact']}"]
+            for e in top["reversals"]
+        ),
     }
     return ", ".join(what for what, alike in same.items() if not alike)
 
 
+def quantity(place: str) -> str:
+    """What an output shows, in the spec's names: outputs.v_hat[2] -> v3, outputs.a_hat_rail -> a_rail."""
+    field, _, at = place.removeprefix("outputs.").rstrip("]").partition("[")
+    kinds = {"a_hat_": "a_", "f_hat_": "f_", "tracked_": "F_"}
+    name = next((kinds[x] + field.removeprefix(x) for x in kinds if field.startswith(x)), field.removesuffix("_hat"))
+    return f"{name}{int(at) + 1}" if at else name
+
+
+def claims_fall(top: dict[str, Any], proof: dict[str, Any]) -> bool:
+    """Whether what a proof says of V, and of its reversals, is what the certificate does."""
+    known = numbers(proof)
+    turns = {f"sign.{e['contact']}": (e["growth"], e["dwell_samples"]) for e in top["reversals"]}
+    same = not top["along"] and top["lyapunov_matrix"] == known["P"] and top["decay_rate"] == known["rate"]
+    return same and turns == known["turns"] and len(turns) == len(proof["reversals"])
+
+
 def same_matrix(top: dict[str, Any], proof: dict[str, Any]) -> bool:
-    """Whether the certificate's I + hA, of signs alone, is the proof's matrix, which the kernel has just accepted."""
-    if not {*top["variables"]} <= {f"sign_{s.removeprefix('sign.')}" for s in proof["signs"]}:
+    """Whether the certificate's I + hA, over all signs, is the proof's matrix, which the kernel has just accepted."""
+    signs = {f"s_{s.removeprefix('sign.')}": s for s in proof["signs"]}
+    ends = [{*at} for at in top["variables"].values()]
+    if not {*top["variables"]} <= {*signs} or any(not ({-1, 1} >= x if top["along"] else {-1, 1} <= x) for x in ends):
         return False
-    names = {f"sign_{s.removeprefix('sign.')}": kernel.term(1, s) for s in proof["signs"]}
-    names |= {entry["name"]: polynomial(entry["expression"], names) for entry in top["parameters"]}
-    h = kernel.term(top["sample_time"])
-    step = [[kernel.term(int(i == j)) + h * polynomial(a, names) for j, a in enumerate(row)]
-            for i, row in enumerate(top["matrix"])]  # fmt: skip
-    text = kernel.Text({s: kernel.term(1, s) for s in proof["signs"]}, {})
+    names = {name: kernel.term(1, s) for name, s in signs.items()}
+    h, text = kernel.term(top["sample_time"]), kernel.Text({s: kernel.term(1, s) for s in proof["signs"]}, {})
     try:
+        names |= {entry["name"]: polynomial(entry["expression"], names) for entry in top["parameters"]}
+        step = [[kernel.term(int(i == j)) + h * polynomial(a, names) for j, a in enumerate(row)]
+                for i, row in enumerate(top["matrix"])]  # fmt: skip
         return step == [[text.value(x) for x in row] for row in proof["matrix"]]
-    except ValueError:  # the proof's speaks of more than signs
+    except ValueError:  # one of them speaks of more than sums and products of signs
         return False
 
 
@@ -266,7 +301,7 @@ def polynomial(entry: Any, names: dict[str, Any]) -> Any:
     if isinstance(entry, str):
         return names[entry] if entry in names else kernel.term(entry)
     word, *parts = entry
-    enclosure.demand(word in ("+", "*", "neg", "/"), f"matrix: {word}")
+    kernel.demand(word in ("+", "*", "neg", "/"), f"matrix: {word}")
     first, *rest = [polynomial(part, names) for part in parts]
     for part in rest:
         first = first + part if word == "+" else first * (kernel.term(1 / part.constant()) if word == "/" else part)
@@ -276,18 +311,20 @@ def polynomial(entry: Any, names: dict[str, Any]) -> Any:
 def bound(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[list[str], str, bool]:
     """Of a certificate: what the kernel proved of the C beside it; why it proved nothing; whether without conditions.
 
-    Raises enclosure.Refused if the proof claims what the certificate does, and the kernel does not accept it.
+    That the errors of the C move by the certificate's matrix, and all that the proof says of V where it is the same V.
+
+    Raises enclosure.Refused if the proof is of the certificate's errors, and the kernel does not accept it.
     """
-    if top["along"]:
-        return [], "a refutation has no such proof", False
     if PROOF not in sources:
         return [], f"no {PROOF} is beside it", False
+    if len(top["code"]["errors"]) != len(top["error"]):
+        return [], "it does not say which outputs its errors are of", False
     if {f"{top['subject']['name']}.{end}" for end in "ch"} - sources.keys():
         return [], "its C or its header is not here, or not among its files", False
     not_its = f"{PROOF} is not its proof:"
     try:
         proof = read(sources[PROOF])
-        other = unlike(top, proof) if proof else ""
+        other = unlike(top, proof) if proof and numbers(proof) else ""
     except enclosure.Refused as why:
         return [], f"{not_its} it cannot be read ({why})", False
     except (AttributeError, LookupError, TypeError, ValueError) as why:
@@ -295,10 +332,14 @@ def bound(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[list[str], st
     if proof is None or other:
         return [], f"{not_its} {other}" if other else f"{PROOF} is not the JSON of a proof, with just its fields", False
     shown = proved(proof, sources)
+    if proof["box"] or any(rest != "0" for rest in proof.get("rest", [])):
+        return [], f"{not_its} the range, or a rest", False
     alike = shown["values"]["parameters.sample_time"] == top["sample_time"]
     enclosure.demand(alike, f"the sample time of {proof['name']}.h is another")
     if not same_matrix(top, proof):
-        return [], f"{not_its} the matrix", False
+        return [], f"{not_its} the matrix, or the signs for which it holds", False
     enclosure.demand([e["unit"] for e in top["error"]] == shown["units"], f"the units of {proof['name']}.h are others")
+    if not claims_fall(top, proof):
+        return words(proof, shown, False, fall=False), "", shown["whole"]
     more = reached(proof, shown, sources[SETS]) if SETS in sources else []
     return [*words(proof, shown, bool(more)), *more], "", shown["whole"]

@@ -1,9 +1,10 @@
 """Check a stability certificate (docs/certificate.md) with Python alone: python3 verify.py CERTIFICATE [--spec SPEC].
 
 Nothing that the certificate's author computed is believed: every inequality is decided anew in exact rational
-arithmetic, and what is not rational (sin, exp, sqrt) is enclosed. Exit status: 0 verified and bound to the code beside
-it, 5 the inequalities hold and are bound to no code, 3 refused, 2 a file that cannot be read, is too large or no JSON.
-Of proof.json itself, and with --kernel: 0 proved of the C, 4 where the conditions hold that are printed, 6 not proved.
+arithmetic, and what is not rational (sin, exp, sqrt) is enclosed. That the matrix is that of the C beside it, the
+kernel (kernel.py) proves by the proof.json there. Exit status: 0 verified, and proved to be of the C; 4 the same where
+the conditions hold that are printed; 5 the inequalities hold, and were not bound to code; 3 refused; 2 a file that
+cannot be read, is too large or no JSON. A proof.json may be given in place of the certificate.
 """
 
 import argparse
@@ -13,7 +14,7 @@ import math
 import re
 import runpy
 import sys
-from collections import abc, namedtuple
+from collections import namedtuple
 from fractions import Fraction
 from itertools import pairwise, product
 from operator import mul
@@ -29,13 +30,13 @@ def beside(name: str, **given: SimpleNamespace) -> SimpleNamespace:
 
 
 if TYPE_CHECKING or __package__:
-    from codegen.checker import binding, enclosure, files, forms, lost, slow, theorem
+    from codegen.checker import enclosure, files, forms, slow, theorem
 else:
-    binding, enclosure, files = beside("binding"), beside("enclosure"), beside("files")
-    forms, lost = beside("forms", enclosure=enclosure), beside("lost", binding=binding)
+    enclosure, files = beside("enclosure"), beside("files")
+    forms = beside("forms", enclosure=enclosure)
     slow = beside("slow", enclosure=enclosure, forms=forms)
     kernel = beside("kernel")
-    by_c = {"kernel": kernel, "modes": beside("modes", kernel=kernel), "ellipsoid": beside("ellipsoid", kernel=kernel)}
+    by_c = {"kernel": kernel, **{name: beside(name, kernel=kernel) for name in ("ellipsoid", "held", "modes")}}
     theorem = beside("theorem", enclosure=enclosure, **by_c)
 Refused, demand, show = enclosure.Refused, enclosure.demand, enclosure.show
 parse, widen, MAX_STRING = enclosure.parse, enclosure.widen, enclosure.MAX_STRING
@@ -43,26 +44,18 @@ PROOF, SETS, by_kernel, long_run = theorem.PROOF, theorem.SETS, theorem.bound, t
 by_kernel_alone = theorem.proved
 integers, positive_pivots, Following = forms.integers, forms.positive_pivots, slow.Following
 MAX_TEXT, MAX_SIZE, MAX_VERTICES, MAX_TOTAL, FINE = 5_000_000, 32, 4096, 200_000, 2**128
-FORMS = json.loads(r"""{"FORMAT": "stiction-certificate/1", "BOUND": "stiction-bound/1", "TEXT": ".*",
+FORMS = json.loads(r"""{"FORMAT": "stiction-certificate/1", "TEXT": ".*",
     "NAME": "[A-Za-z][A-Za-z0-9_]*", "FILE": "[A-Za-z0-9_][A-Za-z0-9_.+-]{0,127}", "WHOLE": "0|[1-9][0-9]{0,8}",
     "LINE": ".*\\S.*", "HASH": "[0-9a-f]{64}", "STEP": "euler|semi_implicit|exponential|implicit"}""")
-# unbound: files named, but not there; bound: whether the matrix is that of the code, and all that is named is there.
-# proved: what the kernel shows of the C, in words; unproved: why nothing; whole: whether without conditions.
-Report = namedtuple("Report", "name claim facts unbound open assumptions bound proved unproved whole")
-TWIN = "__init__.py"
-# Exit statuses: proved of the C where stated conditions hold; the inequalities hold, and nothing says of which code;
-# with --kernel, the kernel did not prove it of the C.
-DOMAIN, NO_CODE, NO_KERNEL = 4, 5, 6
-READERS = {"stiction-certificate/1": "verify.py", "stiction-bound/1": "newtons.py"}
-VALUES = "values: how estimates move is compared, not a constant added to one, nor outputs that `code` does not name"
-BY_HASH = "their hashes alone bind them (`stiction generate --check`)"
-ALWAYS = (  # not compared, whatever is given; the first two where the kernel does not prove it of the C
-    f"that the C computes what {TWIN} does: {BY_HASH}",
-    VALUES,
-    "that the model (M, g, input gain) is the machine's",
-    "that the twin's ENVELOPE and units are the specification's, which is not read",
+# unbound: files named, but not there. proved: what the kernel shows of the C, in words; unproved: why nothing; whole:
+# whether without conditions.
+Report = namedtuple("Report", "name claim facts unbound open assumptions proved unproved whole")
+# Exit statuses: proved of the C where stated conditions hold; the inequalities hold, and were not bound to code.
+DOMAIN, NO_CODE = 4, 5
+ALWAYS = (  # not compared, whatever is given
+    "__init__.py, the same in Python: its hash says nothing of what it computes (`stiction generate --check`)",
+    "that the model (M, g, input gain) is the machine's, and its envelope the specification's, which is not read",
 )
-BY_KERNEL = f"that the C does with lost samples, and at its start, what {TWIN} does: {BY_HASH}"
 # A certificate: {"field": ...} is an object with just these fields, {"FORM": ...} one with any keys of that form.
 SCHEMA = json.loads("""{"format": "FORMAT", "tool": {"name": "TEXT", "version": "TEXT", "command": "TEXT"},
     "subject": {"name": "LINE", "spec_sha256": "HASH", "files": {"FILE": "HASH"}},
@@ -227,56 +220,34 @@ def verify(top: dict[str, Any]) -> list[str]:
     return facts
 
 
-def bound(top: dict[str, Any], sources: dict[str, bytes], spec: Path | None) -> tuple[list[str], list[str], bool]:
-    """Facts about the files, and what nothing vouches for: that they are the files meant, and the matrix their own.
-
-    Besides, whether the matrix is that of the code, over the code's envelope.
-    """
+def unchanged(top: dict[str, Any], sources: dict[str, bytes], spec: Path | None) -> list[str]:
+    """The facts that files are those which the certificate names: of what they compute, a hash says nothing."""
     stated = {name: (sources[name], digest) for name, digest in top["subject"]["files"].items() if name in sources}
-    facts, left, tied = [], [], False
     given = {} if spec is None else {spec.name: (files.read(spec), top["subject"]["spec_sha256"])}
     for name, (content, expected) in (stated | given).items():
         found = hashlib.sha256(content).hexdigest()
         demand(found == expected, f"{name} has the SHA-256 {found}, not {expected}")
-        facts.append(f"{name} has the SHA-256 stated")
-    try:
-        twin = binding.Twin(stated[TWIN][0].decode() if TWIN in stated else "")
-        left += binding.envelope(top, twin)
-        ranged = not left
-        fact, more = binding.replayed(top, twin)
-        facts.append(fact)
-        left += [*more, *binding.guarded(twin), *lost.compared(top, twin)]
-        tied = ranged and not stated.keys() ^ top["subject"]["files"].keys()
-    except binding.Unlike as why:
-        raise Refused(str(why)) from None
-    except binding.Unknown as why:
-        left.append(f"that `matrix` is the code's own: {why}")
-    except (ArithmeticError, AttributeError, LookupError, SyntaxError, TypeError, ValueError) as why:
-        raise Refused(f"code, or the twin, cannot be read: {brief(str(why))}") from None
-    left += [] if spec is not None else ["the specification's SHA-256: it was not given (--spec)"]
-    named = top["subject"]["files"]
-    left += [] if named else ["any file: none is named"]
-    source = f"{top['subject']['name']}.c"
-    left += [f"C: {source} is not named"] if named and source not in named else []
-    tied = tied and source in named
+    return [f"{name} has the SHA-256 stated" for name in (*stated, *given)]
+
+
+def unsaid(top: dict[str, Any], spec: Path | None) -> list[str]:
+    """What a certificate of this form leaves open."""
     turned = {f"e_a_{entry['contact']}" for entry in top["reversals"]}
     silent = [e["name"] for e in top["error"] if e["name"].startswith("e_a_") and e["name"] not in turned]
-    left += [f"a reversal: nothing is said of one of {', '.join(silent)}"] if silent and not top["along"] else []
-    left += [] if top["assumptions"] else ["what the claim rests on: no assumption is stated"]
-    return facts, left, tied
+    left = [f"a reversal: nothing is said of one of {', '.join(silent)}"] if silent and not top["along"] else []
+    left += [] if spec is not None else ["the specification's SHA-256: it was not given (--spec)"]
+    return left + ([] if top["assumptions"] else ["what the claim rests on: no assumption is stated"])
 
 
-def parsed(text: str, schema: dict[str, Any] = SCHEMA, what: str = "certificate") -> dict[str, Any]:
+def parsed(text: str) -> dict[str, Any]:
     """The certificate, if it is written as its format demands."""
     demand(len(text) <= MAX_TEXT, f"{len(text)} characters, more than {MAX_TEXT}")
     bare = str.encode
     raw = json.loads(text, object_pairs_hook=tuple, parse_int=bare, parse_float=bare, parse_constant=bare)
     told = [value for key, value in raw if key == "format"] if isinstance(raw, tuple) else []
-    for form in (form for form in READERS.keys() - {FORMS[schema["format"]]} if form in told):
-        raise Refused(f"this is no {what} but of format {form}, which {READERS[form]} reads, or `stiction verify`")
-    expected = f'expected is a {what}: an object with "format": "{FORMS[schema["format"]]}", or a {PROOF}'
-    demand(FORMS[schema["format"]] in told, f"here stands {theorem.instead(raw)}; {expected}")
-    top: dict[str, Any] = conform(raw, schema, what)
+    expected = f'expected is a certificate: an object with "format": "{FORMS["FORMAT"]}", or a {PROOF}'
+    demand(FORMS["FORMAT"] in told, f"here stands {theorem.instead(raw)}; {expected}")
+    top: dict[str, Any] = conform(raw, SCHEMA, "certificate")
     return top
 
 
@@ -294,14 +265,14 @@ def check(
         if sources is None:
             here = [name for name in {*named, PROOF, SETS} if folder and (folder / name).exists()]
             sources = {name: files.read(folder / name) for name in here}
-        (more, left, tied), facts = bound(top, sources, spec), verify(top)
+        more, facts = unchanged(top, sources, spec), verify(top)
         proved, unproved, whole = by_kernel(top, {k: v for k, v in sources.items() if k in {*named, PROOF, SETS}})
     except RecursionError:
         raise Refused("nested too deeply") from None
     unbound = tuple(name for name in named if name not in sources)
-    left += [BY_KERNEL, *theorem.sizes(proved), *ALWAYS[2:]] if proved else ALWAYS
-    words = (top["claim"], (*facts, *more), unbound, tuple(left), top["assumptions"])
-    return Report(top["subject"]["name"], *words, tied, tuple(proved), unproved, whole)
+    left = (*theorem.sizes(proved), *unsaid(top, spec), *ALWAYS)
+    words = (top["claim"], (*facts, *more), unbound, left, top["assumptions"])
+    return Report(top["subject"]["name"], *words, tuple(proved), unproved, whole)
 
 
 def of_proof(proof: dict[str, Any], folder: Path | None, sources: dict[str, bytes] | None) -> Report:
@@ -313,9 +284,9 @@ def of_proof(proof: dict[str, Any], folder: Path | None, sources: dict[str, byte
         sources = {path.name: files.read(path) for path in here}
     shown = theorem.proved(proof, sources)
     more = theorem.reached(proof, shown, sources[SETS]) if SETS in sources else []
-    open_ = ("a certificate: this is the kernel's proof alone", "the specification", *theorem.sizes(more), ALWAYS[2])
+    open_ = ("a certificate: this is the kernel's proof alone", *theorem.sizes(more), *ALWAYS)
     words = (*theorem.words(proof, shown, bool(more)), *more)
-    return Report(name, "", (), (), open_, (), shown["whole"], words, "", shown["whole"])
+    return Report(name, "", (), (), open_, (), words, "", shown["whole"])
 
 
 def one_line(text: str) -> str:
@@ -323,15 +294,19 @@ def one_line(text: str) -> str:
     return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
 
 
-def main(argv: list[str] | None = None, judge: abc.Callable[..., Report] = check) -> int:
+def status(report: Report) -> int:
+    """The exit status of what was not refused."""
+    return 0 if report.whole else DOMAIN if report.proved else NO_CODE
+
+
+def main(argv: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description="Check a stability certificate.")
     parser.add_argument("certificate", type=Path)
     parser.add_argument("--spec", type=Path, help="the specification, to be compared with the hash in the certificate")
-    parser.add_argument("--kernel", action="store_true", help="demand that the kernel proves it of the C")
     given = parser.parse_args(argv)
     getattr(sys.stdout, "reconfigure", dict)(errors="backslashreplace")  # a screen may lack alpha
     try:
-        report = judge(files.read(given.certificate, MAX_TEXT).decode(), given.certificate.parent, given.spec)
+        report = check(files.read(given.certificate, MAX_TEXT).decode(), given.certificate.parent, given.spec)
     except Refused as e:
         print(one_line(f"refused: {given.certificate}: {e}"))
         return 3
@@ -340,28 +315,18 @@ def main(argv: list[str] | None = None, judge: abc.Callable[..., Report] = check
         print(one_line(f"error: {where}: {what}"), file=sys.stderr)
         return 2
     left = [f"{name}, which is not here" for name in report.unbound] + [*report.open]
-    loose = "of the C by the kernel alone" if report.proved else "but bound to no code"
-    how = "verified:" if report.bound else f"verified, {loose} (exit status {NO_CODE}):"
     if report.claim:
-        print(report.name, how, *(f"  {fact}" for fact in report.facts), sep="\n")
-    print(*kernel_words(report), "not compared:", *(f"  {gap}" for gap in left), sep="\n")
+        print(f"{report.name}: the algebra holds:", *(f"  {fact}" for fact in report.facts), sep="\n")
+    where = "" if report.whole else ", where the conditions below hold"
+    loose = "it was not bound to code:", f"  {report.unproved}"
+    bound = f"proved of {report.name}.c itself by the kernel{where}:", *(f"  {line}" for line in report.proved)
+    print(*(bound if report.proved else loose), "not compared:", *(f"  {gap}" for gap in left), sep="\n")
     if report.claim:
         print("claim as written by the tool, not checked:", f"  {report.claim}", sep="\n")
         print("assumptions as written by the tool, not checked:", *(f"  {x}" for x in report.assumptions), sep="\n")
-    by_twin, of_c = 0 if report.bound else NO_CODE, 0 if report.whole else DOMAIN if report.proved else NO_KERNEL
-    meant = f"exit status {of_c}, by what the kernel proves of the C"
-    if report.claim:
-        other = f"exit status {by_twin}, by the replay of {TWIN}"
-        meant = f"{meant}; without --kernel {other}" if given.kernel else f"{other}; with --kernel {meant}"
-    print(meant)
-    return of_c if given.kernel or not report.claim else by_twin
-
-
-def kernel_words(report: Report) -> list[str]:
-    if not report.proved:
-        return ["the algebra holds, and it was not bound to the C by the kernel:", f"  {report.unproved}"]
-    where = "" if report.whole else ", in its domain"
-    return [f"proved of {report.name}.c itself by the kernel{where}:", *(f"  {line}" for line in report.proved)]
+    verdict = {0: "verified, of the C", DOMAIN: "verified, of the C in its domain", NO_CODE: "holds, bound to no code"}
+    print(f"{verdict[status(report)]} (exit status {status(report)})")
+    return status(report)
 
 
 if __name__ == "__main__":

@@ -24,7 +24,7 @@ def emit_sources(program: Program, header: Header, targets: Sequence[str] = ALWA
 
 
 def proof_lines(name: str, proof: str) -> str:
-    """What the README says of a bound or of a region's proof, by its file's text alone; "" of other proofs."""
+    """What the README says of a region's proof, by its file's text alone; "" of other proofs."""
     return render("text/proof_lines.j2", name=name, content=json.loads(proof), regions=REGION_PROOFS)
 
 
@@ -34,6 +34,8 @@ def emit_readme(
     certificate: Any,
     files: Sequence[str],
     proofs: Mapping[str, str] | None = None,
+    kernel: bool = False,
+    bounds: Sequence[Any] = (),
 ) -> str:
     """How to call what was generated.
 
@@ -41,6 +43,8 @@ def emit_readme(
         certificate: a dict, or the words of a refusal.
         files: what lies beside it.
         proofs: file → its text.
+        kernel: whether the kernel's proof of the C is beside them.
+        bounds: on each friction error, as proved of the C.
     """
     proofs = proofs or {}
     refused = certificate if isinstance(certificate, str) else None
@@ -54,6 +58,8 @@ def emit_readme(
         refused=refused,
         files=files,
         proofs=proofs,
+        kernel=kernel,
+        bounds=bounds,
         proved="".join(proof_lines(name, text) for name, text in proofs.items()),
         largest=f"{LARGEST[program.precision]:.0e}",
     )

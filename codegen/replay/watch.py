@@ -1,16 +1,15 @@
 """Shadow mode: the observer beside a running machine, its friction estimate held against the declared law in newtons.
 
 While the machine is as declared and every slip goes on with one sign, faster than ``slip_speed``, the friction estimate
-is within the certified bound of the law's friction (``bound.json``). Where it is not for longer than a dwell time, the
+is within the bound of the law's friction that ``certify`` states. Where it is not for longer than a dwell time, the
 friction is another one, or a force acts that the model does not have.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
-from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi
 import numpy as np
@@ -25,10 +24,13 @@ from codegen.replay.samples import Block
 from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import Spec
 
+if TYPE_CHECKING:
+    from codegen.certify.bound.bounds import ErrorBound
+
 QUIET = 100
 """Dwell times within the bound after which an alarm has ended, and a further one is said."""
 LEVEL, FORCE = "e_a_", "e_F_"
-"""What bound.json calls the error of a contact's level, and of the friction on a coordinate."""
+"""What a bound calls the error of a contact's level, and of the friction on a coordinate."""
 
 
 @dataclass(frozen=True)
@@ -111,24 +113,31 @@ class Watch:
     """
 
     def __init__(
-        self, spec: Spec, system: System, program: Program, bound: Mapping[str, Any], engine: Engine, dwell: int
+        self,
+        spec: Spec,
+        system: System,
+        program: Program,
+        bounds: Sequence[ErrorBound],
+        engine: Engine,
+        period: float,
+        dwell: int,
     ) -> None:
         """Args:
-        bound: the content of bound.json.
+        bounds: on every friction error; what is proved of the C counts, where anything is.
+        period: of a sample, s.
         dwell: judged samples in a row that an estimate must be out of its bound.
         """
         self._engine, self._dwell = engine, max(dwell, 1)
-        stated = bound["bounds"]
-        self.settle = max((after["samples"] for b in stated for after in b["after"][-1:]), default=0)
-        self.limits = tuple(_limit(b, system) for b in stated)
+        self.settle = max((round(time / period) for b in bounds for time, _ in b.after[-1:]), default=0)
+        self.limits = tuple(_limit(b, system) for b in bounds)
         names = [name for name, _, _ in program.outputs]
         self._outputs = [names.index(limit.output) for limit in self.limits]
         self._velocities = [names.index(f"{v}_hat") for v in spec.velocities]
         inputs = [f.name for f in program.inputs]
         self._positions = [inputs.index(x) for x in spec.positions]
-        self._slow = float(Fraction(bound["slip_speed"]))
+        self._slow = max(b.slip_speed for b in bounds)
         self._ranges = np.array([[float(e) for e in spec.envelope.get(v, (-np.inf, np.inf))] for v in spec.velocities])
-        self._declared = _declared(system, [b["error"] for b in stated])
+        self._declared = _declared(system, [b.name for b in bounds])
         self._since, self._signs = 0, np.zeros(len(system.contacts))
         self._out = [_Out() for _ in self.limits]
         self.alarms: list[Alarm] = []
@@ -196,14 +205,14 @@ class Watch:
                 out.worst = 0.0
 
 
-def _limit(stated: Mapping[str, Any], system: System) -> Limit:
-    error, name = stated["error"], stated["error"][len(LEVEL) :]
-    bound = float(Fraction(stated["after"][-1]["bound"] if stated["after"] else stated["steady"]))
-    if error.startswith(FORCE):
-        return Limit(f"F_hat_on_{name}", f"friction on {name}", bound, stated["unit"])
+def _limit(stated: ErrorBound, system: System) -> Limit:
+    name = stated.name[len(LEVEL) :]
+    bound = (stated.after_of_code or stated.after)[-1][1]
+    if stated.name.startswith(FORCE):
+        return Limit(f"F_hat_on_{name}", f"friction on {name}", bound, stated.unit)
     column = system.distribution[:, system.contact_index(name)]
     moved = [x.name for x, entry in zip(system.positions, column, strict=True) if entry != 0]
-    return Limit(f"a_hat_{name}", f"friction at {name} ({', '.join(moved)})", bound, stated["unit"])
+    return Limit(f"a_hat_{name}", f"friction at {name} ({', '.join(moved)})", bound, stated.unit)
 
 
 def _declared(system: System, errors: list[str]) -> Any:
@@ -223,11 +232,11 @@ def _declared(system: System, errors: list[str]) -> Any:
     return casadi.Function("declared", [x, v], parts)
 
 
-def too_slow(spec: Spec, system: System, bound: Mapping[str, Any]) -> tuple[str, float, float] | None:
+def too_slow(spec: Spec, system: System, bounds: Sequence[ErrorBound]) -> tuple[str, float, float] | None:
     """(contact, its greatest slip speed in the envelope, the speed from which on the bound holds), where the first is
     no larger, so that no sample could be judged; None where all contacts can be, or a distribution varies.
     """
-    least = float(Fraction(bound["slip_speed"]))
+    least = max(b.slip_speed for b in bounds)
     fastest = [max(map(abs, map(float, spec.envelope.get(v, (np.inf,))))) for v in spec.velocities]
     for k, contact in enumerate(system.contacts):
         column = system.distribution[:, k].subs(system.values)
@@ -239,8 +248,8 @@ def too_slow(spec: Spec, system: System, bound: Mapping[str, Any]) -> tuple[str,
     return None
 
 
-def is_watchable(system: System, bound: Mapping[str, Any]) -> bool:
+def is_watchable(system: System, bounds: Sequence[ErrorBound]) -> bool:
     """Whether each bound is of an estimate that is compared with a declared law of zero memory."""
     if any(isinstance(c.law, DynamicLaw) for c in system.contacts):
         return False
-    return all(b["error"].startswith((LEVEL, FORCE)) for b in bound["bounds"])
+    return all(b.name.startswith((LEVEL, FORCE)) for b in bounds)

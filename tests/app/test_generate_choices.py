@@ -10,7 +10,7 @@ from .command import SPECS, contents, stiction
 
 TEXT = (SPECS / "one_mass.yaml").read_text(encoding="utf-8")
 SOURCES = {"one_mass.h", "one_mass.c", "example_main.c", "CMakeLists.txt", "one_mass.mk"}
-BESIDE = {"certificate.json", "proof.json", "ellipsoid.json", "bound.json", "limit.json", "manifest.json", "README.md"}
+BESIDE = {"certificate.json", "proof.json", "ellipsoid.json", "limit.json", "manifest.json", "README.md"}
 
 
 @pytest.fixture

@@ -15,11 +15,13 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import sympy
 
 from codegen.checker import verify
 from codegen.replay.twin import load_twin
+from tests.checker.test_verify import value
 
 GENERATED = Path(__file__).parents[2] / "generated"
 CONSTANT = (
@@ -119,6 +121,58 @@ def test_the_twin_in_rationals_moves_as_certified(name: str) -> None:
     pairs = motion.pairs(40)
     assert len(pairs) >= 8
     assert all(after == motion.phi * before for before, after in pairs)
+
+
+def arm_moves(source: str, tries: int = 120) -> list[float]:
+    """How far the arm's derivatives of a sample are from I + hA of the sample before, at random points, on doubles.
+
+    M(x) varies, so the kernel cannot read this C yet: this test is what ties its certificate to the code.
+    """
+    content = json.loads((GENERATED / "two_link_arm" / "certificate.json").read_text(encoding="utf-8"))
+    module, dice, h = load_twin(source, "two_link_arm"), random.Random(3), float(Fraction(content["sample_time"]))
+    parameters, states, found = module.Parameters(), ("z_omega1", "z_omega2", "z_shoulder", "z_elbow"), []
+    module.prepare(parameters)
+    inputs = [name for name in module.Inputs.__slots__ if name not in ("theta1", "theta2")]
+
+    def run(z: Any, rows: Any) -> list[Any]:
+        """(signs, velocities and levels as forces, position) after each of two samples, the machine as estimated."""
+        state = module.State(**dict(zip(states, z, strict=True)))
+        seen = []
+        for row in rows:
+            out = module.step(state, parameters, module.Inputs(**row), module.Outputs())
+            signs = np.sign([out.omega1_hat, out.omega2_hat])
+            levels = signs * [out.a_hat_shoulder, out.a_hat_elbow]
+            seen.append((signs, np.array([out.omega1_hat, out.omega2_hat, *levels]), row["theta2"]))
+        return seen
+
+    for _ in range(tries):
+        speed, at = [dice.uniform(-0.3, 0.3) for _ in range(2)], [dice.uniform(-3, 3) for _ in range(2)]
+        drive = {name: dice.uniform(-5, 5) for name in inputs}
+        rows = [{"theta1": at[0] + k * h * speed[0], "theta2": at[1] + k * h * speed[1]} | drive for k in range(2)]
+        z = np.array([dice.uniform(-1, 1) for _ in states])
+        first = run(z, rows)[0][1]
+        z[:2] += speed - first[:2]  # a velocity is its state and what the position gives
+        base, eps = run(z, rows), 1e-5
+        if not (base[0][0] == base[1][0]).all() or min(abs(base[0][1][:2])) < 1e-3:
+            continue
+        ends = [[run(z + way * eps * unit, rows) for way in (1, -1)] for unit in np.eye(4)]
+        J = [np.array([(up[k][1] - down[k][1]) / (2 * eps) for up, down in ends]).T for k in range(2)]
+        signs, shown, theta2 = base[0]
+        names = {"omega1": shown[0], "omega2": shown[1], "s_shoulder": signs[0], "s_elbow": signs[1], "theta2": theta2}
+        theta = {p["name"]: value(p["expression"], names) for p in content["parameters"]}
+        step = np.eye(4) + h * np.array([[value(entry, theta) for entry in row] for row in content["matrix"]])
+        found.append(float(np.abs(J[1] - step @ J[0]).max()))
+    return found
+
+
+def test_the_arm_s_twin_moves_as_certified() -> None:
+    source = (GENERATED / "two_link_arm" / "__init__.py").read_text(encoding="utf-8")
+    off = arm_moves(source)
+    assert len(off) > 30 and max(off) < 1e-8
+    for old, new in (("+ parameters.m2_l1_b2 * cos_theta2", "- parameters.m2_l1_b2 * cos_theta2"),
+                     ("* sin_theta2 * omega1_hat * omega1_hat", "* sin_theta2 * omega1_hat * omega2_hat")):  # fmt: skip
+        assert old in source
+        assert max(arm_moves(source.replace(old, new))) > 1e-5
 
 
 def wrong_twins(name: str, count: int) -> tuple[int, int]:

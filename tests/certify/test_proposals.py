@@ -7,16 +7,13 @@ from __future__ import annotations
 
 import json
 import re
-from fractions import Fraction
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
 from codegen.certify.certify import Certificate, Proposal, Proposals, Refusal
 from codegen.certify.remedies import proposals
-from codegen.checker import verify as checker
 from stiction import certify, load
 from tests.app.command import SPECS, stiction
 
@@ -136,40 +133,6 @@ def test_one_that_is_too_large(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     path = write(tmp_path, "one_mass", ONE, "gains: {K_F: 20000, K_v: 100}")
     assert proposed(path) == Proposals(None, None, "2 error components, and a search is made up to 1")
     assert "tried: 2 error components" in stiction("certify", path).err
-
-
-def test_nothing_is_proposed_that_the_gate_refuses(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The proof of the sampled error stands at many gains, but the checker takes none for one of the code."""
-    bound = checker.bound
-
-    def refuse(top: Any, sources: Any, spec: Any) -> Any:
-        if sources:
-            raise checker.Refused("`matrix` is not how the twin moves its error")
-        return bound(top, sources, spec)
-
-    path = write(tmp_path, "one_mass", ONE, "gains: {K_F: 11, K_v: 100}")
-    monkeypatch.setattr(checker, "bound", refuse)
-    content = json.loads(stiction("certify", path, "--json").out)
-    assert "is not how the twin moves its error" in content["reason"]
-    assert content["proposals"]["gains"] is None and content["proposals"]["sample_time"] is None
-    assert content["sample_times"] == {}
-
-
-def test_a_proposal_is_passed_over_where_the_gate_refuses_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The longest sample time with a proof is not bound to its code here: the next shorter one is proposed."""
-    path = write(tmp_path, "one_mass", ONE, "gains: {K_F: 10, K_v: 3000}")
-    before = proposed(path).sample_time
-    assert before is not None
-    bound = checker.bound
-
-    def refuse_one(top: Any, sources: Any, spec: Any) -> Any:
-        if sources and top["sample_time"] == Fraction(repr(before.sample_time)):
-            raise checker.Refused("`matrix` is not how the twin moves its error")
-        return bound(top, sources, spec)
-
-    monkeypatch.setattr(checker, "bound", refuse_one)
-    after = proposed(path).sample_time
-    assert after is not None and after.sample_time < before.sample_time
 
 
 def test_text_and_json(tmp_path: Path) -> None:

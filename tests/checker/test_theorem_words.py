@@ -56,7 +56,7 @@ def test_a_parameter_that_is_called_like_a_true_level_is_told_apart() -> None:
     before, after = checked(TEXT, SOURCES).proved, checked(TEXT, sources).proved
     assert "machine: (m) v' = -a_rail*sign(rail) + w; x' = v; a_rail constant, whatever the value" in before
     assert "machine: (m) v' = -true.a_rail*sign(rail) + w; x' = v; true.a_rail constant, whatever the value" in after
-    assert "parameters.a_rail = 50" in after[-2] and "rail_a = 50" in before[-2]
+    assert "parameters.a_rail = 50" in "\n".join(after) and "rail_a = 50" in "\n".join(before)
 
 
 def test_a_state_that_must_be_zero_is_said_however_its_formula_is_written() -> None:

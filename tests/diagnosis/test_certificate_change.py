@@ -13,7 +13,7 @@ from codegen.base.text import render
 from codegen.spec import parse_spec
 
 SPEC = (Path(__file__).parents[2] / "specs" / "one_mass.yaml").read_text("utf-8")
-NAMES = ("bound.json", "ellipsoid.json", "proof.json")
+NAMES = ("ellipsoid.json", "proof.json")
 DELAY = "[{kind: input_delay, on: w, parameters: {T: 0.001}}]"
 COGGING = "[{kind: cogging, on: x, parameters: {amplitude: 1, period: 1, phase: 0}}]"
 UNSTABLE = "[{kind: inertia_error, on: x, parameters: {delta: -0.999}}]"
@@ -29,7 +29,7 @@ def machine(effects: str) -> Derived:
     [
         ("[]", ()),
         (DELAY, ("chains of inputs", "it rests on proof.json")),
-        (COGGING, ("the slope of g in x is no constant", "the function sin", "it rests on bound.json and proof.json")),
+        (COGGING, ("the slope of g in x is no constant", "the function sin")),
         (UNSTABLE, ("no certificate",)),
     ],
 )

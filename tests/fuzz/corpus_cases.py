@@ -23,7 +23,7 @@ def corpus(seed: int) -> Case:
         (name,) = [name for name in files if name != "meta.yaml"]
         return Case(files, log_cases.stages(name))
     if folder.parent.name == "proof":
-        name = next(name for name in ("bound.json", *files) if name in files and name.endswith(".json"))
+        name = next(name for name in files if name.endswith(".json"))
         return Case({name: files.pop(name), **files}, proof_cases.stages(name))
     deeper = [verb for verb in spec_cases.DEEPER if folder.name.startswith(f"{verb[0]}_")]
     return Case(files, (spec_cases.check_stage(), *map(spec_cases.verb_stage, deeper)))

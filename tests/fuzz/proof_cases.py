@@ -1,4 +1,4 @@
-"""Certificates, bounds and proofs about the C with damage that knows their format, through their checkers.
+"""Certificates and proofs about the C with damage that knows their format, through their checkers.
 
 That what is accepted is true is tested in tests/checker; here it is that the checker ends, and says what is wrong.
 """
@@ -13,7 +13,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from codegen.checker import newtons, verify
+from codegen.checker import verify
 
 from .case import Case, Stage
 from .hostile import NAMES, TEXTS
@@ -52,15 +52,15 @@ def proof(seed: int) -> Case:
     here = GENERATED / folder
     if name in KERNEL:
         return _of_the_kernel(here, name, dice)
-    files = {name: (here / name).read_bytes(), TWIN: (here / TWIN).read_bytes()}
-    if name == "bound.json":
-        files["certificate.json"] = (here / "certificate.json").read_bytes()
+    beside = [path for path in map(here.joinpath, KERNEL) if path.exists()]
+    files = {path.name: path.read_bytes() for path in (here / name, *beside, *here.glob(f"{folder}.[ch]"))}
     if dice.random() < 0.15:
-        files[TWIN] = damaged_text(files[TWIN].decode(), dice).encode("utf-8", "surrogatepass")
+        source = f"{folder}.{dice.choice('ch')}"
+        files[source] = damaged_text(files[source].decode(), dice).encode("utf-8", "surrogatepass")
         content = json.loads(files[name])
         named = content["subject"].get("files", {})
-        if TWIN in named and dice.random() < 0.8:  # a certificate of just this twin
-            named[TWIN] = hashlib.sha256(files[TWIN]).hexdigest()
+        if source in named and dice.random() < 0.8:  # a certificate of just this code
+            named[source] = hashlib.sha256(files[source]).hexdigest()
         files[name] = json.dumps(content).encode()
     else:
         files[name] = damaged(files[name].decode(), dice).encode("utf-8", "surrogatepass")
@@ -79,22 +79,18 @@ def _of_the_kernel(here: Path, name: str, dice: random.Random) -> Case:
 
 
 def stages(name: str) -> tuple[Stage, ...]:
-    """By the checker of certificates, by that of bounds, and by the verb."""
+    """By the checker, and by the verb."""
 
-    def by(checker: Any) -> None:
+    def by_checker() -> None:
         try:
-            checker.check(Path(name).read_text("utf-8"), Path())
+            verify.check(Path(name).read_text("utf-8"), Path())
         except (json.JSONDecodeError, UnicodeDecodeError, OSError):
             return  # which the verb says in words
-        except (verify.Refused, newtons.Refused) as error:
+        except verify.Refused as error:
             if len(str(error)) > 1000:
                 raise ValueError(f"a refusal of {len(str(error))} characters: {str(error)[:80]}") from None
 
-    return (
-        Stage("verify.py", lambda: by(verify)),
-        Stage("newtons.py", lambda: by(newtons)),
-        Stage("verify", through_main("verify", name)),
-    )
+    return (Stage("verify.py", by_checker), Stage("verify", through_main("verify", name)))
 
 
 def spots(node: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:

@@ -35,6 +35,7 @@ class ErrorBound:
         parts: cause → its share of ``steady``: noise, displacement, velocity, friction, acceleration.
         start: |error| that is assumed at time 0, when the slip has its new sign in truth and estimate, and a law with a
             state has come to its level; every other error is taken to be within its own ``steady``.
+        starts: the same of every error, in the order of the observer's.
         after: (time in s, bound) from ``start`` on, falling to ``steady``.
         worst: the exact worst case of the first-order system over the samples summed, below ``steady``.
         slip_speed, slip_unit: the least slip speed at which truth and estimate have one sign, and a guard learns.
@@ -42,6 +43,7 @@ class ErrorBound:
         percent: what the model is off by (mass, input gain, sample time) → what the first percent adds to ``steady``.
         stands: the same → the share by which it may be off before the domain is lost; up to 1.
         of_code: the same as ``steady``, proved of the C itself (checker/ellipsoid.py); None where it is not.
+        after_of_code: the same as ``after``, proved so.
         largest: what friction is at most, by the envelope's range of its level or the declared level; None if not said.
     """
 
@@ -50,6 +52,7 @@ class ErrorBound:
     steady: float
     parts: dict[str, float]
     start: float
+    starts: tuple[float, ...]
     after: tuple[tuple[float, float], ...]
     worst: float
     slip_speed: float
@@ -59,6 +62,12 @@ class ErrorBound:
     stands: Mapping[str, float] = field(default_factory=dict)
     largest: float | None = None
     of_code: float | None = None
+    after_of_code: tuple[tuple[float, float], ...] = ()
+
+    @property
+    def stated(self) -> float:
+        """``steady``, or the one that is proved of the C, where there is one."""
+        return self.steady if self.of_code is None else self.of_code
 
     @property
     def largest_part(self) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -152,7 +153,7 @@ def with_rounding(
     }
 
 
-def dot(row: Any, sizes: list[Fraction]) -> Fraction:
+def dot(row: Any, sizes: Sequence[Fraction]) -> Fraction:
     """Σ |row| sizes."""
     return sum((abs(fraction(e)) * s for e, s in zip(row, sizes, strict=True)), Fraction(0))
 

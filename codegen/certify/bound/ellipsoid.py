@@ -18,12 +18,14 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from codegen.certify.bound.disturbances import disturbances
+from codegen.certify.bound.bounds import ErrorBound
+from codegen.certify.bound.disturbances import disturbances, dot
 from codegen.certify.bound.error_response import Response, error_response
 from codegen.certify.decimals import rounded, rounded_matrix, texts, upwards
 from codegen.certify.kernel_form import Writer
 from codegen.certify.outcome import Certificate
 from codegen.certify.prefix import rational_text
+from codegen.checker import ellipsoid
 from codegen.checker import verify as checker
 from codegen.observers.equations import Observer
 from codegen.spec.model import Spec
@@ -33,6 +35,7 @@ FEW = 8
 """Of so many errors each row gets an ellipsoid of its own; of more one serves all rows."""
 SHARES = 64
 DIGITS = 7
+START_DIGITS = 6
 SUMMED, LONGEST = 3.0, 2000
 """Time constants of the slowest error that are summed before what is left is in the ellipsoid, and most samples."""
 NEAR = 1e-6
@@ -78,16 +81,27 @@ def with_ellipsoid(
     if isinstance(sizes, str) or not any(map(any, sizes.values())):
         return certificate
     proof = json.loads(certificate.kernel)
-    text = ellipsoid_text(observer, places, proof, response, sizes)
+    text = ellipsoid_text(observer, places, proof, response, sizes, certificate.bounds)
     if other := unlike_envelope(json.loads(text), spec, observer, places):
         raise ValueError(f"ellipsoid.json rests on sizes that are not the envelope's: {other}")
     try:
         found = checker.long_run(proof, dict(sources), text.encode())
     except checker.Refused:
         return certificate
-    last = [bound for each in found for bound in each][-len(certificate.bounds) :]
-    bounds = tuple(replace(b, of_code=float(x)) for b, x in zip(certificate.bounds, last, strict=True))
-    return replace(certificate, bounds=bounds, ellipsoid=text)
+    reached = [
+        (row, samples, begun, float(x))
+        for ball, each in zip(json.loads(text)["sets"], found, strict=True)
+        for (row, samples, begun), x in zip(ellipsoid.asked(ball), each, strict=True)
+    ]
+    h, bounds = float(observer.sample_time), []
+    units = np.eye(len(proof["errors"]))[-len(certificate.bounds) :].tolist()
+    for b, unit in zip(certificate.bounds, units, strict=True):
+        own = [
+            (int(k) * h, begun is not None, x) for row, k, begun, x in reached if [float(c) for c in row[:-1]] == unit
+        ]
+        after = tuple((time, x) for time, begun, x in own if begun)
+        bounds.append(replace(b, of_code=min(x for _, begun, x in own if not begun), after_of_code=after))
+    return replace(certificate, bounds=tuple(bounds), ellipsoid=text)
 
 
 def ellipsoid_text(
@@ -96,6 +110,7 @@ def ellipsoid_text(
     proof: Mapping[str, Any],
     response: Response,
     sizes: Mapping[str, Sequence[Fraction]],
+    bounds: Sequence[ErrorBound],
 ) -> str:
     """The claim as JSON (docs/certificate_format.md).
 
@@ -103,6 +118,7 @@ def ellipsoid_text(
         places: as of kernel_form.proof_text.
         proof: the kernel's.
         sizes: cause → the largest disturbance of each coordinate or friction (``disturbances``).
+        bounds: of each friction, with the times after a reversal that are asked for.
     """
     n, write = len(observer.system.positions), Writer(observer, places)
     positions = [write(x) for x in observer.system.positions]
@@ -110,10 +126,13 @@ def ellipsoid_text(
     step = np.array(response.step.tolist(), dtype=float)
     slips = observer.system.distribution.subs(observer.values)
     rows = [[*column, *[0] * (len(step) - n)] for column in slips.T.tolist()]
-    rows += sympy.eye(len(step))[n:, :].tolist()
+    errors = sympy.eye(len(step))[n:, :].tolist()
     size = np.array([float(d.size) for d in of])
     columns = np.array([[float(b) for b in d.column] for d in of]).T
-    groups = [[row] for row in rows] if len(step) <= FEW else [rows]
+    asked = [(row, None) for row in rows] + list(zip(errors, bounds, strict=True))
+    groups = [[each] for each in asked] if len(step) <= FEW else [asked]
+    noise = [float(dot(row, sizes["noise"])) for row in response.direct.tolist()]
+    h = float(observer.sample_time)
     turned = [e["sign"] for e in proof["errors"]]
     claim = {
         "name": proof["name"],
@@ -124,7 +143,9 @@ def ellipsoid_text(
             for row, s in zip(response.direct.tolist(), turned, strict=True)
         ],
         "push": [[d.entry(i) for d in of] for i in range(len(step))],
-        "sets": [_set(step, columns, size, group) for group in groups],
+        "sets": [
+            _with_after(_set(step, columns, size, group), group, step, columns * size, noise, h) for group in groups
+        ],
     }
     return json.dumps(claim, indent=1) + "\n"
 
@@ -190,8 +211,13 @@ def _shift(parts: Sequence[tuple[Any, str]], sign: str) -> str:
     return " + ".join(terms) or "0"
 
 
-def _set(step: Array, columns: Array, size: Array, rows: Sequence[Sequence[Any]]) -> dict[str, Any]:
+Group = Sequence[tuple[Sequence[Any], ErrorBound | None]]
+"""Rows of one set; of a friction error, with its bound."""
+
+
+def _set(step: Array, columns: Array, size: Array, group: Group) -> dict[str, Any]:
     """The ellipsoid that is best for what is left of one row after the samples that are summed, or of several rows."""
+    rows = [row for row, _ in group]
     largest = float(np.abs(np.linalg.eigvals(step)).max())
     samples = min(math.ceil(SUMMED / (1 - largest)), LONGEST)
     last = np.linalg.matrix_power(step, samples)
@@ -223,12 +249,52 @@ def _set(step: Array, columns: Array, size: Array, rows: Sequence[Sequence[Any]]
     }
 
 
-def _bound(row: Array, step: Array, columns: Array, samples: int, matrix: Any) -> Any:
-    """What is summed, and the ellipsoid's √(c'Qc) of what is left, rounded upwards."""
+def _with_after(
+    ball: dict[str, Any], group: Group, step: Array, pushed: Array, noise: Sequence[float], h: float
+) -> dict[str, Any]:
+    """The set with what its rows are at most some times after a reversal, from the errors assumed then.
+
+    Args:
+        pushed: the columns of the disturbances times their sizes; noise: what that of a sample does to each error.
+    """
+    after, within = [], np.zeros(len(step))
+    for row, bound in group:
+        if bound is None:
+            continue
+        start = [upwards(s, START_DIGITS) for s in bound.starts]
+        whole = np.array([float(s) for s in start]) + noise
+        within = np.maximum(within, whole)
+        floats = np.array(row, dtype=float)
+        stated = []
+        for time, _ in bound.after[1:]:
+            samples = round(time / h)
+            total, last = _pushed(floats, step, pushed, samples)
+            most = upwards((total + float(np.abs(last) @ whole)) * (1 + NEAR), DIGITS)
+            stated.append([str(samples), rational_text(most)])
+        line, begun = ([rational_text(x) for x in each] for each in (row, start))
+        after.append({"row": line, "start": begun, "bounds": stated})
+    if not after:
+        return ball
+    sizes = [upwards(w * (1 + NEAR), DIGITS) for w in within]
+    scale = np.array([float(s) for s in sizes])
+    matrix = np.array([[float(Fraction(x)) for x in row] for row in ball["matrix"]])
+    most = float(np.linalg.eigvalsh(np.outer(scale, scale) * np.linalg.inv(matrix)).max()) * len(step)
+    ball["within"] = [rational_text(upwards(max(1.001 * most, 1.0), 3)), *(rational_text(s) for s in sizes)]
+    return ball | {"after": after}
+
+
+def _pushed(row: Array, step: Array, pushed: Array, samples: int) -> tuple[float, Array]:
+    """What the disturbances of so many samples do to a row of the error, and the row by which the first one counts."""
     total = 0.0
     for _ in range(samples):
-        total += float(np.abs(row @ columns).sum())
+        total += float(np.abs(row @ pushed).sum())
         row = row @ step
+    return total, row
+
+
+def _bound(row: Array, step: Array, columns: Array, samples: int, matrix: Any) -> Any:
+    """What is summed, and the ellipsoid's √(c'Qc) of what is left, rounded upwards."""
+    total, row = _pushed(row, step, columns, samples)
     left = float(row @ np.array(matrix, dtype=float) @ row) ** 0.5
     return upwards((total + left) * (1 + NEAR), DIGITS)
 

@@ -4,13 +4,14 @@ Every disturbance is bounded (|n| by the envelope's x_noise, |d_x| ≤ h² A/2, 
 is at most the sum of the absolute impulse responses, which independent disturbances attain:
 bound(k) = Σ_j (|D_j| + Σ_{i<k} |C Φ^i B_j|) δ_j + |C Φ^k| e₀. The sum is taken over so many samples that what is left,
 bounded by the certificate's P, is below 1e-4 of it: |C Φ^i b| ≤ γ^i √(C P⁻¹ C') √(b'Pb) with γ² the certified fall.
-All of it is in doubles, 1e-9 added; the checker does it again in rationals, rounded upwards (bound_proof.py).
+All of it is in doubles, 1e-9 added; what is proved of the C, in rationals, is in ellipsoid.py.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -26,6 +27,7 @@ from codegen.certify.bound.error_sums import LONGEST, ROUNDING, ColumnSum, Stead
 from codegen.certify.outcome import Certificate
 from codegen.observers.equations import ErrorVariable, Observer
 from codegen.spec.model import Spec
+from codegen.spec.numerics import numerical
 
 TIMES = 6
 PERCENT = Fraction(1, 100)
@@ -42,20 +44,18 @@ def error_bounds(
     analysis: Analysis,
     certificate: Certificate,
     rounding: tuple[Fraction, list[Fraction]] = (Fraction(0), []),
-    response: Response | str | None = None,
 ) -> tuple[ErrorBound, ...] | str:
     """The bounds of every friction error, or why there are none.
 
     Args:
         rounding: of the measured positions, and of each state in a step; none by default.
-        response: of the error, if it is known already.
 
     The envelope must bound the accelerations (``v_dot``), and v too where g depends on x; ``x_noise`` bounds the
     position noise, quantisation included, and is 0 where the envelope is silent.
     """
     observer = analysis.dynamics.observer
     system = observer.system
-    response = response or error_response(observer)
+    response = error_response(observer)
     if isinstance(response, str):
         return response
     missing = [f"{v}_dot" for v in system.velocities if f"{v}_dot" not in spec.envelope]
@@ -107,6 +107,7 @@ def error_bounds(
                 steady=steady[i],
                 parts=bounds[i].parts,
                 start=start[i],
+                starts=tuple(start),
                 after=after,
                 worst=bounds[i].worst,
                 slip_speed=speed,
@@ -118,6 +119,18 @@ def error_bounds(
             )
         )
     return tuple(result)
+
+
+@numerical("the bound on the error")
+def with_bounds(spec: Spec, analysis: Analysis, certificate: Certificate) -> Certificate:
+    """The certificate with the bounds on the friction errors, or the words why there are none.
+
+    Raises:
+        BadInput: for a domain in which there is no bound.
+    """
+    bounds = error_bounds(spec, analysis, certificate)
+    refuse_empty_domain(spec, analysis.dynamics.observer, bounds)
+    return replace(certificate, bounds=bounds)
 
 
 def rounding_share(

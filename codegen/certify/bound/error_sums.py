@@ -1,6 +1,6 @@
 """Sums of absolute impulse responses in doubles, over as many samples as the certificate's P does not make small.
 
-``ROUNDING`` is added to each; the checker adds them up again in rationals (checker/newtons.py).
+``ROUNDING`` is added to each; in rationals the checker adds up the first samples (checker/ellipsoid.py).
 """
 
 from __future__ import annotations

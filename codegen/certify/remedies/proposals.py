@@ -56,8 +56,6 @@ MOST_VERTICES, MOST_VERTICES_UNDECIDED = 150, 32
 """The same for vertices of A's family; fewer where each point is stable, since then no eigenvalue guides the search."""
 ATTEMPTS, ATTEMPTS_VARYING = 9, 2
 """How often ``certify`` is tried for each proposal: where A is one matrix, and where it varies over the envelope."""
-MOST_UNBOUND = 2
-"""After so many with a proof that the checker does not bind to the code, no more are tried: the gains are not why."""
 SHORTER = 1e-5
 SHARES = (0.995, 0.9, 0.7, 0.5, 0.25, 0.1)
 INSIDE = (0.05, 0.2, 0.7)
@@ -114,7 +112,6 @@ def _skipped(why: str) -> Proposals:
 
 def _first(key: str, specs: Sequence[Spec], derive: Derive) -> Proposal | None:
     """The first of these specs that is certified, and its line under ``key`` in the observer section."""
-    unbound = 0
     for spec in specs:
         with suppress(BadInput):
             derived = derive(spec)
@@ -127,9 +124,6 @@ def _first(key: str, specs: Sequence[Spec], derive: Derive) -> Proposal | None:
                 line = render("text/proposed_line.j2", key=key, h=h, gains=gains).strip()
                 where = spec.place("observer.gains")
                 return Proposal(line, h, {name: _numbers(raw, where) for name, raw in gains.items()}, found.decay_rate)
-            unbound += 1
-            if unbound == MOST_UNBOUND:
-                return None
     return None
 
 
