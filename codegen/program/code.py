@@ -115,20 +115,25 @@ class Code:
         return {a.value: a.name for a in self.derived}
 
     @property
+    def step_nodes(self) -> list[Node]:
+        """All expressions of a normal step."""
+        return [a.value for a in (*self._assigned, *self.next_state, *self.outputs)]
+
+    @property
+    def nodes(self) -> list[Node]:
+        """Every node of every expression."""
+        settings = [*self.initial.nodes, *self.carried.nodes, *self.resumed.nodes]
+        return reachable([*(a.value for a in self.derived), *self.step_nodes, *settings])
+
+    @property
     def functions(self) -> frozenset[str]:
         """Every function that is called anywhere."""
-        values = [a.value for a in (*self.derived, *self._assigned, *self.next_state, *self.outputs)]
-        return frozenset(node.name for node in reachable([*values, *self._set]) if node.kind == "call")
+        return frozenset(node.name for node in self.nodes if node.kind == "call")
 
     @property
     def divides(self) -> bool:
         """Whether there is a division by a variable."""
-        values = [a.value for a in (*self._assigned, *self.next_state, *self.outputs)]
-        return any(node.kind == "quotient" and not node.constant for node in reachable([*values, *self._set]))
-
-    @property
-    def _set(self) -> list[Node]:
-        return [*self.initial.nodes, *self.carried.nodes, *self.resumed.nodes]
+        return any(node.kind == "quotient" and not node.constant for node in self.nodes)
 
     @property
     def _assigned(self) -> list[Assignment]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 from codegen.program.graph import Node
 
@@ -40,6 +41,11 @@ class Stretch:
     def loop(self) -> bool:
         return self.stop > self.first
 
+    @property
+    def lines(self) -> tuple[Line, ...]:
+        """The lines of all parts."""
+        return tuple(line for part in self.parts for line in part.lines)
+
 
 @dataclass(frozen=True)
 class Sum:
@@ -48,6 +54,7 @@ class Sum:
     terms: tuple[Node, ...]
     first: int = 0
     stop: int = 0
+    backward: ClassVar[bool] = False
 
     @property
     def loop(self) -> bool:

@@ -8,7 +8,7 @@ from codegen.base.text import render
 from codegen.emit.entries import inputs_of, outputs_of, parameters_of, states_of
 from codegen.emit.header import Header
 from codegen.emit.language import Language
-from codegen.emit.view import CodeView, Style, view
+from codegen.emit.writer import Style, Writer
 from codegen.program import Code, Program
 from codegen.program.model import LARGEST
 
@@ -29,11 +29,12 @@ def struct_formats(lane: str) -> dict[str, str]:
 
 
 def c_words(program: Program, code: Code, header: Header) -> dict[str, Any]:
-    """What every template of C needs beside the view."""
+    """What every template of C needs beside the writer of its lines."""
     language = c_language(program)
     single = language.single
     return {
         "program": program,
+        "code": code,
         "header": header,
         "literal": language.literal,
         "real": "float" if single else "double",
@@ -48,21 +49,16 @@ def c_words(program: Program, code: Code, header: Header) -> dict[str, Any]:
     }
 
 
-def c_view(program: Program, code: Code) -> tuple[CodeView, Language]:
-    """Every expression in C.
+def emit_c(program: Program, code: Code, header: Header) -> dict[str, str]:
+    """NAME.h, NAME.c, example_main.c, CMakeLists.txt and NAME.mk.
 
     Raises:
         BadInput: for a number that C has no literal for.
     """
-    language = c_language(program)
-    real = "float" if language.single else "double"
-    style = Style(language, struct_formats(""), "{name}", "{name}", f"const {real} {{name}}", declares=True, indent=4)
-    return view(program, code, style), language
-
-
-def emit_c(program: Program, code: Code, header: Header) -> dict[str, str]:
-    """NAME.h, NAME.c, example_main.c, CMakeLists.txt and NAME.mk."""
-    words = c_words(program, code, header) | {"view": c_view(program, code)[0]}
+    words = c_words(program, code, header)
+    declared = f"const {words['real']} {{name}}"
+    style = Style(c_language(program), struct_formats(""), "{name}", "{name}", declared, declares=True, indent=4)
+    words["text"] = Writer(program, code, style)
     return {
         f"{program.name}.h": render("c/observer.h.j2", **words),
         f"{program.name}.c": render("c/observer.c.j2", **words),
