@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 import sympy
-from observers.machines import ONE_MASS, machine
 
 from codegen.analysis.analysis import Analysis, analyse
 from codegen.analysis.factors import written_conditions
@@ -22,6 +21,7 @@ from codegen.mechanics import build_system
 from codegen.observers import build_observer
 from codegen.spec import parse_spec, read_spec
 from codegen.spec.functions import Magnitude
+from tests.machines import ONE_MASS, machine
 
 H = sympy.Symbol("h", positive=True)
 # A root this close to the boundary (relative to the largest) is decided by rounding of the roots, which NumPy finds to

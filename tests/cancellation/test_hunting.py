@@ -14,9 +14,9 @@ from codegen.effects.declare import add_declared_effects
 from codegen.mechanics.build import build_system
 from codegen.simulate.hunting import Trial, hunting
 from codegen.simulate.limit_cycle import at_rest, limit_cycle
+from tests.machines import read
 
 from .describing import Mass, threshold
-from .machines import read
 
 TEXT = """name: mass
 coordinates:

@@ -8,8 +8,9 @@ import pytest
 from codegen.base.errors import BadInput
 from codegen.cancellation import reach
 from codegen.mechanics.build import build_system
+from tests.machines import machine_text, read
 
-from .machines import machine_text, random_mass, random_matrix, read
+from .equations import random_mass, random_matrix
 
 
 def found(M, B, U, weight="mass_inverse", envelope="", kind="gto"):

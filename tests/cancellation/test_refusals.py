@@ -9,9 +9,8 @@ from codegen.cancellation import RankFalls, regular, with_cancellation
 from codegen.cancellation.regular import keeps_rank
 from codegen.mechanics.build import build_system
 from codegen.observers import build_observer
+from tests.machines import machine_text, read
 from tests.told import tells
-
-from .machines import machine_text, read
 
 DIAGONAL = [[1, 0], [0, 1]]
 

@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 import sympy
 from observers.cases import seeded, write_observer
-from observers.machines import HANDS, ONE_MASS, TEXTS
 from observers.reference import Point
 
 from codegen.analysis.analysis import analyse
@@ -25,6 +24,8 @@ from codegen.checker import verify
 from codegen.mechanics import build_system
 from codegen.observers import build_observer
 from codegen.spec import parse_spec
+from tests.machines import ONE_MASS, TEXTS
+from tests.observers.hands import HANDS
 
 from .certified import COMMAND, analysis_of, fall, lyapunov, outcome, step_matrix, worst_fall
 

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from observers.machines import TEXTS
 
 from codegen.app.derived import Derived
 from codegen.certify.certify import Certificate
@@ -21,6 +20,7 @@ from codegen.checker import verify
 from codegen.checker.verify import Refused
 from codegen.replay.twin import load_twin
 from codegen.spec import parse_spec
+from tests.machines import TEXTS
 
 from .test_verify import value
 

@@ -11,7 +11,6 @@ import pytest
 import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from observers.machines import HANDS, bare_machine, magnitude
 
 from codegen.base.errors import BadInput, Place
 from codegen.mechanics import build_system
@@ -20,6 +19,8 @@ from codegen.mechanics.solve import factorised, solve_symmetric
 from codegen.spec import parse_spec
 from codegen.spec.expression import parse_expression
 from codegen.spec.model import symbol
+from tests.machines import bare_machine
+from tests.observers.hands import HANDS, magnitude
 from tests.told import tells
 
 

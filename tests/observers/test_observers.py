@@ -13,9 +13,10 @@ from codegen.base.errors import BadInput
 from codegen.mechanics import build_system
 from codegen.observers import Observer, build_observer
 from codegen.spec import parse_spec
+from tests.machines import ONE_MASS, TWO_MASS, machine
+from tests.observers.hands import HANDS
 
 from .cases import KINDS, seeded, write_observer
-from .machines import HANDS, ONE_MASS, TWO_MASS, machine
 
 NUMPY = [{"Sgn": np.sign, "Magnitude": np.abs}, "numpy"]
 ALL = [(name, kind, velocity) for name in KINDS for kind in KINDS[name] for velocity in ("measured", "estimated")]

@@ -12,8 +12,7 @@ from codegen.simulate.closed_loop import simulate
 from codegen.simulate.loop_run import write_log
 from codegen.simulate.plant import simulate_open_loop
 from codegen.simulate.sensors import VELOCITY_FILTER_SAMPLES
-
-from .machines import arm, one_mass, two_mass
+from tests.machines import arm, one_mass, two_mass
 
 OPEN = "simulation: {duration: 2, sample_time: 0.002, inputs: {w: 9*sin(5*t)}}\n"
 FOLLOW = """

@@ -20,8 +20,7 @@ from codegen.simulate.free_run import free_run, free_run_rmse
 from codegen.simulate.plant import simulate_open_loop
 from codegen.spec.model import DeclaredEffect
 from codegen.spec.reader import read_spec
-
-from .machines import one_mass
+from tests.machines import one_mass
 
 PRACTICE = Path(__file__).parents[3] / "shared" / "practice"
 DELAYED = "effects: [{kind: input_delay, on: w, parameters: {T: 0.0037}}]"

@@ -16,9 +16,9 @@ from codegen.simulate.loop_run import write_log
 from codegen.simulate.observed_loop import run_loop
 from codegen.simulate.observer_in_loop import Cancellation, generated_observer
 from codegen.simulate.sensors import Sensors
+from tests.machines import one_mass, two_mass
 
 from .event_integrator import Mass, integrate
-from .machines import one_mass, two_mass
 
 OBSERVER = """
 observer:
