@@ -143,11 +143,6 @@ class System:
         return Matrix([c.known_force.subs(c.slip, u) for c, u in zip(self.contacts, slip, strict=True)])
 
     @property
-    def modelled_force(self) -> Matrix:
-        """g less the friction that declared effects give: everything but the friction an observer estimates."""
-        return Matrix(self.force - self.distribution * self.known_friction(self.slip_velocity))
-
-    @property
     def equation_error(self) -> Matrix:
         """g − M a − U λ over x, v, w and the accelerations: zero on a motion that the model explains.
 
