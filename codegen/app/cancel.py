@@ -12,8 +12,7 @@ from codegen.app.derived import Source, derived_from
 from codegen.app.readable_cancellation import cancellation_json, cancellation_view, hunting_json
 from codegen.base.border import verb
 from codegen.base.files import refuse_target, write_all
-from codegen.base.shown import Shown
-from codegen.base.text import render
+from codegen.base.shown import Result
 from codegen.cancellation import Plan, RankFalls, Reach, make_plan, reach
 from codegen.cancellation.leftover import Leftover, leftover
 from codegen.simulate.hunting import Hunting, hunting
@@ -25,7 +24,7 @@ NUMBERS = "cancellation.json"
 
 
 @dataclass(frozen=True, repr=False)
-class CancelReport(Shown):
+class CancelReport(Result):
     """What ``cancel`` found.
 
     Attributes:
@@ -37,6 +36,7 @@ class CancelReport(Shown):
         files: what was written.
     """
 
+    template = "cancel"
     spec: Spec
     choice: CancellationChoice
     reach: Reach
@@ -110,8 +110,3 @@ def cancel(
     text = json.dumps(report.content, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
     write_all(Path(folder), {NUMBERS: text})
     return replace(report, files=(Path(folder) / NUMBERS,))
-
-
-def cancel_text(report: CancelReport) -> str:
-    """The report in words."""
-    return render("text/cancel.txt.j2", **report.view)

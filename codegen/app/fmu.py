@@ -13,14 +13,13 @@ from codegen.base.border import verb
 from codegen.base.errors import BadInput
 from codegen.base.files import write_all
 from codegen.base.input_files import LARGEST_GENERATED, read_bytes
-from codegen.base.shown import Shown
-from codegen.base.text import render
+from codegen.base.shown import Result
 from codegen.certify.outcome import Certificate, Refusal
 from codegen.emit.fmu import VERSIONS, emit_fmu
 
 
 @dataclass(frozen=True, repr=False)
-class GeneratedFmu(Shown):
+class GeneratedFmu(Result):
     """What ``generate --target fmu`` made.
 
     Attributes:
@@ -31,6 +30,7 @@ class GeneratedFmu(Shown):
         stale: with ``check_only``, whether the file on disk is missing or not current.
     """
 
+    template = "generated_fmu"
     path: Path
     version: str
     members: tuple[str, ...]
@@ -100,9 +100,3 @@ def generate_fmu(
     if isinstance(outcome, Certificate) or uncertified:
         write_all(target.parent, {target.name: fmu.data})
     return GeneratedFmu(target, version, members, outcome)
-
-
-def fmu_text(made: GeneratedFmu, check_only: bool, uncertified: bool) -> str:
-    """What was written or is not current, in words."""
-    given = {"refused": made.refused, "check_only": check_only, "uncertified": uncertified}
-    return render("text/generated_fmu.txt.j2", result=made, **given)

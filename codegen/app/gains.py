@@ -14,17 +14,17 @@ from codegen.app.derived import Source, derived_from
 from codegen.app.readable_gains import gains_json, gains_view
 from codegen.base.border import verb
 from codegen.base.files import refuse_foreign, refuse_target, write_all
-from codegen.base.shown import Shown
-from codegen.base.text import render
+from codegen.base.shown import Result
 from codegen.spec.numerics import require_finite
 
 MAP, NUMBERS, SPEC = "gains.png", "gains.json", "spec.yaml"
 
 
 @dataclass(frozen=True, repr=False)
-class GainReport(Shown):
+class GainReport(Result):
     """What ``gains`` found, and the files it wrote."""
 
+    template = "gains"
     feasibility: Feasibility
     files: tuple[Path, ...]
 
@@ -35,6 +35,11 @@ class GainReport(Shown):
         if found.suggestion is None:
             return {**varied, "stable gains": "none in the range"}
         return {**varied, "suggested": ", ".join(f"{name} = {v:g}" for name, v in found.suggestion.numbers.items())}
+
+    @property
+    def view(self) -> dict[str, Any]:
+        """What the text template needs."""
+        return {"files": self.files, **gains_view(self.feasibility)}
 
     @property
     def content(self) -> dict[str, Any]:
@@ -74,8 +79,3 @@ def gains(source: Source, folder: str | Path | None = None, over: Sequence[str] 
         files[SPEC] = suggested_text(spec, report.axes, report.suggestion)
     write_all(Path(folder), files, (NUMBERS,))
     return GainReport(report, tuple(Path(folder) / name for name in files))
-
-
-def gains_text(report: GainReport) -> str:
-    """The report in words."""
-    return render("text/gains.txt.j2", files=report.files, **gains_view(report.feasibility))

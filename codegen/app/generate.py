@@ -15,7 +15,7 @@ from codegen.base.border import verb
 from codegen.base.errors import BadInput
 from codegen.base.files import refuse_target, remove, sha256, write_all, write_atomically
 from codegen.base.input_files import LARGEST_GENERATED, is_there, read_or_none, read_text
-from codegen.base.shown import Shown
+from codegen.base.shown import Result
 from codegen.base.text import render
 from codegen.certify.kernel_form import with_solution
 from codegen.certify.outcome import PROOFS, Certificate, Refusal, json_text
@@ -32,7 +32,7 @@ REGION = ("variables", "parameters", "matrix", "claim", "assumptions")  # of a r
 
 
 @dataclass(frozen=True, repr=False)
-class Generated(Shown):
+class Generated(Result):
     """What ``generate`` made.
 
     Attributes:
@@ -42,6 +42,7 @@ class Generated(Shown):
         stale: with ``check``, the files on disk that are missing or not current.
     """
 
+    template = "generated"
     folder: Path
     files: Mapping[str, str]
     outcome: Certificate | Refusal
@@ -103,12 +104,6 @@ def generate(
         _make_importable(target, folder)
         _drop_old_proofs(target, spec, files)
     return Generated(target, files, outcome)
-
-
-def generated_text(made: Generated, check_only: bool, uncertified: bool) -> str:
-    """What was written or is not current, in words."""
-    given = {"refused": made.refused, "check_only": check_only, "uncertified": uncertified}
-    return render("text/generated.txt.j2", result=made, **given)
 
 
 def _refuse_folder_of_another(target: Path, name: str) -> None:

@@ -12,7 +12,7 @@ from typing import Any
 from codegen.app.derived import Source, derived_from
 from codegen.base.border import verb
 from codegen.base.errors import BadInput, Place
-from codegen.base.shown import Shown
+from codegen.base.shown import Result
 from codegen.base.text import render
 from codegen.certify.outcome import Certificate, Refusal
 from codegen.replay.engine import engine_for
@@ -27,7 +27,7 @@ DWELL = 10
 
 
 @dataclass(frozen=True, repr=False)
-class Watched(Shown):
+class Watched(Result):
     """What ``watch`` saw.
 
     Attributes:
@@ -38,6 +38,7 @@ class Watched(Shown):
         notes: how the log was read, where that is not plain.
     """
 
+    template = "watched"
     name: str
     limits: tuple[Limit, ...]
     settle: float
@@ -183,8 +184,3 @@ def _no_bound(outcome: Certificate | Refusal) -> str:
 def alarm_text(alarm: Alarm) -> str:
     """An alarm in one line."""
     return render("text/alarm.txt.j2", a=alarm)
-
-
-def watched_text(watched: Watched) -> str:
-    """The report at the end."""
-    return render("text/watched.txt.j2", w=watched)
