@@ -47,11 +47,10 @@ class Operations:
 
 @dataclass(frozen=True)
 class Setting:
-    """States that are set outside the normal step: ``parts`` first, then ``states``; ``names`` of the parts' nodes."""
+    """States that are set outside the normal step: ``parts`` first, then ``states``."""
 
     states: tuple[Assignment, ...]
     parts: tuple[Assignment, ...]
-    names: dict[Node, str]
 
     @property
     def nodes(self) -> list[Node]:
@@ -70,7 +69,6 @@ class Code:
         initial: the first state, over parameters and inputs.
         carried, resumed: the states that change with an invalid sample, and with the valid one after many; empty
             without fault handling.
-        names: node → its name, where it has one.
         rolled: the same in its printed form, with loops where the program has arrays; ``lower`` adds it last.
     """
 
@@ -79,7 +77,6 @@ class Code:
     step: tuple[Group, ...]
     next_state: tuple[Assignment, ...]
     outputs: tuple[Assignment, ...]
-    names: dict[Node, str]
     initial: Setting
     carried: Setting
     resumed: Setting
@@ -108,11 +105,6 @@ class Code:
             if any(_may_overflow(node) and node not in carried for node in _passing([output.value])):
                 found.setdefault(output.value)
         return tuple(found)
-
-    @property
-    def constants(self) -> dict[Node, str]:
-        """The node of each derived constant and its name."""
-        return {a.value: a.name for a in self.derived}
 
     @property
     def step_nodes(self) -> list[Node]:

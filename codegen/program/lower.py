@@ -54,7 +54,6 @@ class _Lowering:
         value = {element: short[node] for element, node in raw.items() if node in short}
         final = [short[node] for node in following]
         derived = self._derived([*final, *(value[name] for name, _, _ in self.program.outputs)], value)
-        groups, known = self._groups(value, final)
         states = self.program.states
         held = self.program.fault == "hold"
         parameters = {f.name: f.value for f in self.program.parameters if f.value is not None}
@@ -62,10 +61,9 @@ class _Lowering:
         return Code(
             derived=derived,
             derived_values=evaluator.values(a.value for a in derived),
-            step=groups,
+            step=self._groups(value, final),
             next_state=tuple(Assignment(f.name, n, f.unit) for f, n in zip(states, final, strict=True)),
             outputs=tuple(Assignment(name, value[name], unit) for name, unit, _ in self.program.outputs),
-            names=known,
             initial=self._setting(self.program.initial_state, "initial"),
             carried=self._setting(self.program.carried_state if held else (), "carried"),
             resumed=self._setting(self.program.resumed_state if held else (), "resumed"),
@@ -102,7 +100,7 @@ class _Lowering:
             result.append(Assignment(names.take(wish) if wish else names.numbered("constant"), node))
         return tuple(result)
 
-    def _groups(self, value: dict[str, Node], final: list[Node]) -> tuple[tuple[Group, ...], dict[Node, str]]:
+    def _groups(self, value: dict[str, Node], final: list[Node]) -> tuple[Group, ...]:
         """Assignments by block: partial results where they are first needed, then the elements."""
         blocks = self.program.blocks
         wishes: dict[Node, str] = {}
@@ -155,7 +153,7 @@ class _Lowering:
                 rest.append(Assignment(known[node], node))
         if rest:
             groups.append(Group("shared by the states", "", tuple(rest)))
-        return tuple(groups), known
+        return tuple(groups)
 
     def _partial(self, wish: str | None, stem: str) -> str:
         return self.names.take(wish) if wish and wish.isidentifier() and len(wish) <= 40 else self.names.numbered(stem)
@@ -175,4 +173,4 @@ class _Lowering:
                 parts.append(Assignment(known[node], node))
         set_to = zip(self.program.states, final, strict=True) if final else ()
         states = tuple(Assignment(f.name, n, f.unit) for f, n in set_to if n is not self.symbols[f.name])
-        return Setting(states, tuple(parts), known)
+        return Setting(states, tuple(parts))

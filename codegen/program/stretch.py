@@ -56,10 +56,6 @@ class Sum:
     stop: int = 0
     backward: ClassVar[bool] = False
 
-    @property
-    def loop(self) -> bool:
-        return self.stop > self.first
-
 
 @dataclass(frozen=True)
 class RolledSetting:

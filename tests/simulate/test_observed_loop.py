@@ -217,9 +217,7 @@ def test_log_holds_the_estimates_and_measured_velocities(tmp_path: Path):
     write_log(tmp_path / "log.csv", spec, run)
     first, *lines = (tmp_path / "log.csv").read_text().splitlines()
     assert first == "t,x,v,w,a_hat_rail,F_hat_rail,F_hat_on_x"
-    assert float(lines[50].split(",")[-1]) == pytest.approx(run.output("F_hat_on_x")[50], rel=1e-8)
-    with pytest.raises(KeyError, match="no output `F_hat`"):
-        run.output("F_hat")
+    assert float(lines[50].split(",")[-1]) == pytest.approx(run.friction_estimate[50, 0], rel=1e-8)
 
 
 @pytest.mark.parametrize(

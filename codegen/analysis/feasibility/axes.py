@@ -64,12 +64,6 @@ class GainAxis:
             return self.low * (self.high / self.low) ** share
         return self.low + (self.high - self.low) * share
 
-    def share(self, value: float) -> float:
-        """The inverse of ``at``."""
-        if self.logarithmic:
-            return float(np.log(value / self.low) / np.log(self.high / self.low))
-        return (value - self.low) / (self.high - self.low)
-
 
 def gain_axes(spec: Spec, observer: Observer) -> tuple[GainAxis, ...]:
     """The axes along which the gains of a spec's observer are varied.
