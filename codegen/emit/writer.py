@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
+from codegen.emit.entries import inputs_of, outputs_of, parameters_of, states_of
 from codegen.emit.expression import Expressions, wrapped
+from codegen.emit.header import Header
 from codegen.emit.language import Language
 from codegen.program import Code, Program
 from codegen.program.graph import Node, reachable
-from codegen.program.model import HELD
+from codegen.program.model import HELD, LARGEST
 from codegen.program.stretch import Line, Stretch, Sum
 
 INDEX = "i"
@@ -119,6 +122,29 @@ class Writer:
         kind = self.code.rolled.storage[node.name]
         written = self.style.local if kind == "local" else self.style.structs[kind]
         return written.format(name=f"{node.name.removeprefix(HELD)}[{_index(node)}]")
+
+
+def template_words(program: Program, code: Code, header: Header, style: Style, real: str) -> dict[str, Any]:
+    """What the templates of every language are given.
+
+    Args:
+        real: the type of a number.
+    """
+    literal, largest = style.language.literal, LARGEST[program.precision]
+    return {
+        "program": program,
+        "code": code,
+        "header": header,
+        "text": Writer(program, code, style),
+        "literal": literal,
+        "real": real,
+        "largest": literal(largest),
+        "largest_shown": f"{largest:.0e}",
+        "parameters": parameters_of(program),
+        "states": states_of(program),
+        "inputs": inputs_of(program),
+        "outputs": outputs_of(program),
+    }
 
 
 def _index(element: Node) -> str:

@@ -55,7 +55,6 @@ class _Lowering:
         final = [short[node] for node in following]
         derived = self._derived([*final, *(value[name] for name, _, _ in self.program.outputs)], value)
         states = self.program.states
-        held = self.program.fault == "hold"
         parameters = {f.name: f.value for f in self.program.parameters if f.value is not None}
         evaluator = Evaluator(parameters, self.program.precision == "single")
         return Code(
@@ -65,8 +64,8 @@ class _Lowering:
             next_state=tuple(Assignment(f.name, n, f.unit) for f, n in zip(states, final, strict=True)),
             outputs=tuple(Assignment(name, value[name], unit) for name, unit, _ in self.program.outputs),
             initial=self._setting(self.program.initial_state, "initial"),
-            carried=self._setting(self.program.carried_state if held else (), "carried"),
-            resumed=self._setting(self.program.resumed_state if held else (), "resumed"),
+            carried=self._setting(self.program.carried_state if self.program.holds else (), "carried"),
+            resumed=self._setting(self.program.resumed_state if self.program.holds else (), "resumed"),
         )
 
     def _translated(self) -> tuple[dict[str, Node], list[Node]]:

@@ -5,12 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from codegen.base.text import render
-from codegen.emit.entries import inputs_of, outputs_of, parameters_of, states_of
 from codegen.emit.header import Header
 from codegen.emit.language import Language
-from codegen.emit.writer import Style, Writer
+from codegen.emit.writer import Style, template_words
 from codegen.program import Code, Program
-from codegen.program.model import LARGEST
 
 FUNCTIONS = ("sin", "cos", "tan", "exp", "log", "sqrt", "tanh", "pow")
 
@@ -23,30 +21,18 @@ def c_language(program: Program) -> Language:
     return Language(calls, single, f"{{digits}}{end}")
 
 
-def struct_formats(lane: str) -> dict[str, str]:
-    """How a field of each struct is written; ``lane`` is the index of a lane or empty."""
-    return {struct: f"{struct}->{{name}}{lane}" for struct in ("parameters", "state", "inputs", "outputs")}
+def c_words(program: Program, code: Code, header: Header, lane: str, local: str, declares: bool) -> dict[str, Any]:
+    """What the templates of C are given.
 
-
-def c_words(program: Program, code: Code, header: Header) -> dict[str, Any]:
-    """What every template of C needs beside the writer of its lines."""
+    Args:
+        lane: the index of a lane behind every field, or empty.
+        local, declares: as in ``Style``.
+    """
     language = c_language(program)
-    single = language.single
-    return {
-        "program": program,
-        "code": code,
-        "header": header,
-        "literal": language.literal,
-        "real": "float" if single else "double",
-        "magnitude": language.calls["abs"],
-        "largest": language.literal(LARGEST[program.precision]),
-        "largest_shown": f"{LARGEST[program.precision]:.0e}",
-        "parameters": parameters_of(program),
-        "states": states_of(program),
-        "inputs": inputs_of(program),
-        "outputs": outputs_of(program),
-        "parameter_count": len(program.parameters) + len(code.derived),
-    }
+    structs = {struct: f"{struct}->{{name}}{lane}" for struct in ("parameters", "state", "inputs", "outputs")}
+    indent = 8 if lane else 4
+    style = Style(language, structs, local, "{name}", f"const {program.real} {{name}}", declares, indent)
+    return template_words(program, code, header, style, program.real) | {"magnitude": language.calls["abs"]}
 
 
 def emit_c(program: Program, code: Code, header: Header) -> dict[str, str]:
@@ -55,10 +41,7 @@ def emit_c(program: Program, code: Code, header: Header) -> dict[str, str]:
     Raises:
         BadInput: for a number that C has no literal for.
     """
-    words = c_words(program, code, header)
-    declared = f"const {words['real']} {{name}}"
-    style = Style(c_language(program), struct_formats(""), "{name}", "{name}", declared, declares=True, indent=4)
-    words["text"] = Writer(program, code, style)
+    words = c_words(program, code, header, "", "{name}", declares=True)
     return {
         f"{program.name}.h": render("c/observer.h.j2", **words),
         f"{program.name}.c": render("c/observer.c.j2", **words),

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from codegen.base.text import render
-from codegen.emit.entries import inputs_of, outputs_of, parameters_of, states_of
 from codegen.emit.header import Header
 from codegen.emit.language import Language
-from codegen.emit.writer import Style, Writer
+from codegen.emit.writer import Style, template_words
 from codegen.program import Code, Program
-from codegen.program.model import LARGEST
 
 FUNCTIONS = ("sin", "cos", "tan", "exp", "log", "sqrt", "pow", "sign")
 
@@ -33,19 +31,5 @@ def emit_python(program: Program, code: Code, header: Header) -> dict[str, str]:
     structs["inputs"] = "float32(inputs.{name})" if language.single else "inputs.{name}"
     style = Style(language, structs, "{name}", "{name}", "{name}", declares=False, indent=4)
     real = "float32" if language.single else "float"
-    module = render(
-        "python/observer.py.j2",
-        program=program,
-        header=header,
-        code=code,
-        text=Writer(program, code, style),
-        literal=language.literal,
-        real=real,
-        largest=language.literal(LARGEST[program.precision]),
-        largest_shown=f"{LARGEST[program.precision]:.0e}",
-        parameters=parameters_of(program),
-        states=states_of(program),
-        inputs=inputs_of(program),
-        outputs=outputs_of(program),
-    )
-    return {"__init__.py": module}
+    words = template_words(program, code, header, style, real)
+    return {"__init__.py": render("python/observer.py.j2", **words)}
