@@ -11,7 +11,7 @@ import numpy as np
 from codegen.simulate.loop_run import LoopRun
 from codegen.spec.model import Spec
 from codegen.thesis.gallery import drawing as d
-from codegen.thesis.gallery.figure import Plot, Runs
+from codegen.thesis.gallery.figure import Plot, Runs, measured
 from codegen.thesis.gallery.measures import Mask, Reading, after, friction_error, position_error, ratio, ripple, rms
 from codegen.thesis.gallery.runs import Gains, ideal_run, pid_run, servo_run, tuned_pid
 from codegen.thesis.gallery.setting import Setting
@@ -123,15 +123,15 @@ PLOTS = {
         three_observers,
         draw,
         3,
-        {
-            "dfo_is_best": dfo_is_best,
-            "to_has_hysteresis": to_has_hysteresis,
-            "cfo_is_noisiest": cfo_is_noisiest,
-            "cfo_misses_hysteresis": cfo_misses_hysteresis,
-            "cfo_finds_level": cfo_finds_level,
-            "better_than_pid": better_than_pid,
-            "dfo_runs_on_the_rig": dfo_runs_on_the_rig,
-        },
+        measured(
+            dfo_is_best,
+            to_has_hysteresis,
+            cfo_is_noisiest,
+            cfo_misses_hysteresis,
+            cfo_finds_level,
+            better_than_pid,
+            dfo_runs_on_the_rig,
+        ),
         (
             Setting("no noise", noise=0.0),
             Setting("noise 0.1 as printed", noise=0.1),
