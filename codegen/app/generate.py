@@ -145,7 +145,7 @@ def _make_importable(target: Path, folder: str | Path | None) -> None:
 
 
 def _drop_old_proofs(target: Path, spec: Spec, kept: Mapping[str, str]) -> None:
-    """Remove proofs that an earlier run wrote for this machine and this one does not: they speak of other code."""
+    """Remove proofs that an earlier run wrote for this machine and this one does not: they are about other code."""
     for old in (target / name for name in (*PROOFS, KERNEL_PROOF, ELLIPSOID) if name not in kept):
         try:
             content = json.loads(read_text(old, "a certificate", LARGEST_GENERATED))

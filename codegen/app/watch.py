@@ -1,4 +1,4 @@
-"""``stiction watch``: the generated observer beside a running machine, held against the certified bound."""
+"""``stiction watch``: the generated observer on a running machine, compared with the certified bound."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Watched(Result):
     """What ``watch`` saw.
 
     Attributes:
-        limits: what was held against which bound, from ``settle`` seconds after a reversal on.
+        limits: what was compared with which bound, from ``settle`` seconds after a reversal on.
         alarms: when an estimate was out of its bound for longer than the dwell time.
         ended: how it ended, in words.
         fault: of the row behind which nothing could be read, or None.

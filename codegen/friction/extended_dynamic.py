@@ -40,7 +40,7 @@ class ExtendedDynamic(DynamicLaw):
         return _LEVEL.level(slip_speed, p) * self.carrier.level(slip_speed, {**p, "a": sympy.Integer(1)})
 
     def slope_bound(self, p: Values) -> sympy.Expr:
-        """In steady sliding f = sgn(u), and Lemma 2.1 holds as it stands."""
+        """In steady sliding f = sgn(u), so Lemma 2.1 applies unchanged."""
         return _LEVEL.slope_bound(p)
 
 

@@ -69,7 +69,7 @@ class _Lowering:
         )
 
     def _translated(self) -> tuple[dict[str, Node], list[Node]]:
-        """The node of every element, and those that stay whole because they are printed under their names."""
+        """The node of every element, and those that are printed under their names and so not merged into others."""
         raw: dict[str, Node] = {}
         named: list[Node] = []
         for block in self.program.blocks:

@@ -52,7 +52,7 @@ def emit_fmu(program: Program, files: Mapping[str, str], version: str = "3.0", c
     Args:
         files: name → text of generated/NAME/: NAME.h, NAME.c, README.md and, where there is one, certificate.json.
         version: of FMI, ``3.0`` or ``2.0``.
-        compiled: stands for the local compiler in tests.
+        compiled: replaces the local compiler in tests.
 
     Raises:
         BadInput: for another version, a platform that the version has no folder for, no C compiler, or a name that an

@@ -25,7 +25,7 @@ _SI = {
 
 @dataclass(frozen=True)
 class Variable:
-    """A scalar that a simulator sees.
+    """A scalar variable of an FMU.
 
     Attributes:
         reference: its value reference.

@@ -21,7 +21,7 @@ SETTLED = 1.0
 
 
 def levels_of(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None) -> Runs:
-    """Nothing to run: the laws stand in the spec."""
+    """No run: the laws are read from the spec."""
     return Runs(specs, setting)
 
 

@@ -28,7 +28,7 @@ PRINTED_NOISE = 0.1
 HALF_PERIOD = 1.0
 """s between jumps of the reference."""
 TRANSIENT, SETTLED = 0.4, 0.7
-"""s after a jump: until when the mass is under way, from when on it should stand."""
+"""s after a jump: end of the transient, and from when on the mass should be at rest."""
 SETTINGS = (
     Setting("no noise", noise=0.0),
     Setting("noise 0.1 as printed, white at 1 kHz", noise=0.1),
