@@ -8,18 +8,18 @@ from pathlib import Path
 from typing import Any
 
 from codegen.app.derived import Source, derived_from
+from codegen.app.generate import Certifiable
 from codegen.app.overrides import Overrides
 from codegen.base.border import verb
 from codegen.base.errors import BadInput
 from codegen.base.files import write_all
 from codegen.base.input_files import LARGEST_GENERATED, read_bytes
-from codegen.base.shown import Result
 from codegen.certify.outcome import Certificate, Refusal
 from codegen.emit.fmu import VERSIONS, emit_fmu
 
 
 @dataclass(frozen=True, repr=False)
-class GeneratedFmu(Result):
+class GeneratedFmu(Certifiable):
     """What ``generate --target fmu`` made.
 
     Attributes:
@@ -49,14 +49,8 @@ class GeneratedFmu(Result):
             "fmi": self.version,
             "members": list(self.members),
             "stale": self.stale,
-            "certified": not self.refused,
-            "reason": self.outcome.reason if isinstance(self.outcome, Refusal) else None,
-            "decay_rate": self.outcome.decay_rate if isinstance(self.outcome, Certificate) else None,
+            **self.verdict,
         }
-
-    @property
-    def refused(self) -> bool:
-        return isinstance(self.outcome, Refusal)
 
 
 def _on_disk(path: Path) -> bytes | None:

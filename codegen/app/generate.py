@@ -31,8 +31,25 @@ FOLLOWING = ("certificate", "slip_speed", "bounds")  # what of a bound the certi
 REGION = ("variables", "parameters", "matrix", "claim", "assumptions")  # of a region's proof: how far it goes
 
 
+class Certifiable(Result):
+    """What is generated with a certificate, or in spite of a refusal."""
+
+    outcome: Certificate | Refusal
+
+    @property
+    def refused(self) -> bool:
+        return isinstance(self.outcome, Refusal)
+
+    @property
+    def verdict(self) -> dict[str, Any]:
+        """The outcome in JSON."""
+        reason = self.outcome.reason if isinstance(self.outcome, Refusal) else None
+        rate = self.outcome.decay_rate if isinstance(self.outcome, Certificate) else None
+        return {"certified": not self.refused, "reason": reason, "decay_rate": rate}
+
+
 @dataclass(frozen=True, repr=False)
-class Generated(Result):
+class Generated(Certifiable):
     """What ``generate`` made.
 
     Attributes:
@@ -60,14 +77,8 @@ class Generated(Result):
             "folder": str(self.folder),
             "files": list(self.files),
             "stale": list(self.stale),
-            "certified": not self.refused,
-            "reason": self.outcome.reason if isinstance(self.outcome, Refusal) else None,
-            "decay_rate": self.outcome.decay_rate if isinstance(self.outcome, Certificate) else None,
+            **self.verdict,
         }
-
-    @property
-    def refused(self) -> bool:
-        return isinstance(self.outcome, Refusal)
 
 
 @verb

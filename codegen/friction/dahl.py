@@ -7,6 +7,10 @@ import sympy
 from codegen.friction.law import DynamicLaw, LawParameter, LawState, Ranges, States, Values
 from codegen.spec.functions import Magnitude, Sgn
 
+PRESLIDING = LawParameter(
+    "c", "1/{q}", True, "inverse of the presliding distance; the hysteresis is the wider the smaller c"
+)
+
 
 class Dahl(DynamicLaw):
     """F = a f, f' = c u |1 − f sgn(u)|^i sgn(1 − f sgn(u)), (1.1), (1.2) and (6.6) with φ = sgn.
@@ -19,9 +23,7 @@ class Dahl(DynamicLaw):
     source = "Dahl 1976; Mentzelopoulou 1994, (1.1) and (6.6)"
     parameters = (
         LawParameter("a", "{F}", False, "Coulomb level"),
-        LawParameter(
-            "c", "1/{q}", True, "inverse of the presliding distance; the hysteresis is the wider the smaller c"
-        ),
+        PRESLIDING,
         LawParameter("i", "1", False, "exponent of the presliding curve", default=1),
     )
     states = (LawState("f", "1", "normalized friction force"),)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sympy
 
+from codegen.friction.dahl import PRESLIDING
 from codegen.friction.law import DynamicLaw, LawParameter, LawState, Ranges, States, Values
 from codegen.spec.functions import Magnitude
 
@@ -19,9 +20,7 @@ class ResetIntegrator(DynamicLaw):
     source = "Haessig and Friedland 1991; Mentzelopoulou 1994, (6.5) and (6.33)"
     parameters = (
         LawParameter("a", "{F}", False, "Coulomb level"),
-        LawParameter(
-            "c", "1/{q}", True, "inverse of the presliding distance; the hysteresis is the wider the smaller c"
-        ),
+        PRESLIDING,
         LawParameter("D1", "{q}/s", True, "slope of φ⁻¹ beyond the level", default=1000),
         LawParameter("D2", "{q}/s", True, "slope of φ⁻¹ within the level: the creep speed at it", default="0.0001"),
     )
