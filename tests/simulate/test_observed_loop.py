@@ -145,16 +145,6 @@ def test_an_observer_slower_than_the_loop_sees_every_other_sample():
     assert np.array_equal(engine.run(rows)[0], run.estimates[::2])
 
 
-def test_a_slower_controller_holds_its_command():
-    spec, system = rig()
-    controller = Feedback(1, 1, feed=lambda t: np.array([6 * np.cos(9 * t)]))
-    run = run_loop(system, 0.002, 200, controller, generated_observer(spec, observer_of(spec)), hold=5)
-    held = run.inputs[:, 0].reshape(-1, 5)
-    assert np.array_equal(held, np.tile(held[:, :1], (1, 5)))
-    assert held[:, 0] == pytest.approx(6 * np.cos(9 * run.time[::5]), abs=1e-12)
-    assert np.all(np.diff(run.estimates[10:50, 0]) != 0)
-
-
 def test_cancelling_takes_the_hang_off_away():
     # PD stops where its spring force is below the friction; with most of that cancelled it stops nearer.
     errors = []
