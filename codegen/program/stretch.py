@@ -1,4 +1,4 @@
-"""Elements of rolled code: stretches of assignments, straight or in a loop, and sums over arrays."""
+"""Elements of rerolled code: stretches of assignments, straight-line or in a loop, and sums over arrays."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Part:
 
 @dataclass(frozen=True)
 class Stretch:
-    """Parts computed once, or for every i of [first, stop), downwards if ``backward``."""
+    """Straight-line code, or a loop over i in [first, stop), downwards if ``backward``."""
 
     parts: tuple[Part, ...]
     first: int = 0
