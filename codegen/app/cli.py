@@ -115,8 +115,7 @@ def derive(
     as_json: AsJson = False,
 ) -> None:
     """Derive Ψ, its characteristic polynomial and the gain conditions."""
-    from codegen.app.derive import derive, derive_text
-    from codegen.app.readable import analysis_json
+    from codegen.app.derive import analysis_json, derive, derive_text
 
     analysis = derive(spec)
     if as_json:
@@ -135,8 +134,7 @@ def certify(
     as_json: AsJson = False,
 ) -> None:
     """Certify the sampled observer over the envelope, or say why not, with a counterexample and what would be."""
-    from codegen.app.certify import certify, write_certificate
-    from codegen.app.readable_certificate import certified_json, certified_text
+    from codegen.app.certify import certified_json, certified_text, certify, write_certificate
 
     found = certify(spec, out)
     target = None if out is None or found.certificate is None else write_certificate(found.certificate, out)
@@ -176,7 +174,7 @@ def verify(
         options = [*(["--spec", str(spec)] if spec is not None else []), *(["--kernel"] if kernel else [])]
         status = checker.main([str(certificate), *options])
     if status not in (2, REFUSED) and smt is not None:
-        from codegen.app.write_smt import write_smt
+        from codegen.app.smt_lib import write_smt
 
         written = write_smt(certificate, smt)
         if not as_json:

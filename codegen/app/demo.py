@@ -6,10 +6,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from codegen.app.check import check, machine_view
-from codegen.app.derive import derive
+from codegen.app.derive import analysis_view, derive
 from codegen.app.diagnose import Diagnosed, diagnose
 from codegen.app.generate import generate
-from codegen.app.readable import analysis_view
 from codegen.app.simulate import simulate
 from codegen.app.verify import verify
 from codegen.base.resources import resource_folder

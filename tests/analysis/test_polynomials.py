@@ -14,7 +14,7 @@ from codegen.analysis.analysis import Analysis, analyse
 from codegen.analysis.factors import written_conditions
 from codegen.analysis.operating_points import evaluate
 from codegen.analysis.polynomials import bilinear, characteristic_polynomial, hurwitz_determinant, jury, routh_hurwitz
-from codegen.app.readable import analysis_json
+from codegen.app.derive import analysis_json
 from codegen.certify.exact import schur_stable
 from codegen.mechanics import build_system
 from codegen.observers import build_observer
