@@ -38,7 +38,7 @@ _OFFERED = {
     "app.simulate": ("simulate",),
     "app.verify": ("verify", "Verified"),
     "app.watch": ("watch", "Watched"),
-    "app.write_smt": ("write_smt",),
+    "app.smt_lib": ("write_smt",),
     "base.errors": ("BadInput", "InternalError"),
     "checker.verify": ("Refused",),
     "simulate.simulated": ("Simulated",),

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+
 from codegen.base.errors import BadInput
 
 
@@ -12,3 +17,11 @@ def tells(fault: BadInput, expected: str) -> bool:
     """
     code, *shown = expected.split() or [fault.code]
     return fault.code == code and all(word in str(fault) for word in shown)
+
+
+@contextmanager
+def refused(expected: str) -> Iterator[pytest.ExceptionInfo[BadInput]]:
+    """A block that raises a fault, and one that ``tells`` what is expected."""
+    with pytest.raises(BadInput) as told:
+        yield told
+    assert tells(told.value, expected), told.value

@@ -11,9 +11,15 @@ from typing import Annotated, Any
 
 import typer
 
+from codegen.base.files import named_path
 from codegen.base.terminal import output
 
 AsJson = Annotated[bool, typer.Option("--json", help="print JSON")]
+
+
+def written(what: str, help: str) -> Any:
+    """The option -o of a verb: the file or folder that it writes."""
+    return typer.Option("-o", "--output", parser=named_path, metavar=what, help=help)
 
 
 def print_json(content: object) -> None:

@@ -1,31 +1,34 @@
-"""``stiction cancel`` as a function: what the inputs of a spec can do against its friction, and how."""
+"""``stiction cancel``: which friction the inputs can cancel, by which input, and how that is printed."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from codegen.app.derived import Source, derived_from
-from codegen.app.readable_cancellation import cancellation_json, cancellation_view, hunting_json
 from codegen.base.border import verb
 from codegen.base.files import refuse_target, write_all
-from codegen.base.shown import Shown
-from codegen.base.text import render
-from codegen.cancellation import Plan, RankFalls, Reach, make_plan, reach
+from codegen.base.shown import Result
+from codegen.cancellation import Plan, RankFalls, Reach, Verdict, make_plan, reach
 from codegen.cancellation.leftover import Leftover, leftover
+from codegen.mechanics.sampling import POINTS
+from codegen.mechanics.system import System
 from codegen.simulate.hunting import Hunting, hunting
+from codegen.simulate.limit_cycle import LimitCycle
 from codegen.spec import Spec
 from codegen.spec.model import CancellationChoice
 from codegen.spec.numerics import require_finite
 
 NUMBERS = "cancellation.json"
+NOTHING = 5e-7
 
 
 @dataclass(frozen=True, repr=False)
-class CancelReport(Shown):
+class CancelReport(Result):
     """What ``cancel`` found.
 
     Attributes:
@@ -37,6 +40,7 @@ class CancelReport(Shown):
         files: what was written.
     """
 
+    template = "cancel"
     spec: Spec
     choice: CancellationChoice
     reach: Reach
@@ -112,6 +116,117 @@ def cancel(
     return replace(report, files=(Path(folder) / NUMBERS,))
 
 
-def cancel_text(report: CancelReport) -> str:
-    """The report in words."""
-    return render("text/cancel.txt.j2", **report.view)
+def cancellation_view(
+    choice: CancellationChoice, found: Reach, plan: Plan | None, left: Leftover | None
+) -> dict[str, Any]:
+    """What ``stiction cancel`` prints."""
+    system = found.system
+    names = [c.name for c in system.contacts]
+    inputs = [w.name for w in system.inputs]
+    return {
+        "choice": choice,
+        "reach": found,
+        "system": system,
+        "plan": plan,
+        "left": left,
+        "points": POINTS,
+        "rows": [[str(e) for e in found.input_matrix.row(i)] for i in range(found.input_matrix.rows)],
+        "all_perfect": all(v.kind == "perfect" for v in (*found.contacts, *found.coordinates)),
+        "chosen": [names[k] for k in plan.contacts] if plan else [],
+        "used": [inputs[k] for k in plan.pivots] if plan and plan.pivots is not None else [],
+        "gains": [(w, _sum(left.gains[i], names)) for i, w in enumerate(inputs)] if left else [],
+        "rest": [(x.name, _sum(left.force[i], names)) for i, x in enumerate(system.positions)] if left else [],
+    }
+
+
+def cancellation_json(
+    choice: CancellationChoice, found: Reach, plan: Plan | None, left: Leftover | None
+) -> dict[str, Any]:
+    """What ``stiction cancel --json`` prints."""
+    system, reduction = found.system, found.reduction
+    content: dict[str, Any] = {
+        "format": "stiction-cancellation/1",
+        "input_matrix": _texts(found.input_matrix),
+        "rank": found.rank,
+        "exact": found.exact,
+        "weight": choice.weight,
+        "contacts": [_verdict(v) for v in found.contacts],
+        "coordinates": [_verdict(v) for v in found.coordinates],
+        "cancellable_together": found.together,
+        "note_2": {
+            "coordinates_without_input": list(reduction.undriven),
+            "contacts_lost": list(reduction.lost),
+            "coordinates": list(reduction.coordinates),
+            "contacts": list(reduction.contacts),
+            "input_matrix": _texts(reduction.input_matrix),
+            "distribution": _texts(reduction.distribution),
+        },
+        "law": None,
+    }
+    if plan is not None and left is not None:
+        content["law"] = {
+            "method": choice.method,
+            "gain": float(choice.gain),
+            "damping": plan.damping,
+            "contacts": [system.contacts[k].name for k in plan.contacts],
+            "inputs_used": [w.name for k, w in enumerate(system.inputs) if plan.pivots is None or k in plan.pivots],
+            "rank_proven_in_envelope": plan.proven,
+            "condition": plan.condition if not plan.damping else None,
+            "at_centre": {v.name: r[0] for v, r in zip(found.variables, found.points.T, strict=True)},
+            "inputs_by_contacts": left.gains.tolist(),
+            "force_left_by_contacts": left.force.tolist(),
+            "contacts_whose_rest_may_push": list(left.pushing),
+        }
+    return content
+
+
+def hunting_json(found: Hunting, system: System) -> dict[str, Any]:
+    """The part of it about limit cycles."""
+
+    def cycle(one: LimitCycle | None) -> dict[str, Any] | None:
+        if one is None:
+            return None
+        bounded = math.isfinite(one.amplitude)
+        return {
+            "coordinate": system.positions[one.coordinate].name,
+            "amplitude": one.amplitude if bounded else None,
+            "period": one.period if bounded else None,
+        }
+
+    return {
+        "largest_gain_without": found.largest,
+        "delay": found.delay,
+        "duration": found.duration,
+        "from_rest_at": found.away.tolist(),
+        "pushed_with": found.push.tolist(),
+        "trials": [
+            {"gain": t.gain, "from_rest": cycle(t.from_rest), "from_push": cycle(t.from_push), "decided": t.decided}
+            for t in found.trials
+        ],
+    }
+
+
+def _verdict(v: Verdict) -> dict[str, Any]:
+    return {
+        "name": v.name,
+        "cancelled": v.kind,
+        "joined_rank": v.joined_rank,
+        "acts_without_input_on": list(v.undriven),
+        "removed_share": list(v.share),
+    }
+
+
+def _texts(matrix: Any) -> list[list[str]]:
+    return [[str(e) for e in matrix.row(i)] for i in range(matrix.rows)]
+
+
+def _sum(coefficients: Iterable[float], names: list[str]) -> str:
+    """A linear combination of contact forces; empty where it is zero."""
+    text = ""
+    for value, name in zip(coefficients, names, strict=True):
+        if abs(value) < NOTHING:
+            continue
+        size = "" if abs(abs(value) - 1) < NOTHING else f"{abs(value):.6g} "
+        sign = "-" if value < 0 else "+" if text else ""
+        text += f"{' ' if text else ''}{sign}{' ' if text else ''}{size}F_{name}"
+    return text

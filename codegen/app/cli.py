@@ -16,12 +16,13 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from codegen.app.as_json import AsJson, print_json
+from codegen.app.as_json import AsJson, print_json, written
 from codegen.app.pages import pages
 from codegen.base.errors import TRACEBACK, BadInput, InternalError
 from codegen.base.files import named_path
 from codegen.base.input_files import identity
 from codegen.base.interrupt import interrupted, noted
+from codegen.base.shown import Result
 from codegen.base.terminal import errors, output, without_library_warnings
 from codegen.base.version import VERSION
 
@@ -87,9 +88,7 @@ def init(
 
 @app.command()
 def schema(
-    out: Annotated[
-        Path | None, typer.Option("-o", "--output", parser=named_path, metavar="FILE", help="write it here, as .json")
-    ] = None,
+    out: Annotated[Path | None, written("FILE", "write it here, as .json")] = None,
 ) -> None:
     """Print the JSON Schema of a spec, by which an editor completes and checks its keys."""
     from codegen.app.schema import schema_text, write_schema
@@ -116,8 +115,7 @@ def derive(
     as_json: AsJson = False,
 ) -> None:
     """Derive Ψ, its characteristic polynomial and the gain conditions."""
-    from codegen.app.derive import derive, derive_text
-    from codegen.app.readable import analysis_json
+    from codegen.app.derive import analysis_json, derive, derive_text
 
     analysis = derive(spec)
     if as_json:
@@ -131,13 +129,12 @@ def certify(
     spec: SpecPath,
     out: Annotated[
         Path | None,
-        typer.Option("-o", "--output", parser=named_path, metavar="FILE", help="write certificate.json alone here"),
+        written("FILE", "write certificate.json alone here"),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Certify the sampled observer over the envelope, or say why not, with a counterexample and what would be."""
-    from codegen.app.certify import certify, write_certificate
-    from codegen.app.readable_certificate import certified_json, certified_text
+    from codegen.app.certify import certified_json, certified_text, certify, write_certificate
 
     found = certify(spec, out)
     target = None if out is None or found.certificate is None else write_certificate(found.certificate, out)
@@ -175,7 +172,7 @@ def verify(
         readable(certificate)  # the checker says it too, but knows no codes of errors
         status = checker.main([str(certificate), *(["--spec", str(spec)] if spec is not None else [])])
     if status not in (2, REFUSED) and smt is not None:
-        from codegen.app.write_smt import write_smt
+        from codegen.app.smt_lib import write_smt
 
         written = write_smt(certificate, smt)
         if not as_json:
@@ -188,7 +185,7 @@ def generate(
     specs: Annotated[list[Path], typer.Argument(metavar="SPEC...", help="spec files")],
     out: Annotated[
         Path | None,
-        typer.Option("-o", "--output", parser=named_path, metavar="DIR", help="folder; generated/NAME by default"),
+        written("DIR", "folder; generated/NAME by default"),
     ] = None,
     check_only: Annotated[
         bool, typer.Option("--check", help="write nothing; fail if the files are not current")
@@ -210,8 +207,8 @@ def generate(
     as_json: AsJson = False,
 ) -> None:
     """Write C, Python, certificate and README into generated/NAME/, or NAME.fmu."""
-    from codegen.app.fmu import GeneratedFmu, fmu_text, generate_fmu
-    from codegen.app.generate import Generated, generate, generated_text
+    from codegen.app.fmu import GeneratedFmu, generate_fmu
+    from codegen.app.generate import Generated, generate
     from codegen.app.overrides import Overrides
 
     fmu = target == ["fmu"]
@@ -228,13 +225,11 @@ def generate(
         made: Generated | GeneratedFmu
         if fmu:
             made = generate_fmu(spec, out, fmi, check_only, uncertified, overrides)
-            text = fmu_text(made, check_only, uncertified)
         else:
             made = generate(spec, out, check_only, uncertified, overrides)
-            text = generated_text(made, check_only, uncertified)
         results.append(made.content)
         if not as_json:
-            output.print(text, end="")
+            output.print(made.text(check_only=check_only, uncertified=uncertified), end="")
         if check_only and made.stale:
             code = STALE
         elif made.refused and not uncertified:
@@ -249,9 +244,7 @@ def gains(
     spec: SpecPath,
     out: Annotated[
         Path | None,
-        typer.Option(
-            "-o", "--output", parser=named_path, metavar="DIR", help="folder for gains.json, gains.png, spec.yaml"
-        ),
+        written("DIR", "folder for gains.json, gains.png, spec.yaml"),
     ] = None,
     over: Annotated[
         tuple[str, str] | None,
@@ -260,50 +253,40 @@ def gains(
     as_json: AsJson = False,
 ) -> None:
     """Show which gains are stable, with what margin, and suggest some; for free gains or around chosen ones."""
-    from codegen.app.gains import gains, gains_text
+    from codegen.app.gains import gains
 
     report = gains(spec, out, over or ())
-    if as_json:
-        print_json(report.content)
-    else:
-        output.print(gains_text(report), end="")
+    _show(report, as_json)
     raise typer.Exit(REFUSED if report.feasibility.infeasible is not None else 0)
 
 
 @app.command()
 def cancel(
     spec: SpecPath,
-    out: Annotated[
-        Path | None, typer.Option("-o", "--output", parser=named_path, metavar="DIR", help="folder for the results")
-    ] = None,
+    out: Annotated[Path | None, written("DIR", "folder for the results")] = None,
     hunt: Annotated[bool, typer.Option("--hunt", help="look for limit cycles of the closed loop")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Say which friction the inputs can cancel, why, and by which input."""
-    from codegen.app.cancel import cancel, cancel_text
+    from codegen.app.cancel import cancel
     from codegen.base.progress import progress
 
     with progress() as tell:
         report = cancel(spec, out, hunt, lambda share: tell("simulate", share))
-    if as_json:
-        print_json(report.content)
-    else:
-        output.print(cancel_text(report), end="")
+    _show(report, as_json)
     raise typer.Exit(REFUSED if report.refusal is not None else 0)
 
 
 @app.command()
 def simulate(
     spec: SpecPath,
-    out: Annotated[
-        Path, typer.Option("-o", "--output", parser=named_path, metavar="LOG", help="the CSV file to write")
-    ],
+    out: Annotated[Path, written("LOG", "the CSV file to write")],
     method: Annotated[str, typer.Option("--method", help="steps, or events: slow, exact between events")] = "steps",
     plant: Annotated[str, typer.Option("--plant", help="own, or mujoco: the exported model in MuJoCo")] = "own",
     as_json: AsJson = False,
 ) -> None:
     """Write a log from the plant of the spec, with its declared effects."""
-    from codegen.app.simulate import simulate, simulated_notes
+    from codegen.app.simulate import simulate
     from codegen.base.progress import progress
 
     with progress() as tell:
@@ -311,7 +294,7 @@ def simulate(
     if as_json:
         print_json(result.content)
         return
-    errors.print(simulated_notes(result), end="")
+    errors.print(result.text(), end="")
     output.print(str(result.path))
 
 
@@ -322,9 +305,7 @@ def export(
         str,
         typer.Option("--to", metavar="FORMAT", help="such as mjcf, urdf, csv-map, odrive, arduino or ros2_control"),
     ],
-    out: Annotated[
-        Path, typer.Option("-o", "--output", parser=named_path, metavar="FILE", help="file, or folder of a library")
-    ],
+    out: Annotated[Path, written("FILE", "file, or folder of a library")],
     on: Annotated[str | None, typer.Option("--on", metavar="NAME", help="the coordinate of a map")] = None,
     counts: Annotated[int | None, typer.Option("--counts", help="of a turn in csv-map; 3600 by default")] = None,
     gear: Annotated[
@@ -336,13 +317,10 @@ def export(
     as_json: AsJson = False,
 ) -> None:
     """Write the machine as a simulator's model, a firmware's map or its observer as a library; say what is not held."""
-    from codegen.app.export import export, export_text
+    from codegen.app.export import export
 
     result = export(spec, to, out, on, counts, gear, into)
-    if as_json:
-        print_json(result.content)
-    else:
-        output.print(export_text(result), end="")
+    _show(result, as_json)
 
 
 @app.command()
@@ -354,9 +332,7 @@ def diagnose(
     test: Annotated[
         list[Path] | None, typer.Option("--test", metavar="LOG2", help="log to measure the error on; may be repeated")
     ] = None,
-    out: Annotated[
-        Path | None, typer.Option("-o", "--output", parser=named_path, metavar="DIR", help="folder for the results")
-    ] = None,
+    out: Annotated[Path | None, written("DIR", "folder for the results")] = None,
     description: Description = None,
     column: Columns = None,
     propose: Annotated[bool, typer.Option("--propose", help="where nothing known fits, a term by PySINDy")] = False,
@@ -371,15 +347,12 @@ def diagnose(
 
     with progress("reading", lines=True) as tell:
         gc.disable()
-        from codegen.app.diagnose import diagnose, diagnosed_text  # more than a second: the bar is there first
+        from codegen.app.diagnose import diagnose  # more than a second: the bar is there first
 
         gc.freeze()  # what the libraries made stays to the end; the collector need not search it again and again
         gc.enable()
         result = diagnose(spec, log, test, out, description, _columns(column or []), tell, propose, material)
-    if as_json:
-        print_json(result.content)
-    else:
-        output.print(diagnosed_text(result), end="")
+    _show(result, as_json, paths=True)
     raise typer.Exit(REFUSED if result.diagnosis.verdict == "unfit" else 0)
 
 
@@ -387,22 +360,17 @@ def diagnose(
 def replay(
     spec: SpecPath,
     log: Annotated[Path, typer.Argument(metavar="LOG", help="measured log, CSV, .npy or .mat")],
-    out: Annotated[
-        Path | None, typer.Option("-o", "--output", parser=named_path, metavar="OUT", help="CSV or .npy to write")
-    ] = None,
+    out: Annotated[Path | None, written("OUT", "CSV or .npy to write")] = None,
     description: Description = None,
     column: Columns = None,
     only: Annotated[list[str] | None, typer.Option("--only", metavar="OUTPUT", help="write this output")] = None,
     as_json: AsJson = False,
 ) -> None:
     """Run the generated observer over a log at compiled speed; write its estimates."""
-    from codegen.app.replay import replay, replayed_text
+    from codegen.app.replay import replay
 
     result = replay(spec, log, out, description, _columns(column or []), only or ())
-    if as_json:
-        print_json(result.content)
-    else:
-        output.print(replayed_text(result), end="")
+    _show(result, as_json)
 
 
 @app.command()
@@ -428,14 +396,11 @@ def watch(
 
     Ends with the rows, or by Ctrl-C, with a short report. Exit status 3 where the bound was left.
     """
-    from codegen.app.watch import alarm_text, watch, watched_text
+    from codegen.app.watch import alarm_text, watch
 
     tell = None if as_json else lambda alarm: output.print(alarm_text(alarm), end="")
     result = watch(spec, log, _columns(column or []), dwell, follow, tell)
-    if as_json:
-        print_json(result.content)
-    else:
-        output.print(watched_text(result), end="")
+    _show(result, as_json)
     if result.fault is not None and not result.alarms and not as_json:
         raise result.fault
     raise typer.Exit(REFUSED if result.alarms else 2 if result.fault is not None else 0)
@@ -443,9 +408,7 @@ def watch(
 
 @app.command()
 def demo(
-    out: Annotated[Path, typer.Option("-o", "--output", parser=named_path, metavar="DIR", help="its folder")] = Path(
-        "demo"
-    ),
+    out: Annotated[Path, written("DIR", "its folder")] = Path("demo"),
 ) -> None:
     """Run the main job on the embedded default: a belt-driven axis with an effect that its spec lacks."""
     from codegen.app.demo import run_demo
@@ -459,6 +422,13 @@ def demo(
 def version() -> None:
     """Print the version."""
     output.print(VERSION)
+
+
+def _show(result: Result, as_json: bool, **options: object) -> None:
+    if as_json:
+        print_json(result.content)
+    else:
+        output.print(result.text(**options), end="")
 
 
 def _columns(pairs: list[str]) -> dict[str, str]:

@@ -6,10 +6,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from codegen.app.check import check, machine_view
-from codegen.app.derive import derive
-from codegen.app.diagnose import Diagnosed, diagnose, diagnosed_text
+from codegen.app.derive import analysis_view, derive
+from codegen.app.diagnose import Diagnosed, diagnose
 from codegen.app.generate import generate
-from codegen.app.readable import analysis_view
 from codegen.app.simulate import simulate
 from codegen.app.verify import verify
 from codegen.base.resources import resource_folder
@@ -43,6 +42,6 @@ def run_demo(folder: Path, say: Callable[[str], None], tell: Callable[[str, floa
     simulate(specs / "plants" / "belt_axis_test.yaml", test, lambda share: tell("simulate", (1 + share) / 2))
     say(render("text/demo_log.txt.j2", log=log, test=test))
     result = diagnose(spec, log, test, folder / "diagnosis", progress=tell)
-    say(diagnosed_text(result, paths=False))
+    say(result.text(paths=False))
     say(render("text/demo_paths.txt.j2", generated=generated, result=result))
     return result

@@ -1,12 +1,21 @@
-"""``stiction derive``: the error dynamics of a spec's observer, and the conditions on its gains."""
+"""``stiction derive``: the error dynamics of a spec's observer and the gain conditions, in words and as JSON."""
 
 from __future__ import annotations
 
+from typing import Any
+
+import sympy
+
 from codegen.analysis.analysis import Analysis
+from codegen.analysis.conditions import Condition
+from codegen.analysis.modes import Modes
 from codegen.app.derived import Source, derived_from
-from codegen.app.readable import analysis_latex, analysis_view
 from codegen.base.border import verb
 from codegen.base.text import render
+from codegen.spec.functions import Magnitude
+
+LONGEST_ENTRY = 60
+"""Operations up to which an entry of a printed matrix is written out."""
 
 
 @verb
@@ -24,3 +33,137 @@ def derive_text(analysis: Analysis, latex: bool = False) -> str:
     if latex:
         return render("text/derive.tex.j2", **analysis_latex(analysis))
     return render("text/derive.txt.j2", **analysis_view(analysis))
+
+
+def analysis_view(analysis: Analysis) -> dict[str, Any]:
+    """What ``stiction derive`` prints."""
+    dynamics = analysis.dynamics
+    return {
+        "analysis": analysis,
+        "observer": dynamics.observer,
+        "errors": [(e.symbol.name, e.meaning, e.unit) for e in dynamics.observer.errors],
+        "rows": [[_entry(e) for e in dynamics.jacobian.row(i)] for i in range(dynamics.jacobian.rows)],
+        "same": dynamics.sampled == dynamics.in_force(dynamics.jacobian) or dynamics.sampled == dynamics.jacobian,
+        "sampled": [[_entry(e) for e in dynamics.sampled.row(i)] for i in range(dynamics.sampled.rows)],
+        "unsaid": [(s.name, *map(float, analysis.points.ranges[s])) for s in analysis.points.missing],
+        "inverse": [(w.name, i + 1, j + 1) for w, (i, j) in dynamics.inverse_mass.items()],
+        "factors": [
+            (_polynomial_words(f.polynomial), _powers(f.polynomial), [e.name for e in f.errors])
+            for f in analysis.factors
+        ],
+        "modes": analysis.modes,
+        "slopes": [(s.name, str(e)) for s, e in dynamics.slopes.items()],
+        "routh": [_condition(c) for c in analysis.routh],
+        "jury": [_condition(c) for c in analysis.jury],
+        "signs": [s.name for s in dynamics.observer.signs if dynamics.jacobian.has(s)],
+    }
+
+
+def analysis_json(analysis: Analysis) -> dict[str, Any]:
+    """What ``stiction derive --json`` prints: SymPy expressions as text."""
+    dynamics = analysis.dynamics
+    return {
+        "format": "stiction-derivation/1",
+        "observer": {"kind": dynamics.observer.kind, "velocity": dynamics.observer.velocity},
+        "error": [{"name": e.symbol.name, "meaning": e.meaning, "unit": e.unit} for e in dynamics.observer.errors],
+        "psi": [[str(e) for e in dynamics.jacobian.row(i)] for i in range(dynamics.jacobian.rows)],
+        "sampled": [[str(e) for e in dynamics.sampled.row(i)] for i in range(dynamics.sampled.rows)],
+        "inverse_mass": {w.name: [i, j] for w, (i, j) in dynamics.inverse_mass.items()},
+        "slopes": {s.name: str(e) for s, e in dynamics.slopes.items()},
+        "characteristic_polynomial": _texts(analysis.polynomial),
+        "factors": [
+            {
+                "error": [e.name for e in f.errors],
+                "polynomial": None if f.polynomial is None else [str(c) for c in f.polynomial],
+            }
+            for f in analysis.factors
+        ],
+        "modes": _modes_json(analysis.modes),
+        "routh_hurwitz": [_condition_json(c) for c in analysis.routh],
+        "jury": [_condition_json(c) for c in analysis.jury],
+        "sample_time": float(dynamics.observer.sample_time),
+        "spectral_abscissa": analysis.spectral_abscissa,
+        "spectral_radius": analysis.spectral_radius,
+        "largest_sample_time": analysis.largest_sample_time,
+        "stable": analysis.stable,
+    }
+
+
+def analysis_latex(analysis: Analysis) -> dict[str, Any]:
+    """What ``stiction derive --latex`` prints."""
+    dynamics = analysis.dynamics
+    s = sympy.Symbol("s")
+    polynomial = None
+    if analysis.polynomial is not None:
+        order = len(analysis.polynomial) - 1
+        polynomial = " + ".join(
+            sympy.latex(s ** (order - k))
+            if k == 0
+            else rf"\left({sympy.latex(c)}\right) {sympy.latex(s ** (order - k)) if k < order else ''}"
+            for k, c in enumerate(analysis.polynomial)
+        )
+    return {
+        "psi": sympy.latex(sympy.Matrix(dynamics.jacobian)),
+        "sampled": sympy.latex(sympy.Matrix(dynamics.sampled)),
+        "polynomial": polynomial,
+        "routh": [(c.name, sympy.latex(c.expression)) for c in analysis.routh],
+        "jury": [(c.name, sympy.latex(c.expression)) for c in analysis.jury],
+    }
+
+
+def _powers(polynomial: tuple[Any, ...] | None) -> list[tuple[str, str]]:
+    """(power of s, coefficient) for each term, highest first."""
+    if polynomial is None:
+        return []
+    order = len(polynomial) - 1
+    return [(f"c{order - k}", _written(c)) for k, c in enumerate(polynomial) if k]
+
+
+def _polynomial_words(polynomial: tuple[Any, ...] | None) -> str:
+    """The polynomial in its coefficients: s^2 + c1 s + c0."""
+    if polynomial is None:
+        return ""
+    order = len(polynomial) - 1
+    powers = [f"s^{k}" if k > 1 else "s" if k == 1 else "" for k in range(order, -1, -1)]
+    return " + ".join([powers[0], *(f"c{order - k} {powers[k]}".strip() for k in range(1, order + 1))])
+
+
+def _entry(expression: Any) -> str:
+    """An entry of a printed matrix: one that would fill lines is counted instead."""
+    operations = int(sympy.count_ops(expression))
+    return str(expression) if operations <= LONGEST_ENTRY else f"({operations} operations; see --json)"
+
+
+def _written(expression: Any) -> str:
+    operations = int(sympy.count_ops(expression))
+    if operations > LONGEST_ENTRY:
+        return f"(an expression of {operations} operations; see --json)"
+    return str(sympy.factor(expression)) if not expression.has(Magnitude) else str(expression)
+
+
+def _condition(c: Condition) -> tuple[str, str, float, bool]:
+    text = (
+        str(c.expression)
+        if c.readable
+        else f"(an expression of {int(sympy.count_ops(c.expression))} operations; see --json)"
+    )
+    return c.name, text, c.value, c.holds
+
+
+def _texts(polynomial: tuple[Any, ...] | None) -> list[str] | None:
+    return None if polynomial is None else [str(c) for c in polynomial]
+
+
+def _modes_json(modes: Modes | None) -> dict[str, Any] | None:
+    if modes is None:
+        return None
+    return {
+        "lambda_of": modes.product,
+        "smallest_lambda": modes.smallest,
+        "largest_lambda": modes.largest,
+        "largest_sample_time": modes.sample_time,
+    }
+
+
+def _condition_json(c: Condition) -> dict[str, Any]:
+    return {"name": c.name, "greater_than_zero": str(c.expression), "smallest_value": c.value, "holds": c.holds}

@@ -13,8 +13,7 @@ from codegen.base.border import verb
 from codegen.base.errors import BadInput, Place
 from codegen.base.files import refuse_foreign, refuse_target, write_all
 from codegen.base.input_files import identity, read_text
-from codegen.base.shown import Shown
-from codegen.base.text import render
+from codegen.base.shown import Result
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.results import MATERIAL, CertificateChange, Diagnosis
 from codegen.logs import Allowance, read_logs
@@ -32,13 +31,14 @@ DIAGNOSIS_FILES = ("diagnosis.json", "spec.yaml", "report.html", "excitation.csv
 
 
 @dataclass(frozen=True, repr=False)
-class Diagnosed(Shown):
+class Diagnosed(Result):
     """What ``diagnose`` found and where it is written.
 
     Attributes:
         notes: how each log was read, where that is not plain.
     """
 
+    template = "diagnosed"
     diagnosis: Diagnosis
     folder: Path
     files: tuple[str, ...]
@@ -173,8 +173,3 @@ def _missing(outcome: Certificate | Refusal) -> dict[str, str]:
         why = f"it rests on {PROOF}" if PROOF in missing else "the checker found no such set"
         missing[SETS] = outcome.bounds if isinstance(outcome.bounds, str) else why
     return missing
-
-
-def diagnosed_text(diagnosed: Diagnosed, paths: bool = True) -> str:
-    """The diagnosis in words; with ``paths``, the files that were written."""
-    return render("text/diagnosed.txt.j2", result=diagnosed, d=diagnosed.diagnosis, paths=paths)

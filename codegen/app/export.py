@@ -14,8 +14,7 @@ from codegen.base.border import verb
 from codegen.base.errors import BadInput
 from codegen.base.files import refuse_target, write_all, write_atomically
 from codegen.base.input_files import LARGEST_GENERATED, is_there, read_text
-from codegen.base.shown import Shown
-from codegen.base.text import render
+from codegen.base.shown import Result
 from codegen.base.user_text import file_text
 from codegen.base.version import VERSION
 from codegen.certify.outcome import Certificate
@@ -28,7 +27,7 @@ MARK = "Written by stiction export"
 
 
 @dataclass(frozen=True, repr=False)
-class Exported(Shown):
+class Exported(Result):
     """What ``export`` wrote.
 
     Attributes:
@@ -38,6 +37,7 @@ class Exported(Shown):
         remarks: what it holds of the machine, and what the rest costs.
     """
 
+    template = "exported"
     path: Path
     target: str
     files: tuple[str, ...]
@@ -133,11 +133,6 @@ class _Exportable:
         return Controller(machine.program, machine.sources, outcome.reason, False)
 
 
-def export_text(exported: Exported) -> str:
-    """What was written, and what it does not hold, in words."""
-    return render("text/exported.txt.j2", e=exported)
-
-
 def _header(spec: Spec, to: str) -> list[str]:
     """No date, so that the same spec gives the same bytes."""
     file = file_text(spec.path.name)
@@ -151,4 +146,4 @@ def _refuse_foreign(path: Path) -> None:
         raise BadInput(str(path), found, "another name; nothing was replaced", code="FILE004")
 
 
-__all__ = ["TARGETS", "Exported", "export", "export_text"]
+__all__ = ["TARGETS", "Exported", "export"]

@@ -8,19 +8,18 @@ from pathlib import Path
 from typing import Any
 
 from codegen.app.derived import Source, derived_from
+from codegen.app.generate import Certifiable
 from codegen.app.overrides import Overrides
 from codegen.base.border import verb
 from codegen.base.errors import BadInput
 from codegen.base.files import write_all
 from codegen.base.input_files import LARGEST_GENERATED, read_bytes
-from codegen.base.shown import Shown
-from codegen.base.text import render
 from codegen.certify.outcome import Certificate, Refusal
 from codegen.emit.fmu import VERSIONS, emit_fmu
 
 
 @dataclass(frozen=True, repr=False)
-class GeneratedFmu(Shown):
+class GeneratedFmu(Certifiable):
     """What ``generate --target fmu`` made.
 
     Attributes:
@@ -31,6 +30,7 @@ class GeneratedFmu(Shown):
         stale: with ``check_only``, whether the file on disk is missing or not current.
     """
 
+    template = "generated_fmu"
     path: Path
     version: str
     members: tuple[str, ...]
@@ -49,14 +49,8 @@ class GeneratedFmu(Shown):
             "fmi": self.version,
             "members": list(self.members),
             "stale": self.stale,
-            "certified": not self.refused,
-            "reason": self.outcome.reason if isinstance(self.outcome, Refusal) else None,
-            "decay_rate": self.outcome.decay_rate if isinstance(self.outcome, Certificate) else None,
+            **self.verdict,
         }
-
-    @property
-    def refused(self) -> bool:
-        return isinstance(self.outcome, Refusal)
 
 
 def _on_disk(path: Path) -> bytes | None:
@@ -100,9 +94,3 @@ def generate_fmu(
     if isinstance(outcome, Certificate) or uncertified:
         write_all(target.parent, {target.name: fmu.data})
     return GeneratedFmu(target, version, members, outcome)
-
-
-def fmu_text(made: GeneratedFmu, check_only: bool, uncertified: bool) -> str:
-    """What was written or is not current, in words."""
-    given = {"refused": made.refused, "check_only": check_only, "uncertified": uncertified}
-    return render("text/generated_fmu.txt.j2", result=made, **given)

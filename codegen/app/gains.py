@@ -1,30 +1,40 @@
-"""``stiction gains`` as a function: a spec's feasibility report, and the files that it writes."""
+"""``stiction gains``: a spec's feasibility report, the files that it writes, and how it is printed."""
 
 from __future__ import annotations
 
+import cmath
 import json
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from codegen.analysis.feasibility.gains import Feasibility, assess
+import numpy as np
+
+from codegen.analysis.feasibility.axes import GainAxis
+from codegen.analysis.feasibility.failure import Failure
+from codegen.analysis.feasibility.gains import Feasibility, GainSet, assess
+from codegen.analysis.feasibility.noise import DEFAULT_STEP
+from codegen.analysis.feasibility.region import SEARCHED, Margin
 from codegen.analysis.feasibility.stated import suggested_text
+from codegen.analysis.feasibility.suggest import GAIN_FACTOR, NOISE_SHARE
 from codegen.app.derived import Source, derived_from
-from codegen.app.readable_gains import gains_json, gains_view
 from codegen.base.border import verb
 from codegen.base.files import refuse_foreign, refuse_target, write_all
-from codegen.base.shown import Shown
-from codegen.base.text import render
+from codegen.base.shown import Result
 from codegen.spec.numerics import require_finite
 
 MAP, NUMBERS, SPEC = "gains.png", "gains.json", "spec.yaml"
+FORMAT = "stiction-gains/1"
+NEAR = 1e-3
 
 
 @dataclass(frozen=True, repr=False)
-class GainReport(Shown):
+class GainReport(Result):
     """What ``gains`` found, and the files it wrote."""
 
+    template = "gains"
     feasibility: Feasibility
     files: tuple[Path, ...]
 
@@ -35,6 +45,11 @@ class GainReport(Shown):
         if found.suggestion is None:
             return {**varied, "stable gains": "none in the range"}
         return {**varied, "suggested": ", ".join(f"{name} = {v:g}" for name, v in found.suggestion.numbers.items())}
+
+    @property
+    def view(self) -> dict[str, Any]:
+        """What the text template needs."""
+        return {"files": self.files, **gains_view(self.feasibility)}
 
     @property
     def content(self) -> dict[str, Any]:
@@ -76,6 +91,179 @@ def gains(source: Source, folder: str | Path | None = None, over: Sequence[str] 
     return GainReport(report, tuple(Path(folder) / name for name in files))
 
 
-def gains_text(report: GainReport) -> str:
-    """The report in words."""
-    return render("text/gains.txt.j2", files=report.files, **gains_view(report.feasibility))
+def gains_view(report: Feasibility) -> dict[str, Any]:
+    """What ``stiction gains`` prints."""
+    h = float(report.observer.sample_time)
+    spec = report.spec
+    return {
+        "report": report,
+        "sample_time": h,
+        "axes": [_axis_words(report, axis) for axis in report.axes],
+        "noise": list(zip(spec.positions, report.noise.rms, report.noise.sources, strict=True)),
+        "default_step": DEFAULT_STEP,
+        "chosen": _set_view(report, report.chosen, h),
+        "suggested": _set_view(report, report.suggested, h),
+        "infeasible": _failure_view(report.infeasible),
+        "noise_bound": NOISE_SHARE,
+        "factor": GAIN_FACTOR,
+        "decibel": 20 * math.log10(GAIN_FACTOR),
+        "searched": SEARCHED,
+    }
+
+
+def gains_json(report: Feasibility) -> dict[str, Any]:
+    """The report as ``stiction gains --json`` prints it: numbers, and None where there is none."""
+    region, observer = report.region, report.observer
+    return {
+        "format": FORMAT,
+        "spec": {"name": report.spec.name, "sha256": report.spec.sha256},
+        "observer": {"kind": observer.kind, "velocity": observer.velocity},
+        "sample_time": float(observer.sample_time),
+        "operating_points": {"looked_at": report.points, "deciding": report.deciding},
+        "position_noise_rms": dict(zip(report.spec.positions, report.noise.rms, strict=True)),
+        "position_noise_given": list(report.noise.given),
+        "position_noise_from": dict(zip(report.spec.positions, report.noise.sources, strict=True)),
+        "axes": [_axis_json(report, axis) for axis in report.axes],
+        "chosen": _set_json(report.chosen),
+        "suggested": _set_json(report.suggested),
+        "rule": report.suggestion.rule if report.suggestion else None,
+        "noise_bound": NOISE_SHARE,
+        "gain_factor": GAIN_FACTOR,
+        "gain_sets_tried": report.tried,
+        "infeasible": _failure_json(report.infeasible),
+        "map": {
+            "x": {"name": region.x.name, "unit": region.x.unit, "values": region.x_values.tolist()},
+            "y": {"name": region.y.name, "unit": region.y.unit, "values": region.y_values.tolist()},
+            "others": {s.name: float(v) for s, v in zip(region.base.symbols, region.base.gains[0], strict=True)},
+            "spectral_radius": _finite(region.radius),
+            "decay_rate": _finite(region.decay_rate),
+            "spectral_abscissa": _finite(region.abscissa),
+            "noise_share": _finite(report.noise_share),
+            "boundary": {which: [list(map(list, line)) for line in lines] for which, lines in region.boundary.items()},
+        },
+    }
+
+
+def leaves_as(z: complex, sample_time: float) -> tuple[str, float]:
+    """How an error on the unit circle moves: "alternates", "stays", or "oscillates" and its frequency in Hz."""
+    if abs(z.imag) < NEAR:
+        return ("alternates" if z.real < 0 else "stays"), 0.0
+    return "oscillates", abs(cmath.phase(z)) / (2 * math.pi * sample_time)
+
+
+def _axis_words(report: Feasibility, axis: GainAxis) -> dict[str, Any]:
+    sign = -1.0 if axis.negative else 1.0
+    return {
+        "name": f"{axis.name} (factor)" if axis.factor else axis.name,
+        "unit": "" if axis.unit == "1" else axis.unit,
+        "range": _ordered(axis.low, axis.high, sign),
+        "sampled": [_ordered(low, high, sign) for low, high in report.sampled[axis.name]],
+        "continuous": [_ordered(low, high, sign) for low, high in report.continuous[axis.name]],
+    }
+
+
+def _ordered(low: float, high: float, sign: float) -> tuple[float, float]:
+    return (low, high) if sign > 0 else (-high, -low)
+
+
+def _set_view(report: Feasibility, judged: GainSet | None, h: float) -> dict[str, Any] | None:
+    if judged is None:
+        return None
+    units = report.observer.gain_units
+    noise, shares = judged.noise or {}, judged.noise_shares or {}
+    return {
+        "gains": [(s.name, judged.gains[s.name], units[s]) for s in report.observer.gains],
+        "set": judged,
+        "noise": [(name, rms, report.units[name], shares[name]) for name, rms in noise.items()],
+        "margins": [_margin_view(m, h) for m in judged.margins],
+        "failure": _failure_view(judged.failure),
+    }
+
+
+def _margin_view(margin: Margin, h: float) -> dict[str, Any]:
+    sides: list[tuple[str, float | None, float, str, float]] = []
+    for word, factor, z in (("raised", margin.up, margin.at_up), ("lowered", margin.down, margin.at_down)):
+        if factor is None or z is None:
+            sides.append((word, None, 0.0, "", 0.0))
+            continue
+        how, frequency = leaves_as(z, h * factor if margin.name == "sample time" else h)
+        sides.append((word, max(factor, 1 / factor), 20 * math.log10(factor), how, frequency))
+    return {"name": margin.name, "sides": sides}
+
+
+def _failure_view(failure: Failure | None) -> dict[str, Any] | None:
+    if failure is None:
+        return None
+    return {"failure": failure, "eigenvalue": _complex_text(failure.eigenvalue)}
+
+
+def _complex_text(z: complex) -> str:
+    return f"{z.real:.5g}" if z.imag == 0 else f"{z.real:.5g} ± {z.imag:.5g}i"
+
+
+def _axis_json(report: Feasibility, axis: GainAxis) -> dict[str, Any]:
+    return {
+        "name": axis.name,
+        "unit": axis.unit,
+        "gains": {s.name: weight for s, weight in axis.weights.items()},
+        "range": [axis.low, axis.high],
+        "logarithmic": axis.logarithmic,
+        "chosen": axis.chosen,
+        "stable_sampled": [list(pair) for pair in report.sampled[axis.name]],
+        "stable_continuous": [list(pair) for pair in report.continuous[axis.name]],
+    }
+
+
+def _set_json(judged: GainSet | None) -> dict[str, Any] | None:
+    if judged is None:
+        return None
+    return {
+        "numbers": dict(judged.numbers),
+        "gains": dict(judged.gains),
+        "stable": judged.stable,
+        "spectral_radius": judged.radius,
+        "decay_rate": judged.decay_rate,
+        "spectral_abscissa": judged.abscissa,
+        "largest_sample_time": judged.largest_sample_time,
+        "friction_noise_rms": None if judged.noise is None else dict(judged.noise),
+        "noise_share": judged.noise_share,
+        "noise_shares": None if judged.noise_shares is None else dict(judged.noise_shares),
+        "margins": [_margin_json(m) for m in judged.margins],
+        "failure": _failure_json(judged.failure),
+    }
+
+
+def _margin_json(margin: Margin) -> dict[str, Any]:
+    def decibel(factor: float | None) -> float | None:
+        return None if factor is None else 20 * math.log10(factor)
+
+    def parts(z: complex | None) -> list[float] | None:
+        return None if z is None else [z.real, z.imag]
+
+    return {
+        "of": margin.name,
+        "up": margin.up,
+        "up_db": decibel(margin.up),
+        "eigenvalue_at_up": parts(margin.at_up),
+        "down": margin.down,
+        "down_db": decibel(margin.down),
+        "eigenvalue_at_down": parts(margin.at_down),
+    }
+
+
+def _failure_json(failure: Failure | None) -> dict[str, Any] | None:
+    if failure is None:
+        return None
+    finite = cmath.isfinite(failure.eigenvalue)
+    return {
+        "of": failure.which,
+        "gains": dict(failure.gains),
+        "operating_point": dict(failure.point),
+        "eigenvalue": [failure.eigenvalue.real, failure.eigenvalue.imag] if finite else None,
+        "conditions": [{"name": c.name, "value": c.value} for c in failure.conditions],
+        "largest_sample_time": failure.largest_sample_time,
+    }
+
+
+def _finite(values: Any) -> list[list[float | None]]:
+    return [[float(v) if np.isfinite(v) else None for v in row] for row in values]

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from codegen.app.derived import Derived
-from codegen.emit.c import c_view
-from codegen.emit.entries import parameters_of
-from codegen.emit.python import python_view
+from codegen.emit.c import c_language
 from codegen.observers.shape import refuse_infinite_slope
 from codegen.program import Program, lower
 from codegen.spec.model import Spec
@@ -25,8 +23,9 @@ def refuse_ungenerable(machine: Derived) -> None:
 def _refuse_unprintable(spec: Spec, program: Program) -> None:
     with placed(spec):
         code = lower(program)
-        for view, language in (c_view(program, code), python_view(program, code)):
-            for entry in parameters_of(program):
-                for value in entry.values:
-                    language.literal(value)
-            assert view is not None
+        literal = c_language(program).literal  # every language refuses the same numbers
+        for value in (*(f.value or 0.0 for f in program.parameters), *code.derived_values):
+            literal(value)
+        for node in code.nodes:
+            if node.kind == "number":
+                literal(node.value)

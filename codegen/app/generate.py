@@ -15,7 +15,7 @@ from codegen.base.border import verb
 from codegen.base.errors import BadInput
 from codegen.base.files import refuse_target, remove, sha256, write_all, write_atomically
 from codegen.base.input_files import LARGEST_GENERATED, is_there, read_or_none, read_text
-from codegen.base.shown import Shown
+from codegen.base.shown import Result
 from codegen.base.text import render
 from codegen.certify.kernel_form import with_solution
 from codegen.certify.outcome import PROOFS, Certificate, Refusal, json_text
@@ -31,8 +31,25 @@ BESIDE = (*PROOFS, KERNEL_PROOF, ELLIPSOID, WRITTEN_BEFORE)
 REGION = ("variables", "parameters", "matrix", "claim", "assumptions")  # of a region's proof: how far it goes
 
 
+class Certifiable(Result):
+    """What is generated with a certificate, or in spite of a refusal."""
+
+    outcome: Certificate | Refusal
+
+    @property
+    def refused(self) -> bool:
+        return isinstance(self.outcome, Refusal)
+
+    @property
+    def verdict(self) -> dict[str, Any]:
+        """The outcome in JSON."""
+        reason = self.outcome.reason if isinstance(self.outcome, Refusal) else None
+        rate = self.outcome.decay_rate if isinstance(self.outcome, Certificate) else None
+        return {"certified": not self.refused, "reason": reason, "decay_rate": rate}
+
+
 @dataclass(frozen=True, repr=False)
-class Generated(Shown):
+class Generated(Certifiable):
     """What ``generate`` made.
 
     Attributes:
@@ -42,6 +59,7 @@ class Generated(Shown):
         stale: with ``check``, the files on disk that are missing or not current.
     """
 
+    template = "generated"
     folder: Path
     files: Mapping[str, str]
     outcome: Certificate | Refusal
@@ -59,14 +77,8 @@ class Generated(Shown):
             "folder": str(self.folder),
             "files": list(self.files),
             "stale": list(self.stale),
-            "certified": not self.refused,
-            "reason": self.outcome.reason if isinstance(self.outcome, Refusal) else None,
-            "decay_rate": self.outcome.decay_rate if isinstance(self.outcome, Certificate) else None,
+            **self.verdict,
         }
-
-    @property
-    def refused(self) -> bool:
-        return isinstance(self.outcome, Refusal)
 
 
 @verb
@@ -103,12 +115,6 @@ def generate(
         _make_importable(target, folder)
         _drop_old_proofs(target, spec, files)
     return Generated(target, files, outcome)
-
-
-def generated_text(made: Generated, check_only: bool, uncertified: bool) -> str:
-    """What was written or is not current, in words."""
-    given = {"refused": made.refused, "check_only": check_only, "uncertified": uncertified}
-    return render("text/generated.txt.j2", result=made, **given)
 
 
 def _refuse_folder_of_another(target: Path, name: str) -> None:
@@ -150,7 +156,7 @@ def _make_importable(target: Path, folder: str | Path | None) -> None:
 
 
 def _drop_old_proofs(target: Path, spec: Spec, kept: Mapping[str, str]) -> None:
-    """Remove proofs that an earlier run wrote for this machine and this one does not: they speak of other code."""
+    """Remove proofs that an earlier run wrote for this machine and this one does not: they are about other code."""
     for old in (target / name for name in BESIDE if name not in kept):
         try:
             content = json.loads(read_text(old, "a certificate", LARGEST_GENERATED))

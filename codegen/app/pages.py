@@ -8,9 +8,9 @@ from typing import Annotated
 
 import typer
 
-from codegen.app.as_json import AsJson, print_json
+from codegen.app.as_json import AsJson, print_json, written
 from codegen.base.errors import BadInput, nearest_name
-from codegen.base.files import named_path, refuse_target
+from codegen.base.files import refuse_target
 from codegen.base.terminal import output
 
 pages = typer.Typer()
@@ -21,7 +21,7 @@ def laws(
     name: Annotated[str | None, typer.Argument(metavar="LAW", help="this one alone, in full")] = None,
     out: Annotated[
         Path | None,
-        typer.Option("-o", "--output", parser=named_path, metavar="DIR", help="write laws.md and its pictures here"),
+        written("DIR", "write laws.md and its pictures here"),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -52,7 +52,7 @@ def effects(
     name: Annotated[str | None, typer.Argument(metavar="KIND", help="this one alone, in full")] = None,
     out: Annotated[
         Path | None,
-        typer.Option("-o", "--output", parser=named_path, metavar="DIR", help="write effects.md and its pictures here"),
+        written("DIR", "write effects.md and its pictures here"),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -83,9 +83,7 @@ def effects(
 @pages.command()
 def errors(
     code: Annotated[str | None, typer.Argument(metavar="CODE", help="this one alone, such as LOG003")] = None,
-    out: Annotated[
-        Path | None, typer.Option("-o", "--output", parser=named_path, metavar="DIR", help="write errors.md here")
-    ] = None,
+    out: Annotated[Path | None, written("DIR", "write errors.md here")] = None,
     as_json: AsJson = False,
 ) -> None:
     """List the codes of error messages, or show one, with what each says and what to do; or write their page."""
@@ -125,9 +123,7 @@ def _refuse_page(out: Path | None, name: str) -> None:
 
 @pages.command()
 def audit(
-    out: Annotated[
-        Path | None, typer.Option("-o", "--output", parser=named_path, metavar="FILE", help="write docs/audit.md here")
-    ] = None,
+    out: Annotated[Path | None, written("FILE", "write docs/audit.md here")] = None,
     as_json: AsJson = False,
 ) -> None:
     """Hold the printed formulas of the thesis against our own derivation of them."""
@@ -147,9 +143,7 @@ def audit(
 
 @pages.command()
 def gallery(
-    out: Annotated[
-        Path, typer.Option("-o", "--output", parser=named_path, metavar="DIR", help="folder for pictures and table")
-    ] = Path("docs/gallery"),
+    out: Annotated[Path, written("DIR", "folder for pictures and table")] = Path("docs/gallery"),
     only: Annotated[
         list[str] | None, typer.Option("--only", metavar="FIGURE", help="such as 4.3; the others stay as last run")
     ] = None,

@@ -8,7 +8,6 @@ from pathlib import Path
 from codegen.app.derived import Source, derived_from
 from codegen.base.border import verb
 from codegen.base.files import refuse_target
-from codegen.base.text import render
 from codegen.replay.engine import engine_for
 from codegen.replay.over_log import Replayed, replay_log
 from codegen.replay.samples import Samples
@@ -45,8 +44,3 @@ def replay(
 
 
 __all__ = ["Replayed", "replay"]
-
-
-def replayed_text(replayed: Replayed) -> str:
-    """What was written, and how fast."""
-    return render("text/replayed.txt.j2", r=replayed)

@@ -26,7 +26,7 @@ STANDARD = (0.0, 0.0, -9.81)
 DEFAULT_GAIN = 100.0
 """K_v in 1/s of a new spec."""
 MOST_TRAVEL = 1000.0
-"""m or rad: larger limits of a joint stand for none."""
+"""m or rad: larger limits of a joint mean that it has none."""
 GAIN_STEPS = 0.2
 """Largest K_v of a new spec times its sample time."""
 
@@ -148,7 +148,7 @@ def _content(
 
 
 def _within(limits: tuple[float, float] | None) -> tuple[float, float] | None:
-    """A robot file's limits of a joint, where they are those of a mechanism and no stand-in for none."""
+    """A robot file's limits of a joint, where they are limits of a mechanism and not a placeholder for none."""
     return limits if limits is not None and max(map(abs, limits)) <= MOST_TRAVEL else None
 
 

@@ -9,7 +9,6 @@ from codegen.app.derived import Source, derived_from
 from codegen.base.border import verb
 from codegen.base.errors import BadInput, nearest_name
 from codegen.base.files import refuse_target
-from codegen.base.text import render
 from codegen.simulate.closed_loop import simulate as simulate_plant
 from codegen.simulate.observed_loop import METHODS
 from codegen.simulate.simulated import Simulated, write_simulated
@@ -55,8 +54,3 @@ def simulate(
         notes = tuple(remark.text for remark in model.remarks if remark.held != "exact")
     run = simulate_plant(spec, system, progress, method=chosen, make_plant=make_plant)
     return write_simulated(target, spec, run, notes)
-
-
-def simulated_notes(simulated: Simulated) -> str:
-    """What is to be said of a log beside its path; often nothing."""
-    return render("text/simulated_notes.txt.j2", s=simulated)

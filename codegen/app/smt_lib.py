@@ -1,16 +1,22 @@
-"""A certificate as a ground SMT-LIB 2 file, for a solver that shares no code with the checker (z3, cvc5).
+"""``stiction verify --smt``: a certificate as a ground SMT-LIB 2 file, for a solver independent of the checker.
 
-What the checker finds by LDL' at the vertices is negated and left to the solver's own arithmetic; ``unsat``: it holds.
+What the checker finds by LDL' at the vertices is negated and left to the arithmetic of z3 or cvc5; ``unsat``: it holds.
 """
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from fractions import Fraction
 from itertools import pairwise, product
+from pathlib import Path
 from typing import Any
 
+from codegen.app.verify import CERTIFICATE
+from codegen.base.border import verb
 from codegen.base.errors import BadInput
+from codegen.base.files import refuse_target, write_atomically
+from codegen.base.input_files import read_text
 from codegen.base.text import render
 from codegen.base.user_text import UserText
 from codegen.certify.prefix import rational_text
@@ -58,3 +64,23 @@ def _vertices(content: Mapping[str, Any]) -> list[dict[str, str]]:
         for point in product(*ends.values()):
             vertices.append({name: rational_text(x) for name, x in zip(ends, point, strict=True)})
     return vertices
+
+
+@verb
+def write_smt(certificate: str | Path, out: str | Path) -> Path:
+    """Write what the checker finds in a certificate as SMT-LIB 2, negated, for another solver to find ``unsat``.
+
+    Raises:
+        BadInput: for what is no certificate, if a dwell is too long for it, or for a file that is not to be written.
+    """
+    target = Path(out)
+    refuse_target(target, {"the certificate itself": Path(certificate)}, (".smt2",))
+    text = read_text(Path(certificate), CERTIFICATE, verify.MAX_TEXT)
+    try:
+        verify.parsed(text)
+    except (verify.Refused, ValueError, RecursionError) as error:
+        raise BadInput(
+            str(certificate), f"no certificate ({error})", "a stability certificate", code="CALL003"
+        ) from None
+    write_atomically(target, smt_text(json.loads(text)))
+    return target

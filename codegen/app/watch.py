@@ -1,4 +1,4 @@
-"""``stiction watch``: the generated observer beside a running machine, held against the certified bound."""
+"""``stiction watch``: the generated observer on a running machine, compared with the certified bound."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 from codegen.app.derived import Source, derived_from
 from codegen.base.border import verb
 from codegen.base.errors import BadInput, Place
-from codegen.base.shown import Shown
+from codegen.base.shown import Result
 from codegen.base.text import render
 from codegen.certify.outcome import Certificate, Refusal
 from codegen.replay.engine import engine_for
@@ -26,17 +26,18 @@ DWELL = 10
 
 
 @dataclass(frozen=True, repr=False)
-class Watched(Shown):
+class Watched(Result):
     """What ``watch`` saw.
 
     Attributes:
-        limits: what was held against which bound, from ``settle`` seconds after a reversal on.
+        limits: what was compared with which bound, from ``settle`` seconds after a reversal on.
         alarms: when an estimate was out of its bound for longer than the dwell time.
         ended: how it ended, in words.
         fault: of the row behind which nothing could be read, or None.
         notes: how the log was read, where that is not plain.
     """
 
+    template = "watched"
     name: str
     limits: tuple[Limit, ...]
     settle: float
@@ -181,8 +182,3 @@ def _no_bound(outcome: Certificate | Refusal) -> str:
 def alarm_text(alarm: Alarm) -> str:
     """An alarm in one line."""
     return render("text/alarm.txt.j2", a=alarm)
-
-
-def watched_text(watched: Watched) -> str:
-    """The report at the end."""
-    return render("text/watched.txt.j2", w=watched)

@@ -1,4 +1,4 @@
-"""The one exception that bad input raises: where, what stood there, what was expected, the nearest right thing."""
+"""The one exception that bad input raises: where, what was found, what was expected, the nearest valid thing."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class BadInput(Exception):
 
     Args:
         place: its file and line.
-        found: what stood there, in a few words.
+        found: what was found there, in a few words.
         expected: what would have been right.
         nearest: the closest right thing, if there is one.
         about: the name in the generated code that it is about, where ``place`` could not be known.

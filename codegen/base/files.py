@@ -69,7 +69,7 @@ def _refuse_target(path: Path, sources: Mapping[str, Path], endings: Sequence[st
 
 
 def refuse_foreign(folder: Path, name: str, marks: Sequence[str]) -> None:
-    """Raise BadInput where ``name`` stands in a folder without one of the files ``marks``, which we write beside it."""
+    """Raise BadInput where a folder has ``name`` but none of the files ``marks``, which we write with it."""
     if is_there(folder / name) and not any(is_there(folder / mark) for mark in marks):
         raise BadInput(
             str(folder / name), "a file that stiction did not write", "another folder for the results", code="FILE004"

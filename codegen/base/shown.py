@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from typing import Any, ClassVar
 
 from codegen.base.errors import brief
 
@@ -23,6 +24,32 @@ class Shown(ABC):
         from codegen.base.text import render  # Jinja, which a console does not need
 
         return render("text/result.html.j2", kind=type(self).__name__, rows=_texts(self))
+
+
+class Result(Shown):
+    """What a verb gives and prints, as text or as JSON.
+
+    Attributes:
+        template: name of its text template.
+    """
+
+    template: ClassVar[str]
+
+    @property
+    @abstractmethod
+    def content(self) -> Mapping[str, Any]:
+        """The JSON object."""
+
+    @property
+    def view(self) -> Mapping[str, Any]:
+        """What the template is given."""
+        return {"result": self}
+
+    def text(self, **options: object) -> str:
+        """The result in words."""
+        from codegen.base.text import render
+
+        return render(f"text/{self.template}.txt.j2", **self.view, **options)
 
 
 def _texts(shown: Shown) -> list[tuple[str, str]]:

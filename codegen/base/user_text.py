@@ -40,7 +40,7 @@ class UserText:
     """Text of a user's: free text of a spec, or the name of a file.
 
     Attributes:
-        raw: the text as it stands, for JSON, whose writer escapes it.
+        raw: the text unchanged, for JSON, whose writer escapes it.
     """
 
     raw: str

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import sympy
@@ -12,7 +11,6 @@ from codegen.effects import CATALOGUE, Effect
 from codegen.effects.added import added
 from codegen.effects.places import pairs
 from codegen.mechanics.build import build_system, check_mass_matrix
-from codegen.mechanics.link_parameters import LinkParameter
 from codegen.mechanics.system import System
 from codegen.spec.model import DeclaredEffect, Spec, symbol
 from codegen.spec.quantity import refuse_other_unit
@@ -37,13 +35,13 @@ def written_place(on: str) -> str | list[str]:
     return names if len(names) > 1 else on
 
 
-def system_of(spec: Spec, free: Sequence[LinkParameter] = ()) -> System:
-    """The system of a spec with its declared effects; ``free`` as for ``build_system``.
+def system_of(spec: Spec) -> System:
+    """The system of a spec with its declared effects.
 
     Raises:
         BadInput: as ``build_system`` and ``add_declared_effects``.
     """
-    return add_declared_effects(build_system(spec, free), spec)
+    return add_declared_effects(build_system(spec), spec)
 
 
 def add_declared_effects(system: System, spec: Spec) -> System:

@@ -14,7 +14,7 @@ class Entry:
 
     Attributes:
         name: of the field; ``count`` is 0 for a scalar, the length of an array otherwise.
-        unit, meaning: for the comment; the meaning of an array says which names of the spec are its elements.
+        unit, meaning: for the comment; the meaning of an array lists the names of the spec that are its elements.
         values: one for each element.
     """
 

@@ -14,8 +14,7 @@ WIDTH = 112
 class Expressions:
     """Writes nodes in a language.
 
-    ``words`` says how a symbol is written, ``names`` how a node is that has a name already, ``place`` how an element
-    of an array or a local of rolled code is.
+    ``words`` is the text of a symbol, ``names`` of a node with a name, ``place`` of an array element or a local.
     """
 
     def __init__(

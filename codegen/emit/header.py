@@ -1,4 +1,4 @@
-"""What the head of every generated file says, with all the text of a user that such a file holds."""
+"""The header comment of every generated file; all text of a user that such a file holds is in it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Header:
     Attributes:
         spec_file: its name, reduced to letters, digits, ``_``, ``.``, ``-`` and ``+``.
         spec_sha256: of the spec with the robot file that it names.
-        source: as the spec says it.
+        source: as in the spec.
         robot: that file's name, reduced in the same way, and hash.
         envelope: variable → exact (low, high), the ranges for which the observer is certified or refused.
     """

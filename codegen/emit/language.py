@@ -16,7 +16,7 @@ class Language:
     """A language at one precision.
 
     Attributes:
-        calls: function → its name; a ``quotient`` stands for division by what may be zero.
+        calls: function → its name; ``quotient`` is a division whose divisor may be zero.
         single: whether numbers are single precision.
         number: format of a literal with {digits}.
         opening, closing: around an expression that takes several lines.
@@ -35,7 +35,7 @@ class Language:
         """The shortest decimal that is this number, with a point or an exponent.
 
         Raises:
-            BadInput: for a number that no literal can say, or that vanishes or overflows in single precision.
+            BadInput: for a number that no literal can express, or that vanishes or overflows in single precision.
         """
         size = "single" if self.single else "double"
         with np.errstate(over="ignore", under="ignore"):

@@ -24,7 +24,7 @@ def emit_sources(program: Program, header: Header, targets: Sequence[str] = ALWA
 
 
 def proof_lines(name: str, proof: str) -> str:
-    """What the README says of a region's proof, by its file's text alone; "" of other proofs."""
+    """The README's lines on a region's proof, from its file's text; "" for other proofs."""
     return render("text/proof_lines.j2", name=name, content=json.loads(proof), regions=REGION_PROOFS)
 
 
@@ -40,8 +40,8 @@ def emit_readme(
     """How to call what was generated.
 
     Args:
-        certificate: a dict, or the words of a refusal.
-        files: what lies beside it.
+        certificate: a dict, or the reason of a refusal.
+        files: in the same folder.
         proofs: file → its text.
         kernel: whether the kernel's proof of the C is beside them.
         bounds: on each friction error, as proved of the C.

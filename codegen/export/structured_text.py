@@ -13,10 +13,11 @@ from collections.abc import Iterable
 from codegen.base.errors import BadInput
 from codegen.base.text import render
 from codegen.emit.language import Language
-from codegen.emit.view import CodeView, Style, view
+from codegen.emit.writer import Style, Writer
 from codegen.export.controller import Controller
 from codegen.program.lower import lower
 from codegen.program.model import LARGEST
+from codegen.program.stretch import Rolled
 
 STRUCTS = {"parameters": "p_{name}", "state": "s_{name}", "inputs": "{name}", "outputs": "{name}"}
 LOCAL = "l_{name}"
@@ -75,14 +76,14 @@ def structured_text(controller: Controller, header: list[str]) -> str:
     own = {name: f"{program.name}_{name}" for name in OWN}
     language = LongReal(CALLS | own)
     style = Style(language, STRUCTS, LOCAL, LOCAL, LOCAL, declares=False, indent=4)
-    printed = view(program, code, style)
+    text = Writer(program, code, style)
     functions = sorted((code.functions & {*OWN}) | ({"quotient"} if code.divides else set()))
     names = {
         "inputs": [f.name for f in program.inputs],
         "outputs": [name for name, _, _ in program.outputs],
-        "parameters": [f"p_{f.name}" for f in program.parameters] + [f"p_{c.name}" for c in printed.derived],
+        "parameters": [f"p_{f.name}" for f in program.parameters] + [f"p_{c.name}" for c in text.derived],
         "states": [f"s_{f.name}" for f in program.states] + ["s_mode", "s_invalid_samples", "s_started"],
-        "locals": [*_locals_of(printed), "check", "given"],
+        "locals": [*_locals_of(code.rolled, text), "check", "given"],
     }
     _refuse_names([program.name, "fault", *MODES, *own.values(), *(name for group in names.values() for name in group)])
     return render(
@@ -91,7 +92,8 @@ def structured_text(controller: Controller, header: list[str]) -> str:
         header=header,
         claim=controller.claim,
         period=repr(controller.period),
-        view=printed,
+        code=code,
+        text=text,
         literal=language.literal,
         largest=language.literal(LARGEST["double"]),
         huge=language.literal(1e300),
@@ -101,12 +103,11 @@ def structured_text(controller: Controller, header: list[str]) -> str:
     )
 
 
-def _locals_of(printed: CodeView) -> list[str]:
+def _locals_of(rolled: Rolled, text: Writer) -> list[str]:
     """Variables that hold no more than one call's values, each once."""
-    settings = (printed.initial, printed.carried, printed.resumed)
-    stretches = [*printed.step, *printed.outputs, *printed.following, *(s for each in settings for s in each.stretches)]
-    lines = [line for s in stretches for part in s.parts for line in part.lines]
-    return list(dict.fromkeys(line.target for line in lines if not line.field))
+    settings = (rolled.initial, rolled.carried, rolled.resumed)
+    stretches = [*rolled.step, *rolled.outputs, *rolled.following, *(s for each in settings for s in each.stretches)]
+    return list(dict.fromkeys(text.target(line, s) for s in stretches for line in s.lines if not line.field))
 
 
 def _refuse_names(names: Iterable[str]) -> None:

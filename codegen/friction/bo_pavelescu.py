@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import sympy
 
-from codegen.friction.law import LawParameter
+from codegen.friction.law import LawParameter, Values
 from codegen.friction.stribeck import COULOMB, STATIC, VISCOUS, StribeckLaw
 
 
@@ -27,14 +25,14 @@ class BoPavelescu(StribeckLaw):
         VISCOUS,
     )
 
-    def shape(self, slip_speed: sympy.Expr, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def shape(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
         return sympy.exp(-((slip_speed / p["alpha"]) ** p["n"]))
 
-    def steepest(self, p: Mapping[str, sympy.Expr]) -> tuple[sympy.Expr, sympy.Expr]:
+    def steepest(self, p: Values) -> tuple[sympy.Expr, sympy.Expr]:
         """For n ≥ 1: where (u/α)^n = q = 1 − 1/n, by n q^q exp(−q)/α."""
         q = sympy.Max(p["n"] - 1, 0) / p["n"]
         return -p["n"] * q**q * sympy.exp(-q) / p["alpha"], sympy.Integer(0)
 
-    def slope_bound(self, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def slope_bound(self, p: Values) -> sympy.Expr:
         unbounded = sympy.And(p["n"] < 1, sympy.Ne(p["F_s"], p["F_c"]))
         return sympy.Piecewise((sympy.oo, unbounded), (super().slope_bound(p), True))

@@ -9,7 +9,7 @@ import numpy as np
 import sympy
 
 from codegen.base.errors import BadInput
-from codegen.friction.law import LawParameter, MemoryLaw
+from codegen.friction.law import LawParameter, MemoryLaw, Values
 
 SEED = 1991
 
@@ -52,9 +52,9 @@ class Bristle(MemoryLaw):
             force[k] = p["sigma_0"] * stretch.sum()
         return force
 
-    def level(self, slip_speed: sympy.Expr, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def level(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
         """The mean over time; one bristle's stretch deviates from it by δ_s/√18, rms."""
         return sympy.Rational(2, 3) * p["N"] * p["sigma_0"] * p["delta_s"]
 
-    def slope_bound(self, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def slope_bound(self, p: Values) -> sympy.Expr:
         return sympy.Integer(0)

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import sympy
 
-from codegen.friction.law import LawParameter, ZeroMemoryLaw
+from codegen.friction.law import LawParameter, Values, ZeroMemoryLaw
 
 
 class Canudas(ZeroMemoryLaw):
@@ -26,8 +24,8 @@ class Canudas(ZeroMemoryLaw):
         LawParameter("alpha_2", "{F}*s/{q}", False, "viscous slope"),
     )
 
-    def level(self, slip_speed: sympy.Expr, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def level(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
         return p["alpha_0"] + p["alpha_1"] * sympy.sqrt(slip_speed) + p["alpha_2"] * slip_speed
 
-    def slope_bound(self, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def slope_bound(self, p: Values) -> sympy.Expr:
         return sympy.Piecewise((p["alpha_2"], sympy.Eq(p["alpha_1"], 0)), (sympy.oo, True))

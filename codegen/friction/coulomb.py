@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import sympy
 
-from codegen.friction.law import LawParameter, ZeroMemoryLaw
+from codegen.friction.law import LawParameter, Values, ZeroMemoryLaw
 
 
 class Coulomb(ZeroMemoryLaw):
@@ -16,8 +14,8 @@ class Coulomb(ZeroMemoryLaw):
     source = "Coulomb 1785; Mentzelopoulou 1994, figure 1.1(a)"
     parameters = (LawParameter("a", "{F}", False, "level"),)
 
-    def level(self, slip_speed: sympy.Expr, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def level(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
         return p["a"]
 
-    def slope_bound(self, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def slope_bound(self, p: Values) -> sympy.Expr:
         return sympy.Integer(0)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import sympy
 
-from codegen.friction.law import DynamicLaw, LawParameter, LawState
+from codegen.friction.law import DynamicLaw, LawParameter, LawState, Ranges, States, Values
 from codegen.spec.functions import Magnitude, Sgn
+
+PRESLIDING = LawParameter(
+    "c", "1/{q}", True, "inverse of the presliding distance; the hysteresis is the wider the smaller c"
+)
 
 
 class Dahl(DynamicLaw):
@@ -21,35 +23,31 @@ class Dahl(DynamicLaw):
     source = "Dahl 1976; Mentzelopoulou 1994, (1.1) and (6.6)"
     parameters = (
         LawParameter("a", "{F}", False, "Coulomb level"),
-        LawParameter(
-            "c", "1/{q}", True, "inverse of the presliding distance; the hysteresis is the wider the smaller c"
-        ),
+        PRESLIDING,
         LawParameter("i", "1", False, "exponent of the presliding curve", default=1),
     )
     states = (LawState("f", "1", "normalized friction force"),)
     scale = "a"
 
-    def rates(self, u: sympy.Expr, z: tuple[sympy.Expr, ...], p: Mapping[str, sympy.Expr]) -> tuple[sympy.Expr, ...]:
+    def rates(self, u: sympy.Expr, z: States, p: Values) -> States:
         gap = 1 - z[0] * Sgn(u)
         odd = p["i"].is_Integer and p["i"] % 2 == 1  # then |gap|^i sgn(gap) is gap^i, with its slope at a gap of zero
         power = gap ** p["i"] if odd else Magnitude(gap) ** p["i"] * Sgn(gap)
         return (p["c"] * u * power,)
 
-    def force(self, u: sympy.Expr, z: tuple[sympy.Expr, ...], p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def force(self, u: sympy.Expr, z: States, p: Values) -> sympy.Expr:
         return p["a"] * z[0]
 
-    def state_range(
-        self, top_speed: sympy.Expr, p: Mapping[str, sympy.Expr]
-    ) -> tuple[tuple[sympy.Expr, sympy.Expr], ...]:
+    def state_range(self, top_speed: sympy.Expr, p: Values) -> Ranges:
         """f' has the sign of u up to |f| = 1, where it vanishes or points inwards."""
         return ((sympy.Integer(-1), sympy.Integer(1)),)
 
-    def level(self, slip_speed: sympy.Expr, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def level(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
         return p["a"]
 
-    def bristles(self, p: Mapping[str, sympy.Expr]) -> tuple[sympy.Expr, sympy.Expr] | None:
+    def bristles(self, p: Values) -> tuple[sympy.Expr, sympy.Expr] | None:
         """With the exponent 1, z = f/c: z' = u − |u| c z."""
         return (p["a"] * p["c"], sympy.Integer(0)) if p["i"] == 1 else None
 
-    def slope_bound(self, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def slope_bound(self, p: Values) -> sympy.Expr:
         return sympy.Integer(0)

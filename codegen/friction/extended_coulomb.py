@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import sympy
 
-from codegen.friction.law import LawParameter, ZeroMemoryLaw
+from codegen.friction.law import LawParameter, Values, ZeroMemoryLaw
 
 
 class ExtendedCoulomb(ZeroMemoryLaw):
@@ -21,8 +19,8 @@ class ExtendedCoulomb(ZeroMemoryLaw):
         LawParameter("a4", "{F}*s/{q}", False, "viscous slope"),
     )
 
-    def level(self, slip_speed: sympy.Expr, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def level(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
         return p["a1"] + p["a2"] * sympy.exp(-p["a3"] * slip_speed) + p["a4"] * slip_speed
 
-    def slope_bound(self, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def slope_bound(self, p: Values) -> sympy.Expr:
         return sympy.Max(abs(p["a4"] - p["a2"] * p["a3"]), abs(p["a4"]))

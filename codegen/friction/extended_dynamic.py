@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import ClassVar
 
 import sympy
 
 from codegen.friction.dahl import Dahl
 from codegen.friction.extended_coulomb import ExtendedCoulomb
-from codegen.friction.law import DynamicLaw, LawParameter
+from codegen.friction.law import DynamicLaw, LawParameter, Ranges, States, Values
 from codegen.friction.reset_integrator import ResetIntegrator
 from codegen.spec.functions import Magnitude
 
@@ -28,22 +27,20 @@ class ExtendedDynamic(DynamicLaw):
     states = Dahl.states
     carrier: ClassVar[DynamicLaw] = Dahl()
 
-    def rates(self, u: sympy.Expr, z: tuple[sympy.Expr, ...], p: Mapping[str, sympy.Expr]) -> tuple[sympy.Expr, ...]:
+    def rates(self, u: sympy.Expr, z: States, p: Values) -> States:
         return self.carrier.rates(u, z, p)
 
-    def force(self, u: sympy.Expr, z: tuple[sympy.Expr, ...], p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def force(self, u: sympy.Expr, z: States, p: Values) -> sympy.Expr:
         return _LEVEL.level(Magnitude(u), p) * z[0]
 
-    def state_range(
-        self, top_speed: sympy.Expr, p: Mapping[str, sympy.Expr]
-    ) -> tuple[tuple[sympy.Expr, sympy.Expr], ...]:
+    def state_range(self, top_speed: sympy.Expr, p: Values) -> Ranges:
         return self.carrier.state_range(top_speed, p)
 
-    def level(self, slip_speed: sympy.Expr, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def level(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
         return _LEVEL.level(slip_speed, p) * self.carrier.level(slip_speed, {**p, "a": sympy.Integer(1)})
 
-    def slope_bound(self, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
-        """In steady sliding f = sgn(u), and Lemma 2.1 holds as it stands."""
+    def slope_bound(self, p: Values) -> sympy.Expr:
+        """In steady sliding f = sgn(u), so Lemma 2.1 applies unchanged."""
         return _LEVEL.slope_bound(p)
 
 
@@ -56,6 +53,6 @@ class ExtendedResetIntegrator(ExtendedDynamic):
     states = ResetIntegrator.states
     carrier = ResetIntegrator()
 
-    def slope_bound(self, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def slope_bound(self, p: Values) -> sympy.Expr:
         """None in general: f = φ(u) grows with u, and a4 |u| φ(|u|) quadratically."""
         return sympy.oo

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import sympy
 
-from codegen.friction.law import LawParameter
+from codegen.friction.law import LawParameter, Values
 from codegen.friction.stribeck import COULOMB, STATIC, STRIBECK_VELOCITY, VISCOUS, StribeckLaw, gaussian_slope
 
 
@@ -26,10 +24,10 @@ class GaussianOffset(StribeckLaw):
         VISCOUS,
     )
 
-    def shape(self, slip_speed: sympy.Expr, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def shape(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
         return sympy.exp(-(((slip_speed - p["v_0"]) / p["v_s"]) ** 2))
 
-    def steepest(self, p: Mapping[str, sympy.Expr]) -> tuple[sympy.Expr, sympy.Expr]:
+    def steepest(self, p: Values) -> tuple[sympy.Expr, sympy.Expr]:
         """Falling: v_s/√2 beyond the crest. Rising: as far before it, or at standstill where the crest is nearer."""
         before = sympy.Min(p["v_0"] / p["v_s"], 1 / sympy.sqrt(2))
         return -gaussian_slope(1 / sympy.sqrt(2), p["v_s"]), gaussian_slope(before, p["v_s"])

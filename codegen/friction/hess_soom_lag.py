@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import sympy
 
-from codegen.friction.law import LawParameter, MemoryLaw
+from codegen.friction.law import LawParameter, MemoryLaw, Values
 from codegen.friction.lorentzian import Lorentzian
 from codegen.friction.stribeck import COULOMB, STATIC, STRIBECK_VELOCITY, VISCOUS
 
@@ -30,10 +30,10 @@ class HessSoomLag(MemoryLaw):
         rise = (p["F_s"] - p["F_c"]) / (1 + (lagged(time, u, p["tau_L"]) / p["v_s"]) ** 2)
         return (p["F_c"] + p["F_v"] * np.abs(u) + rise) * np.sign(u)
 
-    def level(self, slip_speed: sympy.Expr, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def level(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
         return _STEADY.level(slip_speed, p)
 
-    def slope_bound(self, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def slope_bound(self, p: Values) -> sympy.Expr:
         """Of steady sliding."""
         return _STEADY.slope_bound(p)
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import sympy
 
-from codegen.friction.law import LawParameter, MemoryLaw
+from codegen.friction.law import LawParameter, MemoryLaw, Values
 from codegen.friction.rising_static import needed
 from codegen.friction.stribeck import COULOMB, STATIC, VISCOUS
 
@@ -39,9 +39,9 @@ class Karnopp(MemoryLaw):
             return force
         return np.where(stuck, np.clip(needed(applied_force, self.name), -p["F_s"], p["F_s"]), force)
 
-    def level(self, slip_speed: sympy.Expr, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def level(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
         """Of sliding, outside the band."""
         return p["F_c"] + p["F_v"] * slip_speed
 
-    def slope_bound(self, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def slope_bound(self, p: Values) -> sympy.Expr:
         return p["F_v"]

@@ -9,6 +9,12 @@ from typing import Any, ClassVar
 
 import sympy
 
+Values = Mapping[str, sympy.Expr]
+"""Parameter of a law → its symbol or its value."""
+States = tuple[sympy.Expr, ...]
+Ranges = tuple[tuple[sympy.Expr, sympy.Expr], ...]
+"""Low and high of each state."""
+
 
 @dataclass(frozen=True)
 class LawParameter:
@@ -49,14 +55,14 @@ class FrictionLaw(ABC):
     why_not: ClassVar[str] = ""
 
     @abstractmethod
-    def level(self, slip_speed: sympy.Expr, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def level(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
         """The level a(|u|) ≥ 0 in steady sliding, λ = a(|u|) sgn(u), in the contact's force unit."""
 
-    def bristle_stiffness(self, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def bristle_stiffness(self, p: Values) -> sympy.Expr:
         """σ of a law λ = σ z, z' = u − (σ/level) z |u|; 0 for laws of another form."""
         return sympy.Integer(0)
 
-    def bristles(self, p: Mapping[str, sympy.Expr]) -> tuple[sympy.Expr, sympy.Expr] | None:
+    def bristles(self, p: Values) -> tuple[sympy.Expr, sympy.Expr] | None:
         """(σ0, σ1) of a law of LuGre's form, None of another.
 
         λ = σ0 z + σ1 z' + σ2 u with z' = u − σ0 |u| z/s(|u|), where s(|u|) is the level without its viscous part.
@@ -66,7 +72,7 @@ class FrictionLaw(ABC):
         return None if stiffness == 0 else (stiffness, sympy.Integer(0))
 
     @abstractmethod
-    def slope_bound(self, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def slope_bound(self, p: Values) -> sympy.Expr:
         """A bound on |∂a/∂u| (Lemma 2.1 generalised), in force unit · s / slip unit; oo where there is none."""
 
 
@@ -99,24 +105,22 @@ class DynamicLaw(FrictionLaw):
     scale: ClassVar[str] = ""
 
     @abstractmethod
-    def rates(self, u: sympy.Expr, z: tuple[sympy.Expr, ...], p: Mapping[str, sympy.Expr]) -> tuple[sympy.Expr, ...]:
+    def rates(self, u: sympy.Expr, z: States, p: Values) -> States:
         """ξ(u, z) = dz/dt, one per state."""
 
     @abstractmethod
-    def force(self, u: sympy.Expr, z: tuple[sympy.Expr, ...], p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def force(self, u: sympy.Expr, z: States, p: Values) -> sympy.Expr:
         """λ(u, z) in the contact's force unit; positive opposes u > 0."""
 
     @abstractmethod
-    def state_range(
-        self, top_speed: sympy.Expr, p: Mapping[str, sympy.Expr]
-    ) -> tuple[tuple[sympy.Expr, sympy.Expr], ...]:
+    def state_range(self, top_speed: sympy.Expr, p: Values) -> Ranges:
         """An invariant interval for each state while |u| ≤ top_speed."""
 
-    def in_sliding(self, p: Mapping[str, sympy.Expr]) -> tuple[sympy.Expr, sympy.Expr] | None:
+    def in_sliding(self, p: Values) -> tuple[sympy.Expr, sympy.Expr] | None:
         """(speed, slope): in sustained sliding above this speed |dλ/dt| ≤ slope |du/dt|; None if no bound is known."""
         return None
 
-    def rest_state(self, p: Mapping[str, sympy.Expr]) -> tuple[sympy.Expr, ...]:
+    def rest_state(self, p: Values) -> States:
         """The states at rest without load."""
         return tuple(sympy.Integer(0) for _ in self.states)
 

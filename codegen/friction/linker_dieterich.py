@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import sympy
 
-from codegen.friction.law import DynamicLaw, LawState
+from codegen.friction.law import DynamicLaw, LawState, Ranges, States, Values
 from codegen.friction.ruina import DIVERGES, RATE_AND_STATE
 from codegen.spec.functions import Magnitude, Sgn
 
@@ -25,26 +23,24 @@ class LinkerDieterich(DynamicLaw):
     drives = ""
     why_not = DIVERGES
 
-    def rates(self, u: sympy.Expr, z: tuple[sympy.Expr, ...], p: Mapping[str, sympy.Expr]) -> tuple[sympy.Expr, ...]:
+    def rates(self, u: sympy.Expr, z: States, p: Values) -> States:
         return (1 - Magnitude(u) * z[0] / p["L"],)
 
-    def force(self, u: sympy.Expr, z: tuple[sympy.Expr, ...], p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def force(self, u: sympy.Expr, z: States, p: Values) -> sympy.Expr:
         rate = p["a"] * sympy.log(Magnitude(u) / p["v_0"])
         return (p["F_0"] + rate + p["b"] * sympy.log(z[0] * p["v_0"] / p["L"])) * Sgn(u)
 
-    def state_range(
-        self, top_speed: sympy.Expr, p: Mapping[str, sympy.Expr]
-    ) -> tuple[tuple[sympy.Expr, sympy.Expr], ...]:
+    def state_range(self, top_speed: sympy.Expr, p: Values) -> Ranges:
         """θ follows L/|u|, which is lowest at the top speed; at rest it grows without bound."""
         return ((p["L"] / sympy.Max(top_speed, p["v_0"]), sympy.oo),)
 
-    def rest_state(self, p: Mapping[str, sympy.Expr]) -> tuple[sympy.Expr, ...]:
+    def rest_state(self, p: Values) -> States:
         """The age in steady sliding at v_0: at rest it has no stationary value."""
         return (p["L"] / p["v_0"],)
 
-    def level(self, slip_speed: sympy.Expr, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def level(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
         return p["F_0"] + (p["a"] - p["b"]) * sympy.log(slip_speed / p["v_0"])
 
-    def slope_bound(self, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def slope_bound(self, p: Values) -> sympy.Expr:
         """(a − b)/|u| has no bound."""
         return sympy.Piecewise((sympy.Integer(0), sympy.Eq(p["a"], p["b"])), (sympy.oo, True))

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import sympy
 
+from codegen.friction.law import Values
 from codegen.friction.stribeck import COULOMB, STATIC, STRIBECK_VELOCITY, VISCOUS, StribeckLaw
 
 
@@ -16,9 +15,9 @@ class Lorentzian(StribeckLaw):
     source = "Hess and Soom 1990 without their time lag; Mentzelopoulou 1994, section 1.1.1"
     parameters = (COULOMB, STATIC, STRIBECK_VELOCITY, VISCOUS)
 
-    def shape(self, slip_speed: sympy.Expr, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def shape(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
         return 1 / (1 + (slip_speed / p["v_s"]) ** 2)
 
-    def steepest(self, p: Mapping[str, sympy.Expr]) -> tuple[sympy.Expr, sympy.Expr]:
+    def steepest(self, p: Values) -> tuple[sympy.Expr, sympy.Expr]:
         """At v_s/√3, by 3√3/(8 v_s)."""
         return -3 * sympy.sqrt(3) / (8 * p["v_s"]), sympy.Integer(0)

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import sympy
 
-from codegen.friction.law import LawParameter, ZeroMemoryLaw
+from codegen.friction.law import LawParameter, Values, ZeroMemoryLaw
 
 
 class Polynomial(ZeroMemoryLaw):
@@ -25,9 +23,9 @@ class Polynomial(ZeroMemoryLaw):
         LawParameter("a3", "{F}*s^3/{q}^3", False, "coefficient of its cube", lowest=None, default=0),
     )
 
-    def level(self, slip_speed: sympy.Expr, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def level(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
         return p["a0"] + slip_speed * (p["a1"] + slip_speed * (p["a2"] + slip_speed * p["a3"]))
 
-    def slope_bound(self, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def slope_bound(self, p: Values) -> sympy.Expr:
         straight = sympy.And(sympy.Eq(p["a2"], 0), sympy.Eq(p["a3"], 0))
         return sympy.Piecewise((abs(p["a1"]), straight), (sympy.oo, True))

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import sympy
 
-from codegen.friction.law import DynamicLaw, LawParameter, LawState
+from codegen.friction.dahl import PRESLIDING
+from codegen.friction.law import DynamicLaw, LawParameter, LawState, Ranges, States, Values
 from codegen.spec.functions import Magnitude
 
 
@@ -21,42 +20,38 @@ class ResetIntegrator(DynamicLaw):
     source = "Haessig and Friedland 1991; Mentzelopoulou 1994, (6.5) and (6.33)"
     parameters = (
         LawParameter("a", "{F}", False, "Coulomb level"),
-        LawParameter(
-            "c", "1/{q}", True, "inverse of the presliding distance; the hysteresis is the wider the smaller c"
-        ),
+        PRESLIDING,
         LawParameter("D1", "{q}/s", True, "slope of φ⁻¹ beyond the level", default=1000),
         LawParameter("D2", "{q}/s", True, "slope of φ⁻¹ within the level: the creep speed at it", default="0.0001"),
     )
     states = (LawState("f", "1", "normalized friction force"),)
     scale = "a"
 
-    def rates(self, u: sympy.Expr, z: tuple[sympy.Expr, ...], p: Mapping[str, sympy.Expr]) -> tuple[sympy.Expr, ...]:
+    def rates(self, u: sympy.Expr, z: States, p: Values) -> States:
         f = z[0]
         dead_zone = f - (Magnitude(f + 1) - Magnitude(f - 1)) / 2
         return (p["c"] * (u - p["D2"] * f - (p["D1"] - p["D2"]) * dead_zone),)
 
-    def force(self, u: sympy.Expr, z: tuple[sympy.Expr, ...], p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def force(self, u: sympy.Expr, z: States, p: Values) -> sympy.Expr:
         return p["a"] * z[0]
 
-    def state_range(
-        self, top_speed: sympy.Expr, p: Mapping[str, sympy.Expr]
-    ) -> tuple[tuple[sympy.Expr, sympy.Expr], ...]:
+    def state_range(self, top_speed: sympy.Expr, p: Values) -> Ranges:
         """±φ(top speed): there f' = c (u ∓ top speed) points inwards, as φ⁻¹ is monotone."""
         limit = _phi(top_speed, p)
         return ((-limit, limit),)
 
-    def level(self, slip_speed: sympy.Expr, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def level(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
         return p["a"] * _phi(slip_speed, p)
 
-    def in_sliding(self, p: Mapping[str, sympy.Expr]) -> tuple[sympy.Expr, sympy.Expr] | None:
+    def in_sliding(self, p: Values) -> tuple[sympy.Expr, sympy.Expr] | None:
         """Beyond D2 f stays above 1, and f'' = c (u' − D1 f'): f' comes within |u'|/D1 at the rate c D1."""
         return p["D2"], p["a"] / p["D1"]
 
-    def slope_bound(self, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def slope_bound(self, p: Values) -> sympy.Expr:
         return p["a"] * sympy.Max(1 / p["D1"], 1 / p["D2"])
 
 
-def _phi(speed: sympy.Expr, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+def _phi(speed: sympy.Expr, p: Values) -> sympy.Expr:
     """φ for speed ≥ 0: speed/D2 up to D2, then 1 + (speed − D2)/D1."""
     below = (Magnitude(speed - p["D2"]) - (speed - p["D2"])) / 2
     return 1 + (speed - p["D2"]) / p["D1"] - below * (1 / p["D2"] - 1 / p["D1"])

@@ -10,7 +10,7 @@ import numpy as np
 import sympy
 
 from codegen.base.errors import BadInput
-from codegen.friction.law import LawParameter, MemoryLaw
+from codegen.friction.law import LawParameter, MemoryLaw, Values
 from codegen.friction.stribeck import COULOMB
 
 DWELL = LawParameter("F_s_inf", "{F}", False, "static level after a long rest")
@@ -40,10 +40,10 @@ class RisingStatic(MemoryLaw):
             force = np.where(resting, np.clip(needed(applied_force, self.name), -limit, limit), force)
         return force
 
-    def level(self, slip_speed: sympy.Expr, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def level(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
         return p["F_c"]
 
-    def slope_bound(self, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def slope_bound(self, p: Values) -> sympy.Expr:
         return sympy.Integer(0)
 
 

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import sympy
 
-from codegen.friction.law import DynamicLaw, LawParameter, LawState
+from codegen.friction.law import DynamicLaw, LawParameter, LawState, Ranges, States, Values
 from codegen.spec.functions import Magnitude, Sgn
 
 RATE_AND_STATE = (
@@ -32,22 +30,20 @@ class Ruina(DynamicLaw):
     drives = ""
     why_not = DIVERGES
 
-    def rates(self, u: sympy.Expr, z: tuple[sympy.Expr, ...], p: Mapping[str, sympy.Expr]) -> tuple[sympy.Expr, ...]:
+    def rates(self, u: sympy.Expr, z: States, p: Values) -> States:
         speed = Magnitude(u)
         return (-speed / p["L"] * (z[0] + p["b"] * sympy.log(speed / p["v_0"])),)
 
-    def force(self, u: sympy.Expr, z: tuple[sympy.Expr, ...], p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def force(self, u: sympy.Expr, z: States, p: Values) -> sympy.Expr:
         return (p["F_0"] + p["a"] * sympy.log(Magnitude(u) / p["v_0"]) + z[0]) * Sgn(u)
 
-    def state_range(
-        self, top_speed: sympy.Expr, p: Mapping[str, sympy.Expr]
-    ) -> tuple[tuple[sympy.Expr, sympy.Expr], ...]:
+    def state_range(self, top_speed: sympy.Expr, p: Values) -> Ranges:
         """f follows −b ln(|u|/v_0), which is lowest at the top speed and has no upper bound."""
         return ((-p["b"] * sympy.log(sympy.Max(top_speed, p["v_0"]) / p["v_0"]), sympy.oo),)
 
-    def level(self, slip_speed: sympy.Expr, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def level(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
         return p["F_0"] + (p["a"] - p["b"]) * sympy.log(slip_speed / p["v_0"])
 
-    def slope_bound(self, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def slope_bound(self, p: Values) -> sympy.Expr:
         """(a − b)/|u| has no bound."""
         return sympy.Piecewise((sympy.Integer(0), sympy.Eq(p["a"], p["b"])), (sympy.oo, True))

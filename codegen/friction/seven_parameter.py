@@ -9,7 +9,7 @@ import numpy as np
 import sympy
 
 from codegen.friction.hess_soom_lag import LAG, lagged
-from codegen.friction.law import LawParameter, MemoryLaw
+from codegen.friction.law import LawParameter, MemoryLaw, Values
 from codegen.friction.lorentzian import Lorentzian
 from codegen.friction.rising_static import CLOCK
 from codegen.friction.stribeck import COULOMB, STRIBECK_VELOCITY
@@ -60,9 +60,9 @@ class SevenParameter(MemoryLaw):
             force[k] = (p["F_c"] + p["F_v"] * abs(u[k]) + stribeck * share[k]) * direction
         return force
 
-    def level(self, slip_speed: sympy.Expr, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def level(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
         """Of sliding that began after a long rest: the Stribeck part keeps the size it had then."""
         return _STEADY.level(slip_speed, {**p, "F_s": p["F_c"] + p["F_s_inf"]})
 
-    def slope_bound(self, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def slope_bound(self, p: Values) -> sympy.Expr:
         return _STEADY.slope_bound({**p, "F_s": p["F_c"] + p["F_s_inf"]})

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import sympy
 
-from codegen.friction.law import LawParameter, ZeroMemoryLaw
+from codegen.friction.law import LawParameter, Values, ZeroMemoryLaw
 from codegen.friction.stribeck import COULOMB
 from codegen.spec.functions import Sgn
 
@@ -25,8 +23,8 @@ class StaticViscous(ZeroMemoryLaw):
         LawParameter("F_v", "{F}*s/{q}", False, "viscous slope"),
     )
 
-    def level(self, slip_speed: sympy.Expr, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def level(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
         return p["F_c"] + (p["F_s"] - p["F_c"]) * (1 - Sgn(slip_speed)) + p["F_v"] * slip_speed
 
-    def slope_bound(self, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def slope_bound(self, p: Values) -> sympy.Expr:
         return p["F_v"]

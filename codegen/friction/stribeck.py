@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping
 
 import sympy
 
-from codegen.friction.law import LawParameter, ZeroMemoryLaw
+from codegen.friction.law import LawParameter, Values, ZeroMemoryLaw
 
 COULOMB = LawParameter("F_c", "{F}", False, "Coulomb (kinetic) level")
 STATIC = LawParameter("F_s", "{F}", False, "static level")
@@ -19,17 +18,17 @@ class StribeckLaw(ZeroMemoryLaw):
     """F = [F_c + (F_s − F_c) s(|u|) + F_v |u|] sgn(u) with a shape 0 ≤ s ≤ 1 that vanishes at high speed."""
 
     @abstractmethod
-    def shape(self, slip_speed: sympy.Expr, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def shape(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
         """s(|u|), dimensionless."""
 
     @abstractmethod
-    def steepest(self, p: Mapping[str, sympy.Expr]) -> tuple[sympy.Expr, sympy.Expr]:
+    def steepest(self, p: Values) -> tuple[sympy.Expr, sympy.Expr]:
         """The lowest and the highest slope of s, in s / slip unit."""
 
-    def level(self, slip_speed: sympy.Expr, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def level(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
         return p["F_c"] + (p["F_s"] - p["F_c"]) * self.shape(slip_speed, p) + p["F_v"] * slip_speed
 
-    def slope_bound(self, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def slope_bound(self, p: Values) -> sympy.Expr:
         """The slope is F_v + (F_s − F_c) s', which is largest in magnitude at an end of the range of s'."""
         falling, rising = self.steepest(p)
         rise = p["F_s"] - p["F_c"]

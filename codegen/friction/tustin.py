@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import sympy
 
-from codegen.friction.law import LawParameter
+from codegen.friction.law import LawParameter, Values
 from codegen.friction.stribeck import COULOMB, STATIC, VISCOUS, StribeckLaw
 
 
@@ -17,8 +15,8 @@ class Tustin(StribeckLaw):
     source = "Tustin 1947; Mentzelopoulou 1994, section 1.1.1"
     parameters = (COULOMB, STATIC, LawParameter("v_c", "{q}/s", True, "characteristic velocity"), VISCOUS)
 
-    def shape(self, slip_speed: sympy.Expr, p: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def shape(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
         return sympy.exp(-slip_speed / p["v_c"])
 
-    def steepest(self, p: Mapping[str, sympy.Expr]) -> tuple[sympy.Expr, sympy.Expr]:
+    def steepest(self, p: Values) -> tuple[sympy.Expr, sympy.Expr]:
         return -1 / p["v_c"], sympy.Integer(0)

@@ -36,7 +36,7 @@ _FUNCTIONS: dict[Any, Callable[[Any], Any]] = {
 
 @dataclass(frozen=True)
 class _Scope:
-    """What symbols stand for, and the computations that are already put in: all entries of one share its graph."""
+    """The values of symbols, and the computations that are already put in: all entries of one share its graph."""
 
     names: Mapping[sympy.Symbol, Any]
     computed: dict[tuple[Any, ...], Any] = field(default_factory=dict)
@@ -69,7 +69,7 @@ def to_casadi(expression: Any, names: Mapping[sympy.Symbol, Any], by_angle: bool
 def symbol_values(
     numbers: Mapping[sympy.Symbol, Any], *columns: tuple[Sequence[sympy.Symbol], Any]
 ) -> dict[sympy.Symbol, Any]:
-    """What symbols stand for in ``to_casadi``: numbers, and the entries of columns, which come before numbers."""
+    """The values of symbols in ``to_casadi``: numbers, and the entries of columns, which come before numbers."""
     names: dict[sympy.Symbol, Any] = {s: casadi.SX(float(value)) for s, value in numbers.items()}
     for symbols, column in columns:
         names |= {s: column[k] for k, s in enumerate(symbols)}

@@ -33,7 +33,7 @@ class ContactFriction:
     """One contact: λ = sgn(u)·(level(|u|) + extra_level) + extra_force.
 
     Attributes:
-        slip: the symbol that stands for the contact's slip velocity u in the expressions below.
+        slip: the symbol of the contact's slip velocity u in the expressions below.
         law, law_parameters: the declared law and its symbols.
         extra_level, extra_force: what declared effects add, over ``slip``, positions, inputs and time.
     """
@@ -76,7 +76,7 @@ class System:
     Attributes:
         positions, velocities, inputs: x, v, w; in order.
         mass_matrix: M(x), n by n.
-        force: g(x, v, w) with the forces of declared effects; an input symbol stands for the effective input, here and
+        force: g(x, v, w) with the forces of declared effects; an input symbol is the effective input, here and
             in ``contacts``.
         distribution: U(x), n by contacts (A.1); slip velocities are U' v.
         contacts: one per column of U.

@@ -47,11 +47,10 @@ class Operations:
 
 @dataclass(frozen=True)
 class Setting:
-    """States that are set outside the normal step: ``parts`` first, then ``states``; ``names`` of the parts' nodes."""
+    """States that are set outside the normal step: ``parts`` first, then ``states``."""
 
     states: tuple[Assignment, ...]
     parts: tuple[Assignment, ...]
-    names: dict[Node, str]
 
     @property
     def nodes(self) -> list[Node]:
@@ -70,7 +69,6 @@ class Code:
         initial: the first state, over parameters and inputs.
         carried, resumed: the states that change with an invalid sample, and with the valid one after many; empty
             without fault handling.
-        names: node → its name, where it has one.
         rolled: the same in its printed form, with loops where the program has arrays; ``lower`` adds it last.
     """
 
@@ -79,7 +77,6 @@ class Code:
     step: tuple[Group, ...]
     next_state: tuple[Assignment, ...]
     outputs: tuple[Assignment, ...]
-    names: dict[Node, str]
     initial: Setting
     carried: Setting
     resumed: Setting
@@ -110,25 +107,25 @@ class Code:
         return tuple(found)
 
     @property
-    def constants(self) -> dict[Node, str]:
-        """The node of each derived constant and its name."""
-        return {a.value: a.name for a in self.derived}
+    def step_nodes(self) -> list[Node]:
+        """All expressions of a normal step."""
+        return [a.value for a in (*self._assigned, *self.next_state, *self.outputs)]
+
+    @property
+    def nodes(self) -> list[Node]:
+        """Every node of every expression."""
+        settings = [*self.initial.nodes, *self.carried.nodes, *self.resumed.nodes]
+        return reachable([*(a.value for a in self.derived), *self.step_nodes, *settings])
 
     @property
     def functions(self) -> frozenset[str]:
         """Every function that is called anywhere."""
-        values = [a.value for a in (*self.derived, *self._assigned, *self.next_state, *self.outputs)]
-        return frozenset(node.name for node in reachable([*values, *self._set]) if node.kind == "call")
+        return frozenset(node.name for node in self.nodes if node.kind == "call")
 
     @property
     def divides(self) -> bool:
         """Whether there is a division by a variable."""
-        values = [a.value for a in (*self._assigned, *self.next_state, *self.outputs)]
-        return any(node.kind == "quotient" and not node.constant for node in reachable([*values, *self._set]))
-
-    @property
-    def _set(self) -> list[Node]:
-        return [*self.initial.nodes, *self.carried.nodes, *self.resumed.nodes]
+        return any(node.kind == "quotient" and not node.constant for node in self.nodes)
 
     @property
     def _assigned(self) -> list[Assignment]:

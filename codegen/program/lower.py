@@ -54,25 +54,22 @@ class _Lowering:
         value = {element: short[node] for element, node in raw.items() if node in short}
         final = [short[node] for node in following]
         derived = self._derived([*final, *(value[name] for name, _, _ in self.program.outputs)], value)
-        groups, known = self._groups(value, final)
         states = self.program.states
-        held = self.program.fault == "hold"
         parameters = {f.name: f.value for f in self.program.parameters if f.value is not None}
         evaluator = Evaluator(parameters, self.program.precision == "single")
         return Code(
             derived=derived,
             derived_values=evaluator.values(a.value for a in derived),
-            step=groups,
+            step=self._groups(value, final),
             next_state=tuple(Assignment(f.name, n, f.unit) for f, n in zip(states, final, strict=True)),
             outputs=tuple(Assignment(name, value[name], unit) for name, unit, _ in self.program.outputs),
-            names=known,
             initial=self._setting(self.program.initial_state, "initial"),
-            carried=self._setting(self.program.carried_state if held else (), "carried"),
-            resumed=self._setting(self.program.resumed_state if held else (), "resumed"),
+            carried=self._setting(self.program.carried_state if self.program.holds else (), "carried"),
+            resumed=self._setting(self.program.resumed_state if self.program.holds else (), "resumed"),
         )
 
     def _translated(self) -> tuple[dict[str, Node], list[Node]]:
-        """The node of every element, and those that stay whole because they are printed under their names."""
+        """The node of every element, and those that are printed under their names and so not merged into others."""
         raw: dict[str, Node] = {}
         named: list[Node] = []
         for block in self.program.blocks:
@@ -102,7 +99,7 @@ class _Lowering:
             result.append(Assignment(names.take(wish) if wish else names.numbered("constant"), node))
         return tuple(result)
 
-    def _groups(self, value: dict[str, Node], final: list[Node]) -> tuple[tuple[Group, ...], dict[Node, str]]:
+    def _groups(self, value: dict[str, Node], final: list[Node]) -> tuple[Group, ...]:
         """Assignments by block: partial results where they are first needed, then the elements."""
         blocks = self.program.blocks
         wishes: dict[Node, str] = {}
@@ -155,7 +152,7 @@ class _Lowering:
                 rest.append(Assignment(known[node], node))
         if rest:
             groups.append(Group("shared by the states", "", tuple(rest)))
-        return tuple(groups), known
+        return tuple(groups)
 
     def _partial(self, wish: str | None, stem: str) -> str:
         return self.names.take(wish) if wish and wish.isidentifier() and len(wish) <= 40 else self.names.numbered(stem)
@@ -175,4 +172,4 @@ class _Lowering:
                 parts.append(Assignment(known[node], node))
         set_to = zip(self.program.states, final, strict=True) if final else ()
         states = tuple(Assignment(f.name, n, f.unit) for f, n in set_to if n is not self.symbols[f.name])
-        return Setting(states, tuple(parts), known)
+        return Setting(states, tuple(parts))

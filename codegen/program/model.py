@@ -99,6 +99,16 @@ class Program:
     integration: str = "explicit Euler"
     arrays: Mapping[str, Element] = field(default_factory=dict)
 
+    @property
+    def holds(self) -> bool:
+        """Whether the generated step holds its estimates over an invalid sample, and says so in ``fault``."""
+        return self.fault == "hold"
+
+    @property
+    def real(self) -> str:
+        """The C type of its numbers."""
+        return "float" if self.precision == "single" else "double"
+
     def reference(self, name: str) -> str:
         """A field as written after its struct in every language: m, or x[3] of an array."""
         place = self.arrays.get(name)

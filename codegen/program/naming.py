@@ -35,7 +35,7 @@ WORDS = {
 
 
 class Names:
-    """Provider of unique names; ``taken`` are those already in use, compared without case."""
+    """Provider of unique names, compared without case; ``taken`` are those in use already."""
 
     def __init__(self, taken: set[str]) -> None:
         self._taken = {name.lower() for name in taken}

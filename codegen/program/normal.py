@@ -28,7 +28,7 @@ def normalise(
 
     Args:
         roots: nodes to be computed.
-        named: nodes with a name, which stay whole.
+        named: nodes with a name, which are not merged into others.
         factoring: whether sums are factored: a x + b x as (a + b) x for variable a and b.
         places: of symbols in arrays; terms of sums are then ordered by the first array element on which they depend,
             so that equal computations for every element are written equally.

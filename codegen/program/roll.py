@@ -1,4 +1,4 @@
-"""Loop rolling, Code → Rolled: numbered quantities are put into arrays, and equal computations on them into loops.
+"""Loop rerolling, Code → Rolled: numbered quantities go into arrays, and isomorphic computations on them into loops.
 
 Example: slip_1 = v1 to slip_16 = v16 become ``for i in 0..15: slip[i] = v[i]``.
 """
@@ -17,19 +17,28 @@ from codegen.program.schedule import Run, Value, schedule
 from codegen.program.stretch import Line, Part, Rolled, RolledSetting, Stretch, Sum
 
 FEWEST = 8
-"""Smallest number of equal partial results that get an array."""
+"""Smallest number of isomorphic partial results that get an array."""
 
 
 def roll(program: Program, code: Code, names: Names) -> Rolled:
-    """The form that is printed: with arrays and loops for a program with numbered quantities, else without loops.
+    """The printed form: with arrays and loops for a program with numbered quantities, else without loops.
 
     Args:
-        names: provider of names for further arrays.
+        names: provider of unique names, for further arrays.
     """
     return _Rolling(program, names).rolled(code)
 
 
 class _Rolling:
+    """Rerolling of one program; its state is the values of the function being rolled.
+
+    Attributes:
+        places: field, output or block element → its array element.
+        defined: node → the value that computes it.
+        run_of: value → the loop that computes it, or its run of one.
+        storage, lengths, scalars: as in ``Rolled``.
+    """
+
     def __init__(self, program: Program, names: Names) -> None:
         self.program, self.names = program, names
         kept = [name for name, _, _ in program.outputs if name in program.arrays]
@@ -103,7 +112,7 @@ class _Rolling:
         return tuple(array for array, kind in self.storage.items() if kind == "local")
 
     def _constants(self, code: Code) -> list[Value]:
-        """Derived constants: those with a numbered formula name grouped by name, the others by formula."""
+        """Derived constants; those whose names are numbered go into arrays by name, the others by formula."""
         named = [a.name for a in code.derived if not re.fullmatch(r"constant_\d+", a.name)]
         places = elements(named, self.names) if self.program.arrays else {}
         values = [Value(a.value, a.name, "", "", "", places.get(a.name), "parameters", True) for a in code.derived]
@@ -116,7 +125,7 @@ class _Rolling:
         return Value(node, name, "", "", "", place, field, True)
 
     def _following(self, code: Code) -> tuple[list[Value], list[Node]]:
-        """The next states, and their nodes."""
+        """The values of the next states, and a symbol for each, to refer to it."""
         arrays: dict[str, str] = {}
         values, markers = [], []
         for a in code.next_state:
@@ -136,7 +145,7 @@ class _Rolling:
         return Node("symbol", name=name)
 
     def _place(self, values: Sequence[Value]) -> None:
-        """Register values, and find an array for unplaced ones with equal computations."""
+        """Register values; isomorphic computations without an array get one."""
         classes: dict[object, int] = {}
         members: dict[int, list[Value]] = {}
         for v in values:
@@ -162,6 +171,7 @@ class _Rolling:
         return value.place if value is not None else self.places.get(node.name) if node.kind == "symbol" else None
 
     def _first_place(self, node: Node) -> int | None:
+        """Index of the first array element below a node, depth first."""
         for a in node.arguments:
             place = self._place_of(a)
             at = place.at if place else None if a in self.defined else self._first_place(a)
@@ -170,6 +180,7 @@ class _Rolling:
         return None
 
     def _values_in(self, node: Node, whole: bool = False) -> Iterable[Value]:
+        """The values on which an expression depends directly; ``whole`` looks inside a node that is a value itself."""
         if not whole and node in self.defined:
             yield self.defined[node]
             return
@@ -177,7 +188,7 @@ class _Rolling:
             yield from self._values_in(a)
 
     def _alike(self, node: Node, at: int, whole: bool = False) -> object:
-        """A key that is equal for two expressions that differ only by the index for which they are written."""
+        """A key that is equal for isomorphic expressions: those that differ only by the index ``at``."""
         if not whole:
             place = self._place_of(node)
             if place is not None:
@@ -189,6 +200,7 @@ class _Rolling:
         return node.kind, node.signs, node.name, *(self._alike(a, at) for a in node.arguments)
 
     def _whole(self, v: Value) -> bool:
+        """Whether a value computes its node, and is not a copy of another value."""
         return self.defined.get(v.node) is v
 
     def _written(self, node: Node, run: Run, whole: bool = False) -> Node:
@@ -206,6 +218,7 @@ class _Rolling:
         return self.graph.element(place.array, place.at - run.first if run.loop else place.at, run.loop, constant)
 
     def _name(self, v: Value, run: Run) -> Node:
+        """The node by which code in ``run`` refers to a value."""
         if v.stored and v.place is not None:
             return self._element(v.place, run)
         if v.field:
@@ -220,6 +233,7 @@ class _Rolling:
     # Stretches.
 
     def _stretches(self, values: Sequence[Value], join: bool = True) -> tuple[Stretch, ...]:
+        """Schedule values and write them out; ``join`` allows loop fusion."""
         own = set(values)
         for k, v in enumerate(values):
             v.order = k
@@ -244,7 +258,7 @@ class _Rolling:
         return tuple(result)
 
     def _decide_stored(self, values: Sequence[Value], runs: Sequence[Run]) -> None:
-        """Store a value in an array where another iteration uses it."""
+        """Store a value in its array where another iteration, or code outside the loop, uses it; else in a local."""
         for v in values:
             for u in v.uses:
                 run, other = self.run_of[v], self.run_of[u]
@@ -272,6 +286,7 @@ class _Rolling:
         return self._element(v.place, run)
 
     def _take(self, place: Element, kind: str) -> None:
+        """Record where an array is stored, and its length."""
         self.storage[place.array] = kind
         self.lengths[place.array] = max(self.lengths.get(place.array, 0), place.at + 1)
 

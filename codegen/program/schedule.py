@@ -1,7 +1,8 @@
-"""Loop formation: runs of equal computations become loops, and loops over one range are joined, respecting dependences.
+"""Loop formation and loop fusion, by list scheduling of the dependence graph.
 
-A run goes upwards or downwards in its index, as its dependences on neighbours require. Dependences are between single
-values, so the order is also valid for the unrolled code.
+Runs of isomorphic computations at consecutive indices become loops, and loops over one range are fused. A loop goes
+upwards or downwards in its index, as its loop-carried dependences require. Dependences are between single values, so
+the order is also valid for the unrolled code.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ class Value:
     Attributes:
         place: its array element, if it has one.
         order: in a topological order.
-        alike: key that is equal for equal computations at the same index distance.
+        alike: key that is equal for isomorphic computations.
         uses: values of the same function on which it depends.
         field: its struct, or empty.
         stored: whether it is stored in its array, not in a local.
@@ -54,7 +55,13 @@ class Value:
 
 @dataclass(eq=False)
 class Run:
-    """Values computed together: one, or a value for every index of [first, stop) and each array in it."""
+    """A loop over [first, stop) with one column of values an array, or a single value.
+
+    Attributes:
+        members: the columns, in order of computation.
+        forward, backward: whether an iteration depends on one of a lower index, or of a higher one.
+        position: in the schedule.
+    """
 
     members: list[list[Value]]
     first: int = 0
@@ -73,10 +80,10 @@ class Run:
 
 
 def schedule(values: Sequence[Value], join: bool) -> list[Run]:
-    """All values in runs, in an order that respects dependences.
+    """All values in runs, in a topological order of their dependences.
 
     Args:
-        join: whether loops over one range are joined.
+        join: whether loops over one range are fused.
     """
     runs = _runs(values, join)
     runs = _without_cycles(runs)
@@ -112,7 +119,7 @@ def schedule(values: Sequence[Value], join: bool) -> list[Run]:
 
 
 def _runs(values: Sequence[Value], join: bool) -> list[Run]:
-    """Runs of each array, split where the computation changes and, to be joined, at the ends of a common range."""
+    """Runs of each array, split where the computation changes and, for fusion, at the ends of a common range."""
     arrays: dict[str, list[Value]] = {}
     result = []
     for v in values:
@@ -142,6 +149,7 @@ def _runs(values: Sequence[Value], join: bool) -> list[Run]:
 
 
 def _common_ranges(stretches: list[list[Value]]) -> dict[int, tuple[int, int]]:
+    """The range of each run, reduced to that which it has in common with others of nearly the same range."""
     clusters: list[tuple[int, int, list[list[Value]]]] = []
     for s in sorted(stretches, key=lambda s: s[0].order):
         first, stop = s[0].at, s[-1].at + 1
@@ -156,6 +164,7 @@ def _common_ranges(stretches: list[list[Value]]) -> dict[int, tuple[int, int]]:
 
 
 def _loop(columns: list[list[Value]]) -> Run:
+    """A loop of these columns, with its loop-carried dependences."""
     run = Run(columns, columns[0][0].at, columns[0][-1].at + 1)
     own = set(run.values)
     for v in own:
@@ -167,7 +176,7 @@ def _loop(columns: list[list[Value]]) -> Run:
 
 
 def _without_cycles(runs: list[Run]) -> list[Run]:
-    """Mutually dependent runs become one loop over their range where possible, else single values."""
+    """Mutually dependent runs are fused into one loop over their range where possible, else split into values."""
     of = {v: k for k, run in enumerate(runs) for v in run.values}
     edges = {(k, of[u]) for k, run in enumerate(runs) for v in run.values for u in v.uses if of[u] != k}
     if not edges:
@@ -185,7 +194,7 @@ def _without_cycles(runs: list[Run]) -> list[Run]:
 
 
 def _joins(host: Run, run: Run, needed: set[Run], into: dict[Run, Run], of: dict[Value, Run]) -> bool:
-    """Whether ``run`` can be computed in the iterations of the earlier ``host``; if so, it is marked."""
+    """Whether ``run`` can be fused into the earlier loop ``host``; if so, ``host`` gets its dependences."""
     if (run.first, run.stop) != (host.first, host.stop) or not run.loop:
         return False
     if any(other is not host and other.position > host.position for other in needed):

@@ -1,9 +1,10 @@
-"""Elements of rolled code: stretches of assignments, straight or in a loop, and sums over arrays."""
+"""Elements of rerolled code: stretches of assignments, straight-line or in a loop, and sums over arrays."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 from codegen.program.graph import Node
 
@@ -29,7 +30,7 @@ class Part:
 
 @dataclass(frozen=True)
 class Stretch:
-    """Parts computed once, or for every i of [first, stop), downwards if ``backward``."""
+    """Straight-line code, or a loop over i in [first, stop), downwards if ``backward``."""
 
     parts: tuple[Part, ...]
     first: int = 0
@@ -40,6 +41,11 @@ class Stretch:
     def loop(self) -> bool:
         return self.stop > self.first
 
+    @property
+    def lines(self) -> tuple[Line, ...]:
+        """The lines of all parts."""
+        return tuple(line for part in self.parts for line in part.lines)
+
 
 @dataclass(frozen=True)
 class Sum:
@@ -48,10 +54,7 @@ class Sum:
     terms: tuple[Node, ...]
     first: int = 0
     stop: int = 0
-
-    @property
-    def loop(self) -> bool:
-        return self.stop > self.first
+    backward: ClassVar[bool] = False
 
 
 @dataclass(frozen=True)

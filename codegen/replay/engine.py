@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from codegen.base.compiler import compile_shared, find_compiler, load_library
 from codegen.base.text import render
-from codegen.emit.interface import has_fault, real_type
 from codegen.program import Program
 from codegen.replay.cache import cached_library
 from codegen.replay.twin import inputs_of, load_twin, values_of
@@ -75,9 +74,9 @@ def twin_engine(program: Program, files: Mapping[str, str]) -> Engine:
 class _Compiled:
     def __init__(self, program: Program, files: Mapping[str, str], kept: bool) -> None:
         name, header = program.name, files[f"{program.name}.h"]
-        self.name, self.holds = "compiled C", has_fault(header)
+        self.name, self.holds = "compiled C", program.holds
         loop = f"{name}_replay.c"
-        text = render("replay/replay.c.j2", program=program, real=real_type(header), fault=self.holds)
+        text = render("replay/replay.c.j2", program=program, real=program.real, fault=self.holds)
         sources = {f"{name}.h": header, f"{name}.c": files[f"{name}.c"], loop: text}
         make = cached_library if kept else compile_shared
         library = load_library(make(sources, (f"{name}.c", loop)))
@@ -114,7 +113,7 @@ class _Compiled:
 
 class _Twin:
     def __init__(self, program: Program, files: Mapping[str, str]) -> None:
-        self.name, self.holds = "the Python twin (no C compiler found)", has_fault(files[f"{program.name}.h"])
+        self.name, self.holds = "the Python twin (no C compiler found)", program.holds
         self._twin, self._program = load_twin(files["__init__.py"], program.name), program
         self._parameters: Any = self._twin.Parameters()
         self._state: Any = None

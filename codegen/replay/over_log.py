@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from codegen.base.errors import refuse_unknown
-from codegen.base.shown import Shown
+from codegen.base.shown import Result
 from codegen.logs.stream import NotStreamed
 from codegen.program import Program
 from codegen.replay.engine import Array, Engine, Faults
@@ -37,7 +37,7 @@ class Peak:
 
 
 @dataclass(frozen=True, repr=False)
-class Replayed(Shown):
+class Replayed(Result):
     """Result of ``replay``.
 
     Attributes:
@@ -53,6 +53,7 @@ class Replayed(Shown):
         path: file of the estimates, or None.
     """
 
+    template = "replayed"
     name: str
     engine: str
     samples: int

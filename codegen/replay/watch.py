@@ -1,7 +1,7 @@
-"""Shadow mode: the observer beside a running machine, its friction estimate held against the declared law in newtons.
+"""Shadow mode: the observer beside a running machine, its friction estimate compared with the declared law in newtons.
 
-While the machine is as declared and every slip goes on with one sign, faster than ``slip_speed``, the friction estimate
-is within the bound of the law's friction that ``certify`` states. Where it is not for longer than a dwell time, the
+While the machine is as declared and every slip keeps its sign, faster than ``slip_speed``, the friction estimate is
+within the bound of the law's friction that ``certify`` states. Where it is not for longer than a dwell time, the
 friction is another one, or a force acts that the model does not have.
 """
 
@@ -89,7 +89,7 @@ class Tally:
     """What was seen so far.
 
     Attributes:
-        samples: taken; judged: of them, those where the bound speaks.
+        samples: taken; judged: of them, those where the bound applies.
         outside: samples with an estimated velocity outside the envelope; faults: held by the observer.
         worst: of each limit, the largest difference as a share of its bound, on judged samples.
     """
@@ -104,7 +104,7 @@ class Tally:
 
 
 class Watch:
-    """An observer's estimates held against their bounds, block by block.
+    """An observer's estimates compared with their bounds, block by block.
 
     Attributes:
         limits: one a bound; settle: samples after a reversal from which they hold.

@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import IO, Protocol, Self
+from typing import IO, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,13 +19,6 @@ from codegen.base.temporary import sweep_files, take_place, temporary_file
 Array = NDArray[np.float64]
 Column = tuple[str, str]
 """Name and unit."""
-
-
-class Writer(Protocol):
-    """Receiver of blocks of samples."""
-
-    def add(self, time: Array, estimates: Array, faults: NDArray[np.intc]) -> None:
-        """Append (N,), (N, outputs) and (N,)."""
 
 
 class Nowhere:

@@ -2,31 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Literal
 
-from codegen.diagnosis.advice import MotionTried, Proposal, Separation, SetupTried
 from codegen.diagnosis.diagnose import Models
 from codegen.diagnosis.results import Candidate, Diagnosis, ErrorFigures, FoundEffect
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import places_of, unit_words
 from codegen.mechanics.system import System
-from codegen.report.view import (
-    CandidateRow,
-    ChangeView,
-    EffectView,
-    ErrorRow,
-    MotionView,
-    PairView,
-    ParameterErrorRow,
-    ParameterView,
-    ProposedRow,
-    RefittedRow,
-    RemainderRow,
-    RoundView,
-    SeparationView,
-)
+from codegen.report.view import CandidateRow, EffectView, ErrorRow, ParameterView, RoundView
 from codegen.report.wording import change, estimated, joined, number, percent, prefixed, unit_text, with_unit
 
 Quantity = Literal["force", "relative", "position"]
@@ -113,61 +98,6 @@ def _estimate(found: FoundEffect, name: str, value: float) -> tuple[str, str]:
     return joined(shown, found.units[name]), words
 
 
-def refitted_rows(diagnosis: Diagnosis, system: System) -> tuple[RefittedRow, ...]:
-    """Friction levels and uncertain parameters in the three models."""
-    units: Mapping[str, str] = {s.name: unit for s, unit in system.units.items()}
-
-    def row(name: str, a: float, b: float, c: float) -> RefittedRow:
-        return RefittedRow(
-            name,
-            unit_text(units.get(name, "1")),
-            number(a, 5),
-            number(b, 5),
-            number(c, 5),
-            change(a, c),
-            name in diagnosis.at_limit,
-        )
-
-    return tuple(row(name, *values) for name, values in diagnosis.refitted.items())
-
-
-def remainder_rows(diagnosis: Diagnosis, system: System) -> tuple[RemainderRow, ...]:
-    """The remainder of the written model on each coordinate: size, nature, and the variables that predict it."""
-    return tuple(
-        RemainderRow(
-            coordinate=x.name,
-            rms=with_unit(left.rms, system.force_unit(i)),
-            share=percent(left.share),
-            predicted=percent(left.material),
-            nature=left.nature(diagnosis.material),
-            over=tuple((name, percent(share)) for name, share in sorted(left.over.items(), key=lambda p: -p[1])),
-        )
-        for i, (x, left) in enumerate(zip(system.positions, diagnosis.remainder, strict=True))
-    )
-
-
-def parameter_error_rows(diagnosis: Diagnosis) -> tuple[ParameterErrorRow, ...]:
-    """Declared values that differ from the log's estimates by more than their tolerance explains."""
-
-    def ratio(value: float, won: int, blocks: int) -> str:
-        return f"{change(1.0, value)}, better on {won} of {blocks}"
-
-    return tuple(
-        ParameterErrorRow(
-            name=e.name,
-            declared=with_unit(e.declared, e.unit),
-            tolerance=percent(e.tolerance),
-            estimate=joined(estimated(e.estimate, e.interval)[0], e.unit),
-            interval=estimated(e.estimate, e.interval)[1],
-            away=number(e.away, 2),
-            force=ratio(e.force, e.blocks_by_force, e.blocks),
-            free_run=ratio(e.free_run, e.blocks_by_free_run, e.blocks),
-            alike=e.alike,
-        )
-        for e in diagnosis.parameter_errors
-    )
-
-
 def round_views(diagnosis: Diagnosis, models: Models) -> tuple[RoundView, ...]:
     """The candidates of every round with their evidence, and effects of the verdict that were in no round."""
     views = [RoundView((), _candidate_rows(diagnosis.candidates, diagnosis, models))]
@@ -182,69 +112,18 @@ def round_views(diagnosis: Diagnosis, models: Models) -> tuple[RoundView, ...]:
 def _candidate_rows(candidates: Sequence[Candidate], diagnosis: Diagnosis, models: Models) -> tuple[CandidateRow, ...]:
     return tuple(
         CandidateRow(
-            rank=k + 1,
-            kind=c.kind,
-            on=c.on,
-            also=tuple(f"{kind} on {on}" for kind, on in c.also),
+            candidate=c,
             parameters=_parameters(c, models.declared),
-            gain=percent(c.gain),
-            t=number(c.t, 3),
-            blocks=f"{c.blocks_won} of {c.blocks}" if c.blocks else "",
-            free_run="" if c.free_run is None else number(c.free_run, 3),
             outcome=_outcome(c, diagnosis, models),
             why_not=(c.why_not or (diagnosis.not_named(c) if c in diagnosis.candidates else "")).replace(" -", " −"),
             bar=round(100 * min(max(c.gain, 0.0), 1.0)) if c.gain == c.gain else 0,
         )
-        for k, c in enumerate(candidates)
-    )
-
-
-def separation_view(separation: Separation | None) -> SeparationView | None:
-    """How tied candidates could be discriminated; None where none tie."""
-    if separation is None:
-        return None
-    pairs = tuple(
-        PairView(_words(a.first), _words(a.other), number(a.angle, 2), number(a.distance, 2), a.separated_by)
-        for a in separation.pairs
-    )
-    chosen = None if separation.chosen is None else _motion(separation.chosen)
-    tried = tuple(_motion(m) for m in separation.tried)
-    return SeparationView(
-        pairs=pairs,
-        motion=chosen,
-        references=tuple(separation.references.items()),
-        tried=tried,
-        needed=number(separation.needed),
-        changes=tuple(_change(c) for c in separation.changes),
-        change=None if separation.change is None else _change(separation.change),
-    )
-
-
-def proposal_rows(proposal: Proposal | None) -> tuple[ProposedRow, ...]:
-    """Proposed terms for each coordinate; empty where none were asked for."""
-    if proposal is None:
-        return ()
-    return tuple(
-        ProposedRow(
-            c.coordinate,
-            unit_text(c.unit),
-            tuple((number(weight), term) for term, weight in c.terms.items()),
-            percent(c.share),
-        )
-        for c in proposal.coordinates
+        for c in candidates
     )
 
 
 def _words(name: tuple[str, str]) -> str:
     return f"{name[0]} on {name[1]}"
-
-
-def _motion(motion: MotionTried) -> MotionView:
-    return MotionView(motion.name, number(motion.duration), number(motion.energy, 3), number(motion.separation, 3))
-
-
-def _change(tried: SetupTried) -> ChangeView:
-    return ChangeView(tried.words, number(tried.separation, 3), number(tried.largest_input, 3))
 
 
 def _parameters(candidate: Candidate, system: System) -> tuple[str, ...]:

@@ -1,13 +1,17 @@
-"""Typed data of the report's template: numbers already formatted; prose is in the template."""
+"""Typed data of the report's template: results of the diagnosis, and what the report adds to them."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
+from codegen.diagnosis.advice import Proposal, Separation
 from codegen.diagnosis.reliability import Reliability
-from codegen.diagnosis.results import Nature, Verdict
+from codegen.diagnosis.results import Agreement, Candidate, CertificateChange, ParameterError, Remainder, Verdict
 from codegen.report.pictures import Panel
+
+Data = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
@@ -59,64 +63,19 @@ class EffectView:
 
 
 @dataclass(frozen=True)
-class RefittedRow:
-    """A friction level or uncertain parameter in the three models; ``change`` is augmented against declared.
-
-    Attributes:
-        at_limit: whether it is at the end of its range.
-    """
-
-    name: str
-    unit: str
-    declared: str
-    refit: str
-    augmented: str
-    change: str
-    at_limit: bool = False
-
-
-@dataclass(frozen=True)
-class ParameterErrorRow:
-    """A declared value that differs from the log's estimate, formatted.
-
-    Attributes:
-        force, free_run: change of the error by the estimate, and on how many held-out blocks it is smaller.
-        alike: other parameters that explain the log as well.
-    """
-
-    name: str
-    declared: str
-    tolerance: str
-    estimate: str
-    interval: str
-    away: str
-    force: str
-    free_run: str
-    alike: tuple[str, ...]
-
-
-@dataclass(frozen=True)
 class CandidateRow:
     """A candidate of one round.
 
     Attributes:
         parameters: name = value unit.
-        gain, t, blocks, free_run: formatted evidence; ``free_run`` is empty where there is none.
         outcome: "chosen", "carried" (in the augmented model while others tie), "rival" (ties with that one), "later"
             (rejected here, but in the verdict), "passed" or "rejected".
         why_not: in words, for "rejected".
         bar: gain in %, 0 to 100, for the bar in the table.
     """
 
-    rank: int
-    kind: str
-    on: str
-    also: tuple[str, ...]
+    candidate: Candidate
     parameters: tuple[str, ...]
-    gain: str
-    t: str
-    blocks: str
-    free_run: str
     outcome: Literal["chosen", "carried", "rival", "later", "passed", "rejected"]
     why_not: str
     bar: int
@@ -137,82 +96,17 @@ class RoundView:
 
 
 @dataclass(frozen=True)
-class FindingView:
-    """A finding of the preflight; ``severity`` is problem, warning or info."""
-
-    severity: str
-    words: str
-
-
-@dataclass(frozen=True)
-class FindingGroup:
-    """Findings of one log, worst first."""
-
-    role: str
-    log: str
-    findings: tuple[FindingView, ...]
-
-
-@dataclass(frozen=True)
-class DifferenceLine:
-    """A line of the spec's diff; ``kind`` is added, removed, hunk or same."""
-
-    kind: Literal["added", "removed", "hunk", "same"]
-    text: str
-
-
-@dataclass(frozen=True)
-class CertificateSide:
-    """The certificate of one spec: a decay rate in print, or the words of a refusal."""
-
-    rate: str
-    refusal: str
-
-
-@dataclass(frozen=True)
-class AgreementView:
-    """Agreement of observer replay and inverse dynamics, formatted; ``level`` rates it."""
-
-    correlation: str
-    difference: str
-    samples: str
-    level: Literal["close", "fair", "poor"]
-
-
-@dataclass(frozen=True)
-class DataView:
-    """The data of the figures, formatted."""
-
-    train: str
-    train_samples: str
-    test: str
-    held_out: str
-    sample_time: str
-    cutoff: str
-    restart: str
-    blocks: str
-    segments: str
-
-
-@dataclass(frozen=True)
-class CoordinateView:
-    """The pictures of one coordinate."""
-
-    name: str
-    panels: tuple[Panel, ...]
-
-
-@dataclass(frozen=True)
 class PictureView:
     """The pictures and the data of their caption.
 
     Attributes:
+        coordinates: name of each, and its pictures.
         legend: (model, colour) in the order of drawing.
         same: whether the refit changes no value, so that only the declared model is drawn.
         thinned: most samples drawn a model; empty where all are.
     """
 
-    coordinates: tuple[CoordinateView, ...]
+    coordinates: tuple[tuple[str, tuple[Panel, ...]], ...]
     legend: tuple[tuple[str, str], ...]
     same: bool
     cutoff: str
@@ -239,86 +133,19 @@ class LawView:
 
 
 @dataclass(frozen=True)
-class RemainderRow:
-    """The remainder of the written model on one coordinate, formatted.
+class Page:
+    """The whole page, in its order.
 
     Attributes:
-        share: of the drive force. predicted: by all variables together, as a share of the drive force.
-        over: (variable, share of the mean square), the largest first.
+        data: of the figures, as in diagnosis.json.
+        refitted: friction level, or parameter with a tolerance → its value in the declared, refit and augmented model;
+            ``units`` and ``at_limit`` are of these.
+        remainder: of the written model: coordinate, its force unit, and what is left there.
+        agreement_level: "close", "fair" or "poor".
+        findings: of the preflight: role of a log, its name, and (severity, words), worst first.
+        difference: lines of the spec's diff, each "added", "removed", "hunk" or "same", and its text.
+        files: that were written: label and address.
     """
-
-    coordinate: str
-    rms: str
-    share: str
-    predicted: str
-    nature: Nature
-    over: tuple[tuple[str, str], ...]
-
-
-@dataclass(frozen=True)
-class FileLink:
-    """A file that was written, as a link."""
-
-    label: str
-    address: str
-
-
-@dataclass(frozen=True)
-class PairView:
-    """Two candidates that tie, formatted."""
-
-    first: str
-    other: str
-    angle: str
-    distance: str
-    catalogue: str
-
-
-@dataclass(frozen=True)
-class MotionView:
-    """A simulated extra motion, formatted."""
-
-    name: str
-    duration: str
-    energy: str
-    separation: str
-
-
-@dataclass(frozen=True)
-class ChangeView:
-    """A change of the machine on the log's own path, formatted."""
-
-    words: str
-    separation: str
-    input: str
-
-
-@dataclass(frozen=True)
-class SeparationView:
-    """Experiments that discriminate tied candidates; ``motion`` and ``change`` are None where none does."""
-
-    pairs: tuple[PairView, ...]
-    motion: MotionView | None
-    references: tuple[tuple[str, str], ...]
-    tried: tuple[MotionView, ...]
-    needed: str
-    changes: tuple[ChangeView, ...]
-    change: ChangeView | None
-
-
-@dataclass(frozen=True)
-class ProposedRow:
-    """A sparse sum for one coordinate's residual: (weight, term), and the explained share, formatted."""
-
-    coordinate: str
-    unit: str
-    terms: tuple[tuple[str, str], ...]
-    share: str
-
-
-@dataclass(frozen=True)
-class Page:
-    """The whole page, in its order."""
 
     name: str
     source: str
@@ -329,24 +156,27 @@ class Page:
     sentence: str
     reliability: Reliability | None
     added: bool
-    data: DataView
+    data: Data
     errors: tuple[ErrorRow, ...]
     published: tuple[tuple[str, str], ...]
     effects: tuple[EffectView, ...]
-    refitted: tuple[RefittedRow, ...]
-    parameter_errors: tuple[ParameterErrorRow, ...]
+    refitted: Mapping[str, tuple[float, float, float]]
+    units: Mapping[str, str]
+    at_limit: tuple[str, ...]
+    parameter_errors: tuple[ParameterError, ...]
     remarks: tuple[str, ...]
     laws: tuple[LawView, ...]
-    remainder: tuple[RemainderRow, ...]
-    material: str
+    remainder: tuple[tuple[str, str, Remainder], ...]
+    material: float
     pictures: PictureView
     rounds: tuple[RoundView, ...]
     leader: str
-    separation: SeparationView | None
-    proposal: tuple[ProposedRow, ...]
-    agreement: AgreementView | None
-    findings: tuple[FindingGroup, ...]
-    difference: tuple[DifferenceLine, ...]
+    separation: Separation | None
+    proposal: Proposal | None
+    agreement: Agreement | None
+    agreement_level: Literal["close", "fair", "poor"]
+    findings: tuple[tuple[str, str, tuple[tuple[str, str], ...]], ...]
+    difference: tuple[tuple[str, str], ...]
     observer_declared: bool
-    certificate: tuple[CertificateSide, CertificateSide] | None
-    files: tuple[FileLink, ...]
+    certificate: CertificateChange | None
+    files: tuple[tuple[str, str], ...]

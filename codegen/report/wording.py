@@ -53,6 +53,11 @@ def percent(share: float, digits: int = 3) -> str:
     return f"{number(shown if shown else 0.0, digits)} %"
 
 
+def count(value: int) -> str:
+    """A whole number with its thousands apart."""
+    return f"{value:,}".replace(",", "\N{NARROW NO-BREAK SPACE}")
+
+
 def change(before: float, after: float) -> str:
     """Relative change with its sign; empty where it is undefined."""
     if not (math.isfinite(before) and math.isfinite(after)) or before == 0:

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from codegen.base.errors import BadInput
 from codegen.cancellation import cancelling_outputs, with_cancellation
@@ -21,8 +20,6 @@ from codegen.simulate.sensors import Sensors
 from codegen.simulate.simulable import refuse_unsimulable
 from codegen.spec.model import CancellationChoice, Simulation, Spec
 from codegen.spec.numerics import numerical
-
-Array = NDArray[np.float64]
 
 
 @numerical("the motion that `simulation` asks for")

@@ -49,7 +49,7 @@ def contact_forces(slip: Any, free: Any, mobility: Any, levels: Levels, step: An
     does not changes the piece of one contact only, the first whose law it breaks: Murty's rule, which cannot cycle
     where U' M⁻¹ U is positive definite. The steps are few, so that the rule may not come to its end: of random cases
     at rest from a guess of zero, 2 and 3 contacts all came to the law, of stacks of 4 bodies one in 500 did not. The
-    best q met is handed out, and the next step goes on from it.
+    best q found is returned, and the next step starts from it.
 
     Where U' M⁻¹ U is positive definite, q is unique. Where contacts depend on each other their forces are not, but U q
     and the motion are; q is then the one near ``start``.

@@ -49,7 +49,7 @@ class Feedback:
     """w = feed(t) + K_x (x_r − x) + K_v (v_r − v) + K_i ∫(x_r − x) dt: open loop, P, PD, PI, PID and state feedback.
 
     A PI controller of velocity is K_v and K_i with x_r the integral of v_r. An integral rests while the command last
-    sent stands at its limit and the error would push it further (K_i then has one coordinate an input).
+    sent is at its limit and the error would push it further (K_i then has one coordinate an input).
 
     Attributes:
         inputs, coordinates: m and n.

@@ -57,7 +57,7 @@ def mean_about_samples(system: System, index: int, time: Array, commands: Array)
     """What acts about each t_k, (N,): the mean over a sample before and a sample after it.
 
     Of the effective input where it lags; else the command that gain, dead zone and saturation turn into that mean. A
-    command that steps through a dead zone has a mean that tells nothing of the mean that acts.
+    command that steps through a dead zone has a mean that says nothing about the mean effective input.
     """
     signal = _Effective(system, index, time, commands)
     reach = np.gradient(time)

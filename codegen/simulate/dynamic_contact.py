@@ -83,7 +83,7 @@ class DynamicContacts:
         """Mean forces over a step and the states after it, by a two-stage, L-stable, second-order SDIRK.
 
         The slips move as u' = free − mobility λ(u, z). Each stage is solved by ``ITERATIONS`` of Newton's method for
-        slips and states at once; an iterate that would pass standstill stops there, since the laws bend there, and
+        slips and states at once; an iterate that would pass standstill stops there, where the laws have a kink, and
         states stay in the range that their law cannot leave.
 
         Args:

@@ -1,4 +1,4 @@
-"""A plant integrated from event to event: the reference that the time stepper is held against."""
+"""A plant integrated from event to event: the independent reference for the time stepper."""
 
 from __future__ import annotations
 

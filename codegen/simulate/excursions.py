@@ -1,4 +1,4 @@
-"""Where a simulated motion leaves the spec's envelope, of which alone its certificate speaks."""
+"""Where a simulated motion leaves the spec's envelope; its certificate holds only inside."""
 
 from __future__ import annotations
 

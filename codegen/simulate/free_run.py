@@ -85,27 +85,3 @@ def friction_states(plant: Plant, positions: Array, velocities: Array, period: f
     slip = casadi.mtimes(distribution.T, v)[list(dynamic.contacts)]
     slips = casadi.Function("slip", [x, v], [slip])(positions.T, velocities.T).full().T
     return dynamic.follow(slips, period, plant.substeps)
-
-
-def free_run_rmse(
-    system: System,
-    log_time: Array,
-    positions: Array,
-    velocities: Array,
-    inputs: Array,
-    restart_s: float = 0.5,
-    substeps: int = 10,
-    trim_s: float = 0.0,
-    measured: Array | None = None,
-) -> Array:
-    """RMS error (n,) of ``free_run`` in the unit of each coordinate, inf where the prediction diverges.
-
-    Args:
-        measured: (N, n) raw positions to compare with; ``positions`` if not given. The others are as in ``free_run``.
-    """
-    predicted = free_run(system, log_time, positions, velocities, inputs, restart_s, substeps, trim_s)
-    used = ~np.isnan(predicted[:, 0])
-    with np.errstate(over="ignore", invalid="ignore"):
-        error = predicted[used] - (positions if measured is None else measured)[used]
-        rmse = np.sqrt(np.mean(error**2, axis=0))
-    return np.where(np.isfinite(rmse), rmse, np.inf)

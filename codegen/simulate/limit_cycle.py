@@ -1,4 +1,4 @@
-"""Whether a motion has settled into a limit cycle: an oscillation that goes on."""
+"""Whether a motion has settled into a limit cycle, a sustained oscillation."""
 
 from __future__ import annotations
 

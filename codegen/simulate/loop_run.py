@@ -45,16 +45,6 @@ class LoopRun:
     estimates: Array
     faults: NDArray[np.intc]
 
-    def output(self, name: str) -> Array:
-        """(N,) of one of the observer's outputs.
-
-        Raises:
-            KeyError: for a name that is none of them.
-        """
-        if name not in self.outputs:
-            raise KeyError(f"no output `{name}`; expected one of {', '.join(self.outputs)}")
-        return self.estimates[:, self.outputs.index(name)]
-
     @property
     def friction_estimate(self) -> Array:
         """(N, n) the observer's friction force on each coordinate."""

@@ -1,4 +1,4 @@
-"""The closed loop: plant, sensors, sampled controller and observer, cancelling input, limits, hold and delay."""
+"""The closed loop: plant, sensors, sampled controller and observer, cancelling input, limits and delay."""
 
 from __future__ import annotations
 
@@ -61,7 +61,6 @@ def run_loop(
     sensors: Sensors = PERFECT,
     limit: Array | None = None,
     start: tuple[Array, Array] | None = None,
-    hold: int = 1,
     substeps: int | None = None,
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
@@ -79,7 +78,7 @@ def run_loop(
         system: the plant, with its effects; the observer may have been made for another.
         period: s between samples.
         samples: how many.
-        controller: asked once every ``hold`` samples.
+        controller: asked once a sample.
         observer: with its own ratio ``every``; None leaves it out.
         cancellation: of the observer's estimates; None leaves it out.
         sensors: perfect by default.
@@ -126,22 +125,20 @@ def run_loop(
             measured = sensors.encoded(scale.measured(plant.positions), noise[k])
             speed = plant.velocities + speed_noise[k]
             observed = estimator is not None and k % estimator.observer.every == 0
-            controlled = k % hold == 0
             if estimator is not None and observed:
                 estimator.measure(measured, speed, sent)
-                if controlled and (cancellation is None or cancellation.delay == 0):
+                if cancellation is None or cancellation.delay == 0:
                     estimator.foresee()
-            if controlled:
-                difference = low_passed_velocity(measured, seen, difference, hold * period)
-                seen = measured
-                known = estimator.latest if estimator is not None else sent[:0]
-                velocities = speed if sensors.tachometer else difference
-                sent = controller.command(Sample(k * period, measured, velocities, known, sent, hold * period))
-                if estimator is not None and cancellation is not None:
-                    cancelling = estimator.cancelling(cancellation, measured)
-                    sent = sent + cancelling
-                if limit is not None:
-                    sent = np.clip(sent, -limit, limit)
+            difference = low_passed_velocity(measured, seen, difference, period)
+            seen = measured
+            known = estimator.latest if estimator is not None else sent[:0]
+            velocities = speed if sensors.tachometer else difference
+            sent = controller.command(Sample(k * period, measured, velocities, known, sent, period))
+            if estimator is not None and cancellation is not None:
+                cancelling = estimator.cancelling(cancellation)
+                sent = sent + cancelling
+            if limit is not None:
+                sent = np.clip(sent, -limit, limit)
             if estimator is not None and observed:
                 estimator.step(sent)
             rows.positions[k], rows.velocities[k], rows.inputs[k], rows.cancelling[k] = (

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -57,10 +56,10 @@ def generated_observer(spec: Spec, observer: Observer, every: int = 1, twin: boo
 
 @dataclass(frozen=True)
 class Cancellation:
-    """The cancelling input ū = gain · C(x) · F̂, added to the controller's command.
+    """The cancelling input ū = gain · C · F̂, added to the controller's command.
 
     Attributes:
-        matrix: C, (m, outputs chosen), or a function of the measured positions (n,) that gives it.
+        matrix: C, (m, outputs chosen).
         gain: 1 cancels the whole estimate.
         delay: samples of the observer between estimate and use. 0 uses the estimate of the same instant: outputs need
             only what was measured by then, so that they are asked for first and the step is done once the command is
@@ -68,7 +67,7 @@ class Cancellation:
         outputs: which of the observer's outputs C multiplies; the friction force on each coordinate by default.
     """
 
-    matrix: Array | Callable[[Array], Array]
+    matrix: Array
     gain: float = 1.0
     delay: int = 0
     outputs: tuple[str, ...] = ()
@@ -137,13 +136,12 @@ class Estimator:
         self.latest, self.fault = estimates[0], int(faults[0])
         self._older.append(self.latest)
 
-    def cancelling(self, cancellation: Cancellation, positions: Array) -> Array:
+    def cancelling(self, cancellation: Cancellation) -> Array:
         """ū (m,), zero before there is an estimate old enough."""
-        matrix = cancellation.matrix(positions) if callable(cancellation.matrix) else cancellation.matrix
         if cancellation.delay == 0:
             estimate = self.latest
         elif len(self._older) == cancellation.delay:
             estimate = self._older[0]
         else:
-            return np.zeros(matrix.shape[0])
-        return np.asarray(cancellation.gain * (matrix @ estimate[self._chosen]), dtype=float)
+            return np.zeros(cancellation.matrix.shape[0])
+        return np.asarray(cancellation.gain * (cancellation.matrix @ estimate[self._chosen]), dtype=float)

@@ -20,7 +20,7 @@ _INSTEAD = {
 
 
 def is_simulable(contact: ContactFriction) -> bool:
-    """Whether a plant runs the contact's law as it stands, and not by its level of steady sliding.
+    """Whether a plant simulates the contact's law itself, and not only its level of steady sliding.
 
     Karnopp's law is run with a band of no width.
     """

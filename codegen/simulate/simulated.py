@@ -7,14 +7,14 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from codegen.base.shown import Shown
+from codegen.base.shown import Result
 from codegen.simulate.excursions import Excursion, excursions
 from codegen.simulate.loop_run import LoopRun, write_log
 from codegen.spec.model import Spec
 
 
 @dataclass(frozen=True, repr=False)
-class Simulated(Shown):
+class Simulated(Result):
     """A log that was written.
 
     Attributes:
@@ -24,6 +24,7 @@ class Simulated(Shown):
             estimate the input cancels; None where it cancels none.
     """
 
+    template = "simulated_notes"
     path: Path
     excursions: tuple[Excursion, ...]
     gain: float | None = None

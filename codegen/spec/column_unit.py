@@ -21,7 +21,7 @@ _TIME_IN = re.compile(r"(.+)_(s|sec|seconds|ms|msec|us|usec|ns)")
 def stated_unit(name: str) -> tuple[str, str]:
     """A column's name without the unit in it, and that unit: ``x [mm]``, ``x (mm)``, ``x / mm``; empty for none.
 
-    Square brackets hold a unit whatever stands in them; the others only what is known as one.
+    Text in square brackets is always taken as a unit; text after the other signs only if it is a known unit.
     """
     square = _IN_SQUARE.fullmatch(name)
     if square is not None:

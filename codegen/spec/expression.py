@@ -1,7 +1,7 @@
 """Text to SymPy without evaluation: the text is read as a syntax tree, and only arithmetic is taken from it.
 
 Python's own parser gives the tree (it runs nothing); every node that is not a number, a known name, an operator of
-+ - * / ** or a call of a listed function is an error that says what stood there.
++ - * / ** or a call of a listed function is an error that quotes it.
 """
 
 from __future__ import annotations

@@ -66,7 +66,7 @@ class KinematicTree:
     Attributes:
         file: the robot description's name; ``sha256`` is of its bytes.
         tolerance: of the bodies' inertial parameters, where the spec gives one.
-        base_parameters: (name, value in SI) of those that stand in place of the file's.
+        base_parameters: (name, value in SI) of those that replace the file's.
         path: of the file, where it was read from one.
     """
 

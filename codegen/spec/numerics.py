@@ -23,14 +23,13 @@ EXPECTED = (
 )
 
 
-def numerical(quantity: str, expected: str = EXPECTED) -> Callable[[Station[Rest, Result]], Station[Rest, Result]]:
+def numerical(quantity: str) -> Callable[[Station[Rest, Result]], Station[Rest, Result]]:
     """Decorator of a function whose first argument is the spec: where it cannot compute, the spec is bad input.
 
     Errors that do not come from numbers, such as a TypeError, pass: they are faults of the tool.
 
     Args:
         quantity: what the station computes, in the user's words.
-        expected: what the numbers should be like.
     """
 
     def guarded(station: Station[Rest, Result]) -> Station[Rest, Result]:
@@ -42,7 +41,7 @@ def numerical(quantity: str, expected: str = EXPECTED) -> Callable[[Station[Rest
                 if not is_numerical(error):
                     raise
                 found = f"{quantity} cannot be computed ({type(error).__name__}: {error})"
-                raise BadInput(Place(str(spec.path)), found, expected, code="SPEC028") from error
+                raise BadInput(Place(str(spec.path)), found, EXPECTED, code="SPEC028") from error
 
         return work
 

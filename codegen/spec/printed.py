@@ -1,7 +1,7 @@
 """An exact number → the number that generated code has for it: rounded once to a double, and what that prints as.
 
 C and the Python twin print the shortest decimal that denotes a double, and the checker reads that decimal in the twin.
-So a number of a spec is this decimal from the start, and equations, certificate and code speak of the same number. A
+So a number of a spec is this decimal from the start, and equations, certificate and code use the same number. A
 decimal of up to 15 digits is its own shortest one: 0.1 is 1/10.
 """
 

@@ -49,7 +49,7 @@ def read_numbers(given: Mapping[str, Any], key: str, place: Callable[[str], Plac
     For the parameters of a law, whose own units are known once the law is.
 
     Args:
-        key: of the section that they stand in.
+        key: of their section.
 
     Raises:
         BadInput: as ``with_any_unit``.
@@ -64,7 +64,7 @@ def read_numbers(given: Mapping[str, Any], key: str, place: Callable[[str], Plac
 
 
 def refuse_other_unit(given: str, unit: str, found: str, place: Place) -> None:
-    """Raise BadInput where ``given``, if any, has another dimension than ``unit``; ``found`` says what stood there."""
+    """Raise BadInput where ``given``, if any, has another dimension than ``unit``; ``found`` is for the message."""
     if given and dimension(parse_unit(given, place)) != dimension(parse_unit(unit, place)):
         found = f"{found}, in {describe(dimension(parse_unit(given, place)))}"
         raise BadInput(

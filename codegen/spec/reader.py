@@ -103,7 +103,7 @@ class _Reading:
             self._noted(faults, self._si_unit, c.unit, f"coordinates.{c.name}.unit")
         for i in inputs:
             self._noted(faults, self._si_unit, i.unit, f"inputs.{i.name}.unit")
-        if faults.noted:  # what stands on names and units is read where these are right
+        if faults.noted:  # what depends on names and units is read only where these are right
             for k in range(len(d.friction.contacts)):
                 self._noted(faults, self._contact, k, None)
             for k in range(len(d.effects)):
@@ -185,7 +185,7 @@ class _Reading:
             raise BadInput(self.place(key), f"the name `{name}`, {why}", "another name", f"{name}_", code="SPEC009")
 
     def _refuse_splices(self, source: str) -> None:
-        """Refuse a line that would be joined to the next one in C; generated files print none, whatever stands here."""
+        """Refuse a line that would be joined to the next one in C; generated files print none."""
         for line in source.splitlines()[:-1]:
             if line.rstrip().endswith(("\\", "??/")):
                 found = "a line that ends in a backslash, or in ??/, which C reads as one"

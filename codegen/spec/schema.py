@@ -1,4 +1,4 @@
-"""The shape of a spec file, for pydantic: which keys there are and what may stand in them.
+"""The shape of a spec file, for pydantic: its keys and the types of their values.
 
 Names, units and expressions are checked afterwards, in ``reader``; here a value is only text or a number.
 """
@@ -124,7 +124,7 @@ class ParameterSection(Section):
 
 
 class ContactSection(BaseModel):
-    """A contact: its law's parameters stand beside these keys, so extra ones are read by the law."""
+    """A contact: further keys are the parameters of its law, which reads them."""
 
     model_config = ConfigDict(extra="allow", frozen=True, defer_build=True)
 

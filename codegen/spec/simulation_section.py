@@ -27,7 +27,7 @@ def read_simulation(
         place: key → its file and line.
 
     Raises:
-        BadInput: for a name that the section cannot speak of, a number or expression that is none, a duration of less
+        BadInput: for a name that the section cannot use, a number or expression that is none, a duration of less
             than two samples or more than 10⁷, a negative seed, step, noise or limit, or a cancellation that is not a
             share, without an observer or into the past.
     """

@@ -35,7 +35,7 @@ _DEFINED = (
     *("@alias force_pound = lb_f", "@alias force_ounce = oz_f"),
 )
 _NO_FORCE = r"(?!\s*(?:\^|\*\*|/\s*\(?s\b))"
-"""Neither an inertia (kg*cm^2) nor a force (kg*cm/s^2) goes on after this."""
+"""Neither an inertia (kg*cm^2) nor a force (kg*cm/s^2) may follow."""
 _TWO_MEANINGS = (
     (r"\bmil\b", "a length or an angle", "thou"),
     (r"\bU\b", "a revolution or an enzyme's unit", "rev"),

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from observers.machines import TWO_MASS
-
 from codegen.analysis.analysis import analyse
 from codegen.mechanics import build_system
 from codegen.observers import build_observer
 from codegen.spec import parse_spec
+from tests.machines import TWO_MASS
 
 
 def test_a_gain_on_the_other_mass_leaves_an_impossible_condition() -> None:

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from codegen.base.errors import BadInput
 from codegen.base.input_files import LARGEST_TEXT, opened, read_bytes
 from codegen.checker import files as checker_files
+from tests.told import refused
 
 from .command import SPECS, is_one_message, process, stiction
 
@@ -94,7 +94,7 @@ def test_a_file_that_is_too_large(folder):
 def test_what_is_examined_is_what_was_opened(tmp_path):
     """A file that has no size, as those of /proc: what is read counts."""
     assert read_bytes(Path("/proc/self/status"), "text", LARGEST_TEXT).startswith(b"Name:")
-    with pytest.raises(BadInput, match="9 bytes") as told:
+    with refused("FILE002 9") as told:
         read_bytes(Path("/proc/self/status"), "text", 9)
     assert told.value.code == "FILE002"
     (tmp_path / "a").write_text("abc")

@@ -7,7 +7,9 @@ import pytest
 import sympy
 from scipy import linalg, optimize
 
-from .machines import Machine, cancelling_input, machine_text, random_mass, random_matrix
+from tests.machines import machine_text
+
+from .equations import Machine, cancelling_input, random_mass, random_matrix
 
 SHAPES = [
     (n, r, k)

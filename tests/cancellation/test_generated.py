@@ -14,8 +14,8 @@ from codegen.observers import observer_of
 from codegen.program import build_program
 from codegen.replay.engine import compiled_engine, twin_engine
 from codegen.spec import parse_spec
+from tests.machines import machine_text, read
 
-from .machines import machine_text, read
 from .test_best_input import ENVELOPE, INPUTS_OF_X, MASS_OF_X, numbers, smallest_best
 
 SPECS = Path(__file__).parents[2] / "specs"

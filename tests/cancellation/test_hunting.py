@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 import stiction
-from codegen.base.errors import BadInput
 from codegen.base.text import render
 from codegen.effects.declare import add_declared_effects
 from codegen.mechanics.build import build_system
 from codegen.simulate.hunting import Trial, hunting
 from codegen.simulate.limit_cycle import at_rest, limit_cycle
+from tests.machines import read
+from tests.told import refused
 
 from .describing import Mass, threshold
-from .machines import read
 
 TEXT = """name: mass
 coordinates:
@@ -102,7 +102,7 @@ def test_the_largest_gain_is_searched_for():
 
 
 def test_a_controller_without_reference_has_nothing_to_hunt_about():
-    with pytest.raises(BadInput, match="no controller; expected `simulation:` with a `reference:`"):
+    with refused("SPEC025 `simulation:` `reference:`"):
         found(QUICK.replace("  reference: {x: 0.1*sin(2*t)}\n  position_gain: {w: 100}\n  velocity_gain: {w: 4}\n", ""))
 
 

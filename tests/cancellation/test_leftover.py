@@ -11,8 +11,9 @@ from codegen.cancellation import make_plan, reach
 from codegen.cancellation.leftover import leftover
 from codegen.mechanics.build import build_system
 from codegen.spec.model import CancellationChoice
+from tests.machines import machine_text, read
 
-from .machines import machine_text, random_mass, random_matrix, read
+from .equations import random_mass, random_matrix
 from .test_best_input import costs, numbers
 
 DIAGONAL = [[1, 0], [0, 1]]

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from observers.machines import TEXTS, bare_machine
 
 from codegen.analysis.analysis import Analysis, analyse
 from codegen.certify.certify import Certificate, Refusal, certify
@@ -17,6 +16,7 @@ from codegen.effects.declare import add_declared_effects
 from codegen.mechanics import build_system
 from codegen.observers import build_observer
 from codegen.spec import parse_spec
+from tests.machines import TEXTS, bare_machine
 
 COMMAND = "stiction generate x.yaml"
 

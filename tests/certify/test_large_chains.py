@@ -13,7 +13,7 @@ from codegen.certify.certify import Refusal, certify
 from codegen.checker.verify import MAX_SIZE
 from codegen.observers import observer_of
 from codegen.spec import read_spec
-from tests.program.chains import chain
+from tests.machines import chain
 
 SIZES = (4, 8, 16)
 

@@ -27,7 +27,7 @@ from codegen.checker.verify import Refused
 from codegen.replay.twin import load_twin
 from codegen.spec import parse_spec
 from tests.checker.forged import GENERATED, certificate, changed, check, sources
-from tests.observers.machines import TEXTS
+from tests.machines import TEXTS
 
 TWIN = "__init__.py"
 LAW = "parameters->one_over_m * (inputs->w - F_hat_rail)"

@@ -20,6 +20,7 @@ from codegen.emit.language import Language
 from codegen.program.graph import Graph
 from codegen.program.normal import normalise
 from codegen.program.translate import to_graph
+from tests.told import refused
 
 from .build import compile_shared
 
@@ -140,7 +141,7 @@ def test_a_missing_word_is_an_error():
 
 
 def test_a_constant_beyond_doubles_is_an_error():
-    with pytest.raises(BadInput, match="the constant inf"):
+    with refused("SPEC028 inf"):
         printed(x * casadi.SX(1e300) * casadi.SX(1e300) + casadi.SX(math.inf), C)
 
 

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from codegen.base.errors import BadInput
 from codegen.spec import parse_spec
 from codegen.spec.reserved import reserved
+from tests.told import refused
 
 from .build import Built, motion, same_bits
 from .specs import spec_text
@@ -30,7 +30,7 @@ def test_contacts(tmp_path, name):
 
 
 def test_a_contact_that_gives_an_output_its_coordinate_has(tmp_path):
-    with pytest.raises(BadInput, match="`F_hat_on_x`"):
+    with refused("SPEC009 `F_hat_on_x`"):
         Built(tmp_path, spec_text("one_mass").replace("name: rail", "name: on_x"))
 
 
@@ -52,7 +52,7 @@ def test_machines(tmp_path, machine):
 
 @pytest.mark.parametrize("machine", ["math", "stdio", "string", "Float", "features"])
 def test_machines_whose_header_would_hide_one_of_c(machine):
-    with pytest.raises(BadInput, match=f"{machine}.h would hide a header of C"):
+    with refused(f"SPEC009 `{machine}` {machine}.h"):
         parse_spec(spec_text("one_mass").replace("name: one_mass", f"name: {machine}"), Path("s.yaml"))
 
 
@@ -78,12 +78,12 @@ def test_names_of_the_header_and_of_c(name, of):
     text = spec_text("one_mass")
     assert of in text
     spoilt = of.replace("m:", f"{name}:").replace("w:", f"{name}:").replace(" v,", f" {name},").replace("rail", name)
-    with pytest.raises(BadInput, match=f"the name `{name}`"):
+    with refused(f"SPEC009 `{name}`"):
         parse_spec(text.replace(of, spoilt), Path("s.yaml"))
 
 
 def test_a_machine_called_like_the_example_is_refused(tmp_path):
-    with pytest.raises(BadInput, match="example_main"):
+    with refused("SPEC009 `example_main`"):
         Built(tmp_path, spec_text("one_mass").replace("name: one_mass", "name: example_main"))
 
 
@@ -91,7 +91,7 @@ def test_a_machine_called_like_the_example_is_refused(tmp_path):
 def test_parameters(tmp_path, name):
     text = spec_text("one_mass").replace("  m: {value", f"  {name}: {{value").replace("[m]", f"[{name}]")
     if name == "z_rail":
-        with pytest.raises(BadInput, match="`z_rail`"):
+        with refused("SPEC009 `z_rail`"):
             Built(tmp_path, text)
     else:
         agrees(tmp_path, text)

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from codegen.app.diagnose import Diagnosed, diagnosed_text
+from codegen.app.diagnose import Diagnosed
 from codegen.base.text import render
 from codegen.diagnosis.results import Candidate, Diagnosis, ErrorFigures, FoundEffect, Remainder, Round
 
@@ -42,7 +42,7 @@ def test_a_candidate_that_passes_and_is_not_named_has_its_reason(tried, words):
     rounds = (Round((("cogging", "x"),), tried),) if tried else ()
     found = diagnosis("effect", candidate("cogging", 0.72), candidate("spring", 0.35), later=rounds)
     assert found.not_named(found.candidates[0]) == "" and words in found.not_named(found.candidates[1])
-    text = diagnosed_text(Diagnosed(found, Path(), ()), paths=False)
+    text = Diagnosed(found, Path(), ()).text(paths=False)
     assert f"passes, not named: {found.not_named(found.candidates[1])}" in text
     assert next(line for line in text.splitlines() if line.startswith("  cogging on x")).endswith("passes")
 

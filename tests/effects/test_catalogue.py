@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 import sympy
-from observers.machines import TEXTS, bare_machine
 
 from codegen.base.errors import BadInput
 from codegen.effects import CATALOGUE, Effect, EffectParameter
@@ -20,6 +19,7 @@ from codegen.effects.start import Covered
 from codegen.mechanics import System, build_system
 from codegen.mechanics.system import TIME
 from codegen.spec import parse_spec
+from tests.machines import TEXTS, bare_machine
 
 NOT_LINEAR = {
     "dead_zone",

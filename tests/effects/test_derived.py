@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from independence.derived import Derived, random_point
 from independence.true_plant import TruePlant
-from observers.machines import TEXTS, bare_machine
 
 from codegen.analysis.error_dynamics import derive_error_dynamics
 from codegen.certify.certify import Certificate, Refusal
@@ -18,6 +17,7 @@ from codegen.mechanics import build_system
 from codegen.observers import build_observer
 from codegen.spec import parse_spec
 from tests.certify.certified import outcome
+from tests.machines import TEXTS, bare_machine
 
 PARAMETERS = {"T": 0.02, "tau": 0.004, "gain": 1.1, "period": 0.7, "load_fraction": 0.4, "amplitude": 0.02, "v_s": 0.3}
 OBSERVERS = {

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 from compiled.build import Built
-from simulate.machines import ONE_MASS
+
+from tests.machines import SPRING_MASS
 
 OBSERVER = """
 observer: {kind: cfo, velocity: estimated, gains: {K_F: 10, K_v: 100}, sample_time: 0.001}
@@ -20,7 +21,7 @@ W = np.round(20 * np.sin(13 * TIME), 1)
 
 def estimates(folder: Path, effects: str, x: np.ndarray, w: np.ndarray) -> np.ndarray:
     folder.mkdir()
-    built = Built(folder, ONE_MASS.format(m=2, k=0, b=0, a=3) + f"effects: [{effects}]\n" + OBSERVER)
+    built = Built(folder, SPRING_MASS.format(m=2, k=0, b=0, a=3) + f"effects: [{effects}]\n" + OBSERVER)
     return built.python_run(np.column_stack([x, w]))[0]
 
 
@@ -59,7 +60,7 @@ def test_time_runs_from_the_first_sample(tmp_path: Path) -> None:
     effect = "{kind: friction_drift, on: rail, parameters: {delta: 2, T: 0.3}}"
     folder = tmp_path / "drift"
     folder.mkdir()
-    built = Built(folder, ONE_MASS.format(m=2, k=0, b=0, a=3) + f"effects: [{effect}]\n" + OBSERVER)
+    built = Built(folder, SPRING_MASS.format(m=2, k=0, b=0, a=3) + f"effects: [{effect}]\n" + OBSERVER)
     outputs, _ = built.python_run(np.column_stack([X, W]))
     column = {name: outputs[:, k] for k, (name, _, _) in enumerate(built.program.outputs)}
     slip = np.sign(column["v_hat"])

@@ -10,7 +10,6 @@ import pytest
 from compiled.build import Built
 from independence.derived import Derived, random_point
 from independence.true_plant import TruePlant
-from observers.machines import TEXTS, bare_machine
 
 from codegen.analysis.error_dynamics import derive_error_dynamics
 from codegen.certify.certify import Certificate
@@ -21,6 +20,7 @@ from codegen.mechanics import build_system
 from codegen.observers import build_observer
 from codegen.spec import parse_spec
 from tests.certify.certified import outcome
+from tests.machines import TEXTS, bare_machine
 
 from .own_hooks import VALUES
 from .test_derived import ENVELOPES, OBSERVERS

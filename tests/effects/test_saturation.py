@@ -22,6 +22,7 @@ from codegen.simulate.drive import mean_about_samples
 from codegen.spec import parse_spec
 from tests.diagnosis.stage import TRAIN, log_of, stage, system_of
 from tests.effects.test_in_code import W, X, estimates
+from tests.told import refused
 
 TEXT = """\
 name: axis
@@ -121,7 +122,7 @@ def test_wrong_parameters_are_refused(parameters: str, code: str) -> None:
 
 
 def test_a_misspelt_optional_parameter_is_named() -> None:
-    with pytest.raises(BadInput, match="rounding"):
+    with refused("SPEC008 `roundin` rounding"):
         axis("limit: 8, roundin: 0.5")
 
 

@@ -18,9 +18,7 @@ from codegen.report.effect_examples import PARAMETERS
 from codegen.report.law_examples import EXAMPLES
 from codegen.spec.model import Spec
 from codegen.spec.reader import parse_spec
-from tests.simulate.machines import TWO_MASS
-
-from .machines import effect, one
+from tests.machines import TWO_SPRINGS, axis, effect
 
 
 def exported(spec: Spec, system: System) -> list[str]:
@@ -41,7 +39,7 @@ def exported(spec: Spec, system: System) -> list[str]:
 @pytest.mark.parametrize("name", LAWS)
 def test_every_law(name: str) -> None:
     given = ", ".join(f"{key}: {value}" for key, value in EXAMPLES[name].parameters.items())
-    where = exported(*one(law=f"law: {name}, {given}"))
+    where = exported(*axis(law=f"law: {name}, {given}"))
     assert f"contact rail ({name})" in where
 
 
@@ -51,14 +49,14 @@ def test_every_effect(kind: str) -> None:
     made = CATALOGUE[kind]
     on = {"contact": "rail", "input": "w"}.get(made.sits_on, "x")
     if made.sits_on == "two coordinates":
-        text = TWO_MASS.format(between=1, ground=2).replace("name: two_mass", "name: two_mass\n")
+        text = TWO_SPRINGS.format(between=1, ground=2).replace("name: two_mass", "name: two_mass\n")
         text += f"effects: {effect(kind, '[x1, x2]', **PARAMETERS[kind])}\n"
         spec = parse_spec(text, Path("two.yaml"))
         exported(spec, system_of(spec))
         return
     turns = kind == "gravity_imbalance"
-    spec, system = one(effects=effect(kind, on, **PARAMETERS[kind]), turns=turns)
+    spec, system = axis(effects=effect(kind, on, **PARAMETERS[kind]), turns=turns)
     assert exported(spec, system)
-    plain, _ = one(turns=turns)
+    plain, _ = axis(turns=turns)
     bare = build_mjcf(plain, mechanism_of(plain, system_of(plain)), []).text
     assert build_mjcf(spec, mechanism_of(spec, system), []).text != bare

@@ -10,15 +10,14 @@ import numpy as np
 import pytest
 
 from tests.app.command import is_one_message, stiction
-
-from .machines import effect, one
+from tests.machines import axis, effect
 
 HARMONICS = effect("cogging_harmonics", "x", period=2 * np.pi / 7, sin_1=0.3, cos_1=0.1, sin_3=0.05, cos_3=-0.02)
 
 
 def written(tmp_path: Path, to: str, name: str, *more: object, turns: bool = True, effects: str = HARMONICS) -> Path:
     path = tmp_path / "axis.yaml"
-    path.write_text(one(effects=effects, turns=turns)[0].text, "utf-8")
+    path.write_text(axis(effects=effects, turns=turns)[0].text, "utf-8")
     done = stiction("export", path, "--to", to, "-o", tmp_path / name, *more)
     assert done.code == 0, done.err
     return tmp_path / name
@@ -79,7 +78,7 @@ def test_what_a_table_cannot_repeat_is_dropped(tmp_path: Path) -> None:
 def test_a_map_of_nothing_is_refused(to: str, tmp_path: Path) -> None:
     """A wave that fits the joint's turn, and not the motor's behind a gear of 8; another that fits both."""
     path, out = tmp_path / "axis.yaml", tmp_path / f"map.{'csv' if to == 'csv-map' else 'h'}"
-    path.write_text(one(effects=HARMONICS, turns=True)[0].text, "utf-8")
+    path.write_text(axis(effects=HARMONICS, turns=True)[0].text, "utf-8")
     refused = stiction("export", path, "--to", to, "-o", out, "--gear", 8)
     assert is_one_message(refused) and "SPEC036" in refused.err and not out.exists()
     assert "waves over 6.28319 rad: no whole number" in refused.err and "motor" in refused.err
@@ -88,7 +87,7 @@ def test_a_map_of_nothing_is_refused(to: str, tmp_path: Path) -> None:
 
 def test_a_gear_is_refused_by_what_has_no_map(tmp_path: Path) -> None:
     path = tmp_path / "axis.yaml"
-    path.write_text(one(turns=True)[0].text, "utf-8")
+    path.write_text(axis(turns=True)[0].text, "utf-8")
     for to, name in (("urdf", "axis.urdf"), ("mjcf", "axis.xml"), ("arduino", "axis")):
         refused = stiction("export", path, "--to", to, "-o", tmp_path / name, "--gear", 8)
         assert is_one_message(refused) and "--gear" in refused.err and "CALL002" in refused.err
@@ -97,9 +96,9 @@ def test_a_gear_is_refused_by_what_has_no_map(tmp_path: Path) -> None:
 
 def test_maps_are_refused_where_there_is_none(tmp_path: Path) -> None:
     path = tmp_path / "axis.yaml"
-    path.write_text(one()[0].text, "utf-8")
+    path.write_text(axis()[0].text, "utf-8")
     assert is_one_message(stiction("export", path, "--to", "csv-map", "-o", tmp_path / "map.csv"))
-    path.write_text(one(effects=effect("cogging", "x", amplitude=0.4, period=1, phase=0))[0].text, "utf-8")
+    path.write_text(axis(effects=effect("cogging", "x", amplitude=0.4, period=1, phase=0))[0].text, "utf-8")
     assert is_one_message(stiction("export", path, "--to", "odrive", "-o", tmp_path / "map.h", "--gear", "1"))
     for more in (("--counts", "0"), ("--on", "y")):
         assert is_one_message(stiction("export", path, "--to", "csv-map", "-o", tmp_path / "map.csv", *more))
@@ -125,7 +124,7 @@ def test_behind_a_gear_the_map_is_the_motor_s(tmp_path: Path) -> None:
 
 def test_odrive_s_map_is_refused_without_the_gear(tmp_path: Path) -> None:
     path = tmp_path / "axis.yaml"
-    path.write_text(one(effects=HARMONICS, turns=True)[0].text, "utf-8")
+    path.write_text(axis(effects=HARMONICS, turns=True)[0].text, "utf-8")
     refused = stiction("export", path, "--to", "odrive", "-o", tmp_path / "map.h")
     assert is_one_message(refused) and "--gear" in refused.err and "turn of the motor" in refused.err
     for gear in ("0", "nan", "inf"):
@@ -137,7 +136,7 @@ def test_weights_and_forces_of_the_model_are_left_out(tmp_path: Path) -> None:
     weight = effect("gravity_imbalance", "x", G=0.2, phase=0.1)
     both = weight[:-1] + ", " + effect("cogging", "x", amplitude=0.3, period=2 * np.pi, phase=0)[1:]
     path = tmp_path / "axis.yaml"
-    text = one(effects=both, turns=True)[0].text
+    text = axis(effects=both, turns=True)[0].text
     path.write_text(text.replace("force: [w - k*x]", "force: [w - k/20*sin(x) + k/30*sin(7*x)]"), "utf-8")
     done = stiction("export", path, "--to", "csv-map", "-o", tmp_path / "map.csv")
     assert done.code == 0, done.err

@@ -20,8 +20,7 @@ from codegen.simulate.closed_loop import simulate
 from codegen.spec import read_spec
 from codegen.spec.reader import parse_spec
 from tests.app.command import SPECS, is_one_message, stiction
-
-from .machines import effect, one
+from tests.machines import axis, effect
 
 ARM = SPECS / "seven_joint_arm.yaml"
 JOINTS = {"shoulder_yaw": (400, 20), "shoulder_pitch": (800, 20), "arm_roll": (150, 8), "elbow_pitch": (200, 8)}
@@ -45,7 +44,7 @@ def remarks(path: Path, to: str, out: Path) -> dict[str, Remark]:
 
 def spec_file(tmp_path: Path, **given: str) -> Path:
     path = tmp_path / "axis.yaml"
-    path.write_text(one(**given)[0].text, "utf-8")
+    path.write_text(axis(**given)[0].text, "utf-8")
     return path
 
 
@@ -107,7 +106,7 @@ def test_the_contact_forces_of_both_plants_agree() -> None:
         {"effects": effect("viscous", "rail", b=2)},
         {"effects": effect("stribeck", "rail", delta=1, v_s=0.3)},
     ):
-        spec, system = one(**given)
+        spec, system = axis(**given)
         maker, _ = mujoco_plant(spec, system)
         ours, theirs = simulate(spec, system), simulate(spec, system, make_plant=maker)
         assert np.median(np.abs(ours.contact_forces - theirs.contact_forces)) < 5e-3 * np.abs(ours.contact_forces).max()
@@ -253,7 +252,7 @@ def test_a_machine_without_bodies_is_refused_with_the_reason(tmp_path: Path, nam
 
 def test_text_of_a_user_cannot_leave_its_comment(tmp_path: Path) -> None:
     path = tmp_path / "a--b--.yaml"
-    path.write_text(one()[0].text, "utf-8")
+    path.write_text(axis()[0].text, "utf-8")
     for to, file in (("mjcf", "a.xml"), ("urdf", "a.urdf"), ("sdf", "a.sdf")):
         remarks(path, to, tmp_path / file)
         comments = [c.text for c in etree.parse(tmp_path / file).xpath("//comment()")]

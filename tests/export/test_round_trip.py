@@ -16,8 +16,7 @@ from codegen.export.mujoco_plant import mujoco_plant
 from codegen.mechanics.system import System
 from codegen.simulate.closed_loop import simulate
 from codegen.spec.model import Spec
-
-from .machines import COULOMB, effect, one
+from tests.machines import COULOMB, axis, effect
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed")
 
@@ -63,7 +62,7 @@ EFFECTS = {
 
 @pytest.mark.parametrize("law", LAWS)
 def test_a_law_moves_alike(law: str) -> None:
-    assert spans_apart(*one(LAWS[law])) < TOLERANCE
+    assert spans_apart(*axis(LAWS[law])) < TOLERANCE
 
 
 QUICK = ("stribeck", "offset", "cogging", "spring", "inertia", "delay", "saturation")
@@ -75,11 +74,11 @@ QUICK = ("stribeck", "offset", "cogging", "spring", "inertia", "delay", "saturat
 )
 def test_an_effect_moves_alike_and_is_seen(kind: str) -> None:
     """And the model without the effect moves otherwise, so that the comparison sees it."""
-    spec, system = one(effects=EFFECTS[kind])
+    spec, system = axis(effects=EFFECTS[kind])
     assert spans_apart(spec, system) < TOLERANCE
-    assert spans_apart(spec, system, one()[1]) > SEEN
+    assert spans_apart(spec, system, axis()[1]) > SEEN
 
 
 def test_a_turning_axis_with_an_imbalance() -> None:
-    spec, system = one(effects=effect("gravity_imbalance", "x", G=4, phase=0.4), turns=True)
+    spec, system = axis(effects=effect("gravity_imbalance", "x", G=4, phase=0.4), turns=True)
     assert spans_apart(spec, system) < TOLERANCE

@@ -1,6 +1,6 @@
 """DFO and GDFO a fourth time: (7.10)–(7.12) with dU/dt and the laws written by hand in NumPy, by complex steps.
 
-Nothing here comes from the project but the machine's numbers (observers.machines.HANDS) and the Ψ that is tested.
+Nothing here comes from the project but the machine's numbers (tests.observers.hands.HANDS) and the Ψ that is tested.
 Complex steps differentiate to rounding: a relative 1e-9 of the largest entry.
 """
 
@@ -15,12 +15,13 @@ from typing import Any
 import numpy as np
 import pytest
 from observers.cases import seeded
-from observers.machines import HANDS, ONE_MASS, TWO_MASS, Hand, magnitude
 
 from codegen.analysis.error_dynamics import derive_error_dynamics
 from codegen.mechanics import build_system
 from codegen.observers import Observer, build_observer
 from codegen.spec import Spec, parse_spec
+from tests.machines import ONE_MASS, TWO_MASS
+from tests.observers.hands.HANDS.hands import HANDS, Hand, magnitude
 
 from .derived import Derived
 from .true_plant import Point, TruePlant

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 from codegen.analysis.analysis import Analysis, analyse
-from codegen.base.errors import BadInput
 from codegen.mechanics import build_system
 from codegen.observers import build_observer
 from codegen.spec import parse_spec
+from tests.told import refused
 
 SPECS = Path(__file__).parents[2] / "specs"
 EDGE = 1e-9
@@ -163,7 +163,7 @@ def test_no_modes_where_the_theorem_says_nothing(case: str) -> None:
 def test_contacts_that_slide_dependently_are_refused_before(dependent: str) -> None:
     """There is never a claim that the gains' signs suffice."""
     text = chain(2, "gcfo", "measured", np.random.default_rng(3), distribution=dependent)
-    with pytest.raises(BadInput, match="slide independently"):
+    with refused("SPEC019 gcfo 2 1"):
         analysed(text)
 
 

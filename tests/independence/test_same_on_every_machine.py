@@ -29,7 +29,7 @@ import json, sys, tempfile
 from pathlib import Path
 import stiction
 from codegen.base.errors import BadInput
-from codegen.app.readable import analysis_json
+from codegen.app.derive import analysis_json
 result = {}
 for name in sys.argv[2:]:
     try:

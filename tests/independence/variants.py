@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from friction.samples import DYNAMIC, draw
 from observers.cases import seeded
-from observers.machines import CART, TEXTS
 from ruamel.yaml import YAML
 
 from codegen.effects.declare import add_declared_effects
@@ -19,6 +18,7 @@ from codegen.friction import LAWS
 from codegen.mechanics import build_system
 from codegen.observers import Observer, build_observer
 from codegen.spec import Spec, parse_spec
+from tests.machines import CART, TEXTS
 
 SPECS = Path(__file__).parents[2] / "specs"
 SHIPPED = [str(path.relative_to(SPECS).with_suffix("")) for path in sorted(SPECS.rglob("*.yaml"))]

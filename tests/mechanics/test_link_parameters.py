@@ -14,6 +14,7 @@ from codegen.mechanics.link_parameters import base_values, link_parameters
 from codegen.spec import Spec, parse_spec
 from codegen.spec.model import symbol
 from mechanics.robots import SEVEN, TREE, TWO_LINKS, numbers, robot_system
+from tests.told import refused
 
 SEVEN_TEXT = SEVEN.read_text(encoding="utf-8")
 
@@ -98,5 +99,5 @@ def test_what_is_no_tolerance_is_told_at_its_line(tmp_path: Path) -> None:
         with pytest.raises(BadInput) as error:
             spec_of(tmp_path, TWO_LINKS, more)
         assert words in str(error.value) and str(error.value).startswith(f"{tmp_path / 'robot.yaml'}:2")
-    with pytest.raises(BadInput, match="unknown base parameter `q_1_mm`"):
+    with refused("SPEC008 `q_1_mm`"):
         build_system(spec_of(tmp_path, TWO_LINKS, ", base_parameters: {q_1_mm: 1}"))

@@ -10,8 +10,9 @@ import sympy
 
 from codegen.analysis.error_dynamics import ErrorDynamics, derive_error_dynamics
 from codegen.observers import Observer, build_observer
+from tests.machines import machine
+from tests.observers.hands import HANDS
 
-from .machines import HANDS, machine
 from .reference import Point, Reference
 
 KINDS = {

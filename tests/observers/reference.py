@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from .machines import Hand, magnitude
+from tests.observers.hands import Hand, magnitude
 
 STEP = 1e-30
 DIFFERENCE = 1e-3

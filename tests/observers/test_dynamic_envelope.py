@@ -11,8 +11,7 @@ from codegen.analysis.analysis import analyse
 from codegen.mechanics import build_system
 from codegen.observers import build_observer
 from codegen.spec import parse_spec
-
-from .machines import ONE_MASS
+from tests.machines import ONE_MASS
 
 RANGES = {
     "dahl": ("{name: rail, law: dahl, a: 5, c: 100, unit: N}", (-1, 1)),

@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.observers.hands import magnitude
+
 from .cases import KINDS, Case, make_case, seeded
-from .machines import magnitude
 from .reference import STEP, Point
 
 EVERYTHING: dict[str, Any] = {"full": True, "effects": True, "exponent": 2.0}

@@ -16,8 +16,7 @@ from codegen.observers import build_observer
 from codegen.program import Program, build_program, lower
 from codegen.replay.twin import load_twin
 from codegen.spec.reader import parse_spec
-
-from .chains import chain, coupled
+from tests.machines import chain, coupled
 
 TO = "{K_2: -40, K_v: 30}"
 VISCOUS = "effects:\n  - {kind: viscous, on: ground1..20, parameters: {b: 0.3}}\n"

@@ -8,7 +8,7 @@ import casadi
 import pytest
 
 from codegen.program import Program, build_program, lower
-from codegen.program.graph import Graph, reachable
+from codegen.program.graph import Graph, Node, reachable
 from codegen.program.naming import Names, constant_name
 from codegen.program.normal import normalise
 from codegen.program.translate import to_graph
@@ -93,12 +93,13 @@ def test_inputs_that_a_state_does_not_show():
 def test_every_local_is_assigned_before_it_is_used():
     for path in sorted(SPECS.glob("*.yaml")):
         code = lower(program_of_spec(path))
-        known: set[int] = set()
-        for assignment in (s for group in code.step for s in group.assignments):
-            below = {n.index for n in reachable([assignment.value])} - {assignment.value.index}
-            named = {n.index for n in code.names if n.index in below}
-            assert named <= known, assignment.name
-            known.add(assignment.value.index)
+        assignments = [s for group in code.step for s in group.assignments]
+        named = {a.value for a in assignments}
+        known: set[Node] = set()
+        for assignment in assignments:
+            below = set(reachable([assignment.value])) - {assignment.value}
+            assert below & named <= known, assignment.name
+            known.add(assignment.value)
 
 
 def program_of_spec(path: Path) -> Program:

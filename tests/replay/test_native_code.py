@@ -20,6 +20,7 @@ from codegen.replay import cache
 from codegen.replay.cache import cached_library
 from stiction import replay
 from tests.app.command import is_one_message, stiction
+from tests.told import refused
 
 SPEC = Path(__file__).parents[2] / "specs" / "two_mass.yaml"
 pytestmark = pytest.mark.skipif(
@@ -134,7 +135,7 @@ def test_the_sources_lie_where_only_this_user_can_write(home: Path, monkeypatch:
 
 def test_a_temporary_directory_in_which_others_may_rename_is_refused(home: Path) -> None:
     home.chmod(0o777)
-    with pytest.raises(BadInput, match="sticky"):
+    with refused("FILE007 sticky"):
         compile_shared(SOURCES, ["seven.c"])
     home.chmod(0o1777)
     refuse_replaceable(home)

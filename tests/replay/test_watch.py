@@ -15,10 +15,11 @@ import numpy as np
 import pytest
 
 from codegen.app.machine import Machine, load
-from codegen.app.watch import watch, watched_text
+from codegen.app.watch import watch
 from codegen.base.errors import BadInput
 from codegen.logs.ros_definitions import DEFINITIONS
 from tests.app.command import SPECS, is_one_message, stiction
+from tests.told import refused
 
 BELT = SPECS / "belt_axis.yaml"
 PERIOD = 0.001
@@ -140,8 +141,8 @@ def test_other_formats_are_watched_as_files(logs: dict[str, str], ending: str, t
     shift = alarm.said - same.said  # stamps of today are no times from zero
     assert alarm.since - same.since == pytest.approx(shift, abs=1e-6)
     assert alarm.worst == pytest.approx(same.worst, rel=1e-4)
-    refused = stiction("watch", BELT, "--log", path, "--follow")
-    assert is_one_message(refused) and "--follow" in refused.err
+    done = stiction("watch", BELT, "--log", path, "--follow")
+    assert is_one_message(done) and "--follow" in done.err
 
 
 def test_a_longer_dwell_is_waited_for(logs: dict[str, str]) -> None:
@@ -256,7 +257,7 @@ def test_a_machine_without_a_bound_is_refused(tmp_path: Path) -> None:
 def test_a_machine_that_always_reverses_is_not_called_sound() -> None:
     rows = "t,x,u\n" + "".join(f"{k * PERIOD:.4f},{1e-4 * np.sin(0.3 * k):.9f},0\n" for k in range(1000))
     seen = watch(belt(), "-", given=pieces(rows, 4096))
-    assert seen.tally.judged == 0 and "nothing was judged" in watched_text(seen)
+    assert seen.tally.judged == 0 and "nothing was judged" in seen.text()
 
 
 def rewritten(text: str, way: str) -> bytes:
@@ -287,7 +288,7 @@ def test_logs_as_instruments_write_them(logs, way, note):
     seen = watch(belt(), "-", given=iter([data[k : k + 1000] for k in range(0, len(data), 1000)]))
     assert seen.tally.judged == pytest.approx(plain.tally.judged, abs=2) and seen.tally.judged > 100
     assert np.allclose(seen.tally.worst, plain.tally.worst, rtol=1e-3)
-    assert any(note in n for n in seen.notes) and f"note: {seen.notes[0]}" in watched_text(seen)
+    assert any(note in n for n in seen.notes) and f"note: {seen.notes[0]}" in seen.text()
 
 
 def test_a_time_in_milliseconds_is_refused(logs):
@@ -297,14 +298,14 @@ def test_a_time_in_milliseconds_is_refused(logs):
 
 
 def test_utf_16_is_refused_by_its_name(logs):
-    with pytest.raises(BadInput, match="UTF-16"):
+    with refused("LOG001 UTF-16"):
         watch(belt(), "-", given=iter([logs[""].encode("utf-16")]))
 
 
 def test_samples_outside_the_envelope_are_counted_in_one_line() -> None:
     rows = "t,x,u\n" + "".join(f"{k * PERIOD:.4f},{30.0 * k * PERIOD:.9f},0\n" for k in range(200))
     seen = watch(belt(), "-", given=pieces(rows, 4096))
-    text = watched_text(seen)
+    text = seen.text()
     assert seen.tally.outside and f"outside the envelope, and not judged: {seen.tally.outside} samples" in text
     assert text.count("outside the envelope") == 1
 
@@ -314,6 +315,5 @@ def test_a_bound_that_holds_nowhere_in_the_envelope_is_refused(tmp_path: Path) -
     text = BELT.read_text(encoding="utf-8")
     spec = tmp_path / "belt.yaml"
     spec.write_text(text.replace("  v: [-1, 1]\n", "  v: [-1e-6, 1e-6]\n"), encoding="utf-8")
-    with pytest.raises(BadInput, match="nothing could be judged") as refused:
+    with refused("SPEC037 envelope: guide 1e-06"):
         watch(spec, "-", given=iter([b"t,x,u\n0,0,0\n"]))
-    assert refused.value.code == "SPEC037"

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 import stiction
-
-from .machines import ONE_MASS
+from tests.machines import SPRING_MASS
 
 SIMULATION = """
 simulation: {duration: 8, sample_time: 0.002, inputs: {w: 12*sin(5*t) + 5*sin(11.3*t)}}
@@ -24,7 +23,7 @@ LAWS = {
 
 def spec(folder: Path, law: str) -> Path:
     path = folder / f"{law}.yaml"
-    text = ONE_MASS.replace("law: coulomb, a: {a}", LAWS[law]).format(m=2, k=20, b=0)
+    text = SPRING_MASS.replace("law: coulomb, a: {a}", LAWS[law]).format(m=2, k=20, b=0)
     path.write_text(text + SIMULATION, encoding="utf-8")
     return path
 

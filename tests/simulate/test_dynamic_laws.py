@@ -11,9 +11,9 @@ from codegen.friction import LAWS, MemoryLaw
 from codegen.simulate.closed_loop import simulate
 from codegen.simulate.free_run import free_run
 from codegen.simulate.plant import Plant, simulate_open_loop
+from tests.machines import SPRING_MASS, TWO_SPRINGS, read_machine, two_mass
 
 from . import stiff_integrator as exact
-from .machines import ONE_MASS, TWO_MASS, machine, two_mass
 
 COULOMB = "law: coulomb, a: {a}"
 DAMPED = "effects: [{kind: viscous, on: rail, parameters: {b: 50}}]\n"
@@ -48,8 +48,8 @@ RUN = {n for n, one in LAWS.items() if not isinstance(one, MemoryLaw)} - {"ruina
 
 
 def sliding(law: str, m: float = 2, k: float = 20, more: str = ""):
-    """The mass of ``ONE_MASS`` on another law."""
-    return machine(ONE_MASS.replace(COULOMB, law).format(m=m, k=k, b=0) + more)
+    """The mass of ``SPRING_MASS`` on another law."""
+    return read_machine(SPRING_MASS.replace(COULOMB, law).format(m=m, k=k, b=0) + more)
 
 
 def run(system, time, w, substeps: int, **start):
@@ -183,15 +183,17 @@ def test_one_contact_set_valued_and_another_with_a_state(contact: int):
     declared, level = (("a: {between}", 2), ("a: {ground}", 5))[contact]
     gaps = []
     for c in ("1e4", "1e6"):
-        text = TWO_MASS.replace(f"law: coulomb, {declared}", f"law: dahl, c: {c}, a: {level}")
-        _, mixed = machine(text.format(between=2, ground=5))
+        text = TWO_SPRINGS.replace(f"law: coulomb, {declared}", f"law: dahl, c: {c}, a: {level}")
+        _, mixed = read_machine(text.format(between=2, ground=5))
         gaps.append(np.max(np.abs(simulate_open_loop(mixed, time, w, np.zeros(2), np.zeros(2), 200)[0] - rigid)))
     assert gaps[0] / gaps[1] == pytest.approx(10, rel=0.05)
     assert gaps[1] < 1e-3
 
 
 def test_mixed_machine_follows_radau():
-    _, mixed = machine(TWO_MASS.replace("law: coulomb, a: {between}", "law: dahl, a: 2, c: 300").format(ground=5))
+    _, mixed = read_machine(
+        TWO_SPRINGS.replace("law: coulomb, a: {between}", "law: dahl, a: 2, c: 300").format(ground=5)
+    )
     time = np.arange(0, 1.5, 0.01)
     w = 14 * np.sin(4 * time)
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from codegen.simulate.plant import simulate_open_loop
+from tests.machines import one_mass
 
 from .event_integrator import Mass, integrate
-from .machines import one_mass
 
 TIME = np.arange(0, 2.5, 0.01)
 COMMAND = 9 * np.sin(4 * TIME) + 3 * np.sin(9.1 * TIME + 0.4)

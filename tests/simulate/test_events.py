@@ -14,10 +14,10 @@ from codegen.simulate.event_plant import EventPlant
 from codegen.simulate.mode_search import Limits, NoMode, find_mode
 from codegen.simulate.observed_loop import run_loop
 from codegen.simulate.plant import simulate_open_loop
+from tests.machines import SPRING_MASS, arm, one_mass, read_machine, two_mass
 from tests.told import tells
 
 from .event_integrator import Mass, integrate
-from .machines import ONE_MASS, arm, machine, one_mass, two_mass
 
 GRAVITY = "  g: {value: 9.81, unit: m/s^2}\nmass_matrix"
 STACK = """
@@ -46,10 +46,10 @@ friction:
 
 def slope(angle: float, m: float, a: float):
     """A mass on a slope, held by a force of more than what pulls it down."""
-    text = ONE_MASS.replace("force: [w - k*x - b*v]", f"force: [w + m*g*sin({angle})]").replace(
+    text = SPRING_MASS.replace("force: [w - k*x - b*v]", f"force: [w + m*g*sin({angle})]").replace(
         "mass_matrix", GRAVITY.replace("{", "{{").replace("}", "}}")
     )
-    return machine(text.format(m=m, a=a, k=0, b=0))[1]
+    return read_machine(text.format(m=m, a=a, k=0, b=0))[1]
 
 
 def by_events(system, time, w, x0=None):
@@ -100,11 +100,11 @@ def test_contacts_that_depend_on_each_other_share_a_load_and_move_as_one():
 
 
 def test_two_contacts_of_one_slide_against_one_with_both_levels():
-    text = ONE_MASS.replace("distribution: [[1]]", "distribution: [[1, 1]]").replace(
+    text = SPRING_MASS.replace("distribution: [[1]]", "distribution: [[1, 1]]").replace(
         "{{name: rail, law: coulomb, a: {a}, unit: N}}",
         "{{name: rail, law: coulomb, a: 1, unit: N}}\n    - {{name: seal, law: coulomb, a: 2, unit: N}}",
     )
-    double = machine(text.format(m=2, k=20, b=0, a=0))[1]
+    double = read_machine(text.format(m=2, k=20, b=0, a=0))[1]
     single = one_mass(m=2, a=3, k=20)[1]
     time = np.arange(0, 2, 0.01)
     w = 6 * np.sin(3 * time)[:, None]
@@ -156,7 +156,7 @@ def test_a_late_input_acts_at_its_instant():
 
 def test_a_pulled_stack_breaks_away_where_statics_says():
     # Ground holds to 5 N; then both accelerate, and the top mass (1 kg, 2 N) stays behind from 2 m/s² on: w = 5 + 3·2.
-    free = machine(TWO_WITHOUT_SPRINGS)[1]
+    free = read_machine(TWO_WITHOUT_SPRINGS)[1]
     time = np.arange(0, 13, 0.05)
     states, forces, _ = by_events(free, time, time[:, None])
     slip = states[:, 2] - states[:, 3]
@@ -187,13 +187,13 @@ friction:
     - {name: ground, law: coulomb, a: 5, unit: N}
 """
 
-STATIC = ONE_MASS.replace("law: coulomb, a: {a}", "law: static_viscous, F_c: 2, F_s: 3, F_v: 0.5")
+STATIC = SPRING_MASS.replace("law: coulomb, a: {a}", "law: static_viscous, F_c: 2, F_s: 3, F_v: 0.5")
 MACHINES = {
     "two masses": (lambda: two_mass()[1], lambda t: 14 * np.sin(4 * t)[:, None]),
     "arm": (lambda: arm(a=0.05)[1], lambda t: np.column_stack([0.3 + 0.2 * np.sin(5 * t), 0.1 * np.sin(3 * t)])),
     "stiction": (
-        lambda: machine(
-            ONE_MASS.replace("law: coulomb, a: {a}", "law: static_viscous, F_c: 2, F_s: 3, F_v: 0.5").format(
+        lambda: read_machine(
+            SPRING_MASS.replace("law: coulomb, a: {a}", "law: static_viscous, F_c: 2, F_s: 3, F_v: 0.5").format(
                 m=2, k=20, b=0
             )
         )[1],
@@ -230,7 +230,9 @@ def test_closed_loop_by_events_is_the_one_by_steps():
 
 
 def test_laws_with_states_are_left_to_the_time_stepper():
-    system = machine(ONE_MASS.replace("law: coulomb, a: {a}", "law: dahl, a: 3, c: 200").format(m=1, k=0, b=0))[1]
+    system = read_machine(SPRING_MASS.replace("law: coulomb, a: {a}", "law: dahl, a: 3, c: 200").format(m=1, k=0, b=0))[
+        1
+    ]
     with pytest.raises(BadInput) as told:
         EventPlant(system, 0.01, np.zeros(1), np.zeros(1))
     assert tells(told.value, "SPEC035 dahl")
@@ -253,7 +255,7 @@ def test_a_stuck_mass_on_a_slope_stays_for_ever(m: float, a: float, seconds: flo
 
 def test_a_stack_stuck_on_a_slope_stays_for_ever_and_shares_its_weight():
     # Each contact carries all that lies above it; masses of 100, 1 and 30 kg couple the contacts as hard as can be.
-    _, system = machine(STACK)
+    _, system = read_machine(STACK)
     time = np.arange(0, 100, 0.01)
     x, v = simulate_open_loop(system, time, np.zeros((len(time), 1)), np.full(3, 0.7), np.zeros(3), 5)
     assert np.all(x == 0.7) and np.all(v == 0)
@@ -263,7 +265,7 @@ def test_a_stack_stuck_on_a_slope_stays_for_ever_and_shares_its_weight():
 
 
 def test_a_sliding_stack_comes_to_an_exact_rest():
-    _, system = machine(STACK)
+    _, system = read_machine(STACK)
     time = np.arange(0, 60, 0.01)
     w = np.where(time < 0.3, 300.0, 0.0)[:, None]
     x, v = simulate_open_loop(system, time, w, np.zeros(3), np.zeros(3), 5)

@@ -11,8 +11,7 @@ from codegen.simulate.closed_loop import simulate
 from codegen.simulate.excursions import excursions
 from tests.app.command import stiction
 from tests.compiled.specs import SPECS
-
-from .machines import one_mass
+from tests.machines import one_mass
 
 FREE = "simulation: {duration: 2, sample_time: 0.01, inputs: {w: 3}}"
 LONG = ("two_mass", "two_link_arm")

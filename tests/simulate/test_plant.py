@@ -8,9 +8,9 @@ from scipy.integrate import solve_ivp
 
 from codegen.simulate.closed_loop import simulate
 from codegen.simulate.plant import simulate_open_loop
+from tests.machines import arm, one_mass, two_mass
 
 from .event_integrator import Mass, integrate
-from .machines import arm, one_mass, two_mass
 
 
 def test_mass_slides_to_rest_and_stays_there():

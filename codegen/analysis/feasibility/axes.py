@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import sympy
-from numpy.typing import NDArray
 
 from codegen.base.errors import BadInput, refuse_unknown
 from codegen.observers import Observer, build_observer
@@ -16,7 +15,6 @@ from codegen.spec.expression import exact_number
 from codegen.spec.free_gains import GainEntry, at_middle, free_entries, gain_entries, with_gains
 from codegen.spec.model import FreeGain, Spec
 
-Array = NDArray[np.float64]
 AROUND = 100.0
 SAMPLE_TIME = "h"
 
@@ -65,12 +63,6 @@ class GainAxis:
         if self.logarithmic:
             return self.low * (self.high / self.low) ** share
         return self.low + (self.high - self.low) * share
-
-    def share(self, value: float) -> float:
-        """The inverse of ``at``."""
-        if self.logarithmic:
-            return float(np.log(value / self.low) / np.log(self.high / self.low))
-        return (value - self.low) / (self.high - self.low)
 
 
 def gain_axes(spec: Spec, observer: Observer) -> tuple[GainAxis, ...]:

@@ -40,17 +40,13 @@ class Suggestion:
         numbers: axis name → number, to three digits.
         rule: "fastest": the fastest decay within both bounds, on noise and gain margin; "product": no set of the
             range is within both bounds, so the least product of noise and decay time.
-        tried: gain sets evaluated; ``stable`` of them were stable.
-        quiet, wide: how many stable sets are within the noise bound, and whether one of these has the gain margin.
+        tried: gain sets evaluated.
     """
 
     numbers: Mapping[str, float]
     settings: Settings
     rule: str
     tried: int
-    stable: int
-    quiet: int
-    wide: bool
 
 
 @dataclass(frozen=True)
@@ -98,9 +94,7 @@ def suggest(family: Family, noise: NoiseModel, base: Settings, axes: Sequence[Ga
         family.focus(claimed.rows(surprises))  # unstable at a point that was not evaluated: repeat with it
         return suggest(family, noise, base, axes)
     numbers = {axis.name: float(_numbers(axis, best[[k]])[0]) for k, axis in enumerate(axes)}
-    held = evaluated.radius < 1
-    quiet = int((held & (evaluated.noise <= NOISE_SHARE)).sum())
-    return Suggestion(numbers, settings, rule, tried, int(held.sum()), quiet, rule == "fastest")
+    return Suggestion(numbers, settings, rule, tried)
 
 
 def wide_margin(family: Family, base: Settings, axes: Sequence[GainAxis]) -> NDArray[np.bool_]:

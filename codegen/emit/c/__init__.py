@@ -5,12 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from codegen.base.text import render
-from codegen.emit.entries import inputs_of, outputs_of, parameters_of, states_of
 from codegen.emit.header import Header
 from codegen.emit.language import Language
-from codegen.emit.view import CodeView, Style, view
+from codegen.emit.writer import Style, template_words
 from codegen.program import Code, Program
-from codegen.program.model import LARGEST
 
 FUNCTIONS = ("sin", "cos", "tan", "exp", "log", "sqrt", "tanh", "pow")
 
@@ -23,46 +21,27 @@ def c_language(program: Program) -> Language:
     return Language(calls, single, f"{{digits}}{end}")
 
 
-def struct_formats(lane: str) -> dict[str, str]:
-    """How a field of each struct is written; ``lane`` is the index of a lane or empty."""
-    return {struct: f"{struct}->{{name}}{lane}" for struct in ("parameters", "state", "inputs", "outputs")}
+def c_words(program: Program, code: Code, header: Header, lane: str, local: str, declares: bool) -> dict[str, Any]:
+    """What the templates of C are given.
 
-
-def c_words(program: Program, code: Code, header: Header) -> dict[str, Any]:
-    """What every template of C needs beside the view."""
+    Args:
+        lane: the index of a lane behind every field, or empty.
+        local, declares: as in ``Style``.
+    """
     language = c_language(program)
-    single = language.single
-    return {
-        "program": program,
-        "header": header,
-        "literal": language.literal,
-        "real": "float" if single else "double",
-        "magnitude": language.calls["abs"],
-        "largest": language.literal(LARGEST[program.precision]),
-        "largest_shown": f"{LARGEST[program.precision]:.0e}",
-        "parameters": parameters_of(program),
-        "states": states_of(program),
-        "inputs": inputs_of(program),
-        "outputs": outputs_of(program),
-        "parameter_count": len(program.parameters) + len(code.derived),
-    }
+    structs = {struct: f"{struct}->{{name}}{lane}" for struct in ("parameters", "state", "inputs", "outputs")}
+    indent = 8 if lane else 4
+    style = Style(language, structs, local, "{name}", f"const {program.real} {{name}}", declares, indent)
+    return template_words(program, code, header, style, program.real) | {"magnitude": language.calls["abs"]}
 
 
-def c_view(program: Program, code: Code) -> tuple[CodeView, Language]:
-    """Every expression in C.
+def emit_c(program: Program, code: Code, header: Header) -> dict[str, str]:
+    """NAME.h, NAME.c, example_main.c, CMakeLists.txt and NAME.mk.
 
     Raises:
         BadInput: for a number that C has no literal for.
     """
-    language = c_language(program)
-    real = "float" if language.single else "double"
-    style = Style(language, struct_formats(""), "{name}", "{name}", f"const {real} {{name}}", declares=True, indent=4)
-    return view(program, code, style), language
-
-
-def emit_c(program: Program, code: Code, header: Header) -> dict[str, str]:
-    """NAME.h, NAME.c, example_main.c, CMakeLists.txt and NAME.mk."""
-    words = c_words(program, code, header) | {"view": c_view(program, code)[0]}
+    words = c_words(program, code, header, "", "{name}", declares=True)
     return {
         f"{program.name}.h": render("c/observer.h.j2", **words),
         f"{program.name}.c": render("c/observer.c.j2", **words),

@@ -16,7 +16,6 @@ from codegen.base.resources import resource_folder
 from codegen.base.text import render
 from codegen.base.version import VERSION
 from codegen.emit.fmu.variables import Variable, units_of, variables_of
-from codegen.emit.interface import has_prepare, real_type
 from codegen.program import Program
 
 VERSIONS = ("3.0", "2.0")
@@ -53,7 +52,7 @@ def emit_fmu(program: Program, files: Mapping[str, str], version: str = "3.0", c
     Args:
         files: name → text of generated/NAME/: NAME.h, NAME.c, README.md and, where there is one, certificate.json.
         version: of FMI, ``3.0`` or ``2.0``.
-        compiled: stands for the local compiler in tests.
+        compiled: replaces the local compiler in tests.
 
     Raises:
         BadInput: for another version, a platform that the version has no folder for, no C compiler, or a name that an
@@ -61,8 +60,7 @@ def emit_fmu(program: Program, files: Mapping[str, str], version: str = "3.0", c
     """
     if version not in VERSIONS:
         raise BadInput("--fmi", f"`{version}`", f"one of {', '.join(VERSIONS)}", code="CALL001")
-    name, header = program.name, files[f"{program.name}.h"]
-    variables = variables_of(program, header)
+    name, variables = program.name, variables_of(program)
     library = _library(name, version)
     wrapper = f"{name}_fmi{version[0]}.c"
     given: dict[str, Any] = {
@@ -70,8 +68,7 @@ def emit_fmu(program: Program, files: Mapping[str, str], version: str = "3.0", c
         "variables": variables,
         "units": units_of(variables),
         "period": next(v for v in variables if v.role == "constant").start,
-        "prepare": has_prepare(program, header),
-        "real": real_type(header),
+        "real": program.real,
         "sources": (f"{name}.c", wrapper),
         "generator": f"stiction {VERSION}",
     }

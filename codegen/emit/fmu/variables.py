@@ -6,12 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from codegen.base.errors import BadInput, Place
-from codegen.emit.interface import FAULT, has_fault
 from codegen.program import Program
 from codegen.spec.units import base_units
 
 PERIOD = "sample_time"
-TIME = "time"
+TIME, FAULT = "time", "fault"
 _SI = {
     "kilogram": "kg",
     "meter": "m",
@@ -26,7 +25,7 @@ _SI = {
 
 @dataclass(frozen=True)
 class Variable:
-    """A scalar that a simulator sees.
+    """A scalar variable of an FMU.
 
     Attributes:
         reference: its value reference.
@@ -55,44 +54,31 @@ class Unit:
     exponents: tuple[tuple[str, int], ...]
 
 
-def variables_of(program: Program, header: str) -> tuple[Variable, ...]:
+def variables_of(program: Program) -> tuple[Variable, ...]:
     """Time, parameters, inputs and outputs, numbered from 0 in this order.
-
-    Args:
-        header: the generated NAME.h, which says whether there is a ``fault`` among the outputs.
 
     Raises:
         BadInput: for a name that FMI keeps for itself.
     """
-    rows: list[tuple[str, str, str, str, str, bool, str | None]] = [
-        (TIME, "s", "time of the simulation", "time", "time", False, None)
-    ]
+    found = [Variable(0, TIME, "s", "time of the simulation", "time", "time")]
+
+    def add(name: str, unit: str, meaning: str, role: str, struct: str, start: str | None = None) -> None:
+        place = f"{struct}.{program.reference(name)}"
+        unit = "" if unit == "1" else unit
+        found.append(Variable(len(found), name, unit, meaning, role, place, start=start))
+
     for p in program.parameters:
         role = "constant" if p.name == PERIOD else "parameter"
-        rows.append(
-            (
-                p.name,
-                p.unit,
-                p.meaning,
-                role,
-                f"parameters.{program.reference(p.name)}",
-                False,
-                repr(float(p.value or 0.0)),
-            )
-        )
-    rows += [
-        (i.name, i.unit, i.meaning, "input", f"inputs.{program.reference(i.name)}", False, "0.0")
-        for i in program.inputs
-    ]
-    outputs = [(name, unit, meaning) for name, unit, meaning in program.outputs if name != FAULT]
-    rows += [
-        (name, unit, meaning, "output", f"outputs.{program.reference(name)}", False, None)
-        for name, unit, meaning in outputs
-    ]
-    if has_fault(header):
+        add(p.name, p.unit, p.meaning, role, "parameters", repr(float(p.value or 0.0)))
+    for i in program.inputs:
+        add(i.name, i.unit, i.meaning, "input", "inputs", "0.0")
+    for name, unit, meaning in program.outputs:
+        if name != FAULT:
+            add(name, unit, meaning, "output", "outputs")
+    if program.holds:
         meaning = "an input was not finite: the estimates are those of the sample before"
-        rows.append((FAULT, "", meaning, "output", f"outputs.{FAULT}", True, None))
-    taken = [row[0] for row in rows]
+        found.append(Variable(len(found), FAULT, "", meaning, "output", f"outputs.{FAULT}", integer=True))
+    taken = [variable.name for variable in found]
     for name in (TIME, FAULT):
         if taken.count(name) > 1:
             raise BadInput(
@@ -101,10 +87,7 @@ def variables_of(program: Program, header: str) -> tuple[Variable, ...]:
                 "another name, since every FMU has a variable of this one",
                 code="SPEC009",
             )
-    return tuple(
-        Variable(k, name, "" if unit == "1" else unit, meaning, role, place, integer, start)
-        for k, (name, unit, meaning, role, place, integer, start) in enumerate(rows)
-    )
+    return tuple(found)
 
 
 def units_of(variables: Sequence[Variable]) -> tuple[Unit, ...]:

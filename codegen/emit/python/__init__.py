@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from codegen.base.text import render
-from codegen.emit.entries import inputs_of, outputs_of, parameters_of, states_of
 from codegen.emit.header import Header
 from codegen.emit.language import Language
-from codegen.emit.view import CodeView, Style, view
+from codegen.emit.writer import Style, template_words
 from codegen.program import Code, Program
-from codegen.program.model import LARGEST
 
 FUNCTIONS = ("sin", "cos", "tan", "exp", "log", "sqrt", "pow", "sign")
 
@@ -22,8 +20,8 @@ def python_language(program: Program) -> Language:
     return Language(calls, single, "float32({digits})" if single else "{digits}", "(", ")", narrows=single)
 
 
-def python_view(program: Program, code: Code) -> tuple[CodeView, Language]:
-    """Every expression in Python.
+def emit_python(program: Program, code: Code, header: Header) -> dict[str, str]:
+    """__init__.py.
 
     Raises:
         BadInput: for a number that Python has no literal for.
@@ -32,25 +30,6 @@ def python_view(program: Program, code: Code) -> tuple[CodeView, Language]:
     structs = {struct: f"{struct}.{{name}}" for struct in ("parameters", "state", "outputs")}
     structs["inputs"] = "float32(inputs.{name})" if language.single else "inputs.{name}"
     style = Style(language, structs, "{name}", "{name}", "{name}", declares=False, indent=4)
-    return view(program, code, style), language
-
-
-def emit_python(program: Program, code: Code, header: Header) -> dict[str, str]:
-    """__init__.py."""
-    printed, language = python_view(program, code)
     real = "float32" if language.single else "float"
-    text = render(
-        "python/observer.py.j2",
-        program=program,
-        header=header,
-        view=printed,
-        literal=language.literal,
-        real=real,
-        largest=language.literal(LARGEST[program.precision]),
-        largest_shown=f"{LARGEST[program.precision]:.0e}",
-        parameters=parameters_of(program),
-        states=states_of(program),
-        inputs=inputs_of(program),
-        outputs=outputs_of(program),
-    )
-    return {"__init__.py": text}
+    words = template_words(program, code, header, style, real)
+    return {"__init__.py": render("python/observer.py.j2", **words)}

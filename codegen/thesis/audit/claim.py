@@ -1,4 +1,4 @@
-"""A claim: what the thesis prints under one number, and which derivation it is held against. Never a verdict."""
+"""A claim: what the thesis prints under one number, and the derivation it is compared with. Never a verdict."""
 
 from __future__ import annotations
 

@@ -36,11 +36,11 @@ def judge_conditions(claim: Claim, world: World, derived: Derived) -> Finding:
 
     for point in points(symbols, world, given + printed, seed=2, count=TRIALS):
         if _largest(growth, point) > CLEAR and _exactly_unstable(matrix.xreplace(point)):
-            return Finding(claim, "insufficient", right, _numbers(point, _largest(growth, point)), "", TRIALS)
+            return Finding(claim, "insufficient", right, _numbers(point, _largest(growth, point)))
     for point in points(symbols, world, given, seed=3, count=TRIALS):
         if not _met(printed, point) and _largest(growth, point) < -CLEAR and _exactly_stable(matrix.xreplace(point)):
-            return Finding(claim, "unnecessary", right, _numbers(point, _largest(growth, point)), "", TRIALS)
-    return Finding(claim, "holds", right, None, "", 2 * TRIALS)
+            return Finding(claim, "unnecessary", right, _numbers(point, _largest(growth, point)))
+    return Finding(claim, "holds", right)
 
 
 def judge_inequality(claim: Claim, world: World) -> Finding:
@@ -58,8 +58,8 @@ def judge_inequality(claim: Claim, world: World) -> Finding:
             value = exactly(expression, point)
             if value < 0 or (strict and value == 0):
                 numbers = {s.name: plain_number(x) for s, x in point.items()}
-                return Finding(claim, VIOLATED[claim.test], NOT_SO, {**numbers, "eigenvalue": None}, "", TRIALS // 4)
-    return Finding(claim, "holds", "; ".join(claim.entry.printed), None, "", TRIALS // 4)
+                return Finding(claim, VIOLATED[claim.test], NOT_SO, {**numbers, "eigenvalue": None})
+    return Finding(claim, "holds", "; ".join(claim.entry.printed))
 
 
 def _met(conditions: list[tuple[Any, bool]], point: Mapping[Any, Any]) -> bool:

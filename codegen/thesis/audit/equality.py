@@ -34,13 +34,13 @@ def judge_equality(claim: Claim, world: World, derived: Derived) -> Finding:
     given = [pair for text in claim.entry.given for pair in inequalities(text, world.names, claim.place)]
     point = difference_point(printed, value, world, given)
     if point is None:
-        return Finding(claim, "holds", right, None, "", POINTS)
+        return Finding(claim, "holds", right)
     evidence = ""
     if world.steady and not steady:
         zero = dict.fromkeys(world.steady, sympy.S.Zero)
         same = difference_point(printed.xreplace(zero), value.xreplace(zero), world, given) is None
         evidence = "holds where U is constant" if same else "differs where U is constant, too"
-    return Finding(claim, "wrong", right, _numbers(printed, value, point), evidence, POINTS)
+    return Finding(claim, "wrong", right, _numbers(printed, value, point), evidence)
 
 
 def difference_point(printed: Any, value: Any, world: World, given: Any) -> dict[Any, Any] | None:

@@ -19,7 +19,6 @@ class Finding:
         derived: the correct formula; empty for a definition.
         counterexample: numbers by name, with ``eigenvalue`` (real part; None where no eigenvalue is in question).
         evidence: what was computed, as a key of the template with its numbers.
-        points: number of points at which the claim was evaluated; 0 where none was needed.
     """
 
     claim: Claim
@@ -27,7 +26,6 @@ class Finding:
     derived: str = ""
     counterexample: Mapping[str, Any] | None = None
     evidence: str = ""
-    points: int = 0
 
     @property
     def kind(self) -> str:

@@ -1,4 +1,4 @@
-"""A formula of the thesis to SymPy: the safe expression parser's tree, with names that may stand for matrices.
+"""A formula of the thesis to SymPy: the safe expression parser's tree, with names that may denote matrices.
 
 The parser (``codegen.spec.expression``) reads the text and runs nothing; here its tree gets values. Beyond what a spec
 may say, a product may be one of matrices, a power may have a symbol as exponent, and ``sgn`` and ``abs`` of a vector
@@ -31,7 +31,7 @@ def evaluate(formula: Any, names: Mapping[str, Any], place: Place) -> Any:
 
     Args:
         formula: text, a list (a column) or a list of lists (rows).
-        names: what each name stands for, an expression or a matrix.
+        names: name → expression or matrix.
 
     Raises:
         BadInput: for text that is no expression, an unknown name, or matrices that do not fit.

@@ -55,21 +55,12 @@ def _view(findings: Sequence[Finding]) -> dict[str, Any]:
     counts = Counter(f.verdict for f in findings)
     rows = [
         {
-            "equation": f.claim.entry.equation,
-            "part": f.claim.entry.part,
-            "chapter": f.claim.chapter,
-            "kind": f.kind,
-            "verdict": f.verdict,
-            "printed": _printed(f),
-            "derived": f.derived,
+            **row,
             "numbers": {k: v for k, v in (f.counterexample or {}).items() if v is not None},
             "evidence": f.evidence,
-            "given": f.claim.entry.given,
             "constant_U": f.claim.entry.constant_U,
-            "scan": f.claim.entry.scan,
-            "note": f.claim.entry.note,
         }
-        for f in findings
+        for row, f in zip(audit_json(findings), findings, strict=True)
     ]
     definitions = sum(f.kind == "definition" for f in findings)
     return {"rows": rows, "counts": {v: counts[v] for v in VERDICTS}, "definitions": definitions}

@@ -36,7 +36,7 @@ class World:
         derived: by name.
         steady: symbols that are zero where U does not depend on x (the elements of dU/dt), if there are any.
         positive: free symbols that are positive by their meaning.
-        ranges: free symbols that stand for something only within some values.
+        ranges: free symbols that have a meaning only for some values.
     """
 
     names: Mapping[str, Any]

@@ -15,7 +15,7 @@ from codegen.observers import build_observer
 from codegen.simulate.loop_run import LoopRun
 from codegen.spec.model import Spec
 from codegen.thesis.gallery import drawing as d
-from codegen.thesis.gallery.figure import Plot, Runs
+from codegen.thesis.gallery.figure import Plot, Runs, measured
 from codegen.thesis.gallery.measures import Array, Reading, after, friction_error, ratio, rms
 from codegen.thesis.gallery.runs import Gains, watch
 from codegen.thesis.gallery.setting import Setting
@@ -91,7 +91,7 @@ PLOTS = {
         watched,
         draw,
         2,
-        {"finds_friction": finds_friction, "unstable_share": unstable_share, "top_speed": top_speed},
+        measured(finds_friction, unstable_share, top_speed),
         (
             Setting("no noise", noise=0.0),
             Setting("noise 0.5 as printed", noise=0.5),

@@ -18,7 +18,7 @@ from codegen.simulate.observed_loop import run_loop
 from codegen.simulate.observer_in_loop import Cancellation, generated_observer
 from codegen.spec.model import Spec
 from codegen.thesis.gallery import drawing as d
-from codegen.thesis.gallery.figure import Plot, Runs
+from codegen.thesis.gallery.figure import Plot, Runs, measured
 from codegen.thesis.gallery.measures import Reading, ratio, rms
 from codegen.thesis.gallery.runs import Gains
 from codegen.thesis.gallery.setting import Setting, from_zero, simulation_of, without_friction
@@ -109,7 +109,7 @@ PLOTS = {
         with_and_without,
         draw,
         2,
-        {"closer_to_ideal": closer_to_ideal, "closer_when_pushed": closer_when_pushed},
+        measured(closer_to_ideal, closer_when_pushed),
         (
             Setting("no noise", noise=0.0),
             Setting("noise 0.1 as printed", noise=0.1),

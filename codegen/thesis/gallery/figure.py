@@ -37,6 +37,15 @@ class Runs:
         return self.loops[name]
 
 
+Measure = Callable[[Runs], Reading]
+"""A number of a statement."""
+
+
+def measured(*measures: Measure) -> dict[str, Measure]:
+    """Measures by the names of their functions, as the claims call them."""
+    return {measure.__name__: measure for measure in measures}
+
+
 @dataclass(frozen=True)
 class Plot:
     """How one figure is made.
@@ -54,7 +63,7 @@ class Plot:
     run: Callable[[Sequence[Spec], Setting, Gains | None], Runs]
     draw: Callable[[Any, Runs], None]
     rows: float
-    measures: Mapping[str, Callable[[Runs], Reading]] = field(default_factory=dict)
+    measures: Mapping[str, Measure] = field(default_factory=dict)
     settings: Sequence[Setting] = ()
     cost: float = 1.0
     pid_of: str | None = None

@@ -11,9 +11,10 @@ import numpy as np
 from codegen.simulate.loop_run import LoopRun
 from codegen.spec.model import Spec
 from codegen.thesis.gallery import drawing as d
-from codegen.thesis.gallery.figure import Plot, Runs
+from codegen.thesis.gallery.figure import Plot, Runs, measured
 from codegen.thesis.gallery.measures import Mask, Reading, after, friction_error, position_error, ratio, ripple, rms
 from codegen.thesis.gallery.runs import Gains, ideal_run, pid_run, servo_run, tuned_pid
+from codegen.thesis.gallery.servo_pictures import draw_motions
 from codegen.thesis.gallery.setting import Setting
 
 NAMES = ("CFO", "TO", "DFO")
@@ -93,18 +94,9 @@ def dfo_runs_on_the_rig(runs: Runs) -> Reading:
 def draw(figure: Any, runs: Runs) -> None:
     """A row for each observer: response, distance from the ideal, friction against velocity."""
     grid = figure.subplots(3, 3, sharex="col")
-    ideal = runs["ideal"]
     for row, name, letter in zip(grid, NAMES, "abc", strict=True):
         response, error, friction = row
-        d.line(response, ideal.time, ideal.true_positions[:, 0], d.IDEAL, "without friction", dashes=(0, (5, 2)))
-        for key, colour, label, width in (
-            ("none", d.OTHER, "not cancelled", 1.4),
-            ("pid", d.THIRD_ONE, "PID", 1.4),
-            (name, d.ESTIMATED, "estimated and cancelled", 1.8),
-        ):
-            run = runs[key]
-            d.line(response, run.time, run.true_positions[:, 0], colour, label, width)
-            d.line(error, run.time, position_error(run, ideal), colour, width=width)
+        draw_motions(response, error, runs, ("none", "pid", name))
         run = runs[name]
         late = after(run, 1.0)
         d.dots(friction, run.true_velocities[late, 0], run.friction[late, 0], d.TRUE, "true friction")
@@ -123,15 +115,15 @@ PLOTS = {
         three_observers,
         draw,
         3,
-        {
-            "dfo_is_best": dfo_is_best,
-            "to_has_hysteresis": to_has_hysteresis,
-            "cfo_is_noisiest": cfo_is_noisiest,
-            "cfo_misses_hysteresis": cfo_misses_hysteresis,
-            "cfo_finds_level": cfo_finds_level,
-            "better_than_pid": better_than_pid,
-            "dfo_runs_on_the_rig": dfo_runs_on_the_rig,
-        },
+        measured(
+            dfo_is_best,
+            to_has_hysteresis,
+            cfo_is_noisiest,
+            cfo_misses_hysteresis,
+            cfo_finds_level,
+            better_than_pid,
+            dfo_runs_on_the_rig,
+        ),
         (
             Setting("no noise", noise=0.0),
             Setting("noise 0.1 as printed", noise=0.1),

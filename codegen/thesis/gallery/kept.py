@@ -1,6 +1,6 @@
 """docs/gallery/readings.json: what each figure's last run gave, kept so that a figure can be run without the others.
 
-Numbers stand as the page prints them. Words of the page come from ``claims/`` when it is written, so that a text can
+Numbers are kept as the page prints them. Words of the page come from ``claims/`` when it is written, so that a text can
 be mended without a run; a figure whose statements, conditions or settings have changed since counts as not run.
 """
 

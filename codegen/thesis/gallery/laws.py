@@ -10,7 +10,7 @@ import numpy as np
 from codegen.effects.declare import system_of
 from codegen.spec.model import Spec
 from codegen.thesis.gallery import drawing as d
-from codegen.thesis.gallery.figure import Plot, Runs
+from codegen.thesis.gallery.figure import Plot, Runs, measured
 from codegen.thesis.gallery.measures import Array, Reading, after, ratio
 from codegen.thesis.gallery.runs import Gains, watch
 from codegen.thesis.gallery.setting import Setting
@@ -21,7 +21,7 @@ SETTLED = 1.0
 
 
 def levels_of(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None) -> Runs:
-    """Nothing to run: the laws stand in the spec."""
+    """No run: the laws are read from the spec."""
     return Runs(specs, setting)
 
 
@@ -102,18 +102,13 @@ PLOTS = {
         levels_of,
         draw_laws,
         1.2,
-        {
-            "coulomb_is_constant": coulomb_is_constant,
-            "breakaway_is_higher": breakaway_is_higher,
-            "viscous_part_rises": viscous_part_rises,
-            "stribeck_dips": stribeck_dips,
-        },
+        measured(coulomb_is_constant, breakaway_is_higher, viscous_part_rises, stribeck_dips),
     ),
     "1.2": Plot(
         driven,
         draw_hysteresis,
         1.3,
-        {"hysteresis_width": hysteresis_width},
+        measured(hysteresis_width),
         (
             Setting("sample time 0.1 ms", step=1e-4),
             Setting("driven at 5 Hz", inputs={"w": "150*sin(10*pi*t)"}),

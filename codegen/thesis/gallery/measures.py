@@ -71,11 +71,6 @@ def overshoot(estimate: Array, truth: Array) -> float:
     return float(np.max(np.abs(estimate)) / np.max(np.abs(truth)) - 1)
 
 
-def roughness(values: Array) -> float:
-    """RMS of the step from sample to sample over √2: the noise of a signal that is smooth otherwise."""
-    return rms(np.diff(values)) / float(np.sqrt(2))
-
-
 def ratio(above: float, below: float) -> float:
     """A ratio; infinite over zero."""
     return above / below if below else float("inf")

@@ -73,30 +73,10 @@ def _view(kept: Mapping[str, Kept]) -> dict[str, Any]:
 
 def _figure(text: FigureText, kept: Kept) -> dict[str, Any]:
     entry = text.entry
-    return {
-        "number": entry.figure,
-        "title": entry.title,
-        "picture": picture_name(entry.figure),
-        "specs": [f"{name}.yaml" for name in entry.specs],
-        "folder": FOLDER,
-        "open": " ".join(entry.open.split()),
-        "pid": kept["pid"],
-        "settings": kept["settings"],
-    }
+    more = {"picture": picture_name(entry.figure), "folder": FOLDER, "open": " ".join(entry.open.split())}
+    return entry.model_dump() | kept | more
 
 
 def _row(figure: str, entry: StatementEntry, row: Kept, settings: int) -> dict[str, Any]:
-    return {
-        "figure": figure,
-        "says": entry.says,
-        "where": entry.where,
-        "number": entry.number,
-        "condition": entry.holds.replace("-", "−"),
-        "value": row["value"],
-        "parts": row["parts"],
-        "holds": row["holds"],
-        "others": [{"setting": name, "value": value} for name, value in row["others"]],
-        "settings": settings,
-        "closed_form": entry.closed_form,
-        "note": " ".join(entry.note.split()),
-    }
+    more = {"figure": figure, "condition": entry.holds.replace("-", "−"), "settings": settings}
+    return entry.model_dump() | row | more | {"note": " ".join(entry.note.split())}

@@ -203,7 +203,7 @@ def on_the_boundary(runs: Runs) -> Reading:
 def grows_at_chapter_3_gains(runs: Runs) -> Reading:
     """The same gains watching the rig, whose servo gets their velocity estimate: growth of the estimate in a sample.
 
-    It is at 100 Hz in every setting, and with these gains: both are what the statement speaks of.
+    It is at 100 Hz in every setting, and with these gains: the statement is about both.
     """
     spec = with_observer(_tracking(runs), "to", CHAPTER_3)
     setting = replace(runs.setting, step=None, factors={k: v for k, v in runs.setting.factors.items() if k == "J"})

@@ -9,7 +9,7 @@ import numpy as np
 
 from codegen.simulate.loop_run import LoopRun
 from codegen.spec.model import Spec
-from codegen.thesis.gallery.figure import Plot, Runs
+from codegen.thesis.gallery.figure import Plot, Runs, measured
 from codegen.thesis.gallery.measures import (
     Reading,
     after,
@@ -28,7 +28,7 @@ PRINTED_NOISE = 0.1
 HALF_PERIOD = 1.0
 """s between jumps of the reference."""
 TRANSIENT, SETTLED = 0.4, 0.7
-"""s after a jump: until when the mass is under way, from when on it should stand."""
+"""s after a jump: end of the transient, and from when on the mass should be at rest."""
 SETTINGS = (
     Setting("no noise", noise=0.0),
     Setting("noise 0.1 as printed, white at 1 kHz", noise=0.1),
@@ -176,41 +176,25 @@ def noise_passed(runs: Runs) -> Reading:
     return Reading(passed / level, (("noise", passed), ("friction", level)), "N")
 
 
-CANCELLING = {
-    "velocity_observer_is_free": velocity_observer_is_free,
-    "cancels": cancels,
-    "better_than_pid": better_than_pid,
-    "noise_passed": noise_passed,
-}
+CANCELLING = measured(velocity_observer_is_free, cancels, better_than_pid, noise_passed)
 PLOTS = {
-    "2.3": Plot(uncancelled, draw_responses, 1.1, {"hang_off_without": hang_off_without}, SETTINGS),
+    "2.3": Plot(uncancelled, draw_responses, 1.1, measured(hang_off_without), SETTINGS),
     "2.4": Plot(
         cancelled,
         draw_cancelled,
         4,
-        {
-            "improves_with_k_F": improves_with_k_F,
-            "mu_helps": mu_helps,
-            "gain_shortens_transient": gain_shortens_transient,
-            "gain_costs_rest": gain_costs_rest,
-            "better_than_pid": better_than_pid,
-        },
+        measured(improves_with_k_F, mu_helps, gain_shortens_transient, gain_costs_rest, better_than_pid),
         SETTINGS,
     ),
     "2.5": Plot(
         cancelled,
         draw_cancelled,
         2,
-        {
-            "improves_with_k_2": improves_with_k_2,
-            "both_satisfy": both_satisfy,
-            "cfo_shows_more_detail": cfo_shows_more_detail,
-            "better_than_pid": better_than_pid,
-        },
+        measured(improves_with_k_2, both_satisfy, cfo_shows_more_detail, better_than_pid),
         SETTINGS,
         pid_of="2.4",
     ),
-    "3.2": Plot(uncancelled, draw_friction, 1.3, {"law_is_met": law_is_met}, SETTINGS[-3:]),
+    "3.2": Plot(uncancelled, draw_friction, 1.3, measured(law_is_met), SETTINGS[-3:]),
     "3.3": Plot(without_tachometer, draw_cancelled, 2, CANCELLING, SETTINGS),
     "3.4": Plot(without_tachometer, draw_cancelled, 2, CANCELLING, SETTINGS, pid_of="3.3"),
 }

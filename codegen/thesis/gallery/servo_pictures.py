@@ -36,16 +36,8 @@ def draw_cancelled(figure: Any, runs: Runs) -> None:
     grid = figure.subplots(len(letters), 3, squeeze=False, sharex="col")
     for row, letter, spec in zip(grid, letters, runs.specs, strict=False):
         response, error, friction = row
-        run, ideal = runs[letter], runs["ideal"]
-        d.line(response, ideal.time, ideal.true_positions[:, 0], d.IDEAL, "without friction", dashes=(0, (5, 2)))
-        for name, colour, label, width in (
-            (f"none_{letter}", d.OTHER, "not cancelled", 1.4),
-            (f"pid_{letter}", d.THIRD_ONE, "PID", 1.4),
-            (letter, d.ESTIMATED, "estimated and cancelled", 1.8),
-        ):
-            other = runs[name]
-            d.line(response, other.time, other.true_positions[:, 0], colour, label, width)
-            d.line(error, other.time, position_error(other, ideal), colour, width=width)
+        run = runs[letter]
+        draw_motions(response, error, runs, (f"none_{letter}", f"pid_{letter}", letter))
         d.dots(friction, run.true_velocities[:, 0], run.friction_estimate[:, 0], d.ESTIMATED)
         _friction(friction, spec, run)
         d.limit(friction, run.friction, 1.8)
@@ -54,6 +46,19 @@ def draw_cancelled(figure: Any, runs: Runs) -> None:
         d.frame(error, d.TIME if last else "", "distance in m")
         d.frame(friction, "velocity in m/s" if last else "", "friction in N")
     d.legend(figure, grid[0, 0], grid[0, 2])
+
+
+def draw_motions(response: Any, error: Any, runs: Runs, names: tuple[str, str, str]) -> None:
+    """The ideal motion and those not cancelled, under the PID and cancelled; and their distances from the ideal."""
+    ideal = runs["ideal"]
+    d.line(response, ideal.time, ideal.true_positions[:, 0], d.IDEAL, "without friction", dashes=(0, (5, 2)))
+    labels = ("not cancelled", "PID", "estimated and cancelled")
+    for name, colour, label, width in zip(
+        names, (d.OTHER, d.THIRD_ONE, d.ESTIMATED), labels, (1.4, 1.4, 1.8), strict=True
+    ):
+        run = runs[name]
+        d.line(response, run.time, run.true_positions[:, 0], colour, label, width)
+        d.line(error, run.time, position_error(run, ideal), colour, width=width)
 
 
 def draw_friction(figure: Any, runs: Runs) -> None:

@@ -86,7 +86,6 @@ class Statement:
 class FigureText:
     """A figure with its statements."""
 
-    chapter: str
     entry: FigureEntry
     statements: tuple[Statement, ...]
 
@@ -104,8 +103,7 @@ def _figures_of(path: Path) -> list[FigureText]:
     document, places = load_mapping(read_text(path, "a claims file (YAML)"), path.name)
     read = validate(ChapterFile, plain(document), places, path.name)
     return [
-        FigureText(read.chapter, figure, tuple(_statement(s, Place(path.name)) for s in figure.statements))
-        for figure in read.figures
+        FigureText(figure, tuple(_statement(s, Place(path.name)) for s in figure.statements)) for figure in read.figures
     ]
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from codegen.simulate.loop_run import LoopRun
 from codegen.spec.model import Spec
 from codegen.thesis.gallery import drawing as d
-from codegen.thesis.gallery.figure import Plot, Runs
+from codegen.thesis.gallery.figure import Plot, Runs, measured
 from codegen.thesis.gallery.measures import Array, Reading, after, overshoot, ratio, rms
 from codegen.thesis.gallery.runs import Gains, watch
 from codegen.thesis.gallery.setting import Setting, observer_choice, with_observer
@@ -170,13 +170,7 @@ def draw_watched(figure: Any, runs: Runs) -> None:
     d.legend(figure, grid[0, 0])
 
 
-STATIC = {
-    "model_is_better": model_is_better,
-    "overshoots": overshoots,
-    "needs_gain": needs_gain,
-    "excellent_in_noise": excellent_in_noise,
-    "noise_passed": noise_passed,
-}
+STATIC = measured(model_is_better, overshoots, needs_gain, excellent_in_noise, noise_passed)
 PLOTS = {
     "4.3": Plot(motion, draw_motion, 1.6),
     "4.4": Plot(watched, draw_watched, 2, STATIC, SETTINGS, cost=3),
@@ -186,14 +180,14 @@ PLOTS = {
         watched,
         draw_watched,
         2,
-        {
-            "model_is_better": model_is_better,
-            "overshoots": overshoots,
-            "gto_misses_hysteresis": gto_misses_hysteresis,
-            "gto_has_hysteresis": gto_has_hysteresis,
-            "gdfo_has_hysteresis": gdfo_has_hysteresis,
-            "gto_finds_levels": gto_finds_levels,
-        },
+        measured(
+            model_is_better,
+            overshoots,
+            gto_misses_hysteresis,
+            gto_has_hysteresis,
+            gdfo_has_hysteresis,
+            gto_finds_levels,
+        ),
         (SETTINGS[0], SETTINGS[1], SETTINGS[3]),
         cost=15,
     ),

@@ -24,7 +24,7 @@ def friction_laws() -> World:
     names |= {"dahl_slope": sympy.powsimp(tidy(dahl.diff(f)))}
 
     def odd(expression: sympy.Expr) -> Derived:
-        """What stands for v > 0, made odd."""
+        """The odd extension of a law that is given for v > 0."""
         forward = expression.subs(v, Magnitude(v))
         return Derived(sympy.Matrix([[forward * Sgn(v)]]))
 

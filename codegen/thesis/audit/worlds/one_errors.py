@@ -1,6 +1,6 @@
 """One mass with Coulomb or extended Coulomb friction: error dynamics of CFO and TO by the chain rule.
 
-The plant is v̇ = w − F with F = a(v) sgn(v); ``v_dot`` stands for v̇, so that w = v̇ + F. Errors are truth less estimate.
+The plant is v̇ = w − F with F = a(v) sgn(v); ``v_dot`` is v̇, so that w = v̇ + F. Errors are truth less estimate.
 """
 
 from __future__ import annotations

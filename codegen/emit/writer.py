@@ -1,0 +1,154 @@
+"""Lines of rolled code → text: what the templates of a language call for each assignment, sum and derived constant."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from codegen.emit.entries import inputs_of, outputs_of, parameters_of, states_of
+from codegen.emit.expression import Expressions, wrapped
+from codegen.emit.header import Header
+from codegen.emit.language import Language
+from codegen.program import Code, Program
+from codegen.program.graph import Node, reachable
+from codegen.program.model import HELD, LARGEST
+from codegen.program.stretch import Line, Stretch, Sum
+
+INDEX = "i"
+_SUM_STARTS = 25
+"""Column at which the value of a sum starts, for its wrapping."""
+
+
+@dataclass(frozen=True)
+class Style:
+    """How a language writes fields of structs and locals: formats with {name}, which may have an index behind it.
+
+    Attributes:
+        structs: struct → format; ``local`` of arrays and of locals of the function, ``inner`` of those of a loop.
+        declared: before a local that is declared where it gets its value; ``declares`` whether one of the function is.
+        indent: of a line outside loops; that of a loop is four deeper.
+    """
+
+    language: Language
+    structs: Mapping[str, str]
+    local: str
+    inner: str
+    declared: str
+    declares: bool
+    indent: int
+
+
+@dataclass(frozen=True)
+class DerivedEntry:
+    """A derived constant, or an array of them; ``count`` is 0 for a scalar, ``formula`` that of the first."""
+
+    name: str
+    count: int
+    values: tuple[float, ...]
+    formula: str
+
+
+class Writer:
+    """The text of a program's code in one style.
+
+    Its methods raise BadInput for a number that the language has no literal for.
+    """
+
+    def __init__(self, program: Program, code: Code, style: Style) -> None:
+        self.code, self.language, self.style = code, style.language, style
+        self._loops = bool(program.arrays)
+        self._parameters = {f.name: program.reference(f.name) for f in program.parameters}
+        groups = {"parameters": program.parameters, "state": program.states, "inputs": program.inputs}
+        self._struct = {f.name: kind for kind, fields in groups.items() for f in fields}
+        self._struct |= {a.name: "parameters" for a in code.derived}
+        self._struct |= {HELD + a.name: "outputs" for a in code.outputs}
+        words = {name: style.structs[kind].format(name=name.removeprefix(HELD)) for name, kind in self._struct.items()}
+        self._expressions = Expressions(self.language, words, {}, self._place)
+
+    def target(self, line: Line, stretch: Stretch) -> str:
+        """What a line assigns to, with its declaration where it has one."""
+        if line.field:
+            node = line.target
+            name = f"{node.name}[{_index(node)}]" if node.kind == "element" else node.name
+            return self.style.structs[line.field].format(name=name)
+        name = self._place(line.target)
+        declared = line.target.kind == "local" and (stretch.loop or self.style.declares)
+        return self.style.declared.format(name=name) if declared else name
+
+    def value(self, line: Line, stretch: Stretch) -> str:
+        """What a line assigns, wrapped."""
+        indent = self.style.indent + (4 if stretch.loop else 0)
+        comment = 0 if self._loops or line.field else len(line.unit)
+        start = indent + len(self.target(line, stretch)) + 3 + comment
+        return wrapped(self._expressions.text(line.value), start, self.language, indent + 4)
+
+    def terms(self, added: Sum) -> str:
+        """The terms of a sum, wrapped; empty where there are none."""
+        text = " + ".join(self._expressions.text(term) for term in added.terms)
+        return wrapped(text, _SUM_STARTS, self.language, self.style.indent + 4)
+
+    def reads(self, nodes: Iterable[Node]) -> frozenset[str]:
+        """The structs that the expressions depend on."""
+        return frozenset(self._struct[n.name] for n in reachable(nodes) if n.kind == "symbol")
+
+    @property
+    def derived(self) -> tuple[DerivedEntry, ...]:
+        """Derived constants, scalars and arrays, in the order in which their first element is computed."""
+        code, rolled = self.code, self.code.rolled
+        names = {name: f"{array}[{at}]" for name, (array, at) in rolled.constants.items()}
+        plain = Expressions(self.language, self._parameters, {a.value: names.get(a.name, a.name) for a in code.derived})
+        values: dict[str, dict[int, float]] = {}
+        formulas: dict[str, str] = {}
+        for a, value in zip(code.derived, code.derived_values, strict=True):
+            array, at = rolled.constants.get(a.name, (a.name, 0))
+            values.setdefault(array, {})[at] = value
+            formulas.setdefault(array, plain.text(a.value, whole=True))
+        counts = {array: rolled.lengths[array] for array, _ in rolled.constants.values()}
+        return tuple(
+            DerivedEntry(
+                name,
+                counts.get(name, 0),
+                tuple(known.get(k, 0.0) for k in range(counts.get(name, 1))),
+                formulas[name],
+            )
+            for name, known in values.items()
+        )
+
+    def _place(self, node: Node) -> str:
+        """An element or a local."""
+        if node.kind == "local":
+            return (self.style.inner if node.signs else self.style.local).format(name=node.name)
+        kind = self.code.rolled.storage[node.name]
+        written = self.style.local if kind == "local" else self.style.structs[kind]
+        return written.format(name=f"{node.name.removeprefix(HELD)}[{_index(node)}]")
+
+
+def template_words(program: Program, code: Code, header: Header, style: Style, real: str) -> dict[str, Any]:
+    """What the templates of every language are given.
+
+    Args:
+        real: the type of a number.
+    """
+    literal, largest = style.language.literal, LARGEST[program.precision]
+    return {
+        "program": program,
+        "code": code,
+        "header": header,
+        "text": Writer(program, code, style),
+        "literal": literal,
+        "real": real,
+        "largest": literal(largest),
+        "largest_shown": f"{largest:.0e}",
+        "parameters": parameters_of(program),
+        "states": states_of(program),
+        "inputs": inputs_of(program),
+        "outputs": outputs_of(program),
+    }
+
+
+def _index(element: Node) -> str:
+    at = int(element.value)
+    if not element.signs:
+        return str(at)
+    return INDEX if at == 0 else f"{INDEX} + {at}" if at > 0 else f"{INDEX} - {-at}"
