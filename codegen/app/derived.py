@@ -250,11 +250,10 @@ def _files(machine: Derived) -> Mapping[str, str]:
 
     outcome, sources = machine.outcome, machine.sources
     said = outcome.content if isinstance(outcome, Certificate) else outcome.reason
-    files = {**sources, **outcome.proofs}
-    files["README.md"] = emit_readme(machine.program, machine.header, said, tuple(sources), outcome.proofs)
-    if outcome.kernel is not None:
-        files[PROOF] = outcome.kernel
+    of_the_c = {} if outcome.kernel is None else {PROOF: outcome.kernel}
     if isinstance(outcome, Certificate) and outcome.ellipsoid is not None:
-        files[SETS] = outcome.ellipsoid
+        of_the_c[SETS] = outcome.ellipsoid
+    readme = emit_readme(machine.program, machine.header, said, tuple(sources), {**outcome.proofs, **of_the_c})
+    files = {**sources, **outcome.proofs, "README.md": readme, **of_the_c}
     files["manifest.json"] = emit_manifest(machine.header, files)
     return files
