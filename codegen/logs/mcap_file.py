@@ -67,7 +67,7 @@ class McapStorage:
                 self._schemas[record.id] = record
 
     def _refuse_cut_off(self, stream: IO[bytes]) -> None:
-        """Raise BadInput for a file that begins as MCAP and does not end so: its summary would be read from anywhere."""
+        """Raise BadInput for a file that begins as MCAP and ends otherwise: there is no summary to read."""
         first, size = stream.read(len(MAGIC)), stream.seek(0, SEEK_END)
         stream.seek(max(size - len(MAGIC), 0))
         if first == MAGIC and stream.read() != MAGIC:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from codegen.export import usd
 from codegen.export.bodies import principal
 from tests.app.command import SPECS, stiction
 
@@ -89,8 +90,8 @@ def written(tmp_path: Path) -> tuple[Path, Path]:
 
 def test_the_mass_matrix_is_mujoco_s(tmp_path: Path) -> None:
     mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed")
-    usd, mjcf = written(tmp_path)
-    scene, model = prims(usd.read_text()), mujoco.MjModel.from_xml_path(str(mjcf))
+    scene_file, mjcf = written(tmp_path)
+    scene, model = prims(scene_file.read_text()), mujoco.MjModel.from_xml_path(str(mjcf))
     joints = [f"seven_joint_arm/joints/{model.joint(k).name}" for k in range(model.nv)]
     ours, data = mass_matrix_of(scene, joints), mujoco.MjData(model)
     rng = np.random.default_rng(2)
@@ -151,15 +152,23 @@ def test_principal_axes() -> None:
     assert (principal(np.diag([3.0, 1, 2]))[1] == np.eye(3)).all()
 
 
+def test_a_frame_whose_x_axis_is_the_joint_s() -> None:
+    axes = [*np.eye(3), *-np.eye(3), *np.random.default_rng(6).normal(size=(20, 3))]
+    for axis in (np.array(a) / np.linalg.norm(a) for a in axes):
+        frame = usd._from_x(axis)
+        assert np.allclose(frame[:, 0], axis) and np.allclose(frame @ frame.T, np.eye(3))
+        assert np.linalg.det(frame) == pytest.approx(1)
+
+
 @pytest.mark.slow
 def test_newton_reads_it(tmp_path: Path) -> None:
     """M(q), armature, damping in N m s/rad and friction, as Newton's own reader of USD has them."""
     newton = pytest.importorskip("newton", reason="Newton is not installed")
     pytest.importorskip("newton_usd_schemas", reason="its USD schemas are not installed")
     mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed")
-    usd, mjcf = written(tmp_path)
+    scene_file, mjcf = written(tmp_path)
     builder = newton.ModelBuilder()
-    builder.add_usd(str(usd))
+    builder.add_usd(str(scene_file))
     model, theirs = builder.finalize(device="cpu"), mujoco.MjModel.from_xml_path(str(mjcf))
     n = theirs.nv
     assert [label.rpartition("/")[2] for label in model.joint_label[1:]] == [theirs.joint(k).name for k in range(n)]
@@ -184,8 +193,8 @@ def test_the_usd_library_reads_it(tmp_path: Path) -> None:
     from pxr import Usd, UsdPhysics
 
     assert usd_library
-    usd, _ = written(tmp_path)
-    stage = Usd.Stage.Open(str(usd))
+    scene_file, _ = written(tmp_path)
+    stage = Usd.Stage.Open(str(scene_file))
     robot = stage.GetDefaultPrim()
     assert robot.HasAPI(UsdPhysics.ArticulationRootAPI)
     joints = [p for p in stage.Traverse() if p.IsA(UsdPhysics.RevoluteJoint)]
