@@ -45,7 +45,7 @@ goldens: $(VENV)/run.stamp
 
 # Every test, the slow ones too, with the peers and solvers whose tests skip in `make test`.
 check-all: toolchains lint types goldens $(VENV)/benchmark.stamp
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[robots,smt]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[newton,robots,smt]'
 	HYPOTHESIS_PROFILE=random $(BIN)/python -m pytest -n 2 -m ""
 
 # An hour of damaged specs, logs, robot files and proofs (SECURITY.md); `make fuzz SECONDS=600 SEED=1000000` as long and from where you say.

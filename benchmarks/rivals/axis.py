@@ -90,22 +90,23 @@ def axis_of(system: System, name: str) -> Axis | None:
     def level(symbol: str) -> Quantity:
         return Quantity("level", symbol, force=True)
 
+    viscous = (Quantity("damping", "b", force=True),) if "b" in v else ()
     match name:
         case "one_mass_stage":
-            return Axis("slide", "none", 1.0, (Quantity("inertia", "m"), level("F1_a")))
+            return Axis("slide", "none", 1.0, (Quantity("inertia", "m"), *viscous, level("F1_a")))
         case "gantry_axis":
             moved = (Quantity("inertia", "M"), Quantity("damping", "Fv", force=True), level("Fc_a"))
             return Axis("slide", "none", v["kt"], moved)
         case "pendulum_arm":
-            moved = (Quantity("inertia", "J"), Quantity("moment", "m", v["g"] * v["l"]), level("Fb_a"))
-            return Axis("hinge", "hanging", 1.0, moved)
+            moment = Quantity("moment", "m", v["g"] * v["l"])
+            return Axis("hinge", "hanging", 1.0, (Quantity("inertia", "J"), moment, *viscous, level("Fb_a")))
         case "harmonic_joint":
-            inertia, damping = Quantity("inertia", "J"), Quantity("damping", "b", force=True)
-            return Axis("hinge", "level", v["kt"], (inertia, Quantity("moment", "G"), damping, level("Fj_a")))
+            moved = (Quantity("inertia", "J"), Quantity("moment", "G"), *viscous, level("Fj_a"))
+            return Axis("hinge", "level", v["kt"], moved)
         case "emps":
             damping, offset = Quantity("damping", "Fv", force=True), Quantity("offset", "offset", -1.0)
             return Axis("slide", "none", v["gtau"], (Quantity("inertia", "M"), damping, offset, level("rail_a")))
         case "simple_pendulum":
-            inertia, damping = Quantity("inertia", "J"), Quantity("damping", "b", force=True)
-            return Axis("hinge", "hanging", 1.0, (inertia, Quantity("moment", "G"), damping, level("joint_a")))
+            moved = (Quantity("inertia", "J"), Quantity("moment", "G"), *viscous, level("joint_a"))
+            return Axis("hinge", "hanging", 1.0, moved)
     return None

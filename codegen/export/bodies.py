@@ -15,6 +15,8 @@ from codegen.export.numbers import number, numbers
 Array = NDArray[np.float64]
 MARGIN = 1e-9
 """Of the triangle inequality of principal moments."""
+SWEEPS, DIAGONAL = 8, 1e-14
+"""Rounds of Jacobi's rotations, and what is left beside the diagonal then, as a share of the trace."""
 APART = 0.3
 """Metres between the bodies of a machine that has no robot file, to see them."""
 
@@ -114,6 +116,20 @@ def of_a_body(inertia: Array) -> Array:
         return inertia
     moments[:2] += lacking / 2
     return np.asarray((axes * moments) @ axes.T)
+
+
+def principal(inertia: Array) -> tuple[Array, Array]:
+    """(3,) moments and (3, 3) rotation whose columns are their axes, by Jacobi's rotations; a diagonal one stays."""
+    a, axes = np.array(inertia), np.eye(3)
+    for p, q in SWEEPS * ((0, 1), (0, 2), (1, 2)):
+        if abs(a[p, q]) > DIAGONAL * np.trace(a):
+            theta = (a[q, q] - a[p, p]) / (2 * a[p, q])
+            t = (1.0 if theta >= 0 else -1.0) / (abs(theta) + sqrt(theta**2 + 1))
+            c = 1 / sqrt(t**2 + 1)
+            turn = np.eye(3)
+            turn[[p, q], [p, q]], turn[p, q], turn[q, p] = c, t * c, -t * c
+            a, axes = turn.T @ a @ turn, axes @ turn
+    return np.diag(a), axes
 
 
 def _plain(index: int, name: str, turns: bool, inertia: float) -> Link:

@@ -1,4 +1,4 @@
-"""What stays of a machine where a joint has viscous damping and Coulomb friction alone: URDF, and SDF with a spring."""
+"""What stays of a machine whose joints have viscous damping and Coulomb friction alone: for URDF, SDF and USD."""
 
 from __future__ import annotations
 
@@ -22,6 +22,7 @@ class JointTerms:
 
     Attributes:
         effort: the greatest force of its drive, or None where no saturation is declared.
+        armature: inertia of a rotor at the joint, kg m² or kg.
     """
 
     name: str
@@ -30,26 +31,27 @@ class JointTerms:
     stiffness: float = 0.0
     reference: float = 0.0
     effort: float | None = None
+    armature: float = 0.0
 
 
 def joint_terms(
-    spec: Spec, mechanism: Mechanism, target: str, springs: bool
+    spec: Spec, mechanism: Mechanism, target: str, springs: bool, armatures: bool = False
 ) -> tuple[tuple[JointTerms, ...], tuple[Remark, ...]]:
     """The terms of each joint, and what they hold of the machine.
 
     Args:
         target: its name in the remarks.
-        springs: whether its joints have linear springs.
+        springs: whether its joints have linear springs. armatures: whether they have inertias of their own.
     """
-    reduction = _Reduction(spec, mechanism, target, springs)
+    reduction = _Reduction(spec, mechanism, target, springs, armatures)
     joints = tuple(reduction.joint(i) for i in range(len(mechanism.system.positions)))
     reduction.others()
     return joints, tuple(reduction.remarks)
 
 
 class _Reduction:
-    def __init__(self, spec: Spec, mechanism: Mechanism, target: str, springs: bool) -> None:
-        self.system, self.target, self.springs = mechanism.system, target, springs
+    def __init__(self, spec: Spec, mechanism: Mechanism, target: str, springs: bool, armatures: bool) -> None:
+        self.system, self.target, self.springs, self.armatures = mechanism.system, target, springs, armatures
         self.region = Region(spec, self.system)
         self.remarks: list[Remark] = []
         self.mechanism = with_means(mechanism, self.region, self.remarks)
@@ -80,10 +82,20 @@ class _Reduction:
         if stiffness:
             self.remarks.append(Remark(f"spring on {x}", "exact", f"{stiffness:.6g}, at rest at {reference:.6g}"))
         self._lost(line, direction, stiffness, reference)
-        if self.mechanism.tree is not None and self.mechanism.inertias[index]:
-            how = f"{self.mechanism.inertias[index]:.6g} of inertia at the joint: {self.target} has none there"
-            self.remarks.append(Remark(f"inertia of {x}", "dropped", how))
-        return JointTerms(x.name, terms.damping[0], terms.level, stiffness, reference, self._effort(index))
+        armature = self._armature(index)
+        return JointTerms(x.name, terms.damping[0], terms.level, stiffness, reference, self._effort(index), armature)
+
+    def _armature(self, index: int) -> float:
+        """What is added to the inertia of a robot file's bodies, as far as the target holds it."""
+        where, inertia = f"inertia of {self.system.positions[index]}", self.mechanism.inertias[index]
+        if self.mechanism.tree is None or not inertia:
+            return 0.0
+        if self.armatures and inertia > 0:
+            self.remarks.append(Remark(where, "exact", f"armature {inertia:.6g}"))
+            return inertia
+        why = "takes none below zero" if self.armatures else "has none there"
+        self.remarks.append(Remark(where, "dropped", f"{inertia:.6g} of inertia at the joint: {self.target} {why}"))
+        return 0.0
 
     def _lost(self, line: Line, direction: tuple[float, ...], stiffness: float, reference: float) -> None:
         """Forces of the position, and constant ones, that the target has not."""

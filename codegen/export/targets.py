@@ -20,6 +20,7 @@ from codegen.export.sdf import sdf_text
 from codegen.export.simulink import simulink_block
 from codegen.export.structured_text import structured_text
 from codegen.export.urdf import urdf_text
+from codegen.export.usd import usd_text
 from codegen.mechanics.system import System
 from codegen.spec.kinematics import KinematicTree
 from codegen.spec.model import Spec
@@ -106,6 +107,11 @@ def _sdf(machine: Exportable, choices: Choices) -> Exported:
     return Exported({"": text}, remarks)
 
 
+def _usd(machine: Exportable, choices: Choices) -> Exported:
+    text, remarks = usd_text(machine.spec, mechanism_of(machine.spec, machine.system), choices.header)
+    return Exported({"": text}, remarks)
+
+
 def _csv_map(machine: Exportable, choices: Choices) -> Exported:
     gear = 1.0 if choices.gear is None else choices.gear
     table = force_map(machine.spec, mechanism_of(machine.spec, machine.system), choices.on, gear)
@@ -154,6 +160,7 @@ TARGETS: dict[str, Target] = {
     "mjcf": Target(_mjcf, (".xml", ".mjcf"), "a model of MuJoCo"),
     "urdf": Target(_urdf, (".urdf", ".xml"), "a robot file; that of the spec with other friction, where it names one"),
     "sdf": Target(_sdf, (".sdf", ".xml"), "a model of Gazebo"),
+    "usd": Target(_usd, (".usda",), "a scene of Isaac Sim, Isaac Lab and Newton"),
     "csv-map": Target(_csv_map, (".csv",), "forces that repeat with the position, a row a count of a turn", True),
     "odrive": Target(_odrive, (".h",), "the cogging map of ODrive's firmware", True),
     "arduino": Target(_arduino, (), "the observer in single precision, a library of Arduino and PlatformIO"),

@@ -37,6 +37,15 @@ class HoldsCommands(Protocol):
         """Column of such a position → the column where the measured one stands."""
 
 
+@runtime_checkable
+class HasJointsInBrackets(Protocol):
+    """A file whose names have a joint in brackets: ``/joint_states.effort[shoulder]``."""
+
+    @property
+    def joints_in_brackets(self) -> bool:
+        """Whether what stands in brackets is no unit."""
+
+
 @dataclass(frozen=True)
 class Binding:
     """Symbols and the file's columns.
@@ -275,7 +284,7 @@ def _factor(
     if term is None or symbol in description.scale or symbol in spec.log.scale:
         return scale
     if term.expression is not None:
-        units = {unit for c in term.columns if (unit := source.units.get(c, "") or stated_unit(c)[1])} - {"-", "1", own}
+        units = {unit for c in term.columns if (unit := _stated(c, source))} - {"-", "1", own}
         if units:
             words = f"{symbol} is computed from columns in {listing(sorted(units))}, and taken to be in {own}"
             notes.append(words)
@@ -283,7 +292,7 @@ def _factor(
             findings.append(Finding("warning", f"unit of {symbol}", f"{words}. {advice}"))
         return scale
     name = term.columns[0]
-    unit = source.units.get(name, "") or stated_unit(name)[1]
+    unit = _stated(name, source)
     behind = unit_behind(symbol, name)
     by_name = not unit and bool(behind)
     unit = unit or behind
@@ -301,6 +310,13 @@ def _factor(
     advice = f"Say `scale: {{{symbol}: FACTOR}}` in a log description, 1 if they are in {own}."
     findings.append(Finding("warning", f"unit of {symbol}", f"{words[0].upper()}{words[1:]}. {advice}"))
     return scale
+
+
+def _stated(name: str, source: Named) -> str:
+    """The unit of a column that the file states, or its name; an index or a joint in brackets is none."""
+    by_file, by_name = source.units.get(name, ""), stated_unit(name)[1]
+    joint = isinstance(source, HasJointsInBrackets) and source.joints_in_brackets
+    return by_file or ("" if joint or by_name.isdigit() else by_name)
 
 
 def _nearest(name: str, names: Sequence[str]) -> str | None:

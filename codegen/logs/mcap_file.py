@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
+from os import SEEK_END
 from pathlib import Path
 from typing import IO, Any
 
@@ -15,6 +16,7 @@ from codegen.logs.ros_storage import Message, Topic
 from codegen.logs.source import LARGEST_STREAM, Allowance, Source
 
 EXPECTED = "an MCAP log of ROS 2 messages (a file that a recorder left unfinished: `mcap recover`)"
+MAGIC = b"\x89MCAP0\r\n"
 LARGEST_CHUNK = 256_000_000
 """Bytes of a chunk, packed and unpacked; recorders write some megabytes at a time."""
 
@@ -51,6 +53,7 @@ class McapStorage:
     def _survey(self, stream: IO[bytes]) -> None:
         from mcap.reader import SeekingReader
 
+        self._refuse_cut_off(stream)
         summary = SeekingReader(stream, record_size_limit=LARGEST_CHUNK).get_summary()
         if summary is not None and summary.channels and summary.chunk_indexes:
             self._channels, self._schemas = summary.channels, summary.schemas
@@ -62,6 +65,15 @@ class McapStorage:
                 self._channels[record.id] = record
             elif type(record).__name__ == "Schema":
                 self._schemas[record.id] = record
+
+    def _refuse_cut_off(self, stream: IO[bytes]) -> None:
+        """Raise BadInput for a file that begins as MCAP and ends otherwise: there is no summary to read."""
+        first, size = stream.read(len(MAGIC)), stream.seek(0, SEEK_END)
+        stream.seek(max(size - len(MAGIC), 0))
+        if first == MAGIC and stream.read() != MAGIC:
+            found = f"a file of {size} bytes without the mark of its end: cut off, or still being written"
+            raise BadInput(Place(str(self.path)), found, EXPECTED, code="LOG001")
+        stream.seek(0)
 
     def _records(self, stream: IO[bytes], topics: Collection[str] | None) -> Iterator[Any]:
         from mcap.stream_reader import StreamReader

@@ -72,6 +72,10 @@ class RosSource:
     def units(self) -> Mapping[str, str]:
         return {}
 
+    @property
+    def joints_in_brackets(self) -> bool:
+        return True
+
     def load(self, wanted: Sequence[str]) -> Columns:
         """The wanted fields, of all topics at common times; see ``series.joined``.
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
-from codecs import BOM_UTF16_BE, BOM_UTF16_LE
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE, IncrementalDecoder, getincrementaldecoder
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from signal import SIGINT, signal
@@ -116,6 +116,32 @@ class Stop:
         raise KeyboardInterrupt
 
 
+def _in_utf8(given: Iterator[bytes], file: str, said: list[str]) -> Iterator[bytes]:
+    """The pieces as they are, or in UTF-8 where they begin with the mark of UTF-16, which is then said."""
+    head, decoder = b"", None
+    for piece in given:
+        if len(head) < len(BOM_UTF16_LE):
+            head += piece
+            if len(head) < len(BOM_UTF16_LE):
+                continue
+            piece = head
+            if head.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
+                decoder = getincrementaldecoder("utf-16")()
+                said.append("the file is in UTF-16")
+        yield piece if decoder is None else _decoded(decoder, piece, False, file)
+    if decoder is not None:
+        yield _decoded(decoder, b"", True, file)
+    elif len(head) < len(BOM_UTF16_LE):
+        yield head
+
+
+def _decoded(decoder: IncrementalDecoder, piece: bytes, final: bool, file: str) -> bytes:
+    try:
+        return decoder.decode(piece, final).encode("utf-8")
+    except UnicodeError:  # half a letter at the end, or half of a pair
+        raise BadInput(file, "bytes that are not text in UTF-16, as their mark says", EXPECTED, code="LOG001") from None
+
+
 def _lines(given: Iterator[bytes], file: str) -> Iterator[list[str]]:
     """Whole lines, as many as there are; a last one without an end at the end."""
     rest = b""
@@ -135,9 +161,6 @@ def _text(line: bytes, file: str) -> str:
     except UnicodeDecodeError:
         if is_windows_text(line):
             return line.decode("cp1252").rstrip("\r")
-        if line.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
-            found = "text in UTF-16, which is not read as it arrives"
-            raise BadInput(file, found, f"{EXPECTED}, in UTF-8", code="LOG001") from None
         raise BadInput(file, "bytes that are not text in UTF-8", EXPECTED, code="LOG001") from None
 
 
@@ -167,14 +190,16 @@ def live_blocks(
     described = LogDescription() if log == STDIN else log_description(Path(log), None)
     table: _Table | None = None
     waiting: list[str] = []
-    for lines in _lines(given, file):
+    said: list[str] = []
+    for lines in _lines(_in_utf8(given, file, said), file):
         if table is not None:
             yield from table.blocks(lines, 0)
             continue
         waiting += lines
         rows = [line for line in waiting if line.strip() and not COMMENT.match(line)]
         if len(rows) > ROWS_ALIKE:  # the table is found by its first rows
-            table = _Table(spec, program, period, open_lines(file, waiting, described), described, columns)
+            head = replace(open_lines(file, waiting, described), encoding=tuple(said))
+            table = _Table(spec, program, period, head, described, columns)
             if notes is not None:
                 notes += [*table.head.notes, *table.notes]
             yield from table.blocks(waiting, table.head.first)

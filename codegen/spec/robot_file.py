@@ -1,8 +1,9 @@
 """A URDF file → elements with typed values and lines, through ROS's own parser (urdf_parser_py).
 
-That parser of 2021 is small, strict and needs no other package. yourdfpy 0.0.60, the kept-up one, reads a link that
-appears twice and a body without mass without a word, gives no lines, and brings meshes with it; what is refused here is
-found on lxml's tree, which knows the lines.
+That parser of 2021 is small, strict and needs no other package. The others give no lines: yourdfpy 0.0.60 reads a link
+that appears twice and an <inertial> without <inertia> without a word, and brings meshes with it; urchin 0.0.30 ends
+both in an AttributeError; Pinocchio 4.1 takes the second as a body without inertia. What is refused here is found on
+lxml's tree, which knows the lines.
 
 Both parsers are imported when a file is read: few specs name one.
 """

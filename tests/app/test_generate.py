@@ -210,6 +210,15 @@ def test_a_refused_dfo_has_its_regions_in_the_readme():
         assert f"alpha = {rate:.6g} 1/s" in line and "The region: a_plates in [24, 36], f_plates_along in [" in line
 
 
+@pytest.mark.parametrize(
+    "made", sorted((SPECS.parent / "generated").glob("*/manifest.json")), ids=lambda p: p.parent.name
+)
+def test_every_file_is_in_the_readme(made):
+    said = made.with_name("README.md").read_text()
+    listed = set(json.loads(made.read_text())["files"]) - {"README.md"}
+    assert not {name for name in listed if f"`{name}`" not in said}
+
+
 def test_uncertified(folder):
     (folder / "one_mass.yaml").write_text(UNSTABLE)
     assert stiction("generate", "one_mass.yaml", "--uncertified").code == 0

@@ -5,12 +5,16 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from benchmarks.practice.cases import PRACTICE
 from benchmarks.rivals.__main__ import page, ratios
 from benchmarks.rivals.axis import FACTOR, FRICTION_FACTOR, axis_of
-from benchmarks.rivals.logs import RIGHT, WRONG, Pair
+from benchmarks.rivals.logs import RIGHT, WRONG, Pair, pairs
 from benchmarks.rivals.runs import Answer, Compared, Errors
+from codegen.effects import CATALOGUE
+from codegen.effects.declare import system_of
 from codegen.mechanics import System, build_system
 from codegen.spec import read_spec
 
@@ -61,6 +65,34 @@ def test_the_offset_of_emps_acts_against_the_motor() -> None:
     told = axis.task(system)["quantities"]["offset"]
     assert told["value"] == pytest.approx(3.1648) and told["bounds"] == pytest.approx([-20.3935, 20.3935])
     assert axis.refitted({"inertia": 95.0, "damping": 200.0, "offset": 2.0, "level": 20.0})["offset"] == -2.0
+
+
+def test_the_axis_has_every_term_of_the_declared_model(tmp_path: Path) -> None:
+    """Damping too, where the spec has it: the peer was once told of a pendulum without its viscous friction."""
+    damped = PENDULUM.replace("sin(q)]", "sin(q) - b*v]").replace(
+        "mass_matrix", "  b: {value: 0.07, unit: N*m*s/rad}\nmass_matrix"
+    )
+    (tmp_path / "damped.yaml").write_text(damped)
+    files = [tmp_path / "damped.yaml"]
+    if PRACTICE.is_dir():
+        files += [pair.spec_file for pair in pairs(len(CATALOGUE))]
+    for file in files:
+        spec = read_spec(file)
+        system = system_of(spec)
+        axis = axis_of(system, spec.name)
+        assert axis is not None
+        task = axis.task(system)
+        told = {name: float(one["value"]) for name, one in task["quantities"].items()}
+        (x,), (v,), (w,) = system.positions, system.velocities, system.inputs
+        for q, speed, u in np.random.default_rng(1).uniform(-2, 2, (5, 3)):
+            at = {x: q, v: speed, w: u, **system.values}
+            turn = {"none": 0.0, "hanging": np.sin(q), "level": np.cos(q)}[task["gravity"]]
+            theirs = task["gain"] * u + told["offset"] - told["damping"] * speed - told["moment"] * turn
+            contact = system.contacts[0]
+            friction = contact.force.subs({contact.slip: speed}).subs(system.values)
+            ours = float(system.force[0].subs(at)) - float(friction)
+            assert ours == pytest.approx(theirs - told["level"] * np.sign(speed)), file
+        assert float(system.mass_matrix[0, 0].subs(system.values)) == pytest.approx(told["inertia"])
 
 
 def test_other_specs_have_no_axis() -> None:

@@ -12,6 +12,7 @@ from codegen.export.mechanism import mechanism_of
 from codegen.export.mjcf import build_mjcf
 from codegen.export.sdf import sdf_text
 from codegen.export.urdf import urdf_text
+from codegen.export.usd import usd_text
 from codegen.friction import LAWS
 from codegen.mechanics.system import System
 from codegen.report.effect_examples import PARAMETERS
@@ -25,7 +26,8 @@ def exported(spec: Spec, system: System) -> list[str]:
     """Where the remarks of the MJCF model are; it is loaded where MuJoCo is there."""
     mechanism = mechanism_of(spec, system)
     model = build_mjcf(spec, mechanism, [])
-    for text, remarks in (urdf_text(spec, mechanism, []), sdf_text(spec, mechanism, []), (model.text, model.remarks)):
+    plain = [write(spec, mechanism, []) for write in (urdf_text, sdf_text, usd_text)]
+    for text, remarks in (*plain, (model.text, model.remarks)):
         assert remarks and all(r.text in text for r in remarks)
         assert all(r.worst is None or (r.rms is not None and r.rms <= r.worst * (1 + 1e-9)) for r in remarks)
     try:

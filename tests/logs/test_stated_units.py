@@ -32,3 +32,10 @@ def test_units_of_columns_in_an_expression_are_a_warning(tmp_path: Path) -> None
     log = read_log(path, stage(), description=description)
     assert not any("computed from columns" in f.words for f in log.intake.findings)
     np.testing.assert_allclose(log.positions[:5, 0], -0.1 * np.sin(3 * TIME[:5]), atol=1e-9)
+
+
+def test_an_index_in_brackets_is_no_unit(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("t;state[2];w\n" + ROWS, encoding="utf-8")
+    log = read_log(path, stage(), columns={"x": "state[2]"})
+    assert not any("unit" in f.topic for f in log.intake.findings)

@@ -297,9 +297,24 @@ def test_a_time_in_milliseconds_is_refused(logs):
     assert told.value.code == "LOG008" and "scale: {t: 0.001}" in str(told.value), told.value
 
 
-def test_utf_16_is_refused_by_its_name(logs):
-    with refused("LOG001 UTF-16"):
-        watch(belt(), "-", given=iter([logs[""].encode("utf-16")]))
+@pytest.mark.parametrize("coding", ["utf-16-le", "utf-16-be"])
+@pytest.mark.parametrize("size", [1, 501, 10**7])
+def test_utf_16_is_read_as_diagnose_does(logs: dict[str, str], coding: str, size: int) -> None:
+    """As Excel writes text; pieces are cut within a letter and within the mark."""
+    text = "\r\n".join(logs["force"].splitlines()[:2500]) + "\r\n"
+    data = ("\N{ZERO WIDTH NO-BREAK SPACE}" + text).encode(coding)
+    plain = watch(belt(), "-", given=iter([text.encode()]))
+    seen = watch(belt(), "-", given=(data[k : k + size] for k in range(0, len(data), size)))
+    assert seen.alarms and seen.notes == ("the file is in UTF-16",)
+    assert {**seen.content, "notes": []} == {**plain.content, "notes": []}
+
+
+def test_utf_16_that_is_none_is_one_message(logs: dict[str, str]) -> None:
+    lone = logs[""].encode("utf-16")[:-2] + b"\x00\xd8"
+    with pytest.raises(BadInput, match="not text in UTF-16"):
+        watch(belt(), "-", given=iter([lone[:100], b"\x00\xdc" * 2]))
+    seen = watch(belt(), "-", given=iter([lone]))
+    assert seen.fault is not None and "UTF-16" in str(seen.fault)
 
 
 def test_samples_outside_the_envelope_are_counted_in_one_line() -> None:
