@@ -160,6 +160,8 @@ def diagnose_log(
     left = remainders(answer.adopted or refit, training, problem.masks)
     if verdict == "unknown" and is_small(left, material):
         verdict, answer = "none", replace(answer, verdict="none")
+    elif verdict == "none" and any(r.is_changing(material) for r in left):
+        verdict, answer = "unknown", replace(answer, verdict="unknown")
     tied, experiment, excitation = [], None, None
     if verdict == "ambiguous":
         report_progress("experiment that separates", 0.85)
