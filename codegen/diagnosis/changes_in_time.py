@@ -98,17 +98,14 @@ def changes_in_time(
         found.append((name, start, stop))
     coefficients, total = _left(y, model)[0], max(float(y @ y), 1e-300)
     forces = [c * column for c, column in zip(coefficients, model, strict=True)]
-    largest = sorted(zip(found, coefficients[len(always) :], forces[len(always) :], strict=True), key=_power)
-    changes = (Change(name, float(edges[a]), float(edges[b]), float(c)) for (name, a, b), c, _ in largest)
+    own = coefficients[len(always) :]
+    changes = [
+        Change(name, float(edges[a]), float(edges[b]), float(c)) for (name, a, b), c in zip(found, own, strict=True)
+    ]
     unchanged = y - np.sum(forces[: len(always)], axis=0)
     whole = 1 - float(left @ left) / total
     share = float(unchanged @ unchanged - left @ left) / total if found else 0.0
     return ChangesInTime(tuple(changes), min(max(0.0, share), whole), whole)
-
-
-def _power(change: tuple[tuple[Term, int, int], float, Array]) -> float:
-    """Less the squared force of a change."""
-    return -float(change[2] @ change[2])
 
 
 def _sums(block: NDArray[np.int_], values: Array, count: int) -> Array:

@@ -160,7 +160,7 @@ class Remainder:
         structured: share of its square that a regression on all variables, or on one, explains on held-out parts.
         over: variable → share of its square that this variable alone explains on held-out parts, beyond that of a
             constant, which is reported as ``constant``; 0 where these parts do not agree that it explains any.
-        changes: intervals of time in which the force balance differs, the largest first; they may overlap.
+        changes: intervals of time in which the force balance differs, as found: the main one first; they may overlap.
         changed: share of its square that these explain, beyond what the motion predicts.
     """
 

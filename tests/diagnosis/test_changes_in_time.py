@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +10,8 @@ import pytest
 from codegen.diagnosis.changes_in_time import changes_in_time
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.signals import low_pass
-from codegen.logs import Log, read_log
 from codegen.spec import parse_spec
+from tests.diagnosis.own_stage import simulated
 from tests.diagnosis.stage import STAGE, system_of
 
 H, COUNT, CUTOFF = 0.002, 15000, 20.0
@@ -54,42 +53,11 @@ def test_what_is_the_same_all_the_time_is_no_change() -> None:
     assert changes_in_time(r, EVERY, TERMS, TIME, CUTOFF).changes == ()
 
 
-def simulated(
-    folder: Path,
-    mass: Callable[[float], float] = lambda t: 2.0,
-    level: Callable[[float], float] = lambda t: 4.5,
-    push: Callable[[float], float] = lambda t: 0.0,
-    duration: float = 24.0,
-) -> Log:
-    """A stage under its position loop, moved from place to place: implicit steps of 0.2 ms, set-valued friction."""
-    draw = np.random.default_rng(5)
-    places, sub, step = draw.uniform(-0.2, 0.2, size=40), 10, 2e-4
-    x = v = w = known = 0.0
-    rows = []
-    for k in range(round(duration / step)):
-        t = k * step
-        if k % sub == 0:
-            move, since = divmod(t, 2.0)
-            s = min(1.0, since)
-            shape, rate = s**3 * (10 - 15 * s + 6 * s**2), 30 * s**2 * (1 - s) ** 2
-            a, b = places[int(move)], places[int(move) + 1]
-            read = round((x + 5e-6 * draw.normal()) / 2e-6) * 2e-6
-            speed, known = (read - known) / (sub * step), read
-            w = 4000 * (a + (b - a) * shape - read) + 120 * ((b - a) * rate - speed)
-            rows.append((t, read, w))
-        sliding = v + step * (w + push(t) - 6 * v) / mass(t)
-        v = float(np.sign(sliding)) * max(0.0, abs(sliding) - step * level(t) / mass(t))
-        x += step * v
-    path = folder / "log.csv"
-    np.savetxt(path, rows, delimiter=",", header="t,x,w", comments="", fmt="%.9g")
-    return read_log(path, SPEC)
-
-
 SPEC = parse_spec(STAGE.format(level=4.0, effects="[]", duration=1, reference="0", noise=0), Path("stage.yaml"))
 
 PUSHED = {"push": lambda t: 8.0 if 9.0 < t < 10.5 else 0.0}
 DROPPED = {"mass": lambda t: 2.0 if t < 9.0 else 1.4}
-SWUNG = {"level": lambda t: 4.5 * (1 + 0.3 * np.sin(2 * np.pi * t / 16.0))}
+SWUNG = {"level": lambda t, v: 4.5 * (1 + 0.3 * np.sin(2 * np.pi * t / 16.0))}
 
 
 @pytest.mark.parametrize(
@@ -102,7 +70,7 @@ SWUNG = {"level": lambda t: 4.5 * (1 + 0.3 * np.sin(2 * np.pi * t / 16.0))}
     ],
 )
 def test_what_happens_once_is_unknown_and_told_over_time(change: dict, words: str, tmp_path: Path) -> None:
-    diagnosis, _ = diagnose_log(SPEC, system_of(SPEC), simulated(tmp_path, **change))
+    diagnosis, _ = diagnose_log(SPEC, system_of(SPEC), simulated(tmp_path, SPEC, **change))
     (left,) = diagnosis.remainder
     assert diagnosis.verdict == ("unknown" if words else "none"), diagnosis.sentence
     assert diagnosis.effects == ()
