@@ -23,6 +23,7 @@ from codegen.diagnosis.conclusion import (
 )
 from codegen.diagnosis.credit import ALPHA, BLOCKS, NEAR_NOISE, noise_ratio, share_far
 from codegen.diagnosis.examination import examine
+from codegen.diagnosis.fixed_values import explaining_values
 from codegen.diagnosis.forward_selection import Outcome, find_effects, within_reach
 from codegen.diagnosis.harmonics import with_harmonics
 from codegen.diagnosis.limits import levels_at_zero
@@ -164,6 +165,8 @@ def diagnose_log(
         verdict, answer = "none", replace(answer, verdict="none")
     elif verdict == "none" and any(r.is_changing(material) for r in left):
         verdict, answer = "unknown", replace(answer, verdict="unknown")
+    if verdict == "unknown":
+        answer = replace(answer, remarks=(*answer.remarks, *explaining_values(spec, refit, problem)))
     tied, experiment, excitation = [], None, None
     if verdict == "ambiguous":
         report_progress("experiment that separates", 0.85)
