@@ -48,7 +48,7 @@ def effect_view(effect: Effect) -> dict[str, Any]:
                 "range": _range(p),
                 "meaning": p.meaning,
                 "start": _start(effect.forms[-1], p),
-                "optional": p not in effect.parameters,
+                "optional": p.name not in [q.name for q in effect.parameters],
             }
             for p in effect.forms[-1].parameters
         ],

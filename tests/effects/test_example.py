@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from codegen.effects import CATALOGUE
+from codegen.report.effects import effect_view
 from tests.app.command import stiction
 
 ONE = """\
@@ -46,3 +47,10 @@ def test_the_example_of_each_kind_is_accepted(kind: str, tmp_path: Path) -> None
         assert all(f"{p.name}: " in entry for p in form.parameters)
     (tmp_path / "as_shown.yaml").write_text(spec + "\n".join(shown[first:]) + "\n", encoding="utf-8")
     assert stiction("check", tmp_path / "as_shown.yaml").code == 0
+
+
+def test_only_what_the_simplest_form_lacks_may_be_left_out() -> None:
+    """The coefficient of the simplest form has another range in a richer one; it is needed in both."""
+    for effect in CATALOGUE.values():
+        optional = {p["name"] for p in effect_view(effect)["parameters"] if p["optional"]}
+        assert optional == {p.name for p in effect.forms[-1].parameters} - {p.name for p in effect.parameters}
