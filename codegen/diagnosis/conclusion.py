@@ -32,6 +32,8 @@ MOST = 0.5
 """Least share, of what a flexible regression on an effect's own variable explains, that the effect must remove."""
 SOME = 0.1
 """Share of the squared remainder; a variable that explains less is reported only if its force is material."""
+TOLD = 2
+"""Changes in time that the sentence tells."""
 DOUBTFUL = ("jitter", "sample rate", "missing values", "repeated rows")
 """Preflight topics that can cause a residual by themselves."""
 
@@ -84,6 +86,7 @@ def sentence(
         left=left[most] if isfinite(left[most].share) else None,
         left_on=system.positions[most].name if system.degrees_of_freedom > 1 else "",
         over=main_variables(left[most], material),
+        changes=changes_in_words(left[most], system, most, material),
         material=material,
         experiment=experiment,
     )
@@ -91,9 +94,37 @@ def sentence(
 
 
 def main_variables(left: Remainder, material: float) -> list[tuple[str, float]]:
-    """Variables that explain a large share of the squared remainder, or a material force; the best first."""
-    many = [(name, share) for name, share in left.over.items() if share >= SOME or left.share * sqrt(share) >= material]
+    """Variables that explain a large share of the squared remainder, or a material force; the best first.
+
+    Without time where changes in time are material: ``changes_in_words`` says these.
+    """
+    told = ("time",) if left.is_changing(material) else ()
+    shares = [(name, share) for name, share in left.over.items() if name not in told]
+    many = [(name, share) for name, share in shares if share >= SOME or left.share * sqrt(share) >= material]
     return sorted(many, key=lambda one: -one[1])
+
+
+def changes_in_words(left: Remainder, system: System, i: int, material: float) -> list[str]:
+    """When the force balance of a coordinate differs from that of the rest of the log: the ``TOLD`` largest changes."""
+    if not left.is_changing(material):
+        return []
+    force, speed = system.force_unit(i), f"{system.force_unit(i)}*s/{system.position_units[i]}"
+    words = []
+    for change in left.changes[:TOLD]:
+        size, more = f"{abs(change.coefficient):.3g}", change.coefficient > 0
+        match change.term:
+            case "force":
+                what = f"a force of {'-' if more else '+'}{size} {force} acts that the model lacks"
+            case "inertia":
+                what = f"the inertia is {100 * abs(change.coefficient):.2g} % {'larger' if more else 'smaller'}"
+            case "friction level":
+                what = f"the friction level is {size} {force} {'higher' if more else 'lower'}"
+            case _:
+                what = f"the viscous friction is {size} {speed} {'larger' if more else 'smaller'}"
+        compared = "" if change.term == "force" else " than in the rest"
+        words.append(f"from {change.start:.4g} s to {change.stop:.4g} s {what}{compared}")
+    further = len(left.changes) - len(words)
+    return [*words, *([f"and so on in {further} further interval{'s' * (further > 1)}"] if further else [])]
 
 
 def worst(left: Sequence[Remainder], material: float) -> int:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import sympy
 
+from codegen.base.errors import BadInput
 from codegen.diagnosis.augment import augmented_text
 from codegen.diagnosis.conclusion import (
     TABLE_SIZE,
@@ -22,10 +23,12 @@ from codegen.diagnosis.conclusion import (
 )
 from codegen.diagnosis.credit import ALPHA, BLOCKS, NEAR_NOISE, noise_ratio, share_far
 from codegen.diagnosis.examination import examine
+from codegen.diagnosis.fixed_values import explaining_values
 from codegen.diagnosis.forward_selection import Outcome, find_effects, within_reach
 from codegen.diagnosis.harmonics import with_harmonics
 from codegen.diagnosis.limits import levels_at_zero
 from codegen.diagnosis.measure import RESTART_S, Window, force_errors, measure, restart_within_reach
+from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.proposal import propose_terms, refuse_without_pysindy
 from codegen.diagnosis.record import position_noise, record_of
@@ -55,7 +58,7 @@ from codegen.mechanics.system import System
 from codegen.simulate.simulable import is_simulable
 from codegen.spec.kinematics import KinematicTree
 from codegen.spec.model import Spec
-from codegen.spec.numerics import numerical
+from codegen.spec.numerics import is_numerical, numerical
 
 HELD_OUT_SHARE = 0.3
 HELD_OUT_EVERY = 3
@@ -140,7 +143,7 @@ def diagnose_log(
         )
     search = search_on(problem, lambda share: record_of(training, log, share))
     report_progress("refit", 0.05)
-    search, base = within_reach(search)
+    search, base = _refit(search, log, findings["train"])
     outcome = find_effects(
         search, base, lambda k, share: report_progress(f"effect {k + 1}", 0.1 + 0.25 * (k + share)), faults
     )
@@ -160,6 +163,10 @@ def diagnose_log(
     left = remainders(answer.adopted or refit, training, problem.masks)
     if verdict == "unknown" and is_small(left, material):
         verdict, answer = "none", replace(answer, verdict="none")
+    elif verdict == "none" and any(r.is_changing(material) for r in left):
+        verdict, answer = "unknown", replace(answer, verdict="unknown")
+    if verdict == "unknown":
+        answer = replace(answer, remarks=(*answer.remarks, *explaining_values(spec, refit, problem)))
     tied, experiment, excitation = [], None, None
     if verdict == "ambiguous":
         report_progress("experiment that separates", 0.85)
@@ -276,6 +283,17 @@ def _of_steady_records(
     )
     text = augmented_text(spec, list(effects), adopted, system)
     return diagnosis, Models(*three, train, there, window, text, named=answer.effects)
+
+
+def _refit(search: Search, log: Log, findings: Sequence[Finding]) -> tuple[Search, Fit]:
+    """``within_reach``; where log and spec fit so little that it cannot be computed, what the preflight says."""
+    try:
+        return within_reach(search)
+    except Exception as error:
+        problems = [f.words for f in findings if f.severity == "problem"]
+        if not problems or not is_numerical(error):
+            raise
+        raise BadInput(log.where, problems[0], "a log that fits the spec", code="LOG012") from error
 
 
 def _uncertain(spec: Spec, system: System, log: Log) -> tuple[System, Mapping[sympy.Symbol, float]]:

@@ -20,6 +20,7 @@ from codegen.diagnosis.ranking import (
     hypotheses,
     is_possible,
     matters,
+    nearest_twin_first,
     ordered_by_force,
     run_round,
     same_signature,
@@ -123,7 +124,7 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
         possible = [r for r in ranked if not r.why_not or r.unsure]
         if not possible:
             break
-        possible = ordered_by_force(search, possible)
+        possible = nearest_twin_first(search, ordered_by_force(search, possible))
         tied = ties(search, possible)
         current = search.fitted_again(possible[0].found.fit)
         rivals = rivals if turn else tied

@@ -37,6 +37,8 @@ Array = NDArray[np.float64]
 
 CLOSE = 1.1
 """Ratio of squared residuals, left or removed, up to which neither of two models far from the noise is preferred."""
+EQUAL = 2.0
+"""Nats by which fits of twins, which are one motion, may differ."""
 FORCE_SHARE = 0.1
 """Share of α for the test on the force residual (weighted Bonferroni)."""
 FORM_ERROR = 0.1
@@ -163,6 +165,35 @@ def ordered_by_force(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
         if _preferred(other, best):
             best = other
     return [best, *(r for r in ranked if r is not best)]
+
+
+def nearest_twin_first(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
+    """The candidates, led by that of several twins whose friction levels are nearest to the declared ones.
+
+    Twins are one motion with other levels: a larger mass under the declared friction, or a weaker drive under less of
+    it. The names of the others stand with it.
+    """
+    best = ranked[0]
+    same = twins(best.found.part, best.found)
+    alike = [
+        r
+        for r in ranked
+        if (r.found.part.kind, r.found.part.on) in same
+        and not r.why_not
+        and r.found.fit.cost <= best.found.fit.cost + EQUAL
+    ]
+    first = min([best, *alike], key=lambda r: _from_declared(search, r))
+    return [first, *(r for r in ranked if r is not first)]
+
+
+def _from_declared(search: Search, one: Ranked) -> float:
+    """Squared logarithms of friction levels over the declared ones, summed; a hundredth counts for a level of zero."""
+    trial = one.found.trial
+    moved = trial.split(one.found.fit.theta)[0]
+    levels = [k for k, s in enumerate(trial.moved) if s in search.problem.levels]
+    least = 1e-2 * np.abs(search.declared[levels]) + 1e-300
+    fitted, declared = (np.maximum(values[levels], least) for values in (moved, search.declared))
+    return float(np.sum(np.log(fitted / declared) ** 2))
 
 
 def _preferred(one: Ranked, other: Ranked) -> bool:

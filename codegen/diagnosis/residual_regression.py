@@ -11,16 +11,18 @@ separately, since every variable includes it.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
 from codegen.diagnosis.balance import evaluate_forces, slip_velocities
+from codegen.diagnosis.changes_in_time import ChangesInTime, changes_in_time
 from codegen.diagnosis.measure import drive_force
 from codegen.diagnosis.recent import OF_MODELS, recent
 from codegen.diagnosis.residual import Masks, residual_at_drive
-from codegen.diagnosis.results import Remainder
+from codegen.diagnosis.results import Remainder, Term
 from codegen.diagnosis.signals import Motion, central_difference
 from codegen.mechanics.system import Matrix, System
 
@@ -41,6 +43,8 @@ LEAST_ROWS = 200
 NEIGHBOURS, LEAST_PERIODS = 2, 6
 """For a spectral line: neighbouring bins on each side, which allow its amplitude to vary; least number of periods in
 the log."""
+STATE = ("speed", "position", "load", "acceleration", "distance since reversal")
+"""Variables of the motion: what they predict is no change in time."""
 REPEATED = 2.0
 """Least z-score of the held-out gains by sign: their sum over the root of the sum of their squares."""
 SLIDING = 0.03
@@ -58,8 +62,48 @@ def remainders(system: System, motion: Motion, used: Masks) -> tuple[Remainder, 
     found = []
     for i in range(system.degrees_of_freedom):
         rows = sliding(system, motion, used, i)
-        found.append(_remainder(residual[:, i], acting[:, i], rows, remainder_columns(system, motion, residual, i)))
+        variables = remainder_columns(system, motion, residual, i)
+        left = _remainder(residual[:, i], acting[:, i], rows, variables)
+        if not left.over:
+            found.append(left)
+            continue
+        changed = _changed(residual[:, i], rows, motion, varying_terms(system, motion, i), variables)
+        share, over = changed.share, left.over
+        if changed.changes:
+            over = {**over, "time": max(share, over["time"])}
+        structured = max(share, left.structured)
+        found.append(replace(left, structured=structured, over=over, changes=changed.changes, changed=share))
     return tuple(found)
+
+
+def varying_terms(system: System, motion: Motion, i: int) -> dict[Term, Array]:
+    """(N,) low-passed terms of one coordinate's force balance whose coefficients may change in time."""
+    row = Matrix(system.mass_matrix * Matrix(list(system.accelerations)))
+    inertia = motion.low_pass(evaluate_forces(system, [row], motion)[0])[:, i]
+    terms: dict[Term, Array] = {"force": np.ones(len(inertia)), "inertia": inertia}
+    touching = [c for c in range(system.distribution.shape[1]) if system.distribution[i, c] != 0]
+    if touching:
+        slip = slip_velocities(system, motion)[:, touching[0]]
+        slip = -slip if system.distribution[i, touching[0]].could_extract_minus_sign() else slip
+        terms |= {"friction level": motion.low_pass(np.sign(slip)), "viscous friction": motion.low_pass(slip)}
+    return terms
+
+
+def _changed(
+    r: Array, rows: NDArray[np.bool_], motion: Motion, terms: Mapping[Term, Array], variables: Mapping[str, Array]
+) -> ChangesInTime:
+    """Changes in time of a residual; of what state variables leave where these predict more of it."""
+    plain = changes_in_time(r, rows, terms, motion.time, motion.cutoff_hz)
+    states = [variables[name] for name in STATE]
+    groups = [states, *([one] for one in states)]
+    shares = [repeated_share(r, rows, group) for group in groups] if plain.changes else [0.0]
+    best = int(np.argmax(shares))
+    if plain.whole >= shares[best]:
+        return plain
+    curve = smooth_curve(r, rows, np.column_stack(groups[best]))
+    left = changes_in_time(r - curve, rows, terms, motion.time, motion.cutoff_hz)
+    share = float(np.sum((r - curve)[rows] ** 2) / np.sum(r[rows] ** 2))
+    return ChangesInTime(left.changes, share * left.share, share * left.whole)
 
 
 @recent(OF_MODELS)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from math import sqrt
 from typing import Any, Literal
 
@@ -18,7 +18,9 @@ Verdict = Literal["effect", "none", "ambiguous", "unknown", "unfit"]
 MATERIAL = 0.02
 """Share of the RMS drive force below which structure is only reported as a remainder, not called ``unknown``."""
 Nature = Literal["immaterial", "noise", "structured"]
-"""Of a remainder: too small to matter, large but not predicted by the motion, or predicted by it."""
+"""Of a remainder: too small to matter, large but predicted by neither motion nor time, or predicted by these."""
+Term = Literal["force", "friction level", "inertia", "viscous friction"]
+"""A term of the force balance whose coefficient may change in time."""
 
 
 @dataclass(frozen=True)
@@ -133,6 +135,22 @@ class ErrorFigures:
 
 
 @dataclass(frozen=True)
+class Change:
+    """An interval of the log in which a term of the force balance has another coefficient than in the rest.
+
+    Attributes:
+        start, stop: in s.
+        coefficient: of the term in the residual g − M a − U λ, inside less outside: a force towards −, in the force
+            unit; a friction level; a viscous friction; an inertia, relative to the model's.
+    """
+
+    term: Term
+    start: float
+    stop: float
+    coefficient: float
+
+
+@dataclass(frozen=True)
 class Remainder:
     """The force residual that a model leaves on one coordinate.
 
@@ -142,12 +160,16 @@ class Remainder:
         structured: share of its square that a regression on all variables, or on one, explains on held-out parts.
         over: variable → share of its square that this variable alone explains on held-out parts, beyond that of a
             constant, which is reported as ``constant``; 0 where these parts do not agree that it explains any.
+        changes: intervals of time in which the force balance differs, as found: the main one first; they may overlap.
+        changed: share of its square that these explain, beyond what the motion predicts.
     """
 
     rms: float
     share: float
     structured: float
     over: Mapping[str, float] = field(default_factory=dict)
+    changes: tuple[Change, ...] = ()
+    changed: float = 0.0
 
     @property
     def material(self) -> float:
@@ -159,6 +181,10 @@ class Remainder:
         if not self.share >= limit:
             return "immaterial"
         return "structured" if self.material >= limit else "noise"
+
+    def is_changing(self, limit: float) -> bool:
+        """Whether the changes in time amount to at least this share of the drive force."""
+        return bool(self.changes) and self.share * sqrt(self.changed) >= limit
 
 
 @dataclass(frozen=True)
@@ -313,6 +339,7 @@ class Diagnosis:
                     "predicted_share_of_drive_force": _finite(r.material),
                     "explained_by_all_variables": _finite(r.structured),
                     "explained_over": {name: _finite(share) for name, share in r.over.items()},
+                    "changes_in_time": [asdict(change) for change in r.changes],
                 }
                 for r in self.remainder
             ],

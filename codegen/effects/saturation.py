@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 from codegen.effects.effect import Confusion, Effect, EffectParameter, Symbols
 from codegen.effects.places import drives
-from codegen.effects.start import limits
+from codegen.effects.start import limits, roundings
 from codegen.mechanics.system import System
 
 LIMIT = EffectParameter("limit", "{w}", "greatest effective input", low=0.0, start=limits)
 ROUNDING = EffectParameter(
     "rounding", "1", "0 for a sharp corner at the limit, towards 1 for a gradual approach", low=0.0, high=1.0,
-    start=lambda covered: (0.5, 0.85),
+    start=roundings,
 )  # fmt: skip
 
 

@@ -117,3 +117,8 @@ def gains(covered: Covered) -> Sequence[float]:
 def bristles(covered: Covered) -> Sequence[float]:
     """Stiff enough to reach the friction level within 30 % down to a ten-thousandth of half the span."""
     return tuple(covered.level / (q * covered.half_span) for q in np.geomspace(0.3, 1e-4, 8))
+
+
+def roundings(covered: Covered) -> Sequence[float]:
+    """At 0.5 and 0.85."""
+    return (0.5, 0.85)

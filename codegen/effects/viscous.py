@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
 
 import sympy
 
@@ -14,10 +13,9 @@ from codegen.mechanics.system import System
 from codegen.spec.functions import Magnitude, Sgn
 
 COEFFICIENT = EffectParameter("b", "{F}*s/{q}", "viscous coefficient; of a curve, what its slope loses", neutral=0.0)
-FALLING = replace(COEFFICIENT, low=0.0)
 THINNING = EffectParameter("v_s", "{q}/s", "speed at which half of b is lost", low=0.0, start=speeds, least_share=0.01)
 LEFT = EffectParameter("b_inf", "{F}*s/{q}", "slope of a curve at high speed, 0 where it is not given", neutral=0.0)
-FORMS = ((COEFFICIENT,), (FALLING, THINNING), (FALLING, THINNING, LEFT))
+FORMS = ((COEFFICIENT,), (COEFFICIENT, THINNING), (COEFFICIENT, THINNING, LEFT))
 
 
 class Viscous(Effect):
@@ -40,6 +38,8 @@ class Viscous(Effect):
         Confusion("coupling", "one of the two coordinates held, the other moved"),
     )
 
+    demands = "b above 0 where v_s is given"
+
     def __init__(self, form: int = 0) -> None:
         self.parameters = FORMS[form]
 
@@ -51,6 +51,10 @@ class Viscous(Effect):
     def forms(self) -> tuple[Effect, ...]:
         """The constant slope first."""
         return tuple(type(self)(form) for form in range(len(FORMS)))
+
+    def admissible(self, system: System, place: int, values: Mapping[str, float]) -> bool:
+        """A curve with a negative b would be a Stribeck curve."""
+        return super().admissible(system, place, values) and (THINNING.name not in values or values["b"] > 0)
 
     def add(self, system: System, place: int, p: Symbols) -> System:
         slip = system.contacts[place].slip

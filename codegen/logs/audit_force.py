@@ -16,7 +16,9 @@ import casadi
 import numpy as np
 
 from codegen.logs.audit_position import audit_position
+from codegen.logs.audit_record import UNUSABLE_STEP
 from codegen.logs.audit_scale import Outside, audit_scale, furthest_outside, partial
+from codegen.logs.audit_unit import audit_unit, misfit
 from codegen.logs.finding import Finding
 from codegen.logs.log import Array, Flags, Log
 from codegen.logs.motion import Motion, low_pass
@@ -84,6 +86,13 @@ def audit_force(log: Log, spec: Spec, motion: Motion, steady: frozenset[int] = f
     off = []
     if not log.intake.doubted:
         off = audit_scale(given, forces.inertia, forces.rest, forces.friction, forces.motion, spec, steady)
+    if off and log.sample_time < UNUSABLE_STEP:  # else time is in another unit
+
+        def misfit_of(moved: Motion) -> float:
+            one = _forces(log, system, moved)
+            return misfit(one.inertia, one.rest, one.driven.sum(axis=0))
+
+        off = list(audit_unit(spec, motion, misfit_of, off)) or off
     yield from off
     if not off and not log.intake.doubted:
         parts = forces.inertia, forces.rest, forces.friction, forces.motion

@@ -117,9 +117,10 @@ class CsvSource:
         values = self._fast(body, indices)
         if values is None:
             values = self._careful(body, numbers, indices)
-        elif self.layout.delimiter != "," and self.layout.decimal == "." and not self.layout.decimal_said:
+        elif self.layout.decimal == "." and not self.layout.decimal_said:
+            padded = any(".000" in line for line in body)
             for j in range(len(indices)):
-                if _may_be_grouped(values[:, j]):
+                if _may_be_grouped(values[:, j], padded):
                     self._refuse_grouped(body, numbers, indices[j])
         return Columns(self.file, tuple(wanted), values, numbers)
 
@@ -146,7 +147,7 @@ class CsvSource:
         """Refuse a column of whole numbers below 1000 beside such as 1.234, which is 1234 in half of Europe."""
         texts = [fields(line, self.layout.delimiter, self.place)[index].strip() for line in body]
         grouped = [k for k, text in enumerate(texts) if "." in text]
-        if len(grouped) < len(texts) and all(_GROUPED.fullmatch(texts[k]) for k in grouped):
+        if 0 < len(grouped) < len(texts) and all(_GROUPED.fullmatch(texts[k]) for k in grouped):
             k, whole = grouped[0], next(text for text in texts if "." not in text)
             found = f"`{shown(texts[k])}` in a column of whole numbers such as `{shown(whole)}`"
             expected = "numbers without a sign between thousands; or `decimal: point` in a log description"
@@ -208,12 +209,16 @@ class CsvSource:
         return "a number with a decimal point", None
 
 
-def _may_be_grouped(values: NDArray[np.float64]) -> bool:
-    """Whether all numbers are whole and below 1000, or have three decimals and are at least 1, some of each."""
+def _may_be_grouped(values: NDArray[np.float64], padded: bool) -> bool:
+    """Whether all numbers are whole and below 1000, or have three decimals and are at least 1, some of each.
+
+    Args:
+        padded: whether some may end in ``.000``, and so be whole as numbers.
+    """
     size = np.abs(values[np.isfinite(values)])
     whole = size == np.floor(size)
     split = ~whole & (size >= 1) & (np.abs(1000 * size - np.round(1000 * size)) < 1e-6)
-    return bool(split.any() and whole.any() and (split | whole).all() and (size < 1000).all())
+    return bool((split.any() or padded) and whole.any() and (split | whole).all() and (size < 1000).all())
 
 
 def open_csv(path: Path, allowance: Allowance, description: LogDescription) -> Source:

@@ -342,10 +342,11 @@ def _scope(file: str, lines: Sequence[str], rows: _Rows) -> Layout | None:
 
 
 def _with_units_above(found: Layout, lines: Sequence[str]) -> Layout:
-    """With the units that a comment states, ``# units: s, mm, N``, where no line of units does."""
+    """With the units that a comment before the rows states, ``# units: s, mm, N``, where no line of units does."""
     if found.units:
         return found
-    for line in lines[: found.line]:
+    start = next((found.first + i for i in _significant(lines[found.first :])), found.first)
+    for line in lines[:start]:
         said = re.fullmatch(r"\s*(?:#|%|//)\s*(?i:units?|einheit(?:en)?)\s*[:=]?\s*(.+)", line)
         if said:
             for delimiter in (*SEPARATORS, ""):

@@ -3,14 +3,26 @@
 from __future__ import annotations
 
 import inspect
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from codegen.base.files import write_all
 from codegen.base.text import render
 from codegen.effects import CATALOGUE, Effect, EffectParameter
+from codegen.effects.effect import Place
 from codegen.report.effect_examples import LEVEL, MASS, PARAMETERS, STIFFNESS
 from codegen.report.wording import with_unit
+
+EXAMPLE_PLACES: dict[Place, str] = {
+    "contact": "rail",
+    "coordinate": "x",
+    "two coordinates": "[x1, x2]",
+    "axis": "x",
+    "input": "w",
+    "sensor": "x",
+}
+"""The names in an example of an entry: of a contact, a coordinate, two of them, or an input."""
 
 
 def effect_view(effect: Effect) -> dict[str, Any]:
@@ -35,17 +47,32 @@ def effect_view(effect: Effect) -> dict[str, Any]:
                 "unit": p.unit.format(F="F", q="q", w="w"),
                 "range": _range(p),
                 "meaning": p.meaning,
-                "start": _start(effect, p),
-                "optional": p not in effect.parameters,
+                "start": _start(effect.forms[-1], p),
+                "optional": p.name not in [q.name for q in effect.parameters],
             }
             for p in effect.forms[-1].parameters
         ],
+        "examples": [_example(form, drawn) for form in effect.forms],
         "confused_with": effect.confused_with,
+        "named": EXAMPLE_PLACES[effect.sits_on],
         "known": CATALOGUE,
         "drawn": ", ".join(
             f"{p.name} = {with_unit(drawn[p.name], p.unit.format(**units))}" for p in effect.parameters if drawn
         ),
     }
+
+
+def _example(effect: Effect, drawn: Mapping[str, float]) -> str:
+    """An entry of ``effects:`` in a spec, with parameters in SI."""
+    values = ", ".join(f"{p.name}: {drawn.get(p.name, _inside(p)):g}" for p in effect.parameters)
+    return f"{{kind: {effect.kind}, on: {EXAMPLE_PLACES[effect.sits_on]}, parameters: {{{values}}}}}"
+
+
+def _inside(p: EffectParameter) -> float:
+    """A value within the bounds of a parameter."""
+    if p.low is None:
+        return 1.0 if p.high is None else p.high - 1.0
+    return p.low + 1.0 if p.high is None else (p.low + p.high) / 2
 
 
 def effect_views() -> list[dict[str, Any]]:

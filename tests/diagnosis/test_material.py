@@ -32,6 +32,7 @@ def words(left: Remainder, **given: Any) -> str:
         "remarks": (),
         "doubts": (),
         "records": 0,
+        "changes": (),
     }
     shown = none | {"left": left, "left_on": "", "material": 0.02} | given
     return render("text/verdict.j2", over=main_variables(left, shown["material"]), **shown)

@@ -70,7 +70,7 @@ def test_the_verdict_is_no_stronger_than_what_is_left_allows(structured, all_of_
     said |= dict.fromkeys(("rivals", "against", "errors", "remarks", "faults", "doubts"), ())
     said |= {"declared": 2.0, "refit": 2.0, "augmented": 1.0, "unit": "N", "by_force": True, "material": 0.02}
     said |= {"where": "", "left_on": "", "records": 0, "over": [("position", structured)], "experiment": None}
-    said |= {"noise": 1, "far": 0, "far_noise": 10, "near_noise": 2}
+    said |= {"noise": 1, "far": 0, "far_noise": 10, "near_noise": 2, "changes": ()}
     words = render("text/verdict.j2", verdict="effect", **said)
     assert words.startswith("The log shows what the spec lacks: cogging") == all_of_it
     assert words.startswith("The log shows part of what the spec lacks: cogging") != all_of_it

@@ -142,6 +142,11 @@ READ = {
         "FILETIME",
     ),
     "units below a line": ("t / s;x / mm;w / N\n" + lines(";", comma=True, scale=(1, 1e3, 1)), "", "x is in mm"),
+    "units of a comment under the header": (
+        "t,x,w\n# units: ms, mm, N\n" + lines(scale=(1e3, 1e3, 1)),
+        "",
+        "t is in ms",
+    ),
     "units of a comment": ("# units: ms, mm, N\nt,x,w\n" + lines(scale=(1e3, 1e3, 1)), "", "t is in ms"),
     "bars": ("t|x|w\n" + lines("|"), "", ""),
     "a typographer's minus": ("t,x,w\n" + lines().replace("-", "−"), "", ""),
@@ -196,6 +201,11 @@ REFUSED = {
         "t;x;w\n" + "".join(f"{k};{100 * k:,};1\n".replace(",", ".") for k in range(30)),
         "",
         "LOG005 a.csv:12 x `1.000` `0` thousands `decimal: point`",
+    ),
+    "round thousands beside whole numbers": (
+        "t,x,w\n" + "".join(f"{k},{v},1\n" for k, v in enumerate(("0", "50", "300.000", "999", "120.000"))),
+        "",
+        "LOG005 a.csv:4 x `300.000` `0` thousands `decimal: point`",
     ),
     "channels with times of their own": (
         TWINCAT + TWINCAT_ROWS.replace("\n2,000000;", "\n4,000000;"),

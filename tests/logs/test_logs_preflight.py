@@ -157,6 +157,33 @@ def test_a_coordinate_in_another_unit_is_blamed_and_not_the_input(tmp_path, unit
     assert push["sign and scale of w"].severity == "problem" and "scale of x" not in push
 
 
+PAIR = """name: pair
+coordinates: {x1: {velocity: v1, unit: m}, x2: {velocity: v2, unit: m}}
+inputs: {w: {unit: N}}
+parameters: {m1: {value: 3, unit: kg}, m2: {value: 5, unit: kg}, k: {value: 400, unit: N/m}}
+mass_matrix: [[m1, 0], [0, m2]]
+force: [k*(x2 - x1), w - k*(x2 - x1)]
+friction: {distribution: [[0], [1]], contacts: [{name: ground, law: coulomb, a: 6, unit: N}]}
+"""
+
+
+@pytest.mark.parametrize("name", ["x1", "x2"])
+def test_of_two_coupled_coordinates_the_one_in_another_unit_is_named(tmp_path, name):
+    """Forces by the equations of motion. In mm, the undriven x1 disturbed the balance of x2 alone, which was blamed."""
+    t = np.arange(15000) / 500
+    waves = [(0.1, 2.5, 0.0), (0.03, 6.7, 1.0)]
+    x1, a1 = (sum(b * (-(o**2)) ** k * np.sin(o * t + p) for b, o, p in waves) for k in (0, 1))
+    j1 = sum(b * o**4 * np.sin(o * t + p) for b, o, p in waves)  # the fourth derivative
+    x2, a2 = x1 + 3 * a1 / 400, a1 + 3 * j1 / 400
+    v2 = np.gradient(x2, t)
+    made = {"t": t, "x1": x1, "x2": x2, "w": 5 * a2 + 3 * a1 + 6 * np.sign(v2)}
+    good = findings(tmp_path, made, PAIR)
+    assert not any(f.severity == "problem" for f in good.values())
+    told = findings(tmp_path, {**made, name: 1000 * made[name]}, PAIR)
+    problems = [topic for topic, f in told.items() if f.severity == "problem"]
+    assert problems == [f"scale of {name}"] and f"is {name} in mm?" in told[problems[0]].words
+
+
 def test_motion_that_no_input_could_make_is_in_another_unit(tmp_path):
     made = rows(20)
     told = findings(tmp_path, {**made, "x": 1000 * made["x"]})["scale of x"]

@@ -1,0 +1,147 @@
+"""Changes in time of the force balance: intervals in which a constant force, or another coefficient, explains more.
+
+A scheme that holds out whole pieces of the log cannot predict what happens once. But a push by a hand, or a payload
+that drops, is visible against the scatter of the residual in the rest of the log (epidemic changepoints). The
+low-passed residual r of one coordinate is divided into blocks; in each interval of blocks r is regressed on one of
+
+- a constant (an external force),
+- the sign of the slip (another friction level),
+- the row of M a (another inertia),
+- the slip velocity (another viscous friction),
+
+with one coefficient inside and another outside: what is the same in the whole log is no change. The interval and term
+that remove most of Σr² join a joint regression, and the next are sought in what that leaves, while the two coefficients
+differ by ``LEAST_Z`` standard deviations. These are of the sums over blocks, so they assume neither a size of the noise
+nor that it is white within a block.
+
+What the motion predicts is no change in time: where a regression on speed, position, load and acceleration predicts
+more of the same residual on held-out parts of the log (the same state at another time), its curve is taken out first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codegen.diagnosis.results import Change, Term
+
+Array = NDArray[np.float64]
+
+MOST_BLOCKS = 600
+LEAST_BLOCKS = 3
+"""Blocks of the log at most, and of an interval at least. A block is at least a period of the coarse cutoff long."""
+FEWEST = 16
+"""With fewer blocks nothing is sought."""
+LEAST_Z = 6.0
+"""Least difference in standard deviations. An interval is one of B²/2 times four terms, B blocks: for 600 blocks 1 % of
+false alarms asks for 5.8 in Gaussian noise."""
+MOST_CHANGES = 12
+AS_GOOD = 0.95
+"""Of terms that remove at least this share of what the best removes, the first is taken: a constant force."""
+
+
+@dataclass(frozen=True)
+class ChangesInTime:
+    """What changes in time.
+
+    Attributes:
+        share: of Σr² that the changes explain.
+        whole: of Σr² that these explain together with coefficients that are the same in the whole log.
+    """
+
+    changes: tuple[Change, ...]
+    share: float
+    whole: float
+
+
+def changes_in_time(
+    residual: Array, rows: NDArray[np.bool_], terms: Mapping[Term, Array], time: Array, cutoff_hz: float
+) -> ChangesInTime:
+    """Intervals in which terms of the force balance have another coefficient, the one that explains most first.
+
+    Args:
+        residual: (N,) low-passed. rows: (N,) samples that count.
+        terms: (N,) regressors, low-passed alike.
+    """
+    used = np.flatnonzero(rows)
+    lasted = float(time[used[-1]] - time[used[0]]) if len(used) else 0.0
+    count = min(MOST_BLOCKS, int(lasted * cutoff_hz))
+    if count < FEWEST:
+        return ChangesInTime((), 0.0, 0.0)
+    block = np.minimum(((time[used] - time[used[0]]) * (count / lasted)).astype(int), count - 1)
+    edges = time[used[0]] + np.arange(count + 1) * (lasted / count)
+    columns = {name: term[used] for name, term in terms.items()}
+    powers = {name: _sums(block, p**2, count) for name, p in columns.items()}
+    y, always = residual[used], list(columns.values())
+    model, found, left = always, list[tuple[Term, int, int]](), _left(y, always)[1]
+    starts, stops = np.triu_indices(count + 1, LEAST_BLOCKS)
+    short = stops - starts <= count - LEAST_BLOCKS
+    starts, stops = starts[short], stops[short]
+    while len(found) < MOST_CHANGES:
+        sums = {name: _sums(block, p * left, count) for name, p in columns.items()}
+        best = {name: _best(sums[name], powers[name], starts, stops) for name in columns}
+        most = max(gain for _, gain in best.values())
+        if most <= 0:
+            break
+        name = next(one for one, (_, gain) in best.items() if gain >= AS_GOOD * most)
+        k = best[name][0]
+        start, stop = (int(starts[k]), int(stops[k])) if starts[k] else (int(stops[k]), count)
+        added = np.where((block >= start) & (block < stop), columns[name], 0.0)
+        coefficients, after = _left(y, [*model, added])
+        by_block = _sums(block, columns[name] * after, count)
+        if abs(coefficients[-1]) < LEAST_Z * _deviation(by_block, powers[name], start, stop):
+            break
+        model, left = [*model, added], after
+        found.append((name, start, stop))
+    coefficients, total = _left(y, model)[0], max(float(y @ y), 1e-300)
+    forces = [c * column for c, column in zip(coefficients, model, strict=True)]
+    own = coefficients[len(always) :]
+    changes = [
+        Change(name, float(edges[a]), float(edges[b]), float(c)) for (name, a, b), c in zip(found, own, strict=True)
+    ]
+    unchanged = y - np.sum(forces[: len(always)], axis=0)
+    whole = 1 - float(left @ left) / total
+    share = float(unchanged @ unchanged - left @ left) / total if found else 0.0
+    return ChangesInTime(tuple(changes), min(max(0.0, share), whole), whole)
+
+
+def _sums(block: NDArray[np.int_], values: Array, count: int) -> Array:
+    """(count,) sum of values over each block."""
+    return np.asarray(np.bincount(block, weights=values, minlength=count), dtype=np.float64)
+
+
+def _left(y: Array, columns: Sequence[Array]) -> tuple[Array, Array]:
+    """Least-squares coefficients, and the residual."""
+    matrix = np.column_stack(columns)
+    coefficients = np.asarray(np.linalg.lstsq(matrix, y, rcond=None)[0], dtype=np.float64)
+    return coefficients, y - matrix @ coefficients
+
+
+def _best(sums: Array, powers: Array, starts: NDArray[np.int_], stops: NDArray[np.int_]) -> tuple[int, float]:
+    """Index of the interval whose own coefficient removes most of Σr², and how much, over one for the whole log."""
+    along, power = (np.concatenate([[0.0], np.cumsum(z)]) for z in (sums, powers))
+    within, over = along[stops] - along[starts], power[stops] - power[starts]
+    least = 1e-9 * float(power[-1])
+    enough = (over > least) & (power[-1] - over > least)
+    rest = np.where(enough, power[-1] - over, np.inf)
+    gains = within**2 / np.where(enough, over, np.inf) + (along[-1] - within) ** 2 / rest
+    k = int(np.argmax(gains))
+    return k, float(gains[k] - along[-1] ** 2 / max(float(power[-1]), 1e-300))
+
+
+def _deviation(sums: Array, powers: Array, start: int, stop: int) -> float:
+    """Standard deviation of the coefficient of an interval less that of the rest, from the sums over blocks.
+
+    Its variance is the larger of that of its own blocks and of all, so that few calm blocks are no evidence.
+    """
+    inside = np.zeros(len(sums), dtype=bool)
+    inside[start:stop] = True
+    everywhere, whole = float((sums**2).sum()), max(float(powers.sum()), 1e-300)
+    variance = 0.0
+    for part in (inside, ~inside):
+        power = max(float(powers[part].sum()), 1e-300)
+        variance += max(float((sums[part] ** 2).sum()), everywhere * power / whole) / power**2
+    return float(np.sqrt(variance))

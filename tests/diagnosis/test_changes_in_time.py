@@ -1,0 +1,79 @@
+"""What happens once in a log (a push, a payload that drops, friction that swings), and noise, in which nothing does."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from codegen.diagnosis.changes_in_time import changes_in_time
+from codegen.diagnosis.diagnose import diagnose_log
+from codegen.diagnosis.signals import low_pass
+from codegen.spec import parse_spec
+from tests.diagnosis.own_stage import simulated
+from tests.diagnosis.stage import STAGE, system_of
+
+H, COUNT, CUTOFF = 0.002, 15000, 20.0
+TIME = H * np.arange(COUNT)
+EVERY = np.ones(COUNT, dtype=bool)
+ACCELERATION = np.sin(1.3 * TIME) + 0.4 * np.sin(4.1 * TIME)
+TERMS = {"force": np.ones(COUNT), "inertia": ACCELERATION, "friction level": np.sign(np.cos(1.3 * TIME))}
+
+
+def noise(seed: int, differences: int) -> np.ndarray:
+    """Low-passed white noise, or that of a position differentiated so often."""
+    white = np.diff(np.random.default_rng(seed).normal(size=COUNT + 2000 + differences), differences)
+    filtered = low_pass(white, CUTOFF, H)[1000:-1000]  # without the ends, where the filter is not settled
+    return filtered / np.std(filtered)
+
+
+@pytest.mark.parametrize("differences", [0, 2])
+def test_in_noise_nothing_changes(differences: int) -> None:
+    found = [changes_in_time(noise(seed, differences), EVERY, TERMS, TIME, CUTOFF) for seed in range(100)]
+    assert sum(bool(one.changes) for one in found) <= 1
+
+
+@pytest.mark.parametrize(
+    ("term", "start", "stop"), [("force", 11.0, 12.5), ("inertia", 15.0, 30.0), ("friction level", 6.0, 16.0)]
+)
+def test_an_interval_is_found_with_its_term_and_size(term: str, start: float, stop: float) -> None:
+    inside = (start <= TIME) & (stop > TIME)
+    r = 0.1 * noise(7, 0) + np.where(inside, 1.5 * TERMS[term], 0.0)
+    found = changes_in_time(r, EVERY, TERMS, TIME, CUTOFF)
+    first = found.changes[0]
+    assert first.term == term and first.coefficient == pytest.approx(1.5, rel=0.05)
+    assert [first.start, first.stop] == pytest.approx([start, stop], abs=3 / CUTOFF)
+    share = float(np.sum((1.5 * TERMS[term][inside]) ** 2) / np.sum(r**2))
+    assert found.share == pytest.approx(share, abs=0.08)  # the edges are those of blocks of 0.05 s
+
+
+def test_what_is_the_same_all_the_time_is_no_change() -> None:
+    r = 0.1 * noise(3, 0) + 2.0 - 1.5 * ACCELERATION
+    assert changes_in_time(r, EVERY, TERMS, TIME, CUTOFF).changes == ()
+
+
+SPEC = parse_spec(STAGE.format(level=4.0, effects="[]", duration=1, reference="0", noise=0), Path("stage.yaml"))
+
+PUSHED = {"push": lambda t: 8.0 if 9.0 < t < 10.5 else 0.0}
+DROPPED = {"mass": lambda t: 2.0 if t < 9.0 else 1.4}
+SWUNG = {"level": lambda t, v: 4.5 * (1 + 0.3 * np.sin(2 * np.pi * t / 16.0))}
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        pytest.param(PUSHED, "a force of +8", id="pushed"),
+        pytest.param(DROPPED, "the inertia is 30 % smaller", id="dropped", marks=pytest.mark.slow),
+        pytest.param(SWUNG, "changes in time", id="swung", marks=pytest.mark.slow),
+        pytest.param({}, "", id="nothing", marks=pytest.mark.slow),
+    ],
+)
+def test_what_happens_once_is_unknown_and_told_over_time(change: dict, words: str, tmp_path: Path) -> None:
+    diagnosis, _ = diagnose_log(SPEC, system_of(SPEC), simulated(tmp_path, SPEC, **change))
+    (left,) = diagnosis.remainder
+    assert diagnosis.verdict == ("unknown" if words else "none"), diagnosis.sentence
+    assert diagnosis.effects == ()
+    assert left.is_changing(diagnosis.material) == bool(words) and words in diagnosis.sentence
+    if words:
+        assert max(left.over, key=lambda name: left.over[name]) == "time" and left.nature(0.02) == "structured"

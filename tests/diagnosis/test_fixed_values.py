@@ -1,0 +1,46 @@
+"""A payload on an arm: no effect is a mass, but the declared value that explains the log is told."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from codegen.base.resources import resource_folder
+from codegen.diagnosis.diagnose import diagnose_log
+from codegen.diagnosis.fixed_values import explaining_values
+from codegen.diagnosis.problem import Problem
+from codegen.diagnosis.signals import smooth_motion
+from codegen.effects.declare import system_of
+from codegen.logs import Log
+from codegen.spec import Spec, parse_spec
+from tests.diagnosis.stage import log_of
+
+ARM = (resource_folder("specs") / "two_link_arm.yaml").read_text(encoding="utf-8")
+PAYLOAD = ARM.replace("m2: {value: 0.2713", "m2: {value: 0.35269")
+
+
+def arm(text: str = ARM) -> Spec:
+    return parse_spec(text, Path("arm.yaml"))
+
+
+def told(log: Log) -> list[str]:
+    system = system_of(arm())
+    return explaining_values(arm(), system, Problem(system, smooth_motion(log), {}))
+
+
+def test_the_mass_that_differs_is_told_with_its_value(tmp_path: Path) -> None:
+    (words,) = told(log_of(arm(PAYLOAD), tmp_path, "log.csv"))
+    assert "m2 = 0.3527 kg in place of the declared 0.2713 kg (+30 %)" in words and "tolerance" in words
+
+
+def test_nothing_is_told_of_what_no_declared_value_explains(tmp_path: Path) -> None:
+    lag = ARM.replace("observer:", "effects: [{kind: actuator_lag, on: w1, parameters: {tau: 0.03}}]\nobserver:", 1)
+    assert told(log_of(arm(), tmp_path, "right.csv")) == []
+    assert told(log_of(arm(lag), tmp_path, "lag.csv")) == []
+
+
+@pytest.mark.slow
+def test_a_payload_on_an_arm_is_unknown_and_told(tmp_path: Path) -> None:
+    diagnosis, _ = diagnose_log(arm(), system_of(arm()), log_of(arm(PAYLOAD), tmp_path, "log.csv"))
+    assert diagnosis.verdict == "unknown" and "value m2 = 0.3527 kg" in diagnosis.sentence

@@ -1,0 +1,35 @@
+"""Of two names for one motion, the one that leaves the friction as declared comes first."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from codegen.diagnosis.diagnose import diagnose_log
+from codegen.spec import Spec, parse_spec
+from tests.diagnosis.stage import STAGE, TRAIN, log_of, system_of
+
+LONE = STAGE.replace("force: [w - b*v]", "force: [w]").replace("  b: {{value: 6, unit: N*s/m}}\n", "")
+
+
+def lone(effects: str, level: float) -> Spec:
+    """A stage on which nothing but drive and friction acts: a larger mass is then a smaller gain with less friction."""
+    text = LONE.format(effects=effects, level=level, reference=TRAIN, duration=14, noise=0)
+    return parse_spec(text, Path("stage.yaml"))
+
+
+@pytest.mark.parametrize(
+    ("entry", "kind", "value"),
+    [
+        ("{kind: inertia_error, on: x, parameters: {delta: 0.6}}", "inertia_error", 0.6),
+        pytest.param("{kind: input_gain, on: w, parameters: {gain: 0.8}}", "input_gain", 0.8, marks=pytest.mark.slow),
+    ],
+)
+def test_a_payload_is_a_mass_and_a_weak_drive_a_gain(entry: str, kind: str, value: float, tmp_path: Path) -> None:
+    spec = lone("[]", 4.0)
+    diagnosis, _ = diagnose_log(spec, system_of(spec), log_of(lone(f"[{entry}]", 4.1), tmp_path, "train.csv"))
+    (found,) = diagnosis.effects
+    assert diagnosis.verdict == "effect" and found.kind == kind, diagnosis.sentence
+    assert {found.kind, *(other for other, _ in found.also)} == {"inertia_error", "input_gain"}
+    assert next(iter(found.parameters.values())) == pytest.approx(value, rel=0.02)

@@ -1,0 +1,25 @@
+"""A log that fits its spec so little that nothing can be fitted: the preflight's words, not a singular matrix."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from codegen.base.errors import BadInput
+from codegen.base.resources import resource_folder
+from codegen.diagnosis.diagnose import diagnose_log
+from codegen.effects.declare import system_of
+from codegen.spec import parse_spec
+from tests.diagnosis.stage import log_of
+
+
+def test_a_time_in_milliseconds_is_told_for_an_arm(tmp_path: Path) -> None:
+    text = (resource_folder("specs") / "two_link_arm.yaml").read_text(encoding="utf-8")
+    spec = parse_spec(text, tmp_path / "arm.yaml")
+    plant = parse_spec(text.replace("m1: {value: 0.7718", "m1: {value: 1.00334"), tmp_path / "plant.yaml")
+    log = log_of(plant, tmp_path, "log.csv")
+    slow = replace(log, time=1000 * log.time, sample_time=1000 * log.sample_time)
+    with pytest.raises(BadInput, match="is time in milliseconds"):
+        diagnose_log(spec, system_of(spec), slow)
