@@ -79,6 +79,7 @@ def sentence(
         faults=[f.words for f in findings if f.severity == "problem"],
         doubts=[f.words for f in findings if f.severity == "warning" and f.topic in DOUBTFUL],
         records=records,
+        refused=None if outcome is None or answer.against else _best_refused(outcome),
         noise=0.0 if outcome is None else noise_ratio(outcome.base),
         far=0.0 if outcome is None else share_far(outcome.base),
         far_noise=FAR,
@@ -91,6 +92,17 @@ def sentence(
         experiment=experiment,
     )
     return words.strip()
+
+
+def _best_refused(outcome: Outcome) -> tuple[str, str, str] | None:
+    """(kind, on, why it is not credited) of the candidate of the first round that explains most on held-out segments;
+    None where none explains ``LEAST_SHARE``.
+    """
+    refused = [r for r in outcome.first if r.why_not and r.evidence.share >= LEAST_SHARE]
+    if not refused:
+        return None
+    most = max(refused, key=lambda r: r.evidence.share)
+    return most.found.part.kind, most.found.part.on, most.why_not
 
 
 def main_variables(left: Remainder, material: float) -> list[tuple[str, float]]:

@@ -40,6 +40,9 @@ SEPARATED = 10.0
 TRAINED = 0.7
 """Share of the motion that is used for fits: a diagnosis without a second log holds the rest out."""
 MOST_RIVALS, MOST_CONFUSABLE = 2, 1
+MOST_SIMULATED = 5_000_000
+"""Samples of all motions that are tried, times the cube of the number of coordinates: an arm takes so much longer that
+only short motions are tried, or none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,10 +105,17 @@ def separate(
 def _cheapest_first(
     search: Search, machine: System, reach: Reach, h: float
 ) -> Iterator[tuple[ExtraMotion, SimulatedMotion]]:
-    """The library's motions that do not diverge: shorter ones first, among equals the one with less energy."""
-    for _, same in groupby(library(reach, search.motion), key=lambda motion: motion.duration):
-        followed = [(motion, _simulated(search, machine, reach, motion, h)) for motion in same]
-        whole = [(motion, simulated) for motion, simulated in followed if simulated is not None]
+    """The library's motions that do not diverge: shorter ones first, among equals the one with less energy; as many
+    as ``MOST_SIMULATED`` allows.
+    """
+    simulated = 0.0
+    for duration, same in groupby(library(reach, search.motion), key=lambda motion: motion.duration):
+        motions = list(same)
+        simulated += len(motions) * duration / h * search.system.degrees_of_freedom**3
+        if simulated > MOST_SIMULATED:
+            return
+        followed = [(motion, _simulated(search, machine, reach, motion, h)) for motion in motions]
+        whole = [(motion, run) for motion, run in followed if run is not None]
         yield from sorted(whole, key=lambda pair: pair[1].energy(h))
 
 

@@ -5,11 +5,14 @@ from __future__ import annotations
 import csv
 import json
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 import stiction
+from codegen.diagnosis import separation
 from codegen.diagnosis.candidate_fits import fit_candidates
 from codegen.diagnosis.credit import Evidence
 from codegen.diagnosis.diagnose import diagnose_log
@@ -129,3 +132,16 @@ def test_no_motion_tells_exact_twins_apart(tmp_path: Path) -> None:
     assert told.pairs[0].angle < 2  # two fits of noisy positions stop a degree apart
     assert len(told.tried) == len(library(reach_of(system, motion, {}), motion))
     assert max(m.separation for m in told.tried) < 2
+
+
+@pytest.mark.parametrize(("coordinates", "expected"), [(1, [3.0, 6.0]), (5, [3.0]), (9, [])])
+def test_an_arm_tries_fewer_motions(coordinates: int, expected: list[float], monkeypatch: pytest.MonkeyPatch) -> None:
+    """At 1 kHz one motion of 3 s is 3000 samples, times 125 for five coordinates and 729 for nine."""
+    made = [SimpleNamespace(duration=d) for d in (3.0, 3.0, 6.0)]
+    run = SimpleNamespace(energy=lambda h: 0.0)
+    monkeypatch.setattr(separation, "library", lambda reach, motion: made)
+    monkeypatch.setattr(separation, "MOST_SIMULATED", 1_200_000)
+    monkeypatch.setattr(separation, "_simulated", lambda *_: run)
+    search: Any = SimpleNamespace(motion=None, system=SimpleNamespace(degrees_of_freedom=coordinates))
+    tried = [motion.duration for motion, _ in separation._cheapest_first(search, None, None, 1e-3)]  # type: ignore[arg-type]
+    assert sorted(set(tried)) == expected

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from codegen.app.diagnose import Diagnosed
 from codegen.base.text import render
+from codegen.diagnosis.conclusion import _best_refused
 from codegen.diagnosis.results import Candidate, Diagnosis, ErrorFigures, FoundEffect, Remainder, Round
 
 FIGURES = ErrorFigures(1.0, (1.0,), 0.1, 1e-3, (1e-3,))
@@ -75,3 +77,19 @@ def test_the_verdict_is_no_stronger_than_what_is_left_allows(structured, all_of_
     assert words.startswith("The log shows what the spec lacks: cogging") == all_of_it
     assert words.startswith("The log shows part of what the spec lacks: cogging") != all_of_it
     assert ("another effect is missing too, or this one stands in for one of a similar shape" in words) != all_of_it
+
+
+@pytest.mark.parametrize(
+    ("why", "words"), [("its force is small", "not credited: its force is small"), ("", "removes a")]
+)
+def test_none_says_why_the_best_candidate_is_not_credited(why: str, words: str) -> None:
+    """One that removes 89 % and is too small must not be counted with those that remove nothing."""
+    part, evidence = SimpleNamespace(kind="stribeck", on="rail"), SimpleNamespace(share=0.89)
+    ranked = SimpleNamespace(found=SimpleNamespace(part=part), evidence=evidence, why_not=why)
+    outcome: Any = SimpleNamespace(first=(ranked,))
+    refused = _best_refused(outcome)
+    assert refused == (("stribeck", "rail", why) if why else None)
+    assert words in render("text/verdict.j2", verdict="none", refused=refused, **dict.fromkeys(UNUSED, ()), left=None)
+
+
+UNUSED = ("effects", "rivals", "against", "errors", "remarks", "records", "doubts", "experiment")
