@@ -139,5 +139,6 @@ def _signs_gone(expression: Any, signs: tuple[sympy.Symbol, ...]) -> Any:
     """s² = 1. Where a sign is left all the same, there is no one response for both."""
     expanded = sympy.expand(expression)
     for s in signs:
-        expanded = sympy.rem(expanded, s**2 - 1, s) if expanded.has(s) else expanded
+        if expanded.has(s) and expanded.is_polynomial(s):
+            expanded = sympy.rem(expanded, s**2 - 1, s)
     return expanded
