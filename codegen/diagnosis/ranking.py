@@ -24,7 +24,7 @@ from codegen.diagnosis.credit import (
 from codegen.diagnosis.force_evidence import ForceGain, force_gain, residual_without_levels
 from codegen.diagnosis.models import model_of, with_effects
 from codegen.diagnosis.output_error import Fit
-from codegen.diagnosis.reservations import bends_too_early, never_passed, passed_too_fast
+from codegen.diagnosis.reservations import never_passed, passed_too_fast, shows_no_bend
 from codegen.diagnosis.residual import drive_left, inverse_dynamics_residual
 from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.search import Search
@@ -354,8 +354,8 @@ def unseen_shape(search: Search, found: Found) -> str:
         return "its period is longer than the distance that the log covers: less than one period shows no repetition"
     if passed_too_fast(search.system, search.motion, found.part, found.parameters):
         return "its period is passed so fast everywhere that its force lies above the cutoff of the filter"
-    if bends_too_early(search.system, search.motion, found.part, found.parameters):
-        return "it bends at so low a speed that it is a friction level, and not what its name says"
+    if shows_no_bend(search.system, search.motion, found.part, found.parameters):
+        return "it bends far below or above the speeds of the log, which therefore shows a level or a line and no curve"
     return ""
 
 

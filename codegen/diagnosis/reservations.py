@@ -56,10 +56,13 @@ def passed_too_fast(system: System, motion: Motion, part: Part, parameters: Mapp
     )
 
 
-def bends_too_early(system: System, motion: Motion, part: Part, parameters: Mapping[str, float]) -> bool:
-    """Whether a curve bends at so small a share of the log's top speed that it is a level, not what its name says."""
-    least = {p.name: p.least_share for p in part.effect.parameters if p.least_share > 0}
-    return any(parameters[name] < share * _top_speed(system, motion, part) for name, share in least.items())
+def shows_no_bend(system: System, motion: Motion, part: Part, parameters: Mapping[str, float]) -> bool:
+    """Whether a curve bends at so small a speed that this log shows a level, or at so large a one that it shows a line."""
+    shares = {p.name: p.seen_at for p in part.effect.parameters if p.seen_at is not None}
+    if not shares:
+        return False
+    top = _top_speed(system, motion, part)
+    return any(not low * top <= parameters[name] <= high * top for name, (low, high) in shares.items())
 
 
 def remarks(found: FoundEffect, part: Part, problem: Problem) -> list[str]:

@@ -40,7 +40,7 @@ class EffectParameter:
         start: function for the starting values of a fit; by default a scale parameter starts by least squares, and a
             shape parameter at a tenth and a half of the value at which its effect is as large as the force.
         moved_in: the transformation with which a fit changes it; by default from its bounds.
-        least_share: for a speed, the least share of the log's top speed at which the effect is what its name says.
+        seen_at: for a speed, between which shares of the log's top speed the log shows the shape; none for any.
         as_number: whether its declared value stands in the equations as a number: an exponent, so that slopes of powers
             are finite where they should be.
     """
@@ -53,7 +53,7 @@ class EffectParameter:
     neutral: float | None = None
     start: Start | None = None
     moved_in: Coordinate | None = None
-    least_share: float = 0.0
+    seen_at: tuple[float, float] | None = None
     as_number: bool = False
 
     @property

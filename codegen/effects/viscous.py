@@ -13,7 +13,9 @@ from codegen.mechanics.system import System
 from codegen.spec.functions import Magnitude, Sgn
 
 COEFFICIENT = EffectParameter("b", "{F}*s/{q}", "viscous coefficient; of a curve, what its slope loses", neutral=0.0)
-THINNING = EffectParameter("v_s", "{q}/s", "speed at which half of b is lost", low=0.0, start=speeds, least_share=0.01)
+THINNING = EffectParameter(
+    "v_s", "{q}/s", "speed at which half of b is lost", low=0.0, start=speeds, seen_at=(0.01, 3.0)
+)
 LEFT = EffectParameter("b_inf", "{F}*s/{q}", "slope of a curve at high speed, 0 where it is not given", neutral=0.0)
 FORMS = ((COEFFICIENT,), (COEFFICIENT, THINNING), (COEFFICIENT, THINNING, LEFT))
 

@@ -212,11 +212,15 @@ class CsvSource:
 def _may_be_grouped(values: NDArray[np.float64], padded: bool) -> bool:
     """Whether all numbers are whole and below 1000, or have three decimals and are at least 1, some of each.
 
+    A column that rises, as of time does, is none: 998, 999, 1.000 would fall.
+
     Args:
         padded: whether some may end in ``.000``, and so be whole as numbers.
     """
     size = np.abs(values[np.isfinite(values)])
     whole = size == np.floor(size)
+    if np.all(np.diff(values[np.isfinite(values)]) > 0):
+        return False
     split = ~whole & (size >= 1) & (np.abs(1000 * size - np.round(1000 * size)) < 1e-6)
     return bool((split.any() or padded) and whole.any() and (split | whole).all() and (size < 1000).all())
 

@@ -104,7 +104,7 @@ def test_only_joints_with_something_left_are_tried(tmp_path: Path) -> None:
     base = search.refit()
     tried = CandidateFits(search, base, tuple(every_part(search, ())), lambda share: None)
     assert {p.effect.coordinate(search.system, p.place) for p in tried.parts} == {1}
-    (k,) = [k for k, p in enumerate(tried.parts) if p.kind == "viscous"]
+    k = next(k for k, p in enumerate(tried.parts) if p.kind == "viscous")
     found = tried.fitted(tried.screened(k))
     assert found.parameters["b"] == pytest.approx(0.4, rel=0.02)
     assert len(found.fit.residual) == len(base.residual)

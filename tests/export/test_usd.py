@@ -12,8 +12,8 @@ import pytest
 from codegen.export import usd
 from codegen.export.bodies import principal
 from tests.app.command import SPECS, stiction
+from tests.machines import effect
 
-from .machines import effect
 from .test_models import arm, remarks, spec_file
 
 ROTOR = "effects: [{kind: inertia_error, on: elbow_pitch, parameters: {delta: 0.3}}]\n"

@@ -15,13 +15,13 @@ from typing import Any
 import numpy as np
 import pytest
 from observers.cases import seeded
-from tests.observers.hands.HANDS.hands import HANDS, Hand, magnitude
 
 from codegen.analysis.error_dynamics import derive_error_dynamics
 from codegen.mechanics import build_system
 from codegen.observers import Observer, build_observer
 from codegen.spec import Spec, parse_spec
 from tests.machines import ONE_MASS, TWO_MASS
+from tests.observers.hands import HANDS, Hand, magnitude
 
 from .derived import Derived
 from .true_plant import Point, TruePlant

@@ -304,3 +304,13 @@ def test_the_command_says_how_a_log_was_read(tmp_path):
     for words in ("decimal commas", "column `Zeit [ms]` is t, by its name", "x is in mm", "t is in ms"):
         assert any(words in line for line in done.out.splitlines() if line.startswith("reading, train log: "))
     assert done.out.count("reading, train log: ") == 5
+
+
+@pytest.mark.parametrize("delimiter", [",", ";"])
+def test_a_time_with_whole_seconds_is_no_grouped_number(tmp_path: Path, delimiter: str) -> None:
+    """2.999, 3, 3.001: a column that rises has decimals; 998, 999, 1.000 would fall."""
+    rows = [delimiter.join((f"{t / 1000:g}", "0.5", "1.25")) for t in range(2500, 3500)]
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join([delimiter.join("txw"), *rows]) + "\n", encoding="utf-8")
+    log = read_log(path, parse_spec(TEXT, Path("slider.yaml")))
+    assert log.time[[0, 500, -1]] == pytest.approx([2.5, 3.0, 3.499])
