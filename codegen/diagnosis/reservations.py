@@ -57,7 +57,7 @@ def passed_too_fast(system: System, motion: Motion, part: Part, parameters: Mapp
 
 
 def shows_no_bend(system: System, motion: Motion, part: Part, parameters: Mapping[str, float]) -> bool:
-    """Whether a curve bends at so small a speed that this log shows a level, or at so large a one that it shows a line."""
+    """Whether a curve bends at so small a speed that this log shows a level, or at so large a one that it is a line."""
     shares = {p.name: p.seen_at for p in part.effect.parameters if p.seen_at is not None}
     if not shares:
         return False
