@@ -83,7 +83,10 @@ def _without(expression: Any, known: Sequence[Any]) -> Any:
 
 
 def _factors(expression: Any) -> list[tuple[Any, int]]:
-    constant, factors = sympy.factor_list(expression)
+    try:
+        constant, factors = sympy.factor_list(expression)
+    except sympy.PolynomialError:  # a power with a real exponent
+        return [(expression, 1)]
     return [(constant, 1), *[(f, int(p)) for f, p in factors]]
 
 

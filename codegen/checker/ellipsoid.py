@@ -14,6 +14,7 @@ kernel's: of the machine that is printed, in exact arithmetic, while no sign tur
 """
 
 import json
+import re
 import runpy
 import sys
 from fractions import Fraction
@@ -196,6 +197,7 @@ def reached(
     larger, lines = [[r * x for x in row] for row in Q], asked(ball)
     counts: dict[tuple[str, ...], set[int]] = {}
     for (*c, _), count, _ in lines:
+        kernel.demand(re.fullmatch("0|[1-9][0-9]{0,6}", str(count)), f"{str(count)[:20]!r} is no number of samples")
         counts.setdefault(tuple(c), set()).add(int(count))
     kernel.demand(all(min(n) >= 0 and max(n) <= MOST_SAMPLES for n in counts.values()), "so many samples")
     known = {c: carried([*map(number, c)], matrix, push, [*most.values()], n, larger) for c, n in counts.items()}

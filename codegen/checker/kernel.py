@@ -109,8 +109,8 @@ def semidefinite(A: list[list[Poly]], cell: dict[str, tuple[Fraction, Fraction]]
 
 
 # LEMMA 5. Names, numbers, calls of functions of doubles and + - * / ( ), of what EXPRESSION lets pass, mean the same in
-# Python and in C, whose -> is a dot here; whole numbers, which C divides otherwise, stand in indices only. A loop is
-# the sequence of its bodies, each with locals of its own. So C that compiles and is read here means what is read.
+# Python and in C, whose -> is a dot here; whole numbers, which C divides otherwise, stand in indices only, as sums of
+# three below 10^4, which fit any int. A loop is the sequence of its bodies, each with locals of its own.
 EXPRESSION = r"(?!.*(--|\+\+|\*\*|//))[A-Za-z0-9_. ()\[\]+*/-]{1,20000}"
 NUMBER = r"-?(?:0|[1-9][0-9]{0,99})(?:\.[0-9]{0,99})?(?:e[+-]?[0-9]{1,2})?"
 STATEMENT = (r"(const double |double |)([A-Za-z_][\w.]*(?:\[\d+\])?) (\+?=) ([^;={}]+); ?|"
@@ -141,7 +141,7 @@ class Text:  # expressions over `names`, and statements that set them; `sign`: w
         if isinstance(node, ast.Call) and len(node.args) == 1 and not node.keywords:
             return self.call(ast.unparse(node.func), self.of(node.args[0], text))
         name = ast.unparse(node)
-        if isinstance(node, ast.Subscript):
+        if isinstance(node, ast.Subscript) and re.fullmatch(r"\d{1,4}( [+-] \d{1,4}){0,2}", ast.unparse(node.slice)):
             name = f"{ast.unparse(node.value)}[{Text({}, {}).of(node.slice, text).constant()}]"
         demand(name in self.names and "/" not in ast.unparse(node), f"{name[:80]} is nothing that is known here")
         return self.names[name]

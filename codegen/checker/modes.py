@@ -2,8 +2,8 @@
 
 Standard library only; part of the checker (verify.py), which hands ``kernel`` in. The kernel's theorem is about samples
 with fault 0. Here every statement that names a mode, the count of invalid samples or the fault must be as in FORM;
-between them (``...``) are plain assignments to fields of the state and to locals, without casts. So, in C that
-compiles:
+between them (``...``) are plain assignments to fields of the state and to locals, without casts and within their
+arrays. So, in C that compiles:
 
 - HOLDING follows 1, 2, 4 or 8 invalid samples in a row. The count is at most 8 and cannot overflow.
 - A sample is valid if the sum of all inputs is within the limit; `check` of the step is a sum that holds every next
@@ -101,6 +101,16 @@ def require(name: str, files: dict[str, str]) -> tuple[str, str, str]:
         calls = {*re.findall(r"(\w+) ?\(", text)} <= CALLS | {f"{name}_sign"}
         plain = re.fullmatch(LINES, text) and not re.search(r"\* ?\)|\( ?\*|= \*", text)
         kernel.demand(plain and calls, f"{name}.c: a state is set by more than plain assignments")
+    fields, _, *others = kernel.matched(kernel.HEADER, f"{name}.h", files[f"{name}.h"])
+    here = {
+        f"{of}.{x}{n and f'[{k}]'}"
+        for of, struct in zip(("parameters", "state", "inputs", "outputs"), (fields, *others), strict=True)
+        for x, n in re.findall(r"double (\w+)(?:\[(\d+)\])?;", struct)
+        for k in range(int(n or 1))
+    }
+    for text in (begun, reset, predicted, resumed):  # run for its indices alone: each is within its array
+        code = kernel.Text({x: kernel.term(1, x) for x in here}, {}, f"{name}_sign")
+        code.run(re.sub(r"\(void\)\w+; ?", "", text), {x for x in here if x.startswith("state.")})
     structs = kernel.matched(STATE, f"{name}.h", files[f"{name}.h"])
     states, inputs = (
         {

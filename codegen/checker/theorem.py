@@ -317,6 +317,8 @@ def bound(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[list[str], st
     """
     if PROOF not in sources:
         return [], f"no {PROOF} is beside it", False
+    if top["slow"]:
+        return [], "its P depends on the operating point", False
     if len(top["code"]["errors"]) != len(top["error"]):
         return [], "it does not say which outputs its errors are of", False
     if {f"{top['subject']['name']}.{end}" for end in "ch"} - sources.keys():

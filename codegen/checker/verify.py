@@ -264,7 +264,8 @@ def check(
         named = (top := parsed(text))["subject"]["files"]
         if sources is None:
             here = [name for name in {*named, PROOF, SETS} if folder and (folder / name).exists()]
-            sources = {name: files.read(folder / name) for name in here}
+            sources = {name: files.read(folder / name, MAX_TEXT) for name in here}
+            alone(folder)
         more, facts = unchanged(top, sources, spec), verify(top)
         proved, unproved, whole = by_kernel(top, {k: v for k, v in sources.items() if k in {*named, PROOF, SETS}})
     except RecursionError:
@@ -275,13 +276,20 @@ def check(
     return Report(top["subject"]["name"], *words, tuple(proved), unproved, whole)
 
 
+def alone(folder: Path | None) -> None:
+    """Refused where another <math.h> lies beside the code: a compiler that is given this folder by -I would read it."""
+    named = [x.name for x in folder.iterdir() if x.name.lower() == "math.h"] if folder and folder.is_dir() else []
+    demand(not named, f"{named}: a compiler may take it for the system's header")
+
+
 def of_proof(proof: dict[str, Any], folder: Path | None, sources: dict[str, bytes] | None) -> Report:
     """What the kernel proves of the C beside its proof alone."""
     demand(isinstance(name := proof["name"], str) and bool(re.fullmatch(FORMS["NAME"], name)), "the proof has no name")
     if sources is None:
         names = (f"{name}.c", f"{name}.h", SETS)
         here = [path for file in names if folder and (path := folder / file).exists()]
-        sources = {path.name: files.read(path) for path in here}
+        sources = {path.name: files.read(path, MAX_TEXT) for path in here}
+        alone(folder)
     shown = theorem.proved(proof, sources)
     more = theorem.reached(proof, shown, sources[SETS]) if SETS in sources else []
     open_ = ("a certificate: this is the kernel's proof alone", *theorem.sizes(more), *ALWAYS)

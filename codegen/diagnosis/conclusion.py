@@ -128,7 +128,8 @@ def changes_in_words(left: Remainder, system: System, i: int, material: float) -
             case "force":
                 what = f"a force of {'-' if more else '+'}{size} {force} acts that the model lacks"
             case "inertia":
-                what = f"the inertia is {100 * abs(change.coefficient):.2g} % {'larger' if more else 'smaller'}"
+                share = f"{100 * abs(change.coefficient):.2g} % of the declared one"
+                what = f"the inertia is {'larger' if more else 'smaller'} by {share}"
             case "friction level":
                 what = f"the friction level is {size} {force} {'higher' if more else 'lower'}"
             case _:
@@ -302,6 +303,7 @@ def _effect_of(part: Part, values: Mapping[str, float], system: System) -> Found
 
 def _candidate(r: Ranked) -> Candidate:
     part, e = r.found.part, r.evidence
+    simple = {p.name for p in CATALOGUE[part.kind].forms[0].parameters}
     return Candidate(
         kind=part.kind,
         on=part.on,
@@ -318,4 +320,5 @@ def _candidate(r: Ranked) -> Candidate:
         own=is_own(part.kind),
         at_limit=at_limit(r.found.fit)[-1],
         p=r.p,
+        form=", ".join(name for name in part.names if name not in simple and len(CATALOGUE[part.kind].forms) > 1),
     )

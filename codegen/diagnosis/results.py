@@ -88,6 +88,7 @@ class Candidate:
         own: whether it is a user's own effect.
         at_limit: names of its parameters at a bound or at the end of the fit's reach.
         p: probability of such gains without an effect, for any candidate of the round.
+        form: the parameters that it has beyond those of the effect's simplest form.
     """
 
     kind: str
@@ -106,6 +107,7 @@ class Candidate:
     own: bool = False
     at_limit: tuple[str, ...] = ()
     p: float = 1.0
+    form: str = ""
 
 
 @dataclass(frozen=True)

@@ -102,7 +102,7 @@ def _add(system: System, spec: Spec, index: int, declared: DeclaredEffect) -> Sy
     units = unit_words(effect, known.index(on), system)
     for name, unit in declared.units.items():
         refuse_other_unit(unit, units[name], f"{name} in `{unit}`", spec.place(f"{key}.parameters.{name}"))
-    numbers = {p.name: sympy.Rational(given[p.name]) for p in effect.parameters if p.as_number}
+    numbers = {p.name: _exponent(given[p.name]) for p in effect.parameters if p.as_number}
     with_all = system.with_parameters(values, {symbols[name]: unit for name, unit in units.items()})
     richer = added(effect, with_all, known.index(on), symbols, spec.place(key))
     if not numbers:
@@ -110,6 +110,12 @@ def _add(system: System, spec: Spec, index: int, declared: DeclaredEffect) -> Sy
     kept = {name: s for name, s in symbols.items() if name not in numbers}
     system = system.with_parameters({s: values[s] for s in kept.values()}, {s: units[n] for n, s in kept.items()})
     return effect.add(system, known.index(on), {**kept, **numbers})
+
+
+def _exponent(value: Any) -> sympy.Number:
+    """A whole number as it is, any other as a float: to a root of high degree, SymPy's polynomials take for ever."""
+    exact = sympy.Rational(value)
+    return sympy.Number(exact) if exact.is_Integer else sympy.Float(exact)
 
 
 def _place(effect: Effect, declared: DeclaredEffect, system: System, spec: Spec, key: str) -> str:

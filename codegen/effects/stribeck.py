@@ -23,7 +23,9 @@ class Stribeck(Effect):
     """level += delta exp(−(u/v_s)²), or with another ``exponent`` than 2 level += delta exp(−(|u|/v_s)^exponent).
 
     Exponents between 0.5 and 1 have been measured in ball bearings and gears (Armstrong-Hélouvry, Dupont and Canudas
-    de Wit 1994); the exponent 1 is Tustin's curve.
+    de Wit 1994); the exponent 1 is Tustin's curve. Below 1 the slope is infinite at standstill, and no certificate
+    expresses an exponent that is no whole number: where an observer with estimated velocity is to be certified, declare
+    the nearest of 1, 2 and 3.
     """
 
     kind = "stribeck"
@@ -51,7 +53,7 @@ class Stribeck(Effect):
         return (self, type(self)(shaped=True))
 
     def starts(self, covered: Covered) -> list[dict[str, float]]:
-        """With an exponent: an exponential of every Stribeck velocity."""
+        """At Stribeck velocities from a hundredth of the top speed up, an exponent at 1."""
         exponents = [{"exponent": 1.0}] if EXPONENT in self.parameters else [{}]
         return [{"v_s": float(v)} | e for v, e in product(speeds(covered), exponents)]
 

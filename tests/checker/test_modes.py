@@ -85,6 +85,12 @@ FORGED = {
     "no sample is invalid": ("c", "given = inputs->x + inputs->w;", "given = 0.0;"),
     "a start that is never invalid": ("c", BEGUN, "const double check = 0.0;"),
     "a start with one invalid input": ("c", BEGUN, BEGUN.replace("inputs->x + ", "")),
+    "an array that a start overruns": (
+        "c",
+        "    if (!(fabs(check) <= 1e+150)) {\n",
+        "    if (!(fabs(check) <= 1e+150)) {\n        double t[1];\n"
+        "        for (int i = 0; i < 20; i++) {\n            t[i] = 0.0;\n        }\n",
+    ),
     "fault 0 though the estimates are held": ("c", LAST, "    outputs->fault = 0;\n"),
 }
 
@@ -141,3 +147,34 @@ def test_the_modes_of_the_twin_are_those_of_the_table() -> None:
                     now = twin.HOLDING
                 expected.append(now)
             assert follow(twin, mode, valid) == expected
+
+
+@pytest.mark.parametrize(
+    "index", ["2147483647 + 1 - 2147483648", "1 - 1 + 99999 - 99999", "70000 * 70000 - 4900000000"]
+)
+def test_an_index_that_an_int_cannot_hold_is_refused(index: str) -> None:
+    """Python would read t[0]; in C the sum overflows."""
+    files = texts("one_mass")
+    old, new = (
+        "    const double v_hat = state->z_v + parameters->K_v *",
+        "state->z_v + t[INDEX] *".replace("INDEX", index),
+    )
+    assert old in files["one_mass.c"]
+    begun = "    double t[2];\n    t[0] = parameters->K_v;\n    t[1] = 1.0;\n    const double v_hat = "
+    files["one_mass.c"] = files["one_mass.c"].replace(old, begun + new, 1)
+    proof = verify.theorem.read((GENERATED / "one_mass" / "proof.json").read_text("utf-8"))
+    with pytest.raises(Refused, match="the kernel does not prove"):
+        verify.theorem.proved(proof, {name: text.encode() for name, text in files.items()})
+
+
+@pytest.mark.parametrize("name", ["math.h", "Math.H"])
+def test_another_math_h_beside_the_code_is_refused(name: str, tmp_path: Path) -> None:
+    """The generated README, CMake and make files give the folder to the compiler by -I."""
+    for file, text in texts("one_mass").items():
+        (tmp_path / file).write_text(text, encoding="utf-8")
+    for file in ("proof.json", "certificate.json"):
+        (tmp_path / file).write_bytes((GENERATED / "one_mass" / file).read_bytes())
+        assert verify.main([str(tmp_path / file)]) == 0
+    (tmp_path / name).write_text("#define fabs(x) (-(x))\n", encoding="utf-8")
+    for file in ("proof.json", "certificate.json"):
+        assert verify.main([str(tmp_path / file)]) == 3

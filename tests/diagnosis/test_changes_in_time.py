@@ -64,7 +64,9 @@ SWUNG = {"level": lambda t, v: 4.5 * (1 + 0.3 * np.sin(2 * np.pi * t / 16.0))}
     ("change", "words"),
     [
         pytest.param(PUSHED, "a force of +8", id="pushed"),
-        pytest.param(DROPPED, "the inertia is 30 % smaller", id="dropped", marks=pytest.mark.slow),
+        pytest.param(
+            DROPPED, "the inertia is smaller by 30 % of the declared one", id="dropped", marks=pytest.mark.slow
+        ),
         pytest.param(SWUNG, "changes in time", id="swung", marks=pytest.mark.slow),
         pytest.param({}, "", id="nothing", marks=pytest.mark.slow),
     ],
