@@ -35,7 +35,7 @@ def words(left: Remainder, **given: Any) -> str:
         "changes": (),
     }
     shown = none | {"left": left, "left_on": "", "material": 0.02} | given
-    return render("text/verdict.j2", over=main_variables(left, shown["material"]), **shown)
+    return render("text/verdict.j2", over=main_variables(left, shown["material"]), refused=None, **shown)
 
 
 def test_variables_are_named_only_where_what_follows_them_is_material() -> None:
