@@ -9,8 +9,9 @@ import pytest
 from numpy.typing import NDArray
 
 from codegen.app.diagnose import diagnose
-from codegen.diagnosis.diagnose import diagnose_log
+from codegen.diagnosis.diagnose import Models, diagnose_log
 from codegen.diagnosis.reservations import shows_no_bend
+from codegen.diagnosis.results import Diagnosis
 from codegen.diagnosis.signals import smooth_motion
 from codegen.diagnosis.trial import part_of
 from codegen.effects import CATALOGUE
@@ -24,18 +25,23 @@ LAWS = {
 }
 
 
+def diagnosed(plant: str, folder: Path) -> tuple[Diagnosis, Models]:
+    """Diagnose the logs of a plant, given as the text of its spec, against the stage's spec."""
+    train, test = (
+        log_of(parse_spec(text, Path("stage.yaml")), folder, f"{name}.csv")
+        for name, text in (("train", plant), ("test", plant.replace(TRAIN, TEST)))
+    )
+    spec = stage()
+    return diagnose_log(spec, system_of(spec), train, test)
+
+
 @pytest.mark.parametrize("name", LAWS)
 def test_friction_that_grows_with_speed_is_viscous(name: str, tmp_path: Path) -> None:
     """The plant's contact has a law that the spec does not know; no second effect corrects the form of the first."""
     law, truth = LAWS[name]
     plain = STAGE.format(effects="[]", level=2.0, reference=TRAIN, duration=14.0, noise=1e-6)
     plain = plain.replace("law: coulomb, a: 2.0, unit: N", f"{law}, unit: N")
-    train, test = (
-        log_of(parse_spec(text, Path("stage.yaml")), tmp_path, f"{name}.csv")
-        for name, text in (("train", plain), ("test", plain.replace(TRAIN, TEST)))
-    )
-    spec = stage()
-    diagnosis, models = diagnose_log(spec, system_of(spec), train, test)
+    diagnosis, models = diagnosed(plain, tmp_path)
     assert [e.kind for e in diagnosis.effects] == ["viscous"], diagnosis.sentence
     found = diagnosis.effects[0].parameters
     level = float(models.augmented.values[next(iter(models.train.levels))])
@@ -64,12 +70,7 @@ def test_viscous_friction_that_the_spec_declares_in_proportion_is_a_curve(tmp_pa
     law, truth = LAWS["square root"]
     plain = STAGE.format(effects="[]", level=2.0, reference=TRAIN, duration=14.0, noise=1e-6)
     plain = plain.replace("law: coulomb, a: 2.0, unit: N", f"{law}, unit: N").replace("w - b*v", "w")
-    train, test = (
-        log_of(parse_spec(text, Path("stage.yaml")), tmp_path, f"{name}.csv")
-        for name, text in (("train", plain), ("test", plain.replace(TRAIN, TEST)))
-    )
-    spec = stage()
-    diagnosis, models = diagnose_log(spec, system_of(spec), train, test)
+    diagnosis, models = diagnosed(plain, tmp_path)
     assert [e.kind for e in diagnosis.effects] == ["viscous"], diagnosis.sentence
     p = diagnosis.effects[0].parameters
     level = float(models.augmented.values[next(iter(models.train.levels))])
