@@ -289,7 +289,7 @@ def _refit(search: Search, log: Log, findings: Sequence[Finding]) -> tuple[Searc
     """``within_reach``; where log and spec fit so little that it cannot be computed, what the preflight says."""
     try:
         return within_reach(search)
-    except Exception as error:
+    except (ArithmeticError, RuntimeError, ValueError) as error:
         problems = [f.words for f in findings if f.severity == "problem"]
         if not problems or not is_numerical(error):
             raise
