@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from codegen.diagnosis.numpy_form import numpy_function
+from codegen.mechanics.actuator import decayed
 from codegen.mechanics.system import System
 
 Array = NDArray[np.float64]
@@ -20,7 +21,9 @@ class Chain:
     """The stages of one input in the order of effects.md; the defaults change nothing.
 
     Attributes:
-        delay: s. gain: 1. width: of the dead zone, input's unit. tau: s.
+        delay: s. gain: 1. width: of the dead zone, input's unit.
+        thresholds: up to which nothing passes, input's unit.
+        tau, order: time constant of so many equal lags in series, s.
         limits: (height in the input's unit, rounding) of each saturation.
     """
 
@@ -28,7 +31,9 @@ class Chain:
     gain: float = 1.0
     width: float = 0.0
     tau: float = 0.0
+    thresholds: tuple[float, ...] = ()
     limits: tuple[tuple[float, float], ...] = ()
+    order: int = 1
 
     def act(self, command: Array, sample_time: float, substeps: int) -> Array:
         """The mean effective input over each substep, (N substeps,), of a command (N,) held from t_k to t_(k+1)."""
@@ -39,9 +44,11 @@ class Chain:
         w = self.gain * w
         if self.width != 0.0:
             w = np.sign(w) * np.maximum(np.abs(w) - self.width, 0.0)
+        for threshold in self.thresholds:
+            w = np.where(np.abs(w) > threshold, w, 0.0)
         for height, rounding in self.limits:
             w = _limited(w, height, rounding)
-        return _lagged(w, self.tau / h) if self.tau > 0.0 else w
+        return _lagged(w, self.tau / h, self.order) if self.tau > 0.0 else w
 
 
 class Chains:
@@ -52,7 +59,7 @@ class Chains:
         symbols: whose values ``act`` is given, in order.
         """
         actuators = [system.actuator(i) for i in range(len(system.inputs))]
-        self._limits = [len(a.limits) for a in actuators]
+        self._shapes = [(len(a.thresholds), len(a.limits), a.order) for a in actuators]
         self._numbers = numpy_function([e for a in actuators for e in a.numbers], symbols, system.values)
         self._last: tuple[Array, tuple[float, ...], Array] | None = None
 
@@ -63,10 +70,12 @@ class Chains:
         if last is not None and last[0] is commands and last[1] == values:  # most steps of a fit move no actuator
             return last[2]
         fields, columns = iter(values), []
-        for i, limits in enumerate(self._limits):
+        for i, (thresholds, limits, order) in enumerate(self._shapes):
             delay, gain, width, tau = (next(fields) for _ in range(4))
+            passed = tuple(next(fields) for _ in range(thresholds))
             pairs = tuple((next(fields), next(fields)) for _ in range(limits))
-            columns.append(Chain(delay, gain, width, tau, pairs).act(commands[:, i], sample_time, substeps))
+            chain = Chain(delay, gain, width, tau, passed, pairs, order)
+            columns.append(chain.act(commands[:, i], sample_time, substeps))
         inputs = np.ascontiguousarray(np.column_stack(columns))
         self._last = commands, values, inputs
         return inputs
@@ -91,9 +100,20 @@ def _late(w: Array, steps: float) -> Array:
     return np.asarray((1 - share) * padded[first : first + len(w)] + share * padded[first - 1 : first - 1 + len(w)])
 
 
-def _lagged(w: Array, steps: float) -> Array:
-    """First-order lag of held values, exact, and its mean over each substep."""
-    decay = float(np.exp(-1.0 / steps))
-    end, _ = lfilter([1 - decay], [1.0, -decay], w, zi=np.array([decay * w[0]]))
-    before = np.concatenate([[w[0]], end[:-1]])
-    return np.asarray(w + (before - w) * steps * (1 - decay))
+def _lagged(w: Array, steps: float, order: int) -> Array:
+    """Equal first-order lags of held values in series, exact (``decayed``), and the last one's mean over each substep.
+
+    With h = T/steps, the mean of the last is w − steps Σ (y_i(h) − y_i(0)), since tau y_i' = y_(i−1) − y_i.
+
+    Args:
+        steps: time constant over the substep.
+    """
+    decay, mean = float(np.exp(-1.0 / steps)), w
+    errors: list[Array] = []
+    for _ in range(order):
+        driven = decayed([*errors, np.zeros_like(w)], 1 / steps, decay)[-1] + (1 - decay) * w
+        end, _ = lfilter([1.0], [1.0, -decay], driven, zi=np.array([decay * w[0]]))
+        before = np.concatenate([[w[0]], end[:-1]])
+        errors.append(before - w)
+        mean = mean - steps * (end - before)
+    return mean

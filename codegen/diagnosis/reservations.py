@@ -68,7 +68,7 @@ def shows_no_bend(system: System, motion: Motion, part: Part, parameters: Mappin
 def remarks(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
     """Parts of a credited effect's curve that the log does not cover, and intervals that it has not, in words."""
     words = []
-    if CATALOGUE[found.kind].rough:
+    if CATALOGUE[found.kind].with_parameters(list(found.parameters)).rough:
         words.append(
             f"the values of {found.kind} have no interval: its loss is not smooth, so slopes do not bound them"
         )

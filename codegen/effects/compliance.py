@@ -25,6 +25,10 @@ GAPS, GAP_RATIO = 5, 1.25
 """Number of starting gaps for every coupling, and ratio of those tried with a well damped coupling of medium
 stiffness. The loss of a free run is informative only within about a quarter of the true gap, but then for any
 coupling near the true one."""
+RESTARTED, RINGING = 14, 0.04
+"""Shares of the inertia, and the damping ratio, from which a fit starts again with the stiffness that it found. Slow
+motion under a weight shows the stiffness alone, so the share may end far off. A load that rings for long is then out of
+step, unless its frequency is right to about its damping ratio."""
 LEAST_LOAD = 0.02
 """Least share of the inertia that a fit may call a load. A lighter one acts at its resonance alone and can imitate a
 disturbance that is periodic in time."""
@@ -67,6 +71,9 @@ class Compliance(Effect):
     def coupling(self, values: Mapping[str, float]) -> dict[str, float] | None:
         return dict(values)
 
+    def restarts(self, values: Mapping[str, float], covered: Covered) -> list[dict[str, float]]:
+        return [_spring(covered, values["k"], load, RINGING) for load in np.geomspace(0.15, 0.9, RESTARTED).tolist()]
+
     def unseen(self, values: Mapping[str, float], noise: float) -> str:
         """Why not, where the load is lighter than ``LEAST_LOAD``."""
         return _light_load(values)
@@ -92,6 +99,7 @@ class Backlash(Effect):
         Confusion("input_delay", "a chirp at two amplitudes"),
     )
     needs = NEEDS
+    extends = Compliance.kind
     rough = True  # impacts: a small parameter change shifts them by a sample
 
     def applies(self, system: System, place: int) -> bool:
@@ -131,6 +139,11 @@ def _light_load(values: Mapping[str, float]) -> str:
 
 def _coupling(covered: Covered, frequency: float, load: float, damping_ratio: float) -> dict[str, float]:
     """The spring with which motor and load resonate at ``frequency``, in cutoffs of the log."""
-    shared = load * (1 - load) * covered.inertia
-    k = shared * (2 * pi * frequency * covered.cutoff_hz) ** 2
-    return {"k": k, "c": 2 * damping_ratio * sqrt(k * shared), "load_fraction": load}
+    k = load * (1 - load) * covered.inertia * (2 * pi * frequency * covered.cutoff_hz) ** 2
+    return _spring(covered, k, load, damping_ratio)
+
+
+def _spring(covered: Covered, k: float, load: float, damping_ratio: float) -> dict[str, float]:
+    """A spring of this stiffness between motor and load, with a damping ratio of their resonance."""
+    c = 2 * damping_ratio * sqrt(k * load * (1 - load) * covered.inertia)
+    return {"k": k, "c": c, "load_fraction": load}

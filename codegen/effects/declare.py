@@ -142,10 +142,14 @@ def _place(effect: Effect, declared: DeclaredEffect, system: System, spec: Spec,
 
 def _checked(effect: Effect, declared: DeclaredEffect, spec: Spec, key: str) -> dict[str, Any]:
     names = [p.name for p in effect.parameters]
-    possible = [p.name for p in effect.forms[-1].parameters]
+    forms = dict.fromkeys(", ".join(p.name for p in form.parameters) for form in effect.forms)
+    possible = list(dict.fromkeys(p.name for form in effect.forms for p in form.parameters))
     for name in declared.parameters:
         place, expected = spec.place(f"{key}.parameters.{name}"), f"{', '.join(possible)} of {effect.kind}"
         refuse_unknown(name, possible, place, "unknown parameter", expected, code="SPEC008")
+        if name not in names:
+            found = f"`{name}` together with `{', '.join(names)}`"
+            raise BadInput(place, found, f"the parameters of one form: {' or '.join(forms)}", code="SPEC008")
     for p in effect.parameters:
         if p.name not in declared.parameters:
             raise BadInput(

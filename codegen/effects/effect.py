@@ -93,6 +93,7 @@ class Effect(ABC):
         needs: the condition of ``applies`` in words.
         demands: the condition of ``admissible`` beyond each parameter's bounds, in words.
         refines: the kind of which this is a refinement, tried only where that one is found; "" for none.
+        extends: the kind of which this is the same with one parameter more, that one at zero; "" for none.
         both_ways: for an effect on a contact, whether it is identifiable only with slip in both directions.
         rough: whether the free-run error is a non-smooth function of the parameters, so that slopes find no minimum.
     """
@@ -107,8 +108,9 @@ class Effect(ABC):
     needs: ClassVar[str] = ""
     demands: ClassVar[str] = ""
     refines: ClassVar[str] = ""
+    extends: ClassVar[str] = ""
     both_ways: ClassVar[bool] = False
-    rough: ClassVar[bool] = False
+    rough: bool = False
 
     @abstractmethod
     def add(self, system: System, place: int, p: Symbols) -> System:
@@ -193,6 +195,10 @@ class Effect(ABC):
 
     def suggested(self, covered: Covered) -> list[dict[str, float]]:
         """Starting values computed from the force residual; a fit starts from each of them."""
+        return []
+
+    def restarts(self, values: Mapping[str, float], covered: Covered) -> list[dict[str, float]]:
+        """Other starting values that fitted ones suggest, where a fit may end in a local minimum."""
         return []
 
     def twins(self, system: System, place: int) -> list[tuple[str, str]]:

@@ -150,9 +150,9 @@ class _Reduction:
             ]
             how = f"its gain: 1 {unit} makes {' and '.join(made) or 'no force'}, and a joint here takes the force"
             self.remarks.append(Remark(where, "dropped", how))
-        for name, value in (("delay", drive.delay), ("lag", drive.lag)):
+        for name, value in (("a delay", drive.delay), *[("a lag", drive.lag)] * drive.order):
             if value:
-                self.remarks.append(Remark(where, "dropped", f"a {name} of {value:.6g} s: {self.target} has none"))
+                self.remarks.append(Remark(where, "dropped", f"{name} of {value:.6g} s: {self.target} has none"))
         if drive.dead_zone:
             lost = sympy.Float(drive.dead_zone * max(map(abs, drive.direction)))
             self._drop(where, f"a dead zone of {drive.dead_zone:.6g} {unit} of command", lost, drive.direction)

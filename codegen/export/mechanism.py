@@ -87,7 +87,9 @@ class Drive:
     Attributes:
         index: of the input.
         direction: of the line; the coefficients hold the gain.
-        limit: of the command, or None; delay and lag in s; dead_zone in the input's unit, before the gain.
+        limit: of the command, or None; delay and lag in s; dead_zone in the input's unit, before the gain: the most
+            that is lost of a command, also up to a threshold.
+        order: number of such lags in series.
         rounded: whether the limit is approached gradually.
     """
 
@@ -98,6 +100,7 @@ class Drive:
     lag: float | None
     dead_zone: float
     rounded: bool
+    order: int
 
 
 @dataclass(frozen=True)
@@ -304,13 +307,14 @@ class _Elements:
 
     def _drive(self, index: int, gains: Any) -> None:
         chain = self.system.actuator(index)
-        delay, gain, dead = (float(e.subs(self.system.values)) for e in (chain.delay, chain.gain, chain.dead_zone))
+        lost = chain.dead_zone + sum(chain.thresholds)
+        delay, gain, dead = (float(e.subs(self.system.values)) for e in (chain.delay, chain.gain, lost))
         limits = [float(e.height.subs(self.system.values)) for e in chain.limits]
         lag = None if chain.lag is None else float(chain.lag.subs(self.system.values))
         direction = tuple(gain * float(b) for b in gains)
         limit = min(limits) / gain if limits else None
         rounded = any(e.rounding != 0 for e in chain.limits)
-        self.drives.append(Drive(index, direction, limit, delay, lag, dead / gain, rounded))
+        self.drives.append(Drive(index, direction, limit, delay, lag, dead / gain, rounded, chain.order))
 
     def _contact(self, index: int, contact: ContactFriction) -> None:
         column = [self._numeric(e) for e in self.system.distribution[:, index]]

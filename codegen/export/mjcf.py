@@ -392,8 +392,11 @@ class _Writer:
             parts.append(f"delayed by {drive.delay:.6g} s, in steps of {number(self.timestep)} s")
             held = held if abs(steps - round(steps)) < 1e-6 else "nearest"
         if drive.lag is not None:
-            attributes |= {"dyntype": "filterexact", "dynprm": number(drive.lag), "actearly": "true"}
-            parts.append(f"behind a lag of {drive.lag:.6g} s")
+            total = drive.order * drive.lag
+            attributes |= {"dyntype": "filterexact", "dynprm": number(total), "actearly": "true"}
+            equal = f" in place of {drive.order} of {drive.lag:.6g} s" if drive.order > 1 else ""
+            parts.append(f"behind a lag of {total:.6g} s{equal}")
+            held = "nearest" if equal else held
         self.actuators.append(Element("general", attributes))
         self._says(where, held, ", ".join(parts))
         if drive.dead_zone:

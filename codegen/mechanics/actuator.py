@@ -1,15 +1,17 @@
-"""The actuator chain from a command to the input that acts: delay → gain → dead zone → saturation → first-order lag."""
+"""The actuator chain from a command to the input that acts: delay → gain → dead zone → saturation → lag."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from math import factorial
+from typing import Any, Literal
 
 import sympy
 
-from codegen.spec.functions import Magnitude
+from codegen.spec.functions import Magnitude, Sgn
 
-Stage = Literal["delay", "gain", "dead_zone", "saturation", "lag"]
+Stage = Literal["delay", "gain", "dead_zone", "threshold", "saturation", "lag"]
 
 
 @dataclass(frozen=True)
@@ -32,30 +34,35 @@ class Limit:
 class Actuator:
     """The chain of one input, in this order whatever the order in which its stages are declared.
 
-    Two of a kind act one after the other: delays add up, gains multiply, dead zones add up.
+    Two of a kind act one after the other: delays add up, gains multiply, dead zones add up. A threshold stands between
+    dead zone and saturation.
 
     Attributes:
         delay: T, s.
         gain: 1 if there is none.
         dead_zone: width, input's unit.
+        thresholds: input's unit; up to a threshold nothing passes, above it everything.
         limits: of saturation, one after the other.
-        lag: tau, s; None if there is none.
+        lag: time constant of the lags, s; None if there is none.
+        order: number of equal lags in series.
     """
 
     delay: sympy.Expr = sympy.S.Zero
     gain: sympy.Expr = sympy.S.One
     dead_zone: sympy.Expr = sympy.S.Zero
+    thresholds: tuple[sympy.Expr, ...] = ()
     limits: tuple[Limit, ...] = ()
     lag: sympy.Expr | None = None
+    order: int = 1
 
     def with_stage(self, stage: Stage, parameter: sympy.Expr, *shape: sympy.Expr) -> Actuator:
         """The chain with one more stage.
 
         Args:
-            shape: a saturation's rounding, where it has one.
+            shape: a saturation's rounding, or the number of equal lags, where given.
 
         Raises:
-            ValueError: for a second lag.
+            ValueError: for a second lag stage.
         """
         match stage:
             case "delay":
@@ -64,28 +71,56 @@ class Actuator:
                 return replace(self, gain=self.gain * parameter)
             case "dead_zone":
                 return replace(self, dead_zone=self.dead_zone + parameter)
+            case "threshold":
+                return replace(self, thresholds=(*self.thresholds, parameter))
             case "saturation":
                 return replace(self, limits=(*self.limits, Limit(parameter, *shape)))
             case "lag":
                 if self.lag is not None:
-                    raise ValueError("a second lag on one input")
-                return replace(self, lag=parameter)
+                    raise ValueError("a second lag stage on one input")
+                return replace(self, lag=parameter, order=int(shape[0]) if shape else 1)
 
     @property
     def has_memory(self) -> bool:
         return self.delay != 0 or self.lag is not None
 
+    @property
+    def has_inverse(self) -> bool:
+        """Whether each mean of the effective input is what some held command gives."""
+        return self.lag is None and not self.thresholds
+
     def static(self, w: sympy.Expr) -> sympy.Expr:
-        """Gain, dead zone and saturation of a command."""
+        """Gain, dead zone, threshold and saturation of a command."""
         w = self.gain * w
         if self.dead_zone != 0:
             w = w - Limit(self.dead_zone).of(w)
+        for threshold in self.thresholds:
+            above = Sgn(Magnitude(w) - threshold)
+            w = w * above * (1 + above) / 2  # exactly at the threshold nothing passes
         for limit in self.limits:
             w = limit.of(w)
         return w
 
     @property
     def numbers(self) -> tuple[sympy.Expr, ...]:
-        """Delay, gain, dead zone, lag (0 for none), then height and rounding of each limit."""
+        """Delay, gain, dead zone, lag (0 for none), each threshold, then height and rounding of each limit."""
         pairs = [number for limit in self.limits for number in (limit.height, limit.rounding)]
-        return (self.delay, self.gain, self.dead_zone, self.lag or sympy.S.Zero, *pairs)
+        return (self.delay, self.gain, self.dead_zone, self.lag or sympy.S.Zero, *self.thresholds, *pairs)
+
+
+def decayed(errors: Sequence[Any], ratio: Any, decay: Any) -> list[Any]:
+    """Distances e_i = y_i − w of equal lags in series from their held input w, a time t later.
+
+    tau y_i' = y_(i−1) − y_i with y_0 = w gives e_i(t) = exp(−t/tau) Σ_k (t/tau)^k/k! e_(i−k)(0).
+
+    Args:
+        errors: e_1, e_2, …; numbers, arrays or expressions.
+        ratio: t/tau. decay: exp(−t/tau).
+    """
+    left = []
+    for i in range(len(errors)):
+        total = errors[i]
+        for k in range(1, i + 1):
+            total = total + ratio**k / factorial(k) * errors[i - k]
+        left.append(total * decay)
+    return left

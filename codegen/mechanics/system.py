@@ -128,15 +128,17 @@ class System:
     @property
     def input_matrix(self) -> Matrix | NonlinearInput:
         """B of g = g₀(x, v) + B(x, v) w, n by inputs, w the commands; where g is not linear in w, what shows it."""
-        return input_matrix(self.commanded(self.force), self.positions, self.inputs)
+        static = {w: a.static(w) for w, a in self.actuators.items() if a.lag is None}
+        return input_matrix(_over(self.force, static), self.positions, self.inputs)
 
     def actuator(self, index: int) -> Actuator:
         return self.actuators.get(self.inputs[index], Actuator())
 
     def commanded(self, expression: Any) -> Any:
-        """An expression over effective inputs, over the delayed commands; behind a lag the effective input stays."""
-        static = {w: a.static(w) for w, a in self.actuators.items() if a.lag is None}
-        return expression.subs(static, simultaneous=True) if static else expression
+        """An expression over effective inputs, over the delayed commands; where these do not follow from a mean of the
+        effective input, behind a lag or a threshold, the effective input stays.
+        """
+        return _over(expression, {w: a.static(w) for w, a in self.actuators.items() if a.has_inverse})
 
     def known_friction(self, slip: Matrix) -> Matrix:
         """Contact forces of the declared effects at slip velocities ``slip``, one row a contact."""
@@ -151,7 +153,7 @@ class System:
     def equation_error(self) -> Matrix:
         """g − M a − U λ over x, v, w and the accelerations: zero on a motion that the model explains.
 
-        w are the delayed commands, behind a lag the effective inputs.
+        w are the delayed commands, behind a lag or a threshold the effective inputs.
         """
         slip = self.slip_velocity
         friction = Matrix([c.force.subs(c.slip, u) for c, u in zip(self.contacts, slip, strict=True)])
@@ -230,3 +232,8 @@ class System:
         contacts = list(self.contacts)
         contacts[index] = replace(contacts[index], **change)
         return replace(self, contacts=tuple(contacts))
+
+
+def _over(expression: Any, static: Mapping[sympy.Symbol, sympy.Expr]) -> Any:
+    """An expression over effective inputs, with these in their place."""
+    return expression.subs(static, simultaneous=True) if static else expression

@@ -10,6 +10,7 @@ import casadi
 import sympy
 
 from codegen.base.errors import BadInput
+from codegen.mechanics.actuator import decayed
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.observers.equations import Observer
 from codegen.program.model import Block, Field
@@ -61,13 +62,18 @@ def effective_input(
     if chain.lag is not None:
         lagging = casadi.SX.sym(f"{w}_driven")
         blocks.append(_block(f"{w}_driven", "input_before_lag", lagging, driven, command.unit, _words(chain.delay, w)))
-        lag = Field(f"{w}_lagged", command.unit, f"{w} behind its lag", casadi.SX.sym(f"{w}_lagged"))
+        fields = [_lagged(w, command.unit, k + 1, chain.order) for k in range(chain.order)]
         steps = to_casadi(chain.lag, names) / period.symbol
         decay = casadi.exp(-1 / steps)
-        driven = lagging + (lag.symbol - lagging) * (steps * (1 - decay))
-        states.append(lag)
-        next_state.append(lagging + (lag.symbol - lagging) * decay)
-        initial.append(static(command.symbol))
+        errors = [lag.symbol - lagging for lag in fields]
+        left = decayed(errors, 1 / steps, decay)
+        if len(fields) == 1:
+            driven = lagging + errors[0] * (steps * (1 - decay))
+        else:
+            driven = lagging + steps * sum(before - after for before, after in zip(errors, left, strict=True))
+        states += fields
+        next_state += [lagging + error for error in left]
+        initial += [static(command.symbol) for _ in fields]
     symbol = casadi.SX.sym(f"{w}_effective")
     source = "mean over the sample" if chain.lag is not None else _words(chain.delay, w)
     blocks.append(_block(f"{w}_effective", "effective_input", symbol, driven, command.unit, source))
@@ -85,6 +91,13 @@ def held_input(observer: Observer, index: int, command: Field, names: dict[sympy
     field = Field(f"{w}_held", command.unit, f"{w} since the sample before", casadi.SX.sym(f"{w}_held"))
     now, names[w] = names[w], field.symbol
     return EffectiveInput((), (field,), (now,), (settled,))
+
+
+def _lagged(w: sympy.Symbol, unit: str, place: int, order: int) -> Field:
+    """The state of one of so many equal lags in series."""
+    name = f"{w}_lagged" if order == 1 else f"{w}_lagged_{place}"
+    words = f"{w} behind its lag" if order == 1 else f"{w} behind lag {place} of {order}"
+    return Field(name, unit, words, casadi.SX.sym(name))
 
 
 def _block(element: str, name: str, symbol: Any, expression: Any, unit: str, source: str) -> Block:

@@ -31,6 +31,7 @@ def effect_view(effect: Effect) -> dict[str, Any]:
     angular = effect.needs == "a coordinate in rad"
     units = {"F": "N*m" if angular else "N", "q": "rad" if angular else "m", "w": "N"}
     drawn = PARAMETERS.get(effect.kind, {})
+    forms = {p.name: (form, p) for form in effect.forms for p in form.parameters}  # the last form with each
     return {
         "kind": effect.kind,
         "sits_on": effect.sits_on,
@@ -47,10 +48,10 @@ def effect_view(effect: Effect) -> dict[str, Any]:
                 "unit": p.unit.format(F="F", q="q", w="w"),
                 "range": _range(p),
                 "meaning": p.meaning,
-                "start": _start(effect.forms[-1], p),
+                "start": _start(form, p),
                 "optional": p.name not in [q.name for q in effect.parameters],
             }
-            for p in effect.forms[-1].parameters
+            for form, p in forms.values()
         ],
         "examples": [_example(form, drawn) for form in effect.forms],
         "confused_with": effect.confused_with,

@@ -7,6 +7,7 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
+from codegen.mechanics.actuator import decayed
 from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.mechanics.system import System
 
@@ -56,14 +57,15 @@ def drive_columns(system: System, time: Array, inputs: Array, substeps: int) -> 
 def mean_about_samples(system: System, index: int, time: Array, commands: Array) -> Array:
     """What acts about each t_k, (N,): the mean over a sample before and a sample after it.
 
-    Of the effective input where it lags; else the command that gain, dead zone and saturation turn into that mean. A
-    command that steps through a dead zone has a mean that says nothing about the mean effective input.
+    Of the effective input where it lags or has a threshold; else the command that gain, dead zone and saturation turn
+    into that mean. A command that steps through a dead zone has a mean that says nothing about the mean effective
+    input.
     """
     signal = _Effective(system, index, time, commands)
     reach = np.gradient(time)
     mean = (signal.integral(time + reach) - signal.integral(time - reach)) / (2 * reach)
     chain = system.actuator(index)
-    if chain.lag is not None:
+    if not chain.has_inverse:
         return np.asarray(mean)
     gain, width = (float(e.subs(system.values)) for e in (chain.gain, chain.dead_zone))
     for limit in reversed(chain.limits):
@@ -84,8 +86,8 @@ class _Effective:
         steps = np.diff(time)
         area = self.held[:-1] * steps
         if self._lag is not None:
-            self._value = _lagged(self.held, np.exp(-steps / self._lag))
-            area = area + (self._value - self.held)[:-1] * self._lag * -np.expm1(-steps / self._lag)
+            self._errors = _errors(self.held, steps / self._lag, chain.order)
+            area = area + self._behind(np.arange(len(steps)), steps)
         self._area = np.concatenate([[0.0], np.cumsum(area)])
 
     def integral(self, at: Array) -> Array:
@@ -95,9 +97,19 @@ class _Effective:
         since = late - self._time[k]
         total = self._area[k] + self.held[k] * since
         if self._lag is not None:
-            decayed = -np.expm1(-np.maximum(since, 0.0) / self._lag)
-            total = total + (self._value[k] - self.held[k]) * self._lag * decayed
+            total = total + self._behind(k, np.maximum(since, 0.0))
         return np.asarray(total)
+
+    def _behind(self, k: NDArray[np.intp], since: Array) -> Array:
+        """∫ of the last lag's distance from the held command, over these times since sample k.
+
+        tau y_i' = y_(i−1) − y_i gives it as −tau Σ (e_i(t) − e_i(0)).
+        """
+        assert self._lag is not None
+        begun = [e[k] for e in self._errors]
+        ratio = since / self._lag
+        ended = decayed(begun, ratio, np.exp(-ratio))
+        return np.asarray(-self._lag * sum(after - before for after, before in zip(ended, begun, strict=True)))
 
 
 def _static(system: System, expression: sympy.Expr, w: sympy.Symbol, commands: Array) -> Array:
@@ -119,10 +131,14 @@ def _before_limit(w: Array, height: float, rounding: float) -> Array:
     return np.asarray(within * np.sqrt((height**2 - (1 - rounding**2) * within**2) / (height**2 - within**2)))
 
 
-def _lagged(held: Array, decay: Array) -> Array:
-    """The lag's output at each sample, settled at the first."""
-    value = np.empty_like(held)
-    value[0] = held[0]
-    for k, share in enumerate(decay):
-        value[k + 1] = held[k] + (value[k] - held[k]) * share
-    return value
+def _errors(held: Array, ratios: Array, order: int) -> list[Array]:
+    """Each lag's distance from the command held from each sample on, settled at the first.
+
+    Args:
+        ratios: sample lengths over the time constant.
+    """
+    errors = np.zeros((len(held), order))
+    jumps, decays = np.diff(held), np.exp(-ratios)
+    for k, (ratio, decay) in enumerate(zip(ratios, decays, strict=True)):
+        errors[k + 1] = np.array(decayed(errors[k], ratio, decay)) - jumps[k]
+    return list(errors.T)

@@ -8,6 +8,7 @@ import casadi
 import numpy as np
 from numpy.typing import NDArray
 
+from codegen.mechanics.actuator import decayed
 from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.mechanics.system import System
 
@@ -42,7 +43,8 @@ class HeldInput:
         self._steps = np.array(lags) / (period * np.diff(edges)[:, None])
         with np.errstate(divide="ignore"):
             self._decay = np.exp(-1 / self._steps)
-        self._lagged = np.zeros(len(chains))
+        self._orders = [chain.order for chain in chains]
+        self._lagged = np.zeros((max(self._orders, default=1), len(chains)))
 
     def take(self, command: Array) -> Array:
         """Hold a command (m,) from now on: (parts, m) effective inputs of this sample."""
@@ -57,10 +59,15 @@ class HeldInput:
         return driven if not self._steps.any() else self._behind_lag(driven)
 
     def _behind_lag(self, driven: Array) -> Array:
-        means = np.empty(driven.shape)
-        for k, w in enumerate(driven):
-            means[k] = w + (self._lagged - w) * self._steps[k] * (1 - self._decay[k])
-            self._lagged = w + (self._lagged - w) * self._decay[k]
+        means = np.array(driven)
+        for i, order in enumerate(self._orders):
+            own = self._lagged[:order, i]
+            for k, w in enumerate(driven[:, i]):
+                if self._steps[k, i] == 0:
+                    continue
+                after = w + np.array(decayed(own - w, 1 / self._steps[k, i], self._decay[k, i]))
+                means[k, i] = w - self._steps[k, i] * float(np.sum(after - own))
+                own[:] = after
         return means
 
 

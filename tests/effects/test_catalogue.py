@@ -61,7 +61,8 @@ def rounded_limit(w: float, limit: float, rounding: float) -> float:
 
 INPUT = {
     "input_gain": lambda w, gain: gain * w,
-    "dead_zone": lambda w, width: np.sign(w) * max(abs(w) - width, 0),
+    # Behind a threshold the effective input stays in the equation (test_actuator_forms says what it is).
+    "dead_zone": lambda w, width=0, threshold=0: np.sign(w) * max(abs(w) - width, 0),
     "saturation": lambda w, limit, rounding=0: rounded_limit(w, limit, rounding),
 }
 DRIVE = {

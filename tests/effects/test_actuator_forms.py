@@ -1,0 +1,125 @@
+"""Two equal lags in series and a threshold: what acts, against scipy's exact discretisation and by hand."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.signal import cont2discrete
+
+from codegen.base.errors import BadInput
+from codegen.diagnosis.chain import Chain
+from codegen.diagnosis.residual import inverse_dynamics_residual, masks
+from codegen.diagnosis.signals import smooth_motion
+from codegen.effects.declare import add_declared_effects
+from codegen.mechanics import System, build_system
+from codegen.simulate.drive import drive_columns
+from codegen.simulate.held_input import HeldInput
+from codegen.spec import parse_spec
+from tests.diagnosis.stage import diagnosed, log_of, stage, system_of
+from tests.effects.test_in_code import W, X, estimates
+from tests.machines import SPRING_MASS
+
+H, TAU = 1e-3, 2.5e-3
+
+
+def machine(kind: str, parameters: str) -> System:
+    text = SPRING_MASS.format(m=2, k=0, b=0, a=3)
+    text += f"effects: [{{kind: {kind}, on: w, parameters: {{{parameters}}}}}]\n"
+    spec = parse_spec(text, Path("axis.yaml"))
+    return add_declared_effects(build_system(spec), spec)
+
+
+def mean_behind_two_lags(w: NDArray[np.float64], tau: float, step: float, start: float) -> NDArray[np.float64]:
+    """Mean of y over each step of held values: states y_1, y, ∫y of 1/(tau s + 1)², by matrix exponential."""
+    a = np.array([[-1 / tau, 0, 0], [1 / tau, -1 / tau, 0], [0, 1, 0]])
+    b = np.array([[1 / tau], [0], [0]])
+    ad, bd, *_ = cont2discrete((a, b, np.eye(3), np.zeros((3, 1))), step)
+    state, means = np.array([start, start, 0.0]), []
+    for value in w:
+        state = ad @ state + bd[:, 0] * value
+        means.append(state[2] / step)
+        state[2] = 0.0
+    return np.array(means)
+
+
+def test_two_lags_where_a_diagnosis_acts_on_commands() -> None:
+    found = Chain(tau=TAU, order=2).act(W, H, 3)
+    np.testing.assert_allclose(found, mean_behind_two_lags(np.repeat(W, 3), TAU, H / 3, W[0]), atol=1e-10)
+
+
+def test_two_lags_where_a_log_drives_a_plant() -> None:
+    """Also at samples of unequal length: a repeated command of half the time is the same held command."""
+    system = machine("actuator_lag", f"tau_each: {TAU}")
+    time = np.arange(len(W)) * H
+    true = mean_behind_two_lags(np.repeat(W, 2), TAU, H / 2, W[0]).reshape(-1, 2)
+    np.testing.assert_allclose(drive_columns(system, time, W[:, None], 2)[:, 2:], true, atol=1e-10)
+    split = np.sort(np.concatenate([time, time[::3] + 0.4 * H]))
+    held = W[np.searchsorted(time, split, side="right") - 1]
+    columns = drive_columns(system, split, held[:, None], 1)
+    area = np.cumsum(columns[:-1, 2] * np.diff(split))
+    whole = np.cumsum(true.mean(axis=1))[:-1] * H
+    np.testing.assert_allclose(area[np.isin(split[1:], time)], whole, atol=1e-10)
+
+
+def test_two_lags_where_commands_are_held_sample_by_sample() -> None:
+    system = machine("actuator_lag", f"tau_each: {TAU}")
+    held = HeldInput(system, H, np.array([0.0, 0.25, 1.0]))
+    found = np.array([np.diff([0.0, 0.25, 1.0]) @ held.take(np.array([w]))[:, 0] for w in W])
+    np.testing.assert_allclose(found, mean_behind_two_lags(W, TAU, H, 0.0), atol=1e-10)
+
+
+def test_two_lags_in_the_generated_code(tmp_path: Path) -> None:
+    """C and twin with the effect, against those without it driven by what acts."""
+    acting = mean_behind_two_lags(W, 0.006, H, W[0])
+    plain = estimates(tmp_path / "plain", "", X, acting)
+    effect = "{kind: actuator_lag, on: w, parameters: {tau_each: 0.006}}"
+    np.testing.assert_allclose(estimates(tmp_path / "lagged", effect, X, W), plain, atol=1e-8)
+    assert np.abs(estimates(tmp_path / "raw", "", X, W) - plain).max() > 0.1
+
+
+def test_up_to_a_threshold_nothing_passes_and_above_it_everything(tmp_path: Path) -> None:
+    w = np.array([-7.0, -3.1, -3.0, 0.0, 1.0, 3.0, 3.01, 20.0])
+    passed = np.array([-7.0, -3.1, 0.0, 0.0, 0.0, 0.0, 3.01, 20.0])
+    np.testing.assert_array_equal(Chain(thresholds=(3.0,)).act(w, H, 1), passed)
+    system = machine("dead_zone", "threshold: 3")
+    np.testing.assert_allclose(drive_columns(system, np.arange(8) * H, w[:, None], 1)[:, 2], passed)
+    acting = np.where(np.abs(W) > 3, W, 0.0)
+    plain = estimates(tmp_path / "plain", "", X, acting)
+    effect = "{kind: dead_zone, on: w, parameters: {threshold: 3}}"
+    np.testing.assert_allclose(estimates(tmp_path / "threshold", effect, X, W), plain, atol=1e-9)
+    assert np.abs(estimates(tmp_path / "raw", "", X, W) - plain).max() > 0.05
+
+
+@pytest.mark.parametrize("effect", ["dead_zone, on: w, parameters: {threshold: 3}",
+                                    "actuator_lag, on: w, parameters: {tau_each: 20 ms}"])  # fmt: skip
+def test_the_force_residual_of_the_true_model_is_small(effect: str, tmp_path: Path) -> None:
+    plant = stage(f"[{{kind: {effect}}}]")
+    motion = smooth_motion(log_of(plant, tmp_path, "log.csv"))
+    sliding = masks(system_of(plant), motion).rows
+    left = inverse_dynamics_residual(system_of(plant), motion)[sliding]
+    without = inverse_dynamics_residual(system_of(stage()), motion)[sliding]
+    assert np.sum(left**2) < 0.01 * np.sum(without**2)
+
+
+@pytest.mark.parametrize("kind, parameters, code", [("dead_zone", "threshold: 3, width: 2", "SPEC008"),
+                                                    ("dead_zone", "threshold: -3", "SPEC007"),
+                                                    ("actuator_lag", "tau: 0.1, tau_each: 0.1", "SPEC008"),
+                                                    ("actuator_lag", "{}", "SPEC003")])  # fmt: skip
+def test_wrong_parameters_are_refused(kind: str, parameters: str, code: str) -> None:
+    with pytest.raises(BadInput) as told:
+        machine(kind, parameters.strip("{}"))
+    assert told.value.code == code
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "value", "unit"),
+    [("dead_zone", "threshold", 5.0, "N"), ("actuator_lag", "tau_each", 0.008, "s"), ("dead_zone", "width", 2.0, "N"),
+     ("actuator_lag", "tau", 0.012, "s")],
+)  # fmt: skip
+def test_a_diagnosis_finds_each_form(kind: str, name: str, value: float, unit: str, tmp_path: Path) -> None:
+    diagnosis, _ = diagnosed(f"[{{kind: {kind}, on: w, parameters: {{{name}: {value} {unit}}}}}]", tmp_path, noise=1e-6)
+    assert [e.kind for e in diagnosis.effects] == [kind], diagnosis.sentence
+    assert diagnosis.effects[0].parameters == pytest.approx({name: value}, rel=0.05)
