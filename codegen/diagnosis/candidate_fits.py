@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -46,7 +46,11 @@ FITTED = 6
 POLISHES, MOVING = 4, 0.01
 """The slopes by the segments' start states are computed again at most so often, while the cost falls by this share."""
 FORM_GAIN = 10.0
-"""Nats by which a form with more parameters must fit better than a simpler one of the same effect."""
+"""Nats by which a form with more parameters must fit better than a simpler one of the same effect, and a special form
+better than the usual form of another."""
+LEADING, AGAIN = 2, 3
+"""How many of the best candidates are fitted again from other starting values where they are far above the noise, and
+Gauss–Newton steps on few segments from each of these."""
 JOINED = 2
 """Gauss–Newton steps on all joints of an arm after an effect was fitted on its own joint."""
 
@@ -90,6 +94,7 @@ def fit_candidates(search: Search, base: Fit, parts: Sequence[Part], report_prog
     screened.sort(key=tried.gain, reverse=True)
     kept = [s for rank, s in enumerate(screened) if rank < FITTED or is_own(parts[s[0]].kind)]
     found = sorted(in_parallel(tried.fitted, kept), key=lambda f: f.fit.cost)
+    found = sorted([*in_parallel(tried.restarted, found[:LEADING]), *found[LEADING:]], key=lambda f: f.fit.cost)
     return [f for f in found if not any(_is_simpler_form(other, f) for other in found)]
 
 
@@ -216,6 +221,25 @@ class CandidateFits:
             fit = self.search.fit_from(self.runners[k], alone.theta, base, JOINED, self.raw)
         self._count_one()
         return Found(self.trials[k], fit)
+
+    def restarted(self, found: Found) -> Found:
+        """A candidate as it is, or fitted from the best of its other starting values where that is better."""
+        k = self.parts.index(found.part)
+        few, part, runner = self._few(k), self.parts[k], self.runners[k]
+        others = part.effect.restarts(found.parameters, self.covered(part))
+        if not others or noise_ratio(found.fit) <= NEAR_NOISE:
+            return found
+        runner, base = replace(runner, record=few.fit.runner.record), len(self.base.theta)
+
+        def again(values: Mapping[str, float]) -> Fit:
+            theta = np.append(found.fit.theta[:base], part.inward(values))
+            fit = self.search.fit_from(runner, theta, few.fit, 0, few.raw)
+            for _ in range(AGAIN):  # the start states first: they were fitted without the effect
+                fit = polish(fit, 1, *self.search.sizes(self.trials[k], fit.theta))
+            return fit
+
+        best = self.fitted((k, min(in_parallel(again, others), key=lambda fit: fit.cost)))
+        return best if best.fit.cost < found.fit.cost else found
 
     def _polished(self, k: int, theta: Array, base: Fit, raw: Sequence[Array]) -> Fit:
         """Part ``k`` fitted in addition to a base, the slopes of the start states computed again while that helps."""

@@ -25,6 +25,7 @@ from codegen.diagnosis.ranking import (
     run_round,
     same_signature,
     ties,
+    usual_form_first,
     whiteness,
 )
 from codegen.diagnosis.search import Search
@@ -124,7 +125,7 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
         possible = [r for r in ranked if not r.why_not or r.unsure]
         if not possible:
             break
-        possible = nearest_twin_first(search, ordered_by_force(search, possible))
+        possible = nearest_twin_first(search, ordered_by_force(search, usual_form_first(search, possible)))
         tied = ties(search, possible)
         current = search.fitted_again(possible[0].found.fit)
         rivals = rivals if turn else tied
@@ -303,13 +304,13 @@ def _swapped(
 
 
 def _largest_first(search: Search, fit: Fit) -> Fit:
-    """The fit with the effect of the largest force first; as it is where an effect adds states, which have no force of
-    their own in the log.
+    """The fit with the effect of the largest force first; as it is where it has none, or one that adds states, which
+    have no force of their own in the log.
     """
     trial = fit.runner.trial
-    values = trial.split(fit.theta)[1]
-    if states(trial.changed) > states(trial.system):
+    if not trial.parts or states(trial.changed) > states(trial.system):
         return fit
+    values = trial.split(fit.theta)[1]
     sizes = [force_share(search, p, v) for p, v in zip(trial.parts, values, strict=True)]
     k = max(range(len(sizes)), key=sizes.__getitem__)
     return _put_first(search, fit, k) if k else fit

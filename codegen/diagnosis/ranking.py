@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.diagnosis import credit
-from codegen.diagnosis.candidate_fits import Found, fit_candidates
+from codegen.diagnosis.candidate_fits import FORM_GAIN, Found, fit_candidates
 from codegen.diagnosis.credit import (
     Evidence,
     evidence,
@@ -146,12 +146,42 @@ def _tied(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked
             continue
         if 1 - other.evidence.share > credit.TIE_RATIO * (1 - best.evidence.share):
             continue
+        if _only_extends(other, best) or _is_no_better_form(other, best):
+            continue
         if (far and _nearly_alike(best, other)) or evidence(other.losses, best.losses, kept).p(
             white
         ) > credit.TIE_LEVEL:
             tied.append(other)
             same |= {(other.found.part.kind, other.found.part.on), *twins(other.found.part, other.found)}
     return tied
+
+
+def _only_extends(other: Ranked, best: Ranked) -> bool:
+    """Whether a candidate is the best one with a parameter more, which does not make it better."""
+    same_place = other.found.part.on == best.found.part.on
+    extended = CATALOGUE[other.found.part.kind].extends == best.found.part.kind
+    return same_place and extended and other.found.fit.cost >= best.found.fit.cost
+
+
+def _is_no_better_form(other: Ranked, best: Ranked) -> bool:
+    """Whether a candidate has a special form, the best one its kind's usual form, and it is not clearly better."""
+    special = not _has_usual_form(other) and _has_usual_form(best)
+    return special and other.found.fit.cost > best.found.fit.cost - FORM_GAIN
+
+
+def _has_usual_form(one: Ranked) -> bool:
+    usual = CATALOGUE[one.found.part.kind].forms[0]
+    return list(one.found.part.names) == [p.name for p in usual.parameters]
+
+
+def usual_form_first(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
+    """The candidates, led by one of a usual form where the best has a special form and is not clearly better."""
+    best = ranked[0]
+    if _has_usual_form(best):
+        return list(ranked)
+    others = [r for r in _tied(search, best, ranked) if _is_no_better_form(best, r) and not r.why_not]
+    best = min(others, key=lambda r: r.found.fit.cost, default=best)
+    return [best, *(r for r in ranked if r is not best)]
 
 
 def ordered_by_force(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:

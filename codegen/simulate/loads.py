@@ -12,12 +12,17 @@ from codegen.mechanics.loads import with_loads
 from codegen.mechanics.system import System
 
 Array = NDArray[np.float64]
+SETTLING = 4
+"""Iterations to the position at which a spring balances its load's weight."""
+SURE = 0.01
+"""Share of the gap by which a force must deflect the spring to tell the side on which the play is taken out."""
 
 
 def load_states(system: System, positions: Array, velocities: Array, period: float, substeps: int) -> Array:
     """Positions, then velocities of the loads (N, 2 loads) along a measured motion of the motors.
 
-    From where their motors are at the first sample; the motion is linear between samples.
+    From a balance of spring, declared force of position and acceleration at the first sample; the motion is linear
+    between samples.
 
     Args:
         positions, velocities: (N, n).
@@ -48,6 +53,29 @@ def load_states(system: System, positions: Array, velocities: Array, period: flo
     run = casadi.Function("follow", [load, ends], [now]).mapaccum("history", len(positions) - 1, 1)
     motors = np.hstack([positions, velocities])
     chosen = [t.coordinate for t in system.transmissions]
-    start = np.concatenate([positions[0, chosen], velocities[0, chosen]])
+    settled = _settled(system, positions, velocities, period) if len(positions) > 1 else positions[0, chosen]
+    start = np.concatenate([settled, velocities[0, chosen]])
     later = run(start, np.hstack([motors[:-1], motors[1:]]).T).full().T
     return np.vstack([start, later])
+
+
+def _settled(system: System, positions: Array, velocities: Array, period: float) -> Array:
+    """(loads,) positions at the first sample at which k dx = ρ M a less the declared force of position at the load."""
+    x, acceleration = positions[0], (velocities[1] - velocities[0]) / period
+    still = system.force.subs(dict.fromkeys((*system.inputs, *system.velocities), 0))
+    at = casadi.SX.sym("x", len(x))
+    names = symbol_values(system.values, (system.positions, at))
+    balance = casadi.Function(
+        "balance", [at], [to_casadi(sympy.ImmutableMatrix(still), names), to_casadi(system.mass_matrix, names)]
+    )
+    found = []
+    for t in system.transmissions:
+        i, there = t.coordinate, x.copy()
+        k, gap, share = (float(e.subs(system.values)) for e in (t.stiffness, t.gap, t.load_fraction))
+        inertia = share * float(balance(x)[1][i, i])
+        for _ in range(SETTLING):
+            bend = (inertia * acceleration[i] - float(balance(there)[0][i])) / k
+            side = float(np.clip(bend / (SURE * gap), -1, 1)) if gap > 0 else 0.0
+            there[i] = x[i] - bend - side * gap / 2
+        found.append(there[i])
+    return np.array(found)

@@ -210,6 +210,7 @@ def test_a_form_with_more_parameters_must_fit_clearly_better(
         screened=lambda k: (k, None),
         gain=lambda screened: 1.0,
         fitted=lambda screened: list(fits.values())[screened[0]],
+        restarted=lambda found: found,
     )
     monkeypatch.setattr(candidate_fits, "CandidateFits", lambda *_: tried)
     none: Any = None
@@ -238,6 +239,12 @@ def test_the_effect_of_the_largest_force_is_named_first(
     both: Any = SimpleNamespace(runner=SimpleNamespace(trial=trial), theta=None)
     found: Any = forward_selection._largest_first(None, both)  # type: ignore[arg-type]
     assert found == moved if moved is not None else found is both
+
+
+def test_without_an_effect_nothing_is_put_first() -> None:
+    """Where dropping one of two effects leaves the other without credit: an error that ended the diagnosis."""
+    none: Any = fit()
+    assert forward_selection._largest_first(none, none) is none
 
 
 LATE = ("input_delay", "actuator_lag")

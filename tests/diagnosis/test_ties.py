@@ -9,11 +9,13 @@ import pytest
 
 from codegen.diagnosis import examination, ranking
 from codegen.diagnosis.examination import examine
+from codegen.effects import CATALOGUE
 
 
 def ranked(kind: str, left: float, on: str = "q") -> Any:
-    fit = SimpleNamespace(residual=SimpleNamespace(shape=(8, 40)))
-    part = SimpleNamespace(kind=kind, on=on, effect=None, place=0)
+    fit = SimpleNamespace(residual=SimpleNamespace(shape=(8, 40)), cost=0.0)
+    names = [p.name for p in CATALOGUE[kind].parameters]
+    part = SimpleNamespace(kind=kind, on=on, effect=None, place=0, names=names)
     found = SimpleNamespace(part=part, fit=fit, trial=SimpleNamespace(system=None))
     return SimpleNamespace(found=found, evidence=SimpleNamespace(share=1 - left), why_not="", unsure=False, losses=None)
 
@@ -53,6 +55,21 @@ def test_of_several_names_of_one_motion_one_ties(monkeypatch: pytest.MonkeyPatch
     search: Any = None
     spring, offset, same = ranked("spring", 0.41), ranked("offset", 0.42), ranked("coulomb_asymmetry", 0.42)
     assert ranking._tied(search, spring, [spring, offset, same]) == [offset]
+
+
+@pytest.mark.usefixtures("significant")
+@pytest.mark.parametrize(
+    ("richer", "cost", "tied"), [("backlash", 5.0, []), ("backlash", 3.0, ["backlash"]), ("spring", 5.0, ["spring"])]
+)
+def test_a_richer_form_that_fits_no_better_is_no_rival(
+    richer: str, cost: float, tied: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A backlash contains the compliance, with a gap of zero."""
+    monkeypatch.setattr(ranking, "noise_ratio", lambda fit: 200.0)
+    search: Any = None
+    spring, other = ranked("compliance", 0.41), ranked(richer, 0.42)
+    spring.found.fit.cost, other.found.fit.cost = 4.0, cost
+    assert [r.found.part.kind for r in ranking._tied(search, spring, [spring, other])] == tied
 
 
 @pytest.mark.parametrize(("gain", "preferred"), [(0.96, False), (0.85, True)])
