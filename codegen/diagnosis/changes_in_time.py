@@ -38,6 +38,8 @@ FEWEST = 16
 LEAST_Z = 6.0
 """Least difference in standard deviations. An interval is one of B²/2 times four terms, B blocks: for 600 blocks 1 % of
 false alarms asks for 5.8 in Gaussian noise."""
+SURELY = 2.0
+"""By how many times what noise in the term makes of it the difference must exceed that; the noise is an estimate."""
 MOST_CHANGES = 12
 AS_GOOD = 0.95
 """Of terms that remove at least this share of what the best removes, the first is taken: a constant force."""
@@ -58,13 +60,21 @@ class ChangesInTime:
 
 
 def changes_in_time(
-    residual: Array, rows: NDArray[np.bool_], terms: Mapping[Term, Array], time: Array, cutoff_hz: float
+    residual: Array,
+    rows: NDArray[np.bool_],
+    terms: Mapping[Term, Array],
+    time: Array,
+    cutoff_hz: float,
+    noise: Mapping[Term, float] | None = None,
 ) -> ChangesInTime:
     """Intervals in which terms of the force balance have another coefficient, the one that explains most first.
 
     Args:
         residual: (N,) low-passed. rows: (N,) samples that count.
         terms: (N,) regressors, low-passed alike.
+        noise: mean square of the noise in a term that is in the residual too, with the coefficient −1, as that of a
+            measured acceleration is. Where the machine hardly moves it is most of the term, and the coefficient there
+            is off by −noise/power.
     """
     used = np.flatnonzero(rows)
     lasted = float(time[used[-1]] - time[used[0]]) if len(used) else 0.0
@@ -75,7 +85,7 @@ def changes_in_time(
     edges = time[used[0]] + np.arange(count + 1) * (lasted / count)
     columns = {name: term[used] for name, term in terms.items()}
     powers = {name: _sums(block, p**2, count) for name, p in columns.items()}
-    y, always = residual[used], list(columns.values())
+    y, always, counts = residual[used], list(columns.values()), np.bincount(block, minlength=count).astype(float)
     model, found, left = always, list[tuple[Term, int, int]](), _left(y, always)[1]
     starts, stops = np.triu_indices(count + 1, LEAST_BLOCKS)
     short = stops - starts <= count - LEAST_BLOCKS
@@ -92,7 +102,13 @@ def changes_in_time(
         added = np.where((block >= start) & (block < stop), columns[name], 0.0)
         coefficients, after = _left(y, [*model, added])
         by_block = _sums(block, columns[name] * after, count)
-        if abs(coefficients[-1]) < LEAST_Z * _deviation(by_block, powers[name], start, stop):
+        surely = abs(coefficients[-1]) - SURELY * abs(
+            _bias(counts, powers[name], start, stop, (noise or {}).get(name, 0.0))
+        )
+        if surely < LEAST_Z * _deviation(by_block, powers[name], start, stop):
+            if surely < abs(coefficients[-1]) and len(columns) > 1:
+                del columns[name]
+                continue
             break
         model, left = [*model, added], after
         found.append((name, start, stop))
@@ -130,6 +146,14 @@ def _best(sums: Array, powers: Array, starts: NDArray[np.int_], stops: NDArray[n
     gains = within**2 / np.where(enough, over, np.inf) + (along[-1] - within) ** 2 / rest
     k = int(np.argmax(gains))
     return k, float(gains[k] - along[-1] ** 2 / max(float(power[-1]), 1e-300))
+
+
+def _bias(counts: Array, powers: Array, start: int, stop: int, noise: float) -> float:
+    """What noise of this mean square in the term makes of the coefficient of an interval less that of the rest."""
+    inside = np.zeros(len(powers), dtype=bool)
+    inside[start:stop] = True
+    shares = [noise * float(counts[p].sum()) / max(float(powers[p].sum()), 1e-300) for p in (inside, ~inside)]
+    return shares[1] - shares[0]
 
 
 def _deviation(sums: Array, powers: Array, start: int, stop: int) -> float:

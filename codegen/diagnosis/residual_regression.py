@@ -67,7 +67,8 @@ def remainders(system: System, motion: Motion, used: Masks) -> tuple[Remainder, 
         if not left.over:
             found.append(left)
             continue
-        changed = _changed(residual[:, i], rows, motion, varying_terms(system, motion, i), variables)
+        terms = varying_terms(system, motion, i)
+        changed = _changed(residual[:, i], rows, motion, terms, variables, inertia_noise(system, motion, i))
         share, over = changed.share, left.over
         if changed.changes:
             over = {**over, "time": max(share, over["time"])}
@@ -89,11 +90,35 @@ def varying_terms(system: System, motion: Motion, i: int) -> dict[Term, Array]:
     return terms
 
 
+def inertia_noise(system: System, motion: Motion, i: int) -> float:
+    """Mean square of what white noise of the positions makes in the low-passed row of M a.
+
+    Low-passed at f, its second derivative has the RMS σ (2πf)² √(2fh/5).
+    """
+    f, h = motion.cutoff_hz, motion.sample_time
+    above = np.std((motion.measured - motion.positions)[motion.usable], axis=0)
+    sigma = above / np.sqrt(max(0.05, 1 - 2 * motion.fine_hz * h))
+    row = evaluate_forces(system, [Matrix(list(system.mass_matrix[i, :]))], motion)[0]
+    acceleration = sigma * (2 * np.pi * f) ** 2 * np.sqrt(2 * f * h / 5)
+    return float(np.sum(np.mean(row**2, axis=0) * acceleration**2))
+
+
 def _changed(
-    r: Array, rows: NDArray[np.bool_], motion: Motion, terms: Mapping[Term, Array], variables: Mapping[str, Array]
+    r: Array,
+    rows: NDArray[np.bool_],
+    motion: Motion,
+    terms: Mapping[Term, Array],
+    variables: Mapping[str, Array],
+    noise: float,
 ) -> ChangesInTime:
-    """Changes in time of a residual; of what state variables leave where these predict more of it."""
-    plain = changes_in_time(r, rows, terms, motion.time, motion.cutoff_hz)
+    """Changes in time of a residual; of what state variables leave where these predict more of it.
+
+    Args:
+        noise: mean square in the row of M a.
+    """
+    in_terms: dict[Term, float] = {"inertia": noise}
+    about = motion.time, motion.cutoff_hz, in_terms
+    plain = changes_in_time(r, rows, terms, *about)
     states = [variables[name] for name in STATE]
     groups = [states, *([one] for one in states)]
     shares = [repeated_share(r, rows, group) for group in groups] if plain.changes else [0.0]
@@ -101,7 +126,7 @@ def _changed(
     if plain.whole >= shares[best]:
         return plain
     curve = smooth_curve(r, rows, np.column_stack(groups[best]))
-    left = changes_in_time(r - curve, rows, terms, motion.time, motion.cutoff_hz)
+    left = changes_in_time(r - curve, rows, terms, *about)
     share = float(np.sum((r - curve)[rows] ** 2) / np.sum(r[rows] ** 2))
     return ChangesInTime(left.changes, share * left.share, share * left.whole)
 

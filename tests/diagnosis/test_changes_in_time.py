@@ -53,6 +53,24 @@ def test_what_is_the_same_all_the_time_is_no_change() -> None:
     assert changes_in_time(r, EVERY, TERMS, TIME, CUTOFF).changes == ()
 
 
+@pytest.mark.parametrize("lost", [0.0, 0.5])
+def test_noise_of_the_acceleration_is_no_lost_inertia(lost: float) -> None:
+    """Where the machine hardly moves, the measured acceleration is noise, and the residual is minus that noise."""
+    moving = np.where(TIME < 20.0, 1.0, 0.02)
+    true, error = moving * ACCELERATION, 0.1 * noise(11, 2)
+    measured = true + error
+    r = -error - np.where(TIME < 8.0, lost * true, 0.0)
+    terms = {**TERMS, "inertia": measured}
+    assert len(changes_in_time(r, EVERY, terms, TIME, CUTOFF).changes) > bool(lost)
+    found = changes_in_time(r, EVERY, terms, TIME, CUTOFF, {"inertia": 0.01}).changes
+    if not lost:
+        assert found == ()
+    else:
+        assert [one.term for one in found] == ["inertia"]
+        assert abs(found[0].coefficient) == pytest.approx(lost, rel=0.1)
+        assert min(abs(edge - 8.0) for edge in (found[0].start, found[0].stop)) < 0.1
+
+
 SPEC = parse_spec(STAGE.format(level=4.0, effects="[]", duration=1, reference="0", noise=0), Path("stage.yaml"))
 
 PUSHED = {"push": lambda t: 8.0 if 9.0 < t < 10.5 else 0.0}
