@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import binom
 
 from codegen.diagnosis.candidate_fits import Found
 from codegen.diagnosis.credit import ALPHA, Evidence
@@ -52,6 +53,31 @@ def test_nats_are_those_of_as_many_residuals_as_the_band_holds(log: Log) -> None
     assert gain.left == pytest.approx(1 / 1.21)
     assert gain.nats == pytest.approx(problem.motion.cutoff_hz * seconds * np.log(1.21), rel=0.15)
     assert force_gain(problem, white, 1.1 * white).p == 1.0
+
+
+def test_what_a_few_accelerations_show_is_no_chance(log: Log) -> None:
+    """Ten jerks in the log, where alone the residual falls, to a thirtieth: ten signs are chance once in a thousand."""
+    problem, draw = problem_of(log), np.random.default_rng(7)
+    count = len(problem.motion.time)
+    after = draw.normal(size=(count, 1))
+    jerk = np.isin(np.arange(count) * 40 // count, draw.choice(40, 10, replace=False))[:, None]
+    gain = force_gain(problem, np.where(jerk, 30.0, 1.0) * after, after)
+    assert gain.t < 4 and gain.p < 1e-8
+    assert force_gain(problem, after, np.where(jerk, 30.0, 1.0) * after).p == 1.0
+
+
+def test_jerks_of_different_size_under_two_models_that_are_as_good_are_told_apart_as_rarely_as_stated(log: Log) -> None:
+    problem, draw = problem_of(log), np.random.default_rng(8)
+    count = len(problem.motion.time)
+    block, p = np.arange(count) * 48 // count, []
+    for _ in range(400):
+        common = np.exp(2 * draw.normal(size=48))
+        before, after = (
+            (common * np.exp(0.7 * draw.normal(size=48)))[block, None] * draw.normal(size=(count, 1)) for _ in range(2)
+        )
+        p.append(force_gain(problem, before, after).p)
+    for alpha in (0.01, 0.05, 0.2):
+        assert np.mean(np.array(p) <= alpha) <= binom.ppf(0.999, 400, alpha) / 400
 
 
 def test_two_models_that_are_as_good_are_told_apart_as_rarely_as_stated(log: Log) -> None:
