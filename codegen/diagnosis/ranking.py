@@ -41,6 +41,8 @@ EQUAL = 2.0
 """Nats by which fits of twins, which are one motion, may differ."""
 FORCE_SHARE = 0.1
 """Share of α for the test on the force residual (weighted Bonferroni)."""
+CONTRADICTED = 2.0
+"""A candidate that multiplies the squared force residual by this or more is refused, whatever free runs say."""
 FORM_ERROR = 0.1
 """Least force of an effect over that of another on the same coordinate that is seen over the same variable."""
 
@@ -114,6 +116,7 @@ def run_round(
         why_not = _why_not(search, found, one, size) or absorbed_by_refit(without, force_criterion, found)
         why_not = why_not or only_reduces_drive(without, force_criterion, one)
         why_not = why_not or corrects_a_form(without, force_criterion, found)
+        why_not = why_not or contradicted_by_force(without, force_criterion, found)
         p = chance(search, found.fit, one, hypotheses(parts))
         p = p if why_not else combined_p(p, without, force_criterion, hypotheses(parts))
         unsure = not why_not and p > credit.ALPHA
@@ -317,6 +320,20 @@ def corrects_a_form(before: ForceCriterion, after: ForceCriterion, found: Found)
         f"changes the force by {100 * net:.2g} % of the drive force, where {larger.kind} makes {100 * most:.2g} %: no "
         "more than a misfit of that curve's form may leave"
     )
+
+
+def contradicted_by_force(before: ForceCriterion, after: ForceCriterion, found: Found) -> str:
+    """Why not, where a candidate makes the force residual significantly larger; else empty.
+
+    Short free runs of a model without drive, as of an inertia a thousand times too large, go on at the measured start
+    speed. Where friction levels are wrong, they beat any model that moves by its forces.
+    """
+    if found.trial.adds_states:
+        return ""
+    times = after.over(before).left
+    if times < CONTRADICTED or before.over(after).p > credit.ALPHA:
+        return ""
+    return f"makes the squared force residual {times:.2g} times as large"
 
 
 def _acts_alike(one: Part, other: Part, system: System) -> bool:

@@ -15,7 +15,13 @@ from codegen.diagnosis.credit import ALPHA, Evidence
 from codegen.diagnosis.force_evidence import force_gain
 from codegen.diagnosis.models import with_values
 from codegen.diagnosis.problem import Problem
-from codegen.diagnosis.ranking import ForceCriterion, absorbed_by_refit, combined_p, only_reduces_drive
+from codegen.diagnosis.ranking import (
+    ForceCriterion,
+    absorbed_by_refit,
+    combined_p,
+    contradicted_by_force,
+    only_reduces_drive,
+)
 from codegen.diagnosis.record import record_of
 from codegen.diagnosis.residual import drive_left, inverse_dynamics_residual, masks, residual_at_drive
 from codegen.diagnosis.search import Search, search_on
@@ -110,6 +116,18 @@ def test_the_force_residual_decides_where_free_runs_leave_doubt(log: Log) -> Non
     assert combined_p(0.05, declared, false, 20) > ALPHA
     assert combined_p(0.05, false, declared, 20) < ALPHA
     assert combined_p(0.001, declared, false, 20) == pytest.approx(0.001 / 0.9)
+
+
+@pytest.mark.parametrize(("delta", "refused"), [(1000.0, True), (-0.6, True), (0.0, False)])
+def test_a_mass_that_the_forces_contradict_is_refused(delta: float, refused: bool, log: Log) -> None:
+    """Of a machine of 2 kg: with a thousand more it goes on at the measured speed, whatever acts, in short runs."""
+    search = search_in(log)
+    base = search.refit()
+    trial = base.runner.trial.with_part(part_of(CATALOGUE["inertia_error"], 0, search.system))
+    heavy = replace(base, runner=replace(base.runner, trial=trial), theta=np.append(base.theta, delta))
+    before, after = ForceCriterion(search, base), ForceCriterion(search, heavy)
+    assert bool(contradicted_by_force(before, after, Found(trial, heavy))) is refused
+    assert not contradicted_by_force(after, before, Found(trial, heavy))
 
 
 STEADY = "0.25*t"
