@@ -137,7 +137,7 @@ def evidence(base: Array, other: Array, kept: int, floor: float = 0.0) -> Eviden
         float(gains.sum() / spread) if spread > 0 else 0.0,
         int((blocks > 0).sum()),
         len(blocks),
-        _where_far(*each, noise) if floor else 1.0,
+        _where_far(each[0], each[1], noise) if floor else 1.0,
         where_large(*(_in_blocks(np.maximum(one, noise)) for one in each)) if floor else 1.0,
     )
 

@@ -25,7 +25,7 @@ from codegen.diagnosis.force_evidence import ForceGain, force_gain, residual_wit
 from codegen.diagnosis.models import model_of, with_effects
 from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.reservations import never_passed, passed_too_fast, shows_no_bend
-from codegen.diagnosis.residual import drive_left, inverse_dynamics_residual
+from codegen.diagnosis.residual import drive_left, drive_share, inverse_dynamics_residual
 from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.trial import Part
@@ -41,6 +41,8 @@ EQUAL = 2.0
 """Nats by which fits of twins, which are one motion, may differ."""
 FORCE_SHARE = 0.1
 """Share of α for the test on the force residual (weighted Bonferroni)."""
+LEAST_DRIVE = 0.1
+"""Least RMS of the drive force with an effect over that without: less does not move the machine."""
 CONTRADICTED = 2.0
 """A candidate that multiplies the squared force residual by this or more is refused, whatever free runs say."""
 FORM_ERROR = 0.1
@@ -377,13 +379,19 @@ def unseen_shape(search: Search, found: Found) -> str:
 
 
 def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidence) -> str:
-    """Why not, where friction that follows the drive force merely scales the force balance down; else empty.
+    """Why not, where an effect merely takes away the drive or scales the force balance down; else empty.
+
+    A dead zone wider than the commands, and friction levels of zero: then only inertia is left to explain, which slow
+    motion hardly shows.
 
     With the measured drive force on both sides of the balance, such friction removes noise and structure in proportion
     to the drive. So more must be removed than by that proportion: of the squared free-run error, or of the squared
     force residual, which noise may dominate.
     """
     motion = before.search.motion
+    acting = drive_share(after.system, before.system, motion)
+    if acting < LEAST_DRIVE:
+        return f"leaves {100 * acting:.2g} % of the drive force: a machine that moves needs more"
     left, had = drive_left(after.system, motion), drive_left(before.system, motion)
     proportion = float(np.min(left / had))
     if proportion >= 1 - credit.LEAST_SHARE or 1 - e.share <= (1 - credit.LEAST_SHARE) * proportion**2:

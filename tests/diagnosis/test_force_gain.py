@@ -130,6 +130,17 @@ def test_a_mass_that_the_forces_contradict_is_refused(delta: float, refused: boo
     assert not contradicted_by_force(after, before, Found(trial, heavy))
 
 
+@pytest.mark.parametrize(("kind", "share"), [("dead_zone", 2.0), ("saturation", 1e-3), ("dead_zone", 0.3)])
+def test_an_input_of_which_nothing_acts_is_no_effect(kind: str, share: float, log: Log) -> None:
+    search = search_in(log)
+    base = search.refit()
+    trial = base.runner.trial.with_part(part_of(CATALOGUE[kind], 0, search.system))
+    value = float(trial.parts[-1].inward({trial.parts[-1].names[0]: share * np.abs(log.inputs).max()})[0])
+    moved = replace(base, runner=replace(base.runner, trial=trial), theta=np.append(base.theta, value))
+    before, after = ForceCriterion(search, base), ForceCriterion(search, moved)
+    assert ("needs more" in only_reduces_drive(before, after, Evidence(1.0, 0.99, 3.0, 8, 8))) is (share != 0.3)
+
+
 STEADY = "0.25*t"
 
 
