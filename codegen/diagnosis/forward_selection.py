@@ -305,7 +305,7 @@ def _swapped(
 
 def _refused_by_force(before: ForceCriterion, after: ForceCriterion, found: Found) -> bool:
     """Whether the force residual speaks against a replacement."""
-    return bool(corrects_a_form(before, after, found) or contradicted_by_force(before, after, found))
+    return bool(corrects_a_form(before, after, found) or contradicted_by_force(before, after))
 
 
 def _largest_first(search: Search, fit: Fit) -> Fit:

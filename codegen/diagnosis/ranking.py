@@ -43,7 +43,7 @@ FORCE_SHARE = 0.1
 """Share of α for the test on the force residual (weighted Bonferroni)."""
 LEAST_DRIVE = 0.1
 """Least RMS of the drive force with an effect over that without: less does not move the machine."""
-CONTRADICTED = 2.0
+CONTRADICTED = 1.5
 """A candidate that multiplies the squared force residual by this or more is refused, whatever free runs say."""
 FORM_ERROR = 0.1
 """Least force of an effect over that of another on the same coordinate that is seen over the same variable."""
@@ -118,7 +118,7 @@ def run_round(
         why_not = _why_not(search, found, one, size) or absorbed_by_refit(without, force_criterion, found)
         why_not = why_not or only_reduces_drive(without, force_criterion, one)
         why_not = why_not or corrects_a_form(without, force_criterion, found)
-        why_not = why_not or contradicted_by_force(without, force_criterion, found)
+        why_not = why_not or contradicted_by_force(without, force_criterion)
         p = chance(search, found.fit, one, hypotheses(parts))
         p = p if why_not else combined_p(p, without, force_criterion, hypotheses(parts))
         unsure = not why_not and p > credit.ALPHA
@@ -324,14 +324,12 @@ def corrects_a_form(before: ForceCriterion, after: ForceCriterion, found: Found)
     )
 
 
-def contradicted_by_force(before: ForceCriterion, after: ForceCriterion, found: Found) -> str:
+def contradicted_by_force(before: ForceCriterion, after: ForceCriterion) -> str:
     """Why not, where a candidate makes the force residual significantly larger; else empty.
 
     Short free runs of a model without drive, as of an inertia a thousand times too large, go on at the measured start
     speed. Where friction levels are wrong, they beat any model that moves by its forces.
     """
-    if found.trial.adds_states:
-        return ""
     times = after.over(before).left
     if times < CONTRADICTED or before.over(after).p > credit.ALPHA:
         return ""
