@@ -38,6 +38,9 @@ SIGNED = 48
 """Blocks of neighbouring segments for the sign test; a disturbance may last longer than one segment."""
 LEAST_FAR = 5
 """Fewest blocks far above the noise that are compared by themselves."""
+LARGE = 4.0
+"""A block is one of those with most to explain where one of two models leaves more than this many times the squared
+residual that the better of them leaves in the median block."""
 AT_NOISE = 0.05
 """A loss this near to that of pure noise leaves nothing to find."""
 TIE_LEVEL = 0.05
@@ -59,6 +62,8 @@ class Evidence:
         won, blocks: blocks of segments on which it is better.
         where_far: one-sided probability, by Student's t test, of such ratios of the squared residuals in the blocks
             where one of the two is far above the noise; 1 where these are too few.
+        where_large: the same in the blocks with most to explain. On a machine that is never at encoder noise all blocks
+            are far above it, and those in which an effect does not act hide it.
     """
 
     gain: float
@@ -67,19 +72,21 @@ class Evidence:
     won: int
     blocks: int
     where_far: float = 1.0
+    where_large: float = 1.0
 
     def p(self, whiteness: float) -> float:
-        """One-sided probability of such gains without an effect: the smallest of three tests, times three.
+        """One-sided probability of such gains without an effect: the smallest of four tests, times four.
 
         The sign test on the gains of blocks, which a gain in few segments cannot pass; the likelihood ratio with the
-        number of independent residuals, which counts where the candidate's residual is near the noise; and the t test
-        on the logarithms of the ratios of squared residuals in those blocks alone where something is missing.
+        number of independent residuals, which counts where the candidate's residual is near the noise; and the t tests
+        on the logarithms of the ratios of squared residuals in those blocks alone where something is missing: far above
+        the noise, or far above what is left elsewhere.
 
         Args:
             whiteness: share of the candidate's residuals that are independent.
         """
         likelihood = exp(-max(whiteness * self.gain, 0.0))
-        return min(1.0, 3 * min(random_signs(self.t), likelihood, self.where_far))
+        return min(1.0, 4 * min(random_signs(self.t), likelihood, self.where_far, self.where_large))
 
 
 def random_signs(t: float) -> float:
@@ -118,8 +125,9 @@ def evidence(base: Array, other: Array, kept: int, floor: float = 0.0) -> Eviden
     signed = np.array([b.sum() for b in np.array_split(gains, min(SIGNED, len(gains)))])
     spread = float(np.sqrt((signed**2).sum()))
     blocks = np.array([b.sum() for b in np.array_split(gains, BLOCKS)])
-    squares = [float(_squares(losses, kept).sum()) for losses in (base, other)]
-    least = float(len(gains) * _squares(np.array([floor]), kept)[0])
+    each = [_squares(losses, kept) for losses in (base, other)]
+    squares, noise = [float(one.sum()) for one in each], float(_squares(np.array([floor]), kept)[0])
+    least = len(gains) * noise
     return Evidence(
         float(gains.sum()),
         max(
@@ -129,24 +137,40 @@ def evidence(base: Array, other: Array, kept: int, floor: float = 0.0) -> Eviden
         float(gains.sum() / spread) if spread > 0 else 0.0,
         int((blocks > 0).sum()),
         len(blocks),
-        _where_far(_squares(base, kept), _squares(other, kept), _squares(np.array([floor]), kept)[0]) if floor else 1.0,
+        _where_far(each[0], each[1], noise) if floor else 1.0,
+        where_large(*(_in_blocks(np.maximum(one, noise)) for one in each)) if floor else 1.0,
     )
 
 
-def _where_far(before: Array, after: Array, noise: float) -> float:
-    """Probability by a t test on log(after/before) of the blocks in which either is far above the noise.
+def _in_blocks(values: Array) -> Array:
+    """Sums over ``SIGNED`` blocks of neighbours."""
+    return np.array([b.sum() for b in np.array_split(values, min(SIGNED, len(values)))])
 
-    Blocks chosen by ``before`` alone would favour any other model: their residual is large by chance too.
+
+def _where_far(before: Array, after: Array, noise: float) -> float:
+    """Probability of the ratios in the blocks in which either residual is far above the noise.
 
     Args:
         before, after: (S,) squared residuals of the segments. noise: of a segment whose residual is pure noise.
     """
-    count = min(SIGNED, len(before))
-    sums = [np.array([b.sum() for b in np.array_split(x, count)]) for x in (before, after, np.full(len(before), noise))]
-    far = np.maximum(sums[0], sums[1]) > FAR**2 * sums[2]
-    if far.sum() < LEAST_FAR:
+    b, a, least = _in_blocks(before), _in_blocks(after), _in_blocks(np.full(len(before), noise))
+    return _of_ratios(np.maximum(b, least), np.maximum(a, least), FAR**2 * least)
+
+
+def where_large(before: Array, after: Array) -> float:
+    """One-sided probability of the ratios of two models' squared residuals where there is most to explain."""
+    return _of_ratios(before, after, LARGE * float(np.median(np.minimum(before, after))))
+
+
+def _of_ratios(before: Array, after: Array, above: Array | float) -> float:
+    """Probability by a t test on log(after/before) of the blocks where either is above a bound; 1 if they are few.
+
+    Blocks chosen by ``before`` alone would favour any other model: their residual is large by chance too.
+    """
+    chosen = np.maximum(before, after) > above
+    if chosen.sum() < LEAST_FAR:
         return 1.0
-    ratios = np.log(np.maximum(sums[1], sums[2])[far] / np.maximum(sums[0], sums[2])[far])
+    ratios = np.log(after[chosen] / before[chosen])
     spread = float(ratios.std(ddof=1)) / sqrt(len(ratios))
     return float(student.sf(-ratios.mean() / spread, len(ratios) - 1)) if spread > 0 else 1.0
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.diagnosis.balance import slip_velocities
-from codegen.diagnosis.credit import SIGNED, random_signs
+from codegen.diagnosis.credit import SIGNED, random_signs, where_large
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.residual import residual_at_drive
 from codegen.diagnosis.residual_regression import LEAST_ROWS, explained_over, remainder_columns, sliding
@@ -40,19 +40,23 @@ class ForceGain:
         left: squared residual over the other model's, on the coordinate where they differ most.
         nats: gain in log-likelihood for the number of independent residuals.
         t: sum of the gains of blocks of the log over the root of the sum of their squares.
+        where_large: probability, by a t test, of such ratios in the blocks with most to explain.
     """
 
     left: float
     nats: float
     t: float
+    where_large: float = 1.0
 
     @property
     def p(self) -> float:
-        """One-sided probability of such a gain where the model is no better: larger of sign test and likelihood ratio.
+        """One-sided probability of such a gain where the model is no better: by blocks, or by likelihood if larger.
 
-        The likelihood ratio is valid where the other model is true, the sign test where both lack something.
+        The likelihood ratio is valid where the other model is true, the tests on blocks where both lack something: of
+        the signs of all gains, or of the ratios where there is most to explain, the smaller one times two. An effect of
+        a few accelerations has its gain in a few blocks, whose signs alone are soon chance.
         """
-        return max(random_signs(self.t), exp(-max(self.nats, 0.0)))
+        return max(min(1.0, 2 * min(random_signs(self.t), self.where_large)), exp(-max(self.nats, 0.0)))
 
 
 def force_gain(problem: Problem, before: Array, after: Array) -> ForceGain:
@@ -63,6 +67,7 @@ def force_gain(problem: Problem, before: Array, after: Array) -> ForceGain:
     motion, rows = problem.motion, problem.masks.rows
     rate = 2 * motion.cutoff_hz * motion.sample_time
     left, nats, blocks = 1.0, 0.0, np.zeros(SIGNED)
+    squares = np.zeros((2, SIGNED))
     for i in range(rows.shape[1]):
         if rows[:, i].sum() < LEAST_ROWS:
             continue
@@ -71,11 +76,15 @@ def force_gain(problem: Problem, before: Array, after: Array) -> ForceGain:
         ratio = max(float(a @ a), 1e-12 * whole) / max(float(b @ b), 1e-12 * whole)
         share = independent(a[:: max(1, round(1 / rate))])
         nats -= 0.5 * share * min(rate, 1.0) * float(rows[:, i].sum()) * float(np.log(ratio))
-        blocks += [float(part.sum()) / whole for part in np.array_split(b**2 - a**2, SIGNED)]
+        by_block = np.array([[part.sum() for part in np.array_split(r**2, SIGNED)] for r in (b, a)]) / whole
+        blocks += by_block[0] - by_block[1]
+        squares += by_block
         if abs(np.log(ratio)) > abs(np.log(left)):
             left = ratio
     spread = float(np.sqrt((blocks**2).sum()))
-    return ForceGain(left, nats, float(blocks.sum()) / spread if spread > 0 else 0.0)
+    some = squares[:, squares.min(axis=0) > 0]
+    ratios = where_large(*some) if some.size else 1.0
+    return ForceGain(left, nats, float(blocks.sum()) / spread if spread > 0 else 0.0, ratios)
 
 
 def independent(values: Array) -> float:

@@ -14,6 +14,7 @@ from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.ranking import (
     ForceCriterion,
     Ranked,
+    contradicted_by_force,
     corrects_a_form,
     credible,
     force_share,
@@ -290,7 +291,7 @@ def _swapped(
         tried = fit_candidates(search, without, others, lambda share: None)
         plain = ForceCriterion(search, without)
         good = [f for f in tried if is_possible(search, f) and matters(search, f, without)]
-        good = [f for f in good if not corrects_a_form(plain, ForceCriterion(search, f.fit), f)]
+        good = [f for f in good if not _refused_by_force(plain, ForceCriterion(search, f.fit), f)]
         if good and good[0].fit.cost < current.cost - BETTER:
             return search.fitted_again(good[0].fit), tied
         same = [f for f in good if _ties(search, f, current)]
@@ -301,6 +302,11 @@ def _swapped(
         if left:
             tied[k] = left
     return None, tied
+
+
+def _refused_by_force(before: ForceCriterion, after: ForceCriterion, found: Found) -> bool:
+    """Whether the force residual speaks against a replacement."""
+    return bool(corrects_a_form(before, after, found) or contradicted_by_force(before, after))
 
 
 def _largest_first(search: Search, fit: Fit) -> Fit:

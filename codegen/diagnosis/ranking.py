@@ -25,7 +25,7 @@ from codegen.diagnosis.force_evidence import ForceGain, force_gain, residual_wit
 from codegen.diagnosis.models import model_of, with_effects
 from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.reservations import never_passed, passed_too_fast, shows_no_bend
-from codegen.diagnosis.residual import drive_left, inverse_dynamics_residual
+from codegen.diagnosis.residual import drive_left, drive_share, inverse_dynamics_residual
 from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.trial import Part
@@ -41,6 +41,10 @@ EQUAL = 2.0
 """Nats by which fits of twins, which are one motion, may differ."""
 FORCE_SHARE = 0.1
 """Share of α for the test on the force residual (weighted Bonferroni)."""
+LEAST_DRIVE = 0.1
+"""Least RMS of the drive force with an effect over that without: less does not move the machine."""
+CONTRADICTED = 1.5
+"""A candidate that multiplies the squared force residual by this or more is refused, whatever free runs say."""
 FORM_ERROR = 0.1
 """Least force of an effect over that of another on the same coordinate that is seen over the same variable."""
 
@@ -114,6 +118,7 @@ def run_round(
         why_not = _why_not(search, found, one, size) or absorbed_by_refit(without, force_criterion, found)
         why_not = why_not or only_reduces_drive(without, force_criterion, one)
         why_not = why_not or corrects_a_form(without, force_criterion, found)
+        why_not = why_not or contradicted_by_force(without, force_criterion)
         p = chance(search, found.fit, one, hypotheses(parts))
         p = p if why_not else combined_p(p, without, force_criterion, hypotheses(parts))
         unsure = not why_not and p > credit.ALPHA
@@ -349,6 +354,18 @@ def corrects_a_form(before: ForceCriterion, after: ForceCriterion, found: Found)
     )
 
 
+def contradicted_by_force(before: ForceCriterion, after: ForceCriterion) -> str:
+    """Why not, where a candidate makes the force residual significantly larger; else empty.
+
+    Short free runs of a model without drive, as of an inertia a thousand times too large, go on at the measured start
+    speed. Where friction levels are wrong, they beat any model that moves by its forces.
+    """
+    times = after.over(before).left
+    if times < CONTRADICTED or before.over(after).p > credit.ALPHA:
+        return ""
+    return f"makes the squared force residual {times:.2g} times as large"
+
+
 def _acts_alike(one: Part, other: Part, system: System) -> bool:
     """Whether two effects act most on the same coordinate and are seen over the same variable."""
     effects = CATALOGUE[one.kind], CATALOGUE[other.kind]
@@ -390,13 +407,19 @@ def unseen_shape(search: Search, found: Found) -> str:
 
 
 def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidence) -> str:
-    """Why not, where friction that follows the drive force merely scales the force balance down; else empty.
+    """Why not, where an effect merely takes away the drive or scales the force balance down; else empty.
+
+    A dead zone wider than the commands, and friction levels of zero: then only inertia is left to explain, which slow
+    motion hardly shows.
 
     With the measured drive force on both sides of the balance, such friction removes noise and structure in proportion
     to the drive. So more must be removed than by that proportion: of the squared free-run error, or of the squared
     force residual, which noise may dominate.
     """
     motion = before.search.motion
+    acting = drive_share(after.system, before.system, motion)
+    if acting < LEAST_DRIVE:
+        return f"leaves {100 * acting:.2g} % of the drive force: a machine that moves needs more"
     left, had = drive_left(after.system, motion), drive_left(before.system, motion)
     proportion = float(np.min(left / had))
     if proportion >= 1 - credit.LEAST_SHARE or 1 - e.share <= (1 - credit.LEAST_SHARE) * proportion**2:

@@ -107,7 +107,7 @@ def drive_left(system: System, motion: Motion) -> Array:
     friction may then add to the drive.
     """
     n = system.degrees_of_freedom
-    if not system.actuators and not any(c.force.has(w) for c in system.contacts for w in system.inputs):
+    if not _changes_drive(system):
         return np.ones(n)
     columns = [_by_inputs(system, f) for f in (system.force, system.equation_error)]
     drive, net = evaluate_forces(system, columns, motion, effective_inputs(system, motion))
@@ -118,6 +118,25 @@ def drive_left(system: System, motion: Motion) -> Array:
         if passed.any():
             left[i] = np.median(np.abs(net[passed, i] / drive[passed, i]))
     return np.clip(left, LEAST_LEFT, 1 / LEAST_LEFT)
+
+
+def drive_share(system: System, other: System, motion: Motion) -> float:
+    """RMS of the force by which the inputs change g − U λ, over that of another system: least over the coordinates."""
+    if not _changes_drive(system):
+        return 1.0
+    rms = [_drive_rms(s, motion) for s in (system, other)]
+    return float(np.min(rms[0][rms[1] > 0] / rms[1][rms[1] > 0], initial=1.0))
+
+
+def _changes_drive(system: System) -> bool:
+    return bool(system.actuators) or any(c.force.has(w) for c in system.contacts for w in system.inputs)
+
+
+def _drive_rms(system: System, motion: Motion) -> Array:
+    inputs = effective_inputs(system, motion)
+    forces = [evaluate_forces(system, [Matrix(system.equation_error)], motion, w) for w in (inputs, 0 * inputs)]
+    change = (forces[0] - forces[1])[0, motion.usable]
+    return np.asarray(np.sqrt(np.mean(change**2, axis=0)))
 
 
 def _by_inputs(system: System, force: Matrix) -> Matrix:

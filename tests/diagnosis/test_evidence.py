@@ -30,6 +30,23 @@ def test_an_effect_that_acts_in_seven_segments_and_leaves_noise_there_is_signifi
     assert found.where_far < 1e-5
 
 
+def test_an_effect_of_a_few_accelerations_is_significant_far_above_the_noise() -> None:
+    """A machine that is nowhere at the noise of its encoder: twelve segments lose a factor of 30, others none."""
+    generator = np.random.default_rng(5)
+    left = KEPT * 2000 * np.exp(0.8 * generator.normal(size=SEGMENTS))
+    before = left * np.exp(0.1 * generator.normal(size=SEGMENTS))
+    before[::4] = left[::4] * generator.uniform(15, 60, 12)
+    found = evidence(losses(before), losses(left), KEPT, FLOOR)
+    assert found.where_far > 1e-4 and found.p(0.0) < 1e-5
+
+
+def test_a_worse_model_is_never_significant() -> None:
+    generator = np.random.default_rng(6)
+    before = KEPT * 500 * np.exp(generator.normal(size=SEGMENTS))
+    worse = before * np.exp(0.3 + 0.2 * generator.normal(size=SEGMENTS))
+    assert evidence(losses(before), losses(worse), KEPT, FLOOR).p(0.0) == 1.0
+
+
 def test_as_good_a_model_is_credited_as_rarely_as_stated() -> None:
     """Two models whose residuals are drawn alike, far above the noise in a few segments each: p is below 5 % in no more
     of 2000 draws than chance allows.

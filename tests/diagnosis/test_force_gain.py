@@ -8,13 +8,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import binom
 
 from codegen.diagnosis.candidate_fits import Found
 from codegen.diagnosis.credit import ALPHA, Evidence
 from codegen.diagnosis.force_evidence import force_gain
 from codegen.diagnosis.models import with_values
 from codegen.diagnosis.problem import Problem
-from codegen.diagnosis.ranking import ForceCriterion, absorbed_by_refit, combined_p, only_reduces_drive
+from codegen.diagnosis.ranking import (
+    ForceCriterion,
+    absorbed_by_refit,
+    combined_p,
+    contradicted_by_force,
+    only_reduces_drive,
+)
 from codegen.diagnosis.record import record_of
 from codegen.diagnosis.residual import drive_left, inverse_dynamics_residual, masks, residual_at_drive
 from codegen.diagnosis.search import Search, search_on
@@ -54,6 +61,31 @@ def test_nats_are_those_of_as_many_residuals_as_the_band_holds(log: Log) -> None
     assert force_gain(problem, white, 1.1 * white).p == 1.0
 
 
+def test_what_a_few_accelerations_show_is_no_chance(log: Log) -> None:
+    """Ten jerks in the log, where alone the residual falls, to a thirtieth: ten signs are chance once in a thousand."""
+    problem, draw = problem_of(log), np.random.default_rng(7)
+    count = len(problem.motion.time)
+    after = draw.normal(size=(count, 1))
+    jerk = np.isin(np.arange(count) * 40 // count, draw.choice(40, 10, replace=False))[:, None]
+    gain = force_gain(problem, np.where(jerk, 30.0, 1.0) * after, after)
+    assert gain.t < 4 and gain.p < 1e-8
+    assert force_gain(problem, after, np.where(jerk, 30.0, 1.0) * after).p == 1.0
+
+
+def test_jerks_of_different_size_under_two_models_that_are_as_good_are_told_apart_as_rarely_as_stated(log: Log) -> None:
+    problem, draw = problem_of(log), np.random.default_rng(8)
+    count = len(problem.motion.time)
+    block, p = np.arange(count) * 48 // count, []
+    for _ in range(400):
+        common = np.exp(2 * draw.normal(size=48))
+        before, after = (
+            (common * np.exp(0.7 * draw.normal(size=48)))[block, None] * draw.normal(size=(count, 1)) for _ in range(2)
+        )
+        p.append(force_gain(problem, before, after).p)
+    for alpha in (0.01, 0.05, 0.2):
+        assert np.mean(np.array(p) <= alpha) <= binom.ppf(0.999, 400, alpha) / 400
+
+
 def test_two_models_that_are_as_good_are_told_apart_as_rarely_as_stated(log: Log) -> None:
     problem, draw = problem_of(log), np.random.default_rng(2)
     shape = (len(problem.motion.time), 1)
@@ -84,6 +116,29 @@ def test_the_force_residual_decides_where_free_runs_leave_doubt(log: Log) -> Non
     assert combined_p(0.05, declared, false, 20) > ALPHA
     assert combined_p(0.05, false, declared, 20) < ALPHA
     assert combined_p(0.001, declared, false, 20) == pytest.approx(0.001 / 0.9)
+
+
+@pytest.mark.parametrize(("delta", "refused"), [(1000.0, True), (-0.6, True), (0.0, False)])
+def test_a_mass_that_the_forces_contradict_is_refused(delta: float, refused: bool, log: Log) -> None:
+    """Of a machine of 2 kg: with a thousand more it goes on at the measured speed, whatever acts, in short runs."""
+    search = search_in(log)
+    base = search.refit()
+    trial = base.runner.trial.with_part(part_of(CATALOGUE["inertia_error"], 0, search.system))
+    heavy = replace(base, runner=replace(base.runner, trial=trial), theta=np.append(base.theta, delta))
+    before, after = ForceCriterion(search, base), ForceCriterion(search, heavy)
+    assert bool(contradicted_by_force(before, after)) is refused
+    assert not contradicted_by_force(after, before)
+
+
+@pytest.mark.parametrize(("kind", "share"), [("dead_zone", 2.0), ("saturation", 1e-3), ("dead_zone", 0.3)])
+def test_an_input_of_which_nothing_acts_is_no_effect(kind: str, share: float, log: Log) -> None:
+    search = search_in(log)
+    base = search.refit()
+    trial = base.runner.trial.with_part(part_of(CATALOGUE[kind], 0, search.system))
+    value = float(trial.parts[-1].inward({trial.parts[-1].names[0]: share * np.abs(log.inputs).max()})[0])
+    moved = replace(base, runner=replace(base.runner, trial=trial), theta=np.append(base.theta, value))
+    before, after = ForceCriterion(search, base), ForceCriterion(search, moved)
+    assert ("needs more" in only_reduces_drive(before, after, Evidence(1.0, 0.99, 3.0, 8, 8))) is (share != 0.3)
 
 
 STEADY = "0.25*t"
