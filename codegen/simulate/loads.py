@@ -15,7 +15,8 @@ Array = NDArray[np.float64]
 SETTLING = 4
 """Iterations to the position at which a spring balances its load's weight."""
 SURE = 0.01
-"""Share of the gap by which a force must deflect the spring to tell the side on which the play is taken out."""
+"""A force that deflects the spring by less than this share of the gap does not tell the side on which the play is taken
+out, so the load begins in the middle; one of twice that does."""
 
 
 def load_states(system: System, positions: Array, velocities: Array, period: float, substeps: int) -> Array:
@@ -75,7 +76,7 @@ def _settled(system: System, positions: Array, velocities: Array, period: float)
         inertia = share * float(balance(x)[1][i, i])
         for _ in range(SETTLING):
             bend = (inertia * acceleration[i] - float(balance(there)[0][i])) / k
-            side = float(np.clip(bend / (SURE * gap), -1, 1)) if gap > 0 else 0.0
+            side = float(np.clip(abs(bend) / (SURE * gap) - 1, 0, 1) * np.sign(bend)) if gap > 0 else 0.0
             there[i] = x[i] - bend - side * gap / 2
         found.append(there[i])
     return np.array(found)

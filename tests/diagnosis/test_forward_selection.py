@@ -143,7 +143,7 @@ def test_rivals_of_a_later_effect_put_it_first(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(forward_selection, "fit_candidates", lambda *_: [gain])
     monkeypatch.setattr(forward_selection, "is_possible", lambda search, found: True)
     monkeypatch.setattr(forward_selection, "matters", lambda *_: True)
-    monkeypatch.setattr(forward_selection, "corrects_a_form", lambda *_: "")
+    monkeypatch.setattr(forward_selection, "_refused_by_force", lambda *_: False)
     monkeypatch.setattr(forward_selection, "_others", lambda search, parts, k, first: [gain.part] if k else [])
     monkeypatch.setattr(forward_selection, "_ties", lambda search, found, current: True)
     monkeypatch.setattr(forward_selection, "_preferred_by_force", lambda search, current, found: False)
@@ -166,7 +166,7 @@ def test_a_replacement_whose_period_the_log_cannot_show_is_none(monkeypatch: pyt
     monkeypatch.setattr(forward_selection, "_others", lambda search, parts, k, first: [wave.part])
     monkeypatch.setattr(ranking, "admissible", lambda search, found: True)
     monkeypatch.setattr(forward_selection, "matters", lambda *_: True)
-    monkeypatch.setattr(forward_selection, "corrects_a_form", lambda *_: "")
+    monkeypatch.setattr(forward_selection, "_refused_by_force", lambda *_: False)
     monkeypatch.setattr(ranking, "unseen_shape", lambda search, found: "longer than the stroke")
     search: Any = SimpleNamespace(without=lambda current, k: current, fitted_again=lambda fit: fit)
     current = fit(part_named("spring"), part_named("viscous_asymmetry"))
@@ -177,7 +177,7 @@ def test_a_replacement_whose_period_the_log_cannot_show_is_none(monkeypatch: pyt
     monkeypatch.setattr(forward_selection, "matters", lambda *_: False)  # a lag of 1e-15 s ties with anything
     assert forward_selection._swapped(search, current, [], []) == (None, {})
     monkeypatch.setattr(forward_selection, "matters", lambda *_: True)
-    monkeypatch.setattr(forward_selection, "corrects_a_form", lambda *_: "less than a misfit may leave")
+    monkeypatch.setattr(forward_selection, "_refused_by_force", lambda *_: True)
     assert forward_selection._swapped(search, current, [], []) == (None, {})
 
 
