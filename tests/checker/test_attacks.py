@@ -194,7 +194,7 @@ def test_a_matrix_a_hair_off_is_not_bound(name: str, proof: str) -> None:
     dice = random.Random(name)
     wrong, (i, j) = certificate(name, proof), (dice.randrange(2), dice.randrange(2))
     wrong["matrix"][i][j] = ["+", wrong["matrix"][i][j], "1/1000000000000"]
-    unbound(wrong, sources(name), "no proof.json" if name == "two_link_arm" else "the matrix")
+    unbound(wrong, sources(name), "the matrix")
 
 
 def test_a_reversal_turns_the_errors_that_bear_its_sign() -> None:
@@ -251,7 +251,7 @@ def test_a_variable_that_is_not_the_plain_quantity_is_bound_to_no_code() -> None
     text = json.dumps(content["parameters"]).replace('"omega1"', '["*", "1/100000", "omega1"]')
     content["parameters"] = json.loads(text)
     content["code"]["variables"]["omega1"] = ["*", "100000", "outputs.omega1_hat"]
-    unbound(content, sources("two_link_arm"), "no proof.json is beside it")
+    unbound(content, sources("two_link_arm"), "the matrix")
 
 
 def run(path: Path) -> tuple[int, str]:
@@ -327,7 +327,7 @@ HUGE = ["^", ["^", ["^", ["^", ["^", "2", "64"], "64"], "64"], "64"], "64"]
 def test_a_power_without_end_is_refused(power: Any) -> None:
     content = certificate("two_link_arm")
     content["parameters"][0]["expression"] = power
-    with pytest.raises(Refused, match=r"exponent|grew too long"):
+    with pytest.raises(Refused, match=r"exponent|too large"):
         check(content, sources("two_link_arm"))
 
 

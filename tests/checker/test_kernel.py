@@ -716,7 +716,7 @@ def test_a_unit_that_is_not_the_header_s_is_refused() -> None:
 
 
 def test_the_exit_status(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    for name, status in (("one_mass", 0), ("one_mass_domain", 4), ("two_link_arm", 5)):
+    for name, status in (("one_mass", 0), ("one_mass_domain", 4), ("two_link_arm", 4), ("one_mass_dfo_implicit", 5)):
         folder = tmp_path / name
         folder.mkdir()
         for file, text in (beside(name) if status < 5 else beside_alone(name)).items():
