@@ -217,7 +217,11 @@ def test_a_matrix_with_more_than_signs_is_not_bound() -> None:
 def test_a_certificate_for_one_sign_alone_is_not_bound() -> None:
     """The kernel's matrix is for all signs; a range that leaves one out, or a point between them, is another claim."""
     name, variable = "two_mass", {"s_ground": ["1", "1"]}
-    unbound(certificate(name) | {"variables": variable}, sources(name), "the matrix, or the signs and ranges for which it holds")
+    unbound(
+        certificate(name) | {"variables": variable},
+        sources(name),
+        "the matrix, or the signs and ranges for which it holds",
+    )
     assert check(certificate(name) | {"variables": {"s_ground": ["-1", "1"]}}, sources(name)).proved
     between = certificate(name, "limit.json") | {"variables": {"s_ground": ["0", "0"]}}
     unbound(between, sources(name), "the matrix, or the signs and ranges for which it holds")
