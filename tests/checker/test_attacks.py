@@ -220,11 +220,11 @@ def test_a_certificate_for_one_sign_alone_is_not_bound() -> None:
     unbound(
         certificate(name) | {"variables": variable},
         sources(name),
-        "the matrix, or the signs and ranges for which it holds",
+        "the signs and ranges for which it holds",
     )
     assert check(certificate(name) | {"variables": {"s_ground": ["-1", "1"]}}, sources(name)).proved
     between = certificate(name, "limit.json") | {"variables": {"s_ground": ["0", "0"]}}
-    unbound(between, sources(name), "the matrix, or the signs and ranges for which it holds")
+    unbound(between, sources(name), "the signs and ranges for which it holds")
 
 
 def test_a_certificate_of_a_wider_range_than_its_proof_is_not_bound() -> None:
