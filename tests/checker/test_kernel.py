@@ -21,7 +21,7 @@ from codegen.app.derived import Derived
 from codegen.cancellation import with_cancellation
 from codegen.certify.certify import Certificate
 from codegen.certify.kernel_form import NotCovered, proof_text
-from codegen.checker import counterexamples, kernel, verify
+from codegen.checker import counterexamples, kernel, polynomials, verify
 from codegen.observers import observer_of
 from codegen.program import build_program
 from codegen.replay.twin import load_twin
@@ -756,9 +756,10 @@ def test_it_runs_alone_and_prints_no_traceback() -> None:
         assert (done.stdout + done.stderr).startswith(words)
 
 
-def test_a_sceptic_reads_it_in_one_sitting() -> None:
-    text = Path(kernel.__file__).read_text("utf-8")
+@pytest.mark.parametrize(("module", "lemmas"), [(polynomials, range(1, 8)), (kernel, range(8, 12))])
+def test_a_sceptic_reads_it_in_one_sitting(module: Any, lemmas: range) -> None:
+    text = Path(module.__file__).read_text("utf-8")
     assert len(text.splitlines()) < 300
-    assert [f"LEMMA {k}." in text for k in range(1, 9)] == [True] * 8
+    assert [f"LEMMA {k}." in text for k in lemmas] == [True] * len(lemmas)
     imported = {line.split()[1].split(".")[0] for line in text.splitlines() if line.startswith(("import ", "from "))}
     assert imported <= sys.stdlib_module_names
