@@ -29,12 +29,12 @@ def smt_text(content: Mapping[str, Any]) -> str:
     """The file for a certificate or refutation that the checker has accepted.
 
     Raises:
-        BadInput: for a dwell time that is too long for exact powers, or a parameter-dependent P.
+        BadInput: for a dwell time that is too long for exact powers, or a certificate with a cover.
     """
-    if content["slow"]:
-        found = f"a P that depends on {content['slow'][0]['variable']}"
+    if content["cover"]:
+        found = "an inequality over sines and cosines, on the cells of a cover"
         raise BadInput(
-            "certificate", found, "a constant P; only the checker verifies a parameter-dependent one", code="CALL003"
+            "certificate", found, "one at the vertices of cells; only the checker verifies it", code="CALL003"
         )
     for entry in content["reversals"]:
         if entry["dwell_samples"] > LONGEST_DWELL:

@@ -119,7 +119,7 @@ def _certified(
         return _unstable(analysis, limit, by_parts())
     spectral = min([spectral_rate(analysis), *([] if slowest is None else [slowest.rate])])
     try:
-        cells, proposals = proposals_for(analysis, family, spectral, spec.envelope)
+        cells, proposals = proposals_for(analysis, family, spectral)
     except NotEnclosable as error:
         return replace(_no_words(analysis, error), regions=by_parts())
     except verify.Refused as error:
@@ -140,9 +140,8 @@ def _certified(
 def _also_slower(found: Found) -> Iterator[Found]:
     """A proposal, then its P at slower rates: rounding can spoil the last thousandth of what a P shows in floats."""
     yield found
-    if found.slow is None:
-        for share in SLOWER:
-            yield replace(found, alpha=share * found.alpha)
+    for share in SLOWER:
+        yield replace(found, alpha=share * found.alpha)
 
 
 def _with_turning(

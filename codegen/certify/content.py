@@ -21,7 +21,6 @@ from codegen.certify.decimals import rounded, rounded_matrix, texts
 from codegen.certify.family import Family
 from codegen.certify.prefix import rational_text, to_prefix
 from codegen.certify.reading import code_reading
-from codegen.certify.slow_cuts import SlowP, fields
 from codegen.checker import verify
 from codegen.friction import DynamicLaw
 from codegen.spec.model import Spec
@@ -62,7 +61,7 @@ def frame(
         "parameters": [{"name": s.name, "expression": to_prefix(e)} for s, e in family.parameters.items()],
         "matrix": [[to_prefix(e) for e in family.matrix.row(i)] for i in range(family.matrix.rows)],
         "lyapunov_matrix": [],
-        "slow": [],
+        "cover": [],
         "code": code_reading(observer, family, places or {}),
         "decay_rate": "0",
         "reversals": [],
@@ -77,19 +76,20 @@ def _meaning(error: Any, level_errors: bool) -> str:
 
 @dataclass(frozen=True)
 class Found:
-    """A proposal of the solver: a common P for all cells, or a parameter-dependent P(θ).
+    """A proposal of the solver: a common P for all cells.
 
     Attributes:
         alpha: 1/s.
         splits: variable → breakpoints, exact.
-        matrices: P, m by m; none where there is ``slow``.
-        slow: P over θ, exact; None for a common P.
+        matrices: P, m by m.
+        cover: a tree of cuts on whose leaves the checker is to decide it (covered.py), and none where the cells are
+            those of ``splits``.
     """
 
     alpha: float
     splits: Mapping[sympy.Symbol, list[Any]]
     matrices: list[NDArray[np.float64]]
-    slow: SlowP | None = None
+    cover: Sequence[Any] = ()
 
 
 def proved(
@@ -100,7 +100,7 @@ def proved(
     Raises:
         codegen.checker.verify.Refused: if it accepts none.
     """
-    for digits in DIGITS[:-1] if found.slow is None else ():
+    for digits in DIGITS[:-1]:
         content = _content(base, analysis, family, found, digits, turning)
         with suppress(verify.Refused):
             return content, verify.check(json.dumps(content))
@@ -139,38 +139,25 @@ def proved_alike(
 def _content(
     base: Mapping[str, Any], analysis: Analysis, family: Family, found: Found, digits: int, turning: bool
 ) -> dict[str, Any]:
-    observer, slow = analysis.dynamics.observer, found.slow
+    observer = analysis.dynamics.observer
     h = observer.sample_time
-    if slow is None:
-        exact = [rounded_matrix(matrix, digits, np.sqrt(np.diag(matrix))) for matrix in found.matrices]
-        rate, together = rounded(found.alpha - abs(found.alpha) * 10.0 ** (1 - digits), 4), [exact]
-    else:
-        rate, together = sympy.Rational(slow.alpha), [*map(list, zip(*slow.matrices, strict=True))]
+    exact = [rounded_matrix(matrix, digits, np.sqrt(np.diag(matrix))) for matrix in found.matrices]
+    rate, together = rounded(found.alpha - abs(found.alpha) * 10.0 ** (1 - digits), 4), [exact]
     fall = 1 / (1 + float(rate * h)) ** 2 if analysis.dynamics.implicit else 1 - 2 * float(rate * h)
     reversals = [_reversal(together, analysis, contact, fall) for contact in range(len(observer.signs))]
     words = {"observer": observer, "reversals": [r for r in reversals if r], "rate": float(rate), "period": float(h)}
-    words |= {"turning": turning, "slow": slow, "astray": None if slow is None else slow.known_stray}
+    words |= {"turning": turning}
     words["stateful"] = [(c.name, c.law.name) for c in observer.system.contacts if isinstance(c.law, DynamicLaw)]
     words |= {"variables": {v.name: (float(lo), float(hi)) for v, (lo, hi) in family.variables.items()}}
     return {
         **base,
         "claim": " ".join(render("text/claim.j2", **words).split()),
         "splits": {v.name: [rational_text(b) for b in breaks] for v, breaks in found.splits.items()},
-        **({"lyapunov_matrix": texts(exact[0])} if slow is None else _followed(slow)),
+        "lyapunov_matrix": texts(exact[0]),
+        "cover": [*found.cover],
         "decay_rate": rational_text(rate),
         "reversals": [r for r in reversals if r],
         "assumptions": [line.strip() for line in render("text/assumptions.j2", **words).splitlines() if line.strip()],
-    }
-
-
-def _followed(slow: SlowP) -> dict[str, Any]:
-    """The field ``slow`` of a parameter-dependent P."""
-    stated, name = fields(slow), slow.variable.name
-    (entry,) = stated["slow"]
-    matrices = [[texts(p) for p in each] for each in entry["matrices"]]
-    return stated | {
-        "splits": {name: [rational_text(b) for b in slow.breaks]},
-        "slow": [entry | {"stray": rational_text(slow.stray), "matrices": matrices}],
     }
 
 

@@ -16,6 +16,7 @@ import sympy
 from codegen.mechanics import System
 from codegen.observers.equations import Observer
 from codegen.spec.functions import Magnitude, Sgn
+from codegen.spec.model import symbol
 
 
 class NotCovered(Exception):
@@ -38,7 +39,8 @@ def proof_text(observer: Observer, places: Mapping[str, str], content: Mapping[s
 
 def with_solution(proof: str, content: Mapping[str, Any]) -> str:
     """The proof with P, rate and reversals of another certificate of the same matrix."""
-    return _text(json.loads(proof) | _found(content))
+    made = json.loads(proof)
+    return _text(made | _found(content, {x.split(".")[1]: x for x in (*made["positions"], *made["box"])}))
 
 
 def _text(proof: Mapping[str, Any]) -> str:
@@ -49,12 +51,10 @@ def _refuse_uncovered(observer: Observer, content: Mapping[str, Any]) -> None:
     system = observer.system
     if content["along"]:
         raise NotCovered("a refutation")
-    if content["slow"] or {*content["variables"]} - {s.name for s in observer.signs}:
-        raise NotCovered("a matrix or P that depends on the operating point")
     if observer.integration not in ("euler", "semi_implicit"):
         raise NotCovered(f"the step {observer.integration}")
-    if len(content["error"]) != len(observer.errors) or system.mass_matrix.free_symbols & {*system.positions}:
-        raise NotCovered("a mass matrix that varies")
+    if len(content["error"]) != len(observer.errors):
+        raise NotCovered("a proof by structure")
     if system.actuators or system.sensor_errors or system.transmissions:
         raise NotCovered("chains of inputs, sensors that read wrong, loads behind springs")
 
@@ -63,8 +63,8 @@ def _proof(observer: Observer, places: Mapping[str, str], content: Mapping[str, 
     system, write = observer.system, Writer(observer, places)
     force = system.modelled_force - observer.true_friction
     acceleration = _inverse(system) * force
-    parameters = {p["name"]: infix(p["expression"], {s.name: write(s) for s in observer.signs})
-                  for p in content["parameters"]}  # fmt: skip
+    at = {name: write(symbol(name)) for name in content["variables"]}
+    parameters = {p["name"]: infix(p["expression"], at) for p in content["parameters"]}
     h, size = content["sample_time"], range(len(content["matrix"]))
     turned = [observer.signs[e.contact] if e.contact is not None and observer.level_errors else None
               for e in observer.errors]  # fmt: skip
@@ -83,19 +83,31 @@ def _proof(observer: Observer, places: Mapping[str, str], content: Mapping[str, 
         ],
         "states": {write(z): write(text) for z, text in states_of(observer).items()} | _held(observer, write),
         "matrix": [[step_entry(i == j, h, content["matrix"][i][j], parameters) for j in size] for i in size],
-        "box": {},
-        "cover": "",
-        **_found(content),
+        "box": {at[name]: ends for name, ends in content["variables"].items() if at[name].startswith("true.")},
+        **_found(content, at),
     }
 
 
-def _found(content: Mapping[str, Any]) -> dict[str, Any]:
-    """What the solver found."""
+def _named(tree: Any, at: Mapping[str, str]) -> Any:
+    """A cover with the variables' places in the code: "theta2 t", of an angle, is "inputs.theta2 t"."""
+    if tree == "":
+        return tree
+    name, *of = tree[0].split(" ")
+    return [" ".join([at[name], *of]), tree[1], *(_named(part, at) for part in tree[2:])]
+
+
+def _found(content: Mapping[str, Any], at: Mapping[str, str]) -> dict[str, Any]:
+    """What the solver found.
+
+    Args:
+        at: a variable of the certificate → its place in the code.
+    """
     reversals = [
         {"sign": f"sign.{r['contact']}", "growth": r["growth"], "dwell": str(r["dwell_samples"])}
         for r in content["reversals"]
     ]
     return {
+        "cover": _named(content["cover"][0], at) if content["cover"] else "",
         "lyapunov_matrix": content["lyapunov_matrix"],
         "decay_rate": content["decay_rate"],
         "reversals": reversals,
@@ -105,6 +117,8 @@ def _found(content: Mapping[str, Any]) -> dict[str, Any]:
 def _inverse(system: System) -> sympy.Matrix:
     """M⁻¹, in numbers where it would be long in symbols."""
     mass = system.mass_matrix
+    if mass.free_symbols & {*system.positions}:
+        return mass.adjugate() / mass.det(method="berkowitz")
     return mass.inv() if mass.rows <= 3 or mass.is_diagonal() else mass.subs(system.values).inv()
 
 
@@ -125,6 +139,12 @@ def infix(entry: Any, names: Mapping[str, str]) -> str:
         return f"({f' {word} '.join(texts)})"
     if word == "neg":
         return f"(-{texts[0]})"
+    if word == "/":
+        return f"({texts[0]}/{texts[1]})"
+    if word == "^":
+        return f"({'*'.join([texts[0]] * int(parts[1]) or ['1'])})"
+    if word in ("cos", "sin"):
+        return f"{word}({texts[0]})"
     raise NotCovered(f"a matrix with {word}")
 
 
@@ -152,7 +172,7 @@ class Writer:
         e = sympy.sympify(e)
         e = e.replace(Sgn, self._sign).replace(Magnitude, lambda u: self._sign(u) * u)
         e = e.xreplace({s: self._slips[s.name] for s in e.free_symbols if s.name in self._slips})
-        return self._sum(e)
+        return self._sum(e.replace(_of_a_sum, sympy.expand_trig))  # the code knows those of single angles
 
     def _sign(self, u: Any) -> Any:
         """The symbol of a slip's sign."""
@@ -187,9 +207,15 @@ class Writer:
             return str(self._places[name])
         if e.is_Pow and e.exp.is_Integer and e.exp > 0:
             return "*".join([self._factor(e.base)] * int(e.exp))
+        if e.func in (sympy.cos, sympy.sin):
+            return f"{e.func}({self._sum(e.args[0])})"
         if e.is_Add or e.is_Mul or e.is_Number:
             return f"({self._sum(e)})"
         raise NotCovered(f"the function {e.func}")
+
+
+def _of_a_sum(e: Any) -> bool:
+    return e.func in (sympy.cos, sympy.sin) and not e.args[0].is_Symbol
 
 
 def estimates_of(observer: Observer) -> list[Any]:

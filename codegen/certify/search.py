@@ -1,32 +1,26 @@
-"""The search for P of a family: a common P, or where that is too slow, a parameter-dependent P(θ)."""
+"""The search for P of a family: at the vertices of cells, or where that shows too little, on cells of a cover."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from fractions import Fraction
-from typing import Any
+from collections.abc import Iterator
 
 from codegen.analysis.analysis import Analysis
 from codegen.certify.content import Found
 from codegen.certify.enclosure import Cells, enclose_family
 from codegen.certify.family import Family
 from codegen.certify.lyapunov import common_lyapunov, extreme, gentle
-from codegen.certify.prefix import rational_text
-from codegen.certify.slow import following, slow_variable
+from codegen.certify.trigonometric import over_angles
 
 FINER = (0, 2, 4)
 MOST_MATRICES = 150
 ENOUGH = 0.9
 
 
-def proposals_for(
-    analysis: Analysis, family: Family, spectral_rate: float, envelope: Mapping[str, Any]
-) -> tuple[Cells, Iterator[Found]]:
+def proposals_for(analysis: Analysis, family: Family, spectral_rate: float) -> tuple[Cells, Iterator[Found]]:
     """The cells of the envelope, and what the solver found, the fastest first.
 
     Args:
         spectral_rate: of the slowest operating point, 1/s; a common P that comes near it is enough.
-        envelope: name → exact (low, high).
 
     Raises:
         NotEnclosable, codegen.checker.verify.Refused: where the family cannot be enclosed.
@@ -35,13 +29,10 @@ def proposals_for(
     cells, common = _common(family, h)
 
     def fastest_first() -> Iterator[Found]:
-        slow = slow_variable(analysis, family)
-        if slow is not None and (common is None or common.alpha < ENOUGH * spectral_rate):
-            bounds = envelope.get(f"{slow[1].name}_dot")
-            fastest = None if bounds is None else max(abs(Fraction(rational_text(x))) for x in bounds)
-            found = following(family, *slow, h, analysis.dynamics.observer.signs, fastest)
+        if h and (common is None or common.alpha < ENOUGH * spectral_rate):
+            found = over_angles(family, analysis.dynamics.observer.sample_time)
             if found is not None and (common is None or common.alpha < found.alpha):
-                yield Found(float(found.alpha), {}, [], found)
+                yield found
         if common is not None:
             yield from _gentle(analysis, cells, common, h)
             yield common

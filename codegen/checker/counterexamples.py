@@ -217,7 +217,7 @@ CASES = (
         "an unstable state that no error covers", "h", "    double z_rail;", "    double z_y;\n    double z_rail;", ""
     ),
     # the claim
-    Case("V falls faster than is true", "p", '"279/25"', '"12"', "not positive semidefinite"),
+    Case("V falls faster than is true", "p", '"279/25"', '"12"', "V may not fall"),
     Case("V falls so fast that it would be negative", "p", '"279/25"', '"1000"', "V negative"),
     Case("P is not definite", "p", '"1903/10000"', '"0"', "not positive definite"),
     Case("P is not symmetric", "p", '"3797/1000"\n  ],', '"3798/1000"\n  ],', "not symmetric"),

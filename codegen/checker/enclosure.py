@@ -1,5 +1,4 @@
-"""Intervals with rational ends: what an expression of a certificate can be over ranges of its names, rounded outwards;
-and its second derivative.
+"""Intervals with rational ends: what an expression of a certificate can be over ranges of its names, rounded outwards.
 
 Standard library only; part of the checker (verify.py).
 """
@@ -15,13 +14,10 @@ from typing import Any
 
 MAX_STRING, MAX_POWER = 4000, 64
 TOO_LONG, DIGITS, FINEST = 1 << 2**14, 96, 512  # rounded numbers have DIGITS binary digits, none below 2^-FINEST
-COARSE = 24  # of derivatives
 RATIONAL = "-?[0-9]+(/0*[1-9][0-9]*)?"
 MANY = 5_000_000
 OPERANDS = {"+": MANY, "*": MANY, "neg": 1, "/": 2, "^": 2, "sin": 1, "cos": 1, "exp": 1, "abs": 1, "sqrt": 1}
 Interval = tuple[Fraction, Fraction]
-Jet = tuple[Interval, ...]  # a function of one name, its first and its second derivative, over an interval
-ONE, NONE = (Fraction(1), Fraction(1)), (Fraction(0), Fraction(0))
 Compiled = tuple[frozenset[str], Callable[[Mapping[str, Interval]], Interval]]  # an expression's names and its range
 
 
@@ -147,54 +143,3 @@ def parse(raw: Any, known: Collection[str], where: str, affine: bool = False) ->
     union = frozenset[str]().union(*names)
     demand(not affine or op != "*" or sum(map(len, names)) == len(union), f"{where}: a name stands in two factors")
     return union, lambda at: apply(op, [value(at) for value in values], where)
-
-
-def of(op: str, *args: Interval) -> Interval:
-    return widen(*apply(op, list(args), "a derivative"), COARSE)
-
-
-def times(n: int, x: Interval) -> Interval:
-    return of("*", (Fraction(n), Fraction(n)), x)
-
-
-def jet(raw: Any, name: str, over: Interval, known: dict[str, Jet]) -> Jet:
-    """A function of one name, as parse() has admitted it; known: what was found on this interval before."""
-    if not isinstance(raw, list):
-        return (over, ONE, NONE) if raw == name else ((Fraction(raw), Fraction(raw)), NONE, NONE)
-    if (key := repr(raw)) not in known:
-        op, first = raw[0], jet(raw[1], name, over, known)
-        rest = [jet(item, name, over, known) for item in raw[2:]]
-        if op == "neg":
-            known[key] = tuple(times(-1, x) for x in first)
-        elif op == "+":
-            known[key] = tuple(of("+", *parts) for parts in zip(first, *rest, strict=True))
-        elif op in ("*", "/"):
-            known[key] = reduce(product_rule, rest if op == "*" else [chain_rule("/", 0, x) for x in rest], first)
-        else:
-            known[key] = chain_rule(op, int(rest[0][0][0]) if rest else 0, first)
-    return known[key]
-
-
-def product_rule(f: Jet, g: Jet) -> Jet:
-    bend = of("+", of("*", f[2], g[0]), times(2, of("*", f[1], g[1])), of("*", f[0], g[2]))
-    return of("*", f[0], g[0]), of("+", of("*", f[1], g[0]), of("*", f[0], g[1])), bend
-
-
-def chain_rule(op: str, n: int, f: Jet) -> Jet:
-    """sin, cos, exp, sqrt, 1/x or x^n of a function."""
-    x = f[0]
-    if op in ("sin", "cos"):
-        s, c = of("sin", x), of("cos", x)
-        value, slope, bend = (s, c, times(-1, s)) if op == "sin" else (c, times(-1, s), times(-1, c))
-    elif op == "/":
-        value = of("/", ONE, x)
-        slope, bend = times(-1, of("*", value, value)), times(2, of("*", value, value, value))
-    elif op == "^":
-        value, first, second = (of("^", x, (Fraction(k), Fraction(k))) for k in (n, max(n - 1, 0), max(n - 2, 0)))
-        slope, bend = times(n, first), times(n * n - n, second)
-    else:
-        demand(op in ("exp", "sqrt"), f"{op} of what is slow: it has no second derivative everywhere")
-        value = slope = bend = of(op, x)
-        if op == "sqrt":
-            slope, bend = of("/", ONE, times(2, value)), of("/", ONE, times(-4, of("*", value, value, value)))
-    return value, of("*", slope, f[1]), of("+", of("*", bend, f[1], f[1]), of("*", slope, f[2]))

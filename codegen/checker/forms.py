@@ -25,11 +25,7 @@ def integers(rows: Matrix) -> tuple[Rows, int]:
 
 def positive_pivots(matrix: Rows, scale: int, fault: str) -> int:
     """How many pivots of the symmetric matrix / scale are positive; refused if it is not positive semidefinite."""
-    return upper_pivots([row[k:] for k, row in enumerate(matrix)], scale, fault)
-
-
-def upper_pivots(rest: Rows, scale: int, fault: str) -> int:
-    """The same of a matrix that is given by its upper half."""
+    rest = [row[k:] for k, row in enumerate(matrix)]  # the upper half
     # LDL' on whole numbers (Bareiss): rest is the Schur complement times the last positive pivot, the division exact.
     last, count, size = 1, 0, len(rest)
     while rest:
@@ -46,10 +42,6 @@ def upper_pivots(rest: Rows, scale: int, fault: str) -> int:
 
 def added(*matrices: Matrix) -> Matrix:
     return [[sum(entries) for entries in zip(*rows, strict=True)] for rows in zip(*matrices, strict=True)]
-
-
-def minus(X: Matrix, Y: Matrix) -> Matrix:
-    return [[x - y for x, y in zip(*rows, strict=True)] for rows in zip(X, Y, strict=True)]
 
 
 def scaled(a: Any, X: Matrix) -> Matrix:
@@ -69,17 +61,6 @@ def times(P: Rows, X: Rows) -> Rows:
 def inner(X: Rows, Y: Rows) -> Rows:
     """X'Y."""
     return [[sum(map(mul, x, y)) for y in Y] for x in X]
-
-
-def squares(P: Rows, X: Rows, Y: Rows) -> tuple[Rows, Rows, Rows]:
-    """The upper halves of X'PX, X'PY + Y'PX and Y'PY."""
-    PX, PY = times(P, X), times(P, Y)
-    both = [
-        [sum(map(mul, x, v)) + sum(map(mul, y, u)) for u, v in zip(PX[i:], PY[i:], strict=True)]
-        for i, (x, y) in enumerate(zip(X, Y, strict=True))
-    ]
-    first, last = ([[sum(map(mul, z, w)) for w in PZ[i:]] for i, z in enumerate(Z)] for Z, PZ in ((X, PX), (Y, PY)))
-    return first, both, last
 
 
 def diagonal(R: Rows, P: Rows) -> list[int]:

@@ -2,7 +2,7 @@
 
 Standard library only; part of the checker (verify.py), which hands ``kernel`` in. The kernel's theorem is about samples
 with fault 0; here are the values that the functions of fault 1 (modes.py reads their form) give the states that show
-errors. Let G be the proof's `states`: by the kernel's lemma 8 the states G(e, x) show the estimates e beside the
+errors. Let G be the proof's `states`: by the kernel's lemma 11 the states G(e, x) show the estimates e beside the
 measured positions x, and there are no two such e. Then, as identities of polynomials:
 
 - after `init` at x the states are G(e, x) with velocities of zero and all other estimates constant;
@@ -25,6 +25,7 @@ def require(proof: dict[str, Any], shown: dict[str, Any], begun: str, predicted:
         shown: of the proof, by kernel.prove.
     """
     names, known, estimates = shown["names"], shown["known"], {e["truth"]: e["estimate"] for e in proof["errors"]}
+    divisors = len(kernel.Poly.divisors)
     errors, velocities = {f"error of {t}" for t in estimates}, proof["positions"].items()
     own = {z: kernel.term(1, f"{z} before") for z in proof["states"]}
     own |= {x: p for x, p in names.items() if x.startswith(("parameters.", "inputs.", "state."))}
@@ -61,3 +62,4 @@ def require(proof: dict[str, Any], shown: dict[str, Any], begun: str, predicted:
     ):
         wrong = [z for z in showing if found[z] != wanted[z]]
         kernel.demand(not wrong, f"{what}: {wrong[:3]} do not go on with what was held")
+    kernel.demand(len(kernel.Poly.divisors) == divisors, "a division by what may be zero")

@@ -1,5 +1,7 @@
 """The kernel: whether a proof is one of the C beside it. Standard library only: python3 kernel.py FOLDER < PROOF.json
 
+The algebra, lemmas 1 to 7, is in polynomials.py beside it. No division is by what may be 0 in the box.
+
 THEOREM. Let NAME.c run in exact arithmetic with the values of NAME_PARAMETERS, in samples with fault 0, from any state,
 on any inputs. Let a machine have mass_matrix * acceleration = force, its positions (and velocities that are inputs) be
 measured exactly, x[k+1] = x[k] + h v[k] ("semi_implicit": h v[k+1]), v[k+1] = v[k] + h acceleration[k], all else
@@ -13,102 +15,25 @@ above V. Trusted: this file, Python, that the machine is yours. Not covered: rou
 import ast
 import json
 import re
+import runpy
 import sys
 from fractions import Fraction
-from itertools import product
-from math import lcm, prod
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING or __package__:
+    from codegen.checker import polynomials
+    from codegen.checker.polynomials import Poly, cleared, demand, positive, semidefinite, term, times
+else:
+    polynomials = SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name("polynomials.py"))))
+    Poly, cleared, demand = polynomials.Poly, polynomials.cleared, polynomials.demand
+    positive, semidefinite = polynomials.positive, polynomials.semidefinite
+    term, times = polynomials.term, polynomials.times
+__all__ = ["Poly", "Text", "cleared", "demand", "matched", "once", "positive", "prove", "semidefinite", "term", "times"]
 
 
-def demand(holds: Any, why: str, steps: int = 0) -> None:
-    Poly.work += steps  # each of about a microsecond, so that no file takes more than seconds
-    if not holds or Poly.work > 5_000_000:
-        raise ValueError("more work than the limit" if holds else why)
-
-
-# LEMMA 1. A polynomial is {monomial: coefficient, not 0}, a monomial its names, sorted, each as often as its power. Two
-# are the same real function just if they are the same here. A name of Poly.signs is 1 or -1: pairs of it are left out.
-class Poly(dict[tuple[str, ...], Fraction]):
-    signs, work = frozenset[str](), 0
-
-    def after(self, steps: int) -> "Poly":
-        bits = [(len(m), c.numerator.bit_length(), c.denominator.bit_length()) for m, c in self.items()]
-        size = max((n + max(a, b) // 9 + abs(a - b) * 3 // 5 for n, a, b in bits), default=0)  # within normal doubles
-        demand(size < 600, "a power or a coefficient is too large", steps * (9 + size) // 9)
-        return self
-
-    def __add__(self, other: "Poly") -> "Poly":
-        terms = self | {m: self.get(m, 0) + c for m, c in other.items()}
-        return Poly({m: c for m, c in terms.items() if c}).after(len(self) + len(other))
-
-    def __sub__(self, other: "Poly") -> "Poly":
-        return self + term(-1) * other
-
-    def __mul__(self, other: "Poly") -> "Poly":
-        terms: dict[tuple[str, ...], Fraction] = {}
-        for (m, c), (n, d) in product(self.after(3 * len(self) * len(other)).items(), other.items()):
-            key = tuple(sorted(x for x in m + n if not (x in self.signs and x in m and x in n)))
-            terms[key] = terms.get(key, 0) + c * d
-        return Poly({m: c for m, c in terms.items() if c}).after(0)
-
-    def names(self) -> set[str]:
-        return {name for m in self for name in m}
-
-    def constant(self) -> Fraction:
-        demand(not self.names(), f"{sorted(self.names())[:3]} in place of a number")
-        return self.get((), Fraction(0))
-
-
-def term(c: Any, *names: str) -> Poly:
-    return Poly({names: Fraction(c)} if c else {})
-
-
-def times(A: Any, B: Any) -> list[list[Poly]]:
-    columns = list(zip(*B, strict=True))
-    return [[sum((a * b for a, b in zip(row, c, strict=True) if a and b), Poly()) for c in columns] for row in A]
-
-
-# LEMMA 2. Let p be the first diagonal entry of a symmetric A, r the rest of its row, B what is left without both. If
-# p > 0, A is positive semidefinite (definite) just if B - r r'/p is; if p = 0, semidefinite just if r = 0 and B is; if
-# p < 0, never. Times p and over the last p, entries that are whole stay whole (Bareiss).
-def positive(A: list[list[Fraction]], definite: bool = False) -> bool:
-    bits = sum(x.denominator.bit_length() for row in A for x in row)
-    demand([[*column] for column in zip(*A, strict=True)] == A, "a matrix is not symmetric", bits * bits // 10**6)
-    common, last = lcm(*(x.denominator for row in A for x in row)), 1
-    rest = [[int(x * common) for x in row] for row in A]
-    while rest:
-        (p, *r), *rest = rest
-        demand(True, "", len(r) ** 2 * (1 + max(p, last, *map(abs, r)).bit_length() // 500) ** 2)
-        if p < 0 or (p == 0 and (definite or any(r))):
-            return False
-        rest = [[(p * x - a * b) // last if p else x for x, b in zip(row, r, strict=True)] for a, *row in rest]
-        last = p or last
-    return True
-
-
-# LEMMA 3. On a cell x = low s + high t with s and t >= 0, s + t = 1. Times powers of s + t each term has of s and t as
-# many factors as any (Bernstein's form). As products of them are >= 0, a matrix of polynomials is semidefinite on the
-# cell if the matrix of the coefficients of each product is. LEMMA 4. The two parts of a cell cut between its ends cover
-# it: what holds on every leaf of a tree of cuts holds on the box. THE CLAIM, always: A is semidefinite on the cell.
-def semidefinite(A: list[list[Poly]], cell: dict[str, tuple[Fraction, Fraction]], tree: Any) -> None:
-    while tree != "":
-        (x, text, below, above), (low, high) = tree, cell[tree[0]]
-        demand(low < (cut := Text({}, {}).value(text).constant()) < high, f"{x} is not cut between its ends")
-        semidefinite(A, cell | {x: (low, cut)}, below)
-        cell, tree = cell | {x: (cut, high)}, above
-    for x in sorted({x for row in A for p in row for x in p.names()}):
-        demand(x in cell, f"{x} without a range")
-        most, s, t = max(m.count(x) for row in A for p in row for m in p), term(1, f"{x} low"), term(1, f"{x} high")
-        here = term(cell[x][0]) * s + term(cell[x][1]) * t
-        powers = [prod([here] * n + [s + t] * (most - n), start=term(1)) for n in range(most + 1)]
-        A = [[sum((Poly({tuple(y for y in m if y != x): c for m, c in p.items() if m.count(x) == n}) * powers[n]
-                   for n in range(most + 1)), Poly()) for p in row] for row in A]  # fmt: skip
-    for m in {(), *(m for row in A for p in row for m in p)}:
-        demand(positive([[p.get(m, Fraction(0)) for p in row] for row in A]), f"not positive semidefinite in {cell}")
-
-
-# LEMMA 5. Names, numbers, calls of functions of doubles and + - * / ( ), of what EXPRESSION lets pass, mean the same in
+# LEMMA 8. Names, numbers, calls of functions of doubles and + - * / ( ), of what EXPRESSION lets pass, mean the same in
 # Python and in C, whose -> is a dot here; whole numbers, which C divides otherwise, stand in indices only, as sums of
 # three below 10^4, which fit any int. A loop is the sequence of its bodies, each with locals of its own.
 EXPRESSION = r"(?!.*(--|\+\+|\*\*|//))[A-Za-z0-9_. ()\[\]+*/-]{1,20000}"
@@ -136,7 +61,7 @@ class Text:  # expressions over `names`, and statements that set them; `sign`: w
             return term(-1) * self.of(node.operand, text)
         if isinstance(node, ast.BinOp):
             a, b = self.of(node.left, text), self.of(node.right, text)
-            b = term(1 / b.constant()) if isinstance(node.op, ast.Div) else b
+            b = polynomials.reciprocal(b, self.known) if isinstance(node.op, ast.Div) else b
             return {ast.Add: a.__add__, ast.Sub: a.__sub__, ast.Mult: a.__mul__, ast.Div: a.__mul__}[type(node.op)](b)
         if isinstance(node, ast.Call) and len(node.args) == 1 and not node.keywords:
             return self.call(ast.unparse(node.func), self.of(node.args[0], text))
@@ -146,11 +71,13 @@ class Text:  # expressions over `names`, and statements that set them; `sign`: w
         demand(name in self.names and "/" not in ast.unparse(node), f"{name[:80]} is nothing that is known here")
         return self.names[name]
 
-    # LEMMA 6. |p| = sgn(p) p. The sign of p is a number's, or s or -s where the proof says so of p or -p. Any other, or
+    # LEMMA 9. |p| = sgn(p) p. The sign of p is a number's, or s or -s where the proof says so of p or -p. Any other, or
     # another function's value, is a new variable for each argument: what holds for all values holds for that one.
     def call(self, name: str, p: Poly) -> Poly:
         kind = "sgn" if name in ("fabs", self.sign) else name
         demand(not self.sign or name in ("cos", "exp", "fabs", "sin", "sqrt", "tanh", self.sign), f"C calls {name}")
+        if name in ("cos", "sin"):
+            return polynomials.angle(name, p, self.known)
         value = self.known.setdefault((kind, frozenset(p.after(len(p)).items())), term(1, f"?{kind}{len(self.known)}"))
         value = term((p.constant() > 0) - (p.constant() < 0)) if kind == "sgn" and not p.names() else value
         return value * p if name == "fabs" else value
@@ -170,8 +97,9 @@ class Text:  # expressions over `names`, and statements that set them; `sign`: w
         demand(read == len(text), f"{text[read : read + 80]!r} cannot be read")
 
 
-# LEMMA 7. Comments aside, the files are of these forms (a blank: any white space): structs of doubles, values, function
-# bodies. No macro, type or global, in digraphs neither, changes what `step` or a parameter means; `else` sets fault 1.
+# LEMMA 10. Comments aside, the files are of these forms (a blank: any white space): structs of doubles, values, bodies
+# of functions. No macro, type or global, in digraphs neither, changes what `step` or a parameter means; `else` sets
+# fault 1.
 BODY = r"(?:[^{}#\"']++|{(?:[^{}#\"']++|{[^{}#\"']*+})*+})*+"
 STRUCT = r"typedef struct { ((?:double (?!STICTION)[A-Za-z]\w*(?:\[[1-9]\d{0,2}\])?; )+)(?:(?!double)[\w ]+; )*} NAME_"
 HEADER = (r'#ifndef STICTION_UPPER_H\n#define STICTION_UPPER_H\n#ifdef __cplusplus\nextern "C" {\n#endif\n'
@@ -228,14 +156,15 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     demand(fields and objects and {*estimates} <= {*outputs} and not {*truths} & {*signs}, "fields are not so named")
     named = all(re.fullmatch(("true", "sign")[x in signs] + r"\.\w+", x, re.A) for x in [*truths, *signs])
     demand(named and {*turned} <= {"", *signs} and len({*truths}) == len({*estimates}) == len(errors), "not so named")
-    Poly.signs, free = frozenset(signs), {*inputs, *truths, *signs, *aside}
+    Poly.signs, Poly.divisors, free = frozenset(signs), {}, {*inputs, *truths, *signs, *aside}
     names = {p: code.names[p] for p in parameters} | {x: term(1, x) for x in free} | {"": term(1)}
     names |= {t: names[s] * names[t] for t, s in zip(truths, turned, strict=True)}
     hidden = [f"error of {x}" for x in truths]
-    names |= {x: names[t] - names[s] * term(1, e) for x, t, s, e in zip(estimates, truths, turned, hidden, strict=True)}
-    # LEMMA 8. From the states that formulas of n estimates give, the n of them that move with an estimate, `step` shows
-    # these same estimates: a map of R^n to R^n that is one-to-one, hence, being polynomial, onto (linear algebra where
-    # it is affine, else Bialynicki-Birula and Rosenlicht 1962). So every state is met, and shows its estimates.
+    errored = zip(estimates, truths, turned, hidden, strict=True)
+    names |= {x: names[t] - names[s] * term(1, e) for x, t, s, e in errored}
+    # LEMMA 11. From the states that formulas of n estimates give, the n of them that move with one, `step` shows these
+    # same estimates: a map of R^n to R^n that is one-to-one, hence, being polynomial, onto (linear algebra where it is
+    # affine, else Bialynicki-Birula and Rosenlicht 1962). So every state is met, and shows its estimates.
     claim = Text(names, {})
     # A sign is that of a polynomial of estimates, truths and inputs, not constant: so there are points where all are 1.
     seen = map(Text(names | {x: term(1, x) for x in (*signs, *truths, *estimates)}, {}).value, signs.values())
@@ -254,16 +183,21 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     # The machine a sample later, and the states that show the errors which the matrix gives: they are the code's.
     mass, phi, P = ([[claim.value(x) for x in row] for row in proof[f"{x}matrix"]] for x in ("mass_", "", "lyapunov_"))
     rate, h = {v: claim.value(a) for v, a in proof["acceleration"].items()}, names["parameters.sample_time"]
-    pushed = times(mass, [[a] for a in rate.values()]) == [[claim.value(f)] for f in proof["force"]]
-    demand(pushed and positive([[x.constant() for x in row] for row in mass], True), "mass * acceleration is not force")
+    pushed = zip(times(mass, [[a] for a in rate.values()]), proof["force"], strict=True)
+    demand(not any(cleared([[a - claim.value(f)]])[0][0] for (a,), f in pushed), "mass * acceleration is not force")
     rest = [claim.value(x) for x in proof.get("rest", ["0"] * len(errors))]
-    own = {*velocity} <= {*inputs} - {*rate} and {*velocity.values()} <= {*rate} <= {*truths, *inputs}
-    demand(own and {x for p in (*rate.values(), *rest) for x in p.names()} <= free - {*aside}, "not the machine's own")
+    own, moves = free - {*aside}, {*velocity.values()} <= {*rate} <= {*truths, *inputs}
+    for (_, of), p in claim.known.items():  # functions of what is the machine's own
+        own |= p.names() if {x for m, _ in of for x in m} <= own else set()
+    moves = moves and {*velocity} <= {*inputs} - {*rate}
+    demand(moves and {x for p in (*rate.values(), *rest) for x in p.names()} <= own, "not the machine's own")
+    plain = {x for p in start.values() for x in p.names()} <= own | {*aside, *hidden}
+    demand(plain, "a state is no polynomial of the estimates")
     later = names | {x: term(1, f"{x} later") for x in (*inputs, *aside)} | {v: names[v] + h * rate[v] for v in rate}
     later |= {x: names[x] + h * {"euler": names, "semi_implicit": later}[proof["step"]][v] for x, v in velocity.items()}
     moved = [e + r for row, r in zip(times(phi, [[term(1, e)] for e in hidden]), rest, strict=True) for e in row]
     later |= {x: later[t] - names[s] * e for x, t, s, e in zip(estimates, truths, turned, moved, strict=True)}
-    off = {z: code.names[z] - Text(later, claim.known).value(of) for z, of in formulas.items()}
+    off = {z: cleared([[code.names[z] - Text(later, claim.known).value(of)]])[0][0] for z, of in formulas.items()}
     # A term of more than one error is beyond the first order; where such are left, that is said.
     bad = [z for z, p in off.items() for m in p if z not in moving or sum(x in hidden for x in m) < 2]
     demand(not bad, f"the matrix does not move the errors: {bad[:3]}")
@@ -273,9 +207,10 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     fall = 1 - 2 * claim.value(proof["decay_rate"]).constant() * h.constant()
     fixed, why = [[x.constant() for x in row] for row in P], "V negative, or P not positive definite"
     demand({*box} <= free - {*signs} and fall > 0 and positive(fixed, True), f"a box of no free variable, {why}")
-    form = times(times(zip(*phi, strict=True), P), phi)
-    gap = [[term(fall) * p - x for p, x in zip(*rows, strict=True)] for rows in zip(P, form, strict=True)]
-    semidefinite(gap, box | dict.fromkeys(signs, (Fraction(-1), Fraction(1))), proof["cover"])
+    cell, tree = box | polynomials.ranges(), proof["cover"]
+    for positively in (mass, *([[p]] for p in Poly.divisors.values())):
+        polynomials.above_zero(positively, cell, tree)
+    polynomials.contracts(phi, fixed, fall, cell, tree)
     for turn in proof["reversals"]:
         growth, dwell = (claim.value(turn[part]).constant() for part in ("growth", "dwell"))
         J = [-1 if s == turn["sign"] else 1 for s in turned]

@@ -13,7 +13,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING or __package__:
-    from codegen.checker import ellipsoid, enclosure, held, kernel, modes
+    from codegen.checker import covered, ellipsoid, enclosure, held, kernel, modes
 
 PROOF, SETS = "proof.json", "ellipsoid.json"
 KINDS = "(?:parameters|inputs|outputs|state|true)"
@@ -279,33 +279,24 @@ def claims_fall(top: dict[str, Any], proof: dict[str, Any]) -> bool:
     return same and turns == known["turns"] and len(turns) == len(proof["reversals"])
 
 
-def same_matrix(top: dict[str, Any], proof: dict[str, Any]) -> bool:
-    """Whether the certificate's I + hA, over all signs, is the proof's matrix, which the kernel has just accepted."""
+def same_matrix(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any]) -> bool:
+    """Whether the certificate's I + hA, over all signs and its ranges, is the matrix that the kernel has accepted."""
     signs = {f"s_{s.removeprefix('sign.')}": s for s in proof["signs"]}
-    ends = [{*at} for at in top["variables"].values()]
-    if not {*top["variables"]} <= {*signs} or any(not ({-1, 1} >= x if top["along"] else {-1, 1} <= x) for x in ends):
-        return False
-    names = {name: kernel.term(1, s) for name, s in signs.items()}
-    h, text = kernel.term(top["sample_time"]), kernel.Text({s: kernel.term(1, s) for s in proof["signs"]}, {})
+    signed = {e["truth"] for e in proof["errors"] if e["sign"]}
+    free = {x.split(".")[1]: x for x in (*proof["positions"], *proof["box"]) if x not in signed}
+    names = {name: shown["names"][x] for name, x in (signs | free).items()}
+    text = kernel.Text(shown["names"], shown["known"])
     try:
-        names |= {entry["name"]: polynomial(entry["expression"], names) for entry in top["parameters"]}
-        step = [[kernel.term(int(i == j)) + h * polynomial(a, names) for j, a in enumerate(row)]
-                for i, row in enumerate(top["matrix"])]  # fmt: skip
-        return step == [[text.value(x) for x in row] for row in proof["matrix"]]
-    except ValueError:  # one of them speaks of more than sums and products of signs
+        for name, ends in top["variables"].items():
+            low, high = map(Fraction, proof["box"].get(free.get(name, ""), ends))
+            turns = name not in signs or ({-1, 1} >= {*ends} if top["along"] else {-1, 1} <= {*ends})
+            if name not in names or not turns or not low <= ends[0] <= ends[-1] <= high:
+                return False
+        rows = zip(covered.step(top, names, shown["known"]), proof["matrix"], strict=True)
+        off = [[a - text.value(b) for a, b in zip(*pair, strict=True)] for pair in rows]
+        return not any(p for row in kernel.cleared(off) for p in row)
+    except ValueError:  # one of them speaks of more than polynomials and quotients
         return False
-
-
-def polynomial(entry: Any, names: dict[str, Any]) -> Any:
-    """A prefix expression (docs/certificate.md) of sums and products."""
-    if isinstance(entry, str):
-        return names[entry] if entry in names else kernel.term(entry)
-    word, *parts = entry
-    kernel.demand(word in ("+", "*", "neg", "/"), f"matrix: {word}")
-    first, *rest = [polynomial(part, names) for part in parts]
-    for part in rest:
-        first = first + part if word == "+" else first * (kernel.term(1 / part.constant()) if word == "/" else part)
-    return first * kernel.term(-1) if word == "neg" else first
 
 
 def bound(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[list[str], str, bool]:
@@ -317,8 +308,6 @@ def bound(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[list[str], st
     """
     if PROOF not in sources:
         return [], f"no {PROOF} is beside it", False
-    if top["slow"]:
-        return [], "its P depends on the operating point", False
     if len(top["code"]["errors"]) != len(top["error"]):
         return [], "it does not say which outputs its errors are of", False
     if {f"{top['subject']['name']}.{end}" for end in "ch"} - sources.keys():
@@ -334,12 +323,12 @@ def bound(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[list[str], st
     if proof is None or other:
         return [], f"{not_its} {other}" if other else f"{PROOF} is not the JSON of a proof, with just its fields", False
     shown = proved(proof, sources)
-    if proof["box"] or any(rest != "0" for rest in proof.get("rest", [])):
-        return [], f"{not_its} the range, or a rest", False
+    if any(rest != "0" for rest in proof.get("rest", [])):
+        return [], f"{not_its} a rest", False
     alike = shown["values"]["parameters.sample_time"] == top["sample_time"]
     enclosure.demand(alike, f"the sample time of {proof['name']}.h is another")
-    if not same_matrix(top, proof):
-        return [], f"{not_its} the matrix, or the signs for which it holds", False
+    if not same_matrix(top, proof, shown):
+        return [], f"{not_its} the matrix, or the signs and ranges for which it holds", False
     enclosure.demand([e["unit"] for e in top["error"]] == shown["units"], f"the units of {proof['name']}.h are others")
     if not claims_fall(top, proof):
         return words(proof, shown, False, fall=False), "", shown["whole"]

@@ -30,19 +30,19 @@ def beside(name: str, **given: SimpleNamespace) -> SimpleNamespace:
 
 
 if TYPE_CHECKING or __package__:
-    from codegen.checker import enclosure, files, forms, slow, theorem
+    from codegen.checker import covered, enclosure, files, forms, theorem
 else:
     enclosure, files = beside("enclosure"), beside("files")
     forms = beside("forms", enclosure=enclosure)
-    slow = beside("slow", enclosure=enclosure, forms=forms)
     kernel = beside("kernel")
     by_c = {"kernel": kernel, **{name: beside(name, kernel=kernel) for name in ("ellipsoid", "held", "modes")}}
-    theorem = beside("theorem", enclosure=enclosure, **by_c)
+    covered = beside("covered", enclosure=enclosure, kernel=kernel, polynomials=kernel.polynomials)
+    theorem = beside("theorem", enclosure=enclosure, covered=covered, **by_c)
 Refused, demand, show = enclosure.Refused, enclosure.demand, enclosure.show
 parse, widen, MAX_STRING = enclosure.parse, enclosure.widen, enclosure.MAX_STRING
 PROOF, SETS, by_kernel, long_run = theorem.PROOF, theorem.SETS, theorem.bound, theorem.long_run
 by_kernel_alone = theorem.proved
-integers, positive_pivots, Following = forms.integers, forms.positive_pivots, slow.Following
+integers, positive_pivots = forms.integers, forms.positive_pivots
 MAX_TEXT, MAX_SIZE, MAX_VERTICES, MAX_TOTAL, FINE = 5_000_000, 32, 4096, 200_000, 2**128
 FORMS = json.loads(r"""{"FORMAT": "stiction-certificate/1", "TEXT": ".*",
     "NAME": "[A-Za-z][A-Za-z0-9_]*", "FILE": "[A-Za-z0-9_][A-Za-z0-9_.+-]{0,127}", "WHOLE": "0|[1-9][0-9]{0,8}",
@@ -64,8 +64,7 @@ SCHEMA = json.loads("""{"format": "FORMAT", "tool": {"name": "TEXT", "version": 
     "variables": {"NAME": ["RATIONAL"]}, "splits": {"NAME": ["RATIONAL"]}, "along": ["RATIONAL"],
     "parameters": [{"name": "NAME", "expression": "ANY"}], "matrix": [["ANY"]], "lyapunov_matrix": [["RATIONAL"]],
     "code": {"errors": ["ANY"], "variables": {"NAME": "ANY"}, "motion": {"LINE": "LINE"}},
-    "slow": [{"variable": "NAME", "velocity": "NAME", "stray": "RATIONAL", "signs": ["NAME"],
-        "matrices": [[[["RATIONAL"]]]]}],
+    "cover": ["ANY"],
     "reversals": [{"contact": "LINE", "flips": ["WHOLE"], "growth": "RATIONAL", "dwell_samples": "WHOLE"}]}""")
 Matrix = list[list[Fraction]]
 
@@ -148,16 +147,15 @@ def refuted(top: dict[str, Any], axes: dict[str, Any], h: Fraction, *factors: Fr
     return "at one point"
 
 
-def reversal(entry: dict[str, Any], nodes: list[tuple[Matrix, ...]], fall: Fraction) -> str:
-    """The fact that V has recovered after the dwell time of a reversal; nodes: the P at one place together."""
+def reversal(entry: dict[str, Any], P: Matrix, fall: Fraction) -> str:
+    """The fact that V has recovered after the dwell time of a reversal."""
     where, flips, growth, left = (entry[key] for key in ("contact", "flips", "growth", "dwell_samples"))
-    where, size, (a, b) = f"reversal of {where}", range(len(nodes[0][0])), growth.as_integer_ratio()
+    where, size, (a, b) = f"reversal of {where}", range(len(P)), growth.as_integer_ratio()
     demand(growth >= 1, f"{where}: growth {show(growth)} is below 1")
     demand(sorted({*flips} & {*size}) == sorted(flips), f"{where}: flips {brief(flips)} twice or not below {len(size)}")
-    for P, Q in (pair for together in nodes for pair in product(together, repeat=2)):
-        turned = [[-q if (i in flips) != (j in flips) else q for j, q in enumerate(row)] for i, row in enumerate(Q)]
-        gap, scale = integers(forms.added(forms.scaled(a, P), forms.scaled(-b, turned)))
-        positive_pivots(gap, b * scale, f"{where}: V may grow by more than {show(growth)}")
+    turned = [[-p if (i in flips) != (j in flips) else p for j, p in enumerate(row)] for i, row in enumerate(P)]
+    gap, scale = integers(forms.added(forms.scaled(a, P), forms.scaled(-b, turned)))
+    positive_pivots(gap, b * scale, f"{where}: V may grow by more than {show(growth)}")
     after, factor, fact = growth, fall, f"{where}: V grows at most by {show(growth)}, and {left} samples later"
     while left:  # after: an upper bound of growth * fall^left, by squaring, rounded up
         after = widen(after, after * factor)[1] if left % 2 else after
@@ -172,9 +170,8 @@ def verify(top: dict[str, Any]) -> list[str]:
     demand(1 <= n <= MAX_SIZE, f"{n} error components, not 1 to {MAX_SIZE}")
     for part, key in (("error", "name"), ("parameters", "name"), ("reversals", "contact")):
         demand(len({entry[key] for entry in top[part]}) == len(top[part]), f"{part}: a {key} appears twice")
-    followed = [[top["lyapunov_matrix"]]] if not top["slow"] else top["slow"][0]["matrices"]
-    nodes = [P for row in followed for P in row]
-    for part, rows in (("matrix", top["matrix"]), *(("lyapunov_matrix", P) for P in nodes)):
+    P = top["lyapunov_matrix"]
+    for part, rows in (("matrix", top["matrix"]), ("lyapunov_matrix", P)):
         demand([len(row) for row in rows] == [n] * n, f"{part} is not {n} by {n}")
     implicit, along = top["observer"]["integration"] == "implicit", top["along"]
     law = "1/(1 + alpha*h)^2" if implicit else "1 - 2*alpha*h"
@@ -182,39 +179,31 @@ def verify(top: dict[str, Any]) -> list[str]:
     demand(min(h, fall) > 0, f"h {show(h)}, alpha {show(alpha)}, the fall of V {show(fall)}: not all positive")
     demand(top["splits"].keys() <= top["variables"].keys(), "splits: a name is no variable")
     demand(all(e["name"] not in top["variables"] for e in top["parameters"]), "parameters: a name is a variable's")
-    plain = len(top["slow"]) < 2 and not (top["slow"] and (implicit or along or top["lyapunov_matrix"]))
-    demand(plain, "slow: two of them, or beside an implicit step, a refutation or another P")
+    plain = len(top["cover"]) < 2 and not (top["cover"] and (implicit or along or top["splits"]))
+    demand(plain, "cover: two of them, or beside an implicit step, a refutation or splits")
     axes = {}
     for name, ends in top["variables"].items():
         at = top["splits"].get(name, ends)
         rise = all(a < b for a, b in pairwise(at)) or (at is ends and ends[:1] <= ends[1:])
         demand(rise and len(at) > 1 and at[:1] + at[-1:] == ends, f"{name}: no [low, high], or splits not so ordered")
         axes[name] = list(pairwise(at))
-    for P in nodes:
-        demand(all(P[i][j] == P[j][i] for i in range(n) for j in range(i)), "lyapunov_matrix is not symmetric")
-        fault = "P is not positive definite"
-        demand(bool(along) or positive_pivots(*integers(P), fault) == n, f"{fault}: a pivot is 0")
+    demand(all(P[i][j] == P[j][i] for i in range(n) for j in range(i)), "lyapunov_matrix is not symmetric")
+    fault = "P is not positive definite"
+    demand(bool(along) or positive_pivots(*integers(P), fault) == n, f"{fault}: a pivot is 0")
     if along:  # P would be the sum of Phi'^k gap Phi^k/fall^(k+1) > 0 if the error fell so fast
         demand(len(along) == n and any(along) and not top["reversals"], "along is no direction, or there are reversals")
-        value = sum(a * b * nodes[0][i][j] for i, a in enumerate(along) for j, b in enumerate(along))
+        value = sum(a * b * P[i][j] for i, a in enumerate(along) for j, b in enumerate(along))
         demand(value <= 0, "P is positive along it")
     s = 1 + alpha * h  # implicit: E = I - hA, and s (E'P + PE) - s^2 P <= E'PE gives the fall; P/fall < E'PE refutes it
     form = (-h, 1, 0, -s * s) if implicit and along else (-h, 0, 1, -2 * s) if implicit else (h, -1, 0, fall)
     shown = refuted if along else contraction
-    seen = slow.fall(top, axes, fall) if top["slow"] else shown(top, axes, *map(Fraction, form))
+    ranges = {name: (ends[0], ends[-1]) for name, ends in top["variables"].items()}
+    seen = covered.fall(top, ranges, fall) if top["cover"] else shown(top, axes, *map(Fraction, form))
     who = "no V with P > 0" if along else "V"
     facts = ["P is not positive definite" if along else f"P is positive definite: {n} positive pivots"]
     word = "falls by at least" if fall < 1 else "grows by at most"
     facts += [f"{seen}: {who} {word} the factor {law} = {show(fall)} a sample"]
-    for entry in top["slow"]:
-        name, velocity, signs = entry["variable"], entry["velocity"], ", ".join(entry["signs"])
-        facts[0] += (
-            f" at each of {len(followed[0])} values of {name}"
-            + f"{', for either sign' * bool(signs)}, and linear in between"
-        )
-        facts += [f"{name} moves by h {velocity} a sample, give or take h {show(entry['stray'])}, as is assumed"]
-        facts += [f"{signs} are -1 or 1, and stay so between reversals, as is assumed"] if signs else []
-    facts += [reversal(entry, [*zip(*followed, strict=True)], fall) for entry in top["reversals"]]
+    facts += [reversal(entry, P, fall) for entry in top["reversals"]]
     own = all([top["error"][i]["name"] for i in e["flips"]] == [f"e_a_{e['contact']}"] for e in top["reversals"])
     demand(own, "reversals: flips are not the error e_a_CONTACT of their contact")
     return facts

@@ -3,7 +3,7 @@
  * A step: 30 additions, 42 multiplications, 1 division, 4 calls, 4 of sign or magnitude.
  *
  * Made by stiction 0.1.0 from two_link_arm.yaml
- * sha256 31efa1105cbeb41e54e46c170f04df3e03a64faf9190b4df9ba11065005f81ee
+ * sha256 b6da30848bfb88be36fdd088967c28eb76bff5115c2e0e2e130e666fe4a04476
  * with: stiction generate two_link_arm.yaml
  */
 #include "two_link_arm.h"

@@ -126,7 +126,7 @@ def test_the_twin_in_rationals_moves_as_certified(name: str) -> None:
 def arm_moves(source: str, tries: int = 120) -> list[float]:
     """How far the arm's derivatives of a sample are from I + hA of the sample before, at random points, on doubles.
 
-    M(x) varies, so the kernel cannot read this C yet: this test is what ties its certificate to the code.
+    The kernel proves the same of the C in exact arithmetic; this is by the twin, and by no algebra.
     """
     content = json.loads((GENERATED / "two_link_arm" / "certificate.json").read_text(encoding="utf-8"))
     module, dice, h = load_twin(source, "two_link_arm"), random.Random(3), float(Fraction(content["sample_time"]))

@@ -1,0 +1,110 @@
+"""A common P for a matrix that is a quotient of polynomials in sines, cosines and variables, as that of an arm.
+
+In boxes of θ = sin q, cos q/det M and the like these are independent, and much of the rate is lost; so P is found at
+points of the circle, and the checker decides on cells of tan(q/2), in which the matrix is one quotient (polynomials.py,
+lemmas 6 and 7). Angles are taken all round, whatever their range in the envelope.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from functools import partial
+from itertools import product
+from typing import Any
+
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+
+from codegen.certify.content import Found
+from codegen.certify.decimals import rounded_matrix
+from codegen.certify.enclosure import exact_ranges
+from codegen.certify.family import Family
+from codegen.certify.lyapunov import common_lyapunov
+from codegen.certify.prefix import to_prefix
+from codegen.checker import covered, kernel, polynomials
+
+Array = NDArray[np.float64]
+MOST_POINTS, MOST_CORNERS = 16, 64
+LESS = (0.99, 0.97, 0.9, 0.75, 0.5)
+DEEPEST, MOST_ERRORS = 6, 12
+DIGITS = 9
+Cell = dict[str, tuple[Fraction, Fraction]]
+
+
+def over_angles(family: Family, h: Any) -> Found | None:
+    """A proposal with its cover; None where the matrix has other functions, or nothing is found.
+
+    Args:
+        h: sample time of the explicit step, exact.
+    """
+    matrix = family.matrix.xreplace(dict(family.parameters))
+    turning = {a for e in matrix for f in e.atoms(sympy.sin, sympy.cos) for a in f.free_symbols}
+    others = [v for v in family.variables if v not in turning]
+    alike = all(f.func in (sympy.sin, sympy.cos) for e in matrix for f in e.atoms(sympy.Function))
+    rational = all(p.exp.is_Integer for e in matrix for p in e.atoms(sympy.Pow))
+    if not turning or not alike or not rational or matrix.rows > MOST_ERRORS or 2 ** len(others) > MOST_CORNERS:
+        return None
+    angles = sorted(turning, key=str)
+    circle = np.linspace(-np.pi, np.pi, max(3, int(MOST_POINTS ** (1 / len(angles)))), endpoint=False)
+    function = sympy.lambdify([*angles, *others], matrix, "numpy")
+    corners = product(*[circle] * len(angles), *[[float(e) for e in family.variables[v]] for v in others])
+    sampled = {tuple(np.array(function(*corner), dtype=float).ravel()) for corner in corners}
+    found = common_lyapunov([np.array(a).reshape(matrix.shape) for a in sorted(sampled)], float(h))
+    if found is None:
+        return None
+    p, alpha = found
+    falls = _leaf(family, h, p)
+    for share in LESS:
+        factor = 1 - 2 * Fraction(str(h)) * Fraction(f"{share * alpha:.9g}")
+        tree = _cover(partial(falls, factor), [f"{a.name} t" for a in angles])
+        if tree is not None:
+            return Found(share * alpha * 0.999, {}, [p], cover=(tree,))
+    return None
+
+
+def _leaf(family: Family, h: Any, p: Array) -> Callable[[Fraction, Cell], bool]:
+    """Whether V falls by a factor in a cell of the tangents, as the checker decides it."""
+    known: dict[Any, Any] = {}
+    polynomials.Poly.signs, polynomials.Poly.divisors, polynomials.Poly.work = frozenset(), {}, 0
+    stated = {
+        "sample_time": str(h),
+        "parameters": [{"name": s.name, "expression": to_prefix(e)} for s, e in family.parameters.items()],
+        "matrix": [[to_prefix(e) for e in family.matrix.row(i)] for i in range(family.matrix.rows)],
+    }
+    step = covered.step(stated, {v.name: kernel.term(1, v.name) for v in family.variables}, known)
+    box = {v.name: ends for v, ends in exact_ranges(family).items()} | polynomials.ranges()
+    scale = p / np.abs(p).max()
+    exact = [[Fraction(str(x)) for x in row] for row in rounded_matrix(scale, DIGITS, np.sqrt(np.diag(scale)))]
+    divisors = [*polynomials.Poly.divisors.values()]
+
+    def falls(factor: Fraction, cell: Cell) -> bool:
+        polynomials.Poly.work = 0
+        try:
+            for divisor in divisors:
+                polynomials.above_zero([[divisor]], box | cell, "")
+            polynomials.contracts(step, exact, factor, box | cell, "")
+        except ValueError:
+            return False
+        return True
+
+    return falls
+
+
+def _cover(falls: Callable[[Cell], bool], names: list[str], cell: Cell | None = None, depth: int = 0) -> Any:
+    """A tree of cuts in halves, of the longest side, on whose leaves this holds; None where it would be too deep."""
+    cell = cell or dict.fromkeys(names, (Fraction(0), Fraction(1)))
+    if falls(cell):
+        return ""
+    if depth >= DEEPEST * len(names):
+        return None
+    name = max(names, key=lambda x: cell[x][1] - cell[x][0])
+    low, high = cell[name]
+    middle, parts = (low + high) / 2, []
+    for ends in ((low, middle), (middle, high)):
+        part = _cover(falls, names, cell | {name: ends}, depth + 1)
+        if part is None:
+            return None
+        parts.append(part)
+    return [name, str(middle), *parts]

@@ -1,0 +1,75 @@
+"""The decay of V = e'Pe where the matrix is a quotient of polynomials in sines, cosines and variables.
+
+Standard library only; part of the checker (verify.py), which hands ``enclosure``, ``kernel`` and ``polynomials`` in. It
+is the kernel's own claim (polynomials.py, lemma 7), here of the matrix that a certificate states, whatever it belongs
+to: on each leaf of a tree of cuts, not at the vertices of boxes, in which a sine and a cosine are independent.
+"""
+
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING or __package__:
+    from codegen.checker import enclosure, kernel, polynomials
+
+Interval = tuple[Fraction, Fraction]
+
+
+def polynomial(entry: Any, names: Mapping[str, Any], known: dict[Any, Any]) -> Any:
+    """A prefix expression (docs/certificate_format.md) of sums, products, quotients, powers, sines and cosines.
+
+    Args:
+        known: the reciprocals and angles so far, as of kernel.Text.
+    """
+    if isinstance(entry, str):
+        return names[entry] if entry in names else kernel.term(entry)
+    word, *parts = entry
+    kernel.demand(word in ("+", "*", "neg", "/", "^", "sin", "cos"), f"matrix: {word}")
+    first = polynomial(parts[0], names, known)
+    if word in ("sin", "cos"):
+        return polynomials.angle(word, first, known)
+    if word == "^":
+        power, count = kernel.term(1), int(parts[1])
+        kernel.demand(0 <= count <= enclosure.MAX_POWER, f"exponent {count}")
+        for _ in range(count):
+            power = power * first
+        return power
+    for part in parts[1:]:
+        other = polynomial(part, names, known)
+        other = polynomials.reciprocal(other, known) if word == "/" else other
+        first = first + other if word == "+" else first * other
+    return first * kernel.term(-1) if word == "neg" else first
+
+
+def step(top: dict[str, Any], names: Mapping[str, Any], known: dict[Any, Any]) -> list[list[Any]]:
+    """I + hA of a certificate (as verify.parsed gives it), over these names for its variables."""
+    h = kernel.term(top["sample_time"])
+    parameters = {e["name"]: polynomial(e["expression"], names, known) for e in top["parameters"]}
+    return [
+        [kernel.term(int(i == j)) + h * polynomial(a, {**names, **parameters}, known) for j, a in enumerate(row)]
+        for i, row in enumerate(top["matrix"])
+    ]
+
+
+def fall(top: dict[str, Any], ends: dict[str, Interval], factor: Fraction) -> str:
+    """That V falls by the factor wherever the variables are between their ends: the fact, or enclosure.Refused."""
+    known: dict[Any, Any] = {}
+    polynomials.Poly.signs, polynomials.Poly.divisors, polynomials.Poly.work = frozenset(), {}, 0
+    (tree,) = top["cover"]
+    thetas = {e["name"]: enclosure.parse(e["expression"], ends, e["name"]) for e in top["parameters"]}
+    for i, row in enumerate(top["matrix"]):
+        for j, entry in enumerate(row):
+            enclosure.parse(entry, thetas, f"matrix[{i}][{j}]", affine=True)
+    try:
+        F = step(top, {name: kernel.term(1, name) for name in ends}, known)
+        cell = ends | polynomials.ranges()
+        for p in polynomials.Poly.divisors.values():
+            polynomials.above_zero([[p]], cell, tree)
+        polynomials.contracts(F, top["lyapunov_matrix"], factor, cell, tree)
+    except (ArithmeticError, LookupError, TypeError, ValueError) as why:
+        raise enclosure.Refused(f"V is not shown to fall: {str(why)[:200]}") from None
+    return f"every coefficient of {leaves(tree)} cells"
+
+
+def leaves(tree: Any) -> int:
+    return 1 if tree == "" else leaves(tree[2]) + leaves(tree[3])

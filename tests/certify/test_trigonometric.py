@@ -1,0 +1,177 @@
+"""A common P for an arm, over all angles: what is proposed falls along random motions, and a rate above is refused."""
+
+from __future__ import annotations
+
+import json
+import math
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy
+
+from codegen.certify.family import Family
+from codegen.certify.prefix import to_prefix
+from codegen.certify.trigonometric import over_angles
+from codegen.checker import covered, kernel, polynomials, verify
+from tests.checker.test_verify import certificate
+
+from .certified import fall, step_matrix
+from .test_refute import spectral
+
+HERE = Path(__file__).parents[2] / "generated/two_link_arm"
+ARM = json.loads((HERE / "certificate.json").read_text("utf-8"))
+LIMIT = json.loads((HERE / "limit.json").read_text("utf-8"))
+P = np.array([[float(Fraction(x)) for x in row] for row in ARM["lyapunov_matrix"]])
+ROUNDING = 1e-9
+
+
+def largest_ratio(step: Any, p: Any) -> float:
+    root = np.linalg.inv(np.linalg.cholesky(p))
+    return float(np.linalg.eigvalsh(root @ step.T @ p @ step @ root.T)[-1])
+
+
+def test_v_of_the_arm_falls_at_every_point_and_hardly_faster_than_stated() -> None:
+    """On a dense grid of the elbow's angle, at every end of the speeds and signs."""
+    worst = 0.0
+    for theta in np.linspace(-math.pi, math.pi, 720):
+        for k in range(16):
+            w1, w2, s1, s2 = (1 if k >> i & 1 else -1 for i in range(4))
+            at = {"omega1": 0.3 * w1, "omega2": 0.3 * w2, "s_elbow": s1, "s_shoulder": s2, "theta2": theta}
+            worst = max(worst, largest_ratio(step_matrix(ARM, at), P))
+    assert 1 - 1.02 * (1 - fall(ARM)) < worst <= fall(ARM) + ROUNDING
+
+
+def test_the_refuted_rate_is_that_of_its_point_and_above_the_certified_one() -> None:
+    verify.check(json.dumps(LIMIT))
+    stated = float(Fraction(LIMIT["decay_rate"]))
+    assert spectral(LIMIT) < stated < 1.002 * spectral(LIMIT)
+    assert 0.6 * stated < float(Fraction(ARM["decay_rate"])) < stated
+
+
+@pytest.mark.parametrize("share", ["102/100", "2"])
+def test_a_faster_rate_of_the_same_p_is_refused(share: str) -> None:
+    rate = str(Fraction(ARM["decay_rate"]) * Fraction(share))
+    with pytest.raises(verify.Refused, match="V may not fall"):
+        verify.check(json.dumps(ARM | {"decay_rate": rate}))
+
+
+def rotating(size: Any) -> Family:
+    """A = −1 + size·u w', with u, w the first and second axis of a frame that turns by q."""
+    q = sympy.Symbol("q", real=True)
+    a, b, c = sympy.symbols("a b c", real=True)
+    matrix = sympy.Matrix([[-1 - size * c, size * a], [-size * b, -1 + size * c]])
+    shape = {a: sympy.cos(q) ** 2, b: sympy.sin(q) ** 2, c: sympy.sin(q) * sympy.cos(q)}
+    return Family({q: (sympy.Rational(-2), sympy.Rational(2))}, shape, matrix)
+
+
+def test_a_frame_that_turns_is_proposed_up_to_where_no_common_p_is() -> None:
+    """By symmetry P = I serves if any does: the rate is 1 − size/2, less what is of the order of h."""
+    found = over_angles(rotating(sympy.Rational(1)), sympy.Rational(1, 100))
+    assert found is not None and 0.44 < found.alpha < 0.5
+    assert over_angles(rotating(sympy.Rational(5, 2)), sympy.Rational(1, 100)) is None
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_random_quotient_is_accepted_just_when_samples_show_it(seed: int) -> None:
+    """Two angles' and a variable's quotient: a little below the best rate of its P, and never above."""
+    dice = np.random.default_rng(seed)
+
+    def short(low: float, high: float) -> Any:
+        return sympy.Rational(round(float(dice.uniform(low, high)) * 1000), 1000)
+
+    q, w = sympy.symbols("q w", real=True)
+    bottom = 2 + short(-1, 1) * sympy.cos(q) + short(-0.9, 0.9) * sympy.sin(q) * sympy.cos(q) + short(-0.2, 0.2) * w
+    theta = sympy.symbols("r x y", real=True)
+    shape = dict(zip(theta, (1 / bottom, sympy.cos(q) / bottom, w * sympy.sin(q)), strict=True))
+    rows = [
+        [-2, short(-1, 1) * theta[1]],
+        [short(-1, 1) * theta[0] + short(-1, 1) * theta[2], -2 + short(-1, 1) * theta[1]],
+    ]
+    matrix, h = sympy.Matrix(rows), sympy.Rational(1, 100)
+    function = sympy.lambdify((q, w), matrix.xreplace(shape), "numpy")
+    p = np.array([[1, 0.2], [0.2, 1.5]])
+    worst = max(
+        largest_ratio(np.eye(2) + 0.01 * np.array(function(x, y), dtype=float), p)
+        for x in np.linspace(-math.pi, math.pi, 500)
+        for y in np.linspace(-1, 1, 5)
+    )
+    best = (1 - worst) / 0.02
+    tree: Any = ""
+    for k in range(15, 0, -1):
+        tree = ["q t", f"{k}/16", "", tree]
+    stated = certificate(
+        2,
+        sample_time="1/100",
+        variables={"q": ["-4", "4"], "w": ["-1", "1"]},
+        parameters=[{"name": s.name, "expression": to_prefix(e)} for s, e in shape.items()],
+        matrix=[[to_prefix(e) for e in matrix.row(i)] for i in range(2)],
+        lyapunov_matrix=[["1", "1/5"], ["1/5", "3/2"]],
+        cover=[tree],
+    )
+    assert h > 0
+    verify.check(json.dumps(stated | {"decay_rate": str(Fraction(f"{0.97 * best:.6f}"))}))
+    with pytest.raises(verify.Refused, match="V may not fall"):
+        verify.check(json.dumps(stated | {"decay_rate": str(Fraction(f"{1.001 * best:.6f}"))}))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_angles_and_reciprocals_are_what_they_stand_for(seed: int) -> None:
+    """A random quotient, at a random angle: with the tangent and the signs put in, and cleared of its divisors."""
+    dice = np.random.default_rng(seed)
+    x = float(dice.uniform(-7, 7))
+    polynomials.Poly.signs, polynomials.Poly.divisors, polynomials.Poly.work = frozenset(), {}, 0
+    known: dict[Any, Any] = {}
+    c, s = (polynomials.angle(name, kernel.term(1, "x"), known) for name in ("cos", "sin"))
+    d = kernel.term(3) + c * s + kernel.term(Fraction(1, 2)) * s
+    r = polynomials.reciprocal(d, known)
+    e = polynomials.reciprocal(kernel.term(2) + r * c, known)
+    made = r * e * s + kernel.term(2) * c * r * r + c * c + s * s
+    number, t = math.cos(x) * math.sin(x) + 3 + math.sin(x) / 2, math.tan(abs(math.asin(abs(math.sin(x)))) / 2)
+    values = {"x t": t, "x k": math.copysign(1, math.cos(x)), "x m": math.copysign(1, math.sin(x))}
+    wanted = math.sin(x) / number / (2 + math.cos(x) / number) + 2 * math.cos(x) / number**2 + 1
+    (top,), (bottom,) = polynomials.cleared([[made], [kernel.term(1)]])
+
+    def at(p: Any) -> float:
+        return sum(float(a) * math.prod(values[y] for y in m) for m, a in p.items())
+
+    assert math.isclose(at(top) / at(bottom), wanted, rel_tol=1e-9)
+    assert not (top.names() | bottom.names()) - values.keys()
+
+
+def test_an_equation_of_a_reciprocal_is_used_and_no_other() -> None:
+    polynomials.Poly.signs, polynomials.Poly.divisors, polynomials.Poly.work = frozenset(), {}, 0
+    known: dict[Any, Any] = {}
+    d = kernel.term(2) + kernel.term(1, "y")
+    r = polynomials.reciprocal(d, known)
+    one = kernel.term(1)
+    assert not polynomials.cleared([[r * d - one]])[0][0]
+    for other in (r * d + one, r * r * d - one, r * kernel.term(2) - one, r - one):
+        assert polynomials.cleared([[other]])[0][0]
+    box = {"y": (Fraction(-1), Fraction(1))}
+    polynomials.above_zero([[d]], box, "")
+    with pytest.raises(ValueError, match="not positive semidefinite"):
+        polynomials.above_zero([[d]], {"y": (Fraction(-2), Fraction(1))}, "")
+    for low in ("-3/2", "-19999/10000"):  # y r = 1 - 2 r, and not any product of their ranges
+        contracted = [[kernel.term(1, "y") * r]]
+        size = abs(Fraction(low) / (2 + Fraction(low)))
+        cell = {"y": (Fraction(low), Fraction(1))}
+        polynomials.contracts(contracted, [[Fraction(1)]], size**2, cell, "")
+        with pytest.raises(ValueError, match="V may not fall"):
+            polynomials.contracts(contracted, [[Fraction(1)]], size**2 * Fraction(99, 100), cell, "")
+
+
+def test_the_sum_of_squares_of_a_sine_and_a_cosine_is_one() -> None:
+    polynomials.Poly.signs, polynomials.Poly.divisors, polynomials.Poly.work = frozenset(), {}, 0
+    known: dict[Any, Any] = {}
+    c, s = (polynomials.angle(name, kernel.term(1, "x"), known) for name in ("cos", "sin"))
+    other = polynomials.angle("cos", kernel.term(1, "y"), known)
+    assert not polynomials.cleared([[c * c + s * s - kernel.term(1)]])[0][0]
+    for wrong in (c * c - s * s - kernel.term(1), c * c + other * other - kernel.term(1), c - s, c - other):
+        assert polynomials.cleared([[wrong]])[0][0]
+
+
+def test_what_is_covered_is_one_quotient_and_no_box_of_functions() -> None:
+    assert covered.leaves(ARM["cover"][0]) <= 8
