@@ -247,8 +247,7 @@ def odrive_map(table: ForceMap, header: list[str]) -> tuple[str, tuple[Remark, .
     if table.levels:
         size = table.level(fine)
         how = "a level that changes sign with the direction: the map has none"
-        worst, rms = float(np.abs(size).max()), float(np.sqrt(np.mean(size**2)))
-        remarks.append(Remark(f"friction level on {table.coordinate}", "dropped", how, worst, rms, table.unit))
+        remarks.append(Remark.costing(f"friction level on {table.coordinate}", "dropped", how, size, table.unit))
     lines = [UserText(line) for line in (*header, *(r.text for r in remarks))]
     values = [f"{value:.9e}f" for value in entries]
     rows = [values[k : k + 6] for k in range(0, len(values), 6)]
@@ -257,8 +256,7 @@ def odrive_map(table: ForceMap, header: list[str]) -> tuple[str, tuple[Remark, .
 
 
 def _interpolation(table: ForceMap, how: str, errors: Array) -> Remark:
-    worst, rms = float(np.abs(errors).max()), float(np.sqrt(np.mean(errors**2)))
-    return Remark(f"map of {table.coordinate}", "nearest", how, worst, rms, table.unit)
+    return Remark.costing(f"map of {table.coordinate}", "nearest", how, errors, table.unit)
 
 
 def _sum(waves: tuple[Wave, ...], position: Array) -> Array:

@@ -214,7 +214,7 @@ def test_an_edited_robot_file_keeps_the_rest(tmp_path: Path) -> None:
     expected = text.partition("?>")[2].lstrip()
     expected = expected.replace(
         "<dynamics damping='0.1' friction='0.35' x:note='a > b'/>",
-        '<dynamics damping="0.35" friction="0.35" x:note="a &gt; b"/>',
+        """<dynamics damping="0.35" friction='0.35' x:note='a > b'/>""",
     )
     limit = next(
         line
