@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from codegen.app.as_json import AsJson, print_json, written
-from codegen.base.errors import BadInput, nearest_name
+from codegen.base.errors import BadInput, refuse_unknown
 from codegen.base.files import refuse_target
 from codegen.base.terminal import output
 
@@ -79,9 +79,7 @@ def _known(name: str, known: Mapping[str, object], argument: str, out: Path | No
     """The name; BadInput where it is none, or a page is asked for too."""
     if out is not None:
         raise BadInput("-o", f"a folder for the page, and `{name}` alone", "one of the two", code="CALL002")
-    if name not in known:
-        expected = "one of those that the command lists without it"
-        raise BadInput(argument, f"`{name}`", expected, nearest_name(name, known), code="CALL001")
+    refuse_unknown(name, known, argument, "", "one of those that the command lists without it", code="CALL001")
     return name
 
 

@@ -14,7 +14,7 @@ from math import isfinite, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen.base.errors import BadInput, nearest_name
+from codegen.base.errors import BadInput, refuse_unknown
 from codegen.base.text import render
 from codegen.base.user_text import UserText
 from codegen.effects import CATALOGUE
@@ -108,8 +108,7 @@ def force_map(spec: Spec, mechanism: Mechanism, on: str | None, gear: float = 1.
         expected = f"one of {', '.join(found)}: each has a map of its own"
         raise BadInput("--on", "no coordinate", expected, code="CALL001")
     name = next(iter(found)) if on is None else on
-    if name not in found:
-        raise BadInput("--on", f"`{name}`", f"one of {', '.join(found)}", nearest_name(name, found), code="CALL001")
+    refuse_unknown(name, found, "--on", "", code="CALL001")
     table = _map(name, found[name], mechanism, gear)
     if not (table.forces or table.levels):
         lost = next(r for r in table.remarks if r not in left_out)

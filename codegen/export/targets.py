@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-from codegen.base.errors import BadInput, nearest_name
+from codegen.base.errors import BadInput, refuse_unknown
 from codegen.export.arduino import arduino_library
 from codegen.export.controller import Controller
 from codegen.export.force_map import csv_map, force_map, odrive_map
@@ -178,6 +178,5 @@ def robot_file(spec: Spec) -> Path | None:
 
 def target_of(name: str) -> Target:
     """Raises BadInput for a name that is none."""
-    if name not in TARGETS:
-        raise BadInput("--to", f"`{name}`", f"one of {', '.join(TARGETS)}", nearest_name(name, TARGETS), code="CALL001")
+    refuse_unknown(name, TARGETS, "--to", "", code="CALL001")
     return TARGETS[name]

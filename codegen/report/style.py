@@ -60,7 +60,7 @@ def _drawn(
     size: tuple[float, float],
     kind: Literal["png", "svg"],
     dpi: int | None,
-    spaces: Mapping[str, float] | None,
+    spaces: Mapping[str, Any] | None,
     style: Mapping[str, Any],
 ) -> bytes:
     with matplotlib.rc_context():

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from lxml import etree
 
+from codegen.base.rotations import quaternion, roll_pitch_yaw
 from codegen.effects.declare import system_of
-from codegen.export.bodies import quaternion, roll_pitch_yaw
 from codegen.export.friction_fit import fit_friction
 from codegen.export.mechanism import SPEED, mechanism_of
 from codegen.export.mjcf import build_mjcf
