@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import fields, is_dataclass
@@ -12,6 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from codegen.base.files import named_path
+from codegen.base.shown import json_text
 from codegen.base.terminal import output
 
 AsJson = Annotated[bool, typer.Option("--json", help="print JSON")]
@@ -24,7 +24,7 @@ def written(what: str, help: str) -> Any:
 
 def print_json(content: object) -> None:
     """Print a result as JSON."""
-    output.print(json.dumps(plain(content), indent=1, ensure_ascii=False, allow_nan=False))
+    output.print(json_text(plain(content)), end="")
 
 
 def plain(value: object) -> Any:

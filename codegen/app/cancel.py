@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -12,11 +11,10 @@ from typing import Any
 from codegen.app.derived import Source, derived_from
 from codegen.base.border import verb
 from codegen.base.files import refuse_target, write_all
-from codegen.base.shown import Result
+from codegen.base.shown import Result, json_text
 from codegen.cancellation import Plan, RankFalls, Reach, Verdict, make_plan, reach
 from codegen.cancellation.leftover import Leftover, leftover
 from codegen.mechanics.sampling import POINTS
-from codegen.mechanics.system import System
 from codegen.simulate.hunting import Hunting, hunting
 from codegen.simulate.limit_cycle import LimitCycle
 from codegen.spec import Spec
@@ -63,16 +61,94 @@ class CancelReport(Result):
     @property
     def view(self) -> dict[str, Any]:
         """What the text template needs."""
-        words = cancellation_view(self.choice, self.reach, self.plan, self.left)
-        return {"spec": self.spec, "files": self.files, "refusal": self.refusal, "hunting": self.hunting, **words}
+        found, plan, left, system = self.reach, self.plan, self.left, self.reach.system
+        names = [c.name for c in system.contacts]
+        inputs = [w.name for w in system.inputs]
+        return {
+            "spec": self.spec,
+            "files": self.files,
+            "refusal": self.refusal,
+            "hunting": self.hunting,
+            "choice": self.choice,
+            "reach": found,
+            "system": system,
+            "plan": plan,
+            "left": left,
+            "points": POINTS,
+            "rows": _texts(found.input_matrix),
+            "all_perfect": all(v.kind == "perfect" for v in (*found.contacts, *found.coordinates)),
+            "chosen": [names[k] for k in plan.contacts] if plan else [],
+            "used": [inputs[k] for k in plan.pivots] if plan and plan.pivots is not None else [],
+            "gains": [(w, _sum(left.gains[i], names)) for i, w in enumerate(inputs)] if left else [],
+            "rest": [(x.name, _sum(left.force[i], names)) for i, x in enumerate(system.positions)] if left else [],
+        }
 
     @property
     def content(self) -> dict[str, Any]:
         """The JSON object (docs/cancellation.md)."""
-        content = cancellation_json(self.choice, self.reach, self.plan, self.left)
-        content["refused"] = str(self.refusal) if self.refusal is not None else None
-        content["hunting"] = hunting_json(self.hunting, self.reach.system) if self.hunting is not None else None
-        return content
+        found, reduction = self.reach, self.reach.reduction
+        return {
+            "format": "stiction-cancellation/1",
+            "input_matrix": _texts(found.input_matrix),
+            "rank": found.rank,
+            "exact": found.exact,
+            "weight": self.choice.weight,
+            "contacts": [_verdict(v) for v in found.contacts],
+            "coordinates": [_verdict(v) for v in found.coordinates],
+            "cancellable_together": found.together,
+            "note_2": {
+                "coordinates_without_input": list(reduction.undriven),
+                "contacts_lost": list(reduction.lost),
+                "coordinates": list(reduction.coordinates),
+                "contacts": list(reduction.contacts),
+                "input_matrix": _texts(reduction.input_matrix),
+                "distribution": _texts(reduction.distribution),
+            },
+            "law": None if self.plan is None or self.left is None else self._law(self.plan, self.left),
+            "refused": None if self.refusal is None else str(self.refusal),
+            "hunting": None if self.hunting is None else self._hunting(self.hunting),
+        }
+
+    def _law(self, plan: Plan, left: Leftover) -> dict[str, Any]:
+        found, system = self.reach, self.reach.system
+        return {
+            "method": self.choice.method,
+            "gain": float(self.choice.gain),
+            "damping": plan.damping,
+            "contacts": [system.contacts[k].name for k in plan.contacts],
+            "inputs_used": [w.name for k, w in enumerate(system.inputs) if plan.pivots is None or k in plan.pivots],
+            "rank_proven_in_envelope": plan.proven,
+            "condition": plan.condition if not plan.damping else None,
+            "at_centre": {v.name: r[0] for v, r in zip(found.variables, found.points.T, strict=True)},
+            "inputs_by_contacts": left.gains.tolist(),
+            "force_left_by_contacts": left.force.tolist(),
+            "contacts_whose_rest_may_push": list(left.pushing),
+        }
+
+    def _hunting(self, found: Hunting) -> dict[str, Any]:
+        positions = self.reach.system.positions
+
+        def cycle(one: LimitCycle | None) -> dict[str, Any] | None:
+            if one is None:
+                return None
+            bounded = math.isfinite(one.amplitude)
+            return {
+                "coordinate": positions[one.coordinate].name,
+                "amplitude": one.amplitude if bounded else None,
+                "period": one.period if bounded else None,
+            }
+
+        return {
+            "largest_gain_without": found.largest,
+            "delay": found.delay,
+            "duration": found.duration,
+            "from_rest_at": found.away.tolist(),
+            "pushed_with": found.push.tolist(),
+            "trials": [
+                {"gain": t.gain, "from_rest": cycle(t.from_rest), "from_push": cycle(t.from_push), "decided": t.decided}
+                for t in found.trials
+            ],
+        }
 
 
 @verb
@@ -111,99 +187,8 @@ def cancel(
     require_finite(spec, report.content, "the cancellation")
     if folder is None:
         return report
-    text = json.dumps(report.content, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-    write_all(Path(folder), {NUMBERS: text})
+    write_all(Path(folder), {NUMBERS: json_text(report.content)})
     return replace(report, files=(Path(folder) / NUMBERS,))
-
-
-def cancellation_view(
-    choice: CancellationChoice, found: Reach, plan: Plan | None, left: Leftover | None
-) -> dict[str, Any]:
-    """What ``stiction cancel`` prints."""
-    system = found.system
-    names = [c.name for c in system.contacts]
-    inputs = [w.name for w in system.inputs]
-    return {
-        "choice": choice,
-        "reach": found,
-        "system": system,
-        "plan": plan,
-        "left": left,
-        "points": POINTS,
-        "rows": [[str(e) for e in found.input_matrix.row(i)] for i in range(found.input_matrix.rows)],
-        "all_perfect": all(v.kind == "perfect" for v in (*found.contacts, *found.coordinates)),
-        "chosen": [names[k] for k in plan.contacts] if plan else [],
-        "used": [inputs[k] for k in plan.pivots] if plan and plan.pivots is not None else [],
-        "gains": [(w, _sum(left.gains[i], names)) for i, w in enumerate(inputs)] if left else [],
-        "rest": [(x.name, _sum(left.force[i], names)) for i, x in enumerate(system.positions)] if left else [],
-    }
-
-
-def cancellation_json(
-    choice: CancellationChoice, found: Reach, plan: Plan | None, left: Leftover | None
-) -> dict[str, Any]:
-    """What ``stiction cancel --json`` prints."""
-    system, reduction = found.system, found.reduction
-    content: dict[str, Any] = {
-        "format": "stiction-cancellation/1",
-        "input_matrix": _texts(found.input_matrix),
-        "rank": found.rank,
-        "exact": found.exact,
-        "weight": choice.weight,
-        "contacts": [_verdict(v) for v in found.contacts],
-        "coordinates": [_verdict(v) for v in found.coordinates],
-        "cancellable_together": found.together,
-        "note_2": {
-            "coordinates_without_input": list(reduction.undriven),
-            "contacts_lost": list(reduction.lost),
-            "coordinates": list(reduction.coordinates),
-            "contacts": list(reduction.contacts),
-            "input_matrix": _texts(reduction.input_matrix),
-            "distribution": _texts(reduction.distribution),
-        },
-        "law": None,
-    }
-    if plan is not None and left is not None:
-        content["law"] = {
-            "method": choice.method,
-            "gain": float(choice.gain),
-            "damping": plan.damping,
-            "contacts": [system.contacts[k].name for k in plan.contacts],
-            "inputs_used": [w.name for k, w in enumerate(system.inputs) if plan.pivots is None or k in plan.pivots],
-            "rank_proven_in_envelope": plan.proven,
-            "condition": plan.condition if not plan.damping else None,
-            "at_centre": {v.name: r[0] for v, r in zip(found.variables, found.points.T, strict=True)},
-            "inputs_by_contacts": left.gains.tolist(),
-            "force_left_by_contacts": left.force.tolist(),
-            "contacts_whose_rest_may_push": list(left.pushing),
-        }
-    return content
-
-
-def hunting_json(found: Hunting, system: System) -> dict[str, Any]:
-    """The part of it about limit cycles."""
-
-    def cycle(one: LimitCycle | None) -> dict[str, Any] | None:
-        if one is None:
-            return None
-        bounded = math.isfinite(one.amplitude)
-        return {
-            "coordinate": system.positions[one.coordinate].name,
-            "amplitude": one.amplitude if bounded else None,
-            "period": one.period if bounded else None,
-        }
-
-    return {
-        "largest_gain_without": found.largest,
-        "delay": found.delay,
-        "duration": found.duration,
-        "from_rest_at": found.away.tolist(),
-        "pushed_with": found.push.tolist(),
-        "trials": [
-            {"gain": t.gain, "from_rest": cycle(t.from_rest), "from_push": cycle(t.from_push), "decided": t.decided}
-            for t in found.trials
-        ],
-    }
 
 
 def _verdict(v: Verdict) -> dict[str, Any]:

@@ -127,10 +127,7 @@ def derive(
 @app.command()
 def certify(
     spec: SpecPath,
-    out: Annotated[
-        Path | None,
-        written("FILE", "write certificate.json alone here"),
-    ] = None,
+    out: Annotated[Path | None, written("FILE", "write certificate.json alone here")] = None,
     as_json: AsJson = False,
 ) -> None:
     """Certify the sampled observer over the envelope, or say why not, with a counterexample and what would be."""
@@ -183,10 +180,7 @@ def verify(
 @app.command()
 def generate(
     specs: Annotated[list[Path], typer.Argument(metavar="SPEC...", help="spec files")],
-    out: Annotated[
-        Path | None,
-        written("DIR", "folder; generated/NAME by default"),
-    ] = None,
+    out: Annotated[Path | None, written("DIR", "folder; generated/NAME by default")] = None,
     check_only: Annotated[
         bool, typer.Option("--check", help="write nothing; fail if the files are not current")
     ] = False,
@@ -242,10 +236,7 @@ def generate(
 @app.command()
 def gains(
     spec: SpecPath,
-    out: Annotated[
-        Path | None,
-        written("DIR", "folder for gains.json, gains.png, spec.yaml"),
-    ] = None,
+    out: Annotated[Path | None, written("DIR", "folder for gains.json, gains.png, spec.yaml")] = None,
     over: Annotated[
         tuple[str, str] | None,
         typer.Option("--over", metavar="NAME NAME", help="axes of the map; h is the sample time"),

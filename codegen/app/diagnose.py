@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -13,7 +12,7 @@ from codegen.base.border import verb
 from codegen.base.errors import BadInput, Place
 from codegen.base.files import refuse_foreign, refuse_target, write_all
 from codegen.base.input_files import identity, read_text
-from codegen.base.shown import Result
+from codegen.base.shown import Result, json_text
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.results import MATERIAL, CertificateChange, Diagnosis
 from codegen.logs import Allowance, read_logs
@@ -129,7 +128,7 @@ def diagnose(
         files[name] = read_text(spec.path.parent / name, "a robot description (URDF)", LARGEST_URDF)
     if models.excitation is not None:
         files["excitation.csv"] = models.excitation
-    files["diagnosis.json"] = json.dumps(diagnosis.as_json(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    files["diagnosis.json"] = json_text(diagnosis.as_json())
     files["report.html"] = render_report(spec, diagnosis, models, {name: name for name in files})
     write_all(folder, files, ("diagnosis.json", "manifest.json"))
     notes = {"train": train.notes} | ({} if held_out is None else {"test": held_out.notes})

@@ -17,7 +17,6 @@ from codegen.base.input_files import LARGEST_GENERATED, is_there, read_text
 from codegen.base.shown import Result
 from codegen.base.user_text import file_text
 from codegen.base.version import VERSION
-from codegen.certify.outcome import Certificate
 from codegen.export.controller import Controller
 from codegen.export.remarks import Remark
 from codegen.export.targets import TARGETS, Choices, robot_file, target_of
@@ -126,11 +125,7 @@ class _Exportable:
         if cancelling and machine.spec.cancellation is None:
             machine = machine.with_spec(replace(machine.spec, cancellation=CancellationChoice()))
         machine = machine.with_overrides(Overrides(precision=precision))
-        outcome = machine.outcome
-        if isinstance(outcome, Certificate):
-            claim = f"Certified rate {outcome.decay_rate:.6g} 1/s over the envelope, by `stiction certify`."
-            return Controller(machine.program, machine.sources, claim, True)
-        return Controller(machine.program, machine.sources, outcome.reason, False)
+        return Controller(machine.program, machine.sources, lambda: machine.outcome)
 
 
 def _header(spec: Spec, to: str) -> list[str]:

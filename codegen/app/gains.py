@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import cmath
-import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -22,7 +21,7 @@ from codegen.analysis.feasibility.suggest import GAIN_FACTOR, NOISE_SHARE
 from codegen.app.derived import Source, derived_from
 from codegen.base.border import verb
 from codegen.base.files import refuse_foreign, refuse_target, write_all
-from codegen.base.shown import Result
+from codegen.base.shown import Result, json_text
 from codegen.spec.numerics import require_finite
 
 MAP, NUMBERS, SPEC = "gains.png", "gains.json", "spec.yaml"
@@ -82,7 +81,7 @@ def gains(source: Source, folder: str | Path | None = None, over: Sequence[str] 
     from codegen.report.gain_map import gain_map_png  # matplotlib costs a second that the text need not pay
 
     files: dict[str, str | bytes] = {
-        NUMBERS: json.dumps(gains_json(report), indent=1, ensure_ascii=False, allow_nan=False) + "\n",
+        NUMBERS: json_text(gains_json(report)),
         MAP: gain_map_png(report),
     }
     if report.suggestion is not None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from codegen.base.errors import BadInput, nearest_name
+from codegen.base.errors import refuse_unknown
 from codegen.emit import ALWAYS, PRINTERS
 from codegen.program.model import FAULTS, PRECISIONS
 from codegen.spec import Spec
@@ -31,17 +31,12 @@ class Overrides:
             BadInput: for a precision, a fault policy or a target that there is not.
         """
         for option, value, known in (("--precision", self.precision, PRECISIONS), ("--fault", self.fault, FAULTS)):
-            if value is not None and value not in known:
-                raise BadInput(option, f"`{value}`", " or ".join(known), nearest_name(value, known), code="CALL001")
+            if value is not None:
+                refuse_unknown(value, known, option, "", " or ".join(known), code="CALL001")
+        targets = (*PRINTERS, "all")
+        expected = f"one of {', '.join(targets)}, or fmu alone"
         for target in self.targets:
-            if target not in (*PRINTERS, "all"):
-                raise BadInput(
-                    "--target",
-                    f"`{target}`",
-                    f"one of {', '.join((*PRINTERS, 'all'))}, or fmu alone",
-                    nearest_name(target, PRINTERS),
-                    code="CALL001",
-                )
+            refuse_unknown(target, targets, "--target", "", expected, code="CALL001")
         return replace(spec, code=CodeChoice(self.precision or spec.code.precision, self.fault or spec.code.fault))
 
     @property

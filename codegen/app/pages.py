@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from codegen.app.as_json import AsJson, print_json, written
-from codegen.base.errors import BadInput, nearest_name
+from codegen.base.errors import BadInput, refuse_unknown
 from codegen.base.files import refuse_target
 from codegen.base.terminal import output
 
@@ -19,65 +19,38 @@ pages = typer.Typer()
 @pages.command()
 def laws(
     name: Annotated[str | None, typer.Argument(metavar="LAW", help="this one alone, in full")] = None,
-    out: Annotated[
-        Path | None,
-        written("DIR", "write laws.md and its pictures here"),
-    ] = None,
+    out: Annotated[Path | None, written("DIR", "write laws.md and its pictures here")] = None,
     as_json: AsJson = False,
 ) -> None:
     """List the friction laws, show one in full, or write their page with a picture of each."""
-    from codegen.base.text import render
     from codegen.friction import ALSO_CALLED, LAWS
     from codegen.report.laws import law_groups, law_view, write_laws
 
     if name is not None:
-        law = LAWS[_known(ALSO_CALLED.get(name, name), LAWS, "LAW", out)]
-        if as_json:
-            print_json({"format": "stiction-laws/1", "laws": [law_view(law)]})
-        else:
-            output.print(render("text/law.txt.j2", law=law_view(law)), end="")
+        view = law_view(LAWS[_known(ALSO_CALLED.get(name, name), LAWS, "LAW", out)])
+        _print({"format": "stiction-laws/1", "laws": [view]}, "law", {"law": view}, as_json)
         return
-    _refuse_page(out, "laws")
-    written = None if out is None else write_laws(out)
-    if as_json:
-        print_json({"format": "stiction-laws/1", "groups": law_groups()})
-    elif written is not None:
-        output.print(str(written))
-    else:
-        output.print(render("text/laws.txt.j2", groups=law_groups()), end="")
+    written = _page(out, "laws", write_laws)
+    _print({"format": "stiction-laws/1", "groups": law_groups()}, "laws", {"groups": law_groups()}, as_json, written)
 
 
 @pages.command()
 def effects(
     name: Annotated[str | None, typer.Argument(metavar="KIND", help="this one alone, in full")] = None,
-    out: Annotated[
-        Path | None,
-        written("DIR", "write effects.md and its pictures here"),
-    ] = None,
+    out: Annotated[Path | None, written("DIR", "write effects.md and its pictures here")] = None,
     as_json: AsJson = False,
 ) -> None:
     """List the effects that a model may lack, show one in full, or write their page with a picture of each."""
-    from codegen.base.text import render
     from codegen.effects import CATALOGUE
     from codegen.report.effects import effect_view, effect_views, write_effects
 
     if name is not None:
         view = effect_view(CATALOGUE[_known(name, CATALOGUE, "KIND", out)])
-        if as_json:
-            shown = {key: value for key, value in view.items() if key != "known"}
-            print_json({"format": "stiction-effects/1", "effects": [shown]})
-        else:
-            output.print(render("text/effect.txt.j2", e=view), end="")
+        _print({"format": "stiction-effects/1", "effects": [view]}, "effect", {"e": view}, as_json)
         return
-    _refuse_page(out, "effects")
-    written = None if out is None else write_effects(out)
-    if as_json:
-        views = [{key: value for key, value in view.items() if key != "known"} for view in effect_views()]
-        print_json({"format": "stiction-effects/1", "effects": views})
-    elif written is not None:
-        output.print(str(written))
-    else:
-        output.print(render("text/effects.txt.j2", effects=effect_views()), end="")
+    written = _page(out, "effects", write_effects)
+    views = effect_views()
+    _print({"format": "stiction-effects/1", "effects": views}, "effects", {"effects": views}, as_json, written)
 
 
 @pages.command()
@@ -97,28 +70,44 @@ def errors(
         codes = {asked: CODES[asked]}
     if out is not None:
         write_all(out, {"errors.md": render("text/errors.md.j2", codes=CODES)})
-    if as_json:
-        rows = [{"code": code, "meaning": meaning, "advice": advice} for code, (meaning, advice) in codes.items()]
-        print_json({"format": "stiction-error-codes/1", "codes": rows})
-    else:
-        output.print(render("text/errors.txt.j2", codes=codes) if out is None else f"{out / 'errors.md'}\n", end="")
+    rows = [{"code": code, "meaning": meaning, "advice": advice} for code, (meaning, advice) in codes.items()]
+    written = None if out is None else out / "errors.md"
+    _print({"format": "stiction-error-codes/1", "codes": rows}, "errors", {"codes": codes}, as_json, written)
 
 
 def _known(name: str, known: Mapping[str, object], argument: str, out: Path | None) -> str:
     """The name; BadInput where it is none, or a page is asked for too."""
     if out is not None:
         raise BadInput("-o", f"a folder for the page, and `{name}` alone", "one of the two", code="CALL002")
-    if name not in known:
-        expected = "one of those that the command lists without it"
-        raise BadInput(argument, f"`{name}`", expected, nearest_name(name, known), code="CALL001")
+    refuse_unknown(name, known, argument, "", "one of those that the command lists without it", code="CALL001")
     return name
 
 
-def _refuse_page(out: Path | None, name: str) -> None:
-    """Refuse a folder that cannot hold a page and its pictures before those are drawn."""
-    if out is not None:
-        refuse_target(out / f"{name}.md")
-        refuse_target(out / name / "_.svg")
+def _page(out: Path | None, name: str, write: Callable[[Path], Path]) -> Path | None:
+    """Write a page and its pictures, where a folder is given; one that cannot hold them is refused before they are
+    drawn.
+    """
+    if out is None:
+        return None
+    refuse_target(out / f"{name}.md")
+    refuse_target(out / name / "_.svg")
+    return write(out)
+
+
+def _print(
+    content: Mapping[str, object],
+    template: str,
+    view: Mapping[str, object],
+    as_json: bool,
+    page: Path | None = None,
+) -> None:
+    """Print JSON, or the path of the page that was written, or else a text."""
+    from codegen.base.text import render
+
+    if as_json:
+        print_json(content)
+    else:
+        output.print(render(f"text/{template}.txt.j2", **view) if page is None else f"{page}\n", end="")
 
 
 @pages.command()

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from codegen.app.derived import Source, derived_from
 from codegen.base.border import verb
-from codegen.base.errors import BadInput, nearest_name
+from codegen.base.errors import BadInput, refuse_unknown
 from codegen.base.files import refuse_target
 from codegen.simulate.closed_loop import simulate as simulate_plant
 from codegen.simulate.observed_loop import METHODS
@@ -34,11 +34,9 @@ def simulate(
         BadInput: for a bad spec or one without ``simulation:``, another method or plant, a MuJoCo that
             is not installed or cannot hold the machine, or a file that is not to be written.
     """
-    chosen = next((known for known in METHODS if known == method), None)
-    if chosen is None:
-        raise BadInput("--method", f"`{method}`", " or ".join(METHODS), nearest_name(method, METHODS), code="CALL001")
-    if plant not in PLANTS:
-        raise BadInput("--plant", f"`{plant}`", " or ".join(PLANTS), nearest_name(plant, PLANTS), code="CALL001")
+    refuse_unknown(method, METHODS, "--method", "", " or ".join(METHODS), code="CALL001")
+    refuse_unknown(plant, PLANTS, "--plant", "", " or ".join(PLANTS), code="CALL001")
+    chosen = next(known for known in METHODS if known == method)
     if plant != PLANTS[0] and chosen != METHODS[0]:
         found = f"`{chosen}` with --plant {plant}"
         raise BadInput("--method", found, f"`{METHODS[0]}`, or no --plant", code="CALL002")

@@ -153,14 +153,14 @@ def refuse_unknown(
 
     Args:
         place: file and line of the name.
-        what: it is, such as ``unknown contact``; the name follows.
+        what: it is, such as ``unknown contact``; the name follows. "" for the name alone.
         expected: one of the known names by default.
         code: as of BadInput.
     """
     names = list(known)
     if name not in names:
         expected = expected or f"one of {', '.join(names)}"
-        raise BadInput(place, f"{what} `{name}`", expected, nearest_name(name, names), code=code)
+        raise BadInput(place, f"{what} `{name}`".lstrip(), expected, nearest_name(name, names), code=code)
 
 
 def nearest_name(word: str, known: Iterable[str]) -> str | None:

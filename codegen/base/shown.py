@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Any, ClassVar
@@ -50,6 +51,11 @@ class Result(Shown):
         from codegen.base.text import render
 
         return render(f"text/{self.template}.txt.j2", **self.view, **options)
+
+
+def json_text(content: object) -> str:
+    """A JSON object as a file holds it."""
+    return json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def _texts(shown: Shown) -> list[tuple[str, str]]:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import atan2, pi, sqrt
-from typing import Any
+from math import sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
+from codegen.base.rotations import quaternion, roll_pitch_yaw
 from codegen.export.mechanism import Mechanism
 from codegen.export.numbers import number, numbers
 
@@ -138,32 +138,3 @@ def _plain(index: int, name: str, turns: bool, inertia: float) -> Link:
     mass, size = (1.0, inertia) if turns else (inertia, 1.0)
     offset = np.array([0.0, round(APART * index, 1), 0.0])
     return Link(name, -1, turns, offset, np.eye(3), axis, mass, np.zeros(3), size * np.eye(3))
-
-
-def roll_pitch_yaw(r: Any) -> list[float]:
-    """Angles of a rotation matrix; with a pitch of a quarter turn the roll is zero."""
-    pitch = atan2(-r[2, 0], sqrt(r[0, 0] ** 2 + r[1, 0] ** 2))
-    if abs(abs(pitch) - pi / 2) < 1e-9:
-        return [0.0, float(pitch), float(atan2(-r[0, 1], r[1, 1]))]
-    return [float(atan2(r[2, 1], r[2, 2])), float(pitch), float(atan2(r[1, 0], r[0, 0]))]
-
-
-def quaternion(rotation: Any) -> list[float]:
-    """(w, x, y, z) of a rotation matrix, by its largest component."""
-    r = rotation
-    squares = [
-        1 + r[0, 0] + r[1, 1] + r[2, 2],
-        1 + r[0, 0] - r[1, 1] - r[2, 2],
-        1 - r[0, 0] + r[1, 1] - r[2, 2],
-        1 - r[0, 0] - r[1, 1] + r[2, 2],
-    ]
-    largest = int(np.argmax(squares))
-    products = np.array(
-        [
-            [squares[0], r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]],
-            [r[2, 1] - r[1, 2], squares[1], r[1, 0] + r[0, 1], r[0, 2] + r[2, 0]],
-            [r[0, 2] - r[2, 0], r[1, 0] + r[0, 1], squares[2], r[2, 1] + r[1, 2]],
-            [r[1, 0] - r[0, 1], r[0, 2] + r[2, 0], r[2, 1] + r[1, 2], squares[3]],
-        ]
-    )
-    return [float(q) for q in products[largest] / (2 * sqrt(squares[largest]))]

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+from codegen.certify.outcome import Certificate, Refusal
 from codegen.program import Program
 
 
@@ -14,14 +15,24 @@ class Controller:
 
     Attributes:
         sources: file → text of the C and of the Python twin.
-        claim: of the certificate, or why there is none.
-        certified: whether there is one.
+        prove: gives the certificate, or why there is none; a target that cannot hold the observer does not ask.
     """
 
     program: Program
     sources: Mapping[str, str]
-    claim: str
-    certified: bool
+    prove: Callable[[], Certificate | Refusal]
+
+    @property
+    def certified(self) -> bool:
+        return isinstance(self.prove(), Certificate)
+
+    @property
+    def claim(self) -> str:
+        """Of the certificate, or why there is none."""
+        outcome = self.prove()
+        if isinstance(outcome, Refusal):
+            return outcome.reason
+        return f"Certified rate {outcome.decay_rate:.6g} 1/s over the envelope, by `stiction certify`."
 
     @property
     def period(self) -> float:

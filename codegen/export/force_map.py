@@ -14,7 +14,7 @@ from math import isfinite, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen.base.errors import BadInput, nearest_name
+from codegen.base.errors import BadInput, refuse_unknown
 from codegen.base.text import render
 from codegen.base.user_text import UserText
 from codegen.effects import CATALOGUE
@@ -108,8 +108,7 @@ def force_map(spec: Spec, mechanism: Mechanism, on: str | None, gear: float = 1.
         expected = f"one of {', '.join(found)}: each has a map of its own"
         raise BadInput("--on", "no coordinate", expected, code="CALL001")
     name = next(iter(found)) if on is None else on
-    if name not in found:
-        raise BadInput("--on", f"`{name}`", f"one of {', '.join(found)}", nearest_name(name, found), code="CALL001")
+    refuse_unknown(name, found, "--on", "", code="CALL001")
     table = _map(name, found[name], mechanism, gear)
     if not (table.forces or table.levels):
         lost = next(r for r in table.remarks if r not in left_out)
@@ -247,8 +246,7 @@ def odrive_map(table: ForceMap, header: list[str]) -> tuple[str, tuple[Remark, .
     if table.levels:
         size = table.level(fine)
         how = "a level that changes sign with the direction: the map has none"
-        worst, rms = float(np.abs(size).max()), float(np.sqrt(np.mean(size**2)))
-        remarks.append(Remark(f"friction level on {table.coordinate}", "dropped", how, worst, rms, table.unit))
+        remarks.append(Remark.costing(f"friction level on {table.coordinate}", "dropped", how, size, table.unit))
     lines = [UserText(line) for line in (*header, *(r.text for r in remarks))]
     values = [f"{value:.9e}f" for value in entries]
     rows = [values[k : k + 6] for k in range(0, len(values), 6)]
@@ -257,8 +255,7 @@ def odrive_map(table: ForceMap, header: list[str]) -> tuple[str, tuple[Remark, .
 
 
 def _interpolation(table: ForceMap, how: str, errors: Array) -> Remark:
-    worst, rms = float(np.abs(errors).max()), float(np.sqrt(np.mean(errors**2)))
-    return Remark(f"map of {table.coordinate}", "nearest", how, worst, rms, table.unit)
+    return Remark.costing(f"map of {table.coordinate}", "nearest", how, errors, table.unit)
 
 
 def _sum(waves: tuple[Wave, ...], position: Array) -> Array:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
 import sympy
 
 from codegen.export.friction_fit import fit_friction
@@ -179,5 +178,4 @@ class _Reduction:
 
     def _drop(self, where: str, how: str, force: sympy.Expr, direction: Direction) -> None:
         values, how = self.region.sampled(force, direction), how + self._assumed(force, direction)
-        worst, rms = float(np.abs(values).max()), float(np.sqrt(np.mean(values**2)))
-        self.remarks.append(Remark(where, "dropped", how, worst, rms, unit_along(self.system, direction)))
+        self.remarks.append(Remark.costing(where, "dropped", how, values, unit_along(self.system, direction)))

@@ -38,13 +38,11 @@ def _take(leftover: Leftover, lines: dict[Direction, Line], system: System, regi
     unit = unit_along(system, leftover.direction)
     over = over_assumed(region, {s for s in leftover.force.free_symbols if isinstance(s, sympy.Symbol)})
     kept = f"its mean over the envelope, {mean:.4g} {unit}, is held" if mean else "nothing is near"
-    error = finite - mean
-    return Remark(
+    return Remark.costing(
         leftover.where,
         "nearest" if mean else "dropped",
         f"{_shown(leftover.force)} along {combination(leftover.direction, system)} is no element here; {kept}{over}",
-        float(np.abs(error).max(initial=0.0)),
-        float(np.sqrt(np.mean(error**2))),
+        finite - mean,
         unit,
     )
 

@@ -252,10 +252,8 @@ class _Writer:
         return period / min(substeps, MOST_SUBSTEPS)
 
     def _says(self, where: str, held: Any, how: str, errors: Any = None, unit: str = "") -> None:
-        worst, rms = (
-            (None, None) if errors is None else (float(np.abs(errors).max()), float(np.sqrt(np.mean(errors**2))))
-        )
-        self.remarks.append(Remark(where, held, how, worst, rms, unit))
+        plain = errors is None
+        self.remarks.append(Remark(where, held, how) if plain else Remark.costing(where, held, how, errors, unit))
 
     def _tendon(self, direction: Direction) -> str:
         return self.tendons.setdefault(direction, {"name": f"along{len(self.tendons) + 1}"})["name"]

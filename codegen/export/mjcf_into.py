@@ -15,7 +15,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from xml.parsers import expat
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
@@ -26,7 +25,7 @@ from codegen.export.mechanism import Mechanism
 from codegen.export.mjcf import Parts, parts_for
 from codegen.export.numbers import number
 from codegen.export.remarks import Remark
-from codegen.export.urdf import end_of_tag
+from codegen.export.urdf import end_of_tag, with_attributes
 from codegen.spec.mjcf import EXPECTED, compiled
 from codegen.spec.model import Spec
 from codegen.spec.robot_file import LARGEST
@@ -165,7 +164,7 @@ def _edited(content: bytes, changes: Mapping[str, Mapping[str, str]], path: Path
             raise BadInput(str(path), f'the joint "{label}" is not written there', expected, code="SPEC031")
     for label, (start, end) in sorted(found.items(), key=lambda item: -item[1][0]):
         tag = content[start:end].decode("utf-8")
-        content = content[:start] + _with_attributes(tag, changes[label]).encode() + content[end:]
+        content = content[:start] + with_attributes(tag, changes[label]).encode() + content[end:]
     return content.decode("utf-8")
 
 
@@ -198,20 +197,6 @@ def _tags(content: bytes, labels: set[str], path: Path) -> dict[str, tuple[int, 
     except expat.ExpatError as error:
         raise BadInput(str(path), str(error), EXPECTED, code="SPEC030") from None
     return found
-
-
-def _with_attributes(tag: str, values: Mapping[str, str]) -> str:
-    """A start tag with other values of some attributes; the rest of it stays as it is written."""
-    for name, value in values.items():
-        written = quoteattr(value)
-        there = re.search(rf"\s{name}\s*=\s*(\"[^\"]*\"|'[^']*')", tag)
-        if there is not None:
-            tag = tag[: there.start(1)] + written + tag[there.end(1) :]
-            continue
-        end = len(tag) - (2 if tag.endswith("/>") else 1)
-        body = tag[:end].rstrip()
-        tag = f"{body} {name}={written}{tag[len(body) :]}"
-    return tag
 
 
 def _with_parts(text: str, parts: Parts, lines: list[str], path: Path) -> str:

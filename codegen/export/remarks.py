@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
 Held = Literal["exact", "nearest", "dropped"]
 CORNER = ", with a sharp corner in place of a rounded one"
 
@@ -27,6 +30,12 @@ class Remark:
     worst: float | None = None
     rms: float | None = None
     unit: str = ""
+
+    @classmethod
+    def costing(cls, where: str, held: Held, how: str, errors: NDArray[np.float64], unit: str) -> Remark:
+        """With the largest and the RMS of the force errors at sampled points."""
+        rms = float(np.sqrt(np.mean(errors**2)))
+        return cls(where, held, how, float(np.abs(errors).max(initial=0.0)), rms, unit)
 
     @property
     def text(self) -> str:

@@ -57,8 +57,8 @@ class LongReal(Language):
         return f"LREAL#{sign}{number}{power}"
 
 
-def structured_text(controller: Controller, header: list[str]) -> str:
-    """NAME.st: a function block with the inputs and outputs of the observer, called once a sample.
+def structured_text(controller: Controller, header: list[str]) -> dict[str, str]:
+    """The text of NAME.st, as "": a function block with the observer's inputs and outputs, called once a sample.
 
     Raises:
         BadInput: for a machine with numbered families (arrays), a law with tanh, or names that Structured Text, which
@@ -86,7 +86,7 @@ def structured_text(controller: Controller, header: list[str]) -> str:
         "locals": [*_locals_of(code.rolled, text), "check", "given"],
     }
     _refuse_names([program.name, "fault", *MODES, *own.values(), *(name for group in names.values() for name in group)])
-    return render(
+    block = render(
         "export/structured_text.st.j2",
         program=program,
         header=header,
@@ -101,6 +101,7 @@ def structured_text(controller: Controller, header: list[str]) -> str:
         names=names,
         own=own,
     )
+    return {"": block}
 
 
 def _locals_of(rolled: Rolled, text: Writer) -> list[str]:

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-from codegen.base.errors import BadInput, nearest_name
+from codegen.base.errors import BadInput, refuse_unknown
 from codegen.export.arduino import arduino_library
 from codegen.export.controller import Controller
 from codegen.export.force_map import csv_map, force_map, odrive_map
-from codegen.export.mechanism import mechanism_of
+from codegen.export.mechanism import Mechanism, mechanism_of
 from codegen.export.mjcf import build_mjcf
 from codegen.export.mjcf_into import mjcf_into
 from codegen.export.remarks import Remark
@@ -71,6 +71,9 @@ class Exported:
     remarks: tuple[Remark, ...]
 
 
+Write = Callable[[Exportable, Choices], Exported]
+
+
 @dataclass(frozen=True)
 class Target:
     """A format.
@@ -82,10 +85,30 @@ class Target:
         is_map: of a coordinate, over a turn, so that it takes a gear.
     """
 
-    write: Callable[[Exportable, Choices], Exported]
+    write: Write
     endings: tuple[str, ...]
     what: str
     is_map: bool = False
+
+
+def _of_mechanism(text_of: Callable[[Spec, Mechanism, list[str]], tuple[str, tuple[Remark, ...]]]) -> Write:
+    """A file of bodies, joints and what acts on them."""
+
+    def write(machine: Exportable, choices: Choices) -> Exported:
+        text, remarks = text_of(machine.spec, mechanism_of(machine.spec, machine.system), choices.header)
+        return Exported({"": text}, remarks)
+
+    return write
+
+
+def _of_code(files_of: Callable[[Controller, list[str]], Mapping[str, str]], precision: str) -> Write:
+    """The generated observer in another dress."""
+
+    def write(machine: Exportable, choices: Choices) -> Exported:
+        controller = machine.controller(precision)
+        return Exported(files_of(controller, choices.header), (_certified(controller),))
+
+    return write
 
 
 def _mjcf(machine: Exportable, choices: Choices) -> Exported:
@@ -95,21 +118,6 @@ def _mjcf(machine: Exportable, choices: Choices) -> Exported:
         return Exported({"": text}, remarks)
     model = build_mjcf(machine.spec, mechanism_of(machine.spec, machine.system), choices.header)
     return Exported({"": model.text}, model.remarks)
-
-
-def _urdf(machine: Exportable, choices: Choices) -> Exported:
-    text, remarks = urdf_text(machine.spec, mechanism_of(machine.spec, machine.system), choices.header)
-    return Exported({"": text}, remarks)
-
-
-def _sdf(machine: Exportable, choices: Choices) -> Exported:
-    text, remarks = sdf_text(machine.spec, mechanism_of(machine.spec, machine.system), choices.header)
-    return Exported({"": text}, remarks)
-
-
-def _usd(machine: Exportable, choices: Choices) -> Exported:
-    text, remarks = usd_text(machine.spec, mechanism_of(machine.spec, machine.system), choices.header)
-    return Exported({"": text}, remarks)
 
 
 def _csv_map(machine: Exportable, choices: Choices) -> Exported:
@@ -129,26 +137,11 @@ def _odrive(machine: Exportable, choices: Choices) -> Exported:
     return Exported({"": text}, remarks)
 
 
-def _arduino(machine: Exportable, choices: Choices) -> Exported:
-    controller = machine.controller("single")
-    return Exported(arduino_library(controller, choices.header), (_certified(controller),))
-
-
-def _simulink(machine: Exportable, choices: Choices) -> Exported:
-    controller = machine.controller("double")
-    return Exported(simulink_block(controller, choices.header), (_certified(controller),))
-
-
 def _ros2_control(machine: Exportable, choices: Choices) -> Exported:
     controller = machine.controller("double", cancelling=True)
     tree = machine.spec.form
     labels = {body.joint: body.label for body in tree.bodies} if isinstance(tree, KinematicTree) else {}
     return Exported(ros2_package(controller, machine.system, choices.header, labels), (_certified(controller),))
-
-
-def _structured_text(machine: Exportable, choices: Choices) -> Exported:
-    controller = machine.controller("double")
-    return Exported({"": structured_text(controller, choices.header)}, (_certified(controller),))
 
 
 def _certified(controller: Controller) -> Remark:
@@ -158,15 +151,23 @@ def _certified(controller: Controller) -> Remark:
 
 TARGETS: dict[str, Target] = {
     "mjcf": Target(_mjcf, (".xml", ".mjcf"), "a model of MuJoCo"),
-    "urdf": Target(_urdf, (".urdf", ".xml"), "a robot file; that of the spec with other friction, where it names one"),
-    "sdf": Target(_sdf, (".sdf", ".xml"), "a model of Gazebo"),
-    "usd": Target(_usd, (".usda",), "a scene of Isaac Sim, Isaac Lab and Newton"),
+    "urdf": Target(
+        _of_mechanism(urdf_text),
+        (".urdf", ".xml"),
+        "a robot file; that of the spec with other friction, where it names one",
+    ),
+    "sdf": Target(_of_mechanism(sdf_text), (".sdf", ".xml"), "a model of Gazebo"),
+    "usd": Target(_of_mechanism(usd_text), (".usda",), "a scene of Isaac Sim, Isaac Lab and Newton"),
     "csv-map": Target(_csv_map, (".csv",), "forces that repeat with the position, a row a count of a turn", True),
     "odrive": Target(_odrive, (".h",), "the cogging map of ODrive's firmware", True),
-    "arduino": Target(_arduino, (), "the observer in single precision, a library of Arduino and PlatformIO"),
+    "arduino": Target(
+        _of_code(arduino_library, "single"), (), "the observer in single precision, a library of Arduino and PlatformIO"
+    ),
     "ros2_control": Target(_ros2_control, (), "a package with a chainable controller that compensates friction"),
-    "structured-text": Target(_structured_text, (".st", ".scl"), "the observer as a function block of a PLC"),
-    "simulink": Target(_simulink, (), "the observer as a C MEX S-function"),
+    "structured-text": Target(
+        _of_code(structured_text, "double"), (".st", ".scl"), "the observer as a function block of a PLC"
+    ),
+    "simulink": Target(_of_code(simulink_block, "double"), (), "the observer as a C MEX S-function"),
 }
 
 
@@ -177,6 +178,5 @@ def robot_file(spec: Spec) -> Path | None:
 
 def target_of(name: str) -> Target:
     """Raises BadInput for a name that is none."""
-    if name not in TARGETS:
-        raise BadInput("--to", f"`{name}`", f"one of {', '.join(TARGETS)}", nearest_name(name, TARGETS), code="CALL001")
+    refuse_unknown(name, TARGETS, "--to", "", code="CALL001")
     return TARGETS[name]

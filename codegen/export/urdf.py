@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -85,24 +86,18 @@ class _Editing:
             self._joint, self._has_dynamics = self._joints.get(attributes.get("name", "")), False
         elif self._open == ["robot", "joint", "dynamics"] and self._joint is not None:
             self._has_dynamics = True
-            self._set(tag, attributes, {"damping": self._joint.damping, "friction": self._joint.friction})
+            self._set(attributes, {"damping": self._joint.damping, "friction": self._joint.friction})
         elif self._open == ["robot", "joint", "limit"] and self._joint is not None and self._joint.effort is not None:
-            self._set(tag, attributes, {"effort": self._joint.effort})
+            self._set(attributes, {"effort": self._joint.effort})
 
-    def _set(self, tag: str, attributes: dict[str, str], values: dict[str, float]) -> None:
-        """A tag's attributes anew; those of the same value keep their text."""
-        new = dict(attributes)
-        for name, value in values.items():
-            if name not in new and value == 0:
-                continue
-            if not _is(new.get(name, ""), value):
-                new[name] = number(value)
-        if new != attributes:
+    def _set(self, attributes: dict[str, str], values: dict[str, float]) -> None:
+        """Another text for those attributes of the tag that have another value."""
+        there = {name: value for name, value in values.items() if name in attributes or value != 0}
+        new = {name: number(value) for name, value in there.items() if not _is(attributes.get(name, ""), value)}
+        if new:
             start = self._parser.CurrentByteIndex
             end = end_of_tag(self._content, start)
-            closed = "/>" if self._content[end - 2 : end - 1] == b"/" else ">"
-            written = "".join(f" {name}={quoteattr(value)}" for name, value in new.items())
-            self.changes.append(_Change(start, end, f"<{tag}{written}{closed}"))
+            self.changes.append(_Change(start, end, with_attributes(self._content[start:end].decode("utf-8"), new)))
 
     def _end(self, tag: str) -> None:
         joint = self._joint
@@ -133,3 +128,17 @@ def end_of_tag(content: bytes, start: int) -> int:
         elif sign == b">":
             return at + 1
     return len(content)
+
+
+def with_attributes(tag: str, values: Mapping[str, str]) -> str:
+    """A start tag with other values of some attributes; the rest of it stays as it is written."""
+    for name, value in values.items():
+        written = quoteattr(value)
+        there = re.search(rf"\s{name}\s*=\s*(\"[^\"]*\"|'[^']*')", tag)
+        if there is not None:
+            tag = tag[: there.start(1)] + written + tag[there.end(1) :]
+            continue
+        end = len(tag) - (2 if tag.endswith("/>") else 1)
+        body = tag[:end].rstrip()
+        tag = f"{body} {name}={written}{tag[len(body) :]}"
+    return tag

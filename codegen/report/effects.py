@@ -56,7 +56,6 @@ def effect_view(effect: Effect) -> dict[str, Any]:
         "examples": [_example(form, drawn) for form in effect.forms],
         "confused_with": effect.confused_with,
         "named": EXAMPLE_PLACES[effect.sits_on],
-        "known": CATALOGUE,
         "drawn": ", ".join(
             f"{p.name} = {with_unit(drawn[p.name], p.unit.format(**units))}" for p in effect.parameters if drawn
         ),

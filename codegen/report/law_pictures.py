@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-import matplotlib
 import numpy as np
-from matplotlib.backends.backend_svg import FigureCanvasSVG
-from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from codegen.friction import DynamicLaw, FrictionLaw, MemoryLaw
 from codegen.friction.karnopp import Karnopp
@@ -20,7 +15,7 @@ from codegen.friction.linker_dieterich import LinkerDieterich
 from codegen.friction.rising_static import RisingStatic
 from codegen.friction.ruina import Ruina
 from codegen.report.law_examples import EXAMPLES, dragged_mass, force_over, steady_force, steady_level
-from codegen.report.style import CURVE, GRID, INK, QUIET, SECOND, STYLE, THIRD
+from codegen.report.style import CURVE, GRID, INK, QUIET, SECOND, THIRD, svg
 from codegen.report.wording import prefixed
 
 PANEL_IN, HEIGHT_IN = 4.0, 3.0
@@ -187,14 +182,9 @@ def framed(axes: Any, x: str, y: str) -> None:
 
 
 def svg_of(panels: tuple[Callable[[Any], None], ...]) -> str:
-    with matplotlib.rc_context():
-        matplotlib.rcdefaults()
-        matplotlib.rcParams.update({**STYLE, "font.size": 13, "xtick.labelsize": 12, "ytick.labelsize": 12})
-        layout = ConstrainedLayoutEngine(w_pad=0.08, h_pad=0.06, wspace=0.05)
-        figure = Figure(figsize=(PANEL_IN * len(panels), HEIGHT_IN), layout=layout, facecolor="white")
-        FigureCanvasSVG(figure)
-        for axes, draw in zip(figure.subplots(1, len(panels), squeeze=False)[0], panels, strict=True):
-            draw(axes)
-        buffer = io.BytesIO()
-        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
-    return buffer.getvalue().decode()
+    def draw(figure: Any) -> None:
+        for axes, panel in zip(figure.subplots(1, len(panels), squeeze=False)[0], panels, strict=True):
+            panel(axes)
+
+    sizes = {"font__size": 13, "xtick__labelsize": 12, "ytick__labelsize": 12}
+    return svg(draw, (PANEL_IN * len(panels), HEIGHT_IN), fits=True, **sizes).decode()

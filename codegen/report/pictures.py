@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 import base64
-import io
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import matplotlib
 import numpy as np
-from matplotlib.backends.backend_svg import FigureCanvasSVG
-from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
 from codegen.report.evidence import LawPanel
 from codegen.report.series import CoordinateSeries, Curve, HeldOutSeries, ModelResidual
-from codegen.report.style import GRID, INK, QUIET, STYLE
+from codegen.report.style import GRID, INK, QUIET, svg
 from codegen.report.wording import number, prefixed, unit_text
 
 COLOURS = {"declared": "#7d848d", "refit": "#e08214", "augmented": "#1f6fb4"}
@@ -24,7 +20,8 @@ DARK = {"declared": "#3b4047", "refit": "#8c4a00", "augmented": "#0b3c6b"}
 SMOOTH, LAW = "#26282b", "#1f6fb4"
 SIZE_IN = (4.3, 2.95)
 """Size of a panel: 410 pixels wide, so that its text is readable on a screen of 390."""
-EDGES = {"left": 0.185, "right": 0.975, "bottom": 0.185, "top": 0.9}
+PLACE = (0.185, 0.185, 0.975 - 0.185, 0.9 - 0.185)
+"""Of the axes in it: left, bottom, width and height as shares."""
 DPI = 110
 TICKS_HZ = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 DOTS: dict[str, Any] = {"markersize": 2.4, "markeredgewidth": 0, "alpha": 0.3, "rasterized": True}
@@ -177,19 +174,12 @@ def _squared(unit: str) -> str:
 
 
 def _panel(words: str, draw: Callable[[Any], None]) -> Panel:
-    """The SVG of what ``draw`` draws on axes, as a data address; the style is set only here."""
-    with matplotlib.rc_context():
-        matplotlib.rcdefaults()
-        matplotlib.rcParams.update(STYLE)
-        figure = Figure(figsize=SIZE_IN, facecolor="white")
-        FigureCanvasSVG(figure)
-        axes = figure.add_axes((EDGES["left"], EDGES["bottom"], *_extent(EDGES)))
+    """The SVG of what ``draw`` draws on axes, as a data address."""
+
+    def on_figure(figure: Any) -> None:
+        axes = figure.add_axes(PLACE)
         draw(axes)
         axes.set_title(words, color=INK, loc="left", fontweight="bold", fontsize=10.5, x=-0.16)
-        buffer = io.BytesIO()
-        figure.savefig(buffer, format="svg", dpi=DPI, metadata={"Date": None, "Creator": None})
-    return Panel(words, "data:image/svg+xml;base64," + base64.b64encode(buffer.getvalue()).decode("ascii"))
 
-
-def _extent(edges: Mapping[str, float]) -> tuple[float, float]:
-    return edges["right"] - edges["left"], edges["top"] - edges["bottom"]
+    encoded = base64.b64encode(svg(on_figure, SIZE_IN, DPI)).decode("ascii")
+    return Panel(words, f"data:image/svg+xml;base64,{encoded}")

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, Literal
 
 import matplotlib
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
@@ -38,13 +39,38 @@ def png(draw: Callable[[Any], None], size: tuple[float, float], dpi: int, **styl
         size: width and height in inches.
         style: matplotlib settings in addition to ``STYLE``, dots in their names as double underscores.
     """
+    spaces = {"w_pad": 0.07, "h_pad": 0.06, "wspace": 0.03, "hspace": 0.04}
+    return _drawn(draw, size, "png", dpi, spaces, style)
+
+
+def svg(
+    draw: Callable[[Any], None], size: tuple[float, float], dpi: int | None = None, fits: bool = False, **style: Any
+) -> bytes:
+    """The same as SVG.
+
+    Args:
+        dpi: of what is drawn as a bitmap.
+        fits: whether panels are fitted into the figure; else ``draw`` places them.
+    """
+    return _drawn(draw, size, "svg", dpi, {"w_pad": 0.08, "h_pad": 0.06, "wspace": 0.05} if fits else None, style)
+
+
+def _drawn(
+    draw: Callable[[Any], None],
+    size: tuple[float, float],
+    kind: Literal["png", "svg"],
+    dpi: int | None,
+    spaces: Mapping[str, Any] | None,
+    style: Mapping[str, Any],
+) -> bytes:
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(STYLE | {name.replace("__", "."): value for name, value in style.items()})
-        layout = ConstrainedLayoutEngine(w_pad=0.07, h_pad=0.06, wspace=0.03, hspace=0.04)
+        layout = None if spaces is None else ConstrainedLayoutEngine(**spaces)
         figure = Figure(figsize=size, layout=layout, facecolor="white")
-        FigureCanvasAgg(figure)
+        (FigureCanvasSVG if kind == "svg" else FigureCanvasAgg)(figure)
         draw(figure)
         buffer = io.BytesIO()
-        figure.savefig(buffer, format="png", dpi=dpi, metadata={"Software": None})
+        undated = {"Date": None, "Creator": None} if kind == "svg" else {"Software": None}
+        figure.savefig(buffer, format=kind, dpi=dpi or "figure", metadata=undated)
     return buffer.getvalue()

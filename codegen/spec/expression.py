@@ -17,7 +17,7 @@ from typing import Any
 
 import sympy
 
-from codegen.base.errors import BadInput, Place, nearest_name
+from codegen.base.errors import BadInput, Place, nearest_name, refuse_unknown
 from codegen.spec.functions import CONSTANTS, FUNCTIONS, Magnitude, Sgn
 from codegen.spec.printed import RANGE, decimal_of, in_range
 
@@ -137,10 +137,7 @@ def _check(node: ast.expr, text: str, place: Place, depth: int = 1) -> None:
         case ast.Call(func=ast.Name(id=name)) if name in FUNCTIONS:
             raise BadInput(place, f"`{what}`", f"one argument for {name}", code="SPEC011")
         case ast.Call(func=ast.Name(id=name)):
-            known = ", ".join(FUNCTIONS)
-            raise BadInput(
-                place, f"a call of `{name}`", f"one of {known}", nearest_name(name, FUNCTIONS), code="SPEC008"
-            )
+            refuse_unknown(name, FUNCTIONS, place, "a call of", code="SPEC008")
         case _:
             raise BadInput(place, f"`{what}`", "numbers, names, + - * / ** and " + ", ".join(FUNCTIONS), code="SPEC011")
 

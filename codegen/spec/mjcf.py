@@ -18,13 +18,12 @@ from numpy.typing import NDArray
 
 from codegen.base.errors import BadInput, Place
 from codegen.base.input_files import read_bytes
+from codegen.base.rotations import of_quaternion, roll_pitch_yaw
 from codegen.base.user_text import one_line
 from codegen.spec.robot_file import LARGEST
 from codegen.spec.urdf import identifier
 
 EXPECTED = "a MuJoCo model (MJCF) of an arm of hinge and slide joints"
-LOCKED = 1e-12
-"""Cosine of the pitch below which roll and yaw turn about one axis."""
 Array = NDArray[np.float64]
 
 
@@ -202,7 +201,7 @@ class _Conversion:
         m = self.model
         if not m.body_mass[b]:
             return
-        turn = _matrix(m.body_iquat[b])
+        turn = of_quaternion(m.body_iquat[b])
         centre = m.body_ipos[b] - self._anchor(b)
         about = turn @ np.diag(m.body_inertia[b]) @ turn.T
         inertial = _child(link, "inertial")
@@ -214,7 +213,7 @@ class _Conversion:
     def _joint(self, joint: Any, b: int, names: dict[int, str]) -> None:
         m = self.model
         parent = int(m.body_parentid[b])
-        turn = _matrix(m.body_quat[b])
+        turn = of_quaternion(m.body_quat[b])
         at = m.body_pos[b] + turn @ self._anchor(b) - self._anchor(parent)
         j = self.of_body.get(b)
         joint.set("type", "fixed" if j is None else "prismatic")
@@ -225,7 +224,7 @@ class _Conversion:
                 turn = turn @ _about(axis, -reference)
             else:
                 at = at - turn @ axis * reference
-        _child(joint, "origin", xyz=_words(at), rpy=_words(_roll_pitch_yaw(turn)))
+        _child(joint, "origin", xyz=_words(at), rpy=_words(roll_pitch_yaw(turn)))
         _child(joint, "parent", link=names[parent])
         _child(joint, "child", link=names[b])
         if j is not None:
@@ -286,29 +285,8 @@ def _child(parent: Any, tag: str, **attributes: str) -> Any:
     return etree.SubElement(parent, tag, **attributes)
 
 
-def _matrix(quaternion: Array) -> Array:
-    """The rotation of a unit quaternion w, x, y, z."""
-    w, x, y, z = quaternion / np.linalg.norm(quaternion)
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
-
-
 def _about(axis: Array, angle: float) -> Array:
-    return _matrix(np.array([np.cos(angle / 2), *(np.sin(angle / 2) * axis)]))
-
-
-def _roll_pitch_yaw(turn: Array) -> Array:
-    """Angles about the fixed axes x, y, z."""
-    flat = float(np.hypot(turn[0, 0], turn[1, 0]))
-    pitch = np.arctan2(-turn[2, 0], flat)
-    if flat < LOCKED:
-        return np.array([0.0, pitch, np.arctan2(-turn[0, 1], turn[1, 1])])
-    return np.array([np.arctan2(turn[2, 1], turn[2, 2]), pitch, np.arctan2(turn[1, 0], turn[0, 0])])
+    return of_quaternion(np.array([np.cos(angle / 2), *(np.sin(angle / 2) * axis)]))
 
 
 def _three(values: Sequence[float]) -> tuple[float, float, float]:

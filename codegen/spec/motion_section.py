@@ -9,7 +9,6 @@ import sympy
 
 from codegen.base.errors import BadInput, Place, refuse_unknown
 from codegen.spec.bodies_section import read_bodies, read_body_forces, read_equations, read_sliding
-from codegen.spec.dimensions import check_dimensions
 from codegen.spec.expression import NAME, Expression, parse_expression
 from codegen.spec.kinematics import KinematicTree
 from codegen.spec.model import Coordinate, Input, symbol
@@ -77,21 +76,18 @@ class _MotionReading:
             shape = n, len(d.friction.contacts)
             distribution = self._matrix("friction.distribution", d.friction.distribution, shape)
         matrix_u = None if distribution is None else _symbolic(distribution, self.position | self.constant)
+        units, no_slidings = Units(d, self.coordinates, self.inputs, self.place), (None,) * len(d.friction.contacts)
         if chosen == "mass_matrix":
             assert d.mass_matrix is not None and distribution is not None
             mass = self._matrix("mass_matrix", d.mass_matrix, (n, n))
             mass_matrix = _symbolic(mass, self.position | self.constant)
-            contacts = d.friction.contacts
-            check_dimensions(
-                self.coordinates, self.inputs, d.parameters, mass, force, distribution, contacts, self.place
-            )
-            return Motion(mass_matrix, forces, matrix_u, None, (None,) * len(contacts))
-        units = Units(d, self.coordinates, self.inputs, self.place)
+            units.check_equation(mass, force, distribution)
+            return Motion(mass_matrix, forces, matrix_u, None, no_slidings)
         units.check_rows(force, distribution)
         if chosen == "urdf":
-            return Motion(None, forces, matrix_u, tree, (None,) * len(d.friction.contacts))
+            return Motion(None, forces, matrix_u, tree, no_slidings)
         if chosen == "lagrangian":
-            return Motion(None, forces, matrix_u, self._lagrangian(units), (None,) * len(d.friction.contacts))
+            return Motion(None, forces, matrix_u, self._lagrangian(units), no_slidings)
         form = self._topology(units) if chosen == "topology" else self._constraints(units)
         names = self.position | self.constant
         slidings = tuple(read_sliding(d, chosen, form.bodies, k, names, units) for k in range(len(d.friction.contacts)))

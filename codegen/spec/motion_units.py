@@ -1,4 +1,4 @@
-"""Do the units of energies, bodies and generalised forces fit? A row of the equation is energy by coordinate."""
+"""Do the units of the equation of motion, of energies and of bodies fit? A force is energy by coordinate."""
 
 from __future__ import annotations
 
@@ -12,6 +12,10 @@ from codegen.spec.motion import Body, position_name, rate_name
 from codegen.spec.schema import SpecDocument
 from codegen.spec.si_units import Dimension
 from codegen.spec.units import describe, dimension, dimension_of, parse_unit
+
+Entries = list[list[Expression]]
+Term = tuple[str, Place, Any]
+"""What it is, where, and its dimension; None where a bare number leaves that open."""
 
 
 class Units:
@@ -32,6 +36,7 @@ class Units:
             dimension(parse_unit(text, place("name"))) for text in ("s", "m", "kg", "J", "1")
         )
         self.coordinates = [dimension(parse_unit(c.unit, place(f"coordinates.{c.name}.unit"))) for c in coordinates]
+        self._velocities = [c.velocity for c in coordinates]
         self.names: dict[str, Dimension] = {}
         for c, of in zip(coordinates, self.coordinates, strict=True):
             self.names |= {c.name: of, c.velocity: of / self.second}
@@ -79,22 +84,40 @@ class Units:
         """Raise BadInput where terms of different dimension are added."""
         dimension_of(expression, names)
 
-    def check_rows(self, force: list[list[Expression]], distribution: list[list[Expression]] | None) -> None:
+    def check_rows(self, force: Entries, distribution: Entries | None) -> None:
         """Generalised forces are energy by coordinate; so is each U_ik λ_k."""
         for i, of in enumerate(self.coordinates):
             self.check(force[i][0], self.energy / of, "force")
-            for k, friction in enumerate(self.contacts if distribution is not None else ()):
-                assert distribution is not None
-                entry = distribution[i][k]
-                if entry.text.strip() in ("0", "0.0"):
-                    continue
-                found = dimension_of(entry, self.names)
-                of_force = friction if found is None else found * friction
-                if of_force != self.energy / of:
-                    words = f"distribution `{entry.text}` times the friction of contact {k + 1} gives"
+            for words, place, found in self._friction(distribution[i] if distribution is not None else ()):
+                if found != self.energy / of:
                     raise BadInput(
-                        entry.place, f"{words} {describe(of_force)}", describe(self.energy / of), code="SPEC014"
+                        place, f"{words} gives {describe(found)}", describe(self.energy / of), code="SPEC014"
                     )
+
+    def check_equation(self, mass: Entries, force: Entries, distribution: Entries) -> None:
+        """Raise BadInput at the first term of M v' = g − U λ that is not of the dimension of its row."""
+        for i, row in enumerate(mass):
+            g, terms = force[i][0], list[Term]()
+            terms.append((f"force `{g.text}`", g.place, dimension_of(g, self.names)))
+            for m, velocity, of in zip(row, self._velocities, self.coordinates, strict=True):
+                found = dimension_of(m, self.names)
+                rate = None if found is None else found * of / self.second**2
+                terms.append((f"mass_matrix `{m.text}` times the rate of {velocity}", m.place, rate))
+            known = [term for term in (*terms, *self._friction(distribution[i])) if term[2] is not None]
+            for words, place, of in known:
+                if of != known[0][2]:
+                    expected = f"{describe(known[0][2])}, the unit of {known[0][0]} in the same row"
+                    raise BadInput(place, f"{words} gives {describe(of)}", expected, code="SPEC014")
+
+    def _friction(self, row: Sequence[Expression]) -> list[Term]:
+        """U_ik λ_k of a row of U, without its zeros."""
+        terms = list[Term]()
+        for k, (u, force) in enumerate(zip(row, self.contacts, strict=False), 1):
+            of = dimension_of(u, self.names)
+            if u.text.strip() not in ("0", "0.0"):
+                label = f"distribution `{u.text}` times the friction of contact {k}"
+                terms.append((label, u.place, force if of is None else of * force))
+        return terms
 
     def check_transform(self, rows: list[list[Expression]], directions: Sequence[str]) -> None:
         """T of x = T x̄ takes positions of bodies to coordinates."""

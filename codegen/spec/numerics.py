@@ -9,7 +9,7 @@ from typing import Concatenate, ParamSpec, TypeVar
 
 import numpy as np
 from sympy.matrices.exceptions import MatrixError
-from sympy.polys.polyerrors import BasePolynomialError
+from sympy.polys.polyerrors import PolynomialDivisionFailed
 
 from codegen.base.errors import BadInput, Place
 from codegen.spec.model import Spec
@@ -17,7 +17,7 @@ from codegen.spec.model import Spec
 Rest = ParamSpec("Rest")
 Result = TypeVar("Result")
 Station = Callable[Concatenate[Spec, Rest], Result]
-_NUMERICAL = (np.linalg.LinAlgError, ArithmeticError, MatrixError, BasePolynomialError)
+_NUMERICAL = (np.linalg.LinAlgError, ArithmeticError, MatrixError, PolynomialDivisionFailed)
 EXPECTED = (
     "numbers whose products and inverses are within the range of a double (1e-308 to 1e308), and no mass close to zero"
 )

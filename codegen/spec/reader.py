@@ -33,7 +33,7 @@ from codegen.spec.share import read_share
 from codegen.spec.simulation_section import read_simulation
 from codegen.spec.units import require_coherent, si_factor, unit_name
 from codegen.spec.urdf_section import expand_robot
-from codegen.spec.validation import validate
+from codegen.spec.validation import nearest_place, validate
 from codegen.spec.yaml_text import load_mapping, plain
 
 Given = ParamSpec("Given")
@@ -82,10 +82,7 @@ class _Reading:
         self.document = validate(SpecDocument, filled, self.places, str(path))
 
     def place(self, key: str) -> Place:
-        known = self.places.get(key)
-        if known is None and ("." in key or "[" in key):
-            return Place(str(self.path), self.place(key[: max(key.rfind("."), key.rfind("["))]).line, key)
-        return known or Place(str(self.path), None, key)
+        return nearest_place(key, self.places, str(self.path))
 
     def spec(self) -> Spec:
         d, faults = self.document, Faults()

@@ -70,7 +70,7 @@ def _explain(
     key = ""
     for step in steps:
         key += f"[{step}]" if isinstance(step, int) else (f".{step}" if key else str(step))
-    place = _nearest_place(key, places, file)
+    place = nearest_place(key, places, file)
     match fault["type"]:
         case "missing":
             return BadInput(place, f"key `{key}` is missing", f"`{steps[-1]}:`", code="SPEC003")
@@ -107,7 +107,8 @@ def _shape(found: Any) -> str:
     return f"a list of {len(found)}" if isinstance(found, list) else "a mapping"
 
 
-def _nearest_place(key: str, places: Mapping[str, Place], file: str) -> Place:
+def nearest_place(key: str, places: Mapping[str, Place], file: str) -> Place:
+    """A key at its line, or at that of the nearest parent that has one."""
     trimmed = key
     while trimmed and trimmed not in places:
         trimmed = trimmed[: max(trimmed.rfind("."), trimmed.rfind("["), 0)]

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import stiction
-from codegen.base.errors import BadInput
 from codegen.diagnosis.diagnose import Models, diagnose_log
 from codegen.diagnosis.reliability import reliability_of
 from codegen.diagnosis.results import Diagnosis
@@ -17,6 +16,7 @@ from codegen.effects import CATALOGUE
 from codegen.effects.register import load_effects
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import STAGE, TEST, TRAIN, diagnosed, log_of, stage, system_of
+from tests.told import refused
 
 TRUTHS = {
     "viscous": ("rail", {"b": 5.0}),
@@ -258,6 +258,6 @@ def test_a_log_that_cannot_be_of_this_spec_gives_no_verdict_on_effects(
 def test_the_training_log_is_no_test_log(tmp_path: Path) -> None:
     log_of(stage(), tmp_path, "train.csv")
     (tmp_path / "stage.yaml").write_text(stage().text)
-    with pytest.raises(BadInput, match="the training log itself"):
+    with refused("LOG014 train.csv"):
         stiction.diagnose(tmp_path / "stage.yaml", tmp_path / "train.csv", tmp_path / "train.csv", tmp_path / "out")
     assert not (tmp_path / "out").exists()

@@ -63,6 +63,7 @@ envelope:
 """
 
 
+@pytest.mark.slow
 def test_viscous_friction_that_the_spec_declares_in_proportion_is_a_curve(tmp_path: Path) -> None:
     """The spec has 6 N·s/m of viscous friction, the machine 2 + 10 √|v| and none in proportion: the curve takes off
     what the spec has too much, and no negative drag is named.

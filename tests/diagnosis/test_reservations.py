@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from unittest.mock import patch
 
 import numpy as np
 import pytest
 
 from codegen.diagnosis import examination
 from codegen.diagnosis.conclusion import named_effects
-from codegen.diagnosis.diagnose import diagnose_log
+from codegen.diagnosis.diagnose import Models, diagnose_log
 from codegen.diagnosis.estimate import Estimate
 from codegen.diagnosis.limits import at_limit
 from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.reservations import objections, remarks
-from codegen.diagnosis.results import FoundEffect
+from codegen.diagnosis.results import Diagnosis, FoundEffect
 from codegen.diagnosis.signals import smooth_motion
 from codegen.diagnosis.trial import part_of
 from codegen.effects import CATALOGUE
@@ -118,21 +119,30 @@ def test_a_value_at_a_bound_is_marked(log: Log) -> None:
         assert at_limit(fit) == [marks]
 
 
-def test_a_limit_is_told_in_sentence_json_and_table(log: Log, monkeypatch: pytest.MonkeyPatch) -> None:
-    def marked(fit: Fit) -> list[tuple[str, ...]]:
+@pytest.fixture(scope="module")
+def marked(log: Log) -> tuple[Diagnosis, Models]:
+    """The log's diagnosis, in which the first parameter of each effect is said to be at its limit."""
+
+    def first(fit: Fit) -> list[tuple[str, ...]]:
         return [(part.names[0],) for part in fit.runner.trial.parts]
 
-    monkeypatch.setattr(examination, "at_limit", marked)
-    diagnosis, models = diagnose_log(stage(), system_of(stage()), log)
+    with patch.object(examination, "at_limit", first):
+        return diagnose_log(stage(), system_of(stage()), log)
+
+
+def test_a_limit_is_told_in_sentence_json_and_table(marked: tuple[Diagnosis, Models]) -> None:
+    diagnosis, models = marked
     assert diagnosis.effects[0].at_limit == ("k",)
     assert "N/m, at its limit)" in diagnosis.sentence
     assert diagnosis.as_json()["effects"][0]["at_limit"] == ["k"]
     assert '<span class="limit">at its limit</span>' in render_report(stage(), diagnosis, models)
 
 
-def test_no_candidate_is_accepted_with_a_period_that_was_never_passed(log: Log) -> None:
+def test_no_candidate_is_accepted_with_a_period_that_was_never_passed(
+    log: Log, marked: tuple[Diagnosis, Models]
+) -> None:
     """A piece of a long wave fits a spring's line: it would come first, be refused, and hide the spring."""
-    diagnosis, _ = diagnose_log(stage(), system_of(stage()), log)
+    diagnosis, _ = marked
     stroke = np.ptp(log.positions[500:-500])
     long = [c for c in diagnosis.candidates if c.parameters.get("period", 0.0) > stroke]
     assert long and not any(c.accepted for c in long)

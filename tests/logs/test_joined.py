@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from slider_log import write_csv
 
-from codegen.base.errors import BadInput
 from codegen.diagnosis.record import record_of
 from codegen.diagnosis.signals import smooth_motion
 from codegen.logs import excerpt, joined, preflight, read_log, read_logs
+from tests.told import refused
 
 
 def record(path, step, seconds, offset=0.0):
@@ -108,7 +108,7 @@ def test_a_few_seconds_are_cut_into_shorter_segments(tmp_path, spec):
 
 def test_all_files_are_named(tmp_path, spec):
     paths = [record(tmp_path / f"run_{k:03}.csv", 0.1, 1) for k in range(3)]
-    with pytest.raises(BadInput, match=r"run_000\.csv, run_001\.csv, run_002\.csv: .* samples over"):
+    with refused("LOG009 run_000.csv, run_001.csv, run_002.csv: 30"):
         smooth_motion(read_logs(paths, spec))
 
 
@@ -136,7 +136,7 @@ def test_one_record_is_itself(tmp_path, spec):
 
 def test_a_record_named_twice(tmp_path, spec):
     path = record(tmp_path / "a.csv", 0.002, 5)
-    with pytest.raises(BadInput, match="the same log twice"):
+    with refused("LOG014 a.csv"):
         read_logs([path, tmp_path / "." / "a.csv"], spec)
 
 
@@ -144,7 +144,7 @@ def test_records_that_do_not_go_together(tmp_path, spec):
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / "meta.yaml").write_text("cutoff_hz: 5\n")
     paths = [record(tmp_path / "a.csv", 0.002, 5), record(tmp_path / "other" / "b.csv", 0.002, 5)]
-    with pytest.raises(BadInput, match="cutoff_hz"):
+    with refused("LOG011 b.csv: cutoff_hz a.csv"):
         read_logs(paths, spec)
 
 

@@ -12,7 +12,7 @@ from slider_log import TEXT, rows, write_csv
 from codegen.base.errors import BadInput
 from codegen.logs import read_description, read_log
 from codegen.spec.reader import parse_spec
-from tests.told import tells
+from tests.told import refused, tells
 
 
 def described(tmp_path: Path, text: str) -> Path:
@@ -68,7 +68,7 @@ def test_refusals(tmp_path, spec, text):
 
 
 def test_a_name_half_of_which_is_another_is_not_suggested(tmp_path, spec):
-    with pytest.raises(BadInput, match="no column `th`, which") as caught:
+    with refused("LOG003 `th`") as caught:
         read_log(write_csv(tmp_path / "a.csv", rows(1)), spec, description=described(tmp_path, "columns: {x: th}\n"))
     assert caught.value.nearest is None
 
@@ -91,7 +91,7 @@ def test_precedence(tmp_path):
     assert first(spec=named, description=about, columns={"x": "o"}) == (300, 9)
     about.rename(tmp_path / "meta.yaml")
     assert first(spec=named) == (200, 9)
-    with pytest.raises(BadInput, match=r"column option: unknown name `y`"):
+    with refused("LOG013 option: `y`"):
         first(spec=named, columns={"y": "o"})
 
 
@@ -99,7 +99,7 @@ def test_milliseconds(tmp_path, spec):
     made = rows(2)
     made["t"] = made["t"] * 1000
     path = write_csv(tmp_path / "a.csv", made)
-    with pytest.raises(BadInput, match=r"a\.csv:2: t: .*milliseconds; expected seconds; .*`scale: \{t: 0\.001\}`"):
+    with refused("LOG012 a.csv:2: t: milliseconds `scale: {t: 0.001}`"):
         read_log(path, spec, description=described(tmp_path, "sample_rate_hz: 500\n"))
     log = read_log(path, spec, description=described(tmp_path, "sample_rate_hz: 500\nscale: {t: 0.001}\n"))
     assert log.sample_time == 0.002

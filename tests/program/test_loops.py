@@ -99,7 +99,7 @@ def test_the_comparison_notices_a_spring_that_is_left_out():
 @pytest.mark.parametrize("make", [chain, coupled])
 def test_code_does_not_grow_with_the_chain(make):
     sizes = []
-    for n in (24, 48):
+    for n in (18, 36):
         rolled = lower(built(make(n))).rolled
         settings = [s for part in (rolled.initial, rolled.carried, rolled.resumed) for s in part.stretches]
         parts = [*rolled.prepare, *rolled.step, *rolled.outputs, *rolled.following, *settings]

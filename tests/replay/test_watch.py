@@ -238,12 +238,11 @@ def test_a_machine_without_a_bound_is_refused(tmp_path: Path) -> None:
     text = BELT.read_text("utf-8")
     (tmp_path / "belt.yaml").write_text("".join(line for line in text.splitlines(True) if "v_dot" not in line), "utf-8")
     done = stiction("watch", tmp_path / "belt.yaml", "--log", tmp_path / "log.csv")
-    said = stiction("certify", tmp_path / "belt.yaml").out
-    why = said.split("error bound: none; ")[1].splitlines()[0]
+    why = load(tmp_path / "belt.yaml").outcome.bounds
     assert is_one_message(done) and f"no bound in newtons: {why}" in done.err
     (tmp_path / "fast.yaml").write_text(re.sub(r"K_v: \S+?(?=[,}])", "K_v: 1e7", text), "utf-8")
     done = stiction("watch", tmp_path / "fast.yaml", "--log", tmp_path / "log.csv")
-    reason = stiction("certify", tmp_path / "fast.yaml").err.splitlines()[0].removeprefix("refused: ")
+    reason = load(tmp_path / "fast.yaml").outcome.reason
     assert is_one_message(done) and f"no certificate: {reason[:60]}" in done.err
     assert is_one_message(stiction("watch", BELT, "--log", tmp_path / "absent.csv"))
     assert is_one_message(stiction("watch", BELT, "--log", tmp_path / "absent.csv", "--dwell", "-1"))

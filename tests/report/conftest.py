@@ -87,5 +87,5 @@ def complete(tmp_path_factory: pytest.TempPathFactory) -> Case:
 def two_masses(tmp_path_factory: pytest.TempPathFactory) -> Case:
     """Two coordinates and an observer, from the shipped spec; the second mass is pushed by an offset."""
     text = (resource_folder("specs") / "two_mass.yaml").read_text(encoding="utf-8")
-    text = text.replace("duration: 30", "duration: 14").replace("sample_time: 0.002", "sample_time: 0.005")
+    text = text.replace("duration: 30", "duration: 8").replace("sample_time: 0.002", "sample_time: 0.005")
     return diagnosed(tmp_path_factory.mktemp("two"), text, OFFSET.replace("x", "x2").replace("1.5", "12"))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import cache
 
-from codegen.base.errors import BadInput, nearest_name, refuse_unknown
+from codegen.base.errors import refuse_unknown
 from codegen.thesis.audit.claim import Claim, read_claims
 from codegen.thesis.audit.conditions import judge_conditions, judge_inequality
 from codegen.thesis.audit.equality import judge_equality, prove_form
@@ -38,10 +38,8 @@ def judge(claim: Claim) -> Finding:
     world = _world(name)
     if claim.test in ("inequality", "implies"):
         return judge_inequality(claim, world)
-    derived = world.derived.get(quantity)
-    if derived is None:
-        found, known = f"`{name}` derives no `{quantity}`", ", ".join(world.derived)
-        raise BadInput(claim.place, found, f"one of {known}", nearest_name(quantity, world.derived), code="CALL001")
+    refuse_unknown(quantity, world.derived, claim.place, f"`{name}` derives no", code="CALL001")
+    derived = world.derived[quantity]
     if claim.test == "equal":
         return judge_equality(claim, world, derived)
     return judge_conditions(claim, world, derived)

@@ -8,7 +8,7 @@ from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from dataclasses import dataclass
 from multiprocessing import get_context
 
-from codegen.base.errors import BadInput, nearest_name
+from codegen.base.errors import refuse_unknown
 from codegen.base.resources import resource_folder
 from codegen.report.style import png
 from codegen.spec import Spec, read_spec
@@ -72,10 +72,7 @@ def run_gallery(
     """
     numbers = only or figure_numbers()
     for number in numbers:
-        if number not in figure_numbers():
-            raise BadInput(
-                "--only", f"`{number}`", "a figure's number", nearest_name(number, figure_numbers()), code="CALL001"
-            )
+        refuse_unknown(number, figure_numbers(), "--only", "", "a figure's number", code="CALL001")
     # The slow ones first, so that none is left alone at the end.
     order = sorted(numbers, key=lambda n: -PLOTS[n].cost)
     found: dict[str, GalleryResult] = {}

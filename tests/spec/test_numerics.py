@@ -1,0 +1,34 @@
+"""Which failures of a library are told as numbers out of range, and which are faults of the tool."""
+
+from __future__ import annotations
+
+import pytest
+import sympy
+from sympy.polys.polyerrors import PolynomialDivisionFailed, PolynomialError
+
+from codegen.spec.numerics import numerical
+from tests.machines import one_mass
+from tests.told import refused
+
+
+def no_polynomial():
+    """A form that SymPy takes for no polynomial, whatever the numbers."""
+    x = sympy.Symbol("x")
+    sympy.Poly(x + sympy.sin(x), x)
+
+
+def vanishing_remainder():
+    """A division in which rounding hides that a leading coefficient is zero."""
+    raise PolynomialDivisionFailed([1.0], [1.0], sympy.RR)
+
+
+def test_a_fault_of_form_is_no_number_out_of_range():
+    """It passes the border as it is, so that it is told as an internal error with a traceback."""
+    with pytest.raises(PolynomialError):
+        numerical("a polynomial")(lambda spec: no_polynomial())(one_mass()[0])
+
+
+@pytest.mark.parametrize("fails", [vanishing_remainder, lambda: 1e308**2, lambda: sympy.zeros(2).inv()])
+def test_numbers_out_of_range_are_told(fails):
+    with refused("SPEC028"):
+        numerical("a number")(lambda spec: fails())(one_mass()[0])
