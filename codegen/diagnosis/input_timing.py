@@ -57,7 +57,7 @@ def measured_inputs(problem: Problem, log: Log) -> dict[int, Finding]:
             f"row, about half a row ({1e3 * motion.sample_time / 2:.2g} ms): it is taken as measured at its rows. "
             "`input_hold: zero-order` in the log description says that it is held."
         )
-        found[k] = Finding("info", f"timing of {w}", words, {"lead": lead, "deviation": deviation})
+        found[k] = Finding("warning", f"timing of {w}", words, {"lead": lead, "deviation": deviation})
     return found
 
 
