@@ -21,7 +21,7 @@ NEAR = 0.5, 1.5
 """Half samples by which an input leads a held one, where it counts as measured at its rows."""
 ONE_WAY = 0.98
 """Least low-passed sign of the speed: around a reversal the machine may stick, which looks like a delay."""
-SURE = 2.5
+SURE = 3.5
 """Least lead in standard deviations."""
 
 
