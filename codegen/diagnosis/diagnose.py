@@ -26,6 +26,7 @@ from codegen.diagnosis.examination import examine
 from codegen.diagnosis.fixed_values import explaining_values
 from codegen.diagnosis.forward_selection import Outcome, find_effects, within_reach
 from codegen.diagnosis.harmonics import with_harmonics
+from codegen.diagnosis.input_timing import acting_between_rows, measured_inputs
 from codegen.diagnosis.limits import levels_at_zero
 from codegen.diagnosis.measure import RESTART_S, Window, force_errors, measure, restart_within_reach
 from codegen.diagnosis.output_error import Fit
@@ -127,6 +128,13 @@ def diagnose_log(
     motion = smooth_motion(log)
     split = len(motion.time) if test_log is not None else round(len(motion.time) * (1 - HELD_OUT_SHARE))
     training = _restrict(motion, 0, split)
+    measured = measured_inputs(Problem(system, training, deviations), log)
+    if measured:
+        findings["train"] += tuple(measured.values())
+        log = acting_between_rows(log, measured)
+        test_log = None if test_log is None else acting_between_rows(test_log, measured)
+        motion = smooth_motion(log)
+        training = _restrict(motion, 0, split)
     other = motion if test_log is None else smooth_motion(test_log, motion.cutoff_hz, SHORTEST_TEST_S)
     window = Window(0, len(other.time)) if test_log is not None else Window(split, len(motion.time))
 

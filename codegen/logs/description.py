@@ -16,6 +16,10 @@ from codegen.spec.validation import validate
 from codegen.spec.yaml_text import load_mapping, plain
 
 LARGEST_FACTOR = 1e30
+ZERO_ORDER = ("zero-order", "zero order", "zoh")
+"""Beginnings of ``input_hold`` for commands that are held from row to row."""
+LINEAR = ("linear", "first-order", "first order", "foh")
+"""Beginnings of ``input_hold`` for inputs that were measured, such as a current."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +76,11 @@ class LogDescription:
     restart_s: float | None = None
     fill_missing: bool = False
     places: Mapping[str, Place] = field(default_factory=dict)
+
+    @property
+    def measured_inputs(self) -> bool:
+        """Whether a row's input was measured at its time, and is not a command held until the next row."""
+        return self.input_hold.lower().startswith(LINEAR)
 
     def place(self, key: str) -> Place:
         """File and line of a key; the file alone if it has no line."""

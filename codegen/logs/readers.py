@@ -18,7 +18,7 @@ from codegen.logs.cleaning import Clean, clean
 from codegen.logs.counters import counter_findings, mended, repeats, require_columns
 from codegen.logs.csv_file import open_csv
 from codegen.logs.db3_file import open_db3
-from codegen.logs.description import LogDescription, read_description
+from codegen.logs.description import ZERO_ORDER, LogDescription, read_description
 from codegen.logs.encoder import smallest_step
 from codegen.logs.hdf5_file import open_hdf5
 from codegen.logs.joined import join_logs
@@ -256,7 +256,10 @@ def _log(
 ) -> Log:
     n, m = len(spec.coordinates), len(spec.inputs)
     split = cleaned.data.shape[1] - m
-    grid = uniform(cleaned.time, cleaned.data[:, :split], cleaned.data[:, split:], cleaned.source, step)
+    inputs = cleaned.data[:, split:]
+    if description.measured_inputs:
+        inputs = 0.5 * (inputs + np.vstack([inputs[1:], inputs[-1:]]))
+    grid = uniform(cleaned.time, cleaned.data[:, :split], inputs, cleaned.source, step)
     encoder = _per_coordinate(description.encoder_step, spec, description, "encoder_step")
     _per_coordinate(description.position_noise, spec, description, "position_noise_rms")
     steps = tuple(
@@ -325,6 +328,8 @@ def _cutoff(spec: Spec, description: LogDescription, grid: Uniform) -> float | N
 
 def _hold_note(description: LogDescription) -> list[str]:
     hold = description.input_hold
-    if not hold or hold.lower().startswith(("zero-order", "zero order", "zoh")):
+    if not hold or hold.lower().startswith(ZERO_ORDER):
         return []
+    if description.measured_inputs:
+        return ["input_hold `linear`: between two rows each input is taken as the mean of what they say"]
     return [f"input_hold `{shown(hold)}`: the inputs are taken as held from row to row all the same"]

@@ -123,3 +123,27 @@ def test_an_expression_with_a_name_as_it_stands_in_the_file_is_told_how_to_write
     (tmp_path / "meta.yaml").write_text(f"columns: {{w: {text}}}\n")
     with pytest.raises(BadInput, match=f"an expression, in which `{re.escape(name)}` is written `{written}`"):
         read_log(log, spec)
+
+
+def test_a_measured_input_acts_between_two_rows_with_their_mean(tmp_path, spec):
+    """x'' = w/m from w sampled at 100 Hz: the impulse of each step, against the integral of the sine itself."""
+    h, omega = 0.01, 9.0
+    t = h * np.arange(400)
+    path = write_csv(tmp_path / "a.csv", {"t": t, "x": np.sin(t), "w": np.sin(omega * t)}, fmt="%.12g")
+    impulse = (np.cos(omega * t) - np.cos(omega * (t + h))) / omega
+    measured, held = (
+        read_log(path, spec, description=described(tmp_path, f"input_hold: {hold}\n")) for hold in ("linear", "zoh")
+    )
+    errors = [np.abs(h * log.inputs[:-1, 0] - impulse[:-1]).max() for log in (measured, held)]
+    assert errors[0] < 1e-5 and errors[1] > 4e-4
+    assert "mean of what they say" in measured.notes[0] and not held.notes
+
+
+def test_a_measured_input_at_irregular_times_keeps_its_integral(tmp_path, spec):
+    draw = np.random.default_rng(1)
+    t = np.cumsum(0.01 * (1 + 0.3 * draw.uniform(-1, 1, 500)))
+    path = write_csv(tmp_path / "a.csv", {"t": t, "x": np.sin(t), "w": np.cos(3 * t)}, fmt="%.12g")
+    log = read_log(path, spec, description=described(tmp_path, "input_hold: linear\n"))
+    reached = np.cumsum(log.inputs[:, 0]) * log.sample_time
+    exact = (np.sin(3 * (log.time + log.sample_time)) - np.sin(3 * log.time[0])) / 3
+    assert np.abs(reached - exact)[:-2].max() < 2e-4

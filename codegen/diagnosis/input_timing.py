@@ -1,0 +1,93 @@
+"""Whether an input of a log was measured at its rows, in place of commanded there and held until the next row."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codegen.diagnosis.credit import LEAST_SIZE
+from codegen.diagnosis.force_evidence import independent
+from codegen.diagnosis.problem import Problem
+from codegen.diagnosis.residual import inverse_dynamics_residual
+from codegen.diagnosis.residual_regression import LEAST_ROWS
+from codegen.logs import Finding, Log
+
+Array = NDArray[np.float64]
+
+NEAR = 0.5, 1.5
+"""Half samples by which an input leads a held one, where it counts as measured at its rows."""
+ONE_WAY = 0.98
+"""Least low-passed sign of the speed: around a reversal the machine may stick, which looks like a delay."""
+SURE = 3.5
+"""Least lead in standard deviations."""
+
+
+def acting_between_rows(log: Log, inputs: Collection[int]) -> Log:
+    """The log with these inputs as measured at its rows: between two rows acts the mean of what they say."""
+    chosen = [k for k in range(log.inputs.shape[1]) if k in inputs]
+    values = log.inputs.copy()
+    values[:-1, chosen] = 0.5 * (log.inputs[:-1, chosen] + log.inputs[1:, chosen])
+    return replace(log, inputs=values)
+
+
+def measured_inputs(problem: Problem, log: Log) -> dict[int, Finding]:
+    """By index, the inputs that act half a sample earlier than a held command would, and the words to say so.
+
+    A log that takes one row of several of a faster loop has such inputs, commands too. The force residual is regressed
+    on the change that such a lead makes, beside acceleration, speed, its sign and a constant, which errors of the
+    declared parameters may leave. A delay or a lag is a lead below zero.
+    """
+    system, motion = problem.system, problem.motion
+    if system.actuators or log.description.measured_inputs or log.description.input_hold:
+        return {}
+    residual, found = inverse_dynamics_residual(system, motion), {}
+    for k, w in enumerate(system.inputs):
+        values = motion.inputs.copy()
+        values[1:-1, k] += (motion.commands[2:, k] - motion.commands[:-2, k]) / 4
+        change = inverse_dynamics_residual(system, replace(motion, inputs=values)) - residual
+        leads = [_lead(problem, i, residual[:, i], change[:, i]) for i in range(residual.shape[1])]
+        lead, deviation = max(leads, key=lambda one: one[0] / one[1])
+        if not (NEAR[0] <= lead <= NEAR[1] and lead > SURE * deviation) or _share(problem, change) < LEAST_SIZE:
+            continue
+        words = (
+            f"{w} acts {1e3 * lead * motion.sample_time / 2:.2g} ms earlier than a command that is held from row to "
+            f"row, about half a row ({1e3 * motion.sample_time / 2:.2g} ms): it is taken as measured at its rows. "
+            "`input_hold: zero-order` in the log description says that it is held."
+        )
+        found[k] = Finding("warning", f"timing of {w}", words, {"lead": lead, "deviation": deviation})
+    return found
+
+
+def _share(problem: Problem, change: Array) -> float:
+    """RMS of a change of the force over that of the drive force, the largest over the coordinates."""
+    motion, system = problem.motion, problem.system
+    rest = replace(motion, inputs=0 * motion.inputs)
+    drive = inverse_dynamics_residual(system, motion) - inverse_dynamics_residual(system, rest)
+    ratios = [_rms(change[u, i]) / _rms(drive[u, i]) for i, u in enumerate(problem.masks.rows.T) if np.any(drive[u, i])]
+    return max(ratios, default=0.0)
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _lead(problem: Problem, i: int, residual: Array, change: Array) -> tuple[float, float]:
+    """(lead in half samples, standard deviation) from the force residual of one coordinate, both (N,)."""
+    motion = problem.motion
+    used = problem.masks.rows[:, i] & (np.abs(motion.low_pass(np.sign(motion.velocities[:, i]))) > ONE_WAY)
+    if used.sum() < LEAST_ROWS or not np.any(change[used]):
+        return 0.0, 1.0
+    v = motion.velocities[:, i]
+    others = np.column_stack([motion.accelerations[:, i], v, np.sign(v), np.ones(len(v))])
+    columns = np.column_stack([-change, motion.low_pass(others)])[used]
+    scale = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+    columns = columns / scale
+    weights = np.linalg.lstsq(columns, residual[used], rcond=1e-10)[0]
+    left = residual[used] - columns @ weights
+    rate = min(2 * motion.cutoff_hz * motion.sample_time, 1.0)
+    count = max(1.0, independent(left[:: max(1, round(1 / rate))]) * rate * len(left))
+    spread = np.linalg.pinv(columns.T @ columns)[0, 0] * float(left @ left) / count
+    return float(weights[0] / scale[0]), float(max(np.sqrt(spread) / scale[0], 1e-300))
