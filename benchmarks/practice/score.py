@@ -7,7 +7,7 @@ import subprocess
 import sys
 from collections import Counter
 from collections.abc import Sequence
-from math import inf, pi
+from math import inf, nan, pi
 from pathlib import Path
 from typing import Any
 
@@ -63,7 +63,10 @@ def ratios(out: Path, cases: Sequence[Case], figure: tuple[str, str]) -> list[fl
 
 
 def coverage(out: Path, cases: Sequence[Case]) -> tuple[int, int]:
-    """(truths inside their 95 % interval, truths) over parameters with an interval, of effects rightly named."""
+    """(truths inside their 95 % interval, truths) over parameters with an interval, of effects rightly named.
+
+    A parameter that the truth has not, of another form of the effect, counts as outside.
+    """
     inside = total = 0
     for case in cases:
         found = result_in(out / case.name)["effects"]
@@ -72,7 +75,8 @@ def coverage(out: Path, cases: Sequence[Case]) -> tuple[int, int]:
             if same and "form" not in effect:
                 for name, (low, high) in same[0]["intervals"].items():
                     total += 1
-                    inside += within(effect["parameters"][name], low, high, name == "phase")
+                    true = effect["parameters"].get(name, nan)
+                    inside += within(true, low, high, name == "phase")
     return inside, total
 
 

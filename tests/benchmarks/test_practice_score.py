@@ -105,6 +105,16 @@ def test_values_without_an_interval_are_not_counted(tmp_path: Path) -> None:
     assert coverage(tmp_path / "out", cases) == (0, 1)
 
 
+def test_a_parameter_that_the_truth_has_not_is_outside(tmp_path: Path) -> None:
+    """Another form of the effect was found, such as a Stribeck curve with an exponent."""
+    one = case(tmp_path / "case_0001", DRAG)
+    (tmp_path / "out" / one.name).mkdir(parents=True)
+    low, high = 0.9 * DRAG["parameters"]["c"], 1.1 * DRAG["parameters"]["c"]
+    said = {"verdict": "effect", "effects": [{**DRAG, "intervals": {"c": [low, high], "bend": [0.1, 2.0]}}]}
+    (tmp_path / "out" / one.name / "diagnosis.json").write_text(json.dumps(said))
+    assert coverage(tmp_path / "out", [one]) == (1, 2)
+
+
 def test_times_are_of_logs_as_they_are() -> None:
     runs = [Run(f"c{n}", wall, 2 * wall, n, "", "") for n, wall in ((6000, 4.0), (24000, 9.0), (48000, 30.0))]
     failed = Run("bad", 99.0, 99.0, 0, "refused", "")
