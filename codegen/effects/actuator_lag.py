@@ -44,7 +44,7 @@ class ActuatorLag(Effect):
     @property
     def forms(self) -> tuple[Effect, ...]:
         """The single lag first."""
-        return (self, type(self)(twice=True))
+        return (type(self)(), type(self)(twice=True))
 
     def add(self, system: System, place: int, p: Symbols) -> System:
         if EACH.name in p:

@@ -43,7 +43,7 @@ class DeadZone(Effect):
     @property
     def forms(self) -> tuple[Effect, ...]:
         """The continuous curve first."""
-        return (self, type(self)(jumps=True))
+        return (type(self)(), type(self)(jumps=True))
 
     def add(self, system: System, place: int, p: Symbols) -> System:
         if THRESHOLD.name in p:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import sympy
@@ -9,6 +10,7 @@ import sympy
 from codegen.base.errors import BadInput, nearest_name, refuse_unknown
 from codegen.effects import CATALOGUE, Effect
 from codegen.effects.added import added
+from codegen.effects.effect import EffectParameter
 from codegen.effects.places import pairs
 from codegen.mechanics.build import build_system, check_mass_matrix
 from codegen.mechanics.system import System
@@ -140,6 +142,14 @@ def _place(effect: Effect, declared: DeclaredEffect, system: System, spec: Spec,
     return on
 
 
+def _wanted(effect: Effect, parameter: EffectParameter, forms: Iterable[str]) -> str:
+    """A missing parameter with its meaning; every form of the effect where another would do without it."""
+    own = f"`{parameter.name}:` ({parameter.meaning})"
+    return (
+        own if all(parameter in form.parameters for form in effect.forms) else f"{own}; a form has {' or '.join(forms)}"
+    )
+
+
 def _checked(effect: Effect, declared: DeclaredEffect, spec: Spec, key: str) -> dict[str, Any]:
     names = [p.name for p in effect.parameters]
     forms = dict.fromkeys(", ".join(p.name for p in form.parameters) for form in effect.forms)
@@ -153,7 +163,7 @@ def _checked(effect: Effect, declared: DeclaredEffect, spec: Spec, key: str) -> 
     for p in effect.parameters:
         if p.name not in declared.parameters:
             raise BadInput(
-                spec.place(f"{key}.parameters"), f"`{p.name}` is missing", f"`{p.name}:` ({p.meaning})", code="SPEC003"
+                spec.place(f"{key}.parameters"), f"`{p.name}` is missing", _wanted(effect, p, forms), code="SPEC003"
             )
         value = declared.parameters[p.name]
         if (p.low is not None and value <= p.low) or (p.high is not None and value >= p.high):
