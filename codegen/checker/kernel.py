@@ -78,7 +78,7 @@ class Text:  # expressions over `names`, and statements that set them; `sign`: w
         demand(not self.sign or name in ("cos", "exp", "fabs", "sin", "sqrt", "tanh", self.sign), f"C calls {name}")
         if name in ("cos", "sin"):
             return polynomials.angle(name, p, self.known)
-        value = self.known.setdefault((kind, frozenset(p.after(len(p)).items())), term(1, f"?{kind}{len(self.known)}"))
+        value = self.known.setdefault((kind, frozenset(p.after(len(p)).items())), term(1, f"?{len(self.known)}?{kind}"))
         value = term((p.constant() > 0) - (p.constant() < 0)) if kind == "sgn" and not p.names() else value
         return value * p if name == "fabs" else value
 
@@ -217,8 +217,16 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
         rise = [[(growth - i * j) * p for j, p in zip(J, row, strict=True)] for i, row in zip(J, fixed, strict=True)]
         demand(positive(rise), "not positive semidefinite", min(int(dwell), 10**5) * fall.denominator.bit_length())
         demand(dwell in range(10**5) and fall ** int(dwell) * growth <= 1 and turn["sign"] in signs, "not made good")
-    whole, more = not (proof["domain"] or box or any(rest)) and len(moving) == len(formulas), any(off.values())
-    return {"whole": whole, "first order": more, "fall": fall, "values": stated, "names": names, "known": claim.known}
+    some, more = bool(proof["domain"] or box or any(rest) or aside), any(off.values())
+    return {
+        "whole": not some and len(moving) == len(formulas),
+        "aside": aside,
+        "first order": more,
+        "fall": fall,
+        "values": stated,
+        "names": names,
+        "known": claim.known,
+    }
 
 
 if __name__ == "__main__":

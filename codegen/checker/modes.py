@@ -85,7 +85,7 @@ PLAIN = (
     rf"(?:(?:const )?double \w+(?:\[\d+\])?(?: = {VALUE})?|"
     rf"(?:state\.|(?!(?:state|inputs|outputs|parameters)\b))\w+(?:\[\w+\])? \+?= {VALUE}); ?"
 )
-LINES = rf"(?: ?\(void\)\w+; ?| ?{PLAIN}|for \(int i = \d+; i < \d+; i\+\+\) {{ (?:{PLAIN})*}} ?)* ?"
+LINES = rf"(?: ?\(void\)\w+; ?| ?{PLAIN}|for \(int i = \d+; i < \d+; i\+\+\) {{ (?:{PLAIN})*+}} ?)*+ ?"
 CALLS = {"for", "fabs", "sqrt", "sin", "cos", "exp", "tanh"}
 
 

@@ -178,7 +178,7 @@ def angle(name: str, p: Poly, known: dict[Any, Any]) -> Poly:
     """The sine or cosine of p, over variables of its own: of x they are called x t, x k and x m."""
     of = frozenset(p.after(len(p)).items())
     if ("cos", of) not in known:
-        own = "".join(p.names()) if p == term(1, *p.names()) else f"?{len(Poly.divisors)}"
+        own = x if len(p.names()) == 1 and p == term(1, x := min(p.names())) else f"?{len(Poly.divisors)}"
         t, k, m = (term(1, f"{own} {x}") for x in "tkm")
         Poly.signs = Poly.signs | k.names() | m.names()
         u = reciprocal(term(1) + t * t, known)

@@ -185,6 +185,7 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
         for e, r in zip(proof["errors"], proof.get("rest", []), strict=False)
         if r != "0"
     ]
+    besides = f" but {', '.join(map(plain, shown['aside']))}, of which nothing is said" if shown["aside"] else ""
     first = ", to first order in them" if shown["first order"] else ""
     stays = f" while {turns} {'stays' if len(proof['signs']) == 1 else 'stay'}" if turns else ""
     values = ", ".join(f"{plain(p)} = {show(x)}" for p, x in shown["values"].items())
@@ -194,7 +195,7 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
         *(f"only where {plain(x)} > 0" for x in proof["domain"]),
         *(f"only where {along.get(x, '')}{plain(x)} is in [{low}, {high}]" for x, (low, high) in proof["box"].items()),
         *(f"only where the state {z} is {plain(proof['states'][z])}" for z in shown["fixed"]),
-        f"errors: {', '.join(errors)}: of every state of {c}",
+        f"errors: {', '.join(errors)}: of every state of {c}{besides}",
         f"in a sample of {h} s of {c} they become a matrix times what they were{first}: an identity in state, inputs,"
         f" {free}{stays}",
         *left_over,

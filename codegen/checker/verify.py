@@ -15,6 +15,7 @@ import re
 import runpy
 import sys
 from collections import namedtuple
+from collections.abc import Collection
 from fractions import Fraction
 from itertools import pairwise, product
 from operator import mul
@@ -43,7 +44,7 @@ parse, widen, MAX_STRING = enclosure.parse, enclosure.widen, enclosure.MAX_STRIN
 PROOF, SETS, by_kernel, long_run = theorem.PROOF, theorem.SETS, theorem.bound, theorem.long_run
 by_kernel_alone = theorem.proved
 integers, positive_pivots = forms.integers, forms.positive_pivots
-MAX_TEXT, MAX_SIZE, MAX_VERTICES, MAX_TOTAL, FINE = 5_000_000, 32, 4096, 200_000, 2**128
+MAX_TEXT, MAX_SIZE, MAX_VERTICES, MAX_TOTAL, MAX_FILES, FINE = 5_000_000, 32, 4096, 200_000, 1000, 2**128
 FORMS = json.loads(r"""{"FORMAT": "stiction-certificate/1", "TEXT": ".*",
     "NAME": "[A-Za-z][A-Za-z0-9_]*", "FILE": "[A-Za-z0-9_][A-Za-z0-9_.+-]{0,127}", "WHOLE": "0|[1-9][0-9]{0,8}",
     "LINE": ".*\\S.*", "HASH": "[0-9a-f]{64}", "STEP": "euler|semi_implicit|exponential|implicit"}""")
@@ -103,7 +104,9 @@ def contraction(top: dict[str, Any], axes: dict[str, Any], h: Fraction, *factors
     used = sorted({name for row in A for names, _ in row for name in names})
     places = [[[k for k, name in enumerate(used) if name in names] for names, _ in row] for row in A]
     grid = [dict(zip(axes, intervals, strict=True)) for intervals in product(*axes.values())]
-    boxes = [{name: widen(*value(cell)) for name, value in thetas.items()} for cell in grid]
+    work = cells * sum(words(entry["expression"]) for entry in top["parameters"] if entry["name"] in used)
+    demand(work <= MAX_TOTAL, f"{work} values of parts of parameters, more than {MAX_TOTAL}")
+    boxes = [{name: widen(*thetas[name](cell)) for name in used} for cell in grid]
     counts = [math.prod(len(set(box[name])) for name in used) for box in boxes]
     fault = f"{max(counts)} vertices in a cell, {sum(counts)} in all, more than {MAX_VERTICES} or {MAX_TOTAL}"
     demand(max(counts) <= MAX_VERTICES and sum(counts) <= MAX_TOTAL, fault)
@@ -125,6 +128,11 @@ def contraction(top: dict[str, Any], axes: dict[str, Any], h: Fraction, *factors
                 at = [f", {name} in [{show(low)}, {show(high)}]" for name, (low, high) in (cell | point).items()]
                 raise Refused(f"V may not fall{''.join(at)}{why}") from None
     return f"{sum(counts)} vertices in {cells} cells"
+
+
+def words(entry: Any) -> int:
+    """How many names, numbers and operations an expression has."""
+    return sum(map(words, entry)) if isinstance(entry, list) else 1
 
 
 def refuted(top: dict[str, Any], axes: dict[str, Any], h: Fraction, *factors: Fraction) -> str:
@@ -254,7 +262,7 @@ def check(
         if sources is None:
             here = [name for name in {*named, PROOF, SETS} if folder and (folder / name).exists()]
             sources = {name: files.read(folder / name, MAX_TEXT) for name in here}
-            alone(folder)
+            alone(folder, named)
         more, facts = unchanged(top, sources, spec), verify(top)
         proved, unproved, whole = by_kernel(top, {k: v for k, v in sources.items() if k in {*named, PROOF, SETS}})
     except RecursionError:
@@ -265,10 +273,16 @@ def check(
     return Report(top["subject"]["name"], *words, tuple(proved), unproved, whole)
 
 
-def alone(folder: Path | None) -> None:
-    """Refused where another <math.h> lies beside the code: a compiler that is given this folder by -I would read it."""
-    named = [x.name for x in folder.iterdir() if x.name.lower() == "math.h"] if folder and folder.is_dir() else []
-    demand(not named, f"{named}: a compiler may take it for the system's header")
+def alone(folder: Path | None, own: Collection[str]) -> None:
+    """Refused where a header that is not the code's own lies beside or below it.
+
+    A compiler that is given this folder by -I may read it in place of one that the system's <math.h> includes, or that
+    it always reads first.
+    """
+    below = [x for _, x in zip(range(MAX_FILES), folder.rglob("*"), strict=False)] if folder and folder.is_dir() else []
+    demand(len(below) < MAX_FILES, f"{MAX_FILES} files or more beside the code")
+    named = [one_line(x.name) for x in below if x.suffix.lower() == ".h" and x.name not in own]
+    demand(not named, f"{', '.join(named[:3])} beside the code: a compiler may take it for a header of the system's")
 
 
 def of_proof(proof: dict[str, Any], folder: Path | None, sources: dict[str, bytes] | None) -> Report:
@@ -278,7 +292,7 @@ def of_proof(proof: dict[str, Any], folder: Path | None, sources: dict[str, byte
         names = (f"{name}.c", f"{name}.h", SETS)
         here = [path for file in names if folder and (path := folder / file).exists()]
         sources = {path.name: files.read(path, MAX_TEXT) for path in here}
-        alone(folder)
+        alone(folder, names)
     shown = theorem.proved(proof, sources)
     more = theorem.reached(proof, shown, sources[SETS]) if SETS in sources else []
     open_ = ("a certificate: this is the kernel's proof alone", *theorem.sizes(more), *ALWAYS)

@@ -167,14 +167,15 @@ def test_an_index_that_an_int_cannot_hold_is_refused(index: str) -> None:
         verify.theorem.proved(proof, {name: text.encode() for name, text in files.items()})
 
 
-@pytest.mark.parametrize("name", ["math.h", "Math.H"])
-def test_another_math_h_beside_the_code_is_refused(name: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["math.h", "Math.H", "features.h", "stdc-predef.h", "bits/math-vector.h"])
+def test_another_header_beside_the_code_is_refused(name: str, tmp_path: Path) -> None:
     """The generated README, CMake and make files give the folder to the compiler by -I."""
     for file, text in texts("one_mass").items():
         (tmp_path / file).write_text(text, encoding="utf-8")
     for file in ("proof.json", "certificate.json"):
         (tmp_path / file).write_bytes((GENERATED / "one_mass" / file).read_bytes())
         assert verify.main([str(tmp_path / file)]) == 0
+    (tmp_path / name).parent.mkdir(exist_ok=True)
     (tmp_path / name).write_text("#define fabs(x) (-(x))\n", encoding="utf-8")
     for file in ("proof.json", "certificate.json"):
         assert verify.main([str(tmp_path / file)]) == 3

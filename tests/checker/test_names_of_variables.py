@@ -1,0 +1,79 @@
+"""Variables that the kernel makes for itself: no two share a name. Each of these was accepted, or hung, under attack."""
+
+from __future__ import annotations
+
+import re
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from codegen.checker import kernel, modes, polynomials, verify
+from codegen.checker.polynomials import Poly, term
+
+GENERATED = Path(__file__).parents[2] / "generated"
+
+
+@pytest.fixture(autouse=True)
+def fresh(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Poly, "signs", frozenset())
+    monkeypatch.setattr(Poly, "divisors", {})
+    monkeypatch.setattr(Poly, "work", 0)
+
+
+def test_values_of_different_functions_are_different_variables() -> None:
+    """exp2 as the third and exp as the 23rd function were one variable, so that exp(omega) passed for exp2(theta)."""
+    text = kernel.Text({}, {})
+    values = [text.call(name, term(k + 1, "x")) for k in range(40) for name in ("exp", "exp2", "exp21", "log1", "log")]
+    assert len({name for value in values for name in value.names()}) == len(values)
+
+
+def test_the_angle_of_a_product_is_not_that_of_a_name_spelt_alike() -> None:
+    known: dict[Any, Any] = {}
+    angles = [
+        term(1, "aaa"),
+        term(1, "a") * term(1, "aa"),
+        term(1, "a", "a", "a"),
+        term(2, "aaa"),
+        term(1, "aaa", "aaa"),
+    ]
+    found = [polynomials.angle("cos", p, known) for p in angles]
+    names = [{x for x in p.names() if x.endswith(" t")} or {x for r in p.names() if r in Poly.divisors
+             for x in Poly.divisors[r].names()} for p in found]  # fmt: skip
+    assert all(a.isdisjoint(b) for i, a in enumerate(names) for b in names[:i])
+    assert names[0] == {"aaa t"}
+
+
+def test_statements_that_are_not_plain_are_refused_in_one_reading() -> None:
+    """With a comma behind 60 assignments the form was tried in 2^60 ways."""
+    line = "state.z_plates = parameters.plates_a; "
+    assert re.fullmatch(modes.LINES, 60 * line)
+    assert not re.fullmatch(modes.LINES, 60 * line + "state.z_plates = 1.0, 2.0;")
+
+
+def test_many_cells_of_long_parameters_are_more_than_the_limit() -> None:
+    cells = [[(Fraction(k), Fraction(k + 1)) for k in range(100)]] * 2
+    long = ["exp", ["*", "1/4", ["+", "x", "y", *["1/7"] * 20]]]
+    parameters = [{"name": "p", "expression": long}]
+    top = {"parameters": parameters, "error": [{}], "lyapunov_matrix": [[Fraction(1)]], "matrix": [["p"]]}
+    with pytest.raises(verify.Refused, match="values of parts of parameters"):
+        verify.contraction(top, dict(zip("xy", cells, strict=True)), Fraction(1, 1000), *map(Fraction, (0, 1, 1)))
+
+
+def test_a_state_of_which_nothing_is_said_is_named_and_the_proof_is_not_of_the_whole_code() -> None:
+    """A state that follows an estimate, in no error and in no formula."""
+    texts = {f"rig.{end}": (GENERATED / "rig" / f"rig.{end}").read_text("utf-8") for end in "ch"}
+    proof = verify.theorem.read((GENERATED / "rig" / "proof.json").read_text("utf-8"))
+    assert proof is not None
+    shown = kernel.prove(proof, texts)
+    assert shown["whole"] and shown["aside"] == []
+    domain = GENERATED / "one_mass_domain"
+    texts = {f"one_mass_domain.{end}": (domain / f"one_mass_domain.{end}").read_text("utf-8") for end in "ch"}
+    proof = verify.theorem.read((domain / "proof.json").read_text("utf-8"))
+    assert proof is not None
+    Poly.work = 0
+    shown = kernel.prove(proof, texts)
+    shown = verify.theorem.proved(proof, {name: text.encode() for name, text in texts.items()})
+    assert shown["aside"] == ["state.x_predicted"] and not shown["whole"]
+    assert any("but x_predicted, of which nothing is said" in line for line in verify.theorem.words(proof, shown))
