@@ -262,7 +262,7 @@ def check(
         if sources is None:
             here = [name for name in {*named, PROOF, SETS} if folder and (folder / name).exists()]
             sources = {name: files.read(folder / name, MAX_TEXT) for name in here}
-            alone(folder, named)
+            alone(folder, {*named, f"{top['subject']['name']}.h"})
         more, facts = unchanged(top, sources, spec), verify(top)
         proved, unproved, whole = by_kernel(top, {k: v for k, v in sources.items() if k in {*named, PROOF, SETS}})
     except RecursionError:

@@ -391,7 +391,7 @@ MACHINES = {
     "plain": ("one_mass", ONE, "cfo", "estimated", "K_F: 10, K_v: 100", "euler", ""),
     "an arm": ("arm", ARM, "gcfo", "measured", "K_F: [0.5, 0.05]", "euler", ""),
 }
-BOUND = dict.fromkeys(("an effect at the contact", "a level of a side", "measured velocity", "plain"), 0)
+BOUND = dict.fromkeys(("an effect at the contact", "a level of a side", "an arm", "measured velocity", "plain"), 0)
 
 
 @pytest.mark.parametrize("case", MACHINES)

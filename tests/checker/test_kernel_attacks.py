@@ -380,10 +380,8 @@ def test_carriage_returns_are_refused_alone_too(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("field", "value", "words"),
     [
-        ("box", {"true.v": ["0", "1"]}, "the range"),
-        ("box", {"inputs.w": ["-5", "5"]}, "the range"),
-        ("matrix", [["9/10 + 0*inputs.w", "-1/1000"], ["1", "1"]], "the matrix"),
-        ("matrix", [["9/10", "-1/1000"], ["1", "1 + 0*true.v"]], "the matrix"),
+        ("box", {"true.v": ["0", "1"]}, "ranges"),
+        ("box", {"inputs.w": ["-5", "5"]}, "ranges"),
     ],
 )
 def test_a_proof_over_less_than_the_certificate_says_is_none_of_it(field: str, value: Any, words: str) -> None:
@@ -395,7 +393,9 @@ def test_a_proof_over_less_than_the_certificate_says_is_none_of_it(field: str, v
         None,
         everything | {"proof.json": json.dumps(proof).encode()},
     )
-    assert not report.proved and not report.whole and f"is not its proof: {words}" in report.unproved
+    assert (
+        not report.proved and not report.whole and "is not its proof: " in report.unproved and words in report.unproved
+    )
 
 
 def test_a_box_is_printed_as_a_condition_and_not_as_every_state() -> None:

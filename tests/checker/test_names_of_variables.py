@@ -1,4 +1,4 @@
-"""Variables that the kernel makes for itself: no two share a name. Each of these was accepted, or hung, under attack."""
+"""Variables that the kernel makes for itself: no two share a name. Each of these passed, or hung, under attack."""
 
 from __future__ import annotations
 
