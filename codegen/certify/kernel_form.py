@@ -211,7 +211,7 @@ class Writer:
             return f"{e.func}({self._sum(e.args[0])})"
         if e.is_Add or e.is_Mul or e.is_Number:
             return f"({self._sum(e)})"
-        raise NotCovered(f"the function {e.func}")
+        raise NotCovered(f"the number {e}" if e.is_NumberSymbol else f"the function {e.func}")
 
 
 def _of_a_sum(e: Any) -> bool:

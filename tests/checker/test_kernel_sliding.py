@@ -111,11 +111,11 @@ def test_mutants_of_every_sliding_that_are_proved_are_true(name: str) -> None:
 FORGERIES: dict[str, tuple[Callable[[dict[str, Any]], object], str]] = {
     "a smaller friction state than that of sliding": (
         lambda p: p["box"].update({"true.f_rail": ["1/10", "1"]}),
-        "not pos",
+        "V may not fall",
     ),
-    "any acceleration": (lambda p: p["box"].update({"inputs.w": ["-100000000", "100000000"]}), "not pos"),
+    "any acceleration": (lambda p: p["box"].update({"inputs.w": ["-100000000", "100000000"]}), "V may not fall"),
     "no range of the level": (lambda p: p["box"].pop("true.a_rail"), "without a range"),
-    "a faster fall": (lambda p: p.update({"decay_rate": "12"}), "not pos"),
+    "a faster fall": (lambda p: p.update({"decay_rate": "12"}), "V may not fall"),
     "nothing besides": (lambda p: p.update({"rest": ["0", "0", "0"]}), "does not move the errors"),
     "no word of it": (lambda p: p.pop("rest"), "does not move the errors"),
     "the other sign of it": (lambda p: p["rest"].__setitem__(2, f"-({p['rest'][2]})"), "does not move the errors"),

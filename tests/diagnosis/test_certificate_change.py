@@ -29,7 +29,7 @@ def machine(effects: str) -> Derived:
     [
         ("[]", ()),
         (DELAY, ("chains of inputs", "it rests on proof.json")),
-        (COGGING, ("the slope of g in x is no constant", "the function sin")),
+        (COGGING, ("the slope of g in x is no constant", "the number pi")),
         (UNSTABLE, ("no certificate",)),
     ],
 )
