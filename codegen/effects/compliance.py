@@ -40,8 +40,8 @@ NEEDS = "an axis with a constant inertia of its own, not coupled to others, and 
 class Compliance(Effect):
     """(1 − ρ)M at the motor, ρM at the load; between them k dx + c dv, dx = x − x_load.
 
-    Encoder, input, friction and damping are at the motor; declared forces of position alone, such as gravity, act at the
-    load.
+    Encoder, input, friction and damping are at the motor; declared forces of position alone, such as gravity, act at
+    the load.
     """
 
     kind = "compliance"
