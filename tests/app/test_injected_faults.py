@@ -247,6 +247,7 @@ def test_an_interrupt_that_a_library_turns_into_an_error(made, monkeypatch):
             raise NotImplementedError("Wrong number or type of arguments for overloaded function") from None
 
     monkeypatch.chdir(made)
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell starts what runs behind it with SIGINT ignored
     with patch.object(codegen.analysis.analysis, "analyse", turned):
         result = stiction("derive", "s.yaml")
     assert (result.code, result.err) == (128 + signal.SIGINT, "interrupted\n")
