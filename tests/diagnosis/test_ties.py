@@ -72,6 +72,20 @@ def test_a_richer_form_that_fits_no_better_is_no_rival(
     assert [r.found.part.kind for r in ranking._tied(search, spring, [spring, other])] == tied
 
 
+@pytest.mark.usefixtures("significant")
+@pytest.mark.parametrize(("cost", "rival"), [(96.0, False), (89.0, True)])
+def test_a_special_form_must_be_clearly_better_than_a_usual_one(
+    cost: float, rival: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two equal lags are nearer to a delay than one lag is: with them a short delay was `ambiguous`. 10 nats decide."""
+    monkeypatch.setattr(ranking, "noise_ratio", lambda fit: 200.0)
+    search: Any = None
+    delay, lags = ranked("input_delay", 0.41), ranked("actuator_lag", 0.42)
+    lags.found.part.names, delay.found.fit.cost, lags.found.fit.cost = ["tau_each"], 100.0, cost
+    assert ranking._tied(search, delay, [delay, lags]) == ([lags] if rival else [])
+    assert ranking.usual_form_first(search, [lags, delay])[0] is (lags if rival else delay)
+
+
 @pytest.mark.parametrize(("gain", "preferred"), [(0.96, False), (0.85, True)])
 def test_far_from_the_noise_force_decides_only_clearly(
     gain: float, preferred: bool, monkeypatch: pytest.MonkeyPatch
