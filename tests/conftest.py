@@ -1,5 +1,6 @@
 """For every test: property tests draw the same cases in `make test`, and new ones in `make check-all`
-(HYPOTHESIS_PROFILE=random); the collector of cycles runs as rarely as in the command; linear algebra takes one thread.
+(HYPOTHESIS_PROFILE=random); the collector of cycles runs as rarely as in the command; linear algebra takes one thread;
+SymPy keeps what it computed for many machines, not for the last one alone.
 """
 
 from __future__ import annotations
@@ -8,6 +9,7 @@ import gc
 import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy: two workers on two cores, and threads change bits
+os.environ.setdefault("SYMPY_CACHE_SIZE", "20000")  # before SymPy; 1000 by default: a seventh more time in derivations
 
 from hypothesis import settings
 

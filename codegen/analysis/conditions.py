@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -35,7 +35,7 @@ class Condition:
         return self.value > 0
 
 
-def reduce_conditions(raw: Sequence[tuple[str, Any]], positive: set[sympy.Symbol]) -> list[tuple[str, Any]]:
+def reduce_conditions(raw: Sequence[tuple[str, Any]], positive: Collection[sympy.Symbol]) -> list[tuple[str, Any]]:
     """Remove positive factors from each condition: given symbols, earlier conditions, squares of denominators.
 
     A square in a numerator stays unless it is known to be nonzero: a slip speed or a friction state may pass zero.

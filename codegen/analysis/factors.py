@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import casadi
@@ -97,7 +98,13 @@ def written_conditions(
         coefficients: their values.
         positive: symbols with a positive value.
     """
-    return reduce_conditions(_written(raw, c, coefficients), positive)
+    return list(_reduced(tuple(_written(raw, c, coefficients)), frozenset(positive)))
+
+
+@lru_cache(maxsize=256)
+def _reduced(written: tuple[tuple[str, Any], ...], positive: frozenset[sympy.Symbol]) -> tuple[tuple[str, Any], ...]:
+    """``reduce_conditions``, kept: they are over symbols, and so alike for all values of the gains and parameters."""
+    return tuple(reduce_conditions(written, positive))
 
 
 def _written(raw: Sequence[tuple[str, Any]], c: Sequence[Any], coefficients: Sequence[Any]) -> list[tuple[str, Any]]:
