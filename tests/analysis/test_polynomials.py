@@ -20,6 +20,7 @@ from codegen.mechanics import build_system
 from codegen.observers import build_observer
 from codegen.spec import parse_spec, read_spec
 from codegen.spec.functions import Magnitude
+from tests.in_part import in_part
 from tests.machines import ONE_MASS, machine
 from tests.told import refused
 
@@ -47,7 +48,7 @@ def random_roots(order: int, generator: np.random.Generator) -> Any:
     return np.array(roots)
 
 
-@pytest.mark.parametrize("order", range(1, 7))
+@pytest.mark.parametrize("order", in_part(range(1, 7), range(1, 6)))
 def test_routh_and_jury_agree_with_the_roots(order: int) -> None:
     """400 random polynomials each, 2400 in all, with no disagreement outside rounding."""
     routh, step = compiled(order)
@@ -239,7 +240,9 @@ GAINS = {
 }
 
 
-@pytest.mark.parametrize(("name", "kind"), GAINS)
+@pytest.mark.parametrize(
+    ("name", "kind"), in_part(list(GAINS), [g for g in GAINS if g != ("two_mass", "gcfo")], several=True)
+)
 def test_conditions_and_largest_sample_time_against_eigenvalues(name: str, kind: str) -> None:
     """Random gains through the whole analysis: conditions hold just where eigenvalues say so; the largest sample time
     is where bisection on the spectral radius of I + hΨ finds it, to 1e-6 (the bisection stops at 1e-9)."""

@@ -17,6 +17,7 @@ from codegen.certify.certify import Certificate, Proposal, Proposals, Refusal
 from codegen.certify.remedies import proposals
 from stiction import certify, load
 from tests.app.command import SPECS, stiction
+from tests.in_part import in_part
 
 ONE, TWO = "gains: {K_F: 10, K_v: 100}", "gains: {K_F: [500, 700], K_v: [10, 10]}"
 RIG, DFO = "gains: {K_1: 0, K_2: -10, K_v: 50}", "gains: {K_a: -10, K_f1: -0.01, K_f2: 0, K_v: 100}"
@@ -60,7 +61,10 @@ def cfo_radius(k_f: float, k_v: float, h: float) -> float:
     return float(np.abs(np.linalg.eigvals(np.eye(2) + h * np.array([[-k_v, -1], [k_f * k_v, 0]]))).max())
 
 
-@pytest.mark.parametrize(("k_f", "k_v", "h"), [(20000, 100, 0.001), (10, 3000, 0.001), (900, 2500, 0.002)])
+LOOPS = [(20000, 100, 0.001), (10, 3000, 0.001), (900, 2500, 0.002)]
+
+
+@pytest.mark.parametrize(("k_f", "k_v", "h"), in_part(LOOPS, LOOPS[1:2], several=True))
 def test_one_mass_cfo(tmp_path: Path, k_f: float, k_v: float, h: float) -> None:
     old = f"{ONE}\n  sample_time: 0.001"
     found = proposed(write(tmp_path, "one_mass", old, f"gains: {{K_F: {k_f}, K_v: {k_v}}}\n  sample_time: {h}"))
@@ -110,7 +114,7 @@ def test_guarded_cfo(tmp_path: Path) -> None:
     ("name", "old", "wrong"),
     [
         ("thesis/rig_to", RIG, RIG.replace("-10", "10")),
-        ("two_mass", TWO, TWO.replace("[500, 700]", "[[500, 0], [0, -700]]")),
+        pytest.param("two_mass", TWO, TWO.replace("[500, 700]", "[[500, 0], [0, -700]]"), marks=pytest.mark.slow),
         pytest.param("thesis/one_mass_dfo_implicit", DFO, DFO.replace("-10", "10"), marks=pytest.mark.slow),
     ],
 )

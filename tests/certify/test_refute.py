@@ -11,6 +11,7 @@ import pytest
 
 from codegen.certify.certify import Certificate, Refusal
 from codegen.checker import verify
+from tests.in_part import in_part
 
 from .certified import outcome, step_matrix
 
@@ -28,7 +29,7 @@ def spectral(content: Any) -> float:
     return (1 - radius**2) / 2 / float(Fraction(content["sample_time"]))
 
 
-@pytest.mark.parametrize("step", ["euler", "semi_implicit", "exponential", "implicit"])
+@pytest.mark.parametrize("step", in_part(["euler", "semi_implicit", "exponential", "implicit"], ["euler", "implicit"]))
 def test_proof_and_refutation_are_within_one_percent(step: str) -> None:
     generator = np.random.default_rng(3)
     for _ in range(6):

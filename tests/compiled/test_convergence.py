@@ -47,6 +47,7 @@ def test_one_mass(tmp_path, level):
     assert np.sqrt(np.mean(error**2)) < 0.08 * level
 
 
+@pytest.mark.slow
 def test_two_mass(tmp_path):
     text = spec_text("two_mass").replace("  sample_time: 0.002", "  sample_time: 0.001")
     plant = text.replace("encoder_step: {x1: 1e-5, x2: 1e-5}", "encoder_step: {}")

@@ -90,6 +90,7 @@ def test_a_force_that_is_no_effect_of_the_catalogue_is_unknown_and_not_nothing(t
     assert parse_spec(models.spec_text, Path("spec.yaml")).effects == ()
 
 
+@pytest.mark.slow
 def test_a_force_at_one_place_only_is_unknown_though_most_of_the_log_fits(tmp_path: Path) -> None:
     """Half of the segments never meet it, so that the median error is the noise."""
     log = log_of(stage(), tmp_path, "train.csv")

@@ -17,6 +17,7 @@ from codegen.diagnosis.trial import part_of
 from codegen.effects import CATALOGUE
 from codegen.spec import parse_spec
 from tests.diagnosis.stage import STAGE, TEST, TRAIN, log_of, stage, system_of
+from tests.in_part import in_part
 
 SPEED: NDArray[np.float64] = np.linspace(0.04, 0.6, 200)
 LAWS = {
@@ -35,7 +36,7 @@ def diagnosed(plant: str, folder: Path) -> tuple[Diagnosis, Models]:
     return diagnose_log(spec, system_of(spec), train, test)
 
 
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("name", in_part(list(LAWS), ["proportional"]))
 def test_friction_that_grows_with_speed_is_viscous(name: str, tmp_path: Path) -> None:
     """The plant's contact has a law that the spec does not know; no second effect corrects the form of the first."""
     law, truth = LAWS[name]
@@ -79,6 +80,7 @@ def test_viscous_friction_that_the_spec_declares_in_proportion_is_a_curve(tmp_pa
     assert np.abs(found - truth).max() < 0.05 * truth.max()
 
 
+@pytest.mark.slow
 def test_a_steep_stribeck_curve_is_found_and_its_observer_refused(tmp_path: Path) -> None:
     """Bo and Pavelescu's curve with an exponent of 0.6, whose slope is infinite at standstill: no observer is made for
     it, and the diagnosis is written all the same.

@@ -84,6 +84,7 @@ SOFT_FILE = Path("soft.yaml")
 SOFT = "top*tanh(w/top)"
 
 
+@pytest.mark.slow
 def test_a_drive_that_saturates_gradually_is_found(tmp_path: Path) -> None:
     """The plant's force is a hyperbolic tangent of the command; the catalogue's rounded limit is its nearest."""
     plain = STAGE.format(effects="[]", level=4.5, reference=TRAIN, duration=14.0, noise=0.0)

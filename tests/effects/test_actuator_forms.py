@@ -19,6 +19,7 @@ from codegen.simulate.held_input import HeldInput
 from codegen.spec import parse_spec
 from tests.diagnosis.stage import diagnosed, log_of, stage, system_of
 from tests.effects.test_in_code import W, X, estimates
+from tests.in_part import in_part
 from tests.machines import SPRING_MASS
 from tests.told import refused
 
@@ -119,11 +120,15 @@ def test_wrong_parameters_are_refused(kind: str, parameters: str, told: str) -> 
         machine(kind, parameters)
 
 
-@pytest.mark.parametrize(
-    ("kind", "name", "value", "unit"),
-    [("dead_zone", "threshold", 5.0, "N"), ("actuator_lag", "tau_each", 0.008, "s"), ("dead_zone", "width", 2.0, "N"),
-     ("actuator_lag", "tau", 0.012, "s")],
-)  # fmt: skip
+FORMS = [
+    ("dead_zone", "threshold", 5.0, "N"),
+    ("actuator_lag", "tau_each", 0.008, "s"),
+    ("dead_zone", "width", 2.0, "N"),
+    ("actuator_lag", "tau", 0.012, "s"),
+]
+
+
+@pytest.mark.parametrize(("kind", "name", "value", "unit"), in_part(FORMS, FORMS[:1], several=True))
 def test_a_diagnosis_finds_each_form(kind: str, name: str, value: float, unit: str, tmp_path: Path) -> None:
     diagnosis, _ = diagnosed(f"[{{kind: {kind}, on: w, parameters: {{{name}: {value} {unit}}}}}]", tmp_path, noise=1e-6)
     assert [e.kind for e in diagnosis.effects] == [kind], diagnosis.sentence

@@ -77,6 +77,7 @@ def joint_log(folder: Path, name: str, frequencies: tuple[float, ...], duration:
     np.savetxt(folder / f"{name}.csv", table, delimiter=",", header="t,q,u", comments="", fmt="%.9g")
 
 
+@pytest.mark.slow
 def test_a_compliance_under_weight_is_found(tmp_path: Path) -> None:
     """Its load starts below its motor; started level with it, it would ring through seconds of the log and hide it."""
     joint_log(tmp_path, "train", (0.6, 1.7, 4.1), 8.0)

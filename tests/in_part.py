@@ -1,0 +1,26 @@
+"""Cases of which `make test` runs a part, one of each kind, and `make check-all` all."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from typing import Any
+
+import pytest
+
+
+def in_part(cases: Sequence[Any], quick: Collection[Any], several: bool = False) -> list[Any]:
+    """Parameters for ``pytest.mark.parametrize``: all but the quick ones are marked slow.
+
+    Args:
+        quick: of ``cases``.
+        several: whether a case is a tuple of the values of several arguments.
+
+    Raises:
+        ValueError: where one of ``quick`` is no case, so that a name that changes does not take a case out.
+    """
+    lost = [case for case in quick if case not in cases]
+    if lost or not quick:
+        raise ValueError(f"no case: {lost}")
+    return [
+        pytest.param(*(case if several else (case,)), marks=() if case in quick else pytest.mark.slow) for case in cases
+    ]
