@@ -38,7 +38,7 @@ def test_warnings_of_numpy_and_loggers_do_not_reach_the_screen(
         np.exp(np.array([1e4]))
         logging.getLogger("matplotlib.font_manager").warning("Matplotlib is building the font cache")
 
-    monkeypatch.setattr(cli, "app", warns)
+    monkeypatch.setattr(cli, "_command", lambda: warns)
     with warnings.catch_warnings():
         warnings.simplefilter("always")
         before = list(warnings.filters)

@@ -7,8 +7,10 @@ import shutil
 
 import pytest
 
+from tests.in_part import in_part
+
 from .driver import HOST_FLAGS
-from .shipped import PRECISIONS, SHIPPED, interface, program, sources
+from .shipped import KINDS, PRECISIONS, SHIPPED, interface, program, sources
 from .toolchain import ARM_M4F, CLANG, COMPILERS, GCC, STRICT, Compiler, Workshop, need, nm_of, run, symbols
 
 MATHEMATICS = {"sin", "cos", "sincos", "tan", "exp", "log", "sqrt", "tanh", "pow"}
@@ -25,15 +27,18 @@ FAULTY = {
     "-Wpedantic": "int faulty(void); int faulty(void) { return 0b1; }",
 }
 
+PAIRS = [(spec, compiler) for spec in SHIPPED for compiler in COMPILERS]
+QUICK = [(spec, compiler) for spec, compiler in PAIRS if compiler is GCC or spec in KINDS]
+"""Every spec by one compiler, one of each kind by all."""
+
 
 def flags_of(compiler: Compiler) -> tuple[str, ...]:
     """Those of the builds that the other tests run, so that each file is compiled once."""
     return (*HOST_FLAGS, "-O2") if compiler in (GCC, CLANG) else (*STRICT, "-O2", "-ffp-contract=off")
 
 
-@pytest.mark.parametrize("compiler", COMPILERS, ids=lambda c: c.label)
 @pytest.mark.parametrize("precision", PRECISIONS)
-@pytest.mark.parametrize("spec", SHIPPED)
+@pytest.mark.parametrize(("spec", "compiler"), in_part(PAIRS, QUICK, several=True))
 def test_no_warning(workshop, spec, precision, compiler):
     files = sources(spec, precision)
     for name in files:
@@ -51,9 +56,8 @@ def test_no_warning_without_a_fault_policy(workshop, spec, precision):
                 workshop.object(files, name, compiler, *flags_of(compiler))
 
 
-@pytest.mark.parametrize("compiler", COMPILERS, ids=lambda c: c.label)
 @pytest.mark.parametrize("precision", PRECISIONS)
-@pytest.mark.parametrize("spec", SHIPPED)
+@pytest.mark.parametrize(("spec", "compiler"), in_part(PAIRS, QUICK, several=True))
 def test_mathematics_and_nothing_else_is_linked(workshop, spec, precision, compiler):
     files, face = sources(spec, precision), interface(spec, precision)
     found = symbols(workshop.object(files, f"{face.name}.c", compiler, *flags_of(compiler)), nm_of(compiler))

@@ -40,6 +40,7 @@ def test_the_mass_that_differs_is_told_with_its_value(tmp_path: Path) -> None:
     assert "m2 = 0.3527 kg in place of the declared 0.2713 kg (+30 %)" in words and "tolerance" in words
 
 
+@pytest.mark.slow
 def test_nothing_is_told_of_what_no_declared_value_explains(tmp_path: Path) -> None:
     lag = ARM.replace("observer:", "effects: [{kind: actuator_lag, on: w1, parameters: {tau: 0.03}}]\nobserver:", 1)
     assert told(short_log(ARM, tmp_path, "right.csv")) == []

@@ -19,6 +19,7 @@ from codegen.effects.start import Covered
 from codegen.mechanics import System, build_system
 from codegen.mechanics.system import TIME
 from codegen.spec import parse_spec
+from tests.in_part import in_part
 from tests.machines import TEXTS, bare_machine
 
 NOT_LINEAR = {
@@ -142,7 +143,13 @@ def test_no_kind_is_left_out() -> None:
     assert set(CATALOGUE) == {*CONTACT, *COORDINATE, *WITHOUT_FORCE, *INPUT, "coupling"}
 
 
-@pytest.mark.parametrize(("kind", "name", "place"), cases())
+ENDS = [[case for case in cases() if case[0] == kind] for kind in CATALOGUE]
+"""Of each kind its cases; in `make test` the first, on the simplest machine, and the last, on an arm or a cart."""
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "place"), in_part(cases(), [case for of in ENDS for case in (of[:1] + of[-1:])], several=True)
+)
 def test_change_is_the_equation(kind: str, name: str, place: int) -> None:
     """Of every form of the effect."""
     system = bare_machine(name)
