@@ -19,11 +19,12 @@ def lone(effects: str, level: float) -> Spec:
     return parse_spec(text, Path("stage.yaml"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("entry", "kind", "value"),
     [
         ("{kind: inertia_error, on: x, parameters: {delta: 0.6}}", "inertia_error", 0.6),
-        pytest.param("{kind: input_gain, on: w, parameters: {gain: 0.8}}", "input_gain", 0.8, marks=pytest.mark.slow),
+        ("{kind: input_gain, on: w, parameters: {gain: 0.8}}", "input_gain", 0.8),
     ],
 )
 def test_a_payload_is_a_mass_and_a_weak_drive_a_gain(entry: str, kind: str, value: float, tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from tests.compiled.specs import SPECS
 from tests.machines import one_mass
 
 FREE = "simulation: {duration: 2, sample_time: 0.01, inputs: {w: 3}}"
-LONG = ("two_mass", "two_link_arm")
+LONG = ("two_mass", "two_link_arm", "emps")
 """A few seconds each."""
 
 
@@ -47,7 +47,7 @@ def test_the_verb_says_which_share_is_cancelled(tmp_path: Path, monkeypatch: pyt
     assert "cancels 0.72 of the friction estimate" in stiction("simulate", "s.yaml", "-o", "l.csv").err
 
 
-SHIPPED = ("one_mass", "one_mass_domain", "rig", "emps", *(pytest.param(n, marks=pytest.mark.slow) for n in LONG))
+SHIPPED = ("one_mass", "one_mass_domain", "rig", *(pytest.param(n, marks=pytest.mark.slow) for n in LONG))
 
 
 @pytest.mark.parametrize("name", SHIPPED)
