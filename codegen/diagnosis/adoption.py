@@ -172,7 +172,7 @@ class CrossValidation:
         runner = replace(self.fit.runner, record=soft.record)
         theta, offsets = self.fit.theta, self.fit.offsets
         prior = self.fit.prior_precision, self.fit.centre
-        return shooting_fit(runner, theta, offsets, *prior, 0, tempering=self.fit.tempering)
+        return shooting_fit(runner, theta, offsets, *prior, 0, tempering=self.fit.tempering, within=self.search.within)
 
     @cached_property
     def sources(self) -> list[Information]:

@@ -235,7 +235,7 @@ class CandidateFits:
             theta = np.append(found.fit.theta[:base], part.inward(values))
             fit = self.search.fit_from(runner, theta, few.fit, 0, few.raw)
             for _ in range(AGAIN):  # the start states first: they were fitted without the effect
-                fit = polish(fit, 1, *self.search.sizes(self.trials[k], fit.theta))
+                fit = polish(fit, 1, *self.search.sizes(self.trials[k], fit.theta), self.search.within)
             return fit
 
         best = self.fitted((k, min(in_parallel(again, others), key=lambda fit: fit.cost)))
@@ -249,7 +249,7 @@ class CandidateFits:
             if fit.cost > (1 - MOVING) * before:
                 break
             before = fit.cost
-            fit = polish(fit, ROUNDS, *self.search.sizes(self.trials[k], fit.theta))
+            fit = polish(fit, ROUNDS, *self.search.sizes(self.trials[k], fit.theta), self.search.within)
         return fit
 
     def _is_worth_trying(self, part: Part) -> bool:
@@ -299,4 +299,4 @@ def _screening(search: Search, base: Fit, joint: int | None) -> Fit:
     runner, zero = replace(base.runner, record=few), few.at_rest
     size, reach = search.sizes(runner.trial, base.theta)
     prior = base.prior_precision, base.centre
-    return shooting_fit(runner, base.theta, zero, *prior, FIRST_ROUNDS, size, reach, base.tempering)
+    return shooting_fit(runner, base.theta, zero, *prior, FIRST_ROUNDS, size, reach, base.tempering, search.within)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 import sympy
 
 from codegen.base.errors import BadInput
+from codegen.diagnosis.answer import Answer
 from codegen.diagnosis.augment import augmented_text
 from codegen.diagnosis.conclusion import (
     TABLE_SIZE,
@@ -33,6 +35,7 @@ from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.proposal import propose_terms, refuse_without_pysindy
 from codegen.diagnosis.record import position_noise, record_of
+from codegen.diagnosis.released import is_better, released
 from codegen.diagnosis.reliability import reliability_of
 from codegen.diagnosis.replay import compare_residuals
 from codegen.diagnosis.residual_regression import remainders
@@ -51,6 +54,7 @@ from codegen.diagnosis.steady_runs import (
     remainders_of,
 )
 from codegen.diagnosis.unlisted import effects_in_no_round
+from codegen.diagnosis.trial import Part
 from codegen.effects.declare import add_declared_effects
 from codegen.logs import Finding, Log, excerpt, preflight
 from codegen.mechanics import build_system
@@ -152,9 +156,14 @@ def diagnose_log(
     search = search_on(problem, lambda share: record_of(training, log, share))
     report_progress("refit", 0.05)
     search, base = _refit(search, log, findings["train"])
-    outcome = find_effects(
-        search, base, lambda k, share: report_progress(f"effect {k + 1}", 0.1 + 0.25 * (k + share)), faults
-    )
+    effect_progress = partial(_effect_progress, report_progress)
+    outcome = find_effects(search, base, effect_progress, faults)
+    free = None if faults else released(search, base, outcome)
+    in_place: tuple[Part, ...] = ()
+    if free is not None:
+        without = find_effects(*free, effect_progress, faults)
+        if is_better(free[0], without.final, search, outcome.final):
+            in_place, search, outcome = outcome.parts, free[0], without
     outcome, final_search = with_harmonics(search, outcome, problem) if not faults else (outcome, search)
     report_progress("values and held-out error", 0.78)
     test_problem = Problem(system, other, {})
@@ -187,7 +196,7 @@ def diagnose_log(
     values = {s.name: (float(system.values[s]), float(refit.values[s]), float(augmented.values[s])) for s in moved}
     at_zero = levels_at_zero(system, (refit, augmented), problem.levels)
     words = (f"the fit reduces the friction level {name} to zero, its lowest value" for name in at_zero)
-    answer = replace(answer, remarks=(*answer.remarks, *words))
+    answer = replace(answer, remarks=(*answer.remarks, *words, *_in_place(in_place, answer)))
     adopted = {} if answer.adopted is None else {s.name: float(answer.adopted.values[s]) for s in moved}
     text = augmented_text(spec, answer.effects if verdict == "effect" else [], adopted, system)
     rivals = [as_effect(r, refit) for r in outcome.rivals]
@@ -291,6 +300,19 @@ def _of_steady_records(
     )
     text = augmented_text(spec, list(effects), adopted, system)
     return diagnosis, Models(*three, train, there, window, text, named=answer.effects)
+
+
+def _in_place(parts: Sequence[Part], answer: Answer) -> tuple[str, ...]:
+    """Which effects the log would name if the parameters that are wrong were kept near their declared values."""
+    if not parts or not answer.errors:
+        return ()
+    errors = ", ".join(e.name for e in answer.errors)
+    named = " and ".join(f"{p.kind} on {p.on}" for p in parts)
+    return (f"with {errors} kept within three tolerances, {named} would be named in place of the parameter error",)
+
+
+def _effect_progress(report_progress: Progress, turn: int, share: float) -> None:
+    report_progress(f"effect {turn + 1}", 0.1 + 0.25 * (turn + share))
 
 
 def _refit(search: Search, log: Log, findings: Sequence[Finding]) -> tuple[Search, Fit]:

@@ -15,7 +15,7 @@ from codegen.diagnosis.credit import independent_share, noise_ratio
 from codegen.diagnosis.imposed import RigidTerms, is_separable, rigid_terms
 from codegen.diagnosis.joint_shooter import JointShooter, Memory
 from codegen.diagnosis.measure import Drive
-from codegen.diagnosis.output_error import Fit, gauss_newton, polish, shooting_fit
+from codegen.diagnosis.output_error import WITHIN, Fit, gauss_newton, polish, shooting_fit
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.recent import recent
 from codegen.diagnosis.record import STILL
@@ -45,6 +45,7 @@ class Search:
         system: as declared. moved: friction levels and toleranced parameters.
         shorter: the record with segments shorter by a factor.
         declared, prior_precision: of ``moved``: value in the spec, and 1/variance by its tolerance, 0 for a level.
+        within: tolerances that a parameter may move.
         rigid: of an arm whose joints are run one at a time; None where all coordinates run together.
         memory: cache of its joints' runs. compiled: by equations, the library that has them, and their index in it.
     """
@@ -56,6 +57,7 @@ class Search:
     declared: Array
     prior_precision: Array
     shorter: Callable[[float], Record]
+    within: float = WITHIN
     rigid: RigidTerms | None = None
     memory: Memory = field(default_factory=Memory)
     compiled: dict[Hashable, tuple[Shooter | JointShooter, int]] = field(default_factory=dict)
@@ -90,7 +92,7 @@ class Search:
         trial = self.declared_trial
         runner = self.runners([trial])[0]
         at = runner, self.declared, self.record.at_rest
-        declared = shooting_fit(*at, self.prior_precision, self.declared, 0)
+        declared = shooting_fit(*at, self.prior_precision, self.declared, 0, within=self.within)
         _, rough = self.with_noise_floor(declared)
         return self.fitted_again(rough)
 
@@ -141,8 +143,8 @@ class Search:
         runner = replace(fit.runner, record=self.record)
         size, reach = self.sizes(runner.trial, fit.theta)
         at = runner, fit.theta, fit.offsets
-        first = shooting_fit(*at, prior_precision, fit.centre, ROUNDS, size, reach, share)
-        return polish(first, ROUNDS, size, reach)
+        first = shooting_fit(*at, prior_precision, fit.centre, ROUNDS, size, reach, share, self.within)
+        return polish(first, ROUNDS, size, reach, self.within)
 
     def tempered_prior(self, share: float, count: int) -> Array:
         """(count,) prior precisions over the tempering; zero for effects' parameters."""
@@ -180,7 +182,8 @@ class Search:
         )
         size, reach = self.sizes(runner.trial, theta)
         starts = base.offsets, base.starts
-        return gauss_newton(runner, theta, *starts, prior_precision, centre, rounds, raw, size, reach, base.tempering)
+        prior, steps = (prior_precision, centre), (size, reach, base.tempering, self.within)
+        return gauss_newton(runner, theta, *starts, *prior, rounds, raw, *steps)
 
     def sizes(self, trial: Trial, theta: Array) -> tuple[Array, Array]:
         """(size, reach) of every parameter; a logarithm, a phase or a logit has the size 1."""
@@ -234,5 +237,12 @@ def search_on(problem: Problem, shorter: Callable[[float], Record]) -> Search:
         return replace(shorter(share), joints=joints)
 
     return Search(
-        system, problem.motion, by_joint(1.0), moved, declared, prior_precision, by_joint, rigid_terms(system, moved)
+        system,
+        problem.motion,
+        by_joint(1.0),
+        moved,
+        declared,
+        prior_precision,
+        by_joint,
+        rigid=rigid_terms(system, moved)
     )

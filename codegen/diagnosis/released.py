@@ -1,0 +1,51 @@
+"""Declared parameters that are wrong by far more than their tolerance, as the rival explanation of missing effects.
+
+Forward selection keeps each toleranced parameter within a few tolerances, so that a missing effect is not hidden in
+it. Where several parameters are wrong together (an unknown payload changes masses, inertias and weights at once), an
+effect may imitate them. So where the refit ends at that limit, it is repeated with the tolerances as Gaussian prior
+alone. If that explains more than the effects did, or as much with fewer changes, effects are sought in addition to it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from codegen.diagnosis.forward_selection import BETTER, Outcome
+from codegen.diagnosis.output_error import AT_END, WITHIN, Fit, segment_cost
+from codegen.diagnosis.search import Search
+
+
+def released(search: Search, base: Fit, outcome: Outcome) -> tuple[Search, Fit] | None:
+    """The search without limits of toleranced parameters, and its refit.
+
+    None where the refit did not end at a limit, or where no more than one effect explains the log as well. A parameter
+    that changes its sign is no explanation.
+
+    Args:
+        base: the refit within the limits. outcome: of forward selection in addition to it.
+    """
+    count = len(search.moved)
+    if not base.limited[:count].any():
+        return None
+    free = replace(search, within=np.inf)
+    fit = free.fitted_again(base)
+    keeps_signs = bool(np.all(fit.theta[:count] * search.declared >= 0))
+    rival = base if len(outcome.parts) > 1 else outcome.final
+    return (free, fit) if keeps_signs and is_better(free, fit, search, rival) else None
+
+
+def is_better(free: Search, fit: Fit, search: Search, other: Fit) -> bool:
+    """Whether a fit without limits explains the log better than one within them, for its number of changes."""
+    return _loss(free, fit) < _loss(search, other) - BETTER / 2
+
+
+def _loss(search: Search, fit: Fit) -> float:
+    """Loss of the data without the prior, and ``BETTER`` nats for each change to the declared model.
+
+    Changes are effects, and parameters ``WITHIN`` tolerances or more away.
+    """
+    change = fit.theta[: len(search.moved)] - search.declared
+    away = np.abs(change) * np.sqrt(search.prior_precision) >= AT_END * WITHIN
+    return segment_cost(fit.residual) + BETTER * (int(away.sum()) + len(fit.runner.trial.parts))

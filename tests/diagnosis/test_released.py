@@ -1,0 +1,68 @@
+"""A parameter that is wrong by many tolerances is named itself, and not by an effect that imitates it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from codegen.diagnosis.diagnose import diagnose_log
+from codegen.logs import Log
+from codegen.spec import Spec, parse_spec
+from tests.diagnosis.stage import log_of, system_of
+
+CRANK = """\
+name: crank
+coordinates:
+  q: {{velocity: v, unit: rad}}
+inputs:
+  w: {{unit: N*m}}
+parameters:
+  J: {{value: 0.5, unit: kg*m^2, tolerance: 2%}}      # about the shaft
+  P: {{value: {piston}, unit: kg*m^2, tolerance: 5%}} # the piston's mass, at the square of its lever
+mass_matrix: [["J + P*sin(q)^2"]]
+force: ["w - P*sin(q)*cos(q)*v^2"]
+friction:
+  distribution: [[1]]
+  contacts:
+    - {{name: shaft, law: coulomb, a: 1, unit: N*m}}
+{effects}
+simulation:
+  duration: 16
+  sample_time: 0.002
+  reference: {{q: "{reference}"}}
+  position_gain: {{w: 250}}
+  velocity_gain: {{w: 12}}
+  encoder_step: {{q: 1e-5}}
+"""
+TRAIN = "2.2*sin(2*pi*0.31*t) + 0.4*sin(2*pi*0.97*t)"
+TEST = "1.8*sin(2*pi*0.43*t + 1) + 0.5*sin(2*pi*0.83*t)"
+
+
+def crank(piston: float, reference: str = TRAIN, effects: str = "") -> Spec:
+    return parse_spec(CRANK.format(piston=piston, reference=reference, effects=effects), Path("crank.yaml"))
+
+
+def logs(piston: float, folder: Path, effects: str = "") -> tuple[Log, Log]:
+    ways = (("train.csv", TRAIN), ("test.csv", TEST))
+    train, test = (log_of(crank(piston, way, effects), folder, name) for name, way in ways)
+    return train, test
+
+
+@pytest.mark.parametrize("piston", [0.9, 0.25])
+def test_an_inertia_that_follows_the_angle_is_a_parameter_error(tmp_path: Path, piston: float) -> None:
+    """No effect of the catalogue is an inertia of this shape; the log is of a crank without any."""
+    spec = crank(0.5)
+    found, _ = diagnose_log(spec, system_of(spec), *logs(piston, tmp_path))
+    assert found.verdict == "none"
+    assert [e.name for e in found.parameter_errors] == ["P"]
+    assert found.parameter_errors[0].estimate == pytest.approx(piston, rel=0.01)
+    assert found.refit.relative_force < 0.1 * found.declared.relative_force
+
+
+def test_an_effect_beside_a_parameter_error_is_named(tmp_path: Path) -> None:
+    spec, drag = crank(0.5), "effects: [{kind: viscous, on: shaft, parameters: {b: 0.4}}]"
+    found, _ = diagnose_log(spec, system_of(spec), *logs(0.9, tmp_path, drag))
+    assert [e.kind for e in found.effects] == ["viscous"]
+    assert found.effects[0].parameters["b"] == pytest.approx(0.4, rel=0.02)
+    assert found.parameter_errors[0].estimate == pytest.approx(0.9, rel=0.01)
