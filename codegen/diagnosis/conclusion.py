@@ -208,18 +208,28 @@ def force_agrees(final: Fit, problem: Problem, refit: System, augmented: System)
     return near and force_gain(problem, richer, plain).p > TIE_LEVEL
 
 
-def explains_own_variable(
+def against_regression(
     outcome: Outcome, problem: Problem, refit: System, augmented: System, named: Sequence[FoundEffect]
-) -> bool:
-    """Whether the effects remove most of what a flexible regression on their own variables explains.
+) -> str:
+    """What a regression without any law says against effects, in words; empty where it says nothing.
 
+    The effects must remove most of what a smooth curve over their own variables explains. And they must not imitate a
+    vibration in time: where a line of the spectrum explains far more, they must explain something in addition to it.
     Not tested for backlash, nor where the free runs leave nothing but noise.
     """
     if noise_ratio(outcome.final) <= NEAR_NOISE or any(t.gap != 0 for t in augmented.transmissions):
-        return True
+        return ""
     acting = [acts_on(effect, problem.system) for effect in named]
-    found = force_evidence(problem, refit, augmented, [effect.kind for effect in named], acting)
-    return all(one.removed >= MOST * one.own for one in found)
+    for one in force_evidence(problem, refit, augmented, [effect.kind for effect in named], acting):
+        if one.removed < MOST * one.own:
+            return "a smooth curve over its own variable explains twice as much of the residual force as the law does"
+        if one.alone < MOST * one.line and one.with_line - one.line < MOST * one.alone:
+            return (
+                f"a vibration of constant frequency, {one.line_hz:.3g} Hz, explains {100 * one.line:.0f} % of the "
+                f"residual force; the law explains {100 * one.alone:.2g} %, and in addition to the vibration "
+                f"{100 * max(0.0, one.with_line - one.line):.2g} %"
+            )
+    return ""
 
 
 def named_effects(parts: Sequence[Part], estimated: Estimate, system: System) -> list[FoundEffect]:

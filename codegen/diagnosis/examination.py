@@ -10,7 +10,7 @@ import numpy as np
 from codegen.diagnosis import credit
 from codegen.diagnosis.adoption import Refit, adopt_values
 from codegen.diagnosis.answer import Answer
-from codegen.diagnosis.conclusion import explains_own_variable, force_agrees, named_effects
+from codegen.diagnosis.conclusion import against_regression, force_agrees, named_effects
 from codegen.diagnosis.estimate import estimate
 from codegen.diagnosis.forward_selection import Outcome
 from codegen.diagnosis.limits import at_limit
@@ -87,9 +87,10 @@ def _with_effects(
     if verdict in ("effect", "ambiguous") and not force_agrees(outcome.final, problem, plain.refit, options[0].system):
         words = "it does not reduce the squared residual force of the training log as much as it should"
         return replace(plain, verdict="unknown", effects=found, against=(words,))
-    if verdict == "effect" and not explains_own_variable(outcome, problem, plain.refit, options[0].system, found):
-        words = "a smooth curve over its own variable explains twice as much of the residual force as the law does"
-        return replace(plain, verdict="unknown", effects=found, against=(words,))
+    if verdict in ("effect", "ambiguous"):
+        words = against_regression(outcome, problem, plain.refit, options[0].system, found)
+        if words:
+            return replace(plain, verdict="unknown", effects=found, against=(words,))
     if verdict == "unknown":
         return replace(plain, verdict=verdict, effects=found)
     declared, without, worse = references(plain, options[0].system, problem)

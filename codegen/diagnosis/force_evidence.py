@@ -13,7 +13,7 @@ from codegen.diagnosis.balance import slip_velocities
 from codegen.diagnosis.credit import SIGNED, random_signs, where_large
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.residual import residual_at_drive
-from codegen.diagnosis.residual_regression import LEAST_ROWS, explained_over, remainder_columns, sliding
+from codegen.diagnosis.residual_regression import LEAST_ROWS, explained_over, peak_hz, remainder_columns, sliding
 from codegen.diagnosis.signals import Motion
 from codegen.effects import CATALOGUE
 from codegen.mechanics.system import System
@@ -30,6 +30,9 @@ VARIABLES = {
     "time": "time",
 }
 """Variable over which an effect is seen best → variable of the flexible regression."""
+
+OF_THE_MOTION = 0.02
+"""Share of the squared velocity at a line of the spectrum above which the machine is moved with this frequency."""
 
 
 @dataclass(frozen=True)
@@ -112,11 +115,17 @@ class ForceEvidence:
         coordinate: index.
         removed: share of the refit's squared residual that the augmented model removes.
         own: share that a flexible regression on the effects' own variables explains on held-out parts.
+        alone, line, with_line: shares that a regression explains on held-out parts: on the force of the effects, on the
+            highest line of the residual's spectrum, at ``line_hz``, and on both; zero where the motion has that line.
     """
 
     coordinate: int
     removed: float
     own: float
+    alone: float
+    line: float
+    with_line: float
+    line_hz: float
 
 
 def force_evidence(
@@ -133,7 +142,10 @@ def force_evidence(
         r, left = (without_levels(refit, motion, used, y[:, i], i) for y in (before, after))
         removed = 1 - float(np.sum(left[used] ** 2) / max(float(np.sum(r[used] ** 2)), 1e-300))
         together = explained_over(r, used, [variables[name] for name in sorted(own)])
-        found.append(ForceEvidence(i, removed, together))
+        wave, force = variables["frequency"], (r - left)[:, None]
+        moves = explained_over(motion.velocities[:, i], used, [wave]) > OF_THE_MOTION
+        shares = (0.0 if moves else explained_over(r, used, columns) for columns in ([force], [wave], [wave, force]))
+        found.append(ForceEvidence(i, removed, together, *shares, peak_hz(before[:, i], motion)))
     return found
 
 

@@ -235,15 +235,27 @@ def remainder_columns(system: System, motion: Motion, residual: Array, i: int) -
 
 def line(residual: Array, motion: Motion) -> Array:
     """(N, m) sines and cosines at the highest peak of the spectrum below the cutoff, and at neighbouring bins."""
+    resolution, peak = 1 / (len(residual) * motion.sample_time), _peak(residual, motion)
+    if peak is None:
+        return np.ones((len(residual), 1))
+    bins = range(max(1, peak - NEIGHBOURS), peak + NEIGHBOURS + 1)
+    turns = [2 * np.pi * k * resolution * motion.time for k in bins]
+    return np.column_stack([f(turn) for turn in turns for f in (np.sin, np.cos)])
+
+
+def peak_hz(residual: Array, motion: Motion) -> float:
+    """Frequency of the highest peak of the spectrum below the cutoff; NaN for a log too short to have one."""
+    peak = _peak(residual, motion)
+    return float("nan") if peak is None else peak / (len(residual) * motion.sample_time)
+
+
+def _peak(residual: Array, motion: Motion) -> int | None:
+    """The bin of the highest peak of the spectrum, of those with ``LEAST_PERIODS`` in the log and below the cutoff."""
     count, h = len(residual), motion.sample_time
     power = np.abs(np.fft.rfft(np.where(motion.usable, residual, 0.0))) ** 2
     frequencies = np.fft.rfftfreq(count, h)
     seen = (frequencies > LEAST_PERIODS / (count * h)) & (frequencies < motion.cutoff_hz)
-    if not seen.any():
-        return np.ones((count, 1))
-    peak = int(np.argmax(np.where(seen, power, 0.0)))
-    turns = [2 * np.pi * frequencies[k] * motion.time for k in range(max(1, peak - NEIGHBOURS), peak + NEIGHBOURS + 1)]
-    return np.column_stack([f(turn) for turn in turns for f in (np.sin, np.cos)])
+    return int(np.argmax(np.where(seen, power, 0.0))) if seen.any() else None
 
 
 def since_reversal(x: Array, v: Array) -> Array:

@@ -244,5 +244,5 @@ def search_on(problem: Problem, shorter: Callable[[float], Record]) -> Search:
         declared,
         prior_precision,
         by_joint,
-        rigid=rigid_terms(system, moved)
+        rigid=rigid_terms(system, moved),
     )

@@ -1,0 +1,82 @@
+"""An effect that only imitates a vibration in time is refused by a regression that knows no law."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from codegen.diagnosis.conclusion import against_regression
+from codegen.diagnosis.force_evidence import force_evidence
+from codegen.diagnosis.models import with_effects
+from codegen.diagnosis.problem import Problem
+from codegen.diagnosis.residual import inverse_dynamics_residual
+from codegen.diagnosis.results import FoundEffect
+from codegen.diagnosis.signals import smooth_motion
+from codegen.logs import Log
+from tests.diagnosis.stage import log_of, stage, system_of
+
+MOTION = "0.12*sin(2*pi*0.23*t) + 0.08*sin(2*pi*0.371*t + 1) + 0.05*sin(2*pi*0.617*t + 2) + 0.03*sin(2*pi*1.13*t)"
+COGGING = "[{kind: cogging, on: x, parameters: {amplitude: 0.8, period: 0.05, phase: 0.3}}]"
+HZ = 2.7
+
+
+@pytest.fixture(scope="module")
+def plain(tmp_path_factory: pytest.TempPathFactory) -> Log:
+    return log_of(stage(reference=MOTION, duration=20.0), tmp_path_factory.mktemp("log"), "plain.csv")
+
+
+def shaken(log: Log) -> Log:
+    """The log of a machine that something else pushes to and fro; no column of the log holds this force."""
+    inputs = log.inputs.copy()
+    inputs[:, 0] -= 1.5 * np.sin(2 * np.pi * HZ * log.sample_time * np.arange(log.size))
+    return replace(log, inputs=inputs)
+
+
+def best_cogging(problem: Problem) -> FoundEffect:
+    """The single sine over position that removes most of the force residual, by least squares over many periods."""
+    system, motion = problem.system, problem.motion
+    used = problem.masks.rows[:, 0]
+    r = inverse_dynamics_residual(system, motion)[:, 0]
+    best: tuple[float, float, np.ndarray[Any, Any]] = (np.inf, 0.0, np.zeros(2))
+    for period in np.geomspace(0.02, 0.2, 240):
+        turn = 2 * np.pi * motion.positions[:, 0] / period
+        waves = motion.low_pass(np.column_stack([np.sin(turn), np.cos(turn)]))
+        weights = np.linalg.lstsq(waves[used], -r[used], rcond=None)[0]  # the residual lacks the force
+        left = float(np.sum((r + waves @ weights)[used] ** 2))
+        best = min(best, (left, float(period), weights), key=lambda found: found[0])
+    _, period, (sine, cosine) = best
+    values = {"amplitude": float(np.hypot(sine, cosine)), "period": period, "phase": float(np.arctan2(cosine, sine))}
+    return FoundEffect("cogging", "x", values, {}, (), {})
+
+
+def judged(log: Log) -> tuple[str, Problem, FoundEffect]:
+    spec = stage(reference=MOTION)
+    system = system_of(spec)
+    problem = Problem(system, smooth_motion(log), {})
+    found = best_cogging(problem)
+    far = SimpleNamespace(final=SimpleNamespace(by_segment=np.array([1e6]), residual=np.zeros((1, 40))))
+    words = against_regression(far, problem, system, with_effects(system, (found,)), (found,))  # type: ignore[arg-type]
+    return words, problem, found
+
+
+def test_a_sine_over_position_does_not_stand_for_a_vibration(plain: Log) -> None:
+    words, problem, found = judged(shaken(plain))
+    assert "vibration" in words and f"{HZ} Hz" in words
+    system = problem.system
+    one = force_evidence(problem, system, with_effects(system, (found,)), ["cogging"], [0])[0]
+    assert one.line > 0.9
+    assert one.line_hz == pytest.approx(HZ, abs=0.06)
+    assert one.with_line - one.line < 0.02
+
+
+def test_cogging_is_not_refused_with_a_vibration_beside_it(tmp_path: Path) -> None:
+    cogging = log_of(stage(COGGING, reference=MOTION, duration=20.0), tmp_path, "cogging.csv")
+    for log in (cogging, shaken(cogging)):
+        words, _, found = judged(log)
+        assert found.parameters["period"] == pytest.approx(0.05, rel=0.02)
+        assert words == ""
