@@ -53,8 +53,8 @@ from codegen.diagnosis.steady_runs import (
     means_of,
     remainders_of,
 )
-from codegen.diagnosis.unlisted import effects_in_no_round
 from codegen.diagnosis.trial import Part
+from codegen.diagnosis.unlisted import effects_in_no_round
 from codegen.effects.declare import add_declared_effects
 from codegen.logs import Finding, Log, excerpt, preflight
 from codegen.mechanics import build_system

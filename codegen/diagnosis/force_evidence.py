@@ -144,8 +144,10 @@ def force_evidence(
         together = explained_over(r, used, [variables[name] for name in sorted(own)])
         wave, force = variables["frequency"], (r - left)[:, None]
         moves = explained_over(motion.velocities[:, i], used, [wave]) > OF_THE_MOTION
-        shares = (0.0 if moves else explained_over(r, used, columns) for columns in ([force], [wave], [wave, force]))
-        found.append(ForceEvidence(i, removed, together, *shares, peak_hz(before[:, i], motion)))
+        alone, line, both = (
+            0.0 if moves else explained_over(r, used, columns) for columns in ([force], [wave], [wave, force])
+        )
+        found.append(ForceEvidence(i, removed, together, alone, line, both, peak_hz(before[:, i], motion)))
     return found
 
 

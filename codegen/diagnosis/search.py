@@ -182,8 +182,10 @@ class Search:
         )
         size, reach = self.sizes(runner.trial, theta)
         starts = base.offsets, base.starts
-        prior, steps = (prior_precision, centre), (size, reach, base.tempering, self.within)
-        return gauss_newton(runner, theta, *starts, *prior, rounds, raw, *steps)
+        prior = prior_precision, centre
+        return gauss_newton(
+            runner, theta, *starts, *prior, rounds, raw, size, reach, base.tempering, within=self.within
+        )
 
     def sizes(self, trial: Trial, theta: Array) -> tuple[Array, Array]:
         """(size, reach) of every parameter; a logarithm, a phase or a logit has the size 1."""
