@@ -38,7 +38,7 @@ Flags = NDArray[np.bool_]
 SAME = 0.01
 """Relative change of an error that counts as no change."""
 DOUBTFUL = 2.0
-"""Deviation in tolerances above which a value must improve both criteria by itself."""
+"""Deviation in tolerances above which a value must improve both criteria by itself, by more than ``SAME``."""
 AWAY = 3.0
 """Deviation in tolerances above which a value is reported as a parameter error; 0.3 % of a Gaussian lies beyond."""
 ALIKE = 0.25
@@ -218,7 +218,7 @@ class CrossValidation:
             far, errors = self.distance(chosen), []
             for k in (int(k) for k in np.argsort(far) if far[k] > DOUBTFUL):
                 group, fixed = self._with_declared(chosen, k)
-                if not all(r < 1 for r in chosen.score.over(fixed.score)):
+                if not all(r < 1 - SAME for r in chosen.score.over(fixed.score)):
                     chosen = fixed
                     break
                 if far[k] > AWAY:

@@ -26,7 +26,7 @@ from codegen.diagnosis.conclusion import (
 from codegen.diagnosis.credit import ALPHA, BLOCKS, NEAR_NOISE, noise_ratio, share_far
 from codegen.diagnosis.examination import examine
 from codegen.diagnosis.fixed_values import explaining_values
-from codegen.diagnosis.forward_selection import Outcome, find_effects, within_reach
+from codegen.diagnosis.forward_selection import Outcome, common_effects, find_effects, within_reach
 from codegen.diagnosis.harmonics import with_harmonics
 from codegen.diagnosis.input_timing import acting_between_rows, measured_inputs
 from codegen.diagnosis.limits import levels_at_zero
@@ -168,14 +168,19 @@ def diagnose_log(
     report_progress("values and held-out error", 0.78)
     test_problem = Problem(system, other, {})
     restart = restart_within_reach(system, other, window)
-    answer, outcome = examine(
-        search,
-        final_search,
-        outcome,
-        problem,
-        verdict_of(outcome, faults),
-        lambda s: measure(s, other, test_problem.masks, window, restart),
-    )
+
+    def examined(found: Outcome) -> tuple[Answer, Outcome]:
+        kind = verdict_of(found, faults)
+        held_out = partial(measure, motion=other, used=test_problem.masks, window=window, restart_s=restart)
+        return examine(search, final_search, found, problem, kind, held_out)
+
+    answer, outcome = examined(outcome)
+    tied, experiment, excitation = [], None, None
+    if answer.verdict == "ambiguous":
+        report_progress("experiment that separates", 0.85)
+        tied = tied_fits(search, outcome)
+        experiment, excitation = separate(search, outcome, tied, log, spec.envelope)
+        answer, outcome = _with_common_effects(final_search, outcome, answer, examined)
     verdict, refit, augmented = answer.verdict, answer.refit, answer.augmented
     left = remainders(answer.adopted or refit, training, problem.masks)
     if verdict == "unknown" and is_small(left, material):
@@ -184,11 +189,6 @@ def diagnose_log(
         verdict, answer = "unknown", replace(answer, verdict="unknown")
     if verdict == "unknown":
         answer = replace(answer, remarks=(*answer.remarks, *explaining_values(spec, refit, problem)))
-    tied, experiment, excitation = [], None, None
-    if verdict == "ambiguous":
-        report_progress("experiment that separates", 0.85)
-        tied = tied_fits(search, outcome)
-        experiment, excitation = separate(search, outcome, tied, log, spec.envelope)
     report_progress("tracking observer", 0.93)
     agreement = compare_residuals(spec, system, training)
 
@@ -300,6 +300,22 @@ def _of_steady_records(
     )
     text = augmented_text(spec, list(effects), adopted, system)
     return diagnosis, Models(*three, train, there, window, text, named=answer.effects)
+
+
+def _with_common_effects(
+    search: Search, tied: Outcome, answer: Answer, examined: Callable[[Outcome], tuple[Answer, Outcome]]
+) -> tuple[Answer, Outcome]:
+    """The verdict ``effect`` for what all tied models have in common, where that passes every test; else as it is."""
+    common = common_effects(search, tied)
+    if common is None:
+        return answer, tied
+    other, outcome = examined(common)
+    if other.verdict != "effect":
+        return answer, tied
+    rivals = (tied.parts[0], *(r.found.part for r in tied.rivals))
+    names = " or ".join(dict.fromkeys(f"{p.kind} on {p.on}" for p in rivals))
+    words = f"in addition {names} explains part of what is left; this log does not tell which"
+    return replace(other, remarks=(*other.remarks, words)), outcome
 
 
 def _in_place(parts: Sequence[Part], answer: Answer) -> tuple[str, ...]:

@@ -234,7 +234,7 @@ class Diagnosis:
         later_rounds: the rounds after the first.
         standing: effects of the verdict that were a candidate in no round, each compared with the fit without it.
         rivals: of the first effect, which the log does not tell from it; on the verdict ``ambiguous``.
-        separation: discriminating experiments for candidates that tie; on the verdict ``ambiguous``.
+        separation: discriminating experiments for candidates that tie, alone or in addition to an effect.
         proposal: of terms for the residual; on the verdict ``unknown`` where it was asked for.
         remainder: force residual of the written model on the training log, one a coordinate.
         material: share of the RMS drive force from which on a force matters.

@@ -9,10 +9,19 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import sympy
 from scipy.signal import butter, sosfiltfilt
 
 from codegen.diagnosis import diagnose, examination
-from codegen.diagnosis.adoption import BLOCKS, DOUBTFUL, CrossValidation, adopt_values
+from codegen.diagnosis.adoption import (
+    BLOCKS,
+    DOUBTFUL,
+    CrossValidation,
+    Information,
+    MapEstimate,
+    Score,
+    adopt_values,
+)
 from codegen.diagnosis.answer import Answer
 from codegen.diagnosis.diagnose import Models, diagnose_log
 from codegen.diagnosis.estimate import Estimate, estimate, standard_errors
@@ -390,3 +399,28 @@ def test_the_blocks_of_an_arm_are_those_of_its_segments(joints: tuple[int, ...] 
     judge.__dict__["here"] = SimpleNamespace(residual=residual, runner=SimpleNamespace(record=record))
     judge.__dict__["_rows"] = [SimpleNamespace(sample=np.arange(4000))]
     assert np.array_equal(judge._blocks[0], np.arange(4000) // (4000 // BLOCKS))
+
+
+@pytest.mark.parametrize(("run", "kept"), [(0.9993, False), (0.95, True)])
+def test_a_large_deviation_is_kept_only_where_both_errors_fall_by_more_than_no_change(
+    monkeypatch: pytest.MonkeyPatch, run: float, kept: bool
+) -> None:
+    """A torque constant 8 tolerances away made the force residual 14 % smaller and the free-run error 0.07 %."""
+    nothing = Information(np.zeros((BLOCKS, 1, 1)), np.zeros((BLOCKS, 1)))
+
+    def estimate_of(value: float, force: float, run: float) -> MapEstimate:
+        score = Score(np.full(BLOCKS, force**2), np.full(BLOCKS, np.log(run) * 40 / BLOCKS), 40)
+        return MapEstimate(np.array([value]), np.array([0.01]), np.ones(1, dtype=bool), nothing, score)
+
+    fixed, far = estimate_of(1.0, 1.0, 1.0), estimate_of(1.8, 0.86, run)
+    search = SimpleNamespace(
+        moved=(sympy.Symbol("kt"),),
+        declared=np.array([1.0]),
+        prior_precision=np.array([0.1**-2]),
+        system=SimpleNamespace(units={}),
+    )
+    monkeypatch.setattr(CrossValidation, "_with_declared", lambda self, chosen, k: ([k], fixed))
+    scoring = CrossValidation(search, None, None, None)  # type: ignore[arg-type]
+    found, errors = scoring.justified(far)
+    assert (found is far) == kept
+    assert len(errors) == kept
