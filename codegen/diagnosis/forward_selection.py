@@ -47,9 +47,6 @@ PAIRED = 5
 BETTER = 10.0
 """Nats by which another effect must fit better to replace one found earlier."""
 
-MAIN = 0.5
-"""Share of what the refit leaves that effects must explain to be named although others tie in addition to them."""
-
 Progress = Callable[[int, float], None]
 
 
@@ -365,16 +362,15 @@ def _same(one: Part, other: Part) -> bool:
 
 
 def common_effects(search: Search, outcome: Outcome) -> Outcome | None:
-    """The outcome with the effects that all tied models have in common; None where they are not the main ones.
+    """The outcome with the effects that all tied models have in common; None where these are not credited alone.
 
     Rivals may tie for what an effect leaves: a dead zone is found, and in addition to it a delay or a lag of a fraction
-    of a sample. The common effects must be credited alone and explain at least half of what the refit leaves.
+    of a sample.
     """
     if not outcome.rivals or len(outcome.parts) < 2:
         return None
     common = search.without(outcome.final, 0)
-    enough = explained_share(search, outcome.base, common) >= MAIN
-    if not enough or not credible(search, outcome.base, common, len(outcome.first)):
+    if not credible(search, outcome.base, common, len(outcome.first)):
         return None
     return replace(outcome, final=common, rivals=(), explained=explained_share(search, outcome.base, common))
 
