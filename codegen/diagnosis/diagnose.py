@@ -39,7 +39,7 @@ from codegen.diagnosis.released import is_better, released
 from codegen.diagnosis.reliability import reliability_of
 from codegen.diagnosis.replay import compare_residuals
 from codegen.diagnosis.residual_regression import remainders
-from codegen.diagnosis.results import MATERIAL, Diagnosis, ErrorFigures, FoundEffect, Round
+from codegen.diagnosis.results import MATERIAL, Diagnosis, ErrorFigures, FoundEffect, Remainder, Round
 from codegen.diagnosis.search import Search, search_on
 from codegen.diagnosis.separation import separate, tied_fits
 from codegen.diagnosis.signals import SHORTEST_TEST_S, Motion, smooth_motion
@@ -174,15 +174,22 @@ def diagnose_log(
         held_out = partial(measure, motion=other, used=test_problem.masks, window=window, restart_s=restart)
         return examine(search, final_search, found, problem, kind, held_out)
 
+    def left_by(found: Answer) -> tuple[Remainder, ...]:
+        return remainders(found.adopted or found.refit, training, problem.masks)
+
     answer, outcome = examined(outcome)
     tied, experiment, excitation = [], None, None
     if answer.verdict == "ambiguous":
         report_progress("experiment that separates", 0.85)
         tied = tied_fits(search, outcome)
         experiment, excitation = separate(search, outcome, tied, log, spec.envelope)
-        answer, outcome = _with_common_effects(final_search, outcome, answer, examined)
+        common = common_effects(final_search, outcome)
+        other_answer, other_outcome = (answer, outcome) if common is None else examined(common)
+        if other_answer.verdict == "effect" and is_small(left_by(other_answer), material):
+            added = f"in addition {_tied(outcome)} explains part of what is left; this log does not tell which"
+            answer, outcome = replace(other_answer, remarks=(*other_answer.remarks, added)), other_outcome
     verdict, refit, augmented = answer.verdict, answer.refit, answer.augmented
-    left = remainders(answer.adopted or refit, training, problem.masks)
+    left = left_by(answer)
     if verdict == "unknown" and is_small(left, material):
         verdict, answer = "none", replace(answer, verdict="none")
     elif verdict == "none" and any(r.is_changing(material) for r in left):
@@ -302,20 +309,10 @@ def _of_steady_records(
     return diagnosis, Models(*three, train, there, window, text, named=answer.effects)
 
 
-def _with_common_effects(
-    search: Search, tied: Outcome, answer: Answer, examined: Callable[[Outcome], tuple[Answer, Outcome]]
-) -> tuple[Answer, Outcome]:
-    """The verdict ``effect`` for what all tied models have in common, where that passes every test; else as it is."""
-    common = common_effects(search, tied)
-    if common is None:
-        return answer, tied
-    other, outcome = examined(common)
-    if other.verdict != "effect":
-        return answer, tied
-    rivals = (tied.parts[0], *(r.found.part for r in tied.rivals))
-    names = " or ".join(dict.fromkeys(f"{p.kind} on {p.on}" for p in rivals))
-    words = f"in addition {names} explains part of what is left; this log does not tell which"
-    return replace(other, remarks=(*other.remarks, words)), outcome
+def _tied(outcome: Outcome) -> str:
+    """The effects that tie, in words."""
+    tied = (outcome.parts[0], *(r.found.part for r in outcome.rivals))
+    return " or ".join(dict.fromkeys(f"{p.kind} on {p.on}" for p in tied))
 
 
 def _in_place(parts: Sequence[Part], answer: Answer) -> tuple[str, ...]:
