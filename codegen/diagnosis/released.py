@@ -37,15 +37,16 @@ def released(search: Search, base: Fit, outcome: Outcome) -> tuple[Search, Fit] 
 
 
 def is_better(free: Search, fit: Fit, search: Search, other: Fit) -> bool:
-    """Whether a fit without limits explains the log better than one within them, for its number of changes."""
-    return _loss(free, fit) < _loss(search, other) - BETTER / 2
+    """Whether a fit without limits explains the log better than one within them, for its number of changes.
 
-
-def _loss(search: Search, fit: Fit) -> float:
-    """Loss of the data without the prior, and ``BETTER`` nats for each change to the declared model.
-
-    Changes are effects, and parameters ``WITHIN`` tolerances or more away.
+    Both losses are tempered by the share of independent residuals, and ``BETTER`` nats are added for each change to the
+    declared model: an effect, or a parameter ``WITHIN`` tolerances or more away.
     """
+    gain = fit.tempering * (segment_cost(other.residual) - segment_cost(fit.residual))
+    return gain + BETTER * (_changes(search, other) - _changes(free, fit)) > BETTER / 2
+
+
+def _changes(search: Search, fit: Fit) -> int:
     change = fit.theta[: len(search.moved)] - search.declared
     away = np.abs(change) * np.sqrt(search.prior_precision) >= AT_END * WITHIN
-    return segment_cost(fit.residual) + BETTER * (int(away.sum()) + len(fit.runner.trial.parts))
+    return int(away.sum()) + len(fit.runner.trial.parts)
