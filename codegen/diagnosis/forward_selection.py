@@ -114,6 +114,7 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
     current = confirmed = base
     first: list[Ranked] = []
     rivals: list[Ranked] = []
+    paired = False
     later: list[LaterRound] = []
     for turn in range(0 if refit_only else MOST_EFFECTS):
         if turn and at_noise(current):
@@ -140,12 +141,12 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
             pair = _pair(search, possible[:PAIRED])
             if pair is not None and pair.cost < current.cost and worth_it(search, current, pair, hypotheses(parts)):
                 current = confirmed = pair
-                rivals = []
+                rivals, paired = [], True
     current = confirmed
     if not current.runner.trial.parts:
         rivals = []
     if len(current.runner.trial.parts) > 1:
-        current, rivals = _reconsidered(search, current, first, rivals)
+        current, rivals = _reconsidered(search, current, first, None if paired else rivals)
         current, rivals = _pruned_with_rivals(search, current, rivals)
         single = _merged(search, current)
         current, rivals = (current, rivals) if single is None else (single, [])
@@ -254,9 +255,12 @@ def at_noise(fit: Fit) -> bool:
 
 
 def _reconsidered(
-    search: Search, current: Fit, first: Sequence[Ranked], rivals: Sequence[Ranked]
+    search: Search, current: Fit, first: Sequence[Ranked], rivals: Sequence[Ranked] | None
 ) -> tuple[Fit, list[Ranked]]:
     """Each effect compared with replacements: the best of the first round, and effects confused with it.
+
+    Args:
+        rivals: of the first effect by the first round; None where that round does not tell, as for a pair.
 
     Returns:
         The better fit, and the rivals that still tie with its first effect. Where a later effect has such rivals and
@@ -269,17 +273,17 @@ def _reconsidered(
             k = min(tied, default=0)
             return (_put_first(search, current, k) if k else current), tied.get(k, [])
         current = better
-        if not _same(leader, current.runner.trial.parts[0]):
+        if rivals and not _same(leader, current.runner.trial.parts[0]):
             rivals = []
     return current, []
 
 
 def _swapped(
-    search: Search, current: Fit, first: Sequence[Ranked], rivals: Sequence[Ranked]
+    search: Search, current: Fit, first: Sequence[Ranked], rivals: Sequence[Ranked] | None
 ) -> tuple[Fit | None, dict[int, list[Ranked]]]:
     """The fit with one effect replaced (the new one is last), or None; and by index of an effect, rivals that tie.
 
-    Rivals of the first effect are among those of the first round.
+    Where the first round names rivals of the first effect, there are no others.
     """
     tied: dict[int, list[Ranked]] = {}
     parts = current.runner.trial.parts
@@ -295,7 +299,7 @@ def _swapped(
         if good and good[0].fit.cost < current.cost - BETTER:
             return search.fitted_again(good[0].fit), tied
         same = [f for f in good if _ties(search, f, current)]
-        if k:
+        if k or rivals is None:
             left = [_ranked(f, without) for f in same if not _preferred_by_force(search, current, f)]
         else:
             left = [r for r in rivals if any(_same(f.part, r.found.part) for f in same)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -9,7 +10,12 @@ import pytest
 
 from codegen.diagnosis import examination, ranking
 from codegen.diagnosis.examination import examine
+from codegen.diagnosis.forward_selection import _reconsidered
+from codegen.diagnosis.trial import part_of
 from codegen.effects import CATALOGUE
+from codegen.spec import parse_spec
+from tests.diagnosis.stage import STAGE, TRAIN, log_of, stage
+from tests.diagnosis.test_adoption import search_of
 
 
 def ranked(kind: str, left: float, on: str = "q") -> Any:
@@ -126,3 +132,18 @@ def test_the_next_of_tied_candidates_is_examined_where_held_out_data_refuse_the_
     assert about is following[0]
     assert answer.verdict == ("effect" if rivals == 1 else "ambiguous")
     assert any("hardening_spring" in words and "worse" in words for words in answer.remarks)
+
+
+def test_the_first_effect_of_a_pair_has_rivals_too(tmp_path: Path) -> None:
+    """With a loose damping and a free level, an input gain is the same motion as an inertia error."""
+    effects = "[{kind: inertia_error, on: x, parameters: {delta: 0.2}}, {kind: spring, on: x, parameters: {k: 60}}]"
+    text = STAGE.format(effects="[]", level=4, reference=TRAIN, duration=14, noise=0)
+    text = text.replace("b: {value: 6, unit: N*s/m}", "b: {value: 6, unit: N*s/m, tolerance: 20%}")
+    search, _ = search_of(parse_spec(text, Path("stage.yaml")), log_of(stage(effects), tmp_path, "train.csv"))
+    base = search.refit()
+    parts = [part_of(CATALOGUE[kind], 0, search.system) for kind in ("inertia_error", "spring")]
+    both = search.with_parts(base, base.theta, parts, [{"delta": 0.2}, {"k": 60.0}])
+    for rivals, tied in ((None, ["input_gain"]), ([], [])):
+        fit, found = _reconsidered(search, both, [], rivals)
+        assert [r.found.part.kind for r in found] == tied
+        assert [p.kind for p in fit.runner.trial.parts] == ["inertia_error", "spring"]
