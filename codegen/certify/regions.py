@@ -281,11 +281,6 @@ def _exact(value: float) -> Any:
     return sympy.Rational(f"{float(value):.5g}")
 
 
-def ranges_of(family: Family) -> Mapping[str, tuple[float, float]]:
-    """What the variables range over, as floats."""
-    return {v.name: (float(low), float(high)) for v, (low, high) in family.variables.items()}
-
-
 def one_cell(family: Family) -> list[Array]:
     """A at the corners of what its parameters can be over the box as a whole."""
     enclosure = Enclosure(family)

@@ -37,11 +37,9 @@ class Masks:
 
     Attributes:
         rows: (N, n) usable for each coordinate's force balance.
-        stuck: (N, contacts) at standstill, where friction is whatever holds.
     """
 
     rows: NDArray[np.bool_]
-    stuck: NDArray[np.bool_]
 
 
 @recent(OF_MODELS)
@@ -63,18 +61,16 @@ def masks(system: System, motion: Motion, noise_speed: float = 0.0) -> Masks:
     slip = slip_velocities(system, motion)
     reach = max(1, round(0.35 / (motion.cutoff_hz * motion.sample_time)))
     longest = max(2, round(LONGEST_CROSSING_S / motion.sample_time))
-    stuck = np.zeros(slip.shape, dtype=bool)
     rows = np.repeat(motion.usable[:, None], system.degrees_of_freedom, axis=1)
     for c in range(slip.shape[1]):
         threshold = max(STICK_SHARE * float(np.quantile(np.abs(slip[:, c]), 0.95)), noise_speed)
-        stuck[:, c] = _long_runs(np.abs(slip[:, c]) <= threshold, longest)
-        widened = _widen(stuck[:, c], reach)
+        widened = _widen(_long_runs(np.abs(slip[:, c]) <= threshold, longest), reach)
         for i in range(system.degrees_of_freedom):
             if system.distribution[i, c] != 0:
                 rows[:, i] &= ~widened
     if motion.counted is not None:
         rows &= motion.counted[:, None]
-    return Masks(rows, stuck)
+    return Masks(rows)
 
 
 @recent(OF_MODELS)

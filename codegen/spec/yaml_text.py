@@ -16,6 +16,22 @@ from codegen.base.errors import BadInput, Place
 from codegen.spec.ranges import MARK, expanded
 from codegen.spec.yaml_limits import Limits
 
+FAULTS = {
+    "could not find expected ':'": ("a key without `:`", "`key: value`", True),
+    "expected <block end>": ("indented unlike the lines above", "one indentation for all keys of a mapping", False),
+    "expected ',' or '}'": ("`{` that is not closed", "`}`", True),
+    "expected ',' or ']'": ("`[` that is not closed", "`]`", True),
+    "found unexpected end of stream": ("a quote that is not closed", "the same quote at its end", True),
+    "found character '\\t'": ("a tab", "spaces for indentation", False),
+    "mapping values are not allowed": (
+        "a `:` in a value, or a key that is indented too far",
+        'quotes around a value that holds `: `, as in "a: b"',
+        False,
+    ),
+}
+"""Start of the parser's message → what stands there, what was expected, and whether the fault is where the construct
+begins; else where the parser noticed it."""
+
 
 class _Constructor(RoundTripConstructor):
     """The loader's own, which quotes both values of a duplicate key however long they are."""
@@ -75,10 +91,7 @@ def load_mapping(text: str, file: str, example: str = "name: one_mass") -> tuple
         yaml.Parser = partial(_Parser, limits=Limits(file))
         document = yaml.load(text)
     except MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        line = mark.line + 1 if mark else None
-        found = " ".join((error.problem or "malformed YAML").split())
-        raise BadInput(Place(file, line), found, "YAML 1.2", code="SPEC001") from None
+        raise _refused(error, file) from None
     except (YAMLError, ValueError, TypeError, AttributeError, LookupError, ArithmeticError, AssertionError) as error:
         raise BadInput(
             Place(file), f"malformed YAML ({' '.join(str(error).split())[:120]})", "YAML 1.2", code="SPEC001"
@@ -91,6 +104,18 @@ def load_mapping(text: str, file: str, example: str = "name: one_mass") -> tuple
         document = expanded(document, file)
     _collect(document, "", file, places)
     return document, places
+
+
+def _refused(error: MarkedYAMLError, file: str) -> BadInput:
+    """The error of the YAML parser in words of the file, at the line on which the fault is."""
+    problem = " ".join((error.problem or "malformed YAML").split())
+    found, expected, where_it_begins = problem, "YAML 1.2", False
+    for start, plain in FAULTS.items():
+        if problem.startswith(start):
+            found, expected, where_it_begins = plain
+    marks = (error.context_mark, error.problem_mark)
+    mark = next((m for m in (marks if where_it_begins else marks[::-1]) if m), None)
+    return BadInput(Place(file, mark.line + 1 if mark else None), found, expected, code="SPEC001")
 
 
 def _key(name: object) -> str:

@@ -67,7 +67,7 @@ def test_a_force_behind_a_gear_is_the_same_share_by_the_rotors_turns_as_by_the_l
 
 
 def test_so_is_the_relative_force_error() -> None:
-    everything = Masks(np.ones((4000, 2), dtype=bool), np.zeros((4000, 1), dtype=bool))
+    everything = Masks(np.ones((4000, 2), dtype=bool))
     window = Window(300, 3700)
     one = force_errors(joint(), motion(1.0), everything, window)
     other = force_errors(joint(1.0, LOAD / RATIO**2), motion(RATIO), everything, window)
