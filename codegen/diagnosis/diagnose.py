@@ -156,14 +156,7 @@ def diagnose_log(
     search = search_on(problem, lambda share: record_of(training, log, share))
     report_progress("refit", 0.05)
     search, base = _refit(search, log, findings["train"])
-    effect_progress = partial(_effect_progress, report_progress)
-    outcome = find_effects(search, base, effect_progress, faults)
-    free = None if faults else released(search, base, outcome)
-    in_place: tuple[Part, ...] = ()
-    if free is not None:
-        without = find_effects(*free, effect_progress, faults)
-        if is_better(free[0], without.final, search, outcome.final):
-            in_place, search, outcome = outcome.parts, free[0], without
+    search, outcome, in_place = _sought(search, base, partial(_effect_progress, report_progress), faults)
     outcome, final_search = with_harmonics(search, outcome, problem) if not faults else (outcome, search)
     report_progress("values and held-out error", 0.78)
     test_problem = Problem(system, other, {})
@@ -322,6 +315,26 @@ def _in_place(parts: Sequence[Part], answer: Answer) -> tuple[str, ...]:
     errors = ", ".join(e.name for e in answer.errors)
     named = " and ".join(f"{p.kind} on {p.on}" for p in parts)
     return (f"with {errors} kept within three tolerances, {named} would be named in place of the parameter error",)
+
+
+def _sought(
+    search: Search, base: Fit, progress: Callable[[int, float], None], faults: bool
+) -> tuple[Search, Outcome, tuple[Part, ...]]:
+    """Forward selection, with toleranced parameters free where that explains the log better.
+
+    Args:
+        faults: log and spec do not fit together, and no effect is tried.
+
+    Returns:
+        The search, its outcome, and the effects in whose place parameters were found wrong.
+    """
+    outcome = find_effects(search, base, progress, faults)
+    free = None if faults else released(search, base, outcome)
+    if free is not None:
+        without_limits = find_effects(*free, progress, faults)
+        if is_better(free[0], without_limits.final, search, outcome.final):
+            return free[0], without_limits, outcome.parts
+    return search, outcome, ()
 
 
 def _effect_progress(report_progress: Progress, turn: int, share: float) -> None:
