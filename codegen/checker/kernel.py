@@ -75,7 +75,7 @@ class Text:  # expressions over `names`, and statements that set them; `sign`: w
     # another function's value, is a new variable for each argument: what holds for all values holds for that one.
     def call(self, name: str, p: Poly) -> Poly:
         kind = "sgn" if name in ("fabs", self.sign) else name
-        demand(not self.sign or name in ("cos", "exp", "fabs", "sin", "sqrt", "tanh", self.sign), f"C calls {name}")
+        demand(not self.sign or name in ("cos", "exp", "fabs", "sin", "tanh", self.sign), f"C calls {name}")
         if name in ("cos", "sin"):
             return polynomials.angle(name, p, self.known)
         value = self.known.setdefault((kind, frozenset(p.after(len(p)).items())), term(1, f"?{len(self.known)}?{kind}"))
@@ -109,11 +109,15 @@ HEADER = (r'#ifndef STICTION_UPPER_H\n#define STICTION_UPPER_H\n#ifdef __cpluspl
 SOURCE = (r'#include "NAME\.h"\n#include <math\.h>\n#if defined\(__clang__\)\n#pragma STDC FP_CONTRACT OFF\n#endif\n#'
     r"if defined\(__GNUC__\)\n#define UPPER_COLD __attribute__\(\(noinline, cold\)\)\n#else\n#define UPPER_COLD\n#endif"
     r"(?: static inline double NAME_sign\(double u\) { return \(u > 0\.0\) \? 1\.0 : \(\(u < 0\.0\) \? -1\.0 : 0\.0\); "
-    rf"}})?(?![^#]*\b(?:return|goto)\b) void NAME_prepare\(NAME_parameters \*parameters\) {{({BODY})}}(?: (?:static )?"
-    rf"void NAME_\w+\([\w *,]*\) {{{BODY}}})*? static UPPER_COLD void NAME_handle_fault\([\w *,]*\) {{{BODY}(?<=[;}}] "
-    r"outputs->fault = 1; )} void NAME_step\(NAME_state \*state, const NAME_parameters \*parameters, const NAME_inputs "
-    r"\*inputs, NAME_outputs \*outputs\) {((?:(?!if \(|UPPER_RUNN)[^#\"'])*+)if \(fabs\(check\) <= ([0-9e+]+) && state"
-    r"->mode == UPPER_RUNNING\) {([^#]*?)outputs->fault = 0; } else { NAME_handle_fault\([\w ,]*\); } }")  # fmt: skip
+    rf"}}|(?![^#]*\bNAME_sign\b))(?![^#]*\b(?:return|goto)\b) void NAME_prepare\(NAME_parameters "
+    rf"\*parameters\) {{({BODY})}}(?: (?:static )?"
+    rf"void NAME_\w+\([\w *,]*\) {{{BODY}}})*? static UPPER_COLD void NAME_handle_fault\(NAME_state \*state,"
+    r" const NAME_parameters \*parameters, const NAME_inputs \*inputs, NAME_outputs \*outputs\) {(?=(?:, outputs\)|"
+    rf"(?!outputs)[^#])*+outputs->fault = 1; }} void NAME_step\b){BODY}(?<=[;}}] outputs->fault = 1; )"
+    r"} void NAME_step\(NAME_state \*state, const NAME_parameters \*parameters, const NAME_inputs "
+    r"\*inputs, NAME_outputs \*outputs\) {((?:(?!if \(|UPPER_RUNN)[^#\"'])*+)if \(fabs\(check\) <= (1e\+150) && state"
+    r"->mode == UPPER_RUNNING\) {([^#]*?)outputs->fault = 0; } else { "
+    r"NAME_handle_fault\(state, parameters, inputs, outputs\); } }")  # fmt: skip
 
 
 def matched(form: str, file: str, text: str) -> list[str]:
@@ -141,6 +145,7 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     first, given, *others = matched(HEADER, f"{name}.h", files[f"{name}.h"])
     arrays = [re.findall(r"double (\w+)(?:\[(\d+)\])?;", struct) for struct in (first, *others)]
     as0 = ", ".join(f"{{ {', '.join('0' * int(n))} }}" if n else "0" for _, n in arrays[0])
+    demand(True, "", 20 * sum(int(n or 1) for array in arrays for _, n in array))
     demand(re.sub(NUMBER, "0", given) == as0 and "double" not in good, "not as their fields, or a local after check")
     parameters, states, inputs, outputs = ([f"{of}.{x}{n and f'[{k}]'}" for x, n in array for k in range(int(n or 1))]
         for of, array in zip(("parameters", "state", "inputs", "outputs"), arrays, strict=True))  # fmt: skip
@@ -153,6 +158,15 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     aside = [z for z in states if z not in formulas]
     fields = {"".join(sorted(x)) for x in (*errors, *proof["reversals"])} <= {"estimatesigntruth", "dwellgrowthsign"}
     objects = json.dumps(proof).count("{") == 6 + len(errors) + len(proof["reversals"])  # and lists are no objects
+    rows = (proof[x] for x in ("matrix", "mass_matrix", "lyapunov_matrix"))
+    lists = [
+        proof.get("rest", []),
+        proof["domain"],
+        proof["force"],
+        *proof["box"].values(),
+        *(x for y in rows for x in y),
+    ]
+    demand(all(type(x) is list for x in lists), "fields that are no lists")
     demand(fields and objects and {*estimates} <= {*outputs} and not {*truths} & {*signs}, "fields are not so named")
     named = all(re.fullmatch(("true", "sign")[x in signs] + r"\.\w+", x, re.A) for x in [*truths, *signs])
     demand(named and {*turned} <= {"", *signs} and len({*truths}) == len({*estimates}) == len(errors), "not so named")
@@ -167,8 +181,9 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     # affine, else Bialynicki-Birula and Rosenlicht 1962). So every state is met, and shows its estimates.
     claim = Text(names, {})
     # A sign is that of a polynomial of estimates, truths and inputs, not constant: so there are points where all are 1.
+    shown = {*names} - {*signs}
     seen = map(Text(names | {x: term(1, x) for x in (*signs, *truths, *estimates)}, {}).value, signs.values())
-    demand(all(p.names() and p.names() <= {*names} - {*signs} for p in seen), "no sign of estimates and inputs")
+    demand(all(p.names() and p.names() <= shown for p in seen), "no sign of estimates and inputs")
     told = [(names[s], claim.value(of)) for s, of in signs.items()]
     told += [(names[s], names[s] * claim.value(of)) for s in ("", *signs) for of in proof["domain"]]
     claim.known |= {("sgn", frozenset((way * p).items())): way * s for s, p in told for way in (term(-1), term(1))}

@@ -86,6 +86,7 @@ PLAIN = (
     rf"(?:state\.|(?!(?:state|inputs|outputs|parameters)\b))\w+(?:\[\w+\])? \+?= {VALUE}); ?"
 )
 LINES = rf"(?: ?\(void\)\w+; ?| ?{PLAIN}|for \(int i = \d+; i < \d+; i\+\+\) {{ (?:{PLAIN})*+}} ?)*+ ?"
+LOOP = r"for \(int i = (\d+); i < (\d+); i\+\+\) {{ {} \+= ([^;]*); }}"
 CALLS = {"for", "fabs", "sqrt", "sin", "cos", "exp", "tanh"}
 
 
@@ -122,6 +123,8 @@ def require(name: str, files: dict[str, str]) -> tuple[str, str, str]:
     )
     kernel.demand(terms("given", given) == inputs, f"{name}.c: `given` is not the sum of all inputs")
     kernel.demand(terms("check", check) == inputs | states, f"{name}.c: `check` is not the sum of inputs and states")
+    heads, loops = len(re.findall(r"double check = ", step)), len(re.findall(LOOP.format("check"), step))
+    kernel.demand(heads == 1 and len(re.findall(r"\bcheck\b", step)) == 2 + loops, f"{name}.c: `check` is set anew")
     follow = {re.sub(r"state\.(\w+)", r"\1_next", x) for x in states}
     summed = terms("check", step)
     kernel.demand(follow <= summed, f"{name}.c: `check` does not hold all next states")
@@ -132,10 +135,9 @@ def require(name: str, files: dict[str, str]) -> tuple[str, str, str]:
 
 def terms(name: str, text: str) -> set[str]:
     """The terms of a sum in C, its loops unrolled; each stands in it once."""
-    loop = rf"for \(int i = (\d+); i < (\d+); i\+\+\) {{ {name} \+= ([^;]*); }}"
     found = [
         x.replace("[i]", f"[{k}]")
-        for a, b, of in re.findall(loop, text)
+        for a, b, of in re.findall(LOOP.format(name), text)
         for k in range(int(a), int(b))
         for x in of.split(" + ")
     ]

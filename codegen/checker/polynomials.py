@@ -140,6 +140,7 @@ def on_leaves(holds: Callable[[Box], bool], cell: Box, tree: Any, what: str) -> 
         demand(low < (cut := Fraction(cut)) < high, f"{x} is not cut between its ends")
         on_leaves(holds, cell | {x: (low, cut)}, below, what)
         cell, tree = cell | {x: (cut, high)}, above
+    demand(True, "", 100)
     demand(holds(cell), f"{what} in {cell}")
 
 

@@ -1,0 +1,116 @@
+"""C and proofs that were accepted in a later attack although C means something else, or that took minutes to read."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from codegen.checker import kernel, verify
+
+HERE = Path(__file__).parents[2] / "generated" / "one_mass"
+RATE = "parameters->one_over_m * (inputs->w - F_hat_rail)"
+CHECK = "const double check = z_v_next + z_rail_next;"
+GUARD = "fabs(check) <= 1e+150 && state"
+SIGN = """static inline double one_mass_sign(double u)
+{
+    return (u > 0.0) ? 1.0 : ((u < 0.0) ? -1.0 : 0.0);
+}
+
+"""
+FAULT = "    outputs->fault = 1;\n"
+HANDLER = "    const one_mass_parameters *parameters, const one_mass_inputs *inputs, one_mass_outputs *outputs)\n{\n"
+
+
+def shipped() -> tuple[dict[str, Any], dict[str, str]]:
+    proof = json.loads((HERE / "proof.json").read_text("utf-8"))
+    return proof, {path.name: path.read_text("utf-8") for path in HERE.glob("one_mass.[ch]")}
+
+
+def refused_by_verify(proof: dict[str, Any], files: dict[str, str]) -> None:
+    with pytest.raises(verify.Refused):
+        verify.check(json.dumps(proof), None, None, {name: text.encode() for name, text in files.items()})
+
+
+# why, the text before and after, whether kernel.py alone refuses it too
+C_TEXTS = {
+    "a root of a negative number: no sample has fault 0": (RATE, f"{RATE} + 0.0 * sqrt(-1.0)", True),
+    "a root of what is negative for every estimate": (RATE, f"{RATE} + 0.0 * sqrt(-1.0 - v_hat * v_hat)", True),
+    "a root in a start": ("_rail = parameters->rail_a;", "_rail = parameters->rail_a + 0.0 * sqrt(-1.0);", False),
+    "a root in a derived parameter": ("parameters->h_K_F = ", "parameters->h_K_F = 0.0 * sqrt(-1.0) + ", True),
+    "a limit that C cuts to 1": (GUARD, GUARD.replace("1e+150", "18446744073709551617"), True),
+    "a limit in octal digits": (GUARD, GUARD.replace("1e+150", "010000000000000"), True),
+    "a sign that is defined elsewhere": (SIGN, "", True),
+    "a fault that is told to another": (
+        FAULT, f"    static one_mass_outputs other;\n    outputs = &other;\n{FAULT}", True),
+    "a fault that is told to another, in brackets": (
+        FAULT, f"    static one_mass_outputs other;\n    (outputs) = &other;\n{FAULT}", True),
+    "a fault that is told to a local": (
+        HANDLER, HANDLER.replace("*outputs", "*told") + "    one_mass_outputs there, *outputs = &there;\n", True),
+    "a check that is set anew": (CHECK, f"{CHECK[6:]} check = inputs->x + inputs->w;", False),
+    "a check that is nothing": (CHECK, f"{CHECK[6:]} check = 0.0 * check + inputs->w;", False),
+    "a check from which is subtracted what it holds": (CHECK, f"{CHECK[6:]} check += -z_v_next + inputs->w;", False),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", C_TEXTS)
+def test_c_that_means_something_else_is_refused(case: str) -> None:
+    old, new, alone = C_TEXTS[case]
+    proof, files = shipped()
+    assert files["one_mass.c"].count(old) == 1, case
+    files["one_mass.c"] = files["one_mass.c"].replace(old, new)
+    if alone:
+        with pytest.raises(ValueError):
+            kernel.prove(proof, files)
+    refused_by_verify(proof, files)
+
+
+TEXTS_FOR_LISTS: dict[str, Callable[[dict[str, Any]], Any]] = {
+    "matrix": lambda p: p.update(matrix=[p["matrix"][0], "11"]),
+    "box": lambda p: p.update(box={"true.v": "19"}),
+    "domain": lambda p: p.update(domain="5"),
+    "rest": lambda p: p.update(rest="00"),
+}
+
+
+@pytest.mark.parametrize("field", TEXTS_FOR_LISTS)
+def test_a_text_is_no_list_of_its_characters(field: str) -> None:
+    """ "11" was read as the row 1, 1, and printed as 11."""
+    proof, files = shipped()
+    TEXTS_FOR_LISTS[field](proof)
+    with pytest.raises(ValueError, match="fields"):
+        kernel.prove(proof, files)
+
+
+def halves(depth: int, low: Fraction = Fraction(-1), high: Fraction = Fraction(1)) -> Any:
+    middle = (low + high) / 2
+    if not depth:
+        return ""
+    return ["sign.rail", str(middle), halves(depth - 1, low, middle), halves(depth - 1, middle, high)]
+
+
+LONG: dict[str, Callable[[dict[str, Any], dict[str, str]], Any]] = {
+    # Each took a set of all of them: 55 s for these, 100 times that for as many as the limit allowed.
+    "ten thousand signs": lambda p, f: p["signs"].update({f"sign.q{k}": "inputs.x" for k in range(10_000)}),
+    # A leaf of a constant matrix cost no step of the limit: 20 s.
+    "sixty thousand cells": lambda p, f: p.update(cover=halves(16)),
+    "a million fields": lambda p, f: f.update({"one_mass.h": f["one_mass.h"].replace(
+        "double w;", "double w; " + "".join(f"double a{k}[999]; " for k in range(1000)))}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", LONG)
+def test_no_proof_takes_minutes(kind: str) -> None:
+    proof, files = shipped()
+    LONG[kind](proof, files)
+    begun = time.process_time()
+    try:
+        kernel.prove(proof, files)
+    except ValueError as why:
+        assert "more work than the limit" in str(why)
+    assert time.process_time() - begun < 10
