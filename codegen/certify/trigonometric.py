@@ -1,8 +1,8 @@
 """A common P for a matrix that is a quotient of polynomials in sines, cosines and variables, as that of an arm.
 
 In boxes of θ = sin q, cos q/det M and the like these are independent, and much of the rate is lost; so P is found at
-points of the circle, and the checker decides on cells of tan(q/2), in which the matrix is one quotient (polynomials.py,
-lemmas 6 and 7). Angles are taken all round, whatever their range in the envelope.
+points of the circle, and the checker decides on cells of tan(q/2), in which the matrix is one quotient (kernel.py,
+lemmas 7 and 8). Angles are taken all round, whatever their range in the envelope.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from codegen.certify.enclosure import exact_ranges
 from codegen.certify.family import Family
 from codegen.certify.lyapunov import common_lyapunov
 from codegen.certify.prefix import to_prefix
-from codegen.checker import covered, kernel, polynomials
+from codegen.checker import covered, kernel
 
 Array = NDArray[np.float64]
 MOST_POINTS, MOST_CORNERS = 16, 64
@@ -67,24 +67,24 @@ def over_angles(family: Family, h: Any) -> Found | None:
 def _leaf(family: Family, h: Any, p: Array) -> Callable[[Fraction, Cell], bool]:
     """Whether V falls by a factor in a cell of the tangents, as the checker decides it."""
     known: dict[Any, Any] = {}
-    polynomials.Poly.signs, polynomials.Poly.divisors, polynomials.Poly.work = frozenset(), {}, 0
+    kernel.Poly.signs, kernel.Poly.divisors, kernel.Poly.work = frozenset(), {}, 0
     stated = {
         "sample_time": str(h),
         "parameters": [{"name": s.name, "expression": to_prefix(e)} for s, e in family.parameters.items()],
         "matrix": [[to_prefix(e) for e in family.matrix.row(i)] for i in range(family.matrix.rows)],
     }
     step = covered.step(stated, {v.name: kernel.term(1, v.name) for v in family.variables}, known)
-    box = {v.name: ends for v, ends in exact_ranges(family).items()} | polynomials.ranges()
+    box = {v.name: ends for v, ends in exact_ranges(family).items()} | kernel.ranges()
     scale = p / np.abs(p).max()
     exact = [[Fraction(str(x)) for x in row] for row in rounded_matrix(scale, DIGITS, np.sqrt(np.diag(scale)))]
-    divisors = [*polynomials.Poly.divisors.values()]
+    divisors = [*kernel.Poly.divisors.values()]
 
     def falls(factor: Fraction, cell: Cell) -> bool:
-        polynomials.Poly.work = 0
+        kernel.Poly.work = 0
         try:
             for divisor in divisors:
-                polynomials.above_zero([[divisor]], box | cell, "")
-            polynomials.contracts(step, exact, factor, box | cell, "")
+                kernel.above_zero([[divisor]], box | cell, "")
+            kernel.contracts(step, exact, factor, box | cell, "")
         except ValueError:
             return False
         return True

@@ -1,8 +1,8 @@
 """The decay of V = e'Pe where the matrix is a quotient of polynomials in sines, cosines and variables.
 
-Standard library only; part of the checker (verify.py), which hands ``enclosure``, ``kernel`` and ``polynomials`` in. It
-is the kernel's own claim (polynomials.py, lemma 7), here of the matrix that a certificate states, whatever it belongs
-to: on each leaf of a tree of cuts, not at the vertices of boxes, in which a sine and a cosine are independent.
+Standard library only; part of the checker (verify.py), which hands ``enclosure`` and ``kernel`` in. It is the
+kernel's own claim (its lemma 8), here of the matrix that a certificate states, whatever it belongs to: on
+each leaf of a tree of cuts, not at the vertices of boxes, in which a sine and a cosine are independent.
 """
 
 from collections.abc import Mapping
@@ -10,7 +10,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING or __package__:
-    from codegen.checker import enclosure, kernel, polynomials
+    from codegen.checker import enclosure, kernel
 
 Interval = tuple[Fraction, Fraction]
 
@@ -27,7 +27,7 @@ def polynomial(entry: Any, names: Mapping[str, Any], known: dict[Any, Any]) -> A
     kernel.demand(word in ("+", "*", "neg", "/", "^", "sin", "cos"), f"matrix: {word}")
     first = polynomial(parts[0], names, known)
     if word in ("sin", "cos"):
-        return polynomials.angle(word, first, known)
+        return kernel.angle(word, first, known)
     if word == "^":
         power, count = kernel.term(1), int(parts[1])
         kernel.demand(0 <= count <= enclosure.MAX_POWER, f"exponent {count}")
@@ -36,7 +36,7 @@ def polynomial(entry: Any, names: Mapping[str, Any], known: dict[Any, Any]) -> A
         return power
     for part in parts[1:]:
         other = polynomial(part, names, known)
-        other = polynomials.reciprocal(other, known) if word == "/" else other
+        other = kernel.reciprocal(other, known) if word == "/" else other
         first = first + other if word == "+" else first * other
     return first * kernel.term(-1) if word == "neg" else first
 
@@ -54,7 +54,7 @@ def step(top: dict[str, Any], names: Mapping[str, Any], known: dict[Any, Any]) -
 def fall(top: dict[str, Any], ends: dict[str, Interval], factor: Fraction) -> str:
     """That V falls by the factor wherever the variables are between their ends: the fact, or enclosure.Refused."""
     known: dict[Any, Any] = {}
-    polynomials.Poly.signs, polynomials.Poly.divisors, polynomials.Poly.work = frozenset(), {}, 0
+    kernel.Poly.signs, kernel.Poly.divisors, kernel.Poly.work = frozenset(), {}, 0
     (tree,) = top["cover"]
     thetas = {e["name"]: enclosure.parse(e["expression"], ends, e["name"]) for e in top["parameters"]}
     for i, row in enumerate(top["matrix"]):
@@ -62,10 +62,10 @@ def fall(top: dict[str, Any], ends: dict[str, Interval], factor: Fraction) -> st
             enclosure.parse(entry, thetas, f"matrix[{i}][{j}]", affine=True)
     try:
         F = step(top, {name: kernel.term(1, name) for name in ends}, known)
-        cell = ends | polynomials.ranges()
-        for p in polynomials.Poly.divisors.values():
-            polynomials.above_zero([[p]], cell, tree)
-        polynomials.contracts(F, top["lyapunov_matrix"], factor, cell, tree)
+        cell = ends | kernel.ranges()
+        for p in kernel.Poly.divisors.values():
+            kernel.above_zero([[p]], cell, tree)
+        kernel.contracts(F, top["lyapunov_matrix"], factor, cell, tree)
     except (ArithmeticError, LookupError, TypeError, ValueError) as why:
         raise enclosure.Refused(f"V is not shown to fall: {str(why)[:200]}") from None
     return f"every coefficient of {leaves(tree)} cells"

@@ -37,7 +37,7 @@ else:
     forms = beside("forms", enclosure=enclosure)
     kernel = beside("kernel")
     by_c = {"kernel": kernel, **{name: beside(name, kernel=kernel) for name in ("ellipsoid", "held", "modes")}}
-    covered = beside("covered", enclosure=enclosure, kernel=kernel, polynomials=kernel.polynomials)
+    covered = beside("covered", enclosure=enclosure, kernel=kernel)
     theorem = beside("theorem", enclosure=enclosure, covered=covered, **by_c)
 Refused, demand, show = enclosure.Refused, enclosure.demand, enclosure.show
 parse, widen, MAX_STRING = enclosure.parse, enclosure.widen, enclosure.MAX_STRING

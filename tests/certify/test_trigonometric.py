@@ -15,7 +15,7 @@ import sympy
 from codegen.certify.family import Family
 from codegen.certify.prefix import to_prefix
 from codegen.certify.trigonometric import over_angles
-from codegen.checker import covered, kernel, polynomials, verify
+from codegen.checker import covered, kernel, verify
 from tests.checker.test_verify import certificate
 from tests.in_part import in_part
 
@@ -123,17 +123,17 @@ def test_angles_and_reciprocals_are_what_they_stand_for(seed: int) -> None:
     """A random quotient, at a random angle: with the tangent and the signs put in, and cleared of its divisors."""
     dice = np.random.default_rng(seed)
     x = float(dice.uniform(-7, 7))
-    polynomials.Poly.signs, polynomials.Poly.divisors, polynomials.Poly.work = frozenset(), {}, 0
+    kernel.Poly.signs, kernel.Poly.divisors, kernel.Poly.work = frozenset(), {}, 0
     known: dict[Any, Any] = {}
-    c, s = (polynomials.angle(name, kernel.term(1, "x"), known) for name in ("cos", "sin"))
+    c, s = (kernel.angle(name, kernel.term(1, "x"), known) for name in ("cos", "sin"))
     d = kernel.term(3) + c * s + kernel.term(Fraction(1, 2)) * s
-    r = polynomials.reciprocal(d, known)
-    e = polynomials.reciprocal(kernel.term(2) + r * c, known)
+    r = kernel.reciprocal(d, known)
+    e = kernel.reciprocal(kernel.term(2) + r * c, known)
     made = r * e * s + kernel.term(2) * c * r * r + c * c + s * s
     number, t = math.cos(x) * math.sin(x) + 3 + math.sin(x) / 2, math.tan(abs(math.asin(abs(math.sin(x)))) / 2)
     values = {"x t": t, "x k": math.copysign(1, math.cos(x)), "x m": math.copysign(1, math.sin(x))}
     wanted = math.sin(x) / number / (2 + math.cos(x) / number) + 2 * math.cos(x) / number**2 + 1
-    (top,), (bottom,) = polynomials.cleared([[made], [kernel.term(1)]])
+    (top,), (bottom,) = kernel.cleared([[made], [kernel.term(1)]])
 
     def at(p: Any) -> float:
         return sum(float(a) * math.prod(values[y] for y in m) for m, a in p.items())
@@ -143,35 +143,35 @@ def test_angles_and_reciprocals_are_what_they_stand_for(seed: int) -> None:
 
 
 def test_an_equation_of_a_reciprocal_is_used_and_no_other() -> None:
-    polynomials.Poly.signs, polynomials.Poly.divisors, polynomials.Poly.work = frozenset(), {}, 0
+    kernel.Poly.signs, kernel.Poly.divisors, kernel.Poly.work = frozenset(), {}, 0
     known: dict[Any, Any] = {}
     d = kernel.term(2) + kernel.term(1, "y")
-    r = polynomials.reciprocal(d, known)
+    r = kernel.reciprocal(d, known)
     one = kernel.term(1)
-    assert not polynomials.cleared([[r * d - one]])[0][0]
+    assert not kernel.cleared([[r * d - one]])[0][0]
     for other in (r * d + one, r * r * d - one, r * kernel.term(2) - one, r - one):
-        assert polynomials.cleared([[other]])[0][0]
+        assert kernel.cleared([[other]])[0][0]
     box = {"y": (Fraction(-1), Fraction(1))}
-    polynomials.above_zero([[d]], box, "")
+    kernel.above_zero([[d]], box, "")
     with pytest.raises(ValueError, match="not positive semidefinite"):
-        polynomials.above_zero([[d]], {"y": (Fraction(-2), Fraction(1))}, "")
+        kernel.above_zero([[d]], {"y": (Fraction(-2), Fraction(1))}, "")
     for low in ("-3/2", "-19999/10000"):  # y r = 1 - 2 r, and not any product of their ranges
         contracted = [[kernel.term(1, "y") * r]]
         size = abs(Fraction(low) / (2 + Fraction(low)))
         cell = {"y": (Fraction(low), Fraction(1))}
-        polynomials.contracts(contracted, [[Fraction(1)]], size**2, cell, "")
+        kernel.contracts(contracted, [[Fraction(1)]], size**2, cell, "")
         with pytest.raises(ValueError, match="V may not fall"):
-            polynomials.contracts(contracted, [[Fraction(1)]], size**2 * Fraction(99, 100), cell, "")
+            kernel.contracts(contracted, [[Fraction(1)]], size**2 * Fraction(99, 100), cell, "")
 
 
 def test_the_sum_of_squares_of_a_sine_and_a_cosine_is_one() -> None:
-    polynomials.Poly.signs, polynomials.Poly.divisors, polynomials.Poly.work = frozenset(), {}, 0
+    kernel.Poly.signs, kernel.Poly.divisors, kernel.Poly.work = frozenset(), {}, 0
     known: dict[Any, Any] = {}
-    c, s = (polynomials.angle(name, kernel.term(1, "x"), known) for name in ("cos", "sin"))
-    other = polynomials.angle("cos", kernel.term(1, "y"), known)
-    assert not polynomials.cleared([[c * c + s * s - kernel.term(1)]])[0][0]
+    c, s = (kernel.angle(name, kernel.term(1, "x"), known) for name in ("cos", "sin"))
+    other = kernel.angle("cos", kernel.term(1, "y"), known)
+    assert not kernel.cleared([[c * c + s * s - kernel.term(1)]])[0][0]
     for wrong in (c * c - s * s - kernel.term(1), c * c + other * other - kernel.term(1), c - s, c - other):
-        assert polynomials.cleared([[wrong]])[0][0]
+        assert kernel.cleared([[wrong]])[0][0]
 
 
 def test_what_is_covered_is_one_quotient_and_no_box_of_functions() -> None:

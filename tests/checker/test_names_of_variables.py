@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from codegen.checker import kernel, modes, polynomials, verify
-from codegen.checker.polynomials import Poly, term
+from codegen.checker import kernel, modes, verify
+from codegen.checker.kernel import Poly, term
 
 GENERATED = Path(__file__).parents[2] / "generated"
 
@@ -33,7 +33,7 @@ def test_values_of_different_functions_are_different_variables() -> None:
 
 def tangent(p: Poly, known: dict[Any, Any]) -> set[str]:
     """The variable of lemma 6 by which a cosine is given: of its only divisor, 1 + t^2."""
-    (divisor,) = (Poly.divisors[r] for r in polynomials.angle("cos", p, known).names() if r in Poly.divisors)
+    (divisor,) = (Poly.divisors[r] for r in kernel.angle("cos", p, known).names() if r in Poly.divisors)
     return divisor.names()
 
 
