@@ -35,7 +35,7 @@ Polys = list[list[Any]]
 
 
 def number(text: Any) -> Fraction:
-    found: Fraction = kernel.number(text)
+    found: Fraction = kernel.Text({}, {}).value(text).constant()
     return found
 
 

@@ -50,9 +50,11 @@ class Poly(dict[tuple[str, ...], Any]):
     def __mul__(self, other: "Poly") -> "Poly":
         demand(True, "", len(self) * len(other) * (9 + max(self.size(), other.size())) // 18)
         terms: dict[tuple[str, ...], Any] = {}
+        pairs = self.signs & self.names() & other.names()
         for (m, c), (n, d) in product(self.items(), other.items()):
-            key = tuple(sorted(x for x in m + n if not (x in self.signs and x in m and x in n)))
-            terms[key] = terms.get(key, 0) + c * d
+            names = [x for x in m + n if not (x in pairs and x in m and x in n)] if pairs else m + n
+            monomial = tuple(sorted(names))
+            terms[monomial] = terms.get(monomial, 0) + c * d
         return Poly({m: c for m, c in terms.items() if c})
 
     def names(self) -> set[str]:
@@ -110,7 +112,7 @@ def replaced(A: Matrix, x: str, top: Poly, below: Poly) -> Matrix:
     def put(p: Poly) -> Poly:
         parts = [Poly() for _ in powers]
         for m, c in p.items():
-            parts[m.count(x)][tuple(y for y in m if y != x)] = c
+            parts[m.count(x)][tuple([y for y in m if y != x])] = c
         return sum((part * power for part, power in zip(parts, powers, strict=True)), ZERO)
 
     return [[put(p) for p in row] for row in A] if most else A
@@ -322,10 +324,6 @@ def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return dict(pairs)
 
 
-def number(text: str) -> Fraction:
-    return Text({}, {}).value(text).constant()
-
-
 def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     """What holds besides the fields of the proof, if it is one of these files (name: text); ValueError if not."""
     name, signs, errors, formulas, velocity = (proof[x] for x in ("name", "signs", "errors", "states", "positions"))
@@ -403,19 +401,20 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     # V falls, by the lemmas of the algebra.
     ends = {x: claim.values(pair) for x, pair in proof["box"].items()}
     box = {x: (low.constant(), high.constant()) for x, (low, high) in ends.items()}
-    fall, fixed = 1 - 2 * number(proof["decay_rate"]) * h.constant(), [[x.constant() for x in row] for row in P]
+    fall = 1 - 2 * claim.value(proof["decay_rate"]).constant() * h.constant()
+    fixed = [[x.constant() for x in row] for row in P]
     demand({*box} <= free - {*signs}, "a box of no free variable")
     demand(min(fall, h.constant()) > 0 and positive(fixed, True), "V negative, or P not positive definite")
-    cell, tree = box | ranges(), proof["cover"]
-    for A in (mass, *([[p]] for p in Poly.divisors.values())):
-        above_zero(A, cell, tree)
-    contracts(phi, fixed, fall, cell, tree)
     for turn in proof["reversals"]:
-        growth, dwell = number(turn["growth"]), number(turn["dwell"])
+        growth, dwell = (claim.value(turn[part]).constant() for part in ("growth", "dwell"))
         J = [-1 if s == turn["sign"] else 1 for s in turned]
         rise = [[(growth - i * j) * p for j, p in zip(J, row, strict=True)] for i, row in zip(J, fixed, strict=True)]
         demand(positive(rise), "not positive semidefinite", min(int(dwell), 10**5) * fall.denominator.bit_length())
         demand(dwell in range(10**5) and fall ** int(dwell) * growth <= 1 and turn["sign"] in signs, "not made good")
+    cell, tree = box | ranges(), proof["cover"]
+    for A in (mass, *([[p]] for p in Poly.divisors.values())):
+        above_zero(A, cell, tree)
+    contracts(phi, fixed, fall, cell, tree)
     conditions = proof["domain"] or box or any(rest) or aside or len(moving) < len(formulas)
     found = {"aside": aside, "first order": any(off.values()), "fall": fall, "values": stated}
     return found | {"whole": not conditions, "names": names, "known": claim.known}
@@ -430,9 +429,6 @@ if __name__ == "__main__":
     except Exception as why:
         sys.exit(f"refused: {type(why).__name__} {str(why)[:200]}")
     facts = {x: shown[x] for x in ("fall", "first order", "aside", "values")}
-    print(
-        f"{claim['name']}: proved{'' if shown['whole'] else ', in its domain'}",
-        json.dumps(facts, default=str),
-        sep="\n",
-    )
+    where = "" if shown["whole"] else ", in its domain"
+    print(f"{claim['name']}: proved{where}\n{json.dumps(facts, default=str)}")
     sys.exit(0 if shown["whole"] else 4)  # 4: where domain, box and states are as said, but for the rest; 1: refused
