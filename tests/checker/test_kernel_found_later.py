@@ -52,6 +52,10 @@ C_TEXTS = {
         FAULT, f"    static one_mass_outputs other;\n    (outputs) = &other;\n{FAULT}", True),
     "a fault that is told to a local": (
         HANDLER, HANDLER.replace("*outputs", "*told") + "    one_mass_outputs there, *outputs = &there;\n", True),
+    "a fault above 10 by a high power": (
+        CHECK, f"{CHECK[:-1]} + {' * '.join(['v_hat'] * 148)};", True),
+    "a fault above 1000 by a large coefficient": (
+        CHECK, f"{CHECK[:-1]} + 1e70 * 1e70 * v_hat * v_hat * v_hat;", True),
     "a check that is set anew": (CHECK, f"{CHECK[6:]} check = inputs->x + inputs->w;", False),
     "a check that is nothing": (CHECK, f"{CHECK[6:]} check = 0.0 * check + inputs->w;", False),
     "a check from which is subtracted what it holds": (CHECK, f"{CHECK[6:]} check += -z_v_next + inputs->w;", False),
