@@ -74,13 +74,17 @@ CASES = (
     Case("a parameter is set in the step", "c", SET, f"{SET}        parameters->K_F = 0.0;\n", "parameters.K_F is set"),
     Case("an input is set in the step", "c", SET, f"{SET}        inputs->x = 0.0;\n", "inputs.x is set"),
     Case("the guard's own state is set", "c", SET, f"{SET}        state->mode = 0.0;\n", "state.mode is set"),
+    Case("a root of a negative number", "c", LAW, f"({LAW}) + 0.0 * sqrt(-1.0)", "C calls sqrt"),
+    Case(
+        "a fault that is told to another", "c", "    outputs->fault = 1;", "    outputs = 0; outputs->fault = 1;", FORM
+    ),
     Case("most samples are faults", "c", "check = z_v_next", "check = 1e75 * 1e75 * z_v_next", "not a sum"),
     Case(
         "a fault for what is not large",
         "c",
         "if (fabs(check) <= 1e+150 && state",
         "if (fabs(check) <= 1e+3 && state",
-        "not a sum",
+        FORM,
     ),
     Case(
         "another guard",
@@ -135,7 +139,7 @@ CASES = (
         "c",
         "if (fabs(check) <= 1e+150 && state",
         "if (fabs(check) <= 1e+999 && state",
-        "not a sum",
+        FORM,
     ),
     Case("another file is included", "c", "#include <math.h>\n", '#include <math.h>\n#include "more.h"\n', FORM),
     Case(
@@ -256,7 +260,7 @@ CASES = (
         "p",
         '"sign.rail": "outputs.v_hat"',
         '"sign.rail": "outputs.v_hat", "sign.q": "-sign.q"',
-        "no sign of estimates and inputs",
+        "is nothing that is known",
     ),
     Case(
         "a remark in a reversal", "p", '"dwell": "68"', '"dwell": "68", "claim": "at once"', "fields are not so named"

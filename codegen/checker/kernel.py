@@ -222,6 +222,8 @@ EXPRESSION = r"(?!.*(--|\+\+|\*\*|//))[A-Za-z0-9_. ()\[\]+*/-]{1,20000}"
 NUMBER = r"-?(?:0|[1-9][0-9]{0,99})(?:\.[0-9]{0,99})?(?:e[+-]?[0-9]{1,2})?"
 STATEMENT = (r"(const double |double |)([A-Za-z_][\w.]*(?:\[\d+\])?) (\+?=) ([^;={}]+); ?|"
     r"double (\w[\w.]*)\[([1-9]\d{0,3})\]; ?")  # fmt: skip
+FIELDS = ("name", "step", "positions", "mass_matrix", "force", "acceleration", "signs", "domain", "errors", "states",
+          "matrix", "rest", "lyapunov_matrix", "box", "decay_rate", "reversals", "cover")  # fmt: skip
 
 
 class Text:  # expressions over `names`, and statements that set them; `sign`: what C calls the sign function
@@ -233,7 +235,7 @@ class Text:  # expressions over `names`, and statements that set them; `sign`: w
         return self.of(ast.parse(text.strip(), mode="eval").body, text.strip())
 
     def values(self, texts: list[str]) -> list[Poly]:
-        demand(type(texts) is list, "fields that are no lists")  # of a text the characters would be read
+        demand(type(texts) is list, "fields are not so named, or no lists")  # of a text the characters would be read
         return [self.value(text) for text in texts]
 
     def of(self, node: ast.expr, text: str) -> Poly:
@@ -327,7 +329,9 @@ def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     """What holds besides the fields of the proof, if it is one of these files (name: text); ValueError if not."""
     name, signs, errors, formulas, velocity = (proof[x] for x in ("name", "signs", "errors", "states", "positions"))
-    demand(re.fullmatch("[a-z][a-z0-9_]*", name), "not so named", -Poly.work)
+    demand({*proof, "rest"} == {*FIELDS} and re.fullmatch("[a-z][a-z0-9_]*", name), "not just FIELDS", -Poly.work)
+    fields = {"".join(sorted(x)) for x in (*errors, *proof["reversals"])}
+    demand(fields <= {"estimatesigntruth", "dwellgrowthsign"}, "fields are not so named")
     prepare, before, good = matched(SOURCE, f"{name}.c", files[f"{name}.c"])
     first, given, *others = matched(HEADER, f"{name}.h", files[f"{name}.h"])
     arrays = [re.findall(r"double (\w+)(?:\[(\d+)\])?;", struct) for struct in (first, *others)]
