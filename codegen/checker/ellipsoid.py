@@ -44,7 +44,7 @@ def moves(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]) -
 
     LEMMA A. What `step` makes of states and inputs is a function of them. So by the kernel's theorem the states after a
     sample are G (`states`) of an undisturbed machine that was where the position was measured, and of its estimates.
-    Beside what is measured then they show the estimates of which G gives them; there are no two such (its lemma 11).
+    Beside what is measured then they show the estimates of which G gives them; there are no two such (its lemma 12).
     """
     term, zero, velocity, errors = kernel.term, kernel.Poly(), proof["positions"], proof["errors"]
     truths, estimates, turned = ([e[part] for e in errors] for part in ("truth", "estimate", "sign"))

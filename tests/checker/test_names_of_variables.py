@@ -32,7 +32,7 @@ def test_values_of_different_functions_are_different_variables() -> None:
 
 
 def tangent(p: Poly, known: dict[Any, Any]) -> set[str]:
-    """The variable of lemma 6 by which a cosine is given: of its only divisor, 1 + t^2."""
+    """The variable of lemma 7 by which a cosine is given: of its only divisor, 1 + t^2."""
     (divisor,) = (Poly.divisors[r] for r in kernel.angle("cos", p, known).names() if r in Poly.divisors)
     return divisor.names()
 
