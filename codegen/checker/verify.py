@@ -15,7 +15,6 @@ import re
 import runpy
 import sys
 from collections import namedtuple
-from collections.abc import Collection
 from fractions import Fraction
 from itertools import pairwise, product
 from operator import mul
@@ -262,7 +261,7 @@ def check(
         if sources is None:
             here = [name for name in {*named, PROOF, SETS} if folder and (folder / name).exists()]
             sources = {name: files.read(folder / name, MAX_TEXT) for name in here}
-            alone(folder, {*named, f"{top['subject']['name']}.h"})
+            alone(folder, f"{top['subject']['name']}.h")
         more, facts = unchanged(top, sources, spec), verify(top)
         proved, unproved, whole = by_kernel(top, {k: v for k, v in sources.items() if k in {*named, PROOF, SETS}})
     except RecursionError:
@@ -273,15 +272,17 @@ def check(
     return Report(top["subject"]["name"], *words, tuple(proved), unproved, whole)
 
 
-def alone(folder: Path | None, own: Collection[str]) -> None:
-    """Refused where a header that is not the code's own lies beside or below it.
+def alone(folder: Path | None, own: str) -> None:
+    """Refused where a header that is not the code's own lies beside or below it, stated in the certificate or not.
 
     A compiler that is given this folder by -I may read it in place of one that the system's <math.h> includes, or that
-    it always reads first.
+    it always reads first. GCC reads NAME.h.gch, a precompiled header, in place of NAME.h; what lies behind a link to a
+    folder is not seen here.
     """
     below = [x for _, x in zip(range(MAX_FILES), folder.rglob("*"), strict=False)] if folder and folder.is_dir() else []
     demand(len(below) < MAX_FILES, f"{MAX_FILES} files or more beside the code")
-    named = [one_line(x.name) for x in below if x.suffix.lower() == ".h" and x.name not in own]
+    headers = [x for x in below if re.search(r"\.h(\.|$)", x.name.lower()) and x.name != own]
+    named = [one_line(x.name) for x in headers + [x for x in below if x.is_symlink() and x.is_dir()]]
     demand(not named, f"{', '.join(named[:3])} beside the code: a compiler may take it for a header of the system's")
 
 
@@ -292,7 +293,7 @@ def of_proof(proof: dict[str, Any], folder: Path | None, sources: dict[str, byte
         names = (f"{name}.c", f"{name}.h", SETS)
         here = [path for file in names if folder and (path := folder / file).exists()]
         sources = {path.name: files.read(path, MAX_TEXT) for path in here}
-        alone(folder, names)
+        alone(folder, f"{name}.h")
     shown = theorem.proved(proof, sources)
     more = theorem.reached(proof, shown, sources[SETS]) if SETS in sources else []
     open_ = ("a certificate: this is the kernel's proof alone", *theorem.sizes(more), *ALWAYS)

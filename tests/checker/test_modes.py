@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import itertools
+import json
+import shutil
 from pathlib import Path
 from types import ModuleType
 
@@ -167,7 +170,10 @@ def test_an_index_that_an_int_cannot_hold_is_refused(index: str) -> None:
         verify.theorem.proved(proof, {name: text.encode() for name, text in files.items()})
 
 
-@pytest.mark.parametrize("name", ["math.h", "Math.H", "features.h", "stdc-predef.h", "bits/math-vector.h"])
+OTHERS = ["math.h", "Math.H", "features.h", "stdc-predef.h", "bits/math-vector.h", "one_mass.h.gch", "x/one_mass.h.gch"]
+
+
+@pytest.mark.parametrize("name", OTHERS)
 def test_another_header_beside_the_code_is_refused(name: str, tmp_path: Path) -> None:
     """The generated README, CMake and make files give the folder to the compiler by -I."""
     for file, text in texts("one_mass").items():
@@ -179,3 +185,25 @@ def test_another_header_beside_the_code_is_refused(name: str, tmp_path: Path) ->
     (tmp_path / name).write_text("#define fabs(x) (-(x))\n", encoding="utf-8")
     for file in ("proof.json", "certificate.json"):
         assert verify.main([str(tmp_path / file)]) == 3
+
+
+def test_a_link_to_a_folder_of_headers_is_refused(tmp_path: Path) -> None:
+    """<math.h> includes <bits/mathcalls.h>: with -I FOLDER the one behind the link."""
+    folder = shutil.copytree(GENERATED / "one_mass", tmp_path / "one_mass")
+    assert verify.main([str(folder / "certificate.json")]) == 0
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "elsewhere" / "mathcalls.h").write_text("#define fabs(x) (-(x))\n", encoding="utf-8")
+    (folder / "bits").symlink_to(tmp_path / "elsewhere")
+    for file in ("proof.json", "certificate.json"):
+        assert verify.main([str(folder / file)]) == 3
+
+
+def test_a_header_that_the_certificate_names_itself_is_refused(tmp_path: Path) -> None:
+    """Its hash says nothing of what it defines."""
+    folder = shutil.copytree(GENERATED / "one_mass", tmp_path / "one_mass")
+    other = b"#define fabs(x) (-(x))\n"
+    (folder / "math.h").write_bytes(other)
+    top = json.loads((folder / "certificate.json").read_text("utf-8"))
+    top["subject"]["files"]["math.h"] = hashlib.sha256(other).hexdigest()
+    (folder / "certificate.json").write_text(json.dumps(top), encoding="utf-8")
+    assert verify.main([str(folder / "certificate.json")]) == 3
