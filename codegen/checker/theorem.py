@@ -295,8 +295,18 @@ def same_matrix(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any
             turns = name not in signs or ({-1, 1} >= {*ends} if top["along"] else {-1, 1} <= {*ends})
             if name not in names or not turns or not low <= ends[0] <= ends[-1] <= high:
                 return False
-        rows = zip(covered.step(top, names, shown["known"]), proof["matrix"], strict=True)
-        off = [[a - text.value(b) for a, b in zip(*pair, strict=True)] for pair in rows]
+        rows = covered.step(top, names, shown["known"])
+        # A V of its own falls in the certificate's ranges, and those printed are the proof's: they are the same, or
+        # the variable stands in sines and cosines alone, of which a cover takes every angle.
+        used = {x for row in kernel.cleared([*rows, [kernel.term(1)] * len(rows)]) for p in row for x in p.names()}
+        for name, ends in top["variables"].items():
+            same = [*map(Fraction, proof["box"].get(free.get(name, ""), ()))] == [ends[0], ends[-1]]
+            all_round = top["cover"] and free.get(name) not in (*proof["box"], *used)
+            if not (top["along"] or claims_fall(top, proof) or name in signs or same or all_round):
+                return False
+        off = [
+            [a - text.value(b) for a, b in zip(*pair, strict=True)] for pair in zip(rows, proof["matrix"], strict=True)
+        ]
         return not any(p for row in kernel.cleared(off) for p in row)
     except ValueError:  # one of them speaks of more than polynomials and quotients
         return False

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from codegen.checker import held, kernel, modes
+from codegen.checker import held, kernel, modes, verify
 from codegen.replay.twin import load_twin
 
 NAME = "two_link_arm"
@@ -153,6 +153,24 @@ def test_forged_proofs_are_refused(case: str) -> None:
     assert change(proof) != proof
     with pytest.raises((ValueError, KeyError), match=answer):
         kernel.prove(change(proof), files)
+
+
+@pytest.mark.parametrize(
+    ("ranges", "cover"),
+    [
+        ({"theta2": ["-19/10", "-19/10"], "omega1": ["0", "0"], "omega2": ["0", "0"]}, False),
+        ({"theta2": ["-19/10", "-19/10"]}, False),
+        ({"omega1": ["0", "0"], "omega2": ["0", "0"]}, True),
+    ],
+)
+def test_a_certificate_over_less_than_its_proof_is_not_bound_to_the_code(ranges: dict[str, Any], cover: bool) -> None:
+    """It was printed as verified in the proof's wider ranges, and at any angle, where V falls slower than it says."""
+    top = json.loads((HERE / "certificate.json").read_text("utf-8"))
+    top["variables"] |= ranges
+    top |= {"reversals": [], "cover": top["cover"] * cover, "decay_rate": "178/1000" if cover else "200/1000"}
+    report = verify.check(json.dumps(top), None, None, {path.name: path.read_bytes() for path in HERE.iterdir()})
+    assert any("V falls by at least" in fact for fact in report.facts)
+    assert verify.status(report) == verify.NO_CODE and "ranges" in report.unproved and not report.proved
 
 
 def test_the_matrix_is_how_the_twin_moves_and_v_falls_along_its_motions() -> None:
