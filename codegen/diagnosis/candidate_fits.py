@@ -193,6 +193,7 @@ class CandidateFits:
         starts = self.starts[k] if k in self.starts else self._starts(k)
         if part.effect.rough:
             near = [theta for cost, theta in starts if cost < few.fit.cost - self.least_gain]
+            near += self.forced.get(k, [])[-1:] if k in self.left else []
             starts = in_parallel(lambda theta: simplex_search(runner, few.fit, few.raw, theta), near)
         elif part.effect.scaling and starts:
             enough = few.fit.cost - AS_GOOD * max(few.fit.cost - starts[0][0], 0.0)

@@ -30,6 +30,8 @@ KEPT_PERIODS = 3
 RIDGE = 1e-9
 """Ridge on the scaled normal equations, which are singular where the direction of motion never changes."""
 KEPT_RESONANCES = 2
+SMALL_INPUTS = (0.005, 0.01, 0.02, 0.035, 0.05, 0.08, 0.12, 0.18, 0.25, 0.35, 0.5)
+"""Shares of the samples for ``Covered.small_inputs``."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +77,7 @@ class Survey:
             top_speed=max(float(np.quantile(np.abs(v), 0.95)), 1e-12),
             top_input=max(float(np.quantile(np.abs(command), 0.98)), 1e-12),
             peak_input=float(np.max(np.abs(command[m.usable]), initial=1e-12)),
+            small_inputs=tuple(map(float, np.quantile(np.abs(command), SMALL_INPUTS))),
             inertia=float(self.mass[i, i]),
             level=max(levels[contact], 1e-9) if contact is not None and contact < len(levels) else 1.0,
             noise=float(noise[i]),

@@ -69,7 +69,7 @@ class ForceStart:
             tried[inner] = self._left(trial, inner)
             return tried[inner][0]
 
-        bounds = centre - REACH, centre + REACH
+        bounds = _about(centre, grid) if part.effect.rough else (centre - REACH, centre + REACH)
         minimize_scalar(of, bounds=bounds, method="bounded", options={"maxiter": SEARCHED, "xatol": 0.01})
         inner = min(tried, key=lambda inner: tried[inner][0])
         theta = np.append(self.base.theta, inner)
@@ -189,3 +189,9 @@ class ForceStart:
         sizes = [s for s, u in zip(self._sizes, self.problem.masks.rows.T, strict=True) if u.any()]
         used = [r.slopes[r.sample % self._every == 0] for r in rows]
         return np.concatenate([slopes / s for slopes, s in zip(used, sizes, strict=True)])
+
+
+def _about(centre: float, grid: Sequence[float]) -> tuple[float, float]:
+    """The neighbours of a value of the grid, between which a step of the loss is sought."""
+    below, above = [g for g in grid if g < centre], [g for g in grid if g > centre]
+    return max(below, default=centre - REACH), min(above, default=centre + REACH)

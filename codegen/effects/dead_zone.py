@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 from codegen.effects.effect import Confusion, Effect, EffectParameter, Symbols
 from codegen.effects.places import drives
-from codegen.effects.start import dead_widths
+from codegen.effects.start import dead_widths, thresholds
 from codegen.mechanics.system import System
 
 WIDTH = EffectParameter("width", "{w}", "half width of the dead zone", low=0.0, start=dead_widths)
 THRESHOLD = EffectParameter(
     "threshold", "{w}", "greatest input that has no effect, in place of a width; a larger one acts whole",
-    low=0.0, start=dead_widths,
+    low=0.0, start=thresholds,
 )  # fmt: skip
 
 

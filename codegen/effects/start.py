@@ -18,6 +18,7 @@ class Covered:
         span: distance from the lowest to the highest position.
         top_speed: 95 % quantile of the speed of the coordinate, or of the contact's slip.
         top_input: 98 % quantile of the size of the input. peak_input: its maximum away from ends and gaps.
+        small_inputs: magnitudes below which the input is for rising shares of the samples, up to half of them.
         inertia: of the coordinate, at the middle of its positions.
         level: friction level of the contact as refitted; 1 where there is none.
         noise: standard deviation of the measured position's noise.
@@ -39,6 +40,7 @@ class Covered:
     sample_time: float
     duration: float
     cutoff_hz: float
+    small_inputs: tuple[float, ...] = ()
     periods: Callable[[], Sequence[float]] = tuple
     coupling: Mapping[str, float] | None = None
     resonances: Callable[[], Sequence[Mapping[str, float]]] = tuple
@@ -100,6 +102,11 @@ def slow_times(covered: Covered) -> Sequence[float]:
 def dead_widths(covered: Covered) -> Sequence[float]:
     """From 0.3 % to a fifth of the top input."""
     return tuple(q * covered.top_input for q in (0.003, 0.01, 0.03, 0.08, 0.2))
+
+
+def thresholds(covered: Covered) -> Sequence[float]:
+    """``dead_widths``, and what the input is below for some of the samples: an axis that holds a weight has no less."""
+    return tuple(sorted({*dead_widths(covered), *(w for w in covered.small_inputs if w > 0)}))
 
 
 def limits(covered: Covered) -> Sequence[float]:
