@@ -51,6 +51,10 @@ better than the usual form of another."""
 LEADING, AGAIN = 2, 3
 """How many of the best candidates are fitted again from other starting values where they are far above the noise, and
 Gauss–Newton steps on few segments from each of these."""
+START_SHARE = 0.3
+"""Share of the gain of the last candidate that is fitted, which one whose loss is not smooth must have at its start."""
+LEAST_GAIN = 10.0
+"""Nats by which a candidate whose loss is not smooth must improve the base to be fitted again."""
 JOINED = 2
 """Gauss–Newton steps on all joints of an arm after an effect was fitted on its own joint."""
 
@@ -88,13 +92,15 @@ def fit_candidates(search: Search, base: Fit, parts: Sequence[Part], report_prog
     smooth = [k for k, part in enumerate(parts) if not part.effect.rough]
     screened = [s for s in in_parallel(tried.screened, tried.promising(smooth)) if s]
     gains = sorted(map(tried.gain, screened), reverse=True)
-    tried.least_gain = max([0.0, *gains[FITTED - 1 : FITTED]])
+    tried.least_gain = START_SHARE * max([0.0, *gains[FITTED - 1 : FITTED]])
     rough = [k for k in range(len(parts)) if k not in smooth]
     screened += [s for s in in_parallel(tried.screened, rough) if s]
     screened.sort(key=tried.gain, reverse=True)
     kept = [s for rank, s in enumerate(screened) if rank < FITTED or is_own(parts[s[0]].kind)]
     found = sorted(in_parallel(tried.fitted, kept), key=lambda f: f.fit.cost)
-    found = sorted([*in_parallel(tried.restarted, found[:LEADING]), *found[LEADING:]], key=lambda f: f.fit.cost)
+    again = [k for k, one in enumerate(found) if k < LEADING or one.part.effect.rough]
+    others = [one for k, one in enumerate(found) if k not in again]
+    found = sorted([*in_parallel(tried.restarted, [found[k] for k in again]), *others], key=lambda f: f.fit.cost)
     return [f for f in found if not any(_is_simpler_form(other, f) for other in found)]
 
 
@@ -228,7 +234,10 @@ class CandidateFits:
         k = self.parts.index(found.part)
         few, part, runner = self._few(k), self.parts[k], self.runners[k]
         others = part.effect.restarts(found.parameters, self.covered(part))
-        if not others or noise_ratio(found.fit) <= NEAR_NOISE:
+        at_its_best = noise_ratio(found.fit) <= NEAR_NOISE
+        if found.part.effect.rough:  # local minima everywhere
+            at_its_best = found.fit.cost > self.base.cost - LEAST_GAIN
+        if not others or at_its_best:
             return found
         runner, base = replace(runner, record=few.fit.runner.record), len(self.base.theta)
 

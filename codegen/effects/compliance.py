@@ -26,6 +26,7 @@ GAPS, GAP_RATIO = 5, 1.25
 stiffness. The loss of a free run is informative only within about a quarter of the true gap, but then for any
 coupling near the true one."""
 RESTARTED, RINGING = 14, 0.04
+RESTARTED_LOADS, IMPACT = (0.15, 0.35, 0.55, 0.75), 0.3
 """Shares of the inertia, and the damping ratio, from which a fit starts again with the stiffness that it found. Slow
 motion under a weight shows the stiffness alone, so the share may end far off. A load that rings for long is then out of
 step, unless its frequency is right to about its damping ratio."""
@@ -105,6 +106,11 @@ class Backlash(Effect):
     needs = NEEDS
     extends = Compliance.kind
     rough = True  # impacts: a small parameter change shifts them by a sample
+
+    def restarts(self, values: Mapping[str, float], covered: Covered) -> list[dict[str, float]]:
+        """Contacts that are damped well: from a lightly damped one a fit does not find its way to another load."""
+        gap = {"gap": values["gap"]}
+        return [gap | _spring(covered, values["k"], load, IMPACT) for load in RESTARTED_LOADS]
 
     def applies(self, system: System, place: int) -> bool:
         return Compliance().applies(system, place)
