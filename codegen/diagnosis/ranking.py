@@ -22,7 +22,7 @@ from codegen.diagnosis.credit import (
     size_of,
 )
 from codegen.diagnosis.force_evidence import ForceGain, force_gain, residual_without_levels
-from codegen.diagnosis.models import model_of, with_effects
+from codegen.diagnosis.models import model_of, with_effects, with_values
 from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.reservations import never_passed, passed_too_fast, shows_no_bend
 from codegen.diagnosis.residual import drive_left, drive_share, inverse_dynamics_residual
@@ -444,8 +444,10 @@ def is_possible(search: Search, found: Found) -> bool:
 
 
 def admissible(search: Search, found: Found) -> bool:
-    """Whether the fitted values lie within the effect's bounds."""
+    """Whether the fitted values lie within the effect's bounds, in the system with the refitted ones."""
     effect, values = CATALOGUE[found.part.kind], found.parameters
     if not all(np.isfinite(v) for v in values.values()):
         return False
-    return effect.with_parameters(found.part.names).admissible(search.system, found.part.place, values)
+    moved = found.trial.split(found.fit.theta)[0].tolist()
+    refitted = with_values(search.system, dict(zip((s.name for s in found.trial.moved), moved, strict=True)))
+    return effect.with_parameters(found.part.names).admissible(refitted, found.part.place, values)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from codegen.effects.effect import Confusion, Effect, EffectParameter, Symbols
 from codegen.effects.places import lone_coordinate
 from codegen.mechanics.system import System
@@ -16,11 +18,17 @@ class CoulombAsymmetry(Effect):
     signature = "a constant force, whatever the motion"
     seen_over = "velocity"
     both_ways = True
+    demands = "|d| no larger than the friction level, so that neither direction's level is negative"
     parameters = (EffectParameter("d", "{F}", "half the difference of the two levels", neutral=0.0),)
     confused_with = (Confusion("offset", "another mounting; never the same log"),)
 
     def add(self, system: System, place: int, p: Symbols) -> System:
         return system.with_contact_force(place, p["d"])
+
+    def admissible(self, system: System, place: int, values: Mapping[str, float]) -> bool:
+        """Neither level is negative: friction does not push. A larger constant force is an offset."""
+        level = system.contacts[place].level_at_rest
+        return level is None or abs(values["d"]) <= float(level.subs(system.values))
 
     def twins(self, system: System, place: int) -> list[tuple[str, str]]:
         coordinate = lone_coordinate(system, place)
