@@ -298,7 +298,8 @@ def _swapped(
         good = [f for f in good if not _refused_by_force(plain, ForceCriterion(search, f.fit), f)]
         if good and good[0].fit.cost < current.cost - BETTER:
             return search.fitted_again(good[0].fit), tied
-        same = [f for f in good if _ties(search, f, current)]
+        of_its_own = [f for f in good if CATALOGUE[f.part.kind].extends != parts[k].kind]
+        same = [f for f in of_its_own if _ties(search, f, current)]
         if k or rivals is None:
             left = [_ranked(f, without) for f in same if not _preferred_by_force(search, current, f)]
         else:
