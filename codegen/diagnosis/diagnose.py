@@ -162,25 +162,25 @@ def diagnose_log(
     test_problem = Problem(system, other, {})
     restart = restart_within_reach(system, other, window)
 
-    def examined(found: Outcome) -> tuple[Answer, Outcome]:
+    def examined(last: Search, found: Outcome) -> tuple[Answer, Outcome]:
         kind = verdict_of(found, faults)
         held_out = partial(measure, motion=other, used=test_problem.masks, window=window, restart_s=restart)
-        return examine(search, final_search, found, problem, kind, held_out)
+        return examine(replace(search, within=last.within), last, found, problem, kind, held_out)
 
     def left_by(found: Answer) -> tuple[Remainder, ...]:
         return remainders(found.adopted or found.refit, training, problem.masks)
 
-    answer, outcome = examined(outcome)
+    answer, outcome = examined(final_search, outcome)
     tied, experiment, excitation = [], None, None
     if answer.verdict == "ambiguous":
         report_progress("experiment that separates", 0.85)
         tied = tied_fits(search, outcome)
         experiment, excitation = separate(search, outcome, tied, log, spec.envelope)
         common = common_effects(final_search, outcome)
-        other_answer, other_outcome = (answer, outcome) if common is None else examined(common)
+        other_answer, other_outcome = (answer, outcome) if common is None else examined(*common)
         if other_answer.verdict == "effect" and is_small(left_by(other_answer), material):
-            added = f"in addition {_tied(outcome)} explains part of what is left; this log does not tell which"
-            answer, outcome = replace(other_answer, remarks=(*other_answer.remarks, added)), other_outcome
+            told = (*other_answer.remarks, _left_out(outcome, other_answer))
+            answer, outcome = replace(other_answer, remarks=told), other_outcome
     verdict, refit, augmented = answer.verdict, answer.refit, answer.augmented
     left = left_by(answer)
     if verdict == "unknown" and is_small(left, material):
@@ -302,10 +302,14 @@ def _of_steady_records(
     return diagnosis, Models(*three, train, there, window, text, named=answer.effects)
 
 
-def _tied(outcome: Outcome) -> str:
-    """The effects that tie, in words."""
-    tied = (outcome.parts[0], *(r.found.part for r in outcome.rivals))
-    return " or ".join(dict.fromkeys(f"{p.kind} on {p.on}" for p in tied))
+def _left_out(outcome: Outcome, answer: Answer) -> str:
+    """What is told of the effects that tie, where the answer names those that all tied models have in common."""
+    parts = (outcome.parts[0], *(r.found.part for r in outcome.rivals))
+    tied = " or ".join(dict.fromkeys(f"{p.kind} on {p.on}" for p in parts))
+    if answer.errors:
+        errors = ", ".join(e.name for e in answer.errors)
+        return f"with {errors} kept within three tolerances, {tied} would be named in addition"
+    return f"in addition {tied} explains part of what is left; this log does not tell which"
 
 
 def _in_place(parts: Sequence[Part], answer: Answer) -> tuple[str, ...]:

@@ -366,18 +366,27 @@ def _same(one: Part, other: Part) -> bool:
     return (one.kind, one.on) == (other.kind, other.on)
 
 
-def common_effects(search: Search, outcome: Outcome) -> Outcome | None:
+def common_effects(search: Search, outcome: Outcome) -> tuple[Search, Outcome] | None:
     """The outcome with the effects that all tied models have in common; None where these are not credited alone.
 
     Rivals may tie for what an effect leaves: a dead zone is found, and in addition to it a delay or a lag of a fraction
-    of a sample.
+    of a sample. Or they imitate a wrong parameter: an inertia and a gain, in addition to cogging. Where the fit with
+    the common effects ends at a limit, it and the refit are repeated without limits; otherwise these effects would be
+    fitted beside values other than those that are adopted afterwards.
+
+    Returns:
+        The search in which the common effects were fitted, and the outcome.
     """
     if not outcome.rivals or len(outcome.parts) < 2:
         return None
-    common = search.without(outcome.final, 0)
-    if not credible(search, outcome.base, common, len(outcome.first)):
+    base, common = outcome.base, search.without(outcome.final, 0)
+    freed = search.without_limits(common)
+    if freed is not None:
+        search, common = freed
+        base = search.fitted_again(base)
+    if not credible(search, base, common, len(outcome.first)):
         return None
-    return replace(outcome, final=common, rivals=(), explained=explained_share(search, outcome.base, common))
+    return search, replace(outcome, base=base, final=common, rivals=(), explained=explained_share(search, base, common))
 
 
 def explained_share(search: Search, base: Fit, final: Fit) -> float:

@@ -8,8 +8,6 @@ alone. If that explains more than the effects did, or as much with fewer changes
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from codegen.diagnosis.forward_selection import BETTER, Outcome
@@ -20,20 +18,16 @@ from codegen.diagnosis.search import Search
 def released(search: Search, base: Fit, outcome: Outcome) -> tuple[Search, Fit] | None:
     """The search without limits of toleranced parameters, and its refit.
 
-    None where the refit did not end at a limit, or where no more than one effect explains the log as well. A parameter
-    that changes its sign is no explanation.
+    None where the refit did not end at a limit, or where no more than one effect explains the log as well.
 
     Args:
         base: the refit within the limits. outcome: of forward selection in addition to it.
     """
-    count = len(search.moved)
-    if not base.limited[:count].any():
+    freed = search.without_limits(base)
+    if freed is None:
         return None
-    free = replace(search, within=np.inf)
-    fit = free.fitted_again(base)
-    keeps_signs = bool(np.all(fit.theta[:count] * search.declared >= 0))
     rival = base if len(outcome.parts) > 1 else outcome.final
-    return (free, fit) if keeps_signs and is_better(free, fit, search, rival) else None
+    return freed if is_better(*freed, search, rival) else None
 
 
 def is_better(free: Search, fit: Fit, search: Search, other: Fit) -> bool:

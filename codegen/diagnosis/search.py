@@ -96,6 +96,19 @@ class Search:
         _, rough = self.with_noise_floor(declared)
         return self.fitted_again(rough)
 
+    def without_limits(self, fit: Fit) -> tuple[Search, Fit] | None:
+        """The search with the tolerances as Gaussian prior alone, and the fit repeated in it.
+
+        None where the fit did not end at a limit of a toleranced parameter. A parameter that changes its sign is no
+        explanation: None there too.
+        """
+        count = len(self.moved)
+        if not fit.limited[:count].any():
+            return None
+        free = replace(self, within=np.inf)
+        again = free.fitted_again(fit)
+        return (free, again) if np.all(again.theta[:count] * self.declared >= 0) else None
+
     def polished(self, fit: Fit) -> tuple[Fit, Fit]:
         """The fit with its own residual as noise level, and the same on shorter segments.
 
