@@ -313,11 +313,15 @@ def _left_out(outcome: Outcome, answer: Answer) -> str:
 
 
 def _in_place(parts: Sequence[Part], answer: Answer) -> tuple[str, ...]:
-    """Which effects the log would name if the parameters that are wrong were kept near their declared values."""
-    if not parts or not answer.errors:
+    """Which effects the log would name if the parameters that are wrong were kept near their declared values.
+
+    Without those that it names in any case.
+    """
+    found = {(e.kind, e.on) for e in answer.effects}
+    named = " and ".join(f"{p.kind} on {p.on}" for p in parts if (p.kind, p.on) not in found)
+    if not named or not answer.errors:
         return ()
     errors = ", ".join(e.name for e in answer.errors)
-    named = " and ".join(f"{p.kind} on {p.on}" for p in parts)
     return (f"with {errors} kept within three tolerances, {named} would be named in place of the parameter error",)
 
 

@@ -66,3 +66,6 @@ def test_an_effect_beside_a_parameter_error_is_named(tmp_path: Path) -> None:
     assert [e.kind for e in found.effects] == ["viscous"]
     assert found.effects[0].parameters["b"] == pytest.approx(0.4, rel=0.02)
     assert found.parameter_errors[0].estimate == pytest.approx(0.9, rel=0.01)
+    imitating = [words for words in found.remarks if "kept within three tolerances" in words]
+    assert len(imitating) == 1
+    assert "viscous" not in imitating[0]  # it is named in any case
