@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from codegen.effects.effect import Confusion, Effect, EffectParameter, Symbols
 from codegen.effects.places import lone_coordinate
+from codegen.friction.law import DynamicLaw
 from codegen.mechanics.system import System
 
 
@@ -26,8 +27,12 @@ class CoulombAsymmetry(Effect):
         return system.with_contact_force(place, p["d"])
 
     def admissible(self, system: System, place: int, values: Mapping[str, float]) -> bool:
-        """Neither level is negative: friction does not push. A larger constant force is an offset."""
-        level = system.contacts[place].level_at_rest
+        """Neither level is negative: friction does not push. A larger constant force is an offset.
+
+        Not asked of a law with states, whose force at rest is no level.
+        """
+        contact = system.contacts[place]
+        level = None if isinstance(contact.law, DynamicLaw) else contact.level_at_rest
         return level is None or abs(values["d"]) <= float(level.subs(system.values))
 
     def twins(self, system: System, place: int) -> list[tuple[str, str]]:

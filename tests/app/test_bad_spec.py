@@ -33,7 +33,7 @@ FAULTS = {
     "attribute": (changed(ONE, "\n  - w\n", "\n  - w.__class__\n"), "`w.__class__`"),
     "lambda": (changed(ONE, "\n  - w\n", '\n  - "(lambda: w)()"\n'), "force[0]"),
     "yaml tag": (changed(ONE, "name: one_mass", "name: !!python/object/apply:os.getcwd []"), "name"),
-    "not yaml": (ONE + "\n}{", "YAML 1.2"),
+    "not yaml": (ONE + "\n}{", "indented unlike the lines above"),
     "not a mapping": ("- 1\n- 2\n", "expected a mapping"),
     "empty": ("", "expected a mapping"),
     "not utf-8": (b"name: \xff\xfe", "not UTF-8"),

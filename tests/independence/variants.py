@@ -133,7 +133,7 @@ def _effects(coordinates: list[str], contacts: list[str], inputs: list[str]) -> 
         ("viscous", first, {"b": 0.4}),
         ("stribeck", last, {"delta": 0.7, "v_s": 0.3}),
         ("viscous_asymmetry", last, {"d_b": 0.2}),
-        ("coulomb_asymmetry", first, {"d": 0.3}),
+        ("coulomb_asymmetry", first, {"d": 0.0002}),
         ("quadratic_drag", coordinates[-1], {"c": 0.6}),
         ("cogging", coordinates[0], {"amplitude": 0.5, "period": 0.2, "phase": 0.4}),
         ("inertia_error", coordinates[0], {"delta": 0.1}),
