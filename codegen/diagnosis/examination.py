@@ -22,7 +22,9 @@ from codegen.diagnosis.residual import drive_left
 from codegen.diagnosis.results import ErrorFigures, FoundEffect, Verdict
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.separation import without_leader
+from codegen.diagnosis.trial import part_of
 from codegen.diagnosis.veto import REFIT_WORSE, Admitted, Option, admitted
+from codegen.effects import CATALOGUE
 from codegen.mechanics.system import System
 
 Measured = Callable[[System], ErrorFigures]
@@ -141,12 +143,29 @@ def _examined(
         parts = fit.runner.trial.parts
         named = named_effects(parts, estimate(fit, other), refit)
         found = tuple(replace(f, at_limit=marks) for f, marks in zip(named, at_limit(fit), strict=True))
+        simpler = in_simpler_form(search, final, found)
+        if simpler is not None:
+            final = simpler
+            continue
         raised = [objections(f, p, problem) if strict else [] for f, p in zip(found, parts, strict=True)]
         if not any(raised):
             return fit, found, ()
         if all(raised):
             return fit, found, tuple(w for words in raised for w in words)
         final = search.without(final, next(k for k, words in enumerate(raised) if words))
+
+
+def in_simpler_form(search: Search, fit: Fit, found: Sequence[FoundEffect]) -> Fit | None:
+    """The fit with one effect in a form with fewer parameters, where their intervals do not exclude it; else None."""
+    trial = fit.runner.trial
+    moved, values = trial.split(fit.theta)
+    for k, (one, part) in enumerate(zip(found, trial.parts, strict=True)):
+        form = CATALOGUE[part.kind].simpler(part.names, one.intervals)
+        if form is not None:
+            parts = [part_of(form, p.place, trial.system) if p is part else p for p in trial.parts]
+            kept = {name: values[k][name] for name in parts[k].names}
+            return search.with_parts(fit, moved, parts, [*values[:k], kept, *values[k + 1 :]])
+    return None
 
 
 def without_effects(outcome: Outcome) -> Verdict:

@@ -16,7 +16,9 @@ from codegen.diagnosis.trial import Runner
 
 Array = NDArray[np.float64]
 
-STEP = 1e-4
+STEP, FINE_STEP = 1e-4, 1e-6
+"""Steps for slopes, over the size of a parameter: of a fit, and of a covariance, which the curvature of a chaotic
+machine's runs must not enter."""
 HUGE = 1e6
 WITHIN = 3.0
 """Prior standard deviations that a toleranced parameter may move at most; a larger deviation is an effect."""
@@ -169,17 +171,16 @@ def shooting_fit(
     tempering: float = 1.0,
     within: float = WITHIN,
     residual: Array | None = None,
+    difference: float = STEP,
 ) -> Fit:
-    """Output-error fit with the slopes by the start states computed at ``theta``; arguments as of ``gauss_newton``.
-
-    Args:
-        residual: at theta and offsets, before projection, where it is known.
-    """
+    """Output-error fit with the slopes by the start states computed at ``theta``; arguments as of ``gauss_newton``."""
     if residual is None:
         residual = mean_residuals(runner, runner.run(theta, offsets))
     starts = state_slopes(runner, theta, offsets, residual)
     prior = prior_precision, centre
-    return gauss_newton(runner, theta, offsets, starts, *prior, rounds, (), scale, reach, tempering, within, residual)
+    return gauss_newton(
+        runner, theta, offsets, starts, *prior, rounds, (), scale, reach, tempering, within, residual, difference
+    )
 
 
 def gauss_newton(
@@ -196,6 +197,7 @@ def gauss_newton(
     tempering: float = 1.0,
     within: float = WITHIN,
     residual: Array | None = None,
+    difference: float = STEP,
 ) -> Fit:
     """Output-error fit by Gauss–Newton steps with Levenberg–Marquardt damping.
 
@@ -209,6 +211,7 @@ def gauss_newton(
         tempering: share of independent residuals, by which ``prior_precision`` was divided.
         within: prior standard deviations that a parameter may move.
         residual: at theta and offsets, before projection, where it is known.
+        difference: step of a parameter for its slope, over its size.
     """
     first, farthest = theta, np.full(len(theta), np.inf) if reach is None else reach
     bound = np.where(prior_precision > 0, within / np.sqrt(np.maximum(tempering * prior_precision, 1e-300)), np.inf)
@@ -224,7 +227,7 @@ def gauss_newton(
         taken: dict[int, Array] = dict(enumerate(known))
         if turn and (prior_precision > 0).sum() > MANY:
             taken |= {int(k): slopes[k] for k in np.flatnonzero(prior_precision > 0)}
-        slopes = _slopes(runner, theta, offsets, now, sizes, taken)
+        slopes = _slopes(runner, theta, offsets, now, sizes, taken, difference)
         columns = np.stack([starts.project(s, slope=True) for s in slopes]) if slopes else np.zeros((0, *flat.shape))
         if turn == rounds or not slopes:
             break
@@ -259,18 +262,23 @@ def gauss_newton(
 
 
 def _slopes(
-    runner: Runner, theta: Array, offsets: Array, now: Array, sizes: Array, taken: Mapping[int, Array]
+    runner: Runner,
+    theta: Array,
+    offsets: Array,
+    now: Array,
+    sizes: Array,
+    taken: Mapping[int, Array],
+    difference: float = STEP,
 ) -> list[Array]:
     """Slopes by every parameter; those in ``taken`` are known."""
     missing = [k for k in range(len(theta)) if k not in taken]
-    found = in_parallel(lambda k: _slope(runner, theta, offsets, now, k, sizes[k]), missing)
+    found = in_parallel(lambda k: _slope(runner, theta, offsets, now, k, difference * max(sizes[k], 1e-12)), missing)
     known = {**taken, **dict(zip(missing, found, strict=True))}
     return [known[k] for k in range(len(theta))]
 
 
-def _slope(runner: Runner, theta: Array, offsets: Array, now: Array, k: int, size: float) -> Array:
+def _slope(runner: Runner, theta: Array, offsets: Array, now: Array, k: int, step: float) -> Array:
     moved = theta.copy()
-    step = STEP * max(size, 1e-12)
     moved[k] += step
     return np.asarray((now - mean_residuals(runner, runner.run(moved, offsets))) / step)
 

@@ -15,7 +15,7 @@ from codegen.diagnosis.credit import independent_share, noise_ratio
 from codegen.diagnosis.imposed import RigidTerms, is_separable, rigid_terms
 from codegen.diagnosis.joint_shooter import JointShooter, Memory
 from codegen.diagnosis.measure import Drive
-from codegen.diagnosis.output_error import WITHIN, Fit, gauss_newton, polish, shooting_fit
+from codegen.diagnosis.output_error import FINE_STEP, WITHIN, Fit, gauss_newton, polish, shooting_fit
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.recent import recent
 from codegen.diagnosis.record import STILL
@@ -110,14 +110,40 @@ class Search:
         return (free, again) if np.all(again.theta[:count] * self.declared >= 0) else None
 
     def polished(self, fit: Fit) -> tuple[Fit, Fit]:
-        """The fit with its own residual as noise level, and the same on shorter segments.
+        """The fit with its own residual as noise level and slopes at its values, and the same on shorter segments.
 
         Noise of the input and model errors build up along a segment; the difference to shorter segments is an error
         that the covariance of one fit does not include.
         """
-        found = self._against_its_misfit(fit)
+        found = self._with_its_slopes(self._against_its_misfit(self._nearest_to_declared(fit)))
         other = replace(self, record=self.shorter(SECOND_LENGTH))
         return found, other._against_its_misfit(other.on_another_record(found))
+
+    def _with_its_slopes(self, fit: Fit) -> Fit:
+        """The fit with all slopes computed at its values.
+
+        The steps of a fit may keep older slopes of toleranced parameters. That is no matter for the minimum, but where
+        an effect acts like a parameter, as an unbalance acts like a declared weight, two slopes that differ by their
+        age alone would seem to tell the two apart.
+        """
+        size, reach = self.sizes(fit.runner.trial, fit.theta)
+        at = fit.runner, fit.theta, fit.offsets, fit.prior_precision, fit.centre
+        fresh = shooting_fit(*at, 0, size, reach, fit.tempering, self.within, fit.unprojected, FINE_STEP)
+        return replace(fresh, limited=fit.limited)
+
+    def _nearest_to_declared(self, fit: Fit) -> Fit:
+        """The fit, or that from the declared values of toleranced parameters where it is better.
+
+        Where an effect acts like a parameter, the log leaves a curved valley along which Gauss–Newton steps are short,
+        so a fit may end far from the declared value although the effect could stand for the difference.
+        """
+        toleranced = np.flatnonzero(self.prior_precision > 0)
+        if not len(toleranced) or not fit.runner.trial.parts:
+            return fit
+        theta = fit.theta.copy()
+        theta[toleranced] = self.declared[toleranced]
+        here, there = self.fitted_again(fit), self.fitted_again(replace(fit, theta=theta))
+        return there if there.cost < here.cost else here
 
     def _against_its_misfit(self, fit: Fit) -> Fit:
         search = self

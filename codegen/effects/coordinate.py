@@ -9,6 +9,8 @@ from math import inf
 import numpy as np
 
 LARGEST_EXPONENT = 300.0
+NEAREST = 2.0**-52
+"""Distance to an upper bound, over that between the bounds, below which a value counts as at this distance."""
 
 
 class Coordinate(ABC):
@@ -55,7 +57,8 @@ class Above(Coordinate):
     reach: float = 5.0
 
     def inward(self, value: float) -> float:
-        return float(np.log(value - self.low))
+        """Of the bound itself, to which a fit rounds values that are very near, the smallest coordinate."""
+        return float(np.log(max(value - self.low, np.exp(-LARGEST_EXPONENT))))
 
     def outward(self, inner: float) -> float:
         return float(self.low + np.exp(min(inner, LARGEST_EXPONENT)))
@@ -70,7 +73,9 @@ class Between(Coordinate):
     reach: float = 5.0
 
     def inward(self, value: float) -> float:
-        return float(np.log((value - self.low) / (self.high - value)))
+        """Of a bound itself, to which a fit rounds values that are very near, a finite coordinate too."""
+        share = min(max((value - self.low) / (self.high - self.low), np.exp(-LARGEST_EXPONENT)), 1 - NEAREST)
+        return float(np.log(share / (1 - share)))
 
     def outward(self, inner: float) -> float:
         return float(self.low + (self.high - self.low) / (1 + np.exp(min(-inner, LARGEST_EXPONENT))))

@@ -6,6 +6,7 @@ certificate and the generated code.
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -37,6 +38,7 @@ class EffectParameter:
         unit: template over {F} (force), {q} (coordinate), {w} (input).
         low, high: open interval of admissible values; None means unbounded.
         neutral: for scale parameters, the value at which the effect vanishes; None for shape parameters.
+        usual: for a shape parameter that only some forms have, the value at which a form without it is the same curve.
         start: function for the starting values of a fit; by default a scale parameter starts by least squares, and a
             shape parameter at a tenth and a half of the value at which its effect is as large as the force.
         moved_in: the transformation with which a fit changes it; by default from its bounds.
@@ -51,6 +53,7 @@ class EffectParameter:
     low: float | None = None
     high: float | None = None
     neutral: float | None = None
+    usual: float | None = None
     start: Start | None = None
     moved_in: Coordinate | None = None
     seen_at: tuple[float, float] | None = None
@@ -124,6 +127,23 @@ class Effect(ABC):
     def forms(self) -> tuple[Effect, ...]:
         """The forms that a diagnosis tries, the simplest first; more than one where a parameter may be left out."""
         return (self,)
+
+    def simpler(self, names: Sequence[str], intervals: Mapping[str, tuple[float, float]]) -> Effect | None:
+        """The form with the next fewer of these parameters that their intervals do not exclude; None for none.
+
+        An exponent between 1.96 and 2.02 is no other curve than the Gaussian, and a second harmonic between -0.1 and
+        0.3 N is none that was seen.
+        """
+        for form in reversed(self.forms):
+            kept = {p.name for p in form.parameters}
+            if kept < set(names):
+                left_out = [p for p in self.with_parameters(names).parameters if p.name not in kept]
+                values = {p.name: p.neutral if p.usual is None else p.usual for p in left_out}
+                known = {name: value for name, value in values.items() if value is not None}
+                none = (math.inf, -math.inf)
+                unseen = [low <= known[name] <= high for name in known for low, high in [intervals.get(name, none)]]
+                return form if unseen and all(unseen) else None
+        return None
 
     def coordinate(self, system: System, place: int) -> int:
         """Index of the coordinate on which the effect acts most; the first of two coordinates."""

@@ -15,7 +15,7 @@ from codegen.spec.functions import Magnitude
 RISE = EffectParameter("delta", "{F}", "rise of the level at standstill", low=0.0, neutral=0.0)
 SPEED = EffectParameter("v_s", "{q}/s", "Stribeck velocity", low=0.0, start=speeds)
 EXPONENT = EffectParameter(
-    "exponent", "1", "2 where it is not given; 1 for an exponential", low=0.5, high=4.0, as_number=True
+    "exponent", "1", "2 where it is not given; 1 for an exponential", low=0.5, high=4.0, usual=2.0, as_number=True
 )
 
 

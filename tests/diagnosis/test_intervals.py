@@ -1,0 +1,154 @@
+"""Intervals of a fit: errors that neighbours share, effects that act like a declared parameter, forms they exclude."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import cast
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from codegen.diagnosis.estimate import BLOCKS, standard_errors
+from codegen.diagnosis.examination import in_simpler_form
+from codegen.diagnosis.output_error import Fit
+from codegen.diagnosis.results import FoundEffect
+from codegen.diagnosis.trial import part_of
+from codegen.effects import CATALOGUE
+from codegen.spec import Spec, parse_spec
+from tests.diagnosis.stage import log_of, stage, system_of
+from tests.diagnosis.test_adoption import search_of
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Line:
+    """What the covariance needs of a fit: a line through the origin, fitted to segments of one residual each."""
+
+    residual: Array
+    slopes: Array
+    prior_precision: Array
+    theta: Array
+    tempering: float = 1.0
+
+
+def test_an_error_that_neighbouring_segments_share_widens_the_standard_error() -> None:
+    """Estimates of one slope over 2000 draws of an autoregressive error scatter by what the clusters say."""
+    rng, segments, phi = np.random.default_rng(7), 480, 0.8
+    column, size = np.ones(segments), 0.05
+    found, alone, clustered = [], [], []
+    for _ in range(2000):
+        noise = size * rng.standard_normal(segments)
+        for k in range(1, segments):
+            noise[k] += phi * noise[k - 1]
+        slope = float(column @ noise) / segments
+        fit = Line((noise - slope)[:, None], column[None, :, None], np.zeros(1), np.array([slope]))
+        found.append(slope)
+        alone.append(float(standard_errors(cast(Fit, fit))[0]))
+        clustered.append(float(standard_errors(cast(Fit, fit), BLOCKS)[0]))
+    scatter = float(np.std(found))
+    assert float(np.mean(alone)) < 0.5 * scatter
+    assert float(np.mean(clustered)) == pytest.approx(scatter, rel=0.15)
+
+
+PENDULUM = """\
+name: pendulum
+coordinates:
+  q: {{velocity: v, unit: rad}}
+inputs:
+  w: {{unit: N*m}}
+parameters:
+  J: {{value: 0.1, unit: kg*m^2}}
+  W: {{value: {weight}, unit: N*m, tolerance: 1%}} # weight times its lever
+mass_matrix: [[J]]
+force: ["w - W*sin(q)"]
+friction:
+  distribution: [[1]]
+  contacts:
+    - {{name: pivot, law: coulomb, a: 0.1, unit: N*m}}
+effects: {effects}
+simulation:
+  duration: 16
+  sample_time: 0.002
+  reference: {{q: "2.2*sin(2*pi*0.31*t) + 0.4*sin(2*pi*0.97*t)"}}
+  position_gain: {{w: 30}}
+  velocity_gain: {{w: 2}}
+  encoder_step: {{q: 1e-7}}
+"""
+DECLARED, TRUE = 3.0, 3.03
+
+
+def pendulum(weight: float, effects: str = "[]") -> Spec:
+    return parse_spec(PENDULUM.format(weight=weight, effects=effects), Path("pendulum.yaml"))
+
+
+@pytest.mark.parametrize(("start", "G", "phase"), [(DECLARED, 0.5, 0.6), (1.028 * DECLARED, 0.05, 1.5)])
+def test_an_unbalance_is_known_no_better_than_the_weight_that_acts_like_it(
+    start: float, G: float, phase: float, tmp_path: Path
+) -> None:
+    """W sin q and G cos(phase) sin q are one force: the log tells their sum, and the tolerance of W, 0.03 N·m, alone
+    divides it. So W is the declared one, wherever the fit began, and G cos(phase) errs by that tolerance.
+    """
+    plant = pendulum(TRUE, f"[{{kind: gravity_imbalance, on: q, parameters: {{G: {G}, phase: {phase}}}}}]")
+    search, _ = search_of(pendulum(DECLARED), log_of(plant, tmp_path, "train.csv"))
+    base = search.refit()
+    part = part_of(CATALOGUE["gravity_imbalance"], 0, search.system)
+    weight = [s.name for s in search.moved].index("W")
+    theta = base.theta.copy()
+    theta[weight] = start
+    sine, cosine = G * np.cos(phase) + TRUE - start, G * np.sin(phase)
+    values = {"G": float(np.hypot(sine, cosine)), "phase": float(np.arctan2(cosine, sine))}
+    fit, _ = search.polished(search.with_parts(base, theta, [part], [values]))
+    found = fit.runner.trial.split(fit.theta)[1][0]
+    assert fit.theta[weight] == pytest.approx(DECLARED, rel=5e-4)
+    whole = fit.theta[weight] + found["G"] * np.cos(found["phase"])
+    assert whole == pytest.approx(TRUE + G * np.cos(phase), rel=1e-3)
+    tolerance = 0.01 * DECLARED
+    errors = standard_errors(fit)
+    assert errors[weight] == pytest.approx(tolerance, rel=0.02)
+    assert errors[-2] == pytest.approx(abs(tolerance * np.cos(found["phase"])), rel=0.05)
+    assert errors[-1] == pytest.approx(tolerance * np.sin(found["phase"]) / found["G"], rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("kind", "names", "intervals", "left"),
+    [
+        ("stribeck", ["delta", "v_s", "exponent"], {"exponent": (1.96, 2.02)}, ["delta", "v_s"]),
+        ("stribeck", ["delta", "v_s", "exponent"], {"exponent": (0.9, 1.1)}, None),
+        ("stribeck", ["delta", "v_s"], {"delta": (1.0, 2.0)}, None),
+        ("viscous", ["b", "v_s", "b_inf"], {"b_inf": (-0.1, 0.1), "v_s": (0.1, 0.2)}, ["b", "v_s"]),
+        ("viscous", ["b", "v_s"], {"v_s": (0.1, 0.2)}, None),
+        (
+            "position_dependent_friction",
+            ["amplitude", "period", "phase", "amplitude_2", "phase_2"],
+            {"amplitude_2": (-0.1, 0.3), "phase_2": (1.0, 2.0)},
+            ["amplitude", "period", "phase"],
+        ),
+        ("dead_zone", ["threshold"], {}, None),
+        ("cogging", ["amplitude", "period", "phase"], {"amplitude": (-1.0, 1.0)}, None),
+    ],
+)
+def test_a_form_whose_further_parameters_are_not_seen_gives_way(
+    kind: str, names: list[str], intervals: dict[str, tuple[float, float]], left: list[str] | None
+) -> None:
+    form = CATALOGUE[kind].simpler(names, intervals)
+    assert (None if form is None else [p.name for p in form.parameters]) == left
+
+
+def test_a_gaussian_curve_is_fitted_again_without_its_exponent(tmp_path: Path) -> None:
+    peak = "[{kind: stribeck, on: rail, parameters: {delta: 3, v_s: 0.1}}]"
+    search, _ = search_of(stage(), log_of(stage(peak), tmp_path, "log.csv"))
+    base, effect = search.refit(), CATALOGUE["stribeck"]
+    shaped = part_of(effect.forms[-1], 0, system_of(stage()))
+    values = {"delta": 3.0, "v_s": 0.1, "exponent": 2.05}
+    fit = search.with_parts(base, base.theta, [shaped], [values])
+    seen, unseen = (
+        FoundEffect("stribeck", "rail", values, {}, (), {"exponent": ends}) for ends in ((2.02, 2.08), (1.9, 2.2))
+    )
+    assert in_simpler_form(search, fit, [seen]) is None
+    plain = in_simpler_form(search, fit, [unseen])
+    assert plain is not None
+    (found,) = plain.runner.trial.split(plain.theta)[1]
+    assert found == pytest.approx({"delta": 3.0, "v_s": 0.1}, rel=0.01)
