@@ -67,14 +67,14 @@ def over_angles(family: Family, h: Any) -> Found | None:
 def _leaf(family: Family, h: Any, p: Array) -> Callable[[Fraction, Cell], bool]:
     """Whether V falls by a factor in a cell of the tangents, as the checker decides it."""
     known: dict[Any, Any] = {}
-    kernel.Poly.signs, kernel.Poly.divisors, kernel.Poly.work = frozenset(), {}, 0
+    kernel.Poly.divisors, kernel.Poly.work = {}, 0
     stated = {
         "sample_time": str(h),
         "parameters": [{"name": s.name, "expression": to_prefix(e)} for s, e in family.parameters.items()],
         "matrix": [[to_prefix(e) for e in family.matrix.row(i)] for i in range(family.matrix.rows)],
     }
     step = covered.step(stated, {v.name: kernel.term(1, v.name) for v in family.variables}, known)
-    box = {v.name: ends for v, ends in exact_ranges(family).items()} | kernel.ranges()
+    box = {v.name: ends for v, ends in exact_ranges(family).items()}
     scale = p / np.abs(p).max()
     exact = [[Fraction(str(x)) for x in row] for row in rounded_matrix(scale, DIGITS, np.sqrt(np.diag(scale)))]
     divisors = [*kernel.Poly.divisors.values()]

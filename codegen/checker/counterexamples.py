@@ -74,6 +74,8 @@ CASES = (
     Case("a parameter is set in the step", "c", SET, f"{SET}        parameters->K_F = 0.0;\n", "parameters.K_F is set"),
     Case("an input is set in the step", "c", SET, f"{SET}        inputs->x = 0.0;\n", "inputs.x is set"),
     Case("the guard's own state is set", "c", SET, f"{SET}        state->mode = 0.0;\n", "state.mode is set"),
+    Case("a function that is no polynomial", "c", LAW, f"({LAW}) + 0.0 * tanh(v_hat)", "C calls tanh"),
+    Case("an exponential", "c", LAW, f"({LAW}) + exp(v_hat) - exp(v_hat)", "C calls exp"),
     Case("a root of a negative number", "c", LAW, f"({LAW}) + 0.0 * sqrt(-1.0)", "C calls sqrt"),
     Case(
         "a fault that is told to another", "c", "    outputs->fault = 1;", "    outputs = 0; outputs->fault = 1;", FORM

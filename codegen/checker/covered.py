@@ -1,7 +1,7 @@
 """The decay of V = e'Pe where the matrix is a quotient of polynomials in sines, cosines and variables.
 
 Standard library only; part of the checker (verify.py), which hands ``enclosure`` and ``kernel`` in. It is the
-kernel's own claim (its lemma 8), here of the matrix that a certificate states, whatever it belongs to: on
+kernel's own claim (its lemma 6), here of the matrix that a certificate states, whatever it belongs to: on
 each leaf of a tree of cuts, not at the vertices of boxes, in which a sine and a cosine are independent.
 """
 
@@ -54,7 +54,7 @@ def step(top: dict[str, Any], names: Mapping[str, Any], known: dict[Any, Any]) -
 def fall(top: dict[str, Any], ends: dict[str, Interval], factor: Fraction) -> str:
     """That V falls by the factor wherever the variables are between their ends: the fact, or enclosure.Refused."""
     known: dict[Any, Any] = {}
-    kernel.Poly.signs, kernel.Poly.divisors, kernel.Poly.work = frozenset(), {}, 0
+    kernel.Poly.divisors, kernel.Poly.work = {}, 0
     (tree,) = top["cover"]
     thetas = {e["name"]: enclosure.parse(e["expression"], ends, e["name"]) for e in top["parameters"]}
     for i, row in enumerate(top["matrix"]):
@@ -62,11 +62,10 @@ def fall(top: dict[str, Any], ends: dict[str, Interval], factor: Fraction) -> st
             enclosure.parse(entry, thetas, f"matrix[{i}][{j}]", affine=True)
     try:
         F = step(top, {name: kernel.term(1, name) for name in ends}, known)
-        cell = ends | kernel.ranges()
         for p in kernel.Poly.divisors.values():
-            kernel.above_zero([[p]], cell, tree)
-        kernel.contracts(F, top["lyapunov_matrix"], factor, cell, tree)
-    except (ArithmeticError, LookupError, TypeError, ValueError) as why:
+            kernel.above_zero([[p]], ends, tree)
+        kernel.contracts(F, top["lyapunov_matrix"], factor, ends, tree)
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as why:
         raise enclosure.Refused(f"V is not shown to fall: {str(why)[:200]}") from None
     return f"every coefficient of {leaves(tree)} cells"
 

@@ -17,8 +17,12 @@ import json
 import re
 import runpy
 import sys
+from collections.abc import Callable
 from fractions import Fraction
+from functools import cache
+from itertools import accumulate, pairwise
 from math import isqrt, lcm
+from operator import itemgetter, mul
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
@@ -34,6 +38,7 @@ GRID, MOST_SAMPLES = 1 << 120, 10_000
 Polys = list[list[Any]]
 
 
+@cache  # a claim repeats its numbers, the start at every bound
 def number(text: Any) -> Fraction:
     found: Fraction = kernel.Text({}, {}).value(text).constant()
     return found
@@ -44,7 +49,7 @@ def moves(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]) -
 
     LEMMA A. What `step` makes of states and inputs is a function of them. So by the kernel's theorem the states after a
     sample are G (`states`) of an undisturbed machine that was where the position was measured, and of its estimates.
-    Beside what is measured then they show the estimates of which G gives them; there are no two such (its lemma 12).
+    Beside what is measured then they show the estimates of which G gives them; there are no two such (its lemma 11).
     """
     term, zero, velocity, errors = kernel.term, kernel.Poly(), proof["positions"], proof["errors"]
     truths, estimates, turned = ([e[part] for e in errors] for part in ("truth", "estimate", "sign"))
@@ -95,35 +100,55 @@ def root(x: Fraction) -> Fraction:
     return Fraction(isqrt(int(x * GRID * GRID) + 1) + 1, GRID)
 
 
-def carried(
-    c: list[Fraction], matrix: Polys, push: Polys, most: list[Fraction], counts: set[int], Q: Any
-) -> dict[int, tuple[Any, Fraction]]:
+class Motion:
+    """Row -> row * Phi * by, and row -> row * push * over with each disturbance at its size, in whole numbers."""
+
+    def __init__(self, matrix: Polys, push: Polys, most: list[Fraction]) -> None:
+        self.size = len(matrix)
+        numbers, columns = [[x.constant() for x in row] for row in matrix], []
+        signs = {x for row in push for p in row for x in p.names()}
+        kernel.demand(all(x.startswith("sign.") for x in signs), f"{sorted(signs)[:3]}: not signs alone")
+        for d, column in zip(most, zip(*push, strict=True), strict=True):
+            columns += [[d * p.get(m, 0) for p in column] for m in sorted({m for p in column for m in p})]
+        self.by, self.over = (lcm(*(x.denominator for row in rows for x in row)) for rows in (numbers, columns))
+        across, entering = ([[x.numerator * (n // x.denominator) for x in column] for column in rows]
+                            for rows, n in ((zip(*numbers, strict=True), self.by), (columns, self.over)))  # fmt: skip
+        self.across, self.entering = from_left(across), from_left(entering)
+        entries = [x for column in (*across, *entering) for x in column if x]
+        longest = max((x.bit_length() for x in entries), default=0)
+        self.work = (self.size + len(entries)) * (1 + longest // 500)  # of a sample
+
+
+def carried(c: list[Fraction], motion: Motion, counts: set[int], Q: Any) -> dict[int, tuple[Any, Fraction]]:
     """N -> a row near c'Phi^N, and how far |c'e[k+N]| is at most above |row e[k]| for e[k] in the set E(1).
 
     LEMMA C. For rows r_0 near c' and r_i+1 near r_i Phi, Phi being constant, c'e[k+N] is the sum of r_N e[k], of r_i
     push w[k+N-1-i] over i < N, and of what is left out of each r_i times an e, each of them in E(1), where |e_j| is at
     most Q_jj's root. What is left out of an entry is here at most 1/GRID. A product of signs is 1 or -1.
     """
-    kernel.demand(len(c) == len(matrix), "a row is not of every error")
-    numbers, columns = [[x.constant() for x in row] for row in matrix], []
-    signs = {x for row in push for p in row for x in p.names()}
-    kernel.demand(signs <= kernel.Poly.signs, f"{sorted(signs)[:3]}: not signs alone")
-    for d, column in zip(most, zip(*push, strict=True), strict=True):
-        columns += [[d * p.get(m, Fraction(0)) for p in column] for m in sorted({m for p in column for m in p})]
-    by, over = (lcm(*(x.denominator for row in rows for x in row)) for rows in (numbers, columns))
-    across, entering = ([[(i, int(x * n)) for i, x in enumerate(column) if x] for column in rows]
-                        for rows, n in ((zip(*numbers, strict=True), by), (columns, over)))  # fmt: skip
+    kernel.demand(len(c) == motion.size, "a row is not of every error")
     row, total, samples, found = [int(x * GRID) for x in c], 0, max(counts), {}
-    size = max((x.bit_length() for rows in (across, entering) for line in rows for _, x in line), default=0)
-    entries = sum(map(len, (*across, *entering)))
-    kernel.demand(True, "", samples * (len(row) + entries) * (1 + size // 500))
+    kernel.demand(True, "", samples * motion.work)
     left_out = sum((root(Q[i][i]) for i in range(len(Q))), Fraction(0)) / GRID
     for n in range(samples + 1):
         if n in counts:
-            found[n] = [Fraction(x, GRID) for x in row], Fraction(total, over * GRID) + (n + 1) * left_out
-        total += sum(abs(sum(row[i] * b for i, b in column)) for column in entering)
-        row = [sum(row[i] * a for i, a in column) // by for column in across]
+            found[n] = [Fraction(x, GRID) for x in row], Fraction(total, motion.over * GRID) + (n + 1) * left_out
+        total += sum(map(abs, motion.entering(row)))
+        row = [x // motion.by for x in motion.across(row)]
     return found
+
+
+def from_left(columns: list[list[int]]) -> Callable[[list[int]], list[int]]:
+    """Row -> row times a matrix of these columns, of which few entries are not zero."""
+    entries = [[(i, a) for i, a in enumerate(column) if a] or [(0, 0)] for column in columns]
+    pick, factors = itemgetter(0, *(i for column in entries for i, _ in column)), [a for c in entries for _, a in c]
+    places = [*pairwise(accumulate(map(len, entries), initial=0))]
+
+    def times(row: list[int]) -> list[int]:
+        products = [*map(mul, pick(row)[1:], factors)]
+        return [sum(products[a:b]) for a, b in places]
+
+    return times
 
 
 def seen(shift: Any, most: dict[str, Fraction], proof: dict[str, Any]) -> Fraction:
@@ -176,7 +201,6 @@ def keep(Q: Any, weights: list[Fraction], sizes: list[Fraction], matrix: Polys, 
     gap = [[q - kernel.term(1 / f) * x - y for q, x, y in zip(*rows, strict=True)]
            for rows in zip(polynomials, kept, added, strict=True)]  # fmt: skip
     box = {x: (number(low), number(high)) for x, (low, high) in proof["box"].items()}
-    box |= dict.fromkeys(proof["signs"], (Fraction(-1), Fraction(1)))
     kernel.semidefinite(gap, box, proof["cover"])
 
 
@@ -195,12 +219,18 @@ def reached(
               for i, (row, limit) in enumerate(zip(Q, limits, strict=True))]  # fmt: skip
     kernel.demand(r >= 1 and kernel.positive(inside), "`within` is not in the set")
     larger, lines = [[r * x for x in row] for row in Q], asked(ball)
+    by = lcm(*(x.denominator for row in Q for x in row))
+    whole = [[int(x * by) for x in row] for row in Q]
     counts: dict[tuple[str, ...], set[int]] = {}
     for (*c, _), count, _ in lines:
-        kernel.demand(re.fullmatch("0|[1-9][0-9]{0,6}", str(count)), f"{str(count)[:20]!r} is no number of samples")
+        work = 25 * (1 + len(c))  # to read its numbers
+        kernel.demand(
+            re.fullmatch("0|[1-9][0-9]{0,6}", str(count)), f"{str(count)[:20]!r} is no number of samples", work
+        )
         counts.setdefault(tuple(c), set()).add(int(count))
     kernel.demand(all(min(n) >= 0 and max(n) <= MOST_SAMPLES for n in counts.values()), "so many samples")
-    known = {c: carried([*map(number, c)], matrix, push, [*most.values()], n, larger) for c, n in counts.items()}
+    motion = Motion(matrix, push, [*most.values()])
+    known = {c: carried([*map(number, c)], motion, n, larger) for c, n in counts.items()}
     bounds = []
     for (*c, text), count, begun in lines:
         (row, summed), bound = known[tuple(c)][int(count)], number(text)
@@ -209,8 +239,9 @@ def reached(
             kernel.demand(all(0 <= s <= x for s, x in zip(start, within, strict=True)), "`start` is not `within`")
             holds = bound >= summed + sum(abs(a) * s for a, s in zip(row, start, strict=True))
         else:
-            square = sum(a * x * b for a, qs in zip(row, Q, strict=True) for x, b in zip(qs, row, strict=True))
-            holds = bound >= summed and square <= (bound - summed) ** 2
+            rest, on_grid = bound - summed, [int(a * GRID) for a in row]
+            square = sum(a * sum(map(mul, qs, on_grid)) for a, qs in zip(on_grid, whole, strict=True))
+            holds = rest >= 0 and square <= rest * rest * by * GRID**2
         kernel.demand(holds, "what is reached is larger than its bound")
         direct = sum((kernel.term(number(a)) * d for a, d in zip(c, shift, strict=True)), kernel.Poly())
         bounds.append(bound + seen(direct, most, proof))

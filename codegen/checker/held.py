@@ -2,7 +2,7 @@
 
 Standard library only; part of the checker (verify.py), which hands ``kernel`` in. The kernel's theorem is about samples
 with fault 0; here are the values that the functions of fault 1 (modes.py reads their form) give the states that show
-errors. Let G be the proof's `states`: by the kernel's lemma 12 the states G(e, x) show the estimates e beside the
+errors. Let G be the proof's `states`: by the kernel's lemma 11 the states G(e, x) show the estimates e beside the
 measured positions x, and there are no two such e. Then, as identities of polynomials:
 
 - after `init` at x the states are G(e, x) with velocities of zero and all other estimates constant;

@@ -298,7 +298,7 @@ def same_matrix(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any
         rows = covered.step(top, names, shown["known"])
         # A V of its own falls in the certificate's ranges, and those printed are the proof's: they are the same, or
         # the variable stands in sines and cosines alone, of which a cover takes every angle.
-        used = {x for row in kernel.cleared([*rows, [kernel.term(1)] * len(rows)]) for p in row for x in p.names()}
+        used = kernel.cleared(kernel.joined([*rows, [kernel.term(1)]])).names()
         for name, ends in top["variables"].items():
             same = [*map(Fraction, proof["box"].get(free.get(name, ""), ()))] == [ends[0], ends[-1]]
             all_round = top["cover"] and free.get(name) not in (*proof["box"], *used)
@@ -307,7 +307,7 @@ def same_matrix(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any
         off = [
             [a - text.value(b) for a, b in zip(*pair, strict=True)] for pair in zip(rows, proof["matrix"], strict=True)
         ]
-        return not any(p for row in kernel.cleared(off) for p in row)
+        return not kernel.cleared(kernel.joined(off))
     except ValueError:  # one of them speaks of more than polynomials and quotients
         return False
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import random
 import re
 import subprocess
 import sys
@@ -378,3 +379,13 @@ def test_noise_is_said_to_be_uncovered_only_where_nothing_is_said_of_it(sets: bo
     assumed = "where, as is assumed, x is measured within 5e-06, x moves in a sample by at most 0.000105 more; "
     assert any(line.startswith(assumed) for line in report.proved) == sets
     assert any(gap.startswith("that noise and drift stay within the sizes assumed") for gap in report.open) == sets
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_row_times_a_sparse_matrix_is_that_product(seed: int) -> None:
+    """Columns without an entry among them."""
+    dice = random.Random(seed)
+    columns = [[dice.randrange(-9, 10) * (dice.random() < 0.3) for _ in range(6)] for _ in range(9)] + [[0] * 6]
+    row = [dice.randrange(-(10**40), 10**40) for _ in range(6)]
+    expected = [sum(a * b for a, b in zip(row, column, strict=True)) for column in columns]
+    assert ellipsoid.from_left(columns)(row) == expected

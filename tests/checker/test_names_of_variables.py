@@ -17,18 +17,25 @@ GENERATED = Path(__file__).parents[2] / "generated"
 
 @pytest.fixture(autouse=True)
 def fresh(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Poly, "signs", frozenset())
     monkeypatch.setattr(Poly, "divisors", {})
     monkeypatch.setattr(Poly, "work", 0)
 
 
-def test_values_of_different_functions_are_different_variables() -> None:
-    """exp2 as entry 2 and exp as entry 22 were one variable, so that exp(omega) passed for exp2(theta)."""
-    text, found = kernel.Text({}, {}), {}
+def test_signs_of_different_polynomials_are_different_variables() -> None:
+    text, found = kernel.Text({}, {}, "one_mass_sign"), {}
     for entry in range(40):
-        name = {2: "exp2", 22: "exp", 3: "log1", 13: "log"}.get(entry, "f")
-        found[entry] = text.call(name, term(entry + 1, "x"))
-    assert len({name for value in found.values() for name in value.names()}) == len(found) == len(text.known)
+        found[entry] = text.call("one_mass_sign", term(entry + 1, "x"))
+        angle = text.call("cos", term(entry + 1, "x"))
+        assert angle.names().isdisjoint(found[entry].names())
+    assert len({name for value in found.values() for name in value.names()}) == len(found)
+    assert text.call("fabs", term(7, "x")) == found[6] * term(7, "x")
+
+
+@pytest.mark.parametrize("name", ["exp", "exp2", "tanh", "sqrt", "sgn", "int", ""])
+def test_a_function_that_the_kernel_does_not_know_has_no_value(name: str) -> None:
+    """exp2 and exp were once one variable, so that exp(omega) passed for exp2(theta)."""
+    with pytest.raises(ValueError, match="calls"):
+        kernel.Text({}, {}, "one_mass_sign").call(name, term(1, "x"))
 
 
 def tangent(p: Poly, known: dict[Any, Any]) -> set[str]:
@@ -87,3 +94,26 @@ def test_a_state_of_which_nothing_is_said_is_named_and_the_proof_is_not_of_the_w
     shown = verify.theorem.proved(proof, {name: text.encode() for name, text in texts.items()})
     assert shown["aside"] == ["state.x_predicted"] and not shown["whole"]
     assert any("but x_predicted, of which nothing is said" in line for line in verify.theorem.words(proof, shown))
+
+
+def test_a_sign_is_a_number_s_own_and_one_variable_for_one_polynomial() -> None:
+    """What a proof says of the sign of -1 is not believed; x + y is y + x, and not x - y."""
+    text = kernel.Text({}, {("sgn", term(-1)): term(1)}, "sign")
+    assert text.call("fabs", term(-1)) == term(1) and text.call("sign", term(-1)) == term(-1)
+    x, y = term(1, "x"), term(1, "y")
+    assert text.call("sign", x + y) == text.call("sign", y + x) != text.call("sign", x - y)
+
+
+@pytest.mark.parametrize("name", ["sign.rail", "sign.cos inputs.x", "inputs.x t"])
+def test_only_signs_and_tangents_have_ranges_of_their_own(name: str) -> None:
+    low = -1 if name.startswith("sign.") else 0
+    p = term(1, name)
+    kernel.semidefinite([[p - term(low)]], {}, "")
+    kernel.semidefinite([[term(1) - p]], {}, "")
+    for wrong in (p - term(low) - term(Fraction(1, 99)), term(Fraction(98, 99)) - p):
+        with pytest.raises(ValueError, match="not positive semidefinite"):
+            kernel.semidefinite([[wrong]], {}, "")
+    with pytest.raises(ValueError, match="not cut between its ends"):
+        kernel.semidefinite([[p]], {}, [name, "1", "", ""])
+    with pytest.raises(ValueError, match="without a range"):
+        kernel.semidefinite([[term(1, name.replace("sign.", "sign_").replace(" t", " u"))]], {}, "")
