@@ -163,7 +163,8 @@ def on_leaves(holds: Any, A: Matrix, cell: Box, tree: Any, what: str) -> None:
             (x, cut, below, tree), (low, high) = tree, ends(tree[0], cell)
             demand(re.fullmatch("-?[0-9]{1,40}(/[1-9][0-9]{0,39})?", cut), f"{x} is cut at no number", 100)
             demand(low < (cut := Fraction(cut)) < high, f"{x} is not cut between its ends")
-            left, cell = [*left, (cell | {x: (low, cut)}, below)], cell | {x: (cut, high)}
+            left.append((cell | {x: (low, cut)}, below))
+            cell = cell | {x: (cut, high)}
         demand(all(map(holds, coefficients(A, joint, cell))), f"{what} in {cell}", 100)
 
 
@@ -208,7 +209,7 @@ def reciprocal(p: Poly, known: dict[Any, Poly]) -> Poly:
 def angle(name: str, p: Poly, known: dict[Any, Poly]) -> Poly:
     """The sine or cosine of p, over variables of its own: the t of x is called "x t"."""
     if ("cos", p) not in known:
-        own = next((x for x in p.names() if p == term(1, x)), f"?{len(Poly.divisors)}")
+        own = next((x for x in p.names() if p == term(1, x) and x[:5] != "sign."), f"?{len(Poly.divisors)}")
         t, k, m = term(1, f"{own} t"), term(1, f"sign.cos {own}"), term(1, f"sign.sin {own}")
         u = reciprocal(term(1) + t * t, known)
         known["cos", p], known["sin", p] = k * (term(2) * u - term(1)), term(2) * m * t * u
@@ -264,7 +265,7 @@ class Text:  # expressions over `names`, and statements that set them; `sign`: w
         demand(name in ("cos", "fabs", "sin", self.sign), f"C calls {name}")
         if name in ("cos", "sin"):
             return angle(name, p, self.known)
-        number, new = p.get((), 0), term(1, f"?{len(self.known)}")
+        number, new = p.get((), 0), term(1, f"?sgn{len(self.known)}")
         value = self.known.setdefault(("sgn", p), new) if p.names() else term((number > 0) - (number < 0))
         return value * p if name == "fabs" else value
 

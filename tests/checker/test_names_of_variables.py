@@ -117,3 +117,25 @@ def test_only_signs_and_tangents_have_ranges_of_their_own(name: str) -> None:
         kernel.semidefinite([[p]], {}, [name, "1", "", ""])
     with pytest.raises(ValueError, match="without a range"):
         kernel.semidefinite([[term(1, name.replace("sign.", "sign_").replace(" t", " u"))]], {}, "")
+
+
+def test_the_tangent_of_half_a_sign_is_no_sign() -> None:
+    """Its square was 1 by its name, which made the cosine of 1 and of -1 zero."""
+    known: dict[Any, Any] = {}
+    c, s = (kernel.angle(name, term(1, "sign.rail"), known) for name in ("cos", "sin"))
+    assert kernel.cleared(c) and kernel.cleared(s * s - term(1)) and not kernel.cleared(c * c + s * s - term(1))
+    (t,) = tangent(term(1, "sign.rail"), known)
+    assert term(1, t) * term(1, t) != term(1)
+
+
+def test_the_angle_of_an_unknown_sign_is_not_that_of_a_sum() -> None:
+    """Both were called ?3 where three divisors and three known values stood before."""
+    for before in range(6):
+        Poly.divisors = {}
+        known: dict[Any, Any] = {}
+        text = kernel.Text({}, known, "sign")
+        for k in range(before):
+            text.call("cos", term(k + 2, "y"))
+        for k in range(12):
+            one = tangent(text.call("sign", term(k + 1, "x")), known)
+            assert all(one.isdisjoint(tangent(term(k + j + 2, "z"), known)) for j in range(6))
