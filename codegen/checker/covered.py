@@ -65,7 +65,7 @@ def fall(top: dict[str, Any], ends: dict[str, Interval], factor: Fraction) -> st
         for p in kernel.Poly.divisors.values():
             kernel.above_zero([[p]], ends, tree)
         kernel.contracts(F, top["lyapunov_matrix"], factor, ends, tree)
-    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as why:
+    except (ArithmeticError, LookupError, TypeError, ValueError) as why:
         raise enclosure.Refused(f"V is not shown to fall: {str(why)[:200]}") from None
     return f"every coefficient of {leaves(tree)} cells"
 

@@ -16,7 +16,7 @@ import json
 import re
 import sys
 from fractions import Fraction
-from itertools import product
+from itertools import accumulate, pairwise, product
 from math import comb, lcm
 from pathlib import Path
 from typing import Any, ClassVar
@@ -129,22 +129,23 @@ def joined(A: Matrix) -> Poly:
 
 def coefficients(A: Matrix, joint: Poly, cell: Box) -> set[Any]:
     """These matrices, times one number > 0, of A, which is joined and cleared."""
-    common = lcm(*(c.denominator for c in joint.values()))
-    form: dict[Any, int] = {m: int(c * common) for m, c in joint.items()}
+    places, monomials = [f"#{i} {j}" for i, row in enumerate(A) for j in range(len(row))], [*{m[1:] for m in joint}]
+    matrices = whole([[joint.get((place, *m), 0) for place in places] for m in monomials])
+    form: dict[Any, list[int]] = dict(zip(monomials, matrices, strict=True))
     for x in sorted(x for x in joint.names() if x[0] != "#"):
         ((low, high, one),), n = whole([[*ends(x, cell), Fraction(1)]]), max(m.count(x) for m in form)
-        bits = max(low, high, one, *form.values(), key=abs).bit_length()
-        demand(True, "", (n**3 + len(form) * (n + 1)) * (1 + n * bits // 500))
+        bits = max(low, high, one, *(c for entries in form.values() for c in entries), key=abs).bit_length()
+        demand(True, "", (n**3 + len(form) * (n + 1) * len(places)) * (1 + n * bits // 500))
         power = [[sum(comb(k, i) * low ** (k - i) * high**i * comb(n - k, j - i) * one ** (n - k)
                       for i in range(min(j, k) + 1)) for j in range(n + 1)] for k in range(n + 1)]  # fmt: skip
-        parts: dict[Any, int] = {}
-        for m, c in form.items():
+        parts: dict[Any, list[int]] = {}
+        for m, entries in form.items():
             left = tuple(y for y in m if y != x)
             for j, factor in enumerate(power[m.count(x)]):  # of s^(n-j) t^j, from now on j in place of x
-                parts[*left, j] = parts.get((*left, j), 0) + factor * c
+                before = parts.get((*left, j), [0] * len(places))
+                parts[*left, j] = [a + factor * c for a, c in zip(before, entries, strict=True)]
         form = parts
-    return {tuple(tuple(form.get((f"#{i} {j}", *m), 0) for j in range(len(row))) for i, row in enumerate(A))
-            for m in {m[1:] for m in form}}  # fmt: skip
+    return {tuple(tuple(c[a:b]) for a, b in pairwise(accumulate(map(len, A), initial=0))) for c in form.values()}
 
 
 def ends(x: str, cell: Box) -> tuple[Fraction, Fraction]:
