@@ -140,12 +140,12 @@ def carried(c: list[Fraction], motion: Motion, counts: set[int], Q: Any) -> dict
 
 def from_left(columns: list[list[int]]) -> Callable[[list[int]], list[int]]:
     """Row -> row times a matrix of these columns, of which few entries are not zero."""
-    entries = [[(i, a) for i, a in enumerate(column) if a] or [(0, 0)] for column in columns]
-    pick, factors = itemgetter(0, *(i for column in entries for i, _ in column)), [a for c in entries for _, a in c]
+    entries = [[(i, a) for i, a in enumerate(column) if a] for column in columns]
+    pick, factors = itemgetter(0, 0, *(i for column in entries for i, _ in column)), [a for c in entries for _, a in c]
     places = [*pairwise(accumulate(map(len, entries), initial=0))]
 
     def times(row: list[int]) -> list[int]:
-        products = [*map(mul, pick(row)[1:], factors)]
+        products = [*map(mul, pick(row)[2:], factors)]  # two more, of which it makes a tuple
         return [sum(products[a:b]) for a, b in places]
 
     return times

@@ -389,3 +389,4 @@ def test_a_row_times_a_sparse_matrix_is_that_product(seed: int) -> None:
     row = [dice.randrange(-(10**40), 10**40) for _ in range(6)]
     expected = [sum(a * b for a, b in zip(row, column, strict=True)) for column in columns]
     assert ellipsoid.from_left(columns)(row) == expected
+    assert ellipsoid.from_left(columns[-1:])(row) == [0] and ellipsoid.from_left([])(row) == []
