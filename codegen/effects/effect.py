@@ -128,6 +128,11 @@ class Effect(ABC):
         """The forms that a diagnosis tries, the simplest first; more than one where a parameter may be left out."""
         return (self,)
 
+    @property
+    def waves(self) -> tuple[tuple[str, str], ...]:
+        """(size, phase) of each wave of the effect: polar coordinates of two weights; by default none."""
+        return ()
+
     def simpler(self, names: Sequence[str], intervals: Mapping[str, tuple[float, float]]) -> Effect | None:
         """The form with the next fewer of these parameters that their intervals do not exclude; None for none.
 

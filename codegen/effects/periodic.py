@@ -30,6 +30,10 @@ class Periodic(Effect):
         """Without the phase, which is estimated with the size."""
         return tuple(q for q in super().shapes if q.name != PHASE_NAME)
 
+    @property
+    def waves(self) -> tuple[tuple[str, str], ...]:
+        return ((self.size, PHASE_NAME),)
+
     def probes(self, shape: Mapping[str, float], covered: Covered) -> list[tuple[dict[str, float], float]]:
         """A small sine and a small cosine."""
         small = next(PROBE * covered.size(q.unit) for q in self.parameters if q.name == self.size)

@@ -45,6 +45,11 @@ class PositionDependentFriction(Periodic):
         return (self, type(self)(second=True))
 
     @property
+    def waves(self) -> tuple[tuple[str, str], ...]:
+        second = (SECOND[0].name, SECOND[1].name)
+        return (*super().waves, *([second] if SECOND[0] in self.parameters else []))
+
+    @property
     def shapes(self) -> tuple[EffectParameter, ...]:
         """The period: amplitudes and phases are estimated together."""
         return (PERIOD,)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from codegen.diagnosis.estimate import BLOCKS, standard_errors
+from codegen.diagnosis.estimate import BLOCKS, standard_errors, wave_intervals
 from codegen.diagnosis.examination import in_simpler_form
 from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.results import FoundEffect
@@ -21,6 +21,9 @@ from tests.diagnosis.stage import log_of, stage, system_of
 from tests.diagnosis.test_adoption import search_of
 
 Array = NDArray[np.float64]
+
+MANY = 1_000_000
+"""Degrees of freedom at which Student's distribution is the normal one."""
 
 
 @dataclass(frozen=True)
@@ -152,3 +155,29 @@ def test_a_gaussian_curve_is_fitted_again_without_its_exponent(tmp_path: Path) -
     assert plain is not None
     (found,) = plain.runner.trial.split(plain.theta)[1]
     assert found == pytest.approx({"delta": 3.0, "v_s": 0.1}, rel=0.01)
+
+
+def test_the_interval_of_a_wave_is_the_range_of_an_ellipse() -> None:
+    """Weights of a cosine and a sine, (0.2, 0.3), of which an unknown weight blurs the first by 0.3: the size is not
+    zero. Compared with the nearest and farthest of a million points on the ellipse of 1.96 deviations.
+    """
+    weights, spread = np.array([0.2, 0.3]), np.diag([0.3**2, 0.01**2])
+    size, phase = float(np.hypot(*weights)), float(np.arctan2(weights[1], weights[0]))
+    to_polar = np.array([[np.cos(phase), np.sin(phase)], [-np.sin(phase) / size, np.cos(phase) / size]])
+    (low, high), (first, last) = wave_intervals(size, to_polar @ spread @ to_polar.T, MANY)
+    angles = np.random.default_rng(3).uniform(0, 2 * np.pi, 1_000_000)
+    x, y = 0.2 + 1.96 * 0.3 * np.cos(angles), 0.3 + 1.96 * 0.01 * np.sin(angles)
+    assert (low, high) == pytest.approx((np.hypot(x, y).min(), np.hypot(x, y).max()), rel=1e-3)
+    assert low > 0.27
+    turns = np.arctan2(y, x)
+    assert (phase + first, phase + last) == pytest.approx((turns.min(), turns.max()), abs=1e-3)
+    mirrored = wave_intervals(-size, np.diag([-1, 1]) @ to_polar @ spread @ to_polar.T @ np.diag([-1, 1]), MANY)
+    assert mirrored[0] == pytest.approx((low, high)) and mirrored[1] == pytest.approx((first, last))
+
+
+@pytest.mark.parametrize(("deviations", "absent"), [(2.4, True), (2.5, False)])
+def test_a_wave_is_absent_where_the_joint_region_of_its_weights_holds_zero(deviations: float, absent: bool) -> None:
+    """Both weights are zero: a chi-squared of two degrees of freedom, whose 95 % quantile is 2.448²."""
+    (low, high), turn = wave_intervals(0.1, np.diag([(0.1 / deviations) ** 2, 1.0]), MANY)
+    assert (low == 0.0) == absent == (turn == (-np.pi, np.pi))
+    assert high >= 0.17
