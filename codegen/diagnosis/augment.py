@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from difflib import SequenceMatcher
 
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
@@ -13,7 +12,7 @@ from codegen.mechanics.link_parameters import base_values
 from codegen.mechanics.system import System
 from codegen.spec.kinematics import KinematicTree
 from codegen.spec.model import Spec
-from codegen.spec.yaml_text import dump, load_mapping
+from codegen.spec.yaml_text import changed_text, load_mapping
 
 DIGITS = 6
 
@@ -40,7 +39,7 @@ def augmented_text(spec: Spec, effects: Sequence[FoundEffect], values: Mapping[s
             _replace(document["parameters"], parameter.name, "value", float(parameter.declared) * share)
     _write_links(document, spec, values)
     if not effects:
-        return _as_it_was(spec.text, dump(document))
+        return changed_text(spec.text, document)
     entries = document.get("effects")
     if not isinstance(entries, CommentedSeq) or not entries:
         fresh = CommentedSeq()
@@ -55,18 +54,7 @@ def augmented_text(spec: Spec, effects: Sequence[FoundEffect], values: Mapping[s
         entry["parameters"] = parameters
         entry.fa.set_flow_style()
         entries.append(entry)
-    return _as_it_was(spec.text, dump(document))
-
-
-def _as_it_was(before: str, after: str) -> str:
-    """The new text, but lines that differ only in spacing as the author wrote them."""
-    old, new = ([line.rstrip("\r") for line in text.split("\n")] for text in (before, after))
-    one, other = ([f"{len(t) - len(t.lstrip())} {' '.join(t.split())}" for t in lines] for lines in (old, new))
-    for tag, start, stop, first, _ in SequenceMatcher(None, one, other, autojunk=False).get_opcodes():
-        if tag == "equal":
-            new[first : first + stop - start] = old[start:stop]
-    text = "\n".join(new)
-    return text if load_mapping(text, "")[0] == load_mapping(after, "")[0] else after
+    return changed_text(spec.text, document)
 
 
 def _write_out_joints(document: CommentedMap, spec: Spec) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
@@ -55,7 +55,9 @@ def _distinct(errors: list[ErrorDetails], model: type[BaseModel]) -> list[ErrorD
         loc = fault["loc"]
         if fault["type"] == "extra_forbidden":
             parent = [s for s in loc[:-1] if isinstance(s, int) or not _is_variant(s)]
-            meant.add((*loc[:-1], nearest_name(str(loc[-1]), _known_keys(model, parent)) or ""))
+            known = _known_keys(model, parent)
+            joined = _without_colon(str(loc[-1]), known)
+            meant.add((*loc[:-1], joined[0] if joined else nearest_name(str(loc[-1]), known) or ""))
         elif fault["type"] == "missing" and loc in meant:
             continue
         variant = next((k for k, s in enumerate(loc) if _is_variant(s)), len(loc))
@@ -77,6 +79,9 @@ def _explain(
         case "extra_forbidden":
             known = _known_keys(model, steps[:-1])
             name = str(steps[-1])
+            if joined := _without_colon(name, known):
+                expected = f"`{joined[0]}: {joined[1]}`, with `: ` between key and value"
+                return BadInput(place, f"unknown key `{name}`", expected, code="SPEC004")
             return BadInput(
                 place, f"unknown key `{name}`", f"one of {', '.join(known)}", nearest_name(name, known), code="SPEC004"
             )
@@ -94,6 +99,12 @@ def _explain(
     nearest = nearest_name(str(found), re.findall(r"'(\w+)'", expected)) if fault["type"] == "literal_error" else None
     words = "nothing" if found is None else f"`{found}`" if not isinstance(found, (dict, list)) else _shape(found)
     return BadInput(place, words, expected, nearest, code="SPEC006")
+
+
+def _without_colon(name: str, known: Sequence[str]) -> tuple[str, str] | None:
+    """(key, value) of a name that holds both, as ``velocity v`` and ``value:60`` do; None for another one."""
+    found = re.fullmatch(r"(\w+)(?:\s+|:)(\S.*)", name)
+    return (found[1], found[2]) if found and found[1] in known else None
 
 
 def _is_variant(step: object) -> bool:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
+from difflib import SequenceMatcher
 from functools import partial
 from io import StringIO
 from typing import Any
@@ -16,14 +19,15 @@ from codegen.base.errors import BadInput, Place
 from codegen.spec.ranges import MARK, expanded
 from codegen.spec.yaml_limits import Limits
 
+UNEXPECTED_COLON, NO_END = "mapping values are not allowed", "expected <block end>"
 FAULTS = {
     "could not find expected ':'": ("a key without `:`", "`key: value`", True),
-    "expected <block end>": ("indented unlike the lines above", "one indentation for all keys of a mapping", False),
+    NO_END: ("indented unlike the lines above", "one indentation for all keys of a mapping", False),
     "expected ',' or '}'": ("`{` that is not closed", "`}`", True),
     "expected ',' or ']'": ("`[` that is not closed", "`]`", True),
     "found unexpected end of stream": ("a quote that is not closed", "the same quote at its end", True),
     "found character '\\t'": ("a tab", "spaces for indentation", False),
-    "mapping values are not allowed": (
+    UNEXPECTED_COLON: (
         "a `:` in a value, or a key that is indented too far",
         'quotes around a value that holds `: `, as in "a: b"',
         False,
@@ -91,7 +95,7 @@ def load_mapping(text: str, file: str, example: str = "name: one_mass") -> tuple
         yaml.Parser = partial(_Parser, limits=Limits(file))
         document = yaml.load(text)
     except MarkedYAMLError as error:
-        raise _refused(error, file) from None
+        raise _refused(error, file, text) from None
     except (YAMLError, ValueError, TypeError, AttributeError, LookupError, ArithmeticError, AssertionError) as error:
         raise BadInput(
             Place(file), f"malformed YAML ({' '.join(str(error).split())[:120]})", "YAML 1.2", code="SPEC001"
@@ -106,9 +110,14 @@ def load_mapping(text: str, file: str, example: str = "name: one_mass") -> tuple
     return document, places
 
 
-def _refused(error: MarkedYAMLError, file: str) -> BadInput:
+def _refused(error: MarkedYAMLError, file: str, text: str) -> BadInput:
     """The error of the YAML parser in words of the file, at the line on which the fault is."""
     problem = " ".join((error.problem or "malformed YAML").split())
+    if problem.startswith((UNEXPECTED_COLON, NO_END)) and error.problem_mark:
+        bare = _key_without_colon(text.splitlines(), error.problem_mark.line)
+        if bare is not None:
+            line, key, value = bare
+            return BadInput(Place(file, line + 1), f"the key `{key}` without `:`", f"`{key}: {value}`", code="SPEC001")
     found, expected, where_it_begins = problem, "YAML 1.2", False
     for start, plain in FAULTS.items():
         if problem.startswith(start):
@@ -116,6 +125,26 @@ def _refused(error: MarkedYAMLError, file: str) -> BadInput:
     marks = (error.context_mark, error.problem_mark)
     mark = next((m for m in (marks if where_it_begins else marks[::-1]) if m), None)
     return BadInput(Place(file, mark.line + 1 if mark else None), found, expected, code="SPEC001")
+
+
+_BARE_KEY = re.compile(r"\s*(\w+)\s+([^\s:#][^:#]*)(#.*)?")
+_BARE_MAPPING = re.compile(r"\s*(\w+)\s+([{\[].*)")
+
+
+def _key_without_colon(lines: Sequence[str], at: int) -> tuple[int, str, str] | None:
+    """(line, key, value) of a key whose colon is missing, where the parser met the colon of the line ``at``.
+
+    Words without a colon are a text, which goes on over the next lines: ``kind gcfo`` takes the key below it for its
+    own last word. A word before ``{`` does the same on one line.
+    """
+    if at < len(lines) and (found := _BARE_MAPPING.fullmatch(lines[at])):
+        return at, found[1], found[2].strip()
+    before = [k for k in range(min(at, len(lines))) if lines[k].strip() and not lines[k].lstrip().startswith("#")]
+    if before and (found := _BARE_KEY.fullmatch(lines[before[-1]])):
+        indents = [len(lines[k]) - len(lines[k].lstrip()) for k in (before[-1], at)]
+        if indents[0] == indents[1]:
+            return before[-1], found[1], found[2].strip()
+    return None
 
 
 def _key(name: object) -> str:
@@ -143,6 +172,33 @@ def dump(document: Any) -> str:
     stream = StringIO()
     round_trip_yaml().dump(document, stream)
     return stream.getvalue()
+
+
+_NUMBER = re.compile(r"(?<![\w.])[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![\w.])")
+
+
+def changed_text(before: str, document: Any) -> str:
+    """A changed document as YAML text, in which every line without a change is as the author wrote it.
+
+    The dumper has its own spacing and its own form of a number: -0.5e-6 becomes -5.0e-7.
+
+    Args:
+        before: the text from which the document was loaded.
+    """
+    after = dump(document)
+    old, new = ([line.rstrip("\r") for line in text.split("\n")] for text in (before, after))
+    one, other = ([_content(line) for line in lines] for lines in (old, new))
+    for tag, start, stop, first, _ in SequenceMatcher(None, one, other, autojunk=False).get_opcodes():
+        if tag == "equal":
+            new[first : first + stop - start] = old[start:stop]
+    text = "\n".join(new)
+    return text if load_mapping(text, "")[0] == load_mapping(after, "")[0] else after
+
+
+def _content(line: str) -> str:
+    """A line without what the dumper may change of it: spaces within it, and the form of its numbers."""
+    words = _NUMBER.sub(lambda number: repr(float(number[0])), " ".join(line.split()))
+    return f"{len(line) - len(line.lstrip())} {words}"
 
 
 def plain(node: Any) -> Any:

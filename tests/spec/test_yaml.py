@@ -9,7 +9,7 @@ import pytest
 from codegen.base.errors import BadInput
 from codegen.base.input_files import LARGEST_TEXT
 from codegen.spec import parse_spec, read_spec
-from codegen.spec.yaml_text import dump, load_mapping
+from codegen.spec.yaml_text import changed_text, dump, load_mapping
 from tests.told import tells
 
 from .faults import GOOD
@@ -32,6 +32,13 @@ def told(text: str) -> BadInput:
         ("inputs:\n  w: {unit: N\nforce: 3\n", 2, "SPEC001"),
         ("name: a\nforce 3\ncoordinates: b\n", 2, "SPEC001"),
         ("name: a\ninputs:\n  - a\n b: 3\n", 4, "SPEC001"),
+        ("name: a\nobserver:\n  kind gcfo\n  velocity: measured\n", 3, "SPEC001 `kind` gcfo`"),
+        ("name: a\nobserver:\n  kind gcfo # a note\n\n  # and another\n  velocity: measured\n", 3, "SPEC001 `kind`"),
+        ("name a\nforce: 3\n", 1, "SPEC001 `name`"),
+        ("name: a\nparameters:\n  b  {value: 60, unit: N}\n", 3, "SPEC001 `b` {value: unit: N}`"),
+        ("name: a\nsource: one: two\n", 2, "SPEC001"),
+        (GOOD.replace("velocity: v,", "velocity v,"), 4, "SPEC004 `velocity: v`"),
+        (GOOD.replace("value: 2,", "value:2,"), 9, "SPEC004 `value:2` 2`"),
         ("name: a\n\tforce: 3\n", 2, ""),
         ("force: 3\nname: 'a\n", 2, ""),
         ("- a\n- b\n", 1, "SPEC006"),
@@ -114,6 +121,18 @@ def test_the_unit_one_may_be_a_number() -> None:
     said, left = (parse_spec(text.replace("UNIT", unit), Path("a.yaml")) for unit in (", unit: 1", ""))
     assert said.parameters == left.parameters
     assert "expected text" in str(told(text.replace("UNIT", ", unit: 2")))
+
+
+def test_a_changed_text_has_only_the_changed_lines() -> None:
+    """The dumper writes -0.5e-6 as -5.0e-7 and aligns nothing; neither is a change of the author's."""
+    lines = ["m:  {value: 20, unit: kg}", "n: 1", "z_noise: [-0.5e-6,  0.5e-6] # half a step", "w: +3.50", "s: 'v1.10'"]
+    document, _ = load_mapping("\n".join(lines) + "\n", "spec.yaml")
+    document["n"] = 2
+    changed = changed_text("\n".join(lines) + "\n", document).splitlines()
+    assert changed == [lines[0], "n: 2", *lines[2:]]
+    document["z_noise"][0] = -0.5e-7
+    changed = changed_text("\n".join(lines) + "\n", document).splitlines()
+    assert changed[2] != lines[2] and [*changed[:2], *changed[3:]] == [lines[0], "n: 2", *lines[3:]]
 
 
 @pytest.mark.parametrize("value", ["[-1, 1]", "1"], ids=["list", "scalar"])

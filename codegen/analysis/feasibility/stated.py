@@ -11,7 +11,7 @@ from codegen.analysis.feasibility.axes import GainAxis
 from codegen.analysis.feasibility.suggest import Suggestion
 from codegen.spec.free_gains import gain_entries
 from codegen.spec.model import FreeGain, Spec
-from codegen.spec.yaml_text import dump, load_mapping
+from codegen.spec.yaml_text import changed_text, load_mapping
 
 DIGITS = 6
 
@@ -29,7 +29,7 @@ def suggested_text(spec: Spec, axes: Sequence[GainAxis], suggestion: Suggestion)
     for name in dict.fromkeys(gain for axis in axes for gain, _ in axis.entries):
         was = ", ".join(_words(value) for (gain, _), value in before.items() if gain == name)
         _comment(section, gains, name, f"{name} suggested by stiction gains, was {was}")
-    return dump(document)
+    return changed_text(spec.text, document)
 
 
 def _place(gains: CommentedMap, keys: tuple[Any, ...], number: float | int) -> None:
