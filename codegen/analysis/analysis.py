@@ -57,6 +57,7 @@ class Analysis(Shown):
         worst: the point of the largest spectral radius.
         radii: largest |z| of the step at each point, to ten digits.
         deciding: the matrices, m by m, from which the figures below are computed.
+        free: names of gains that the spec leaves free: their numbers are examples.
     """
 
     dynamics: ErrorDynamics
@@ -66,6 +67,7 @@ class Analysis(Shown):
     worst: dict[str, float]
     radii: Any
     deciding: Deciding
+    free: tuple[str, ...] = ()
 
     @property
     def summary(self) -> Mapping[str, object]:

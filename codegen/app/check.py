@@ -13,7 +13,6 @@ from codegen.base.text import render
 from codegen.certify.size import beyond_checker
 from codegen.simulate.runnable import refuse_unrunnable
 from codegen.spec.free_gains import free_entries
-from codegen.spec.units import dimension, parse_unit
 
 
 @verb
@@ -30,27 +29,6 @@ def check(source: Source) -> Derived:
         refuse_ungenerable(machine.nominal)
     refuse_unrunnable(machine.spec, machine.system, observer)
     return machine
-
-
-def negative_masses(machine: Derived) -> tuple[str, ...]:
-    """A warning, with file and line, for each negative mass or inertia among the parameters of the mass matrix.
-
-    Their sum may well be positive, so that the matrix is one of a machine. An inertia is judged where it stands as a
-    plain summand of a diagonal entry: a product of inertia may have either sign.
-    """
-    spec, found = machine.spec, []
-    matrix = machine.system.mass_matrix
-    for p in spec.parameters:
-        place = spec.place(f"parameters.{p.name}")
-        of = dimension(parse_unit(p.unit, place))
-        kinds = {"kg": "mass", "kg*m^2": "moment of inertia"}
-        kind = next((word for unit, word in kinds.items() if of == dimension(parse_unit(unit, place))), "")
-        symbol = spec.symbol(p.name)
-        if not kind or not p.value < 0 or symbol not in matrix.free_symbols:
-            continue
-        if kind == "mass" or any(sympy.diff(e, symbol).is_positive for e in matrix.diagonal()):
-            found.append(f"{place}: a {kind} of {float(p.declared):g} {p.unit}: only the sum with others is positive")
-    return tuple(found)
 
 
 def check_text(machine: Derived) -> str:
@@ -73,8 +51,10 @@ def check_json(machine: Derived) -> dict[str, Any]:
         "force": view["force"],
         "contacts": [dict(zip(("name", "slip", "law", "unit"), row, strict=True)) for row in view["contacts"]],
         "effects": [{"kind": e.kind, "on": list(e.on)} for e in spec.effects],
-        "values": _numbers(view["values"]),
-        "warnings": list(view["warnings"]),
+        "values": {
+            name: numbers | ({"tolerance": view["tolerances"][name]} if name in view["tolerances"] else {})
+            for name, numbers in _numbers(view["values"]).items()
+        },
         "observer": None
         if observer is None
         else {
@@ -96,7 +76,7 @@ def machine_view(machine: Derived) -> dict[str, Any]:
     """What ``stiction check`` prints."""
     system = machine.system
     observer = None if machine.spec.observer is None else machine.nominal.observer
-    free = _free_gains(machine)
+    free = free_gains(machine)
     values = [(s.name, float(v), system.units[s]) for s, v in system.values.items()]
     slips = dict(zip([c.name for c in system.contacts], system.slip_velocity, strict=True))
     return {
@@ -109,17 +89,17 @@ def machine_view(machine: Derived) -> dict[str, Any]:
             for c in system.contacts
         ],
         "values": values,
+        "tolerances": {p.name: p.tolerance for p in machine.spec.parameters if p.tolerance is not None},
         "observer": observer,
         "uncertifiable": beyond_checker(observer) if observer else "",
         "gains": [(s.name, float(v), observer.gain_units[s]) for s, v in observer.gains.items() if s.name not in free]
         if observer
         else [],
         "free": free,
-        "warnings": negative_masses(machine),
     }
 
 
-def _free_gains(machine: Derived) -> dict[str, dict[str, Any]]:
+def free_gains(machine: Derived) -> dict[str, dict[str, Any]]:
     """Name of each gain that the spec leaves free → its range and unit."""
     if not free_entries(machine.spec):
         return {}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import sympy
@@ -9,6 +10,7 @@ import sympy
 from codegen.analysis.analysis import Analysis
 from codegen.analysis.conditions import Condition
 from codegen.analysis.modes import Modes
+from codegen.app.check import free_gains
 from codegen.app.derived import Source, derived_from
 from codegen.base.border import verb
 from codegen.base.text import render
@@ -22,10 +24,13 @@ LONGEST_ENTRY = 60
 def derive(source: Source) -> Analysis:
     """Ψ, its characteristic polynomial, the gain conditions and margins of a spec's observer.
 
+    Gains that the spec leaves free are at the middle of their ranges, which the numbers depend on and nothing else.
+
     Raises:
         BadInput: for a bad spec, or one without an observer.
     """
-    return derived_from(source).analysis
+    machine = derived_from(source)
+    return replace(machine.nominal.analysis, free=tuple(free_gains(machine)))
 
 
 def derive_text(analysis: Analysis, latex: bool = False) -> str:
@@ -55,6 +60,7 @@ def analysis_view(analysis: Analysis) -> dict[str, Any]:
         "slopes": [(s.name, str(e)) for s, e in dynamics.slopes.items()],
         "routh": [_condition(c) for c in analysis.routh],
         "jury": [_condition(c) for c in analysis.jury],
+        "free": _free(analysis),
         "signs": [s.name for s in dynamics.observer.signs if dynamics.jacobian.has(s)],
     }
 
@@ -81,6 +87,7 @@ def analysis_json(analysis: Analysis) -> dict[str, Any]:
         "modes": _modes_json(analysis.modes),
         "routh_hurwitz": [_condition_json(c) for c in analysis.routh],
         "jury": [_condition_json(c) for c in analysis.jury],
+        "free_gains_taken": {name: value for name, value, _ in _free(analysis)},
         "sample_time": float(dynamics.observer.sample_time),
         "spectral_abscissa": analysis.spectral_abscissa,
         "spectral_radius": analysis.spectral_radius,
@@ -109,6 +116,12 @@ def analysis_latex(analysis: Analysis) -> dict[str, Any]:
         "routh": [(c.name, sympy.latex(c.expression)) for c in analysis.routh],
         "jury": [(c.name, sympy.latex(c.expression)) for c in analysis.jury],
     }
+
+
+def _free(analysis: Analysis) -> list[tuple[str, float, str]]:
+    """Name, number taken and unit of each gain that the spec leaves free."""
+    observer = analysis.dynamics.observer
+    return [(s.name, float(v), observer.gain_units[s]) for s, v in observer.gains.items() if s.name in analysis.free]
 
 
 def _powers(polynomial: tuple[Any, ...] | None) -> list[tuple[str, str]]:

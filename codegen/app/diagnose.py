@@ -18,7 +18,7 @@ from codegen.diagnosis.results import MATERIAL, CertificateChange, Diagnosis
 from codegen.logs import Allowance, read_logs
 from codegen.report import render_report
 from codegen.spec import parse_spec
-from codegen.spec.free_gains import refuse_free_gains
+from codegen.spec.free_gains import free_gains_in_words
 from codegen.spec.robot_file import LARGEST as LARGEST_URDF
 from codegen.spec.share import read_part
 
@@ -100,11 +100,10 @@ def diagnose(
     refuse_foreign(folder, "spec.yaml", ("diagnosis.json",))
     machine = derived_from(source)
     spec = machine.spec
-    refuse_free_gains(spec)
     if spec.observer is not None:
         from codegen.app.generable import refuse_ungenerable  # a third of a second that a plain spec need not pay
 
-        refuse_ungenerable(machine)
+        refuse_ungenerable(machine.nominal)
     allowance = Allowance()
     train = read_logs(logs, spec, description=description, columns=columns, allowance=allowance)
     held_out = None
@@ -112,7 +111,10 @@ def diagnose(
         held_out = read_logs(tests, spec, description=description, columns=columns, allowance=allowance)
     diagnosis, models = diagnose_log(spec, machine.system, train, held_out, progress, propose, matters)
     files: dict[str, str] = {"spec.yaml": models.spec_text}
-    if spec.observer is not None:
+    free = free_gains_in_words(spec)
+    if free:
+        diagnosis = replace(diagnosis, certificate=CertificateChange(*2 * (f"no code was generated: {free}",)))
+    elif spec.observer is not None:
         from codegen.app.generate import refuse_hand_written
 
         augmented = Derived(parse_spec(models.spec_text, spec.path.parent / "spec.yaml"))

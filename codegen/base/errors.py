@@ -98,7 +98,7 @@ class Faults:
     def raise_noted(self) -> None:
         """Raise the first fault, with the others in it, where there is one."""
         if self.noted:
-            first, *others = {str(fault): fault for fault in self.noted}.values()
+            first, *others = {str(one): one for fault in self.noted for one in (fault, *fault.others)}.values()
             first.others = tuple(others)
             raise first
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import sympy
 
-from codegen.base.errors import BadInput
+from codegen.base.errors import BadInput, Faults
 from codegen.mechanics.contact_rank import refuse_dependent_contacts
 from codegen.mechanics.contacts import build_contacts
 from codegen.mechanics.link_parameters import LinkParameter
@@ -18,9 +18,12 @@ from codegen.mechanics.system import Matrix, System
 from codegen.spec.model import Spec, symbol
 from codegen.spec.numerics import numerical
 from codegen.spec.printed import decimal_of
-from codegen.spec.units import coherent_name
+from codegen.spec.units import coherent_name, dimension, parse_unit
 
 SAMPLES = 400
+MOST_VALUES = 4
+"""Parameters whose values a message shows."""
+MASSES = {"kg": "mass", "kg*m^2": "moment of inertia"}
 
 
 @numerical("the mass matrix, the force and where friction acts")
@@ -83,8 +86,9 @@ def check_mass_matrix(system: System, spec: Spec) -> None:
     """Is M(x) symmetric, and positive definite at every sampled point of the envelope?
 
     Raises:
-        BadInput: with the entry, or the point and its smallest eigenvalue.
+        BadInput: with the parameter, or the entry and the values in it, or the point and the smallest eigenvalue there.
     """
+    _refuse_negative_masses(system, spec)
     key, n = form_key(spec), system.degrees_of_freedom
     varying = [x for x in system.positions if x in system.mass_matrix.free_symbols]
     points = _points(system, spec) if varying else np.zeros((1, n))
@@ -110,10 +114,42 @@ def check_mass_matrix(system: System, spec: Spec) -> None:
         raise BadInput(
             spec.place(key), f"no real number at {where}", "real entries in the whole envelope", code="SPEC012"
         )
-    found = f"its smallest eigenvalue is {smallest[first]:.4g} at {where}"
-    raise BadInput(
-        spec.place(key), found, "a mass matrix that is positive definite in the whole envelope", code="SPEC017"
-    )
+    expected = "a mass matrix that is positive definite in the whole envelope"
+    i = int(np.argmin(np.diag(entries[first])))
+    if entries[first][i, i] <= 0:
+        found = f"entry [{i}][{i}] `{system.mass_matrix[i, i]}` is {entries[first][i, i]:.4g} at {where}"
+        values = _values_in(system, system.mass_matrix[i, i])
+        raise BadInput(spec.place(f"{key}[{i}][{i}]"), found + values, expected, code="SPEC017")
+    found = f"its smallest eigenvalue is {smallest[first]:.4g} at {where}, though every diagonal entry is positive"
+    raise BadInput(spec.place(key), found, expected, code="SPEC017")
+
+
+def _values_in(system: System, entry: sympy.Expr) -> str:
+    """The values of an entry's parameters, in words."""
+    named = sorted(entry.free_symbols & system.values.keys(), key=str)[:MOST_VALUES]
+    texts = [f"{s} = {float(system.values[s]):.4g} {system.units[s]}".removesuffix(" 1") for s in named]
+    return f", with {', '.join(texts)}" if texts else ""
+
+
+def _refuse_negative_masses(system: System, spec: Spec) -> None:
+    """Refuse each negative mass or inertia among the parameters of the mass matrix, whose sum may well be positive.
+
+    An inertia is judged where it stands as a plain summand of a diagonal entry: a product of inertia may have either
+    sign.
+    """
+    faults = Faults()
+    for p in spec.parameters:
+        place, s = spec.place(f"parameters.{p.name}"), symbol(p.name)
+        if not p.value < 0 or s not in system.mass_matrix.free_symbols:
+            continue
+        of = dimension(parse_unit(p.unit, place))
+        kind = next((word for unit, word in MASSES.items() if of == dimension(parse_unit(unit, place))), "")
+        diagonal = system.mass_matrix.diagonal()
+        if kind == "mass" or (kind and any(sympy.diff(e, s).is_positive for e in diagonal)):
+            words = f"a {kind} of {float(p.declared):g} {p.unit}"
+            expected = f"a positive one; what is taken away from another is subtracted there: `- {p.name}`"
+            faults.noted.append(BadInput(place, words, expected, code="SPEC007"))
+    faults.raise_noted()
 
 
 def _points(system: System, spec: Spec) -> Any:

@@ -73,10 +73,18 @@ def free_entries(spec: Spec) -> tuple[GainEntry, ...]:
 def refuse_free_gains(spec: Spec) -> None:
     """Raise BadInput where a gain is free, with the verb that finds a number for it."""
     for entry in free_entries(spec):
-        name = entry.key.removeprefix("observer.gains.")
-        found = f"the gain `{name}` is free ({float(entry.value.low):g} to {float(entry.value.high):g})"
         expected = f"a number; `stiction gains {spec.path}` shows which are stable and suggests one"
-        raise BadInput(spec.place(entry.key), found, expected, code="SPEC023")
+        raise BadInput(spec.place(entry.key), _is_free(entry), expected, code="SPEC023")
+
+
+def free_gains_in_words(spec: Spec) -> str:
+    """Which gains are free, in words; empty where none is."""
+    return ", ".join(map(_is_free, free_entries(spec)))
+
+
+def _is_free(entry: GainEntry) -> str:
+    name = entry.key.removeprefix("observer.gains.")
+    return f"the gain `{name}` is free ({float(entry.value.low):g} to {float(entry.value.high):g})"
 
 
 def with_gains(spec: Spec, numbers: Mapping[tuple[str, tuple[int, ...]], float]) -> Spec:

@@ -8,7 +8,7 @@ from typing import Any
 
 import sympy
 
-from codegen.base.errors import BadInput, Place
+from codegen.base.errors import BadInput, Faults, Place
 from codegen.spec.expression import exact_number
 from codegen.spec.printed import printed
 from codegen.spec.units import describe, dimension, parse_unit, si_factor
@@ -52,14 +52,16 @@ def read_numbers(given: Mapping[str, Any], key: str, place: Callable[[str], Plac
         key: of their section.
 
     Raises:
-        BadInput: as ``with_any_unit``.
+        BadInput: as ``with_any_unit``; ``others`` holds the further faults.
     """
-    values, units = {}, {}
+    values, units, faults = {}, {}, Faults()
     for name, value in given.items():
         where = place(f"{key}.{name}")
-        if isinstance(value, bool) or not isinstance(value, (str, int, float)):
-            raise BadInput(where, f"`{value}`", "a number", code="SPEC006")
-        values[name], units[name] = with_any_unit(str(value), where)
+        with faults.noting():
+            if isinstance(value, bool) or not isinstance(value, (str, int, float)):
+                raise BadInput(where, f"`{value}`", "a number", code="SPEC006")
+            values[name], units[name] = with_any_unit(str(value), where)
+    faults.raise_noted()
     return values, {name: unit for name, unit in units.items() if unit}
 
 

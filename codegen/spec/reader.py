@@ -36,6 +36,8 @@ from codegen.spec.urdf_section import expand_robot
 from codegen.spec.validation import nearest_place, validate
 from codegen.spec.yaml_text import load_mapping, plain
 
+TOLERANCE = "tolerance"
+"""The key of a parameter that contacts do not have."""
 Given = ParamSpec("Given")
 Result = TypeVar("Result")
 
@@ -100,7 +102,10 @@ class _Reading:
             self._noted(faults, self._si_unit, c.unit, f"coordinates.{c.name}.unit")
         for i in inputs:
             self._noted(faults, self._si_unit, i.unit, f"inputs.{i.name}.unit")
-        if faults.noted:  # what depends on names and units is read only where these are right
+        named = not faults.noted
+        for k in range(len(d.friction.contacts)):
+            self._noted(faults, self._refuse_tolerance, k)
+        if not named:  # what depends on names and units is read only where these are right
             for k in range(len(d.friction.contacts)):
                 self._noted(faults, self._contact, k, None)
             for k in range(len(d.effects)):
@@ -231,8 +236,16 @@ class _Reading:
                 code="SPEC009",
             )
         unit = self._si_unit(section.unit, f"{key}.unit")
-        values, units = read_numbers(section.model_extra or {}, key, self.place)
+        given = {name: value for name, value in (section.model_extra or {}).items() if name != TOLERANCE}
+        values, units = read_numbers(given, key, self.place)
         return Contact(section.name, section.law, unit, values, sliding, units)
+
+    def _refuse_tolerance(self, index: int) -> None:
+        """A contact takes the parameters of its law alone; a tolerance would be read as one of these."""
+        if TOLERANCE in (self.document.friction.contacts[index].model_extra or {}):
+            place = self.place(f"friction.contacts[{index}].{TOLERANCE}")
+            expected = "no tolerance for a friction law: a diagnosis fits friction levels freely"
+            raise BadInput(place, f"unknown key `{TOLERANCE}`", expected, code="SPEC004")
 
     def _effect(self, index: int) -> DeclaredEffect:
         section, key = self.document.effects[index], f"effects[{index}]"

@@ -63,6 +63,15 @@ def test_faults_of_the_sections_behind_the_motion(tmp_path: Path) -> None:
     assert lines_told(tmp_path, text) == changed_lines(text)
 
 
+def test_faults_of_a_contact_and_of_what_depends_on_it(tmp_path: Path) -> None:
+    """A tolerance of a contact is said in one word, in the round that says the observer's faults too."""
+    contact = "law: coulomb, a: 50, unit: N}"
+    text = spoilt((contact, contact.replace("}", ", tolerance: 10%}")), ("sample_time: 0.001", "sample_time: -1"))
+    assert lines_told(tmp_path, text) == changed_lines(text)
+    text = spoilt(("law: coulomb, a: 50, unit: N}", "law: stribeck, a: fifty, d: x, unit: N}"))
+    assert lines_told(tmp_path, text) == 2 * changed_lines(text)
+
+
 def test_a_fault_that_two_parts_see_is_told_once(tmp_path: Path) -> None:
     text = spoilt(("law: coulomb, a: 50, unit: N}", "law: coulomb, a: 50, unit: Nn}"))
     assert lines_told(tmp_path, text) == changed_lines(text)

@@ -26,20 +26,46 @@ def free(tmp_path: Path) -> Path:
     return path
 
 
-def test_a_free_gain_is_checked_but_not_derived_certified_or_generated(free: Path, tmp_path: Path) -> None:
+def test_a_free_gain_is_checked_but_not_certified_or_generated(free: Path, tmp_path: Path) -> None:
     checked = stiction("check", free)
     assert checked.code == 0
     rows = {line.split()[0]: line.split()[1:] for line in checked.out.splitlines() if "free," in line}
     assert rows == {"K_F": ["free,", "0.1", "to", "10000", "N*s/m"], "K_v": ["free,", "1", "to", "10000", "1/s"]}
     gains = json.loads(stiction("check", free, "--json").out)["observer"]["gains"]
     assert gains["K_F"] == {"free": [0.1, 10000], "unit": "N*s/m"} and set(gains) == {"K_F", "K_v"}
-    for verb in (["derive"], ["derive", "--json"], ["certify"], ["generate", "-o", tmp_path / "out"]):
+    for verb in (["certify"], ["generate", "-o", tmp_path / "out"]):
         result = stiction(verb[0], free, *verb[1:])
         assert is_one_message(result)
         assert "the gain `K_F` is free (0.1 to 10000)" in result.err
         assert f"stiction gains {free}" in result.err
         assert "free.yaml:23" in result.err or "free.yaml:24" in result.err
     assert not (tmp_path / "out").exists()
+
+
+def test_a_free_gain_is_derived_as_its_symbol(free: Path, tmp_path: Path) -> None:
+    """Psi and the conditions need no number; those that are printed are of the middle of the ranges, and say so."""
+    chosen = tmp_path / "chosen.yaml"
+    chosen.write_text(free.read_text().replace(FREE, "gains: {K_F: 31.622776601683793, K_v: 100}"))
+    one, other = (json.loads(stiction("derive", path, "--json").out) for path in (free, chosen))
+    assert one.pop("free_gains_taken") == {"K_F": pytest.approx(31.6228), "K_v": 100}
+    assert other.pop("free_gains_taken") == {}
+    for key in ("psi", "characteristic_polynomial", "sampled"):
+        assert one[key] == other[key]
+    words = stiction("derive", free).out
+    assert "K_F = 31.6228 N*s/m, K_v = 100 1/s" in words and "At the spec's gains" not in words
+    assert "At the spec's gains" in stiction("derive", chosen).out
+
+
+def test_a_log_is_diagnosed_with_free_gains(free: Path, tmp_path: Path) -> None:
+    """A diagnosis needs no gain; no code is generated, and the reason is said."""
+    t = np.arange(4000) * 1e-3
+    x = 0.3 * np.sin(3 * t) + 0.02 * np.sin(11 * t)
+    force = -2.7 * np.sin(3 * t) - 2.42 * np.sin(11 * t) + 50 * np.sign(0.9 * np.cos(3 * t) + 0.22 * np.cos(11 * t))
+    np.savetxt(tmp_path / "log.csv", np.column_stack([t, x, -force]), delimiter=",", header="t,x,w", comments="")
+    done = stiction("diagnose", free, tmp_path / "log.csv", "-o", tmp_path / "out")
+    assert "verdict: unfit" in done.out, done.err
+    assert "the gain `K_F` is free (0.1 to 10000)" in done.out
+    assert not (tmp_path / "out" / "generated").exists() and (tmp_path / "out" / "report.html").exists()
 
 
 def test_the_suggested_spec_keeps_comments_and_is_certified(free: Path, tmp_path: Path) -> None:

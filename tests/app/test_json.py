@@ -51,6 +51,14 @@ def test_check() -> None:
     assert found["observer"]["gains"]["K_F_between"]["value"] == 500.0
 
 
+def test_check_shows_the_tolerances(tmp_path: Path) -> None:
+    path = tmp_path / "spec.yaml"
+    path.write_text(ONE.read_text("utf-8").replace("unit: kg}", "unit: kg, tolerance: 2.5 %}"), "utf-8")
+    assert printed("check", path)["values"]["m"] == {"value": 1.0, "unit": "kg", "tolerance": 0.025}
+    line = next(line for line in stiction("check", path).out.splitlines() if line.split()[:1] == ["m"])
+    assert line.endswith("1 kg, tolerance 2.5 %")
+
+
 def test_verify(tmp_path: Path) -> None:
     found = printed("verify", SHIPPED / "certificate.json")
     assert found["verified"] and found["bound"]

@@ -104,8 +104,8 @@ FAULTS: dict[str, tuple[str, str, str, str | None]] = {
     "tolerance too large": ("value: 2, unit", "value: 2, tolerance: 2000%, unit", "SPEC007 2000%", None),
     # the mass matrix as a whole
     "not symmetric": ("[mass, 0]", "[mass, 0.01*J/r]", "SPEC017", None),
-    "not positive definite": ("value: 0.1,", "value: -0.1,", "SPEC017 -0.1", None),
-    "singular somewhere": ("[mass, 0]", "[mass*(1 - 2*sin(q)), 0]", "SPEC017", None),
+    "negative inertia": ("value: 0.1,", "value: -0.1,", "SPEC007 -0.1", None),
+    "singular somewhere": ("[mass, 0]", "[mass*(1 - 2*sin(q)), 0]", "SPEC017 [0][0] mass", None),
     "no real number somewhere": ("[mass, 0]", "[mass*sqrt(cos(2*q)), 0]", "SPEC012", None),
 }
 
