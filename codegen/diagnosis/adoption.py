@@ -140,8 +140,14 @@ def adopt_values(search: Search, fit: Fit, problem: Problem, system: System) -> 
         chosen = scoring.best([levels, justified])
         errors = errors if chosen is justified else ()
     names = tuple(s.name for s in search.moved)
-    notes = tuple(scoring.refused(scoring.distance(chosen)))
+    notes = tuple(scoring.refused(chosen))
     return Refit(names, search.declared, chosen.values, chosen.deviation, levels.values, errors, notes)
+
+
+def _instead(taken: float, declared: float, unit: str) -> str:
+    """What a fit does with a value in place of what free runs ask for."""
+    same = f"{taken:.4g}" == f"{declared:.4g}"
+    return f"keeps {declared:.4g}{unit}" if same else f"takes {taken:.4g}{unit}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -237,22 +243,20 @@ class CrossValidation:
         moves &= ~others
         return [k, *(int(j) for j in np.flatnonzero(others))], self.map_estimate(chosen.source, moves)
 
-    def refused(self, kept: Array) -> list[str]:
-        """Deviations beyond ``DOUBTFUL`` that free runs alone ask for and that are not adopted, in words.
-
-        Args:
-            kept: (p,) adopted deviations in tolerances.
-        """
+    def refused(self, adopted: MapEstimate) -> list[str]:
+        """Deviations beyond ``DOUBTFUL`` that free runs alone ask for and that are not adopted, in words."""
+        kept = self.distance(adopted)
         alone = self.map_estimate(self._by_run, np.ones(self.count, dtype=bool))
         far, words = self.distance(alone), []
         for k in np.flatnonzero((far > DOUBTFUL) & (kept <= DOUBTFUL)):
-            s, value = self.search.moved[k], alone.values[k]
+            s, value, taken = self.search.moved[k], alone.values[k], adopted.values[k]
+            declared = self.search.declared[k]
             unit = self.search.system.units.get(s, "1")
             in_unit = f" {unit}" if unit != "1" else ""
             words.append(
-                f"free runs alone would change {s.name} from {self.search.declared[k]:.4g} to {value:.4g}{in_unit} "
+                f"free runs alone would change {s.name} from {declared:.4g} to {value:.4g}{in_unit} "
                 f"({far[k]:.2g} tolerances); on held-out blocks of the training log that is not better by both force "
-                "residual and free-run error, so it is not adopted"
+                f"residual and free-run error, so it is not adopted: the fit {_instead(taken, declared, in_unit)}"
             )
         return words
 

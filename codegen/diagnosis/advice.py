@@ -21,7 +21,8 @@ class TiedPair:
         first, other: (kind, on).
         angle: degrees between the parts of the refit's residual that the two explain on this log; 0 means the same
             motion.
-        distance: how much better the first fits this log, in standard deviations of the noise.
+        distance: how much better the first fits this log, in standard deviations of the noise; negative where the
+            other does: the force residual or later rounds may prefer the first all the same.
         separated_by: experiment that the catalogue names for telling the two apart; may be empty.
     """
 
@@ -30,6 +31,11 @@ class TiedPair:
     angle: float
     distance: float
     separated_by: str
+
+    @property
+    def better(self) -> tuple[str, str]:
+        """The one that fits this log better."""
+        return self.first if self.distance >= 0 else self.other
 
 
 @dataclass(frozen=True)

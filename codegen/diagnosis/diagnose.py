@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -175,7 +175,9 @@ def diagnose_log(
     if answer.verdict == "ambiguous":
         report_progress("experiment that separates", 0.85)
         tied = tied_fits(search, outcome)
-        experiment, excitation = separate(search, outcome, tied, log, spec.envelope)
+        experiment, excitation = separate(
+            search, outcome, tied, log, spec.envelope, partial(_separation_progress, report_progress)
+        )
         common = common_effects(final_search, outcome)
         other_answer, other_outcome = (answer, outcome) if common is None else examined(*common)
         if other_answer.verdict == "effect" and is_small(left_by(other_answer), material):
@@ -224,6 +226,7 @@ def diagnose_log(
         at_limit=at_zero,
         remainder=left,
         material=material,
+        units=_units_of(system, values),
         reliability=reliability_of(verdict, noise_ratio(outcome.final) <= NEAR_NOISE),
         proposal=propose_terms(refit, problem, test_problem, window) if propose and verdict == "unknown" else None,
     )
@@ -297,9 +300,15 @@ def _of_steady_records(
         at_limit=levels_at_zero(system, (answer.refit, answer.augmented), steady.problem.levels),
         remainder=left,
         material=material,
+        units=_units_of(system, moved),
     )
     text = augmented_text(spec, list(effects), adopted, system)
     return diagnosis, Models(*three, train, there, window, text, named=answer.effects)
+
+
+def _units_of(system: System, names: Iterable[str]) -> dict[str, str]:
+    units = {s.name: unit for s, unit in system.units.items()}
+    return {name: units.get(name, "1") for name in names}
 
 
 def _left_out(outcome: Outcome, answer: Answer) -> str:
@@ -347,6 +356,10 @@ def _sought(
 
 def _effect_progress(report_progress: Progress, turn: int, share: float) -> None:
     report_progress(f"effect {turn + 1}", 0.1 + 0.25 * (turn + share))
+
+
+def _separation_progress(report_progress: Progress, what: str, share: float) -> None:
+    report_progress(f"experiment that separates: {what}", 0.85 + 0.08 * share)
 
 
 def _refit(search: Search, log: Log, findings: Sequence[Finding]) -> tuple[Search, Fit]:

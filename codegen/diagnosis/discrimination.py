@@ -13,7 +13,7 @@ log as data.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -123,13 +123,20 @@ class Discrimination:
     def problem(self) -> Problem:
         return Problem(self.search.system, self.search.motion, {})
 
-    def tried(self) -> list[SetupTried]:
-        """Every change with its smallest separation over the pairs with the best model, largest first."""
+    def tried(self, progress: Callable[[str, float], None] | None = None) -> list[SetupTried]:
+        """Every change with its smallest separation over the pairs with the best model, largest first.
+
+        Args:
+            progress: called with the change that is computed, and the share of all that is done.
+        """
         parts = [p for model in self.models for p in model.trial.parts]
         if any(_keeps_states(model.trial.changed) for model in self.models):
             return []
         found = []
-        for setup in setups(self.search.system, self.search.motion, parts):
+        every = list(setups(self.search.system, self.search.motion, parts))
+        for k, setup in enumerate(every):
+            if progress is not None:
+                progress(f"change {k + 1} of {len(every)} of the machine", k / len(every))
             separation = self._separation(setup)
             if separation is not None:
                 found.append(SetupTried(setup.kind, setup.words, *separation))

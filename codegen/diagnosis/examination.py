@@ -195,7 +195,10 @@ def _options(system: System, refit: Refit, words: str, without: Mapping[str, flo
 
 
 def _refused(chosen: Admitted) -> tuple[str, ...]:
-    return tuple(f"{words}: not adopted" for words in chosen.refusals)
+    """What held-out data refuse of the values, with what is written instead."""
+    instead = "" if chosen.option is None else f"; written instead: {chosen.option.words}"
+    words = [f"{refusal}, so that is not adopted" for refusal in chosen.refusals]
+    return (*words[:-1], f"{words[-1]}{instead}") if words else ()
 
 
 def _values(fit: Fit) -> dict[str, float]:

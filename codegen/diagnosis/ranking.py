@@ -383,7 +383,7 @@ def _why_not(search: Search, found: Found, e: Evidence, size: float) -> str:
     if e.gain <= 0:
         return "does not reduce the error on held-out segments"
     if e.share < credit.LEAST_SHARE:
-        return f"removes {100 * e.share:.2g} % of the squared residual on held-out segments"
+        return f"removes {100 * e.share:.2g} % of the squared free-run error on held-out segments"
     if size < _least_size(found):
         return f"its force is {100 * size:.2g} % of the drive force: too little to matter"
     if not admissible(search, found):

@@ -224,7 +224,8 @@ class Diagnosis:
 
     Attributes:
         candidates: of the first round, best first.
-        refitted: friction level, or toleranced parameter → its value in the declared, refit and augmented model.
+        refitted: friction level, or toleranced parameter → its value in the declared, refit and augmented model;
+            ``units``: of these, SI.
         training: relative force error of the declared, refit and augmented model on the training log, for comparison
             with published fits; no measure of quality.
         findings: preflight of each log, in words.
@@ -265,6 +266,14 @@ class Diagnosis:
     remainder: tuple[Remainder, ...] = ()
     material: float = MATERIAL
     reliability: Reliability | None = None
+    units: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def written(self) -> dict[str, tuple[float, float]]:
+        """Refitted value that the spec is written with → (declared, written), of those that change there."""
+        column = 0 if self.verdict == "unfit" else 2 if self.verdict == "effect" else 1
+        pairs = {name: (values[0], values[column]) for name, values in self.refitted.items()}
+        return {name: (a, b) for name, (a, b) in pairs.items() if f"{a:.6g}" != f"{b:.6g}"}
 
     def not_named(self, candidate: Candidate) -> str:
         """Why a candidate of the first round that passes every test is not in the verdict; empty for another one."""
@@ -319,7 +328,13 @@ class Diagnosis:
                 zip(("declared", "refit", "augmented"), map(_finite, self.training), strict=True)
             ),
             "values": {
-                name: {"declared": a, "refit": b, "augmented": c, "at_limit": name in self.at_limit}
+                name: {
+                    "unit": self.units.get(name, "1"),
+                    "declared": a,
+                    "refit": b,
+                    "augmented": c,
+                    "at_limit": name in self.at_limit,
+                }
                 for name, (a, b, c) in self.refitted.items()
             },
             "parameter_errors": [_parameter_error(e) for e in self.parameter_errors],

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import Any
@@ -70,7 +70,12 @@ def without_leader(search: Search, outcome: Outcome) -> Iterator[Outcome]:
 
 
 def separate(
-    search: Search, outcome: Outcome, tied: Sequence[Fit], log: Log, envelope: Mapping[str, tuple[Any, Any]]
+    search: Search,
+    outcome: Outcome,
+    tied: Sequence[Fit],
+    log: Log,
+    envelope: Mapping[str, tuple[Any, Any]],
+    progress: Callable[[str, float], None] | None = None,
 ) -> tuple[Separation, str | None]:
     """Measure how similar tied candidates are, and find the cheapest motion that discriminates each pair.
 
@@ -82,6 +87,7 @@ def separate(
     Args:
         outcome: with rivals. tied: its fits, see ``tied_fits``.
         envelope: of the spec; the motions stay inside it or inside what the log has shown.
+        progress: called with what is tried, and the share of all that may be.
 
     Returns:
         The figures, and the excitation file's text: None where no motion separates them.
@@ -90,9 +96,14 @@ def separate(
     pairs = tuple(_tied_pair(search, outcome, fits[0], other) for other in tied[1:])
     reach = reach_of(search.system, search.motion, envelope)
     machines = [_machine(fit) for fit in tied]
-    changes = tuple(Discrimination(search, log, [_model(fit) for fit in tied]).tried())
+    report = progress or (lambda what, share: None)
+    models = [_model(fit) for fit in tied]
+    changes = tuple(Discrimination(search, log, models).tried(lambda what, share: report(what, 0.5 * share)))
     tried: list[MotionTried] = []
+    count = len(library(reach, search.motion))
+    report(f"{count} motions", 0.5)
     for motion, simulated in _cheapest_first(search, machines[0], reach, log.sample_time):
+        report(f"motion {len(tried) + 1} of {count}", 0.5 + 0.5 * len(tried) / count)
         figures = _try(search, log, fits, machines, reach, motion, simulated)
         tried.append(figures)
         if figures.separation >= SEPARATED:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import ceil, floor
+from typing import Any
 
 import casadi
 import numpy as np
@@ -38,7 +39,7 @@ class HeldInput:
             self._shares[:, whole, index] = 1 - older
             if delay > whole:
                 self._shares[:, whole + 1, index] = older
-        self._static = _static(system) if system.actuators else None
+        self._static = _Static(system) if system.actuators else None
         lags = [0.0 if chain.lag is None else float(chain.lag.subs(system.values)) for chain in chains]
         self._steps = np.array(lags) / (period * np.diff(edges)[:, None])
         with np.errstate(divide="ignore"):
@@ -49,7 +50,7 @@ class HeldInput:
     def take(self, command: Array) -> Array:
         """Hold a command (m,) from now on: (parts, m) effective inputs of this sample."""
         if self._static is not None:
-            command = np.asarray(self._static(command), dtype=float).ravel()
+            command = self._static(command)
         if len(self._past) == 1:
             driven = np.broadcast_to(command, (len(self._shares), len(command)))
         else:
@@ -71,12 +72,28 @@ class HeldInput:
         return means
 
 
-def _static(system: System) -> casadi.Function:
-    """Gain, dead zone and saturation of all inputs, m by 1; they commute with a delay."""
-    w = casadi.SX.sym("w", len(system.inputs))
-    names = symbol_values(system.values, (system.inputs, w))
-    chains = [to_casadi(system.actuator(k).static(s), names) for k, s in enumerate(system.inputs)]
-    return casadi.Function("static", [w], [casadi.vertcat(*chains)])
+class _Static:
+    """Gain, dead zone and saturation of all inputs, which commute with a delay; called in place, once a sample."""
+
+    def __init__(self, system: System) -> None:
+        w = casadi.SX.sym("w", len(system.inputs))
+        names = symbol_values(system.values, (system.inputs, w))
+        chains = [to_casadi(system.actuator(k).static(s), names) for k, s in enumerate(system.inputs)]
+        function = casadi.Function("static", [w], [casadi.densify(casadi.vertcat(*chains))])
+        self._given, self._acting = np.zeros(len(chains)), np.zeros(len(chains))
+        buffer: Any
+        buffer, self._trigger = function.buffer()
+        given: Any = self._given
+        acting: Any = self._acting
+        buffer.set_arg(0, memoryview(given))
+        buffer.set_res(0, memoryview(acting))
+        self._buffer = buffer
+
+    def __call__(self, command: Array) -> Array:
+        """(m,) what acts behind the static parts of (m,) commands."""
+        self._given[:] = command
+        self._trigger()
+        return self._acting.copy()
 
 
 def edges_at_changes(system: System, period: float) -> Array:

@@ -39,7 +39,10 @@ def separations(one: Rival, other: Rival, folder: Path, duration: float = 6.0) -
         theta = np.array([level, *(parameters[name] for name in part.names)])
         return Model(Trial(system, (part,), search.moved), theta, np.zeros(len(theta)))
 
-    tried = Discrimination(search, log, [model(*one), model(*other)]).tried()
+    told: list[tuple[str, float]] = []
+    tried = Discrimination(search, log, [model(*one), model(*other)]).tried(lambda *now: told.append(now))
+    assert len({what for what, _ in told}) == len(told) >= len(tried)
+    assert [share for _, share in told] == [k / len(told) for k in range(len(told))]
     assert [t.separation for t in tried] == sorted((t.separation for t in tried), reverse=True)
     return {t.words: t.separation for t in tried}
 

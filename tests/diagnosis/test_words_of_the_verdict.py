@@ -10,9 +10,13 @@ import pytest
 
 from codegen.app.diagnose import Diagnosed
 from codegen.base.text import render
+from codegen.diagnosis.advice import Separation, TiedPair
 from codegen.diagnosis.conclusion import _best_refused
+from codegen.diagnosis.examination import _refused
 from codegen.diagnosis.results import Candidate, Diagnosis, ErrorFigures, FoundEffect, Remainder, Round
+from codegen.diagnosis.veto import Admitted, Option
 
+NONE: Any = SimpleNamespace()
 FIGURES = ErrorFigures(1.0, (1.0,), 0.1, 1e-3, (1e-3,))
 
 
@@ -93,3 +97,39 @@ def test_none_says_why_the_best_candidate_is_not_credited(why: str, words: str) 
 
 
 UNUSED = ("effects", "rivals", "against", "errors", "remarks", "records", "doubts", "experiment")
+
+
+VALUES = {"m": (20.0, 20.4, 25.0), "b": (60.0, 60.0, 60.0), "J": (1.5e-4, 1.5e-4, 1.6e-4)}
+
+
+@pytest.mark.parametrize(
+    ("verdict", "written"),
+    [("effect", {"m": (20.0, 25.0), "J": (1.5e-4, 1.6e-4)}), ("none", {"m": (20.0, 20.4)}), ("unfit", {})],
+)
+def test_values_that_are_written_are_told_with_every_verdict(verdict: str, written: dict[str, Any]) -> None:
+    """The written spec had another mass, and the console said nothing of it where no effect was found."""
+    found = diagnosis(verdict, refitted=VALUES, units={"m": "kg", "b": "N*s/m", "J": "kg*m^2"})
+    assert found.written == written
+    text = Diagnosed(found, Path(), ()).text(paths=False)
+    rows = {line.split()[0]: line.split()[1:] for line in text.splitlines() if line.split()[:1] and line[:2] == "  "}
+    for name, (before, after) in written.items():
+        assert [float(v) for v in rows[name][:2]] == [before, after]
+    assert set(rows) & set(VALUES) == set(written)
+
+
+@pytest.mark.parametrize(("distance", "better"), [(3.2, "cogging on x"), (-3.8, "spring on x")])
+def test_the_distance_of_two_that_tie_is_no_negative_number(distance: float, better: str) -> None:
+    pair = TiedPair(("cogging", "x"), ("spring", "x"), 0.5, distance, "")
+    apart = Separation((pair,), (), None, {}, 10.0)
+    text = Diagnosed(diagnosis("ambiguous", separation=apart), Path(), ()).text(paths=False)
+    (line,) = (line for line in text.splitlines() if "degrees" in line)
+    assert f"{better} fits better" in line and f"{abs(distance)} " in line and "-" not in line
+
+
+def test_what_a_refused_option_leaves_is_told() -> None:
+    option = Option("refitted values of friction levels alone", NONE, {})
+    (words,) = _refused(Admitted(option, FIGURES, ("on held-out data refitted values would be worse",)))
+    assert words.endswith(option.words)
+    (words,) = _refused(Admitted(None, FIGURES, ("on held-out data refitted values would be worse",)))
+    assert option.words not in words
+    assert _refused(Admitted(option, FIGURES, ())) == ()
