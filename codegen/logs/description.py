@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -12,6 +12,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict
 from codegen.base.errors import BadInput, Place
 from codegen.base.input_files import read_text
 from codegen.spec.expression import parse_expression
+from codegen.spec.quantity import read_quantity, split_quantity, with_any_unit
 from codegen.spec.validation import validate
 from codegen.spec.yaml_text import load_mapping, plain
 
@@ -46,6 +47,8 @@ class LogDescription:
         sample_rate_hz: nominal rate.
         input_hold, input_is: as written.
         encoder_step, position_noise: one number a coordinate (a single one stands for all), m or rad; zero for none.
+        written_units: ``encoder_step`` and ``position_noise_rms`` → the unit that each number was written with, empty
+            where it has none.
         trim_s: seconds to leave out at both ends of an evaluation.
         restart_s: seconds between restarts of a free-run simulation.
         places: key → its file and line.
@@ -75,6 +78,7 @@ class LogDescription:
     trim_s: float | None = None
     restart_s: float | None = None
     fill_missing: bool = False
+    written_units: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     places: Mapping[str, Place] = field(default_factory=dict)
 
     @property
@@ -85,6 +89,14 @@ class LogDescription:
     def place(self, key: str) -> Place:
         """File and line of a key; the file alone if it has no line."""
         return self.places.get(key, Place(self.file, None, key))
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Numbers in SI, and the unit that each was written with."""
+
+    values: tuple[float, ...]
+    units: tuple[str, ...]
 
 
 def _number(value: object) -> float:
@@ -128,8 +140,19 @@ def _share(value: object) -> float:
     return number
 
 
-def _numbers(value: object) -> list[float]:
-    return [_not_negative(v) for v in (value if isinstance(value, list) else [value])]
+def _with_unit(check: Callable[[object], float]) -> Callable[[object], str]:
+    """A validator of a number, or of one with its unit such as 1 um, which is brought to SI later, with its place."""
+
+    def checked(value: object) -> str:
+        parts = split_quantity(value) if isinstance(value, str) else None
+        number = check(value if parts is None else parts[0])
+        return repr(number) if parts is None else f"{value}"
+
+    return checked
+
+
+def _quantities(value: object) -> list[str]:
+    return [_with_unit(_not_negative)(v) for v in (value if isinstance(value, list) else [value])]
 
 
 def _columns(value: object) -> list[str] | dict[str, str]:
@@ -174,9 +197,9 @@ def _period(value: object) -> float:
 
 Texts = Annotated[dict[str, str], BeforeValidator(_texts)]
 Names = Annotated[list[str], BeforeValidator(_names)]
-Positive = Annotated[float | None, BeforeValidator(_positive)]
-NotNegative = Annotated[float | None, BeforeValidator(_not_negative)]
-Numbers = Annotated[list[float] | None, BeforeValidator(_numbers)]
+Positive = Annotated[str | None, BeforeValidator(_with_unit(_positive))]
+NotNegative = Annotated[str | None, BeforeValidator(_with_unit(_not_negative))]
+Quantities = Annotated[list[str] | None, BeforeValidator(_quantities)]
 
 
 class EvaluationSection(BaseModel):
@@ -215,8 +238,8 @@ class DescriptionDocument(BaseModel):
     input_hold: str = ""
     input_is: str = ""
     velocity_columns: bool | None = None
-    encoder_step: Numbers = None
-    position_noise_rms: Numbers = None
+    encoder_step: Quantities = None
+    position_noise_rms: Quantities = None
     evaluation: EvaluationSection = EvaluationSection()
 
 
@@ -230,6 +253,17 @@ def read_description(path: str | Path) -> LogDescription:
     document, places = load_mapping(read_text(path, "a log description (YAML)"), str(path), "columns: {x: qm}")
     d = validate(DescriptionDocument, plain(document), places, str(path))
     listed = isinstance(d.columns, list)
+
+    def in_si(text: str | None, unit: str, key: str) -> float | None:
+        return None if text is None else float(read_quantity(text, unit, places.get(key, Place(str(path), None, key))))
+
+    def lengths(texts: list[str] | None, key: str) -> Measured | None:
+        read = [with_any_unit(text, places.get(key, Place(str(path), None, key))) for text in texts or ()]
+        return Measured(tuple(float(value) for value, _ in read), tuple(unit for _, unit in read)) if read else None
+
+    cutoff = in_si(d.cutoff_hz, "1/s", "cutoff_hz") or in_si(d.evaluation.cutoff_hz, "1/s", "evaluation.cutoff_hz")
+    rate, period = in_si(d.sample_rate_hz, "1/s", "sample_rate_hz"), in_si(d.sample_time, "s", "sample_time")
+    step, noise = lengths(d.encoder_step, "encoder_step"), lengths(d.position_noise_rms, "position_noise_rms")
     return LogDescription(
         file=str(path),
         columns={name: name for name in d.columns} if listed else d.columns,
@@ -244,16 +278,19 @@ def read_description(path: str | Path) -> LogDescription:
         unwrap=d.unwrap,
         rows=d.rows,
         hold=tuple(d.hold),
-        cutoff_hz=d.cutoff_hz or d.evaluation.cutoff_hz,
+        cutoff_hz=cutoff,
         tolerance=d.parameter_tolerance,
         fill_missing=d.missing == "fill",
-        sample_rate_hz=1 / d.sample_time if d.sample_time else d.sample_rate_hz,
+        sample_rate_hz=1 / period if period else rate,
         input_hold=d.input_hold,
         input_is=d.input_is,
         velocity_columns=d.velocity_columns,
-        encoder_step=tuple(d.encoder_step) if d.encoder_step else None,
-        position_noise=tuple(d.position_noise_rms) if d.position_noise_rms else None,
-        trim_s=d.evaluation.trim_s,
-        restart_s=d.evaluation.restart_s,
+        encoder_step=step.values if step else None,
+        position_noise=noise.values if noise else None,
+        written_units={
+            key: one.units for key, one in (("encoder_step", step), ("position_noise_rms", noise)) if one is not None
+        },
+        trim_s=in_si(d.evaluation.trim_s, "s", "evaluation.trim_s"),
+        restart_s=in_si(d.evaluation.restart_s, "s", "evaluation.restart_s"),
         places=places,
     )

@@ -36,6 +36,7 @@ from codegen.logs.term import columns_of, compute
 from codegen.logs.ulog_file import open_ulog
 from codegen.logs.uniform import Uniform, uniform
 from codegen.spec.model import Spec
+from codegen.spec.quantity import refuse_other_unit
 
 # A format is one file with a function from a path to a Source, and its endings here.
 FORMATS: Mapping[str, Callable[[Path, Allowance, LogDescription], Source]] = {
@@ -300,10 +301,11 @@ def _per_coordinate(
     values: tuple[float, ...] | None, spec: Spec, description: LogDescription, key: str
 ) -> tuple[float, ...] | None:
     n = len(spec.coordinates)
-    if values is None or len(values) == n:
-        return values
-    if len(values) == 1:
-        return values * n
+    if values is None or len(values) in (1, n):
+        units = description.written_units.get(key, ())
+        for c, given in zip(spec.coordinates, units * (n if len(units) == 1 else 1), strict=False):
+            refuse_other_unit(given, c.unit, f"a number in {given} for {c.name}", description.place(key))
+        return values if values is None or len(values) == n else values * n
     raise BadInput(
         description.place(key),
         f"{len(values)} numbers",

@@ -35,6 +35,23 @@ def test_every_key(tmp_path):
     assert (d.cutoff_hz, d.trim_s, d.restart_s, d.velocity_columns) == (15, 1, 0.5, False)
 
 
+def test_a_number_may_have_its_unit(tmp_path):
+    """As everywhere in a spec: `encoder_step: 1 um` is 1e-6."""
+    text = (
+        "sample_time: 2 ms\nencoder_step: 1 um\nposition_noise_rms: [0.5 mm]\n"
+        "evaluation: {cutoff_hz: 0.015 kHz, trim_s: 100 ms, restart_s: 0.5 s}\n"
+    )
+    d = read_description(described(tmp_path, text))
+    assert (d.sample_rate_hz, d.encoder_step, d.position_noise) == (500, (1e-6,), (5e-4,))
+    assert (d.cutoff_hz, d.trim_s, d.restart_s) == (15, 0.1, 0.5)
+    assert read_description(described(tmp_path, "sample_rate_hz: 2 kHz\ncutoff_hz: 9 Hz\n")).sample_rate_hz == 2000
+
+
+def test_an_encoder_step_with_its_unit_is_that_of_the_coordinate(tmp_path, spec):
+    log = write_csv(tmp_path / "a.csv", rows(1))
+    assert read_log(log, spec, description=described(tmp_path, "encoder_step: 10 um\n")).encoder_step == (1e-5,)
+
+
 REFUSED = {
     "columns: {x: x}\ncutof_hz: 3\n": "SPEC004 about.yaml:2 cutof_hz 'cutoff_hz'?)",
     "units: {x: m}\nwhatever: 3\n": "SPEC004 about.yaml:2 whatever",
@@ -46,6 +63,9 @@ REFUSED = {
     "scale: {x: 0}\n": "SPEC006",
     "scale: {x: a}\n": "SPEC006 about.yaml:1 scale.x `a`",
     "scale: {t: -1}\n": "LOG013",
+    "encoder_step: 1 deg\n": "SPEC014 about.yaml:1 encoder_step deg",
+    "encoder_step: -1 um\n": "SPEC006 about.yaml:1 encoder_step `-1 um`",
+    "cutoff_hz: 3 s\n": "SPEC014 about.yaml:1 cutoff_hz `3 s`",
     "cutoff_hz: -3\n": "SPEC006 about.yaml:1 cutoff_hz `-3`",
     "cutoff_hz: 300\n": "LOG013 about.yaml:1 cutoff_hz 300",
     "evaluation: {cutoff_hz: 250}\n": "LOG013 evaluation.cutoff_hz 250",
