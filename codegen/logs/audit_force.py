@@ -10,15 +10,23 @@ not the input.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi
 import numpy as np
 
 from codegen.logs.audit_position import audit_position
 from codegen.logs.audit_record import UNUSABLE_STEP
-from codegen.logs.audit_scale import Outside, audit_scale, furthest_outside, partial
-from codegen.logs.audit_unit import audit_unit, misfit
+from codegen.logs.audit_scale import (
+    INERTIA_SEEN,
+    SUSPECT,
+    Outside,
+    audit_scale,
+    furthest_outside,
+    inertia_factor,
+    partial,
+)
+from codegen.logs.audit_unit import audit_unit, audit_velocity, misfit, steps_apart
 from codegen.logs.finding import Finding
 from codegen.logs.log import Array, Flags, Log
 from codegen.logs.motion import Motion, low_pass
@@ -71,6 +79,7 @@ def audit_force(log: Log, spec: Spec, motion: Motion, steady: frozenset[int] = f
     system = build_system(spec)
     if not motion.usable.any():
         return
+    yield from audit_velocity(log, spec, motion)
     forces = _forces(log, system, motion)
     if len(forces.inertia) < FEWEST:
         words = "Too few samples in motion to compare the input's force with the acceleration."
@@ -83,16 +92,24 @@ def audit_force(log: Log, spec: Spec, motion: Motion, steady: frozenset[int] = f
         return
     outside = furthest_outside(log, spec, motion, SCALE_OFF)
     given = forces.driven.sum(axis=0)
-    off = []
+    off, suspected = [], False
     if not log.intake.doubted:
-        off = audit_scale(given, forces.inertia, forces.rest, forces.friction, forces.motion, spec, steady)
-    if off and log.sample_time < UNUSABLE_STEP:  # else time is in another unit
+        judged = given, forces.inertia, forces.rest, forces.friction, forces.motion, spec, steady
+        off = audit_scale(*judged)
+        suspected = bool(off) or outside is not None or steps_apart(log) or bool(audit_scale(*judged, SUSPECT))
+    if suspected and log.sample_time < UNUSABLE_STEP:  # else time is in another unit
 
         def misfit_of(moved: Motion) -> float:
             one = _forces(log, system, moved)
             return misfit(one.inertia, one.rest, one.driven.sum(axis=0))
 
-        off = list(audit_unit(spec, motion, misfit_of, off)) or off
+        def possible(j: int, factor: float) -> bool:
+            heavy, seen = inertia_factor(given, forces.inertia, forces.friction, forces.motion, j)
+            return bool(off) or (seen > INERTIA_SEEN and 1 / SCALE_OFF < heavy / factor < SCALE_OFF)
+
+        off = list(audit_unit(spec, motion, misfit_of, off, log.description.units, possible)) or off
+        if outside is not None:
+            off = [_beside_envelope(finding, outside) for finding in off]
     yield from off
     if not off and not log.intake.doubted:
         parts = forces.inertia, forces.rest, forces.friction, forces.motion
@@ -101,6 +118,12 @@ def audit_force(log: Log, spec: Spec, motion: Motion, steady: frozenset[int] = f
     if not off:  # beside a motion in another unit an input cannot be judged
         yield from _inputs(forces, spec, outside, log.intake.doubted)
         yield from _undriven(forces, spec, outside)
+
+
+def _beside_envelope(finding: Finding, outside: Outside) -> Finding:
+    """A finding on a scale, with how far outside the envelope the same coordinate is."""
+    own = finding.topic == f"scale of {outside.coordinate}" and "times" not in finding.figures
+    return replace(finding, figures={**finding.figures, "times": outside.times}) if own else finding
 
 
 def _forces(log: Log, system: System, motion: Motion) -> Forces:

@@ -18,6 +18,8 @@ from codegen.spec.model import Spec
 USUAL = 0.95
 """Quantile: single peaks say nothing of a scale."""
 INERTIA_OFF, FRICTION_FITS = 10.0, 3.0
+SUSPECT = 7.0
+"""Least factor on the inertia at which other units are tried: a power of ten, less what else the model lacks."""
 INERTIA_SEEN, FRICTION_SEEN = 0.5, 0.15
 """Partial correlations with the input's force."""
 TOO_MUCH, TELLING = 30.0, 0.6
@@ -71,6 +73,7 @@ def audit_scale(
     motion: Array,
     spec: Spec,
     steady: frozenset[int] = frozenset(),
+    least: float = INERTIA_OFF,
 ) -> list[Finding]:
     """The coordinates whose motion is out of all proportion to their friction, or to what the inputs give.
 
@@ -81,6 +84,7 @@ def audit_scale(
         rest: (K, n) g without inputs − U λ.
         motion: (K, 2n) positions and velocities.
         steady: the coordinates that run at constant speed: they are accelerated by waves and noise alone.
+        least: factor on the declared inertia from which on it tells.
     """
     found = []
     for i, c in enumerate(spec.coordinates):
@@ -96,10 +100,10 @@ def audit_scale(
             found.append(Finding("problem", f"scale of {c.name}", words, {"times": sizes[0] / sizes[1]}))
             continue
         beside = np.column_stack([motion, np.ones(len(motion))])
-        heavy, r_inertia = partial(push, inertia[:, i], np.column_stack([friction[:, i], beside]))
+        heavy, r_inertia = inertia_factor(given, inertia, friction, motion, i)
         slid, r_friction = partial(push, friction[:, i], np.column_stack([inertia[:, i], beside]))
         fits = r_friction > FRICTION_SEEN and 1 / FRICTION_FITS < slid < FRICTION_FITS
-        if fits and r_inertia > INERTIA_SEEN and not 1 / INERTIA_OFF < heavy < INERTIA_OFF:
+        if fits and r_inertia > INERTIA_SEEN and not 1 / least < heavy < least:
             words = (
                 f"The scale of {c.name} or of time seems off: the input fits the declared friction on {c.name} (factor "
                 f"{slid:.2g}), and takes {heavy:.3g} times the declared inertia. "
@@ -108,6 +112,12 @@ def audit_scale(
             figures = {"inertia": heavy, "friction": slid, "correlation": r_inertia}
             found.append(Finding("problem", f"scale of {c.name}", words, figures))
     return found
+
+
+def inertia_factor(given: Array, inertia: Array, friction: Array, motion: Array, i: int) -> tuple[float, float]:
+    """By how much the inputs' force on coordinate i is inertia, over the declared one, and the partial correlation."""
+    beside = np.column_stack([friction[:, i], motion, np.ones(len(motion))])
+    return partial(given[:, i], inertia[:, i], beside)
 
 
 def partial(wanted: Array, column: Array, others: Array) -> tuple[float, float]:

@@ -21,6 +21,11 @@ def findings(path: Path, columns: dict, text: str = TEXT, **options) -> dict[str
     return {f.topic: f for f in result}
 
 
+def findings_of(path: Path, columns: dict, about: Path) -> list[Finding]:
+    spec = parse_spec(TEXT, Path("slider.yaml"))
+    return list(preflight(read_log(write_csv(path / "a.csv", columns, fmt="%.12g"), spec, description=about), spec))
+
+
 def test_a_good_log(tmp_path):
     found = findings(tmp_path, rows(20))
     assert {f.severity for f in found.values()} == {"info"}
@@ -205,6 +210,50 @@ def test_where_friction_does_not_tell_the_envelope_does(tmp_path):
     small = findings(tmp_path, {**made, "x": made["x"] / 1000}, text)["envelope of v"]
     assert small.severity == "warning" and "is its scale right?" in small.words
     assert findings(tmp_path, {**made, "w": made["w"] / 1000}, text)["sign and scale of w"].severity == "problem"
+
+
+def moving_in_mm(share: float = 1.0) -> dict:
+    """Two tones and the force for them, with ``share`` of the declared inertia; x in mm."""
+    t = np.arange(10000) / 500
+    waves = [(0.1, 3.1, 0.0), (0.004, 29.0, 0.4)]
+    x, a = (sum(b * (-(o**2)) ** k * np.sin(o * t + p) for b, o, p in waves) for k in (0, 1))
+    v = sum(b * o * np.cos(o * t + p) for b, o, p in waves)
+    return {"t": t, "x": 1000 * x, "w": share * MASS * a + LEVEL * np.sign(v)}
+
+
+@pytest.mark.parametrize("inside", ["", "envelope: {v: [-0.8, 0.8]}\n"], ids=["by inertia", "by the envelope"])
+@pytest.mark.parametrize("stated", ["cm", "m", "um"])
+def test_a_wrong_power_of_ten_in_the_units_of_a_log_is_named_with_the_right_unit(tmp_path, stated, inside):
+    """A log in mm read as cm was diagnosed as 90 % less inertia."""
+    about = tmp_path / "about.yaml"
+    about.write_text(f"units: {{x: {stated}}}\n")
+    told = findings(tmp_path, moving_in_mm(), TEXT + inside, description=about)["scale of x"]
+    assert told.severity == "problem" and "is x in mm?" in told.words and "units: {x: mm}" in told.words
+    about.write_text("units: {x: mm}\n")
+    assert "scale of x" not in findings(tmp_path, moving_in_mm(), TEXT + inside, description=about)
+
+
+@pytest.mark.parametrize("share", [0.3, 0.5, 1.5, 3.0])
+def test_another_inertia_is_no_other_unit(tmp_path, share):
+    """Also where the log is outside the envelope, which tells the audit to look."""
+    about = tmp_path / "about.yaml"
+    about.write_text("units: {x: mm}\n")
+    told = findings(tmp_path, moving_in_mm(share), TEXT + "envelope: {v: [-0.05, 0.05]}\n", description=about)
+    assert "in cm" not in str(told) and "in m?" not in str(told) and "in um" not in str(told)
+
+
+@pytest.mark.parametrize(
+    ("factor", "offer"), [(10.0, "units: {x: mm}"), (-1.0, "scale: {x: -1}"), (3.0, "scale: {x: 0.3333}"), (1.0, "")]
+)
+def test_a_position_and_its_measured_velocity_of_two_scales(tmp_path, factor, offer):
+    about = tmp_path / "about.yaml"
+    about.write_text("units: {x: cm}\n")
+    made = rows(20)
+    made["x"] *= 100 * factor
+    found = [f for f in findings_of(tmp_path, made, about) if "measured v" in f.words]
+    assert len(found) == bool(offer)
+    for f in found:
+        assert f.severity == "warning" and offer in f.words and f.figures["factor"] == pytest.approx(factor, rel=0.01)
 
 
 PENDULUM = """name: pendulum
