@@ -19,6 +19,7 @@ from codegen.analysis.feasibility.region import SEARCHED, Margin
 from codegen.analysis.feasibility.stated import suggested_text
 from codegen.analysis.feasibility.suggest import GAIN_FACTOR, NOISE_SHARE
 from codegen.app.derived import Source, derived_from
+from codegen.app.gains_bound import USEFUL, GainBound, bounds_at
 from codegen.base.border import verb
 from codegen.base.files import refuse_foreign, refuse_target, write_all
 from codegen.base.shown import Result, json_text
@@ -31,11 +32,16 @@ NEAR = 1e-3
 
 @dataclass(frozen=True, repr=False)
 class GainReport(Result):
-    """What ``gains`` found, and the files it wrote."""
+    """What ``gains`` found, and the files it wrote.
+
+    Attributes:
+        bounds: certified at the suggested gains, and at slower ones where these are of little use; () where unknown.
+    """
 
     template = "gains"
     feasibility: Feasibility
     files: tuple[Path, ...]
+    bounds: tuple[GainBound, ...] = ()
 
     @property
     def summary(self) -> Mapping[str, object]:
@@ -48,12 +54,12 @@ class GainReport(Result):
     @property
     def view(self) -> dict[str, Any]:
         """What the text template needs."""
-        return {"files": self.files, **gains_view(self.feasibility)}
+        return {"files": self.files, "bounds": self.bounds, "useful": USEFUL, **gains_view(self.feasibility)}
 
     @property
     def content(self) -> dict[str, Any]:
         """The JSON object (docs/feasibility.md)."""
-        return gains_json(self.feasibility)
+        return gains_json(self.feasibility, self.bounds)
 
 
 @verb
@@ -76,18 +82,19 @@ def gains(source: Source, folder: str | Path | None = None, over: Sequence[str] 
         refuse_foreign(Path(folder), SPEC, (NUMBERS,))
     report = assess(spec, machine.nominal.observer, over)
     require_finite(spec, gains_json(report), "what the gains do")
+    bounds = bounds_at(machine, report)
     if folder is None:
-        return GainReport(report, ())
+        return GainReport(report, (), bounds)
     from codegen.report.gain_map import gain_map_png  # matplotlib costs a second that the text need not pay
 
     files: dict[str, str | bytes] = {
-        NUMBERS: json_text(gains_json(report)),
+        NUMBERS: json_text(gains_json(report, bounds)),
         MAP: gain_map_png(report),
     }
     if report.suggestion is not None:
         files[SPEC] = suggested_text(spec, report.axes, report.suggestion)
     write_all(Path(folder), files, (NUMBERS,))
-    return GainReport(report, tuple(Path(folder) / name for name in files))
+    return GainReport(report, tuple(Path(folder) / name for name in files), bounds)
 
 
 def gains_view(report: Feasibility) -> dict[str, Any]:
@@ -110,7 +117,7 @@ def gains_view(report: Feasibility) -> dict[str, Any]:
     }
 
 
-def gains_json(report: Feasibility) -> dict[str, Any]:
+def gains_json(report: Feasibility, bounds: Sequence[GainBound] = ()) -> dict[str, Any]:
     """The report as ``stiction gains --json`` prints it: numbers, and None where there is none."""
     region, observer = report.region, report.observer
     return {
@@ -125,6 +132,7 @@ def gains_json(report: Feasibility) -> dict[str, Any]:
         "axes": [_axis_json(report, axis) for axis in report.axes],
         "chosen": _set_json(report.chosen),
         "suggested": _set_json(report.suggested),
+        "error_bounds": [one.content for one in bounds],
         "rule": report.suggestion.rule if report.suggestion else None,
         "noise_bound": NOISE_SHARE,
         "gain_factor": GAIN_FACTOR,

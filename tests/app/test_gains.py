@@ -113,7 +113,7 @@ def test_json_holds_grid_values_and_boundary(free: Path) -> None:
             "noise_bound",
             "gain_factor",
         ),
-        *("gain_sets_tried", "infeasible", "map"),
+        *("gain_sets_tried", "infeasible", "map", "error_bounds"),
     }
     assert report["chosen"] is None
     assert report["infeasible"] is None
@@ -176,3 +176,25 @@ def test_the_noise_of_a_semi_implicit_step(tmp_path: Path) -> None:
     explicit, other = (json.loads(stiction("gains", s, "--json").out) for s in (SPECS / "one_mass.yaml", spec))
     (before,), (after,) = (found["chosen"]["friction_noise_rms"].values() for found in (explicit, other))
     assert other["chosen"]["stable"] and after != before and after == pytest.approx(before, rel=0.15)
+
+
+def test_fast_gains_whose_bound_is_as_large_as_friction_are_told_with_slower_ones(tmp_path: Path) -> None:
+    """A ball screw: the suggestion was certified with a bound above the friction itself, and nothing said so."""
+    path = tmp_path / "axis.yaml"
+    text = (SPECS / "one_mass.yaml").read_text().partition("envelope:")[0]
+    text = text.replace("gains: {K_F: 10, K_v: 100}", "gains: {K_F: {free: [10, 1e5]}, K_v: {free: [10, 1000]}}")
+    text = text.replace("value: 1, unit: kg", "value: 35, unit: kg").replace("a: 50", "a: 30")
+    path.write_text(text + "envelope: {v: [-0.5, 0.5], v_dot: [-5, 5], x_noise: [-0.5e-6, 0.5e-6]}\n")
+    first, slower = json.loads(stiction("gains", path, "--json").out)["error_bounds"]
+    assert first["bound"]["share"] > 0.2 >= slower["bound"]["share"]
+    assert slower["numbers"] == {k: pytest.approx(v / slower["gains_divided_by"]) for k, v in first["numbers"].items()}
+    for one in (first, slower):
+        chosen = path.read_text()
+        for name, free in (("K_F", "[10, 1e5]"), ("K_v", "[10, 1000]")):
+            chosen = chosen.replace(f"{name}: {{free: {free}}}", f"{name}: {one['numbers'][name]!r}")
+        (tmp_path / "chosen.yaml").write_text(chosen)
+        certified = json.loads(stiction("certify", tmp_path / "chosen.yaml", "--json").out)
+        assert certified["error_bounds"][0]["steady"] == pytest.approx(one["bound"]["steady"], rel=1e-6)
+        assert certified["decay_rate"] == one["certified_rate"]
+    words = stiction("gains", path).out
+    assert f"{slower['bound']['steady']:.4g} N" in words and f"divided by {slower['gains_divided_by']}" in words

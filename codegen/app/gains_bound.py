@@ -1,0 +1,98 @@
+"""The certified bound on the friction error at suggested gains, and at the same gains divided by powers of two.
+
+Fast gains amplify what the machine moves within a sample: the bound can then be larger than the friction itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from codegen.analysis.analysis import analyse
+from codegen.analysis.feasibility.gains import Feasibility
+from codegen.app.derived import Derived
+from codegen.certify.bound.bounds import ErrorBound
+from codegen.certify.bound.error_bound import error_bounds
+from codegen.certify.bound.error_response import error_response
+from codegen.certify.certify import certify
+from codegen.certify.outcome import Certificate
+from codegen.spec.free_gains import with_gains
+
+DIVISORS = (1, 2, 4, 8, 16, 32)
+USEFUL = 0.2
+"""Share of the friction up to which a bound on its error is useful, and no other gains are proposed."""
+
+
+@dataclass(frozen=True)
+class GainBound:
+    """What is certified at one set of gains.
+
+    Attributes:
+        divisor: of all suggested gains.
+        gains: axis → number.
+        decay_rate: certified, 1/s.
+        bound: on the friction error, long after a reversal: of the contact for which it is the largest share.
+    """
+
+    divisor: int
+    gains: Mapping[str, float]
+    decay_rate: float
+    bound: ErrorBound
+
+    @property
+    def share(self) -> float:
+        """The bound over the friction."""
+        return self.bound.steady / self.bound.largest if self.bound.largest else 0.0
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """The JSON object."""
+        return {
+            "gains_divided_by": self.divisor,
+            "numbers": dict(self.gains),
+            "certified_rate": self.decay_rate,
+            "bound": {"of": self.bound.name, "unit": self.bound.unit, "steady": self.bound.steady, "share": self.share},
+        }
+
+
+def bounds_at(machine: Derived, report: Feasibility) -> tuple[GainBound, ...]:
+    """The bound at the suggested gains, and where it is not useful the first one that is, or the least; () for none.
+
+    Bounds are known where the error dynamics are the same at every operating point and the envelope has the ranges.
+    """
+    if report.suggestion is None or isinstance(error_response(machine.nominal.observer), str):
+        return ()
+    found = list(_until_useful(machine, report))
+    if not found or found[0].divisor != 1:
+        return ()
+    best = min(found, key=lambda one: (one.share > USEFUL, one.share if one.share > USEFUL else one.divisor))
+    return (found[0],) if best is found[0] else (found[0], best)
+
+
+def _until_useful(machine: Derived, report: Feasibility) -> Iterator[GainBound]:
+    for divisor in DIVISORS:
+        one = _bound(machine, report, divisor)
+        if one is None:
+            return
+        yield one
+        if one.share <= USEFUL:
+            return
+
+
+def _bound(machine: Derived, report: Feasibility, divisor: int) -> GainBound | None:
+    assert report.suggestion is not None
+    numbers = {axis.name: report.suggestion.numbers[axis.name] / divisor for axis in report.axes}
+    if any(not axis.low <= numbers[axis.name] <= axis.high for axis in report.axes if report.free):
+        return None
+    entries = {at: weight * numbers[axis.name] for axis in report.axes for at, weight in axis.entries.items()}
+    there = machine.with_spec(with_gains(machine.spec, entries))
+    analysis = analyse(there.spec, there.observer, False)
+    certificate = certify(there.spec, analysis, {}, "", further=False)
+    if not isinstance(certificate, Certificate):
+        return None
+    bounds = error_bounds(there.spec, analysis, certificate)
+    if isinstance(bounds, str):
+        return None
+    largest = max(bounds, key=lambda b: b.steady / b.largest if b.largest else 0.0)
+    return GainBound(divisor, numbers, certificate.decay_rate, largest)
