@@ -56,7 +56,7 @@ def _refuse_uncovered(observer: Observer, content: Mapping[str, Any]) -> None:
     if len(content["error"]) != len(observer.errors):
         raise NotCovered("a proof by structure")
     if system.actuators or system.sensor_errors or system.transmissions:
-        raise NotCovered("chains of inputs, sensors that read wrong, loads behind springs")
+        raise NotCovered("effects on inputs or sensors, or loads behind springs")
 
 
 def _proof(observer: Observer, places: Mapping[str, str], content: Mapping[str, Any]) -> dict[str, Any]:
@@ -211,7 +211,8 @@ class Writer:
             return f"{e.func}({self._sum(e.args[0])})"
         if e.is_Add or e.is_Mul or e.is_Number:
             return f"({self._sum(e)})"
-        raise NotCovered(f"the number {e}" if e.is_NumberSymbol else f"the function {e.func}")
+        where = "in the equations, as in a force that repeats with position"
+        raise NotCovered(f"the number {e} {where}" if e.is_NumberSymbol else f"the function {e.func}")
 
 
 def _of_a_sum(e: Any) -> bool:

@@ -28,7 +28,7 @@ def machine(effects: str) -> Derived:
     ("effects", "words"),
     [
         ("[]", ()),
-        (DELAY, ("chains of inputs", "it rests on proof.json")),
+        (DELAY, ("effects on inputs", "it rests on proof.json")),
         (COGGING, ("the slope of g in x is no constant", "the number pi")),
         (UNSTABLE, ("no certificate",)),
     ],
