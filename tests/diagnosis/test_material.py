@@ -87,7 +87,7 @@ def test_the_sentence_is_of_the_coordinate_with_most_structure() -> None:
 def test_a_share_that_is_none_is_refused(text: str, tmp_path: Path) -> None:
     result = stiction("diagnose", tmp_path / "no.yaml", tmp_path / "no.csv", f"--material={text}")
     assert is_one_message(result)
-    assert result.err.startswith("error: --material: ") and "such as 2% or 0.02" in result.err
+    assert result.err.startswith("error: --material: ") and "[SPEC007]" in result.err
 
 
 @pytest.mark.parametrize(("text", "share"), [("2%", 0.02), ("5 %", 0.05), ("0.1", 0.1), (None, 0.02)])

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import stiction
-from codegen.base.errors import BadInput
 from codegen.diagnosis import proposal
 from codegen.diagnosis.advice import ProposedTerms
 from codegen.diagnosis.measure import Window
@@ -19,6 +18,7 @@ from codegen.diagnosis.proposal import propose_terms
 from codegen.diagnosis.signals import smooth_motion
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import STAGE, TEST, TRAIN, log_of, stage, system_of
+from tests.told import refused
 
 needs_pysindy = pytest.mark.skipif(importlib.util.find_spec("pysindy") is None, reason="the extra sindy is not here")
 
@@ -81,6 +81,6 @@ def test_without_the_extra_the_message_says_how_to_get_it(tmp_path: Path, monkey
     monkeypatch.setattr(proposal, "find_spec", lambda name: None)
     log_of(stage(), tmp_path, "train.csv")
     (tmp_path / "stage.yaml").write_text(stage().text)
-    with pytest.raises(BadInput, match=r"pip install 'stiction\[sindy\]'"):
+    with refused("TOOL003 pip stiction[sindy]"):
         stiction.diagnose(tmp_path / "stage.yaml", tmp_path / "train.csv", out=tmp_path / "out", propose=True)
     assert not (tmp_path / "out").exists()

@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 
 import codegen.diagnosis
-from codegen.base.errors import BadInput
 from codegen.diagnosis.candidate_fits import CandidateFits, Found, every_part
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.problem import Problem
@@ -31,6 +30,7 @@ from codegen.effects.register import load_effects
 from codegen.mechanics import System, build_system
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import log_of, stage, system_of
+from tests.told import refused
 
 SHIPPED = tuple(CATALOGUE)
 HEIR = "own_"
@@ -194,10 +194,10 @@ def test_a_parameter_on_which_nothing_depends_is_refused(bench: Bench, tmp_path:
     path = tmp_path / "lost.py"
     path.write_text(INERT, encoding="utf-8")
     load_effects(path)
-    with pytest.raises(BadInput, match=r"lost on p: no equation of the machine depends on `jitter` of lost"):
+    with refused("SPEC021 lost p `jitter`"):
         every_part(bench.attempts[""].search, ())
     spec = joints("[{kind: lost, on: p, parameters: {T: 0.01, jitter: 0.001}}]")
-    with pytest.raises(BadInput, match="`jitter` of lost"):
+    with refused("SPEC021 `jitter` lost"):
         add_declared_effects(build_system(spec), spec)
 
 

@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-import pytest
-
-from codegen.base.errors import BadInput
 from codegen.base.resources import resource_folder
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.effects.declare import system_of
 from codegen.spec import parse_spec
 from tests.diagnosis.stage import log_of
+from tests.told import refused
 
 
 def test_a_time_in_milliseconds_is_told_for_an_arm(tmp_path: Path) -> None:
@@ -21,5 +19,5 @@ def test_a_time_in_milliseconds_is_told_for_an_arm(tmp_path: Path) -> None:
     plant = parse_spec(text.replace("m1: {value: 0.7718", "m1: {value: 1.00334"), tmp_path / "plant.yaml")
     log = log_of(plant, tmp_path, "log.csv")
     slow = replace(log, time=1000 * log.time, sample_time=1000 * log.sample_time)
-    with pytest.raises(BadInput, match="is time in milliseconds"):
+    with refused("LOG012"):
         diagnose_log(spec, system_of(spec), slow)
