@@ -18,6 +18,7 @@ ROOT = Path(__file__).resolve().parents[2]
 MARK = "<!-- tests: slow from here -->"
 _BLOCK = re.compile(r"^```(\w+) ?([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 _NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+_STATUS = re.compile(r"\(exit status (\d+)\)$")
 _LEFT_OUT = "…"
 
 
@@ -28,6 +29,12 @@ class Step:
     command: str
     shown: list[str]
     needs: list[str]
+
+    @property
+    def status(self) -> int:
+        """The exit status that the page shows: a line of the output may end in (exit status 5)."""
+        told = [_STATUS.search(line) for line in self.shown]
+        return next((int(found[1]) for found in told if found), 0)
 
 
 def steps_of(text: str) -> list[Step]:
@@ -49,17 +56,19 @@ def write_files(text: str, folder: Path) -> None:
             (folder / name).write_text(body, encoding="utf-8")
 
 
-def run(command: str) -> str:
-    """What a command prints; `stiction` in this process, `python` by this interpreter, everything else by the shell."""
+def run(command: str, status: int = 0) -> str:
+    """What a command prints that ends in this status; `stiction` in this process, `python` by this interpreter,
+    everything else by the shell.
+    """
     words = shlex.split(command)
     if words[0] == "python":
         command = shlex.join([sys.executable, *words[1:]])
     if words[0] == "stiction":
         result = stiction(*words[1:])
-        assert result.code == 0, f"{command}: {result.err}"
+        assert result.code == status, f"{command}: {result.code}, {result.err}"
         return result.out
     done = subprocess.run(["bash", "-o", "pipefail", "-c", command], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, f"{command}: {done.stderr}"
+    assert done.returncode == status, f"{command}: {done.returncode}, {done.stderr}"
     return done.stdout + done.stderr
 
 
@@ -96,7 +105,7 @@ def follow(steps: list[Step]) -> list[str]:
         absent = [name for name in step.needs if shutil.which(name) is None and find_spec(name) is None]
         missing += absent
         if not absent:
-            compare(step, run(step.command))
+            compare(step, run(step.command, step.status))
     return missing
 
 

@@ -65,6 +65,14 @@ def test_another_output_is_noticed(shown: str, printed: str) -> None:
     compare(Step("", [shown], []), shown)
 
 
+def test_a_page_tells_the_exit_status_of_a_command() -> None:
+    assert [Step("", shown, []).status for shown in ([], ["a", "not bound (exit status 5)"])] == [0, 5]
+    shown = ["(exit status 5)"]
+    assert follow([Step("printf '(exit status 5)'; exit 5", shown, [])]) == []
+    with pytest.raises(AssertionError):
+        follow([Step("printf '(exit status 5)'", shown, [])])
+
+
 def test_what_is_left_out_is_marked() -> None:
     compare(Step("", ["a 1", "…", "c 3"], []), "a 1.001\nb 2\nc 3\n")
     for shown in (["a 1", "c 3"], ["a 1", "b 2"], ["…", "c 3", "a 1"]):
