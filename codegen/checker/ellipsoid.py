@@ -34,6 +34,7 @@ elif "kernel" not in globals():  # verify.py hands its own in
 
 FIELDS = ("name", "noise", "drift", "shifts", "push", "sets")
 SET, LATER = ("matrix", "weights", "samples", "rows"), ("within", "after")  # the latter two may be absent
+DEPTH = {"samples": 0, "weights": 1, "within": 1, "row": 1, "start": 1, "matrix": 2, "rows": 2, "bounds": 2}  # of lists
 GRID, MOST_SAMPLES = 1 << 120, 10_000
 Polys = list[list[Any]]
 
@@ -160,6 +161,11 @@ def seen(shift: Any, most: dict[str, Fraction], proof: dict[str, Any]) -> Fracti
     return size
 
 
+def lists(x: Any, depth: int) -> bool:
+    """Whether these are lists of lists of texts or whole numbers: what is read of an object are its keys alone."""
+    return type(x) in (str, int) if depth == 0 else type(x) is list and all(lists(y, depth - 1) for y in x)
+
+
 def asked(ball: dict[str, Any]) -> list[tuple[list[str], str, list[str] | None]]:
     """Of a set: its rows and those of `after`, with their samples, and where they begin (of the former anywhere)."""
     later: list[Any] = [([*a["row"], b], n, a["start"]) for a in ball.get("after", []) for n, b in a["bounds"]]
@@ -169,12 +175,16 @@ def asked(ball: dict[str, Any]) -> list[tuple[list[str], str, list[str] | None]]
 def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]) -> list[list[Fraction]]:
     """The bounds that the rows of each set (``asked``) have with the noise of the same sample, or ValueError."""
     kernel.demand({*claim} == {*FIELDS} and claim["name"] == proof["name"], f"not just {FIELDS}, or of another machine")
+    kernel.demand(lists(claim["shifts"], 1) and lists(claim["push"], 2), "no lists")
     matrix, push, shift = moves(proof, claim, shown)
     most = {f"{kind}.{x}": number(d) for kind in ("noise", "drift") for x, d in claim[kind].items()}
     kernel.demand(min([Fraction(0), *most.values()]) == 0, "noise or drift below 0")
     result = []
     for ball in claim["sets"]:
         kernel.demand({*ball, *LATER} == {*SET, *LATER}, "not just the fields of a set")
+        parts = [ball, *ball.get("after", [])]
+        kernel.demand(all({*a} == {"row", "start", "bounds"} for a in parts[1:]), "not just the fields of `after`")
+        kernel.demand(all(lists(a[x], DEPTH[x]) for a in parts for x in a if x != "after"), "no lists")
         Q = [[number(x) for x in row] for row in ball["matrix"]]
         keep(Q, [*map(number, ball["weights"])], [*most.values()], matrix, push, proof)
         result.append(reached(ball, Q, matrix, push, shift, most, proof))

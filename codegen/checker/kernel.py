@@ -386,7 +386,7 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     mass, phi, P = ([*map(claim.values, proof[f"{x}matrix"])] for x in ("mass_", "", "lyapunov_"))
     rate, h = {v: claim.value(a) for v, a in proof["acceleration"].items()}, names["parameters.sample_time"]
     force, rest = claim.values(proof["force"]), claim.values(proof.get("rest", ["0"] * len(errors)))
-    pushed = [[a - f] for (a,), f in zip(times(mass, [[a] for a in rate.values()]), force, strict=True)]
+    pushed = [[a - f] for (a,), f, _ in zip(times(mass, [[a] for a in rate.values()]), force, rate, strict=True)]
     demand(not cleared(joined(pushed)), "mass * acceleration is not force")
     own = free - {*aside}
     for (_, of), p in claim.known.items():  # functions of what is the machine's own
@@ -416,7 +416,7 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
         growth, dwell = (claim.value(turn[part]).constant() for part in ("growth", "dwell"))
         J = [-1 if s == turn["sign"] else 1 for s in turned]
         rise = [[(growth - i * j) * p for j, p in zip(J, row, strict=True)] for i, row in zip(J, fixed, strict=True)]
-        demand(positive(rise), "not positive semidefinite", min(int(dwell), 10**5) * fall.denominator.bit_length())
+        demand(positive(rise), "not positive semidefinite", min(int(dwell), 10**5) * 4 * len(f"{fall}"))
         demand(dwell in range(10**5) and fall ** int(dwell) * growth <= 1 and turn["sign"] in signs, "not made good")
     for A in (mass, *([[p]] for p in Poly.divisors.values())):
         above_zero(A, box, proof["cover"])

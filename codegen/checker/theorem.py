@@ -7,9 +7,10 @@ the machine is made from the proof that the kernel accepted; the certificate's o
 import json
 import re
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from fractions import Fraction
-from functools import partial
+from functools import partial, reduce
+from operator import mul
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING or __package__:
@@ -57,8 +58,12 @@ def instead(raw: Any) -> str:
     return f"{kind} {', '.join(shown)}" if names else "an object without fields"
 
 
-def proved(proof: dict[str, Any], sources: dict[str, bytes]) -> dict[str, Any]:
-    """What holds besides the fields of the proof (kernel.prove), with these sources, or enclosure.Refused."""
+def proved(proof: dict[str, Any], sources: dict[str, bytes], turns: Collection[str] = ()) -> dict[str, Any]:
+    """What holds besides the fields of the proof (kernel.prove), with these sources, or enclosure.Refused.
+
+    Args:
+        turns: signs of which something is claimed where they turn, besides those of the proof's reversals.
+    """
     numbers(proof)
     try:
         texts = {name: text.decode() for name, text in sources.items()}
@@ -66,9 +71,31 @@ def proved(proof: dict[str, Any], sources: dict[str, bytes]) -> dict[str, Any]:
         bodies = modes.require(proof["name"], texts)
         if not proof["domain"]:  # a start is outside of it
             held.require(proof, shown, *bodies)
+        steady(proof, shown, sorted({turn["sign"] for turn in proof["reversals"]} | {*turns}))
         return shown | {"units": units(proof, texts[f"{proof['name']}.h"]), "fixed": fixed(proof, shown)}
     except Exception as why:  # the kernel stops at anything that is not as it must be, by whatever Python raises
         raise enclosure.Refused(f"the kernel does not prove {PROOF} of the C: {plainly(why)}") from None
+
+
+def steady(proof: dict[str, Any], shown: dict[str, Any], turns: list[str]) -> None:
+    """Raises ValueError where an estimate jumps at the turn of one of these signs.
+
+    A state is the same before and behind a turn, and shows what `states` says with the one and with the other sign. It
+    shows the same estimates where p, of which it is the sign, is 0, if D is a multiple of p in each formula s D + rest
+    of a state that shows an error. With p = a x + q, a a number and q without x, that is D = 0 at x = -q/a.
+    """
+    own = {x: kernel.term(1, x) for e in proof["errors"] for x in (e["truth"], e["estimate"])}
+    claim, one, still = kernel.Text(shown["names"] | own, {}), kernel.term(1), fixed(proof, shown)
+    for s in turns:
+        p = claim.value(proof["signs"][s])
+        (x, a), *_ = [(m[0], c) for m, c in p.items() if len(m) == 1 and sum(m[0] in n for n in p) == 1] or [("", 1)]
+        at = (p - kernel.term(a, x)) * kernel.term(-1 / Fraction(a))  # where there is no x, any D is refused
+        for z in (z for z in proof["states"] if z not in still):
+            left = kernel.Poly()
+            for m, c in claim.value(proof["states"][z]).items():
+                if s in m:
+                    left += kernel.term(c, *(y for y in m if y not in (s, x))) * reduce(mul, [at] * m.count(x), one)
+            kernel.demand(not left, f"where {s} turns, what {z} shows jumps")
 
 
 def fixed(proof: dict[str, Any], shown: dict[str, Any]) -> list[str]:
@@ -335,7 +362,7 @@ def bound(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[list[str], st
         return [], f"{not_its} it cannot be read ({type(why).__name__})", False
     if proof is None or other:
         return [], f"{not_its} {other}" if other else f"{PROOF} is not the JSON of a proof, with just its fields", False
-    shown = proved(proof, sources)
+    shown = proved(proof, sources, [f"sign.{e['contact']}" for e in top["reversals"]])
     if any(rest != "0" for rest in proof.get("rest", [])):
         return [], f"{not_its} a rest", False
     alike = shown["values"]["parameters.sample_time"] == top["sample_time"]

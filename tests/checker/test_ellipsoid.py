@@ -257,6 +257,22 @@ FORGERIES: dict[str, tuple[Change, str]] = {
     "a start out of the set": (put("sets", 1, "within", 0, "100"), "not in the set"),
     "a start in no set": (lambda c, _: c["sets"][1].pop("within"), "."),
     "a share below one": (put("sets", 1, "within", ["1/2", "0", "0"]), "not in the set"),
+    "a remark in `after`": (
+        lambda c, _: c["sets"][1]["after"][0].update({"claim": "1 mN"}),
+        "not just the fields of `after`",
+    ),
+    "a remark beside a shift": (lambda c, _: c.update({"shifts": dict.fromkeys(c["shifts"], "none")}), "no lists"),
+    "a remark beside a push": (lambda c, _: c["push"].__setitem__(0, dict.fromkeys(c["push"][0], "none")), "no lists"),
+    "a remark beside a bound": (lambda c, _: put("sets", 0, "rows", {"109": "1 mN"})(c, _), "no lists"),
+    "a remark beside a weight": (
+        lambda c, _: c["sets"][1].update({"weights": dict.fromkeys(c["sets"][1]["weights"], "1")}),
+        "no lists",
+    ),
+    "a remark beside a start": (
+        put("sets", 1, "after", 0, "start", {"30261/250000": "0", "25447/250": "0"}),
+        "no lists",
+    ),
+    "a row that is one text": (put("sets", 0, "rows", 0, "109"), "no lists"),
     "a row of `after` of more errors": (put("sets", 1, "after", 0, "row", ["0", "0", "1"]), "."),
     "a matrix with a smaller answer": (lambda _, p: p["matrix"][0].__setitem__(0, "8/10"), "does not move the errors"),
     "another step": (lambda _, p: p.update({"step": "semi_implicit"}), "does not move the errors"),

@@ -1,0 +1,98 @@
+"""What was accepted although it is false or says nothing: no equation of the machine, turns at which estimates jump."""
+
+from __future__ import annotations
+
+import copy
+import json
+import time
+from typing import Any
+
+import pytest
+
+from codegen.checker import kernel, theorem, verify
+from tests.checker.forged import changed, sources
+
+SIGN_OF_W = (
+    ("one_mass_sign(v_hat)", "one_mass_sign(inputs->w)"),
+    ("z_rail - parameters->K_F * fabs(v_hat)", "z_rail - parameters->K_F * sign_rail * v_hat"),
+    ("K_F * fabs(outputs->v_hat)", "K_F * one_mass_sign(inputs->w) * outputs->v_hat"),
+)
+GRAVITY = (("(inputs->w - F_hat_rail)", "(inputs->w - F_hat_rail - 9.81)"),)
+
+
+def proof_of(name: str) -> Any:
+    return json.loads(sources(name)["proof.json"])
+
+
+def judged(proof: Any, files: dict[str, bytes]) -> verify.Report:
+    return verify.check(json.dumps(proof), None, None, {x: text for x, text in files.items() if x != "ellipsoid.json"})
+
+
+def test_a_machine_without_an_equation_for_each_acceleration_is_none() -> None:
+    """Of no row the kernel asked nothing: the C subtracts a weight, and no line said that v' does."""
+    _, files = changed("one_mass", *GRAVITY)
+    proof = proof_of("one_mass")
+    proof["acceleration"]["true.v"] = "(-true.a_rail*sign.rail + inputs.w - 9.81)/parameters.m"
+    said = proof | {"force": ["-true.a_rail*sign.rail + inputs.w - 9.81"]}
+    assert any("9.81" in line for line in judged(said, files).proved)
+    with pytest.raises(verify.Refused, match="argument 3 is longer"):
+        judged(proof | {"mass_matrix": [], "force": []}, files)
+
+
+def test_a_sign_of_a_force_turns_while_the_mass_moves_and_the_level_jumps() -> None:
+    """State z = a_hat + K_F s v_hat, the same before and behind a turn of s = sgn w: a_hat jumps by 2 K_F |v_hat|.
+
+    From errors of zero V so grows by any factor; said was at most 4.44.
+    """
+    content, files = changed("one_mass", *SIGN_OF_W)
+    proof = proof_of("one_mass") | {"signs": {"sign.rail": "inputs.w"}}
+    with pytest.raises(verify.Refused, match=r"where sign\.rail turns, what state\.z_rail shows jumps"):
+        judged(proof, files)
+    silent = proof | {"reversals": []}
+    assert judged(silent, files).whole  # between turns it is true
+    with pytest.raises(verify.Refused, match=r"where sign\.rail turns"):  # the certificate speaks of them
+        verify.check(json.dumps(content), sources=files | {"proof.json": json.dumps(silent).encode()})
+    quiet = copy.deepcopy(content) | {"reversals": []}
+    report = verify.check(json.dumps(quiet), sources=files | {"proof.json": json.dumps(silent).encode()})
+    assert report.whole and report.proved
+
+
+@pytest.mark.parametrize(
+    ("formula", "jumps"),
+    [
+        ("outputs.a_hat_between + sign.between*(outputs.v1_hat - outputs.v2_hat)", False),
+        (
+            "outputs.a_hat_between + 3*sign.between*(outputs.v1_hat*outputs.v1_hat - outputs.v2_hat*outputs.v2_hat)",
+            False,
+        ),
+        ("outputs.a_hat_between + fabs(outputs.v1_hat)", False),
+        ("outputs.a_hat_between + sign.between*(outputs.v1_hat + outputs.v2_hat)", True),
+        ("outputs.a_hat_between + sign.between*outputs.v1_hat", True),
+        ("outputs.a_hat_between + sign.between*(outputs.v1_hat - outputs.v2_hat) + sign.between/1000", True),
+        ("sign.between*outputs.a_hat_between", True),
+    ],
+)
+def test_what_jumps_at_a_turn_of_the_slip_between_two_masses(formula: str, jumps: bool) -> None:
+    """By hand: a state jumps unless the factor of the sign is 0 where v1_hat = v2_hat."""
+    proof, files = (
+        proof_of("two_mass"),
+        {x: y.decode() for x, y in sources("two_mass").items() if x[-2:] in (".c", ".h")},
+    )
+    shown = kernel.prove(proof, files)
+    other = proof | {"states": proof["states"] | {"state.z_between": formula}}
+    if jumps:
+        with pytest.raises(ValueError, match=r"where sign\.between turns, what state\.z_between shows jumps"):
+            theorem.steady(other, shown, ["sign.between"])
+    else:
+        theorem.steady(other, shown, ["sign.between"])
+    theorem.steady(other, shown, ["sign.ground"])
+
+
+def test_a_dwell_time_with_a_v_that_grows_takes_no_half_minute() -> None:
+    """10^150 to the power of 99999: only the digits of the denominator, which is 1, were counted."""
+    proof = proof_of("one_mass") | {"decay_rate": "-1e99*1e99*1e42"}
+    proof["reversals"][0]["dwell"] = "99999"
+    begun = time.process_time()
+    with pytest.raises(ValueError, match="more work than the limit"):
+        kernel.prove(proof, {x: y.decode() for x, y in sources("one_mass").items() if x[-2:] in (".c", ".h")})
+    assert time.process_time() - begun < 3
