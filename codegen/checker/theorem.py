@@ -86,13 +86,18 @@ def steady(proof: dict[str, Any], shown: dict[str, Any], turns: list[str]) -> No
     """
     own = {x: kernel.term(1, x) for e in proof["errors"] for x in (e["truth"], e["estimate"])}
     claim, one, still = kernel.Text(shown["names"] | own, {}), kernel.term(1), fixed(proof, shown)
+    formulas = {z: claim.value(of) for z, of in proof["states"].items() if z not in still}
     for s in turns:
         p = claim.value(proof["signs"][s])
         (x, a), *_ = [(m[0], c) for m, c in p.items() if len(m) == 1 and sum(m[0] in n for n in p) == 1] or [("", 1)]
         at = (p - kernel.term(a, x)) * kernel.term(-1 / Fraction(a))  # where there is no x, any D is refused
-        for z in (z for z in proof["states"] if z not in still):
+        within: set[str] = {s}  # s, and sines, quotients and magnitudes in which it stands
+        for (_, of), value in claim.known.items():
+            within |= value.names() if within & of.names() else set()
+        for z, formula in formulas.items():
+            kernel.demand(not (within - {s}) & formula.names(), f"{s} stands in a function in {z}")
             left = kernel.Poly()
-            for m, c in claim.value(proof["states"][z]).items():
+            for m, c in formula.items():
                 if s in m:
                     left += kernel.term(c, *(y for y in m if y not in (s, x))) * reduce(mul, [at] * m.count(x), one)
             kernel.demand(not left, f"where {s} turns, what {z} shows jumps")
