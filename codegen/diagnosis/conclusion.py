@@ -8,7 +8,7 @@ from math import isfinite, sqrt
 from codegen.base.text import render
 from codegen.diagnosis.advice import Separation
 from codegen.diagnosis.answer import Answer
-from codegen.diagnosis.credit import FAR, LEAST_SHARE, NEAR_NOISE, TIE_LEVEL, noise_ratio, share_far
+from codegen.diagnosis.credit import FAR, LEAST_SHARE, NEAR_NOISE, TIE_LEVEL, free_runs_settle, noise_ratio, share_far
 from codegen.diagnosis.estimate import Estimate
 from codegen.diagnosis.force_evidence import force_evidence, force_gain, residual_without_levels
 from codegen.diagnosis.forward_selection import Outcome
@@ -61,6 +61,7 @@ def sentence(
     most = worst(left, material)
     i = acts_on(answer.effects[0], system) if answer.effects else 0
     by_force = not answer.augmented.transmissions and all(isfinite(f.force_rms_rows[i]) for f in answer.figures)
+    by_force = by_force and answer.figures[2].force_rms_rows[i] <= answer.figures[1].force_rms_rows[i]
     declared, refit, augmented = (f.force_rms_rows[i] if by_force else f.free_run_rmse_rows[i] for f in answer.figures)
     words = render(
         "text/verdict.j2",
@@ -183,6 +184,16 @@ def is_small(left: Sequence[Remainder], material: float) -> bool:
     """
     judged = [r.material for r in left if isfinite(r.material)]
     return bool(judged) and max(judged) < material
+
+
+def settled_by_free_runs(final: Fit, share: float, problem: Problem, refit: System, augmented: System) -> bool:
+    """Whether free runs credit effects that the force residual speaks against; see ``free_runs_settle``.
+
+    Args:
+        share: of the squared free-run residual that the effects remove.
+    """
+    plain, richer = (residual_without_levels(problem, s) for s in (refit, augmented))
+    return free_runs_settle(final, share, force_gain(problem, plain, richer).left)
 
 
 def force_agrees(final: Fit, problem: Problem, refit: System, augmented: System) -> bool:

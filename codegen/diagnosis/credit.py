@@ -31,6 +31,9 @@ NEAR_NOISE = 3.0
 FAR, FEW = 10.0, 0.05
 """A refit with residuals above this multiple of the noise in more than this share of the segments lacks something
 there, however well it fits the others. No practice log without an effect has more."""
+SETTLED = 1 / 3
+"""Free runs settle a question where what they leave, times the factor by which the squared force residual grows, is
+below this share of what they left before."""
 FURTHER = 0.4
 """Least share of the remaining loss that a second or third effect removes; less can be a misfit of the first effect's
 form."""
@@ -226,3 +229,18 @@ def share_far(fit: Fit) -> float:
 def noise_ratio(fit: Fit) -> float:
     """Median over segments of the RMS residual, in units of the noise."""
     return float(np.sqrt(np.median(fit.by_segment) / fit.residual.shape[1]))
+
+
+def free_runs_settle(fit: Fit, share: float, times: float) -> bool:
+    """Whether free runs credit a model although it makes the force residual larger.
+
+    They must end at the noise in nearly all segments, which no wrong model does, and improve far more than the force
+    residual gets worse. That residual is low-passed and taken along measured motion: it does not show what happens in a
+    few samples at a reversal, as a narrow Stribeck peak, nor where the load is behind a spring.
+
+    Args:
+        share: of the squared free-run residual that the model removes.
+        times: squared force residual over that of the model without it.
+    """
+    near = noise_ratio(fit) <= NEAR_NOISE and share_far(fit) <= FEW
+    return near and (1 - share) * times < SETTLED

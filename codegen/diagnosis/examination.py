@@ -10,7 +10,7 @@ import numpy as np
 from codegen.diagnosis import credit
 from codegen.diagnosis.adoption import Refit, adopt_values
 from codegen.diagnosis.answer import Answer
-from codegen.diagnosis.conclusion import against_regression, force_agrees, named_effects
+from codegen.diagnosis.conclusion import against_regression, force_agrees, named_effects, settled_by_free_runs
 from codegen.diagnosis.estimate import estimate
 from codegen.diagnosis.forward_selection import Outcome
 from codegen.diagnosis.limits import at_limit
@@ -86,7 +86,9 @@ def _with_effects(
     richer = adopt_values(final_search, fit, problem, with_effects(system, found))
     without_it = {s.name: float(plain.refit.values[s]) for s in final_search.moved}
     options = _options(with_effects(system, found), richer, "the effect with refitted values", without_it)
-    if verdict in ("effect", "ambiguous") and not force_agrees(outcome.final, problem, plain.refit, options[0].system):
+    models = problem, plain.refit, options[0].system
+    settled = settled_by_free_runs(outcome.final, outcome.explained, *models)
+    if verdict in ("effect", "ambiguous") and not (settled or force_agrees(outcome.final, *models)):
         words = "it does not reduce the squared residual force of the training log as much as it should"
         return replace(plain, verdict="unknown", effects=found, against=(words,))
     if verdict in ("effect", "ambiguous"):
@@ -95,7 +97,7 @@ def _with_effects(
             return replace(plain, verdict="unknown", effects=found, against=(words,))
     if verdict == "unknown":
         return replace(plain, verdict=verdict, effects=found)
-    declared, without, worse = references(plain, options[0].system, problem)
+    declared, without, worse = references(plain, options[0].system, problem, settled)
     chosen = admitted(options, declared, measured, without, worse)
     if chosen.option is None:
         return replace(plain, verdict="unknown", effects=found, against=chosen.refusals)
@@ -112,16 +114,19 @@ def _with_effects(
     return replace(written, remarks=(*notes, *richer.notes, *_refused(chosen)))
 
 
-def references(plain: Answer, augmented: System, problem: Problem) -> tuple[ErrorFigures, ErrorFigures, float]:
+def references(
+    plain: Answer, augmented: System, problem: Problem, settled: bool = False
+) -> tuple[ErrorFigures, ErrorFigures, float]:
     """What a model with effects is compared with: errors as declared and of the refit, and the share it may exceed the
     refit's by.
 
     The motion of a load behind a spring is computed from differentiated noise, so its force residual is no criterion;
-    the free run alone must then confirm it: its squared error falls by ``LEAST_SHARE``. Over the share of the drive
+    the free run alone must then confirm it: its squared error falls by ``LEAST_SHARE``. So it is where free runs settle
+    the question. Over the share of the drive
     that load-dependent friction leaves, noise of the acceleration counts for more: the refit's does too.
     """
     declared, refit = plain.figures[:2]
-    if augmented.transmissions:
+    if augmented.transmissions or settled:
         unknown = (float("nan"),) * len(refit.force_rms_rows)
         least = float(np.sqrt(1 - credit.LEAST_SHARE)) - 1
         return replace(declared, force_rms_rows=unknown), replace(refit, force_rms_rows=unknown), least
@@ -186,7 +191,7 @@ def _options(system: System, refit: Refit, words: str, without: Mapping[str, flo
         (words, refit.mapping()),
         (f"{words} of friction levels alone", refit.mapping(refit.levels)),
         *([("the effect with the values of the model without it", without)] if without else []),
-        ("the declared values", refit.mapping(refit.declared)),
+        (f"{'the effect with ' if without else ''}the declared values", refit.mapping(refit.declared)),
     )
     for name, values in ways:
         if all(values != option.values for option in tried):

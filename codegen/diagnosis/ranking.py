@@ -118,7 +118,7 @@ def run_round(
         why_not = _why_not(search, found, one, size) or absorbed_by_refit(without, force_criterion, found)
         why_not = why_not or only_reduces_drive(without, force_criterion, one)
         why_not = why_not or corrects_a_form(without, force_criterion, found)
-        why_not = why_not or contradicted_by_force(without, force_criterion)
+        why_not = why_not or contradicted_by_force(without, force_criterion, one.share)
         p = chance(search, found.fit, one, hypotheses(parts))
         p = p if why_not else combined_p(p, without, force_criterion, hypotheses(parts))
         unsure = not why_not and p > credit.ALPHA
@@ -354,14 +354,20 @@ def corrects_a_form(before: ForceCriterion, after: ForceCriterion, found: Found)
     )
 
 
-def contradicted_by_force(before: ForceCriterion, after: ForceCriterion) -> str:
+def contradicted_by_force(before: ForceCriterion, after: ForceCriterion, share: float = 0.0) -> str:
     """Why not, where a candidate makes the force residual significantly larger; else empty.
 
     Short free runs of a model without drive, as of an inertia a thousand times too large, go on at the measured start
-    speed. Where friction levels are wrong, they beat any model that moves by its forces.
+    speed. Where friction levels are wrong, they beat any model that moves by its forces. Where free runs end at the
+    noise, they settle it (``free_runs_settle``).
+
+    Args:
+        share: of the squared free-run residual that the candidate removes on held-out segments.
     """
     times = after.over(before).left
     if times < CONTRADICTED or before.over(after).p > credit.ALPHA:
+        return ""
+    if credit.free_runs_settle(after.fit, share, times):
         return ""
     return f"makes the squared force residual {times:.2g} times as large"
 
