@@ -35,7 +35,7 @@ from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.proposal import propose_terms, refuse_without_pysindy
 from codegen.diagnosis.record import position_noise, record_of
-from codegen.diagnosis.released import is_better, released
+from codegen.diagnosis.released import equal_parameter, is_better, released
 from codegen.diagnosis.reliability import reliability_of
 from codegen.diagnosis.replay import compare_residuals
 from codegen.diagnosis.residual_regression import remainders
@@ -199,6 +199,8 @@ def diagnose_log(
     at_zero = levels_at_zero(system, (refit, augmented), problem.levels)
     words = (f"the fit reduces the friction level {name} to zero, its lowest value" for name in at_zero)
     answer = replace(answer, remarks=(*answer.remarks, *words, *_in_place(in_place, answer)))
+    same = equal_parameter(search, base, outcome) if verdict == "effect" and not answer.errors else ""
+    answer = replace(answer, remarks=(*answer.remarks, *([same] if same else [])))
     adopted = {} if answer.adopted is None else {s.name: float(answer.adopted.values[s]) for s in moved}
     text = augmented_text(spec, answer.effects if verdict == "effect" else [], adopted, system)
     rivals = [as_effect(r, refit) for r in outcome.rivals]

@@ -30,6 +30,31 @@ def released(search: Search, base: Fit, outcome: Outcome) -> tuple[Search, Fit] 
     return freed if is_better(*freed, search, rival) else None
 
 
+def equal_parameter(search: Search, base: Fit, outcome: Outcome) -> str:
+    """The parameter that explains the log as well as the one effect of an outcome, in words; empty for none.
+
+    A mass that is declared too small by ten tolerances and an inertia error are one motion. The tolerance speaks for
+    the effect; the reader may know better.
+    """
+    freed = search.without_limits(base) if len(outcome.parts) == 1 else None
+    if freed is None:
+        return ""
+    fit = freed[1]
+    gain = fit.tempering * (segment_cost(outcome.final.residual) - segment_cost(fit.residual))
+    tolerances = np.abs(fit.theta[: len(search.moved)] - search.declared) * np.sqrt(search.prior_precision)
+    (away,) = np.nonzero(tolerances >= AT_END * WITHIN)
+    if len(away) != 1 or gain < -BETTER:
+        return ""
+    k, (part,) = int(away[0]), outcome.parts
+    unit = search.system.units.get(search.moved[k], "1")
+    behind = "" if unit == "1" else f" {unit}"
+    return (
+        f"the value {search.moved[k]} = {fit.theta[k]:.4g}{behind} in place of the declared {search.declared[k]:.4g}"
+        f"{behind} ({tolerances[k]:.2g} tolerances away) explains the training log as well as {part.kind} on "
+        f"{part.on} does"
+    )
+
+
 def is_better(free: Search, fit: Fit, search: Search, other: Fit) -> bool:
     """Whether a fit without limits explains the log better than one within them, for its number of changes.
 

@@ -289,7 +289,9 @@ class Diagnosis:
         best = next((c for c in self.candidates if (c.kind, c.on) in named), None)
         words = " and ".join(f"{kind} on {on}" for kind, on in named)
         own = f"({100 * candidate.gain:.1f} %)"
-        if best is not None and best.gain >= candidate.gain:
+        if best is not None and f"({100 * best.gain:.1f} %)" == own:
+            first = f"removes as much {own} as {best.kind} on {best.on}, which ranks before it"
+        elif best is not None and best.gain >= candidate.gain:
             first = f"removes less {own} than {best.kind} on {best.on} ({100 * best.gain:.1f} %)"
         else:
             first = f"removes more {own}, but the force residual or the later rounds prefer {words}"

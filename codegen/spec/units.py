@@ -260,14 +260,24 @@ def _walk(node: ast.expr, whole: Expression, dims: Mapping[str, Dimension]) -> D
                 return a / b
             if a != b and not _is_zero(left, whole) and not _is_zero(right, whole):
                 found = f"`{whole.source(left)}` in {describe(a)} with `{whole.source(right)}` in {describe(b)}"
-                raise BadInput(
-                    whole.place,
-                    found,
-                    "terms of the same unit in a sum; give a number its unit as a parameter",
-                    code="SPEC014",
-                )
+                bare = [name for name in _factors(node) if dims.get(name, _none()) == _none()]
+                numbers = f" ({', '.join(bare)} {'has' if len(bare) == 1 else 'have'} none)" if bare else ""
+                expected = f"terms of the same unit in a sum{numbers}; give a number its unit as a parameter"
+                raise BadInput(whole.place, found, expected, code="SPEC014")
             return b if _is_zero(left, whole) else a
     return _none()
+
+
+def _factors(node: ast.expr) -> list[str]:
+    """Names in an expression, in order and each once, without those in the arguments of functions."""
+    match node:
+        case ast.Name(id=name):
+            return [name]
+        case ast.UnaryOp(operand=operand):
+            return _factors(operand)
+        case ast.BinOp(left=left, right=right):
+            return list(dict.fromkeys([*_factors(left), *_factors(right)]))
+    return []
 
 
 def _number(node: ast.expr, whole: Expression) -> Fraction | None:

@@ -9,7 +9,10 @@ import pytest
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.logs import Log
 from codegen.spec import Spec, parse_spec
-from tests.diagnosis.stage import log_of, system_of
+from tests.diagnosis.stage import TEST as TEST_STAGE
+from tests.diagnosis.stage import TRAIN as TRAIN_STAGE
+from tests.diagnosis.stage import log_of, stage, system_of
+from tests.diagnosis.test_adoption import loose
 
 CRANK = """\
 name: crank
@@ -69,3 +72,30 @@ def test_an_effect_beside_a_parameter_error_is_named(tmp_path: Path) -> None:
     imitating = [words for words in found.remarks if "kept within three tolerances" in words]
     assert len(imitating) == 1
     assert "viscous" not in imitating[0]  # it is named in any case
+
+
+def test_a_parameter_that_explains_as_much_as_the_effect_is_told(tmp_path: Path) -> None:
+    """2.6 kg where 2 kg ± 3 % is declared: an inertia error of 0.6 kg, or the mass itself."""
+    train, test = (
+        log_of(parse_spec(loose(2.6).text.replace(TRAIN_STAGE, way), Path("stage.yaml")), tmp_path, name)
+        for name, way in (("train.csv", TRAIN_STAGE), ("test.csv", TEST_STAGE))
+    )
+    spec = loose(share="3%")
+    found, _ = diagnose_log(spec, system_of(spec), train, test)
+    assert [e.kind for e in found.effects] == ["inertia_error"]
+    assert found.effects[0].parameters["delta"] == pytest.approx(0.6, rel=0.01)
+    (told,) = [words for words in found.remarks if "explains the training log as well" in words]
+    assert told.startswith("the value m = 2.6 kg in place of the declared 2 kg (10 tolerances away)")
+    assert "The value m = 2.6 kg" in found.sentence
+
+
+def test_no_parameter_is_told_beside_an_effect_that_it_does_not_explain(tmp_path: Path) -> None:
+    cogging = "[{kind: cogging, on: x, parameters: {amplitude: 2, period: 0.05, phase: 0.3}}]"
+    train, test = (
+        log_of(parse_spec(stage(cogging).text.replace(TRAIN_STAGE, way), Path("stage.yaml")), tmp_path, name)
+        for name, way in (("train.csv", TRAIN_STAGE), ("test.csv", TEST_STAGE))
+    )
+    spec = loose(share="3%")
+    found, _ = diagnose_log(spec, system_of(spec), train, test)
+    assert [e.kind for e in found.effects] == ["cogging"]
+    assert not [words for words in found.remarks if "explains the training log as well" in words]
