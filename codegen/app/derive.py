@@ -30,7 +30,8 @@ def derive(source: Source) -> Analysis:
         BadInput: for a bad spec, or one without an observer.
     """
     machine = derived_from(source)
-    return replace(machine.nominal.analysis, free=tuple(free_gains(machine)))
+    free = tuple(free_gains(machine))
+    return replace(machine.nominal.analysis, free=free) if free else machine.analysis
 
 
 def derive_text(analysis: Analysis, latex: bool = False) -> str:
