@@ -38,7 +38,7 @@ class Poly(dict[tuple[str, ...], Any]):
         bits = [(len(m), c.numerator.bit_length(), c.denominator.bit_length()) for m, c in self.items()]
         return max((n + max(a, b) // 9 + abs(a - b) * 3 // 5 for n, a, b in bits), default=0)
 
-    def __hash__(self) -> int:  # type: ignore[override]
+    def __hash__(self) -> int:  # type: ignore[override]  # none is changed once it is made
         return hash(frozenset(self.items()))
 
     def __add__(self, other: "Poly") -> "Poly":
