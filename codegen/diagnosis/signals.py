@@ -108,7 +108,7 @@ def smooth_motion(log: Log, cutoff_hz: float | None = None, shortest_s: float = 
     """
     h = log.sample_time
     if log.used * h < shortest_s or log.used < 200:
-        found = f"{log.used} samples over {log.used * h:.3g} s"
+        found = f"{log.used} samples over {log.used * h:.3g} s{log.intake.time_unit}"
         raise BadInput(log.where, found, f"at least {shortest_s:g} s and 200 samples for a diagnosis", code="LOG009")
     coarse = cutoff_hz or log.cutoff_hz or quiet_cutoff(log.positions, h)
     fine = min(FINE_TO_COARSE * coarse, 0.4 / h)

@@ -33,7 +33,7 @@ def audit_record(log: Log, turns: bool = True) -> Iterator[Finding]:
     yield from repeat_finding(log.intake.repeated, log.intake.stale)
     yield from log.intake.findings
     for note in log.notes:
-        yield Finding("info", "reading", note[0].upper() + note[1:] + ".")
+        yield Finding("info", "reading", f"Reading: {note}.")
 
 
 def _rate(log: Log, turns: bool) -> Finding:
@@ -52,6 +52,8 @@ def _rate(log: Log, turns: bool) -> Finding:
     if least > LONG_STEP and turns:
         unit, factor = next(words for step, words in _UNITS_OF_TIME if least > step)
         hint = f" That is slow for friction: is time in {unit}? (`scale: {{t: {factor}}}` in a log description)"
+    elif most < SHORTEST_STEP and "t" in log.intake.brought:
+        hint = f" No drive is sampled as fast{log.intake.time_unit}. (`units: {{t: s}}` in a log description)"
     elif most < SHORTEST_STEP:
         hint = " No drive is sampled as fast: is time in days? (`scale: {t: 86400}` in a log description)"
     elif rate < SLOW_HZ and turns:

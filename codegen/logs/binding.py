@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
 from codegen.base.errors import BadInput, Place, nearest_name, refuse_unknown
 from codegen.logs.description import LogDescription
 from codegen.logs.finding import Finding
+from codegen.logs.proposed_columns import lines_of, proposed_columns, reasons
 from codegen.logs.source import Named, listing, shown
 from codegen.logs.term import OPERATORS, Term, find_term, identifier
 from codegen.spec.column_unit import is_brought, stated_unit, unit_behind, unit_of
@@ -58,6 +59,7 @@ class Binding:
         logged: whether every velocity was logged.
         notes: what was found on the way.
         findings: units that could not be used.
+        brought: symbol → unit that nobody but the file or a column's name stated, and who did; its factor is applied.
     """
 
     terms: Mapping[str, Term]
@@ -66,6 +68,7 @@ class Binding:
     logged: bool
     notes: tuple[str, ...]
     findings: tuple[Finding, ...] = ()
+    brought: Mapping[str, str] = field(default_factory=dict)
 
 
 def bind(source: Named, spec: Spec, description: LogDescription, explicit: Mapping[str, str] | None) -> Binding:
@@ -107,19 +110,21 @@ def bind(source: Named, spec: Spec, description: LogDescription, explicit: Mappi
             expected = f"`columns: {{{symbol}: NAME}}` in a log description, or `--column {symbol}=NAME`"
             raise BadInput(place, found, expected, code="LOG003")
         error = _absent(symbol, text, origin, names, place)
-        if symbol not in spec.positions or not by_name:
+        if not by_name or (symbol not in spec.positions and origin is not None):
             raise error
         missing[symbol] = error
+    _propose(missing, terms, source, spec)
     integrated = _integrated(missing, terms, spec, names, notes)
     logged = _drop_some_velocities(terms, spec, description, integrated, notes)
     _refuse_twice(terms, place)
     _refuse_positions_as_forces(terms, source, spec)
     findings: list[Finding] = []
-    scale = {s: _factor(s, terms.get(s), source, spec, description, notes, findings) for s in symbols}
+    brought: dict[str, str] = {}
+    scale = {s: _factor(s, terms.get(s), source, spec, description, notes, findings, brought) for s in symbols}
     if not scale["t"] > 0:
         where = description.place("scale.t") if "t" in description.scale else spec.place("log.scale.t")
         raise BadInput(where, f"factor {scale['t']:g}", "a positive factor for time", code="LOG013")
-    return Binding(terms, scale, integrated, logged, tuple(notes), tuple(findings))
+    return Binding(terms, scale, integrated, logged, tuple(notes), tuple(findings), brought)
 
 
 def _choice(
@@ -192,6 +197,37 @@ def _unknown_symbols(
             refuse_unknown(symbol, symbols, place, "unknown name", expected, code="LOG013")
     extra = [s for s in description.columns if s not in symbols]
     return [f"columns that {spec.name} does not use: {listing(extra)}"] if extra else []
+
+
+def _propose(missing: Mapping[str, BadInput], terms: Mapping[str, Term], source: Named, spec: Spec) -> None:
+    """Refuse the variables without a column, with the lines of a log description for those whose column can be told.
+
+    A position whose velocity was logged is none of them where no column is left for it.
+    """
+    names = source.names
+    if list(names) == [str(k + 1) for k in range(len(names))]:  # no header line
+        names = ()
+    used = {name for term in terms.values() for name in term.columns}
+    units = {name: _stated(name, source) for name in names if name not in used}
+    told = proposed_columns(list(missing), units, spec)
+    velocity = {c.name: c.velocity for c in spec.coordinates}
+    left = [name for name in source.names if name not in used and name not in (one.column for one in told)]
+    found = {one.symbol for one in told}
+    lacking = [s for s in missing if s in found or left or velocity.get(s) not in terms]
+    if not lacking:
+        return
+    first = missing[lacking[0]]
+    if not told:
+        raise first
+    symbols = "columns" if len(lacking) > 1 else "column"
+    absent = f"no {symbols} {', '.join(f'`{s}`' for s in lacking)}"
+    others = {s: "..." for s in lacking if s not in found}
+    expected = (
+        f"{lines_of(told, others)} in a meta.yaml beside the log ({reasons(told)}); it has {listing(source.names)}"
+    )
+    raise BadInput(
+        first.place, absent, expected, told[0].column if told[0].symbol == lacking[0] else None, code="LOG003"
+    )
 
 
 def _integrated(
@@ -268,6 +304,7 @@ def _factor(
     description: LogDescription,
     notes: list[str],
     findings: list[Finding],
+    brought: dict[str, str],
 ) -> float:
     """From the column to SI: the unit that the description or else the file states, times the scale."""
     scale = float(description.scale.get(symbol, spec.log.scale.get(symbol, 1.0)))
@@ -301,7 +338,9 @@ def _factor(
     if is_brought(unit, own):
         factor = float(si_factor(unit, place))
         if factor != 1.0:
-            notes.append(f"{symbol} is in {unit}, as the {'name' if by_name else 'file'} says: brought to {own}")
+            brought[symbol] = f"in {unit}, as the {f'name of `{shown(name)}`' if by_name else 'file'} says"
+            otherwise = f" (`units: {{{symbol}: {own}}}` in a log description where that is wrong)" if by_name else ""
+            notes.append(f"{symbol} is {brought[symbol]}: brought to {own}{otherwise}")
         return factor * scale
     if by_name:
         return scale

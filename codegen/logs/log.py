@@ -31,6 +31,7 @@ class Intake:
         repeated, stale: shares of all rows, and of those in fast motion, that repeat the motion of the row before.
         findings: on how the raw numbers were stored, such as signed numbers stored unsigned.
         doubted: symbols whose numbers are wrong, by ``findings``.
+        brought: symbol → unit from which it was brought to SI where only the file or a column's name states one.
     """
 
     rows: int = 0
@@ -44,6 +45,12 @@ class Intake:
     stale: float = 0.0
     findings: tuple[Finding, ...] = ()
     doubted: frozenset[str] = frozenset()
+    brought: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def time_unit(self) -> str:
+        """For a message on a time or a rate: the unit that t was taken to be in by the file alone; else empty."""
+        return f" (t is taken {self.brought['t']})" if "t" in self.brought else ""
 
 
 @dataclass(frozen=True, eq=False)

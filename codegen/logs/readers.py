@@ -153,13 +153,20 @@ def since_epoch(binding: Binding, raw: Columns, description: LogDescription, spe
         return binding
     first = raw.values[0, raw.names.index(term.columns[0])]
     if _YEARS_2000_TO_2100[0] <= first * FILETIME_STEP - FILETIME_TO_1970 <= _YEARS_2000_TO_2100[1]:
-        note = "t is in 100 ns since 1601 (FILETIME), by its size: brought to s"
-        return replace(binding, scale={**binding.scale, "t": FILETIME_STEP}, notes=(*binding.notes, note))
+        return _rescaled(binding, FILETIME_STEP, "in 100 ns since 1601 (FILETIME), by its size")
     for unit, much in _SINCE_1970.items():
         if _YEARS_2000_TO_2100[0] <= first / much <= _YEARS_2000_TO_2100[1]:
-            note = f"t is in {unit} since 1970, by its size: brought to s"
-            return replace(binding, scale={**binding.scale, "t": 1 / much}, notes=(*binding.notes, note))
+            return _rescaled(binding, 1 / much, f"in {unit} since 1970, by its size")
     return binding
+
+
+def _rescaled(binding: Binding, factor: float, words: str) -> Binding:
+    return replace(
+        binding,
+        scale={**binding.scale, "t": factor},
+        notes=(*binding.notes, f"t is {words}: brought to s"),
+        brought={**binding.brought, "t": words},
+    )
 
 
 def _loaded(source: Source, wanted: Sequence[str], description: LogDescription) -> Columns:
@@ -278,6 +285,7 @@ def _log(
         smallest_step=steps,
         repeated=repeated,
         stale=stale,
+        brought=binding.brought,
     )
     return Log(
         path=path,

@@ -106,7 +106,8 @@ class Samples:
             raise BadInput(why.place, why.found, expected, code="LOG008")
         log = read_log(self._path, self._spec, description=self._given, columns=self._columns)
         if not abs(log.sample_time / self.period - 1) <= JITTER:
-            found = f"a sample every {log.sample_time:.6g} s, where the observer takes one every {self.period:.6g} s"
+            taken = log.intake.time_unit
+            found = f"a sample every {log.sample_time:.6g} s{taken}, where the observer takes {self.period:.6g} s"
             expected = f"a log at the observer's sample time, or `sample_time: {log.sample_time:.6g}` in the spec"
             raise BadInput(Place(str(self._path)), found, expected, code="LOG013")
         self.notes = list(log.notes)

@@ -1,0 +1,147 @@
+"""Columns proposed for variables that a log does not name: by name, by unit, by what is usually called so, or since no
+other is left. A proposal is only told; nothing is read by it.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from codegen.base.errors import BadInput, Place, nearest_name
+from codegen.logs.source import shown
+from codegen.spec.column_unit import stated_unit, unit_behind, unit_of
+from codegen.spec.model import Spec
+from codegen.spec.units import dimension, parse_unit, si_factor
+
+USUAL = {
+    "s": frozenset({"time", "t", "stamp", "timestamp"}),
+    "m": frozenset({"position", "pos", "x", "displacement", "way", "stroke"}),
+    "rad": frozenset({"position", "pos", "q", "angle", "theta", "phi"}),
+    "A": frozenset({"current", "cur", "amps", "iq", "i"}),
+    "V": frozenset({"voltage", "volts", "volt", "u"}),
+    "N": frozenset({"force", "thrust", "w"}),
+    "N*m": frozenset({"torque", "trq", "tau", "moment", "effort"}),
+}
+"""Unit → what columns of such a quantity are usually called."""
+NOT_MEASURED = frozenset({"command", "cmd", "desired", "target", "reference", "ref", "setpoint", "goal"})
+"""Words that keep a column from being taken for a measured position."""
+
+
+@dataclass(frozen=True)
+class Proposed:
+    """A column for a variable.
+
+    Attributes:
+        unit: to be stated too, since nothing reads it from the column's name; empty for none.
+        why: in words, such as "by its unit".
+    """
+
+    symbol: str
+    column: str
+    unit: str
+    why: str
+
+
+def proposed_columns(symbols: Sequence[str], units: Mapping[str, str], spec: Spec) -> tuple[Proposed, ...]:
+    """The variables for which just one of the columns left is the likely one.
+
+    Args:
+        symbols: without a column. units: column that nothing uses → the unit that the file states, empty for none.
+    """
+    left, told = dict(units), dict[str, Proposed]()
+    for why, like in (("by its name", _named), ("by its unit", _measured), ("by what is usually called so", _called)):
+        for symbol in symbols:
+            if symbol in told:
+                continue
+            found = [name for name in left if like(symbol, name, left, spec)]
+            if len(found) == 1:
+                told[symbol] = _proposed(symbol, found[0], left.pop(found[0]), why, spec)
+    rest = [symbol for symbol in symbols if symbol not in told]
+    if len(rest) == 1 and len(left) == 1:
+        ((name, unit),) = left.items()
+        if _unit(name, unit) == "" or _fits(_unit(name, unit), unit_of(rest[0], spec)):
+            told[rest[0]] = _proposed(rest[0], name, unit, "since no other column is left", spec)
+    return tuple(told[symbol] for symbol in symbols if symbol in told)
+
+
+def lines_of(told: Sequence[Proposed], others: Mapping[str, str]) -> str:
+    """The lines of a log description that take the proposed columns; ``others``: what stands for the rest."""
+    columns = {one.symbol: _written(one.column) for one in told} | dict(others)
+    lines = [f"`columns: {_flow(columns)}`"]
+    units = {one.symbol: one.unit for one in told if one.unit}
+    return " and ".join([*lines, f"`units: {_flow(units)}`"] if units else lines)
+
+
+def reasons(told: Sequence[Proposed]) -> str:
+    """Why each of them, in words."""
+    return ", ".join(f"`{shown(one.column)}` {one.why}" for one in told)
+
+
+def _named(symbol: str, name: str, left: Mapping[str, str], spec: Spec) -> bool:
+    plain = _plain(name)
+    return plain.lower() == symbol.lower() or nearest_name(symbol, [plain]) is not None
+
+
+def _measured(symbol: str, name: str, left: Mapping[str, str], spec: Spec) -> bool:
+    unit = _unit(name, left[name])
+    return unit != "" and _fits(unit, unit_of(symbol, spec)) and not _asked(symbol, name, spec)
+
+
+def _called(symbol: str, name: str, left: Mapping[str, str], spec: Spec) -> bool:
+    return bool(USUAL.get(unit_of(symbol, spec), frozenset()) & _words(name)) and not _asked(symbol, name, spec)
+
+
+def _asked(symbol: str, name: str, spec: Spec) -> bool:
+    return symbol in spec.positions and bool(NOT_MEASURED & _words(name))
+
+
+def _words(name: str) -> set[str]:
+    split = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", _plain(name))
+    return {word for word in re.split(r"[^a-z0-9]+", split.lower()) if word}
+
+
+def _plain(name: str) -> str:
+    """A column's name without a unit in it."""
+    bare = stated_unit(name)[0]
+    behind = _behind(bare)
+    return bare[: -len(behind) - 1] if behind else bare
+
+
+def _unit(name: str, stated: str) -> str:
+    return stated or stated_unit(name)[1] or _behind(name)
+
+
+def _behind(name: str) -> str:
+    """What follows the last _ of a name, where that is a unit."""
+    front, _, last = name.rpartition("_")
+    return last if front and _known(last) else ""
+
+
+def _known(unit: str) -> bool:
+    try:
+        return bool(parse_unit(unit, Place("")))
+    except BadInput:
+        return False
+
+
+def _fits(unit: str, own: str) -> bool:
+    return _known(unit) and dimension(parse_unit(unit, Place(""))) == dimension(parse_unit(own, Place("")))
+
+
+def _proposed(symbol: str, name: str, stated: str, why: str, spec: Spec) -> Proposed:
+    unit, own = _unit(name, stated), unit_of(symbol, spec)
+    read = stated or stated_unit(name)[1] or unit_behind(symbol, name)
+    if unit and not read and _fits(unit, own):
+        unread = si_factor(unit, Place("")) != si_factor(own, Place(""))
+        return Proposed(symbol, name, unit if unread else "", why)
+    return Proposed(symbol, name, "", why)
+
+
+def _written(name: str) -> str:
+    return name if re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name) else json.dumps(name)
+
+
+def _flow(entries: Mapping[str, str]) -> str:
+    return f"{{{', '.join(f'{key}: {value}' for key, value in entries.items())}}}"

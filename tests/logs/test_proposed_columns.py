@@ -1,0 +1,99 @@
+"""Columns that are called otherwise: which are proposed, and that the proposed lines read the log; units in names."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from slider_log import rows
+
+from codegen.base.errors import BadInput
+from codegen.diagnosis.signals import smooth_motion
+from codegen.logs import read_log
+from codegen.logs.preflight import preflight
+from codegen.spec.reader import parse_spec
+from tests.told import refused, tells
+
+MOTOR = """name: motor
+coordinates: {phi: {velocity: om, unit: rad}}
+inputs: {i: {unit: A}}
+parameters: {J: {value: 2, unit: kg*m^2}, k: {value: 1, unit: N*m/A}}
+mass_matrix: [[J]]
+force: [k*i]
+friction: {distribution: [[1]], contacts: [{name: bearing, a: 3, unit: N*m}]}
+"""
+PROPOSED = {
+    "t,phi,current_A": {"i": "current_A"},
+    "t,phi_deg,current_A": {"phi": "phi_deg", "i": "current_A"},
+    "t,pos_deg,motor": {"phi": "pos_deg", "i": "motor"},
+    "t,Angle,motorCurrent": {"phi": "Angle", "i": "motorCurrent"},
+    "t,phi,Strom": {"i": "Strom"},
+    "zeit_ms,phi,I": {"i": "I"},
+    "clock_s,phi,i": {"t": "clock_s"},
+    "t,ref_angle,angle [deg],i": {"phi": '"angle [deg]"'},
+}
+NOT_TOLD = ("t,phi,a,b", "t,phi,left_A,right_A", "t,phi,flow_mm")
+
+
+@pytest.fixture
+def motor():
+    return parse_spec(MOTOR, Path("motor.yaml"))
+
+
+def write(tmp_path: Path, header: str) -> Path:
+    made = rows(2.0)
+    columns = [made[name] for name in ("t", "x", "w", "w", "w")[: header.count(",") + 1]]
+    lines = [",".join(f"{value:.9g}" for value in row) for row in zip(*columns, strict=True)]
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join([header, *lines]) + "\n")
+    return path
+
+
+@pytest.mark.parametrize("header", PROPOSED)
+def test_the_proposed_line_reads_the_log(tmp_path, motor, header):
+    path = write(tmp_path, header)
+    with refused("LOG003") as caught:
+        read_log(path, motor)
+    (line,) = re.findall(r"`(columns: \{.*?\})`", caught.value.expected)
+    said = dict(re.findall(r'(\w+): ("[^"]*"|[^,}{]+)', line.removeprefix("columns: ")))
+    assert said == PROPOSED[header]
+    (tmp_path / "meta.yaml").write_text(line + "\n")
+    assert read_log(path, motor).size > 2
+
+
+@pytest.mark.parametrize("header", NOT_TOLD)
+def test_nothing_is_proposed_where_nothing_tells(tmp_path, motor, header):
+    with pytest.raises(BadInput) as caught:
+        read_log(write(tmp_path, header), motor)
+    assert tells(caught.value, "LOG003 `i`") and "i: ..." in caught.value.expected and caught.value.nearest is None
+
+
+def test_a_unit_that_nothing_reads_from_the_name_is_proposed_with_the_column(tmp_path, spec):
+    path = write(tmp_path, "t,rail_cm,w")
+    with refused("LOG003 `columns: {x: rail_cm}` `units: {x: cm}`"):
+        read_log(path, spec)
+    (tmp_path / "meta.yaml").write_text("columns: {x: rail_cm}\nunits: {x: cm}\n")
+    assert abs(read_log(path, spec).positions).max() == pytest.approx(1e-3, rel=1e-3)
+
+
+def test_a_speed_stands_for_its_position_beside_a_current_of_another_name(tmp_path, motor):
+    with refused("LOG003 `i`") as caught:
+        read_log(write(tmp_path, "t,om,current_A"), motor)
+    assert "phi" not in caught.value.found
+    log = read_log(tmp_path / "a.csv", motor, columns={"i": "current_A"})
+    assert log.velocities is not None
+
+
+def test_a_unit_of_a_name_is_told_where_it_makes_the_log_too_short(tmp_path, motor):
+    """Seconds in a column called time_ms: the name is believed, and every message that rests on it says so."""
+    log = read_log(write(tmp_path, "time_ms,phi,i"), motor)
+    assert log.sample_time == pytest.approx(2e-6)
+    assert len([note for note in log.notes if "time_ms" in note and "`units: {t: s}`" in note]) == 1
+    findings = preflight(log, motor)
+    assert any(f.topic == "reading" and "`time_ms`" in f.words for f in findings)
+    with refused("LOG009 `time_ms`"):
+        smooth_motion(log)
+    (tmp_path / "meta.yaml").write_text("units: {t: s}\n")
+    log = read_log(tmp_path / "a.csv", motor)
+    assert log.sample_time == pytest.approx(2e-3) and not log.intake.brought
