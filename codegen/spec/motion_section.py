@@ -11,10 +11,13 @@ from codegen.base.errors import BadInput, Place, refuse_unknown
 from codegen.spec.bodies_section import read_bodies, read_body_forces, read_equations, read_sliding
 from codegen.spec.expression import NAME, Expression, parse_expression
 from codegen.spec.kinematics import KinematicTree
+from codegen.spec.missing_units import refuse_missing_units
 from codegen.spec.model import Coordinate, Input, symbol
 from codegen.spec.motion import DIRECTIONS, Constraints, Form, Lagrangian, Sliding, Topology
 from codegen.spec.motion_units import Units
 from codegen.spec.schema import SpecDocument, TopologySection
+from codegen.spec.si_units import Dimension
+from codegen.spec.units import UnitMismatch
 
 FORMS = ("mass_matrix", "topology", "constraints", "lagrangian", "urdf")
 Rows = list[list[Expression]]
@@ -48,7 +51,13 @@ def read_motion(
     Raises:
         BadInput: for no form or two, matrices of wrong shape, unknown names, and units that do not fit.
     """
-    return _MotionReading(document, coordinates, inputs, place).motion(tree)
+    reading = _MotionReading(document, coordinates, inputs, place)
+    try:
+        return reading.motion(tree)
+    except UnitMismatch as fault:
+        unwritten = [name for name, p in document.parameters.items() if "unit" not in p.model_fields_set]
+        refuse_missing_units(lambda assumed: reading.motion(tree, assumed), fault, unwritten, place)
+        raise
 
 
 class _MotionReading:
@@ -65,7 +74,8 @@ class _MotionReading:
         self.constant: Symbols = {name: symbol(name) for name in document.parameters}
         self.entry: Symbols = {i.name: symbol(i.name) for i in inputs}
 
-    def motion(self, tree: KinematicTree | None) -> Motion:
+    def motion(self, tree: KinematicTree | None, assumed: Mapping[str, Dimension] | None = None) -> Motion:
+        """The sections; ``assumed``: dimensions of parameters in place of those that the spec gives them."""
         d, n = self.document, len(self.coordinates)
         chosen = self._chosen_form()
         rows = d.force if d.force is not None else ["0"] * n
@@ -76,7 +86,8 @@ class _MotionReading:
             shape = n, len(d.friction.contacts)
             distribution = self._matrix("friction.distribution", d.friction.distribution, shape)
         matrix_u = None if distribution is None else _symbolic(distribution, self.position | self.constant)
-        units, no_slidings = Units(d, self.coordinates, self.inputs, self.place), (None,) * len(d.friction.contacts)
+        units = Units(d, self.coordinates, self.inputs, self.place, assumed)
+        no_slidings = (None,) * len(d.friction.contacts)
         if chosen == "mass_matrix":
             assert d.mass_matrix is not None and distribution is not None
             mass = self._matrix("mass_matrix", d.mass_matrix, (n, n))

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from codegen.base.errors import BadInput, Place
+from codegen.base.errors import Place
 from codegen.spec.expression import Expression
 from codegen.spec.model import Coordinate, Input
 from codegen.spec.motion import Body, position_name, rate_name
 from codegen.spec.schema import SpecDocument
 from codegen.spec.si_units import Dimension
-from codegen.spec.units import describe, dimension, dimension_of, parse_unit
+from codegen.spec.units import UnitMismatch, describe, dimension, dimension_of, parse_unit
 
 Entries = list[list[Expression]]
 Term = tuple[str, Place, Any]
@@ -22,6 +22,9 @@ class Units:
     """The dimension of every name of a spec, and checks of expressions against what they must be.
 
     A bare number may stand for any unit; inside a sum it may not.
+
+    Args:
+        assumed: dimensions of parameters in place of those that the spec gives them.
     """
 
     def __init__(
@@ -30,6 +33,7 @@ class Units:
         coordinates: Sequence[Coordinate],
         inputs: Sequence[Input],
         place: Callable[..., Place],
+        assumed: Mapping[str, Dimension] | None = None,
     ) -> None:
         self.place = place
         self.second, self.metre, self.kilogram, self.energy, self.number = (
@@ -42,6 +46,7 @@ class Units:
             self.names |= {c.name: of, c.velocity: of / self.second}
         for name, p in document.parameters.items():
             self.names[name] = dimension(parse_unit(p.unit, place(f"parameters.{name}.unit")))
+        self.names |= assumed or {}
         for i in inputs:
             self.names[i.name] = dimension(parse_unit(i.unit, place(f"inputs.{i.name}.unit")))
         self.contacts = [
@@ -76,9 +81,8 @@ class Units:
         """Raise BadInput where an expression is not of the dimension ``wanted``."""
         found = dimension_of(expression, names or self.names)
         if found is not None and found != wanted:
-            raise BadInput(
-                expression.place, f"{what} `{expression.text}` in {describe(found)}", describe(wanted), code="SPEC014"
-            )
+            words = f"{what} `{expression.text}` in {describe(found)}"
+            raise UnitMismatch(expression.place, words, describe(wanted), found / wanted)
 
     def check_terms(self, expression: Expression, names: Mapping[str, Dimension]) -> None:
         """Raise BadInput where terms of different dimension are added."""
@@ -90,9 +94,8 @@ class Units:
             self.check(force[i][0], self.energy / of, "force")
             for words, place, found in self._friction(distribution[i] if distribution is not None else ()):
                 if found != self.energy / of:
-                    raise BadInput(
-                        place, f"{words} gives {describe(found)}", describe(self.energy / of), code="SPEC014"
-                    )
+                    told = f"{words} gives {describe(found)}"
+                    raise UnitMismatch(place, told, describe(self.energy / of), found * of / self.energy)
 
     def check_equation(self, mass: Entries, force: Entries, distribution: Entries) -> None:
         """Raise BadInput at the first term of M v' = g − U λ that is not of the dimension of its row."""
@@ -107,7 +110,7 @@ class Units:
             for words, place, of in known:
                 if of != known[0][2]:
                     expected = f"{describe(known[0][2])}, the unit of {known[0][0]} in the same row"
-                    raise BadInput(place, f"{words} gives {describe(of)}", expected, code="SPEC014")
+                    raise UnitMismatch(place, f"{words} gives {describe(of)}", expected, of / known[0][2])
 
     def _friction(self, row: Sequence[Expression]) -> list[Term]:
         """U_ik λ_k of a row of U, without its zeros."""
@@ -133,7 +136,7 @@ class Units:
             of = self.of_direction(direction) if factor is None else factor * self.of_direction(direction)
             if found is not None and of != found:
                 words = f"`{part.text}` times {direction} in {describe(of)}"
-                raise BadInput(part.place, words, f"{describe(found)}, as the directions before it", code="SPEC014")
+                raise UnitMismatch(part.place, words, f"{describe(found)}, as the directions before it", of / found)
             found = of
         return found
 
@@ -141,7 +144,5 @@ class Units:
         """Friction times slip velocity is power."""
         wanted = self.energy / slip
         if self.contacts[index] != wanted:
-            key = f"friction.contacts[{index}].unit"
-            raise BadInput(
-                self.place(key), f"friction in {describe(self.contacts[index])}", describe(wanted), code="SPEC014"
-            )
+            own, place = self.contacts[index], self.place(f"friction.contacts[{index}].unit")
+            raise UnitMismatch(place, f"friction in {describe(own)}", describe(wanted), own / wanted)

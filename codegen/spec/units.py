@@ -57,6 +57,18 @@ A hyphen is * by then but for the last, as data sheets write a torque kg-m and f
 _HIGHEST_POWER = 20
 
 
+class UnitMismatch(BadInput):
+    """Two quantities of different units where they must be of one.
+
+    Attributes:
+        ratio: the dimension of one over that of the other.
+    """
+
+    def __init__(self, place: Place, found: str, expected: str, ratio: Dimension) -> None:
+        super().__init__(place, found, expected, code="SPEC014")
+        self.ratio = ratio
+
+
 @cache
 def registry() -> pint.UnitRegistry[Any]:
     """The one unit registry of the process. Its factors are exact fractions, with pi to fifty digits."""
@@ -222,6 +234,11 @@ def describe(d: Dimension | None) -> str:
     return "*".join(parts)
 
 
+def is_called(d: Dimension) -> bool:
+    """Whether a dimension is one of those that engineers call by a unit of their own."""
+    return d in _known_units()
+
+
 @cache
 def _known_units() -> dict[Dimension, str]:
     """Dimension → the unit by which engineers call it."""
@@ -246,7 +263,7 @@ def _walk(node: ast.expr, whole: Expression, dims: Mapping[str, Dimension]) -> D
                 return _none()
             if inner != _none():
                 found = f"{name} of `{whole.source(argument)}`, which is in {describe(inner)}"
-                raise BadInput(whole.place, found, "an argument without a unit", code="SPEC014")
+                raise UnitMismatch(whole.place, found, "an argument without a unit", inner)
             return _none()
         case ast.BinOp(left=left, op=ast.Pow(), right=right):
             power = _number(right, whole)
@@ -263,7 +280,7 @@ def _walk(node: ast.expr, whole: Expression, dims: Mapping[str, Dimension]) -> D
                 bare = [name for name in _factors(node) if dims.get(name, _none()) == _none()]
                 numbers = f" ({', '.join(bare)} {'has' if len(bare) == 1 else 'have'} none)" if bare else ""
                 expected = f"terms of the same unit in a sum{numbers}; give a number its unit as a parameter"
-                raise BadInput(whole.place, found, expected, code="SPEC014")
+                raise UnitMismatch(whole.place, found, expected, a / b)
             return b if _is_zero(left, whole) else a
     return _none()
 

@@ -1,4 +1,4 @@
-"""A sum of different units names the factors that have none: one of them lacks its unit."""
+"""A parameter without its unit is named at its own line, where the units of the equation tell which one it is."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import pytest
 from codegen.base.errors import BadInput
 from codegen.mechanics import build_system
 from codegen.spec import parse_spec
+from tests.told import tells
 
 SPEC = """\
 name: table
@@ -34,8 +35,39 @@ friction:
 def test_a_parameter_without_its_unit_is_named() -> None:
     with pytest.raises(BadInput) as told:
         build_system(parse_spec(SPEC, Path("table.yaml")))
-    assert told.value.code == "SPEC014"
-    assert "(n, b have none)" in told.value.expected
+    assert tells(told.value, "SPEC014 table.yaml:10 `b` force[0] `unit: N*m*s`")
+    assert not told.value.others
+
+
+def test_several_parameters_without_their_units_are_each_named_at_their_own_line() -> None:
+    """J is an inertia since J v' is a torque, as n kt i is, and b a torque by a speed."""
+    spec = SPEC.replace("J: {value: 2, unit: kg*m^2}", "J: {value: 2}")
+    with pytest.raises(BadInput) as told:
+        build_system(parse_spec(spec, Path("table.yaml")))
+    where = {fault.place.line: fault.expected.split("`")[1] for fault in told.value.all}
+    assert where == {7: "unit: kg*m^2", 10: "unit: N*m*s"}
+
+
+@pytest.mark.parametrize(
+    ("replaced", "by"),
+    [
+        # n or kt may be the one that is in N*m/A
+        (" - b*om", ""),
+        # the fault is not one of a missing unit: the sum stays wrong with any unit of b
+        (" - b*om", " - b*om - i"),
+    ],
+)
+def test_no_parameter_is_blamed_where_the_units_do_not_tell_which(replaced: str, by: str) -> None:
+    spec = SPEC.replace(', unit: "1"}', "}").replace(", unit: N*m/A}", "}").replace(replaced, by)
+    with pytest.raises(BadInput) as told:
+        build_system(parse_spec(spec, Path("table.yaml")))
+    assert told.value.place.key == "force[0]" and told.value.code == "SPEC014"
+
+
+def test_a_unit_that_is_written_as_one_is_meant() -> None:
+    with pytest.raises(BadInput) as told:
+        build_system(parse_spec(SPEC.replace("b: {value: 3}", 'b: {value: 3, unit: "1"}'), Path("table.yaml")))
+    assert tells(told.value, "SPEC014 force[0]") and "(n, b have none)" in told.value.expected
 
 
 def test_nothing_is_named_where_every_factor_has_a_unit() -> None:
