@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import casadi
 import numpy as np
 
+from codegen.logs.audit_columns import audit_columns
 from codegen.logs.audit_position import audit_position
 from codegen.logs.audit_record import UNUSABLE_STEP
 from codegen.logs.audit_scale import (
@@ -79,8 +80,18 @@ def audit_force(log: Log, spec: Spec, motion: Motion, steady: frozenset[int] = f
     system = build_system(spec)
     if not motion.usable.any():
         return
-    yield from audit_velocity(log, spec, motion)
     forces = _forces(log, system, motion)
+
+    def left_of(other: Log, moved: Motion) -> float:
+        one = _forces(other, system, moved)
+        return misfit(one.inertia, one.rest, one.driven.sum(axis=0))
+
+    left = misfit(forces.inertia, forces.rest, forces.driven.sum(axis=0))
+    exchanged = list(audit_columns(log, spec, motion, left, left_of))
+    if exchanged:  # what is wrong with scales and signs follows from it
+        yield from exchanged
+        return
+    yield from audit_velocity(log, spec, motion)
     if len(forces.inertia) < FEWEST:
         words = "Too few samples in motion to compare the input's force with the acceleration."
         yield Finding("info", "sign and scale", words, {"samples": float(len(forces.inertia))})
@@ -100,8 +111,7 @@ def audit_force(log: Log, spec: Spec, motion: Motion, steady: frozenset[int] = f
     if suspected and log.sample_time < UNUSABLE_STEP:  # else time is in another unit
 
         def misfit_of(moved: Motion) -> float:
-            one = _forces(log, system, moved)
-            return misfit(one.inertia, one.rest, one.driven.sum(axis=0))
+            return left_of(log, moved)
 
         def possible(j: int, factor: float) -> bool:
             heavy, seen = inertia_factor(given, forces.inertia, forces.friction, forces.motion, j)

@@ -149,6 +149,7 @@ def _merged(one: Intake, other: Intake) -> Intake:
         repaired=repaired,
         dropped=one.dropped + other.dropped,
         smallest_step=steps,
+        columns={**one.columns, **other.columns},
         brought={**one.brought, **other.brought},
     )
 

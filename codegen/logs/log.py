@@ -31,6 +31,7 @@ class Intake:
         repeated, stale: shares of all rows, and of those in fast motion, that repeat the motion of the row before.
         findings: on how the raw numbers were stored, such as signed numbers stored unsigned.
         doubted: symbols whose numbers are wrong, by ``findings``.
+        columns: symbol → the column, or expression of columns, that it was read from.
         brought: symbol → unit from which it was brought to SI where only the file or a column's name states one.
     """
 
@@ -45,6 +46,7 @@ class Intake:
     stale: float = 0.0
     findings: tuple[Finding, ...] = ()
     doubted: frozenset[str] = frozenset()
+    columns: Mapping[str, str] = field(default_factory=dict)
     brought: Mapping[str, str] = field(default_factory=dict)
 
     @property

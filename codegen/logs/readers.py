@@ -285,6 +285,7 @@ def _log(
         smallest_step=steps,
         repeated=repeated,
         stale=stale,
+        columns={symbol: term.text for symbol, term in binding.terms.items()},
         brought=binding.brought,
     )
     return Log(

@@ -1,0 +1,80 @@
+"""Columns that were exchanged are told, with the right ones; logs with other faults are not taken for such."""
+
+from __future__ import annotations
+
+import re
+from itertools import permutations
+from pathlib import Path
+
+import numpy as np
+import pytest
+from slider_log import LEVEL, TEXT, rows, write_csv
+
+from codegen.logs import preflight, read_log
+from codegen.spec.reader import parse_spec
+
+
+@pytest.mark.parametrize("given", [p for p in permutations("xvw") if p != tuple("xvw")])
+def test_exchanged_columns_are_named_with_the_right_ones(tmp_path, spec, given):
+    """Whatever the order, the proposed lines give the log back as it was recorded."""
+    path = write_csv(tmp_path / "a.csv", rows(20))
+    found = preflight(read_log(path, spec, columns=dict(zip("xvw", given, strict=True))), spec)
+    (one,) = [f for f in found if f.topic == "columns"]
+    assert one.severity == "problem" and not [f for f in found if f.topic.startswith(("scale", "sign"))]
+    (line,) = re.findall(r"`(columns: \{.*?\})`", one.words)
+    said = dict(re.findall(r"(\w+): (\w+)", line.removeprefix("columns: ")))
+    assert said == {symbol: symbol for symbol, column in zip("xvw", given, strict=True) if symbol != column}
+
+
+def test_a_scale_stays_with_its_variable(tmp_path, spec):
+    """x is logged in mm, and the description says so of x, whatever column it takes."""
+    made = rows(20)
+    del made["v"]
+    path = write_csv(tmp_path / "a.csv", {**made, "x": 1e3 * made["x"]})
+    (tmp_path / "meta.yaml").write_text("columns: {x: w, w: x}\nunits: {x: mm}\n")
+    (one,) = [f for f in preflight(read_log(path, spec), spec) if f.topic == "columns"]
+    assert "`columns: {x: x, w: w}`" in one.words
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"w": -1.0}, {"w": 1e3}, {"x": 1e-3, "v": 1e-3}, {"x": -1.0, "v": -1.0}, {"x": 57.3}, {"w": 0.0}, {"t": 1e-3}],
+    ids=str,
+)
+def test_another_fault_is_no_exchange(tmp_path, spec, wrong):
+    made = rows(20)
+    path = write_csv(tmp_path / "a.csv", {name: wrong.get(name, 1.0) * column for name, column in made.items()})
+    assert "columns" not in {f.topic for f in preflight(read_log(path, spec), spec)}
+
+
+def test_a_model_that_lacks_most_of_the_force_is_no_exchange(tmp_path):
+    """A spring of ten times the inertia's force that the spec does not have: nothing fits, and nothing is proposed."""
+    made = rows(20)
+    del made["v"]
+    made["w"] = made["w"] + 200 * made["x"]
+    log = read_log(write_csv(tmp_path / "a.csv", made), spec := parse_spec(TEXT, Path("slider.yaml")))
+    assert np.ptp(log.inputs) > 30
+    assert "columns" not in {f.topic for f in preflight(log, spec)}
+
+
+@pytest.mark.parametrize(("second", "offered"), [("m", ["x: y, y: x", "w: f, f: w"]), ("2.5*m", ["w: f, f: w"])])
+def test_two_drives_whose_inputs_are_exchanged(tmp_path, second, offered):
+    """Equal drives do not tell whether the positions or the inputs are exchanged, drives of different masses do."""
+    text = """name: pair
+coordinates: {x: {velocity: v, unit: m}, y: {velocity: u, unit: m}}
+inputs: {w: {unit: N}, f: {unit: N}}
+parameters: {m: {value: 2, unit: kg}}
+mass_matrix: [[m, 0], [0, SECOND]]
+force: [w, f]
+friction:
+  distribution: [[1, 0], [0, 1]]
+  contacts: [{name: first, a: 3, unit: N}, {name: second, a: 3, unit: N}]
+""".replace("SECOND", second)
+    one, other = rows(20), rows(20, frequency=0.8)
+    weight = {"m": 1.0, "2.5*m": 2.5}[second]
+    force = weight * (other["w"] - LEVEL * np.sign(other["v"])) + LEVEL * np.sign(other["v"])
+    made = {"t": one["t"], "x": one["x"], "y": other["x"], "w": force, "f": one["w"]}
+    pair = parse_spec(text, Path("pair.yaml"))
+    log = read_log(write_csv(tmp_path / "a.csv", made), pair)
+    (found,) = [f for f in preflight(log, pair) if f.topic == "columns"]
+    assert sorted(re.findall(r"`columns: \{(.*?)\}`", found.words)) == sorted(offered)
