@@ -175,7 +175,8 @@ def asked(ball: dict[str, Any]) -> list[tuple[list[str], str, list[str] | None]]
 def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]) -> list[list[Fraction]]:
     """The bounds that the rows of each set (``asked``) have with the noise of the same sample, or ValueError."""
     kernel.demand({*claim} == {*FIELDS} and claim["name"] == proof["name"], f"not just {FIELDS}, or of another machine")
-    kernel.demand(lists(claim["shifts"], 1) and lists(claim["push"], 2), "no lists")
+    parts = [claim["sets"], *(ball.get("after", []) for ball in claim["sets"])]
+    kernel.demand(lists(claim["shifts"], 1) and lists(claim["push"], 2) and {*map(type, parts)} == {list}, "no lists")
     matrix, push, shift = moves(proof, claim, shown)
     most = {f"{kind}.{x}": number(d) for kind in ("noise", "drift") for x, d in claim[kind].items()}
     kernel.demand(min([Fraction(0), *most.values()]) == 0, "noise or drift below 0")

@@ -23,6 +23,7 @@ HELD = "at its start velocities are 0, all else the same whatever is measured; a
 OUT = "rounding, samples with a fault, {}outputs that are no estimate of an error"
 ASSUMED = "where, as is assumed, "
 SIZES = "that noise and drift stay within the sizes assumed (generate and certify demand those of the spec's envelope)"
+UNREAD = f"{SETS}: it rests on the V of a {PROOF} which is not that of the certificate, and its bounds are not counted"
 WITHIN, SIZED = "noise, what moves within a sample, ", "noise and drift beyond the sizes below, "
 
 
@@ -168,6 +169,11 @@ def disturbed(proof: dict[str, Any], shown: dict[str, Any], claim: dict[str, Any
 def sizes(lines: list[str]) -> list[str]:
     """What is not compared where these lines speak of noise and drift."""
     return [SIZES] * any(line.startswith(ASSUMED) for line in lines)
+
+
+def unread(lines: list[str], sources: dict[str, bytes]) -> list[str]:
+    """What is not compared where a claim on noise and drift is here, and these lines do not speak of it."""
+    return [UNREAD] * (SETS in sources and not sizes(lines))
 
 
 def units(proof: dict[str, Any], header: str) -> list[str]:

@@ -267,7 +267,7 @@ def check(
     except RecursionError:
         raise Refused("nested too deeply") from None
     unbound = tuple(name for name in named if name not in sources)
-    left = (*theorem.sizes(proved), *unsaid(top, spec), *ALWAYS)
+    left = (*theorem.sizes(proved), *theorem.unread(proved, sources), *unsaid(top, spec), *ALWAYS)
     words = (top["claim"], (*facts, *more), unbound, left, top["assumptions"])
     return Report(top["subject"]["name"], *words, tuple(proved), unproved, whole)
 

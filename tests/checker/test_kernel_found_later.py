@@ -120,3 +120,42 @@ def test_no_proof_takes_minutes(kind: str) -> None:
     except ValueError as why:
         assert "more work than the limit" in str(why)
     assert time.process_time() - begun < 10
+
+
+@pytest.mark.parametrize("empty", ["", {}], ids=repr)
+def test_reversals_that_are_no_list_are_not_read_as_none(empty: Any) -> None:
+    proof, files = shipped()
+    assert proof["reversals"]
+    with pytest.raises(ValueError, match="other fields"):
+        kernel.prove(proof | {"reversals": empty}, files)
+    refused_by_verify(proof | {"reversals": empty}, files)
+    sources = {path.name: path.read_bytes() for path in HERE.iterdir() if path.is_file()}
+    certificate = json.loads(sources["certificate.json"]) | {"reversals": empty}
+    with pytest.raises(verify.Refused, match="reversals"):
+        verify.check(json.dumps(certificate), None, None, sources)
+
+
+@pytest.mark.parametrize("where", ["sets", "after"])
+def test_bounds_that_are_no_list_are_not_read_as_none(where: str) -> None:
+    sources = {path.name: path.read_bytes() for path in HERE.iterdir() if path.is_file()}
+    claim = json.loads(sources["ellipsoid.json"])
+    (claim if where == "sets" else claim["sets"][0])[where] = ""
+    sources["ellipsoid.json"] = json.dumps(claim).encode()
+    with pytest.raises(verify.Refused, match=r"ellipsoid\.json"):
+        verify.check(sources["proof.json"].decode(), None, None, sources)
+
+
+def test_bounds_beside_a_certificate_of_another_v_are_said_not_to_count() -> None:
+    """V and 2 V fall alike, and the bounds rest on that of the proof: they are neither checked nor shown."""
+    sources = {path.name: path.read_bytes() for path in HERE.iterdir() if path.is_file()}
+    certificate = json.loads(sources["certificate.json"])
+
+    def told(certificate: dict[str, Any]) -> tuple[bool, bool]:
+        report = verify.check(json.dumps(certificate), None, None, sources)
+        return any("long run" in line for line in report.proved), any("ellipsoid.json:" in gap for gap in report.open)
+
+    assert told(certificate) == (True, False)
+    doubled = [[str(2 * Fraction(x)) for x in row] for row in certificate["lyapunov_matrix"]]
+    assert told(certificate | {"lyapunov_matrix": doubled}) == (False, True)
+    del sources["ellipsoid.json"]
+    assert told(certificate | {"lyapunov_matrix": doubled}) == (False, False)
