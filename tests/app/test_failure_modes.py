@@ -96,6 +96,10 @@ def test_a_problem_is_the_verdict_unfit_and_exit_code_3(good, tmp_path, monkeypa
     assert not [word for word in ("candidates, best first", "error on held-out data", "refit ") if word in result.out]
     told = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
     assert told["verdict"] == "unfit" and told["effects"] == told["candidates"] == []
-    assert "log unfit" in (tmp_path / "out" / "report.html").read_text()
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "log unfit" in page
+    # nothing was changed: there is no certificate of a changed spec, and no residual to be trusted
+    assert "certificate" not in result.out and "tracking observer" not in result.out
+    assert "after, as changed above" not in page and "correlate with" not in page
     assert (tmp_path / "out" / "spec.yaml").read_text() == (tmp_path / "stage.yaml").read_text()
     assert read_spec(tmp_path / "out" / "spec.yaml").effects == ()

@@ -39,8 +39,8 @@ def words(left: Remainder, **given: Any) -> str:
 
 
 def test_variables_are_named_only_where_what_follows_them_is_material() -> None:
-    assert "0.6 % of the drive force (RMS), below the 2 % that counts as material." in words(SMALL)
-    assert "10 % of the drive force (RMS), mostly noise" in words(NOISE)
+    assert "0.6 % of the drive force (RMS, reversals left out), below the 2 % that counts as material." in words(SMALL)
+    assert "10 % of the drive force (RMS, reversals left out), mostly noise" in words(NOISE)
     assert "is 1.7 % of the drive force" in words(NOISE)  # 10 % · √0.03
     assert not any(name in words(left) for left in (SMALL, NOISE) for name in ("load", "speed"))
     shares = "81 % of its mean square follows from load, 30 % follows from position (the shares overlap)."
@@ -51,7 +51,7 @@ def test_variables_are_named_only_where_what_follows_them_is_material() -> None:
     forceful = Remainder(1.0, 0.3, 0.06, {"input rate": 0.06, "speed": 0.0})  # 0.3·√0.06 is 7 % of the drive force
     assert "6 % of its mean square follows from input rate." in words(forceful)
     assert "2 % of its mean square follows from all variables together." in words(SPREAD)
-    assert "on q1 (RMS)" in words(SHAPED, left_on="q1")
+    assert "on q1 (RMS" in words(SHAPED, left_on="q1")
     assert "smooth curve" not in words(SHAPED)
 
 
