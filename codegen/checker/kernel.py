@@ -332,8 +332,8 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     Poly.work, Poly.divisors = 0, {}
     name, signs, errors, formulas, velocity = (proof[x] for x in ("name", "signs", "errors", "states", "positions"))
     demand({*proof, "rest"} == {*FIELDS} and re.fullmatch("[a-z][a-z0-9_]*", name), "not just FIELDS")
-    fields = {"".join(sorted(x)) for x in (*errors, *proof["reversals"])}
-    demand(fields <= {"estimatesigntruth", "dwellgrowthsign"} and type(proof["reversals"]) is list, "other fields")
+    fields = {"".join(sorted(x)) for x in [*errors] + proof["reversals"]}  # no text, which would read as none
+    demand(fields <= {"estimatesigntruth", "dwellgrowthsign"}, "fields are not so named")
     prepare, before, good = matched(SOURCE, f"{name}.c", files[f"{name}.c"])
     first, given, *others = matched(HEADER, f"{name}.h", files[f"{name}.h"])
     arrays = [re.findall(r"double (\w+)(?:\[(\d+)\])?;", struct) for struct in (first, *others)]

@@ -126,7 +126,7 @@ def test_no_proof_takes_minutes(kind: str) -> None:
 def test_reversals_that_are_no_list_are_not_read_as_none(empty: Any) -> None:
     proof, files = shipped()
     assert proof["reversals"]
-    with pytest.raises(ValueError, match="other fields"):
+    with pytest.raises(TypeError):
         kernel.prove(proof | {"reversals": empty}, files)
     refused_by_verify(proof | {"reversals": empty}, files)
     sources = {path.name: path.read_bytes() for path in HERE.iterdir() if path.is_file()}
