@@ -19,7 +19,7 @@ from codegen.analysis.feasibility.region import SEARCHED, Margin
 from codegen.analysis.feasibility.stated import suggested_text
 from codegen.analysis.feasibility.suggest import GAIN_FACTOR, NOISE_SHARE
 from codegen.app.derived import Source, derived_from
-from codegen.app.gains_bound import USEFUL, GainBound, bounds_at
+from codegen.app.gains_bound import USEFUL, GainBound, bounds_at, why_no_bound
 from codegen.base.border import verb
 from codegen.base.files import refuse_foreign, refuse_target, write_all
 from codegen.base.shown import Result, json_text
@@ -54,7 +54,8 @@ class GainReport(Result):
     @property
     def view(self) -> dict[str, Any]:
         """What the text template needs."""
-        return {"files": self.files, "bounds": self.bounds, "useful": USEFUL, **gains_view(self.feasibility)}
+        more = {"bounds": self.bounds, "no_bound": why_no_bound(self.feasibility, self.bounds), "useful": USEFUL}
+        return {"files": self.files, **more, **gains_view(self.feasibility)}
 
     @property
     def content(self) -> dict[str, Any]:
@@ -133,6 +134,7 @@ def gains_json(report: Feasibility, bounds: Sequence[GainBound] = ()) -> dict[st
         "chosen": _set_json(report.chosen),
         "suggested": _set_json(report.suggested),
         "error_bounds": [one.content for one in bounds],
+        "no_error_bound": why_no_bound(report, bounds) or None,
         "rule": report.suggestion.rule if report.suggestion else None,
         "noise_bound": NOISE_SHARE,
         "gain_factor": GAIN_FACTOR,

@@ -5,7 +5,7 @@ Fast gains amplify what the machine moves within a sample: the bound can then be
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -68,6 +68,12 @@ def bounds_at(machine: Derived, report: Feasibility) -> tuple[GainBound, ...]:
         return ()
     best = min(found, key=lambda one: (one.share > USEFUL, one.share if one.share > USEFUL else one.divisor))
     return (found[0],) if best is found[0] else (found[0], best)
+
+
+def why_no_bound(report: Feasibility, bounds: Sequence[GainBound]) -> str:
+    """Why no bound in newtons is known of an observer, whatever its gains and its envelope; empty where one is."""
+    found = "" if bounds else error_response(report.observer)
+    return found if isinstance(found, str) else ""
 
 
 def _until_useful(machine: Derived, report: Feasibility) -> Iterator[GainBound]:

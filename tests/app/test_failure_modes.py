@@ -99,7 +99,7 @@ def test_a_problem_is_the_verdict_unfit_and_exit_code_3(good, tmp_path, monkeypa
     page = (tmp_path / "out" / "report.html").read_text()
     assert "log unfit" in page
     # nothing was changed: there is no certificate of a changed spec, and no residual to be trusted
-    assert "certificate" not in result.out and "tracking observer" not in result.out
+    assert "certificate after" not in result.out and "tracking observer" not in result.out
     assert "after, as changed above" not in page and "correlate with" not in page
     assert (tmp_path / "out" / "spec.yaml").read_text() == (tmp_path / "stage.yaml").read_text()
     assert read_spec(tmp_path / "out" / "spec.yaml").effects == ()

@@ -113,7 +113,7 @@ def test_json_holds_grid_values_and_boundary(free: Path) -> None:
             "noise_bound",
             "gain_factor",
         ),
-        *("gain_sets_tried", "infeasible", "map", "error_bounds"),
+        *("gain_sets_tried", "infeasible", "map", "error_bounds", "no_error_bound"),
     }
     assert report["chosen"] is None
     assert report["infeasible"] is None
@@ -198,3 +198,22 @@ def test_fast_gains_whose_bound_is_as_large_as_friction_are_told_with_slower_one
         assert certified["decay_rate"] == one["certified_rate"]
     words = stiction("gains", path).out
     assert f"{slower['bound']['steady']:.4g} N" in words and f"divided by {slower['gains_divided_by']}" in words
+
+
+def test_an_axis_under_gravity_is_told_why_no_bound_is_known_and_that_a_linear_one_has_one(tmp_path: Path) -> None:
+    """What `gains` and `certify` say, and that the copy that they advise has a bound."""
+    path = tmp_path / "axis.yaml"
+    text = (SPECS / "one_mass.yaml").read_text().partition("envelope:")[0]
+    text = text.replace("  - w\n", "  - w - G*sin(x/l)\n")
+    text = text.replace("gains: {K_F: 10, K_v: 100}", "gains: {K_F: 10, K_v: {free: [50, 200]}}")
+    text = text.replace("parameters:\n", "parameters:\n  l: {value: 1, unit: m}\n  G: {value: 9, unit: N}\n")
+    path.write_text(text + "envelope: {x: [-1, 1], v: [-5, 5], v_dot: [-210, 210], x_noise: [-5e-6, 5e-6]}\n")
+    told = json.loads(stiction("gains", path, "--json").out)
+    assert told["error_bounds"] == [] and "depends on x," in told["no_error_bound"]
+    assert told["no_error_bound"] in stiction("gains", path).out
+    chosen = tmp_path / "chosen.yaml"
+    chosen.write_text(path.read_text().replace("{free: [50, 200]}", "100"))
+    assert json.loads(stiction("certify", chosen, "--json").out)["error_bounds"] == told["no_error_bound"]
+    path.write_text(path.read_text().replace("G*sin(x/l)", "G*x/l"))
+    linear = json.loads(stiction("gains", path, "--json").out)
+    assert linear["no_error_bound"] is None and linear["error_bounds"][0]["bound"]["steady"] > 0

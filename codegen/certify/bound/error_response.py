@@ -28,6 +28,10 @@ SLOPES = {
     "by_velocity": "the slope of g in v",
     "by_input": "the slope of g in the inputs",
 }
+NEAR_ONE_POSITION = (
+    "; a copy of the spec in which that force is linear, its slope at one position times the distance from it, "
+    "has a bound: that of motion near this position"
+)
 
 
 @dataclass(frozen=True)
@@ -121,7 +125,10 @@ def error_response(observer: Observer) -> Response | str:
     varies = [words for name, words in SLOPES.items() if name in left and left[name].free_symbols]
     if varies or any(e.free_symbols for e in left.values()):
         what = varies[0] if varies else "the slope of h"
-        return f"{what} is no constant, and a bound is known for g affine in x and v, and h(s) = s"
+        names = _names(left["by_position"].free_symbols & {*system.positions} if "by_position" in left else ())
+        how = f" (it depends on {names}, as that of gravity on a tilting axis does)" if names else ""
+        remedy = NEAR_ONE_POSITION if names else ""
+        return f"{what} is no constant{how}, and a bound is known for g affine in x and v, and h(s) = s{remedy}"
     return "a number of the step is not rational"
 
 
