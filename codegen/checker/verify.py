@@ -126,7 +126,7 @@ def contraction(top: dict[str, Any], axes: dict[str, Any], h: Fraction, *factors
             except Refused as why:
                 at = [f", {name} in [{show(low)}, {show(high)}]" for name, (low, high) in (cell | point).items()]
                 raise Refused(f"V may not fall{''.join(at)}{why}") from None
-    return f"{sum(counts)} vertices in {cells} cells"
+    return f"at {sum(counts)} corner matrices, of {cells} part{'s' * (cells > 1)} of the operating region"
 
 
 def words(entry: Any) -> int:
@@ -163,7 +163,11 @@ def reversal(entry: dict[str, Any], P: Matrix, fall: Fraction) -> str:
     turned = [[-p if (i in flips) != (j in flips) else p for j, p in enumerate(row)] for i, row in enumerate(P)]
     gap, scale = integers(forms.added(forms.scaled(a, P), forms.scaled(-b, turned)))
     positive_pivots(gap, b * scale, f"{where}: V may grow by more than {show(growth)}")
-    after, factor, fact = growth, fall, f"{where}: V grows at most by {show(growth)}, and {left} samples later"
+    after, factor, fact = (
+        growth,
+        fall,
+        f"{where}: V grows at most {show(growth)}-fold, and {left} samples later",
+    )
     while left:  # after: an upper bound of growth * fall^left, by squaring, rounded up
         after = widen(after, after * factor)[1] if left % 2 else after
         factor, left = widen(factor, factor * factor)[1], left // 2
