@@ -31,6 +31,7 @@ from codegen.diagnosis.harmonics import with_harmonics
 from codegen.diagnosis.input_timing import acting_between_rows, measured_inputs
 from codegen.diagnosis.limits import levels_at_zero
 from codegen.diagnosis.measure import RESTART_S, Window, force_errors, measure, restart_within_reach
+from codegen.diagnosis.moved_values import moved_values
 from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.proposal import propose_terms, refuse_without_pysindy
@@ -201,6 +202,8 @@ def diagnose_log(
     answer = replace(answer, remarks=(*answer.remarks, *words, *_in_place(in_place, answer)))
     same = equal_parameter(search, base, outcome) if verdict == "effect" and not answer.errors else ""
     answer = replace(answer, remarks=(*answer.remarks, *([same] if same else [])))
+    fit = outcome.final if verdict == "effect" else base
+    answer = replace(answer, remarks=(*answer.remarks, *moved_values(answer, fit, problem, material)))
     adopted = {} if answer.adopted is None else {s.name: float(answer.adopted.values[s]) for s in moved}
     text = augmented_text(spec, answer.effects if verdict == "effect" else [], adopted, system)
     rivals = [as_effect(r, refit) for r in outcome.rivals]

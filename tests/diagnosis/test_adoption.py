@@ -181,6 +181,20 @@ def test_a_true_move_within_its_tolerance_is_made(tmp_path: Path, monkeypatch: p
     assert diagnosis.parameter_errors == () and diagnosis.remarks == ()
 
 
+def test_a_material_move_within_its_tolerance_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """2.3 kg where 2 ± 20 % is declared is no error of the spec, but the written spec has another mass."""
+    log = log_of(loose(2.3), tmp_path, "log.csv")
+    diagnosis, models = refitted(monkeypatch, loose(share="20%"), log, None)
+    assert diagnosis.parameter_errors == ()
+    (told,) = diagnosis.remarks
+    value = float(told.partition("m = ")[2].split()[0])
+    assert "within its tolerance" in told and told[1:] in diagnosis.sentence
+    assert value == pytest.approx(diagnosis.refitted["m"][1], rel=1e-4) and value == pytest.approx(2.3, rel=2e-3)
+    assert told.count("2 kg") == 1 and "20 %" in told
+    mass = next(float(p.value) for p in parse_spec(models.spec_text, Path("s.yaml")).parameters if p.name == "m")
+    assert mass == pytest.approx(value, rel=1e-4)
+
+
 def test_a_level_driven_to_zero_is_marked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The machine pushes the way it moves: no level is low enough."""
     log = log_of(stage("[]", 0.0, noise=0.0), tmp_path, "log.csv")
