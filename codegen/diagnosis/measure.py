@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.diagnosis.balance import evaluate_forces
+from codegen.diagnosis.free_run import free_run
 from codegen.diagnosis.recent import OF_MODELS, recent
 from codegen.diagnosis.residual import Masks, effective_inputs, inverse_dynamics_residual, residual_at_drive
 from codegen.diagnosis.results import ErrorFigures
 from codegen.diagnosis.signals import TRIM_S, Motion, central_difference
 from codegen.mechanics.system import Matrix, System
-from codegen.simulate.free_run import free_run
 
 Array = NDArray[np.float64]
 
@@ -110,7 +110,7 @@ def free_run_series(system: System, motion: Motion, restart_s: float = RESTART_S
     start = motion.low_pass(motion.measured)
     predicted = free_run(
         system,
-        motion.time,
+        h,
         start,
         central_difference(start, h),
         motion.commands,

@@ -21,7 +21,9 @@ from codegen.diagnosis.parallel import in_background
 from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.mechanics.solve import factorised
 from codegen.mechanics.system import TIME, ContactFriction, System
-from codegen.simulate.contact import SWEEPS
+from codegen.simulate.contact import REST, SWEEPS
+from codegen.simulate.plant_contacts import set_valued_level
+from codegen.spec.functions import Sgn
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int32]
@@ -34,6 +36,8 @@ KEPT_LIBRARIES = 32
 KEPT = 40
 """Averages of the residual that are kept for each segment."""
 _AT_REST = 1e-30
+_REST = 1e-12
+"""Slip speed that counts as standstill where no level jumps there, in slip unit/s."""
 WARM_S = 1.0
 STEPS_PER_PERIOD = 50
 """Time steps in a period of the coarse cutoff."""
@@ -254,11 +258,12 @@ def shooting_source(
     """The C source of all systems' equations and the loops over segments."""
     generator = casadi.CodeGenerator("models", {"with_header": False, "main": False})
     kept = 0
+    jumps = any(_set_valued_level(c).has(Sgn) for system in systems for c in system.contacts)
     for k, (system, symbols) in enumerate(zip(systems, free, strict=True)):
-        place, model, resting = terms_functions(str(k), system, symbols, loads > 0)
+        place, model, resting = terms_functions(str(k), system, symbols, loads > 0, jumps)
         for function in (place, model, *([resting] if loads else [])):
             generator.add(function)
-        kept = max(kept, model.size1_in("kept"))
+        kept = max(kept, model.size1_in(6))
         if states:
             generator.add(law_function(f"laws_{k}", system, symbols, states))
     one = systems[0]
@@ -269,6 +274,8 @@ def shooting_source(
         driven=driven,
         contacts=len(one.contacts),
         sweeps=SWEEPS,
+        rest=REST if jumps else _REST,
+        jumps=jumps,
         models=generator.dump(),
         names=range(len(systems)),
         kept=kept,
@@ -301,21 +308,25 @@ def _set_valued_level(contact: ContactFriction) -> sympy.Expr:
 
     λ = force(u, y) + sgn(u) extra_level + extra_force
     """
-    return contact.extra_level if law_terms(contact) is not None else contact.law_level + contact.extra_level
+    return contact.extra_level if law_terms(contact) is not None else set_valued_level(contact)
 
 
-def terms_functions(name: str, system: System, free: Sequence[sympy.Symbol], loads: bool) -> tuple[Any, Any, Any]:
+def terms_functions(
+    name: str, system: System, free: Sequence[sympy.Symbol], loads: bool, jumps: bool
+) -> tuple[Any, Any, Any]:
     """Three CasADi functions of a system, all results dense.
 
     M is factorised once a step; U and each sum of forces are then solved for.
 
     Args:
         loads: whether coordinates may share their inertia with loads; else ``share`` and ``push`` have no effect.
+        jumps: whether levels may jump at standstill; else those at rest are left out.
 
     Returns:
         place_NAME (x, w, t, p, share) → (U, M⁻¹U, U'M⁻¹U, inertia of the loads, kept) with M less that inertia;
         model_NAME (x, v, w, t, p, share, kept, push, bristle) → (M⁻¹(g + push − U (smooth friction + bristle)), levels
-        forward, levels backward): ``kept`` are values independent of v, computed once for several velocities; and
+        forward and backward, the same at rest): ``kept`` are values independent of v, computed once for several
+        velocities; and
         resting_NAME (x, w, t, p) → g at v = 0.
     """
     n = system.degrees_of_freedom
@@ -330,26 +341,26 @@ def terms_functions(name: str, system: System, free: Sequence[sympy.Symbol], loa
     factors = factorised(mass - casadi.diag(heavy) if loads else mass, reciprocals=False)
     carried = factors.solve_columns(distribution)
     slip = casadi.mtimes(distribution.T, v)
-    forward, backward, smooth = [], [], []
+    levels: list[list[Any]] = [[], [], [], []]
+    smooth = []
     for c, contact in enumerate(system.contacts):
         level = _set_valued_level(contact)
         speed = casadi.fabs(slip[c]) + _AT_REST
-        forward.append(to_casadi(level, names | {contact.slip: speed}))
-        backward.append(to_casadi(level, names | {contact.slip: -speed}))
+        for column, u in zip(levels, (speed, -speed, casadi.SX(0), casadi.SX(0)), strict=True):
+            column.append(to_casadi(level, names | {contact.slip: u}))
         smooth.append(to_casadi(contact.extra_force, names | {contact.slip: slip[c]}))
     force = to_casadi(system.force, names, by_angle=True)
     net = force + push if loads else force
     for c, own in enumerate(smooth):
         net = net - distribution[:, c] * (own + bristle[c])
-    outputs = [factors.solve(net), casadi.vertcat(*forward), casadi.vertcat(*backward)]
+    outputs = [factors.solve(net), *(casadi.vertcat(*column) for column in (levels if jumps else levels[:2]))]
     still = casadi.vertcat(x, w, t, p, share)
     moving, pieces, values = casadi.extract_parametric([casadi.densify(o) for o in outputs], still, {})
     kept = casadi.vertcat(*pieces) if pieces else casadi.SX.sym("kept", 0)
     before = casadi.vertcat(*values) if values else casadi.SX(0, 1)
     found = [distribution, carried, casadi.mtimes(distribution.T, carried), heavy, before]
     place = casadi.Function(f"place_{name}", [x, w, t, p, share], [casadi.densify(f) for f in found], {"cse": True})
-    words = ["x", "v", "w", "t", "p", "share", "kept", "push", "bristle"], ["acceleration", "forward", "backward"]
-    model = casadi.Function(f"model_{name}", [x, v, w, t, p, share, kept, push, bristle], moving, *words)
+    model = casadi.Function(f"model_{name}", [x, v, w, t, p, share, kept, push, bristle], moving)
     rest = to_casadi(system.force, names | dict.fromkeys(system.velocities, casadi.SX(0)), by_angle=True)
     return place, model, casadi.Function(f"resting_{name}", [x, w, t, p], [casadi.densify(rest)])
 

@@ -109,26 +109,6 @@ class DynamicContacts:
         last_force = self._laws(last_slip, last_states)[:count]
         return (1 - _GAMMA) * first_force + _GAMMA * last_force, last_states
 
-    def follow(self, slips: Array, period: float, substeps: int) -> Array:
-        """The states under given slip velocities, linear between samples, from rest.
-
-        Args:
-            slips: (N, contacts).
-            period: seconds between samples.
-            substeps: steps in one sample.
-
-        Returns:
-            (N, states).
-        """
-        count, h = len(self.contacts), period / substeps
-        z, ends = casadi.SX.sym("z", len(self.states)), casadi.SX.sym("ends", 2 * count)
-        now, slope = z, (ends[count:] - ends[:count]) / period
-        for k in range(substeps):
-            now = self.step(ends[:count] + k * h * slope, slope, casadi.SX(count, count), now, h)[1]
-        function = casadi.Function("follow", [z, ends], [now]).mapaccum("history", len(slips) - 1, 1)
-        later = function(self.rest, np.hstack([slips[:-1], slips[1:]]).T).full().T
-        return np.vstack([self.rest, later])
-
     def _stage(
         self, base_slip: Any, base_states: Any, slip: Any, states: Any, free: Any, mobility: Any, part: Any
     ) -> tuple[Any, Any]:

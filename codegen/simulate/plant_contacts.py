@@ -98,10 +98,12 @@ class PlantContacts:
         return casadi.vertcat(*[to_casadi(c.extra_force, names | {c.slip: slip[k]}) for k, c in contacts])
 
 
-def _level(contact: ContactFriction) -> sympy.Expr:
-    """Of the set-valued part. Karnopp's law is taken with a band of no width: static, Coulomb and viscous friction."""
-    if has_states(contact):
-        return contact.extra_level
+def set_valued_level(contact: ContactFriction) -> sympy.Expr:
+    """Of a law without states. Karnopp's is taken with a band of no width: static, Coulomb and viscous friction."""
     if isinstance(contact.law, Karnopp):
         return StaticViscous().level(Magnitude(contact.slip), contact.law_parameters) + contact.extra_level
     return contact.law_level + contact.extra_level
+
+
+def _level(contact: ContactFriction) -> sympy.Expr:
+    return contact.extra_level if has_states(contact) else set_valued_level(contact)

@@ -7,9 +7,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from codegen.base.errors import BadInput
+from codegen.diagnosis.free_run import free_run
 from codegen.friction import LAWS, MemoryLaw
 from codegen.simulate.closed_loop import simulate
-from codegen.simulate.free_run import free_run
 from codegen.simulate.plant import Plant, simulate_open_loop
 from tests.in_part import in_part
 from tests.machines import SPRING_MASS, TWO_SPRINGS, read_machine, two_mass
@@ -255,9 +255,9 @@ def test_free_run_takes_up_the_states_of_the_log():
     time = np.arange(0, 3, 0.002)
     w = 8 * np.sin(4 * time)
     x, v = run(system, time, w, 10)
-    error = np.max(np.abs(free_run(system, time, x, v, w[:, None], restart_s=0.3) - x))
+    error = np.max(np.abs(free_run(system, 0.002, x, v, w[:, None], restart_s=0.3) - x))
     assert error < 2e-5
-    assert np.max(np.abs(free_run(sliding("law: coulomb, a: 3")[1], time, x, v, w[:, None], 0.3) - x)) > 50 * error
+    assert np.max(np.abs(free_run(sliding("law: coulomb, a: 3")[1], 0.002, x, v, w[:, None], 0.3) - x)) > 50 * error
 
 
 @pytest.mark.parametrize("law", [name for name in LAWS if name not in RUN])
@@ -270,7 +270,7 @@ def test_law_that_no_plant_runs_is_refused_at_its_line_and_free_run_takes_its_st
         simulate(spec, system)
     time = np.arange(0, 1, 0.01)
     x, v = 0.1 * np.sin(5 * time)[:, None], 0.5 * np.cos(5 * time)[:, None]
-    assert np.all(np.isfinite(free_run(system, time, x, v, np.sin(time)[:, None])))
+    assert np.all(np.isfinite(free_run(system, 0.01, x, v, np.sin(time)[:, None])))
 
 
 @pytest.mark.parametrize("law", sorted(RUN))

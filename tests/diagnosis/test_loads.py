@@ -10,10 +10,11 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from codegen.diagnosis.diagnose import diagnose_log
+from codegen.diagnosis.shooting import Record, Shooter
+from codegen.diagnosis.trial import Runner, Trial
 from codegen.effects.declare import add_declared_effects
 from codegen.logs import read_log
 from codegen.mechanics import System, build_system
-from codegen.simulate.loads import load_states
 from codegen.spec import Spec, parse_spec
 
 JOINT = """\
@@ -46,7 +47,9 @@ def test_a_weight_hangs_on_its_spring_from_the_first_sample(gap: float) -> None:
     effect = f"{{kind: {kind}, on: q, parameters: {{k: {K}, c: {C}, load_fraction: {SHARE}{more}}}}}"
     q = 0.3
     hanging = brentq(lambda there: K * (q - there - gap / 2) - G * np.cos(there), q - 0.2, q - gap / 2)
-    loads = load_states(system_of(spec_of(effect)), np.full((2000, 1), q), np.zeros((2000, 1)), STEP, 4)
+    system, rest, still = system_of(spec_of(effect)), np.full((2000, 1), q), np.zeros((2000, 1))
+    record = Record(rest, rest, still, still, STEP, 0.0, np.ones(1), np.arange(2000, dtype=np.int32), 1)
+    loads = Runner(Trial(system, (), ()), Shooter([system], [()]), 0, record, 4).hidden()[:, 1:]
     np.testing.assert_allclose(loads[:, 0], hanging, atol=1e-6)
     np.testing.assert_allclose(loads[:, 1], 0, atol=1e-4)
 

@@ -1,4 +1,4 @@
-"""Free-run prediction: against its own plant, and against the practice logs' own simulator."""
+"""Free-run prediction of a log: against the simulator's plant, and against the practice logs' own simulator."""
 
 from __future__ import annotations
 
@@ -12,23 +12,24 @@ import sympy
 from ruamel.yaml import YAML
 from scipy.signal import butter, filtfilt
 
+from codegen.diagnosis.free_run import free_run
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import add_declared_effects
 from codegen.mechanics.build import build_system
 from codegen.mechanics.system import System
-from codegen.simulate.free_run import free_run
 from codegen.simulate.plant import simulate_open_loop
 from codegen.spec.model import DeclaredEffect
 from codegen.spec.reader import read_spec
 from tests.in_part import in_part
-from tests.machines import one_mass
+from tests.machines import SPRING_MASS, one_mass, read_machine
 
 PRACTICE = Path(__file__).parents[3] / "shared" / "practice"
+STEP = 0.002
 DELAYED = "effects: [{kind: input_delay, on: w, parameters: {T: 0.0037}}]"
 
 
 def motion(system: System, seconds: float = 3.3):
-    time = 2.0 + np.arange(0, seconds, 0.002)
+    time = 2.0 + np.arange(0, seconds, STEP)
     w = (9 * np.sin(4 * time) + 3 * np.sin(9.1 * time))[:, None]
     return time, w, *simulate_open_loop(system, time, w, np.zeros(1), np.zeros(1))
 
@@ -38,42 +39,53 @@ def motion(system: System, seconds: float = 3.3):
 def test_true_model_predicts_its_own_motion(more: str, trim_s: float):
     _, system = one_mass(k=20, more=more)
     time, w, x, v = motion(system)
-    predicted = free_run(system, time, x, v, w, restart_s=0.5, trim_s=trim_s)
-    cut = round(trim_s / 0.002)
+    predicted = free_run(system, STEP, x, v, w, restart_s=0.5, trim_s=trim_s)
+    cut = round(trim_s / STEP)
     assert np.all(np.isnan(predicted[:cut]))
     assert np.all(np.isnan(predicted[len(time) - cut :]))
     kept = slice(cut, len(time) - cut)
     assert np.max(np.abs(predicted[kept] - x[kept])) < 1e-12
 
 
+@pytest.mark.parametrize("law", ["static_viscous", "karnopp"])
+def test_a_static_level_holds_until_it_is_overcome(law: str):
+    """The simulator's plant predicts it to rounding; with the sliding level alone each standstill would be shorter."""
+    band = ", D_v: 0.001" if law == "karnopp" else ""
+    declared = f"law: {law}, F_c: 4, F_s: 8, F_v: 0.5{band}"
+    _, system = read_machine(SPRING_MASS.replace("law: coulomb, a: {a}", declared).format(m=2, k=60, b=20))
+    _, w, x, v = motion(system)
+    assert np.mean(v == 0) > 0.1
+    assert np.max(np.abs(free_run(system, STEP, x, v, w) - x)) < 1e-12
+
+
 def test_restarts_are_where_they_should_be():
     _, system = one_mass(k=20)
     _, wrong = one_mass(k=20, a=1)
-    time, w, x, v = motion(system)
-    error = np.abs(free_run(wrong, time, x, v, w, restart_s=0.4) - x)[:, 0]
+    _, w, x, v = motion(system)
+    error = np.abs(free_run(wrong, STEP, x, v, w, restart_s=0.4) - x)[:, 0]
     assert np.all(error[::200] == 0)
     assert np.all(error[199::200] > 1e-4)
 
 
 def test_divergence_is_reported_as_infinite():
     _, system = one_mass(b=-1e6)
-    time, w, x, v = motion(one_mass()[1])
-    assert np.isinf(free_run(system, time, x, v, w)[-1, 0])
+    _, w, x, v = motion(one_mass()[1])
+    assert np.isinf(free_run(system, STEP, x, v, w)[-1, 0])
     state = x.copy()
     state[250] = np.nan
-    assert np.isinf(free_run(one_mass()[1], time, state, v, w)).any()
+    assert np.isinf(free_run(one_mass()[1], STEP, state, v, w)).any()
 
 
 def test_short_logs_and_wrong_shapes():
     _, system = one_mass()
-    time, w, x, v = motion(system)
-    assert free_run(system, time[:2], x[:2], v[:2], w[:2]).shape == (2, 1)
+    _, w, x, v = motion(system)
+    assert free_run(system, STEP, x[:2], v[:2], w[:2]).shape == (2, 1)
     with pytest.raises(ValueError, match="trimmed"):
-        free_run(system, time, x, v, w, trim_s=2)
+        free_run(system, STEP, x, v, w, trim_s=2)
     with pytest.raises(ValueError, match="trimmed"):
-        free_run(system, time[:1], x[:1], v[:1], w[:1])
+        free_run(system, STEP, x[:1], v[:1], w[:1])
     with pytest.raises(ValueError, match="positions"):
-        free_run(system, time, x[1:], v, w)
+        free_run(system, STEP, x[1:], v, w)
 
 
 def practice_cases() -> list[Path]:
@@ -119,6 +131,6 @@ def test_true_model_predicts_a_practice_log_as_well_as_its_own_simulator(folder:
     low_pass = butter(4, evaluation["cutoff_hz"] * 2 * (time[1] - time[0]))
     x = filtfilt(*low_pass, raw, axis=0)
     v = np.gradient(x, time, axis=0)
-    error = free_run(system, time, x, v, w, evaluation["restart_s"], trim_s=evaluation["trim_s"]) - raw
+    error = free_run(system, time[1] - time[0], x, v, w, evaluation["restart_s"], trim_s=evaluation["trim_s"]) - raw
     oracle = truth["oracle"]["true_parameters"]["sim_rmse"]
     assert 0.8 * oracle < np.sqrt(np.nanmean(error**2)) < 1.1 * oracle
