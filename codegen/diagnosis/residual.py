@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from codegen.diagnosis.balance import evaluate_forces, slip_velocities
 from codegen.diagnosis.law_states import DIRECTION, LawTerms, all_law_terms, owners
-from codegen.diagnosis.numpy_form import numpy_function
 from codegen.diagnosis.recent import OF_MODELS, recent
 from codegen.diagnosis.shooting import STEPS_PER_PERIOD, Record, Shooter
 from codegen.diagnosis.signals import Motion
 from codegen.diagnosis.trial import Runner, Trial
 from codegen.mechanics.loads import with_loads
+from codegen.mechanics.numpy_form import numpy_function
 from codegen.mechanics.system import Matrix, System
 from codegen.simulate.drive import mean_about_samples
 from codegen.simulate.dynamic_contact import STANDSTILL
@@ -48,7 +48,7 @@ def effective_inputs(system: System, motion: Motion) -> Array:
     inputs = motion.inputs.copy()
     for k, w in enumerate(system.inputs):
         if w in system.actuators:
-            inputs[:, k] = mean_about_samples(system, k, motion.time, motion.commands[:, k])
+            inputs[:, k] = mean_about_samples(system, k, motion.sample_time, motion.commands[:, k])
     return inputs
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from codegen.diagnosis.numpy_form import numpy_function
+from codegen.mechanics.numpy_form import numpy_function
 from codegen.mechanics.system import System
 
 Array = NDArray[np.float64]

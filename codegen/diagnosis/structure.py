@@ -7,9 +7,9 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.diagnosis.law_states import all_law_terms
-from codegen.diagnosis.numpy_form import numpy_function
 from codegen.diagnosis.shooting import Structure
 from codegen.friction import DynamicLaw
+from codegen.mechanics.numpy_form import numpy_function
 from codegen.mechanics.system import System
 
 Array = NDArray[np.float64]

@@ -10,7 +10,6 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from codegen.diagnosis.chain import Chains
 from codegen.diagnosis.joint_shooter import JointShooter
 from codegen.diagnosis.sensor import Sensors
 from codegen.diagnosis.shooting import Record, Shooter, term_symbols
@@ -21,6 +20,7 @@ from codegen.effects.coordinate import Coordinate
 from codegen.effects.declare import effect_symbols, places_of
 from codegen.effects.register import is_own
 from codegen.mechanics.system import System
+from codegen.simulate.drive import Chains
 
 Array = NDArray[np.float64]
 

@@ -1,123 +1,112 @@
-"""What drives a plant over a log: time, step length and the effective input of every substep."""
+"""What acts on a plant over a log: commands behind the actuators, as means over each step."""
 
 from __future__ import annotations
 
-import casadi
 import numpy as np
 import sympy
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
-from codegen.mechanics.actuator import decayed
-from codegen.mechanics.casadi_form import symbol_values, to_casadi
+from codegen.mechanics.actuator import Actuator, decayed
+from codegen.mechanics.numpy_form import numpy_function
 from codegen.mechanics.system import System
 
 Array = NDArray[np.float64]
 NEAR_LIMIT = 1 - 1e-9
 """Share of a limit up to which a rounded saturation is inverted; at the limit the input would be infinite."""
+UNEVEN = 1e-6
+"""Largest deviation of a step from the mean one, as a share of it, in evenly spaced times."""
+
+
+class Chains:
+    """The actuators of all inputs of a system as functions of parameters, such as those of a fit."""
+
+    def __init__(self, system: System, symbols: tuple[sympy.Symbol, ...]) -> None:
+        """Args:
+        symbols: whose values ``act`` is given, in order.
+        """
+        chains = [system.actuator(i) for i in range(len(system.inputs))]
+        self._chains = [_Chain(a, w, symbols, system) for a, w in zip(chains, system.inputs, strict=True)]
+        self._numbers = numpy_function([e for a in chains for e in a.numbers], symbols, system.values)
+        self._last: tuple[Array, tuple[float, ...], Array] | None = None
+
+    def act(self, commands: Array, numbers: Array, sample_time: float, substeps: int) -> Array:
+        """(N substeps, m) mean effective inputs over each substep, of commands (N, m) held from t_k to t_(k+1).
+
+        Before the log the first command is taken to have been held.
+        """
+        values = (*map(float, self._numbers(*numbers)), sample_time, substeps)
+        last = self._last
+        if last is not None and last[0] is commands and last[1] == values:  # most steps of a fit move no actuator
+            return last[2]
+        columns = [c.act(commands[:, i], numbers, sample_time, substeps) for i, c in enumerate(self._chains)]
+        inputs = np.ascontiguousarray(np.column_stack(columns))
+        self._last = commands, values, inputs
+        return inputs
+
+
+class _Chain:
+    """One actuator: static(command) held, then the delay and the lag, which commute with holding and each other."""
+
+    def __init__(self, chain: Actuator, w: sympy.Symbol, symbols: tuple[sympy.Symbol, ...], system: System) -> None:
+        static = chain.static(w)
+        self._static = None if static == w else numpy_function([static], (w, *symbols), system.values)
+        self._memory = numpy_function([chain.delay, chain.lag or sympy.S.Zero], symbols, system.values)
+        self._order = chain.order
+
+    def act(self, command: Array, numbers: Array, sample_time: float, substeps: int) -> Array:
+        h = sample_time / substeps
+        if self._static is not None:
+            with np.errstate(divide="ignore", invalid="ignore"):  # a fit may try a rounding of 1
+                command = np.broadcast_to(self._static(command, *numbers)[0], command.shape)
+        w = np.repeat(command, substeps)
+        delay, tau = map(float, self._memory(*numbers))
+        if delay != 0.0:
+            w = _late(w, delay / h)
+        return _lagged(w, tau / h, self._order) if tau > 0.0 else w
 
 
 def drive_columns(system: System, time: Array, inputs: Array, substeps: int) -> Array:
     """One row per sample: (t from the start, h, w of substep 1, …, w of the last substep).
 
-    Commands are held from t_k to t_(k+1) and reach the plant through the input's actuator; behind a delay or a lag a
-    substep gets the exact mean. Before the log the first command is taken to have been held.
-
     Args:
         system: for its ``actuators``.
-        time: (N,) seconds, increasing.
-        inputs: (N, m) commands in SI.
+        time: (N,) seconds, evenly spaced.
+        inputs: (N, m) commands in SI, held from t_k to t_(k+1).
         substeps: steps in one sample.
 
     Returns:
-        (N, 2 + m substeps); the last row is as long as the one before it.
+        (N, 2 + m substeps).
 
     Raises:
-        ValueError: if the shapes do not fit or time does not increase.
+        ValueError: if the shapes do not fit or time does not increase evenly.
     """
     m = len(system.inputs)
     if inputs.shape != (len(time), m):
         raise ValueError(f"inputs of shape {inputs.shape}; expected {(len(time), m)}")
-    lengths = np.diff(time, append=2 * time[-1] - time[-2]) if len(time) > 1 else np.ones(1)
-    if not np.all(lengths > 0):
-        raise ValueError("time does not increase everywhere")
-    steps = lengths / substeps
-    effective = np.empty((len(time), substeps, m))
-    starts = (time[:, None] + steps[:, None] * np.arange(substeps)).ravel()
-    for index in range(m):
-        signal = _Effective(system, index, time, inputs[:, index])
-        if signal.has_memory:
-            ends = starts + np.repeat(steps, substeps)
-            mean = (signal.integral(ends) - signal.integral(starts)) / np.repeat(steps, substeps)
-            effective[:, :, index] = mean.reshape(-1, substeps)
-        else:
-            effective[:, :, index] = signal.held[:, None]
-    return np.hstack([(time - time[0])[:, None], steps[:, None], effective.reshape(len(time), -1)])
+    period = (time[-1] - time[0]) / (len(time) - 1) if len(time) > 1 else 1.0
+    if not period > 0 or np.any(np.abs(np.diff(time) - period) > UNEVEN * period):
+        raise ValueError("time does not increase evenly")
+    effective = Chains(system, ()).act(inputs, np.zeros(0), period, substeps).reshape(len(time), -1)
+    return np.hstack([(time - time[0])[:, None], np.full((len(time), 1), period / substeps), effective])
 
 
-def mean_about_samples(system: System, index: int, time: Array, commands: Array) -> Array:
+def mean_about_samples(system: System, index: int, sample_time: float, commands: Array) -> Array:
     """What acts about each t_k, (N,): the mean over a sample before and a sample after it.
 
     Of the effective input where it lags or has a threshold; else the command that gain, dead zone and saturation turn
     into that mean. A command that steps through a dead zone has a mean that says nothing about the mean effective
     input.
     """
-    signal = _Effective(system, index, time, commands)
-    reach = np.gradient(time)
-    mean = (signal.integral(time + reach) - signal.integral(time - reach)) / (2 * reach)
     chain = system.actuator(index)
+    after = _Chain(chain, system.inputs[index], (), system).act(commands, np.zeros(0), sample_time, 1)
+    mean = (np.concatenate([after[:1], after[:-1]]) + after) / 2
     if not chain.has_inverse:
         return np.asarray(mean)
     gain, width = (float(e.subs(system.values)) for e in (chain.gain, chain.dead_zone))
     for limit in reversed(chain.limits):
         mean = _before_limit(mean, *(float(e.subs(system.values)) for e in (limit.height, limit.rounding)))
     return np.asarray((mean + np.sign(mean) * width) / gain) if gain != 0 else commands
-
-
-class _Effective:
-    """One input's effective value over a log: static(command) held, then the lag, then the delay, which commute."""
-
-    def __init__(self, system: System, index: int, time: Array, commands: Array) -> None:
-        chain = system.actuator(index)
-        w = system.inputs[index]
-        self.held = _static(system, chain.static(w), w, commands)
-        self.has_memory = chain.has_memory
-        self._time, self._delay = time, float(chain.delay.subs(system.values))
-        self._lag = None if chain.lag is None else float(chain.lag.subs(system.values))
-        steps = np.diff(time)
-        area = self.held[:-1] * steps
-        if self._lag is not None:
-            self._errors = _errors(self.held, steps / self._lag, chain.order)
-            area = area + self._behind(np.arange(len(steps)), steps)
-        self._area = np.concatenate([[0.0], np.cumsum(area)])
-
-    def integral(self, at: Array) -> Array:
-        """∫ from time[0] to ``at``; the first value before the log, the last command after it."""
-        late = at - self._delay
-        k = np.clip(np.searchsorted(self._time, late, side="right") - 1, 0, None)
-        since = late - self._time[k]
-        total = self._area[k] + self.held[k] * since
-        if self._lag is not None:
-            total = total + self._behind(k, np.maximum(since, 0.0))
-        return np.asarray(total)
-
-    def _behind(self, k: NDArray[np.intp], since: Array) -> Array:
-        """∫ of the last lag's distance from the held command, over these times since sample k.
-
-        tau y_i' = y_(i−1) − y_i gives it as −tau Σ (e_i(t) − e_i(0)).
-        """
-        assert self._lag is not None
-        begun = [e[k] for e in self._errors]
-        ratio = since / self._lag
-        ended = decayed(begun, ratio, np.exp(-ratio))
-        return np.asarray(-self._lag * sum(after - before for after, before in zip(ended, begun, strict=True)))
-
-
-def _static(system: System, expression: sympy.Expr, w: sympy.Symbol, commands: Array) -> Array:
-    if expression == w:
-        return commands
-    at = casadi.SX.sym("w")
-    function = casadi.Function("static", [at], [to_casadi(expression, symbol_values(system.values) | {w: at})])
-    return np.asarray(function(commands[None, :]).full().ravel(), dtype=float)
 
 
 def _before_limit(w: Array, height: float, rounding: float) -> Array:
@@ -131,14 +120,30 @@ def _before_limit(w: Array, height: float, rounding: float) -> Array:
     return np.asarray(within * np.sqrt((height**2 - (1 - rounding**2) * within**2) / (height**2 - within**2)))
 
 
-def _errors(held: Array, ratios: Array, order: int) -> list[Array]:
-    """Each lag's distance from the command held from each sample on, settled at the first.
+def _late(w: Array, steps: float) -> Array:
+    """Held values delayed by a number of substeps, which may be fractional; before the log the first value is held."""
+    steps = float(np.clip(steps, -len(w), len(w)))
+    whole = int(np.floor(steps))
+    share = steps - whole
+    padded = np.concatenate([np.full(max(whole, 0) + 1, w[0]), w, np.full(max(-whole, 0), w[-1])])
+    first = 1 + max(whole, 0) - whole
+    return np.asarray((1 - share) * padded[first : first + len(w)] + share * padded[first - 1 : first - 1 + len(w)])
+
+
+def _lagged(w: Array, steps: float, order: int) -> Array:
+    """Equal first-order lags of held values in series, exact (``decayed``), and the last one's mean over each substep.
+
+    With h = T/steps, the mean of the last is w − steps Σ (y_i(h) − y_i(0)), since tau y_i' = y_(i−1) − y_i.
 
     Args:
-        ratios: sample lengths over the time constant.
+        steps: time constant over the substep.
     """
-    errors = np.zeros((len(held), order))
-    jumps, decays = np.diff(held), np.exp(-ratios)
-    for k, (ratio, decay) in enumerate(zip(ratios, decays, strict=True)):
-        errors[k + 1] = np.array(decayed(errors[k], ratio, decay)) - jumps[k]
-    return list(errors.T)
+    decay, mean = float(np.exp(-1.0 / steps)), w
+    errors: list[Array] = []
+    for _ in range(order):
+        driven = decayed([*errors, np.zeros_like(w)], 1 / steps, decay)[-1] + (1 - decay) * w
+        end, _ = lfilter([1.0], [1.0, -decay], driven, zi=np.array([decay * w[0]]))
+        before = np.concatenate([[w[0]], end[:-1]])
+        errors.append(before - w)
+        mean = mean - steps * (end - before)
+    return mean

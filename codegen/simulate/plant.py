@@ -118,7 +118,7 @@ def simulate_open_loop(
 
     Args:
         system: with its effects.
-        time: (N,) seconds, increasing.
+        time: (N,) seconds, evenly spaced.
         inputs: (N, m) commands in SI.
         x0, v0: (n,) state at time[0].
         substeps: steps in one sample.

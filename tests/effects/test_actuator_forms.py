@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+import sympy
 from numpy.typing import NDArray
 from scipy.signal import cont2discrete
 
-from codegen.diagnosis.chain import Chain
 from codegen.diagnosis.residual import inverse_dynamics_residual, masks
 from codegen.diagnosis.signals import smooth_motion
 from codegen.effects.declare import add_declared_effects
 from codegen.mechanics import System, build_system
-from codegen.simulate.drive import drive_columns
+from codegen.simulate.drive import Chains, drive_columns
 from codegen.simulate.held_input import HeldInput
 from codegen.spec import parse_spec
 from tests.diagnosis.stage import diagnosed, log_of, stage, system_of
@@ -46,23 +47,24 @@ def mean_behind_two_lags(w: NDArray[np.float64], tau: float, step: float, start:
     return np.array(means)
 
 
-def test_two_lags_where_a_diagnosis_acts_on_commands() -> None:
-    found = Chain(tau=TAU, order=2).act(W, H, 3)
-    np.testing.assert_allclose(found, mean_behind_two_lags(np.repeat(W, 3), TAU, H / 3, W[0]), atol=1e-10)
-
-
 def test_two_lags_where_a_log_drives_a_plant() -> None:
-    """Also at samples of unequal length: a repeated command of half the time is the same held command."""
+    """In the simulator, and with the time constant as an argument, as in a diagnosis."""
     system = machine("actuator_lag", f"tau_each: {TAU}")
-    time = np.arange(len(W)) * H
-    true = mean_behind_two_lags(np.repeat(W, 2), TAU, H / 2, W[0]).reshape(-1, 2)
-    np.testing.assert_allclose(drive_columns(system, time, W[:, None], 2)[:, 2:], true, atol=1e-10)
-    split = np.sort(np.concatenate([time, time[::3] + 0.4 * H]))
-    held = W[np.searchsorted(time, split, side="right") - 1]
-    columns = drive_columns(system, split, held[:, None], 1)
-    area = np.cumsum(columns[:-1, 2] * np.diff(split))
-    whole = np.cumsum(true.mean(axis=1))[:-1] * H
-    np.testing.assert_allclose(area[np.isin(split[1:], time)], whole, atol=1e-10)
+    true = mean_behind_two_lags(np.repeat(W, 3), TAU, H / 3, W[0])
+    columns = drive_columns(system, np.arange(len(W)) * H, W[:, None], 3)[:, 2:]
+    np.testing.assert_allclose(columns.ravel(), true, atol=1e-10)
+    lag = system.actuator(0).lag
+    found = Chains(replace(system, values={}), (lag,)).act(W[:, None], np.array([TAU]), H, 3)
+    np.testing.assert_allclose(found[:, 0], true, atol=1e-10)
+
+
+def test_a_delay_passes_a_command_on_behind_the_dead_zone() -> None:
+    """Where a command changes within a step, the mean of what acts is that of two values behind the dead zone."""
+    system = machine("dead_zone", "width: 2")
+    chain = system.actuator(0).with_stage("delay", sympy.Float(0.4 * H))
+    late = replace(system, actuators={system.inputs[0]: chain})
+    found = drive_columns(late, np.arange(4) * H, np.array([[0.0], [3.0], [-5.0], [-5.0]]), 1)[:, 2]
+    np.testing.assert_allclose(found, [0, 0.6 * 1, 0.4 * 1 - 0.6 * 3, -3], atol=1e-12)
 
 
 def test_two_lags_where_commands_are_held_sample_by_sample() -> None:
@@ -84,7 +86,6 @@ def test_two_lags_in_the_generated_code(tmp_path: Path) -> None:
 def test_up_to_a_threshold_nothing_passes_and_above_it_everything(tmp_path: Path) -> None:
     w = np.array([-7.0, -3.1, -3.0, 0.0, 1.0, 3.0, 3.01, 20.0])
     passed = np.array([-7.0, -3.1, 0.0, 0.0, 0.0, 0.0, 3.01, 20.0])
-    np.testing.assert_array_equal(Chain(thresholds=(3.0,)).act(w, H, 1), passed)
     system = machine("dead_zone", "threshold: 3")
     np.testing.assert_allclose(drive_columns(system, np.arange(8) * H, w[:, None], 1)[:, 2], passed)
     acting = np.where(np.abs(W) > 3, W, 0.0)

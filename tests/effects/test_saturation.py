@@ -11,14 +11,13 @@ import sympy
 
 from codegen.base.errors import BadInput
 from codegen.diagnosis.balance import evaluate_forces
-from codegen.diagnosis.chain import Chain
 from codegen.diagnosis.residual import inverse_dynamics_residual
 from codegen.diagnosis.signals import smooth_motion
 from codegen.effects.declare import add_declared_effects
 from codegen.mechanics import System, build_system
 from codegen.mechanics.actuator import Actuator, Limit
 from codegen.mechanics.system import Matrix
-from codegen.simulate.drive import mean_about_samples
+from codegen.simulate.drive import Chains, mean_about_samples
 from codegen.spec import parse_spec
 from tests.diagnosis.stage import TRAIN, log_of, stage, system_of
 from tests.effects.test_in_code import W, X, estimates
@@ -54,11 +53,14 @@ def passed(system: System, w: float) -> float:
     return float(system.actuator(0).static(u).subs({u: w} | dict(system.values)).doit())
 
 
+def acting(parameters: str, commands: np.ndarray) -> np.ndarray:
+    return Chains(axis(parameters), ()).act(commands[:, None], np.zeros(0), 1e-3, 1)[:, 0]
+
+
 @pytest.mark.parametrize("w", [-70.0, -8.0, -1.0, 0.0, 0.3, 7.9, 8.1, 300.0])
 def test_the_rounded_curve(w: float) -> None:
     assert passed(axis("limit: 8, rounding: 0.6"), w) == pytest.approx(curve(w, 8, 0.6))
-    chain = Chain(limits=((8.0, 0.6),))
-    assert chain.act(np.array([w]), 1e-3, 1)[0] == pytest.approx(curve(w, 8, 0.6))
+    assert acting("limit: 8, rounding: 0.6", np.array([w]))[0] == pytest.approx(curve(w, 8, 0.6))
 
 
 def test_slope_and_limits_do_not_depend_on_the_rounding() -> None:
@@ -70,14 +72,14 @@ def test_slope_and_limits_do_not_depend_on_the_rounding() -> None:
 
 def test_little_rounding_is_a_sharp_corner() -> None:
     w = np.linspace(-20, 20, 81)
-    found = Chain(limits=((8.0, 1e-6),)).act(w, 1e-3, 1)
+    found = acting("limit: 8, rounding: 1e-6", w)
     np.testing.assert_allclose(found, np.clip(w, -8, 8), atol=1e-5)
 
 
 def test_a_hyperbolic_tangent_is_nearly_such_a_curve() -> None:
     """Up to 1.5 limits, 0.3 % of what is missing (RMS): the fit of these two numbers is scipy's."""
     w = np.linspace(-1.5, 1.5, 301)
-    found = Chain(limits=((1.08563, 0.867139),)).act(w, 1e-3, 1)
+    found = acting("limit: 1.08563, rounding: 0.867139", w)
     missing = w - np.tanh(w)
     assert np.sqrt(np.mean((found - np.tanh(w)) ** 2) / np.mean(missing**2)) < 0.003
 
@@ -85,10 +87,10 @@ def test_a_hyperbolic_tangent_is_nearly_such_a_curve() -> None:
 @pytest.mark.parametrize("parameters", ["limit: 6", "limit: 6, rounding: 0.7"])
 def test_the_command_that_acts_about_a_sample_passes_the_limit_once(parameters: str) -> None:
     """A constant command comes back as it is, and what acts is its saturated value: not saturated twice."""
-    system, time = axis(parameters), np.arange(50) * 1e-3
+    system = axis(parameters)
     for command in (-30.0, -4.0, 2.0, 9.0):
         commands = np.full(50, command)
-        inverted = mean_about_samples(system, 0, time, commands)
+        inverted = mean_about_samples(system, 0, 1e-3, commands)
         again = [passed(system, w) for w in inverted]
         np.testing.assert_allclose(again, passed(system, command), rtol=1e-6)
 

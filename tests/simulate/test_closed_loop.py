@@ -14,6 +14,8 @@ from codegen.simulate.sensors import VELOCITY_FILTER_SAMPLES
 from tests.machines import arm, one_mass, two_mass
 from tests.told import refused
 
+EARLIER = 20
+"""Samples without a command before a recorded log."""
 OPEN = "simulation: {duration: 2, sample_time: 0.002, inputs: {w: 9*sin(5*t)}}\n"
 FOLLOW = """
 simulation:
@@ -50,10 +52,10 @@ def test_open_loop_is_what_replaying_its_inputs_gives():
 def test_delay_holds_nothing_before_the_start():
     spec, system = one_mass(k=20, more=DELAY + OPEN.replace("sin(5*t)", "cos(5*t)"))
     log = simulate(spec, system)
-    early = np.concatenate([[-0.02, -0.01], log.time])
-    before = np.vstack([np.zeros((2, 1)), log.inputs])
+    early = log.time[1] * np.arange(-EARLIER, len(log.time))
+    before = np.vstack([np.zeros((EARLIER, 1)), log.inputs])
     x, _ = simulate_open_loop(system, early, before, np.zeros(1), np.zeros(1), substeps=100)
-    assert np.allclose(x[2:], log.true_positions, atol=2e-8)
+    assert np.allclose(x[EARLIER:], log.true_positions, atol=2e-8)
 
 
 def test_commands_pass_the_actuators_chain_in_a_loop():
@@ -64,10 +66,10 @@ def test_commands_pass_the_actuators_chain_in_a_loop():
     effects = "effects: [" + ", ".join(f"{{kind: {stage}}}" for stage in stages) + "]\n"
     spec, system = one_mass(k=20, more=effects + OPEN.replace("sin(5*t)", "cos(5*t)"))
     log = simulate(spec, system)
-    early = np.concatenate([[-0.02, -0.01], log.time])
-    before = np.vstack([np.zeros((2, 1)), log.inputs])
+    early = log.time[1] * np.arange(-EARLIER, len(log.time))
+    before = np.vstack([np.zeros((EARLIER, 1)), log.inputs])
     x, _ = simulate_open_loop(system, early, before, np.zeros(1), np.zeros(1), substeps=100)
-    assert np.allclose(x[2:], log.true_positions, atol=2e-7)
+    assert np.allclose(x[EARLIER:], log.true_positions, atol=2e-7)
 
 
 def test_control_follows_within_limits_and_measures_as_declared():
