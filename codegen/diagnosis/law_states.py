@@ -6,53 +6,21 @@ Laws of Dahl's form around the contact's own level use the simulator's closed fo
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import casadi
 import sympy
 
-from codegen.friction import DynamicLaw
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.system import ContactFriction, System
-from codegen.simulate.dynamic_contact import STANDSTILL, has_states
-from codegen.spec.functions import Sgn
-
-INSIDE = 1 - 1e-9
-"""Factor that keeps states just inside their limits: a power of the distance to the limit may have an infinite slope
-there."""
-DIRECTION = sympy.Symbol("direction", real=True)
-TOP_SPEED = sympy.Symbol("top_speed", real=True)
-
-
-@dataclass(frozen=True)
-class LawTerms:
-    """The law of one contact in terms of its slip symbol, ``DIRECTION`` for the sign of slip, and ``states``.
-
-    Attributes:
-        limits: (low, high) of each state; None where the limit depends on the slip speed.
-        rest: states without load.
-    """
-
-    force: sympy.Expr
-    rates: tuple[sympy.Expr, ...]
-    states: tuple[sympy.Symbol, ...]
-    limits: tuple[tuple[sympy.Expr | None, sympy.Expr | None], ...]
-    rest: tuple[sympy.Expr, ...]
+from codegen.simulate.dynamic_contact import DIRECTION, LawTerms, exponents, has_states, sign_of, state_terms
 
 
 def law_terms(contact: ContactFriction) -> LawTerms | None:
     """The terms of a contact's law; None without states, or for Dahl's form."""
-    law, p = contact.law, contact.law_parameters
-    if not isinstance(law, DynamicLaw) or not has_states(contact) or law.bristle_stiffness(p) != 0:
+    if not has_states(contact) or contact.law.bristle_stiffness(contact.law_parameters) != 0:
         return None
-    states = tuple(sympy.Symbol(f"state_{k}", real=True) for k in range(len(law.states)))
-    force, *rates = (
-        sympy.sympify(e).subs(Sgn(contact.slip), DIRECTION)
-        for e in (law.force(contact.slip, states, p), *law.rates(contact.slip, states, p))
-    )
-    limits = tuple((_kept(low), _kept(high)) for low, high in law.state_range(TOP_SPEED, p))
-    return LawTerms(force, tuple(rates), states, limits, law.rest_state(p))
+    return state_terms(contact)
 
 
 def all_law_terms(system: System) -> list[tuple[int, LawTerms]]:
@@ -82,13 +50,12 @@ def law_function(name: str, system: System, free: Sequence[sympy.Symbol], states
     k = 0
     for c, terms in all_law_terms(system):
         contact = system.contacts[c]
-        exponents = _exponents(contact, system, free)
+        plain = exponents(contact, {s: v for s, v in system.values.items() if s not in free})
         own = {s: y[k + i] for i, s in enumerate(terms.states)}
-        at = numbers | own | {contact.slip: slip[c]}
-        at[DIRECTION] = casadi.fmax(-1, casadi.fmin(1, slip[c] / STANDSTILL))
-        force[c] = to_casadi(terms.force.subs(exponents), at)
+        at = numbers | own | {contact.slip: slip[c], DIRECTION: sign_of(slip[c])}
+        force[c] = to_casadi(terms.force.subs(plain), at)
         for expression in terms.rates:
-            rate[k], push[k] = to_casadi(expression.subs(exponents), at), force[c]
+            rate[k], push[k] = to_casadi(expression.subs(plain), at), force[c]
             k += 1
     by_slip = casadi.vertcat(*[casadi.jacobian(force[c], slip[c]) for c in range(count)])
     by_state = casadi.vertcat(*[casadi.jacobian(push[i], y[i]) for i in range(states)])
@@ -96,15 +63,3 @@ def law_function(name: str, system: System, free: Sequence[sympy.Symbol], states
     decay = casadi.vertcat(*[casadi.jacobian(rate[i], y[i]) for i in range(states)])
     outputs = [force, by_slip, by_state, rate, driven, decay]
     return casadi.Function(name, [slip, y, p], [casadi.densify(o) for o in outputs], {"cse": True})
-
-
-def _kept(limit: sympy.Expr) -> sympy.Expr | None:
-    limit = sympy.sympify(limit)
-    return None if limit.has(TOP_SPEED) else INSIDE * limit
-
-
-def _exponents(contact: ContactFriction, system: System, free: Sequence[sympy.Symbol]) -> dict[sympy.Symbol, Any]:
-    """Dimensionless law parameters as numbers, so that powers become products; not those that a fit moves."""
-    plain = {q.name for q in contact.law.parameters if q.unit == "1"}
-    symbols = (s for name, s in contact.law_parameters.items() if name in plain)
-    return {s: system.values[s] for s in symbols if s in system.values and s not in free}

@@ -9,7 +9,7 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.diagnosis.balance import evaluate_forces, slip_velocities
-from codegen.diagnosis.law_states import DIRECTION, LawTerms, all_law_terms, owners
+from codegen.diagnosis.law_states import all_law_terms, owners
 from codegen.diagnosis.recent import OF_MODELS, recent
 from codegen.diagnosis.shooting import STEPS_PER_PERIOD, Record, Shooter
 from codegen.diagnosis.signals import Motion
@@ -18,7 +18,7 @@ from codegen.mechanics.loads import with_loads
 from codegen.mechanics.numpy_form import numpy_function
 from codegen.mechanics.system import Matrix, System
 from codegen.simulate.drive import mean_about_samples
-from codegen.simulate.dynamic_contact import STANDSTILL
+from codegen.simulate.dynamic_contact import DIRECTION, STANDSTILL, LawTerms
 from codegen.spec.functions import Sgn
 
 Array = NDArray[np.float64]

@@ -11,6 +11,7 @@ from codegen.diagnosis.shooting import Structure
 from codegen.friction import DynamicLaw
 from codegen.mechanics.numpy_form import numpy_function
 from codegen.mechanics.system import System
+from codegen.simulate.dynamic_contact import INSIDE
 
 Array = NDArray[np.float64]
 
@@ -34,8 +35,8 @@ class Structures:
         laws = [terms for _, terms in all_law_terms(system)]
         limits = [limit for terms in laws for limit in terms.limits]
         rest = [value for terms in laws for value in terms.rest]
-        low = [-FAR if low is None else low for low, _ in limits]
-        high = [FAR if high is None else high for _, high in limits]
+        low = [-FAR if low is None else INSIDE * low for low, _ in limits]
+        high = [FAR if high is None else INSIDE * high for _, high in limits]
         stiffness = [c.law.bristle_stiffness(c.law_parameters) for c in system.contacts]
         loads = [(t.load_fraction, t.stiffness, t.damping, t.gap) for t in system.transmissions]
         self._split = tuple(t.coordinate for t in system.transmissions)

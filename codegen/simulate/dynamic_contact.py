@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from math import sqrt
 from typing import Any
 
@@ -22,8 +24,11 @@ ITERATIONS = 6
 STANDSTILL = 1e-9
 """Half width of the slip speeds over which sgn(u) goes from −1 to 1, in slip unit/s."""
 _GAMMA = 1 - 1 / sqrt(2)
-_INSIDE = 1 - 1e-9
-"""Slopes are taken this hair inside a state: a power of the gap to the limit may have an infinite one at it."""
+INSIDE = 1 - 1e-9
+"""Factor that keeps states just inside their limits: a power of the distance to the limit may have an infinite slope
+there."""
+DIRECTION = sympy.Symbol("direction", real=True)
+_TOP_SPEED = sympy.Symbol("top_speed", real=True)
 
 
 def has_states(contact: ContactFriction) -> bool:
@@ -31,12 +36,56 @@ def has_states(contact: ContactFriction) -> bool:
     return isinstance(contact.law, DynamicLaw) and contact.level_at_rest is not None
 
 
+@dataclass(frozen=True)
+class LawTerms:
+    """The law of one contact in terms of its slip symbol, ``DIRECTION`` for the sign of slip, and ``states``.
+
+    Attributes:
+        limits: (low, high) of each state; None where the limit depends on the slip speed.
+        rest: states without load.
+    """
+
+    force: sympy.Expr
+    rates: tuple[sympy.Expr, ...]
+    states: tuple[sympy.Symbol, ...]
+    limits: tuple[tuple[sympy.Expr | None, sympy.Expr | None], ...]
+    rest: tuple[sympy.Expr, ...]
+
+
+def state_terms(contact: ContactFriction) -> LawTerms:
+    """The terms of a contact's law with states."""
+    law, p = contact.law, contact.law_parameters
+    assert isinstance(law, DynamicLaw)
+    states = tuple(sympy.Symbol(f"state_{k}", real=True) for k in range(len(law.states)))
+    force, *rates = (
+        sympy.sympify(e).subs(Sgn(contact.slip), DIRECTION)
+        for e in (law.force(contact.slip, states, p), *law.rates(contact.slip, states, p))
+    )
+    limits = tuple((_fixed(low), _fixed(high)) for low, high in law.state_range(_TOP_SPEED, p))
+    return LawTerms(force, tuple(rates), states, limits, law.rest_state(p))
+
+
+def sign_of(slip: Any) -> Any:
+    """What stands for ``DIRECTION`` at a slip velocity, an SX."""
+    return casadi.fmax(-1, casadi.fmin(1, slip / STANDSTILL))
+
+
+def exponents(contact: ContactFriction, values: Mapping[sympy.Symbol, Any]) -> dict[sympy.Symbol, Any]:
+    """Dimensionless law parameters among ``values`` as numbers, so that powers become products."""
+    plain = {q.name for q in contact.law.parameters if q.unit == "1"}
+    return {s: values[s] for name, s in contact.law_parameters.items() if name in plain and s in values}
+
+
+def _fixed(limit: sympy.Expr) -> sympy.Expr | None:
+    limit = sympy.sympify(limit)
+    return None if limit.has(_TOP_SPEED) else limit
+
+
 class DynamicContacts:
     """The contacts of a System with λ = force(u, z), z' = rates(u, z), stepped together.
 
     Attributes:
         contacts: their indices among the system's contacts, in order.
-        states: names CONTACT_STATE, in order.
         rest: (states,) the states at rest without load.
         stiffness: (contacts,) ∂λ/∂z ∂ξ/∂u at rest, the slope of the force over presliding, in force/slip unit.
     """
@@ -47,36 +96,28 @@ class DynamicContacts:
         slip = casadi.SX.sym("slip", len(chosen))
         names = symbol_values(system.values)
         forces, rates, symbols, rest = [], [], [], []
-        lower, upper, labels, owner = [], [], [], []
+        lower, upper, owner = [], [], []
         for k, c in enumerate(chosen):
             contact = system.contacts[c]
-            law = contact.law
-            assert isinstance(law, DynamicLaw)
-            # An exponent as a number, so that powers become products.
-            p = {name: _number(law, name, s, system) for name, s in contact.law_parameters.items()}
-            u, direction = contact.slip, sympy.Dummy("direction", real=True)
-            z = tuple(sympy.Dummy(state.name, real=True) for state in law.states)
-            own = casadi.SX.sym(f"states_{contact.name}", len(z))
-            names |= {u: slip[k], direction: casadi.fmax(-1, casadi.fmin(1, slip[k] / STANDSTILL))}
-            names |= {s: own[i] for i, s in enumerate(z)}
-            laws = [law.force(u, z, p), *law.rates(u, z, p)]
-            force, *own_rates = [to_casadi(e.subs(Sgn(u), direction), names) for e in laws]
+            terms, plain = state_terms(contact), exponents(contact, system.values)
+            own = casadi.SX.sym(f"states_{contact.name}", len(terms.states))
+            at = names | {contact.slip: slip[k], DIRECTION: sign_of(slip[k])}
+            at |= {s: own[i] for i, s in enumerate(terms.states)}
+            force, *own_rates = [to_casadi(e.subs(plain), at) for e in (terms.force, *terms.rates)]
             forces.append(force)
             rates += own_rates
             symbols.append(own)
-            rest += [float(value.subs(system.values)) for value in law.rest_state(p)]
-            for low, high in law.state_range(_TOP_SPEED, p):
-                lower.append(_limit(low, -np.inf, system))
-                upper.append(_limit(high, np.inf, system))
-            labels += [f"{contact.name}_{state.name}" for state in law.states]
-            owner += [k] * len(z)
+            rest += [float(value.subs(system.values)) for value in terms.rest]
+            lower += [-np.inf if low is None else float(low.subs(system.values)) for low, _ in terms.limits]
+            upper += [np.inf if high is None else float(high.subs(system.values)) for _, high in terms.limits]
+            owner += [k] * len(terms.states)
         states = casadi.vertcat(*symbols) if symbols else casadi.SX(0, 1)
         values = casadi.vertcat(*forces, *rates) if forces else casadi.SX(0, 1)
         slopes = casadi.jacobian(values, casadi.vertcat(slip, states))
         self._laws = casadi.Function("laws", [slip, states], [values])
         self._slopes = casadi.Function("slopes", [slip, states], [slopes], {"cse": True})
         self._owner, self._lower, self._upper = owner, lower, upper
-        self.states, self.rest = tuple(labels), np.array(rest)
+        self.rest = np.array(rest)
         self.stiffness = self._stiffness()
 
     def step(self, slip: Any, free: Any, mobility: Any, states: Any, step: Any) -> tuple[Any, Any]:
@@ -113,9 +154,9 @@ class DynamicContacts:
         self, base_slip: Any, base_states: Any, slip: Any, states: Any, free: Any, mobility: Any, part: Any
     ) -> tuple[Any, Any]:
         """Solve U = base + part (free − mobility λ(U, Z)), Z = base + part ξ(U, Z), from a guess."""
-        count, size = len(self.contacts), len(self.states)
+        count, size = len(self.contacts), len(self.rest)
         for _ in range(ITERATIONS):
-            laws, slopes = self._laws(slip, states), self._slopes(slip, _INSIDE * states)
+            laws, slopes = self._laws(slip, states), self._slopes(slip, INSIDE * states)
             force, rate = laws[:count], laws[count:]
             miss_slip = slip - base_slip - part * (free - casadi.mtimes(mobility, force))
             miss_states = states - base_states - part * rate
@@ -142,16 +183,3 @@ class DynamicContacts:
         for j, k in enumerate(self._owner):
             result[k] += slopes[k, count + j] * slopes[count + j, k]
         return result
-
-
-_TOP_SPEED = sympy.Dummy("top_speed", real=True)
-
-
-def _number(law: DynamicLaw, name: str, s: sympy.Symbol, system: System) -> Any:
-    unit = next(p.unit for p in law.parameters if p.name == name)
-    return system.values[s] if unit == "1" else s
-
-
-def _limit(value: sympy.Expr, otherwise: float, system: System) -> float:
-    """A limit as a number; ``otherwise`` where it depends on a top speed, which a plant does not have."""
-    return otherwise if value.has(_TOP_SPEED) else float(value.subs(system.values))

@@ -38,7 +38,7 @@ class PlantContacts:
         self.set_valued = tuple(c for c, one in enumerate(contacts) if not has_states(one) or one.extra_level != 0)
         self._levels = [_level(contacts[c]) for c in self.set_valued]
         self._jumps = tuple(level.has(Sgn) for level in self._levels)
-        self.memory_size = len(self.set_valued) + len(self.dynamic.states)
+        self.memory_size = len(self.set_valued) + len(self.dynamic.rest)
 
     def forces(self, memory: Any, slip: Any, free: Any, mobility: Any, levels: Levels, step: Any) -> tuple[Any, Any]:
         """Mean contact forces of a step, contacts by 1 and without the smooth part, and the memory after it.
