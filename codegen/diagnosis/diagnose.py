@@ -26,6 +26,7 @@ from codegen.diagnosis.conclusion import (
 from codegen.diagnosis.credit import ALPHA, BLOCKS, NEAR_NOISE, noise_ratio, share_far
 from codegen.diagnosis.examination import examine
 from codegen.diagnosis.fixed_values import explaining_values
+from codegen.diagnosis.force_led import credited_by_force
 from codegen.diagnosis.forward_selection import Outcome, common_effects, find_effects, within_reach
 from codegen.diagnosis.harmonics import with_harmonics
 from codegen.diagnosis.input_timing import acting_between_rows, measured_inputs
@@ -172,6 +173,10 @@ def diagnose_log(
         return remainders(found.adopted or found.refit, training, problem.masks)
 
     answer, outcome = examined(final_search, outcome)
+    if answer.verdict == "unknown" and not faults and noise_ratio(base) > NEAR_NOISE:
+        held_out = partial(measure, motion=other, used=test_problem.masks, window=window, restart_s=restart)
+        report_force = partial(_force_progress, report_progress)
+        answer, outcome = credited_by_force(search, outcome, problem, answer, held_out, report_force)
     tied, experiment, excitation = [], None, None
     if answer.verdict == "ambiguous":
         report_progress("experiment that separates", 0.85)
@@ -361,6 +366,10 @@ def _sought(
 
 def _effect_progress(report_progress: Progress, turn: int, share: float) -> None:
     report_progress(f"effect {turn + 1}", 0.1 + 0.25 * (turn + share))
+
+
+def _force_progress(report_progress: Progress, share: float) -> None:
+    report_progress("effects by the force residual", 0.8 + 0.05 * share)
 
 
 def _separation_progress(report_progress: Progress, what: str, share: float) -> None:

@@ -76,13 +76,43 @@ def examine(
     return answer, outcome
 
 
+def with_estimate(
+    search: Search, outcome: Outcome, problem: Problem, plain: Answer, measured: Measured, by_force: Fit
+) -> Answer:
+    """The answer with the effects of a fit to the force residual, which has their values and intervals.
+
+    Args:
+        outcome: with free runs of these values as its last fit. plain: the answer without effects.
+    """
+    parts = outcome.final.runner.trial.parts
+    found = named_effects(parts, estimate(by_force), plain.refit)
+    found = tuple(replace(f, at_limit=marks) for f, marks in zip(found, at_limit(by_force), strict=True))
+    raised = tuple(w for f, p in zip(found, parts, strict=True) for w in objections(f, p, problem))
+    if raised:
+        return replace(plain, verdict="unknown", effects=found, against=raised)
+    return _judged(search, outcome, problem, plain, measured, outcome.final, found)
+
+
 def _with_effects(
     final_search: Search, outcome: Outcome, problem: Problem, plain: Answer, measured: Measured
 ) -> Answer:
-    system, verdict = final_search.system, plain.verdict
-    fit, found, against = _examined(final_search, outcome.final, problem, plain.refit, verdict == "effect")
+    fit, found, against = _examined(final_search, outcome.final, problem, plain.refit, plain.verdict == "effect")
     if against:
         return replace(plain, verdict=without_effects(outcome), effects=found, against=against)
+    return _judged(final_search, outcome, problem, plain, measured, fit, found)
+
+
+def _judged(
+    final_search: Search,
+    outcome: Outcome,
+    problem: Problem,
+    plain: Answer,
+    measured: Measured,
+    fit: Fit,
+    found: tuple[FoundEffect, ...],
+) -> Answer:
+    """The answer with estimated effects, unless the force residual, a regression or held-out data refuse them."""
+    system, verdict = final_search.system, plain.verdict
     richer = adopt_values(final_search, fit, problem, with_effects(system, found))
     without_it = {s.name: float(plain.refit.values[s]) for s in final_search.moved}
     options = _options(with_effects(system, found), richer, "the effect with refitted values", without_it)

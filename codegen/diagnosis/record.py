@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import butter, filtfilt
 
 from codegen.base.errors import BadInput
 from codegen.diagnosis.shooting import STEPS_PER_PERIOD, Record
@@ -25,6 +26,10 @@ SHORTENED = (1.0, 0.8, 0.64, 0.5)
 MOST_STEPS, PLENTY = 40_000, 120
 """Most time steps of all segments, unless there are fewer segments than ``PLENTY``; the kept segments are spread
 over the log."""
+NOISE_WINDOWS, LEAST_WINDOW = 40, 100
+"""Windows in which the noise near the Nyquist frequency is looked at, and the fewest samples of one."""
+JITTERS = 3.0
+"""Noise near the Nyquist frequency over the stated one from which on the stated one is not believed."""
 A_RECORD = 3
 """Segments in a record of usual length, where an experiment consists of several."""
 
@@ -104,13 +109,31 @@ def _starts(motion: Motion, usable: NDArray[np.bool_], stretches: list[tuple[int
 
 
 def position_noise(motion: Motion, log: Log) -> Array:
-    """(n,) standard deviation of the positions: from the log's description, else estimated above the fine filter."""
+    """(n,) standard deviation of the positions: from the log's description, else estimated above the fine filter.
+
+    Where stamps jitter, the positions scatter by speed times jitter, far more than an encoder's step. That shows near
+    the Nyquist frequency, where no motion of a mass is left; what is seen there counts where it is ``JITTERS`` times
+    the stated noise.
+    """
     above = np.std((motion.measured - motion.positions)[motion.usable], axis=0)
     seen = above / np.sqrt(max(0.05, 1 - 2 * motion.fine_hz * motion.sample_time))
     step = np.array(log.encoder_step or log.intake.smallest_step or (0.0,) * len(seen)) / np.sqrt(12)
     stated = np.hypot(step, np.array(log.description.position_noise or (0.0,) * len(seen)))
+    fastest = _fastest_noise(motion.measured)
+    stated = np.where(fastest > JITTERS * stated, fastest, stated) * (stated > 0)
     size = np.ptp(motion.measured, axis=0)
     return np.asarray(np.where(stated > 0, stated, np.maximum(seen, 1e-9 * np.where(size > 0, size, 1.0))))
+
+
+def _fastest_noise(measured: Array) -> Array:
+    """(n,) standard deviation of white noise that the positions show above two fifths of the sample rate.
+
+    The median over windows, so that single impacts and gaps do not count.
+    """
+    windows = min(NOISE_WINDOWS, max(1, len(measured) // LEAST_WINDOW))
+    b, a = butter(4, 0.8, "high")
+    above = filtfilt(b, a, measured, axis=0)
+    return np.median([np.std(part, axis=0) for part in np.array_split(above, windows)], axis=0) / np.sqrt(0.2)
 
 
 def _near_data(motion: Motion, log: Log) -> NDArray[np.bool_]:

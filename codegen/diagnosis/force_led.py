@@ -1,0 +1,272 @@
+"""Forward selection by the force residual, where free runs are far from the data and credit nothing.
+
+Free runs of a real machine integrate everything that the model lacks. Their error may be led by something that is no
+effect, as jitter of the stamps or a drift, and then they choose and credit nothing. The force residual of a moment
+does not depend on what was before. Candidates are fitted to it by nonlinear least squares, judged on held-out blocks,
+and confirmed by free runs with the values found, to which nothing is fitted then.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codegen.diagnosis import credit
+from codegen.diagnosis.adoption import adopt_values
+from codegen.diagnosis.answer import Answer
+from codegen.diagnosis.candidate_fits import FORM_GAIN, CandidateFits, Found, every_part
+from codegen.diagnosis.credit import SIGNED, evidence, held_out_losses
+from codegen.diagnosis.examination import with_estimate
+from codegen.diagnosis.force_start import ForceStart
+from codegen.diagnosis.forward_selection import Outcome
+from codegen.diagnosis.models import model_of
+from codegen.diagnosis.output_error import (
+    AT_END,
+    Fit,
+    scales,
+    segment_cost,
+    segment_losses,
+    segment_weights,
+    shooting_fit,
+)
+from codegen.diagnosis.problem import Problem
+from codegen.diagnosis.ranking import Ranked, hypotheses, is_possible, matters, relative_size, ties
+from codegen.diagnosis.residual import residual_at_drive
+from codegen.diagnosis.results import ErrorFigures
+from codegen.diagnosis.search import Search
+from codegen.diagnosis.trial import Part, Trial
+from codegen.mechanics.system import System
+
+Array = NDArray[np.float64]
+
+LEVEL = 10.0
+"""RMS of the base's residual in the unit of the residuals: far above 1, so that each block counts by its ratio."""
+FITTED = 5
+"""Candidates, by what least squares from their start leave, that are fitted."""
+STEPS, DAMPED = 5, 4
+"""Most Gauss–Newton steps, and most of a step that are tried with more damping."""
+STEP = 1e-4
+"""Step of a parameter for its slope, over its size."""
+
+
+def _cost(residual: Array, theta: Array, precision: Array, centre: Array) -> float:
+    return segment_cost(residual) + 0.5 * float((precision * (theta - centre) ** 2).sum())
+
+
+@dataclass(frozen=True, eq=False)
+class ForceFits:
+    """Fits of trials to the low-passed force residual, in ``SIGNED`` blocks of the log as segments.
+
+    Attributes:
+        search: with the toleranced parameters' prior. problem: of the declared system on the log's motion.
+        base: the free-run refit, which gives simulator and start states.
+    """
+
+    search: Search
+    problem: Problem
+    base: Fit
+
+    @cached_property
+    def _rows(self) -> list[NDArray[np.int_]]:
+        """By coordinate, the samples used: away from standstill, two in a period of the cutoff."""
+        motion = self.problem.motion
+        every = max(1, round(1 / (2 * motion.cutoff_hz * motion.sample_time)))
+        return [np.flatnonzero(used)[::every] for used in self.problem.masks.rows.T]
+
+    @cached_property
+    def _sizes(self) -> list[float]:
+        """By coordinate, the unit of the residual."""
+        residual = self._forces(self.search.declared_trial, self.adopted)
+        sizes = [
+            float(np.sqrt(np.mean(r[k] ** 2))) if len(k) else 1.0 for r, k in zip(residual.T, self._rows, strict=True)
+        ]
+        return [max(size, 1e-300) / LEVEL for size in sizes]
+
+    @cached_property
+    def adopted(self) -> Array:
+        """(p,) refitted values that both criteria choose."""
+        values = adopt_values(self.search, self.base, self.problem, self.search.system)
+        return np.array(values.values, dtype=float)
+
+    def _forces(self, trial: Trial, theta: Array) -> Array:
+        return residual_at_drive(model_of(trial, theta), self.problem.motion)
+
+    def _residual(self, trial: Trial, theta: Array) -> Array:
+        """(SIGNED, K) residuals by block of the log; blocks with fewer are filled with zeros."""
+        forces, count = self._forces(trial, theta), len(self.problem.motion.time)
+        blocks: list[list[Array]] = [[] for _ in range(SIGNED)]
+        for values, rows, size in zip(forces.T, self._rows, self._sizes, strict=True):
+            edges = np.searchsorted(rows, np.linspace(0, count, SIGNED + 1)[1:-1])
+            for block, part in zip(blocks, np.split(values[rows] / size, edges), strict=True):
+                block.append(part)
+        joined = [np.concatenate(block) for block in blocks]
+        longest = max(map(len, joined))
+        return np.array([np.pad(block, (0, longest - len(block))) for block in joined])
+
+    def fit(self, trial: Trial, theta: Array) -> Fit:
+        """The least-squares fit from these values, by Gauss–Newton steps with damping."""
+        runner = self.search.runners([trial])[0]
+        free = len(theta) - len(self.search.declared)
+        precision = np.append(self.search.prior_precision, np.zeros(free))
+        centre = np.append(self.search.declared, np.zeros(free))
+        bound = np.where(precision > 0, self.search.within / np.sqrt(np.maximum(precision, 1e-300)), np.inf)
+        size, reach = self.search.sizes(trial, theta)
+        first, damping = theta, 1e-6
+        now = self._residual(trial, theta)
+        slopes = self._slopes(trial, theta, now, size)
+        for _ in range(STEPS):
+            weighted = slopes * segment_weights(now)[:, None]
+            matrix = np.einsum("ask,bsk->ab", weighted, slopes) + np.diag(precision)
+            right = np.einsum("ask,sk->a", weighted, now) - precision * (theta - centre)
+            scale, cost, improved = scales(matrix), _cost(now, theta, precision, centre), False
+            for _ in range(DAMPED):
+                normal = matrix / np.outer(scale, scale) + damping * np.eye(len(scale))
+                step = np.linalg.solve(normal, right / scale) / scale
+                moved = np.clip(np.clip(theta + step, first - reach, first + reach), centre - bound, centre + bound)
+                then = self._residual(trial, moved)
+                improved = bool(np.isfinite(then).all()) and _cost(then, moved, precision, centre) < cost
+                if improved:
+                    break
+                damping = max(damping, 1e-4) * 10
+            if not improved:
+                break
+            theta, now, damping = moved, then, max(damping / 10, 1e-6)
+            slopes = self._slopes(trial, theta, now, size, slopes)
+            if cost - _cost(now, theta, precision, centre) < 1e-2 + 1e-4 * cost:
+                break
+        limited = np.abs(theta - centre) >= AT_END * bound
+        at = self.base.offsets, now, now, slopes, self.base.starts
+        return Fit(runner, theta, *at, precision, centre, limited, 1.0)
+
+    def _slopes(self, trial: Trial, theta: Array, now: Array, size: Array, before: Array | None = None) -> Array:
+        """(p, SIGNED, K) slopes of the prediction; those by refitted values, in which forces are linear, are kept."""
+        known = [] if before is None else list(before[: len(trial.moved)])
+        rest = range(len(known), len(theta))
+        return np.array([*known, *(self._slope(trial, theta, k, STEP * float(size[k]), now) for k in rest)])
+
+    def _slope(self, trial: Trial, theta: Array, k: int, step: float, now: Array) -> Array:
+        moved = theta.copy()
+        moved[k] += step
+        return (now - self._residual(trial, moved)) / step
+
+    def run(self, fit: Fit) -> Fit:
+        """Free runs with the values of a fit: only the start states are estimated."""
+        count = len(fit.theta)
+        return shooting_fit(
+            fit.runner, fit.theta, self.search.record.at_rest, np.zeros(count), fit.theta, 0,
+            self.search.sizes(fit.runner.trial, fit.theta)[0], within=self.search.within,
+        )  # fmt: skip
+
+
+def credited_by_force(
+    search: Search,
+    outcome: Outcome,
+    problem: Problem,
+    answer: Answer,
+    measured: Callable[[System], ErrorFigures],
+    report_progress: Callable[[float], None],
+) -> tuple[Answer, Outcome]:
+    """The answer with the effect that the force residual credits and free runs confirm; as it is where there is none.
+
+    The effect has its values and intervals from the force residual. It passes the same examination as others: its
+    interval, a smooth curve over its own variable, and held-out data.
+
+    Args:
+        outcome: of the selection by free runs. answer: that to it, which credits nothing.
+        problem: of the log's motion.
+    """
+    found = selected_by_force(search, outcome.base, problem, report_progress)
+    if found is None:
+        return answer, outcome
+    best, rivals, final = found
+    led = replace(
+        outcome,
+        final=final,
+        first=_with_first(outcome.first, [best, *rivals]),
+        rivals=tuple(rivals),
+        explained=best.evidence.share,
+    )
+    plain = replace(answer, verdict="ambiguous" if rivals else "effect", effects=(), augmented=answer.refit, against=())
+    plain = replace(plain, figures=(*answer.figures[:2], answer.figures[1]))
+    second = with_estimate(search, led, problem, plain, measured, best.found.fit)
+    if second.verdict != plain.verdict:
+        return answer, outcome
+    words = (
+        "the effect is fitted to the residual force, and free runs with its values confirm it; by free runs alone none "
+        "is credited"
+    )
+    return replace(second, remarks=(*second.remarks, words)), led
+
+
+def _with_first(first: Sequence[Ranked], named: Sequence[Ranked]) -> tuple[Ranked, ...]:
+    """The table of candidates with these in place of the same effects."""
+    known = {(r.found.part.kind, r.found.part.on, r.found.part.names) for r in named}
+    others = [r for r in first if (r.found.part.kind, r.found.part.on, r.found.part.names) not in known]
+    return (*named, *others)
+
+
+def selected_by_force(
+    search: Search, base: Fit, problem: Problem, report_progress: Callable[[float], None]
+) -> tuple[Ranked, list[Ranked], Fit] | None:
+    """The effect that the force residual credits, its rivals, and free runs with its values; None where there is none.
+
+    Args:
+        base: the refit of the declared structure by free runs. problem: of the log's motion.
+    """
+    fits = ForceFits(search, problem, base)
+    plain = fits.fit(search.declared_trial, fits.adopted)
+    parts = every_part(search, ())
+    ranked = [_judged(fits, plain, found, hypotheses(parts)) for found in _fitted(fits, plain, parts, report_progress)]
+    ranked.sort(key=lambda r: (bool(r.why_not), r.found.fit.cost))
+    if not ranked or ranked[0].why_not:
+        return None
+    best = ranked[0]
+    before, after = fits.run(plain), fits.run(best.found.fit)
+    confirmed = evidence(segment_losses(before.residual), segment_losses(after.residual), before.residual.shape[1])
+    if confirmed.gain <= 0 or confirmed.p(0.0) > credit.TIE_LEVEL:
+        return None
+    return replace(best, evidence=confirmed), ties(search, ranked), after
+
+
+def _fitted(
+    fits: ForceFits, plain: Fit, parts: Sequence[Part], report_progress: Callable[[float], None]
+) -> list[Found]:
+    """The best candidates by linear least squares, fitted; of forms of one effect the simplest that is as good."""
+    search, at = fits.search, replace(fits.base, theta=plain.theta)
+    tried = CandidateFits(search, at, tuple(parts), report_progress)
+    start = ForceStart(fits.problem, at)
+    begun = [
+        (start.best(trial, tried.covered(part)), trial) for part, trial in zip(tried.parts, tried.trials, strict=True)
+    ]
+    ordered = sorted(((s[0], k, s[1], t) for k, (s, t) in enumerate(begun) if s is not None), key=lambda one: one[:2])
+    found = []
+    for _, _, theta, trial in ordered[:FITTED]:
+        report_progress(len(found) / FITTED)
+        found.append(Found(trial, fits.fit(trial, theta)))
+    possible = [f for f in found if is_possible(search, f)]
+    return [f for f in possible if not any(_is_simpler(other, f) for other in possible)]
+
+
+def _is_simpler(other: Found, found: Found) -> bool:
+    same = (other.part.kind, other.part.on) == (found.part.kind, found.part.on)
+    return same and len(other.part.names) < len(found.part.names) and other.fit.cost <= found.fit.cost + FORM_GAIN
+
+
+def _judged(fits: ForceFits, plain: Fit, found: Found, candidates: int) -> Ranked:
+    """A candidate with its evidence by the force residual, and why it is not credited."""
+    before, after = held_out_losses(plain), held_out_losses(found.fit)
+    one = evidence(before, after, plain.residual.shape[1])
+    p = min(1.0, candidates * one.p(0.0))
+    why_not = ""
+    if one.share < credit.LEAST_SHARE:
+        why_not = f"removes {100 * one.share:.2g} % of the squared force residual on held-out blocks"
+    elif not matters(fits.search, found, plain):
+        why_not = "its force is too little to matter"
+    elif p > credit.ALPHA:
+        why_not = f"fits better by so little that it may be chance (p = {p:.2g} over all candidates)"
+    ratio = float(np.sqrt(found.fit.by_segment.sum() / plain.by_segment.sum()))
+    return Ranked(found, one, after, ratio, relative_size(fits.search, found, plain), why_not, False, p)
