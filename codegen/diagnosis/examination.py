@@ -85,8 +85,8 @@ def with_estimate(
         outcome: with free runs of these values as its last fit. plain: the answer without effects.
     """
     parts = outcome.final.runner.trial.parts
-    found = named_effects(parts, estimate(by_force), plain.refit)
-    found = tuple(replace(f, at_limit=marks) for f, marks in zip(found, at_limit(by_force), strict=True))
+    named = named_effects(parts, estimate(by_force), plain.refit)
+    found = tuple(replace(f, at_limit=marks) for f, marks in zip(named, at_limit(by_force), strict=True))
     raised = tuple(w for f, p in zip(found, parts, strict=True) for w in objections(f, p, problem))
     if raised:
         return replace(plain, verdict="unknown", effects=found, against=raised)

@@ -243,7 +243,7 @@ def _fitted(
         (start.best(trial, tried.covered(part)), trial) for part, trial in zip(tried.parts, tried.trials, strict=True)
     ]
     ordered = sorted(((s[0], k, s[1], t) for k, (s, t) in enumerate(begun) if s is not None), key=lambda one: one[:2])
-    found = []
+    found: list[Found] = []
     for _, _, theta, trial in ordered[:FITTED]:
         report_progress(len(found) / FITTED)
         found.append(Found(trial, fits.fit(trial, theta)))

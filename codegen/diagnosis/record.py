@@ -133,7 +133,8 @@ def _fastest_noise(measured: Array) -> Array:
     windows = min(NOISE_WINDOWS, max(1, len(measured) // LEAST_WINDOW))
     b, a = butter(4, 0.8, "high")
     above = filtfilt(b, a, measured, axis=0)
-    return np.median([np.std(part, axis=0) for part in np.array_split(above, windows)], axis=0) / np.sqrt(0.2)
+    deviations = [np.std(part, axis=0) for part in np.array_split(above, windows)]
+    return np.asarray(np.median(deviations, axis=0) / np.sqrt(0.2))
 
 
 def _near_data(motion: Motion, log: Log) -> NDArray[np.bool_]:

@@ -1,0 +1,105 @@
+"""Selection by the force residual, for logs whose free runs credit nothing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+
+from benchmarks.real.sets import DATA
+from codegen.diagnosis.force_led import LEVEL, ForceFits, selected_by_force
+from codegen.diagnosis.models import model_of
+from codegen.diagnosis.problem import Problem
+from codegen.diagnosis.record import position_noise, record_of
+from codegen.diagnosis.residual import inverse_dynamics_residual
+from codegen.diagnosis.search import Search, search_on
+from codegen.diagnosis.signals import smooth_motion
+from codegen.diagnosis.trial import part_of
+from codegen.effects import CATALOGUE
+from codegen.logs import Log, read_log
+from tests.diagnosis.stage import log_of, stage, system_of
+
+SPRING = "[{kind: spring, on: x, parameters: {k: 30}}]"
+JITTER_S = 0.3e-3
+
+
+def searched(log: Log) -> tuple[Search, Problem]:
+    motion = smooth_motion(log)
+    problem = Problem(system_of(stage()), motion, {})
+    return search_on(problem, lambda share: record_of(motion, log, share)), problem
+
+
+def jittered(log: Log, folder: Path) -> Log:
+    """The log as a host with an uneven clock would have stamped it: its samples are taken up to 0.3 ms off."""
+    off = JITTER_S * np.random.default_rng(5).standard_normal(log.size)
+    x = np.interp(log.time + off, log.time, log.positions[:, 0])
+    rows = (f"{t:.6f},{a:.9g},{w:.9g}" for t, a, w in zip(log.time, x, log.inputs[:, 0], strict=True))
+    path = folder / "jittered.csv"
+    path.write_text("\n".join(["t,x,w", *rows]) + "\n")
+    return read_log(path, stage())
+
+
+def test_the_fit_is_that_of_a_least_squares_solver(tmp_path: Path) -> None:
+    """scipy's trust-region solver minimises the same robust loss of the same residual, computed here by itself."""
+    log = log_of(stage(SPRING, 5.5), tmp_path, "train.csv")
+    search, problem = searched(log)
+    fits = ForceFits(search, problem, search.refit())
+    trial = search.declared_trial.with_part(part_of(CATALOGUE["spring"], 0, search.system))
+    found = fits.fit(trial, np.append(fits.adopted, 1.0))
+
+    motion = problem.motion
+    every = max(1, round(1 / (2 * motion.cutoff_hz * motion.sample_time)))
+    used = np.flatnonzero(problem.masks.rows[:, 0])[::every]
+    plain = inverse_dynamics_residual(model_of(search.declared_trial, fits.adopted), motion)[used, 0]
+    edges = np.searchsorted(used, np.linspace(0, len(motion.time), 49)[1:-1])
+    longest = max(map(len, np.split(used, edges)))
+
+    def losses(theta: np.ndarray) -> np.ndarray:
+        left = inverse_dynamics_residual(model_of(trial, theta), motion)[used, 0]
+        left = left / (np.sqrt(np.mean(plain**2)) / LEVEL)
+        squares = np.array([part @ part for part in np.split(left, edges)])
+        return np.sqrt(longest * np.log1p(squares / longest))
+
+    other = least_squares(losses, found.theta * 1.1, x_scale=np.abs(found.theta))
+    assert found.cost == pytest.approx(other.cost, rel=1e-3)
+    assert found.theta == pytest.approx(other.x, rel=0.02)
+    assert trial.split(found.theta)[1][0]["k"] == pytest.approx(30.0, rel=0.03)
+
+
+def test_a_spring_is_found_and_free_runs_confirm_it(tmp_path: Path) -> None:
+    log = jittered(log_of(stage(SPRING, 5.5), tmp_path, "train.csv"), tmp_path)
+    search, problem = searched(log)
+    found = selected_by_force(search, search.refit(), problem, lambda share: None)
+    assert found is not None
+    best, rivals, run = found
+    assert best.found.part.kind == "spring" and not rivals
+    assert best.found.parameters["k"] == pytest.approx(30.0, rel=0.1)
+    assert best.evidence.share > 0.5 and run.theta == pytest.approx(best.found.fit.theta)
+
+
+def test_nothing_is_found_where_only_levels_are_wrong(tmp_path: Path) -> None:
+    log = jittered(log_of(stage(level=5.5), tmp_path, "train.csv"), tmp_path)
+    search, problem = searched(log)
+    assert selected_by_force(search, search.refit(), problem, lambda share: None) is None
+
+
+def test_jitter_of_the_stamps_is_noise_of_the_positions(tmp_path: Path) -> None:
+    """White jitter of 0.3 ms at the RMS speed v is white noise of 0.3 ms times v, far above the encoder's step."""
+    clean = log_of(stage(SPRING, 5.5), tmp_path, "train.csv")
+    speed = np.sqrt(np.median(smooth_motion(clean).velocities[:, 0] ** 2))
+    log = jittered(clean, tmp_path)
+    assert position_noise(smooth_motion(clean), clean)[0] == pytest.approx(2e-6 / np.sqrt(12), rel=0.3)
+    assert 0.5 < position_noise(smooth_motion(log), log)[0] / (JITTER_S * speed) < 2
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not DATA.is_dir(), reason="../shared/data is not here")
+def test_a_motor_with_jittered_stamps_gets_its_viscous_friction(tmp_path: Path) -> None:
+    """An expert's least squares gains from friction that grows with speed (README of laas_cogging): 6.8 → 4.7 %."""
+    from tests.diagnosis.test_real_sets import diagnosis
+
+    found = diagnosis("laas_cogging", "fast", tmp_path)
+    assert [e["kind"] for e in found["effects"]] == ["viscous"]
+    assert found["error"]["augmented"]["relative_force_error"] < 0.9 * found["error"]["refit"]["relative_force_error"]
