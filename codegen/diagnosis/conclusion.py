@@ -324,7 +324,6 @@ def _effect_of(part: Part, values: Mapping[str, float], system: System) -> Found
 
 def _candidate(r: Ranked) -> Candidate:
     part, e = r.found.part, r.evidence
-    simple = {p.name for p in CATALOGUE[part.kind].forms[0].parameters}
     return Candidate(
         kind=part.kind,
         on=part.on,
@@ -341,5 +340,5 @@ def _candidate(r: Ranked) -> Candidate:
         own=is_own(part.kind),
         at_limit=at_limit(r.found.fit)[-1],
         p=r.p,
-        form=", ".join(name for name in part.names if name not in simple and len(CATALOGUE[part.kind].forms) > 1),
+        form=part.form,
     )

@@ -242,13 +242,16 @@ class SteadySearch:
         """Every effect that such records can show, in addition to those of a fit: credited ones first, best first."""
         trial, taken = base.trial, {(p.kind, p.on) for p in base.trial.parts}
         trials = [
-            trial.with_part(part_of(effect, place, self.system))
+            trial.with_part(part_of(form, place, self.system))
             for effect, place in candidates(trial.changed)
             if not effect.refines
+            for form in effect.forms
         ]
         trials = [t for t in trials if (t.parts[-1].kind, t.parts[-1].on) not in taken and is_seen(t)]
-        tried = [self._tried(t, base, len(trials)) for t in trials]
-        return sorted((a for a in tried if a is not None), key=lambda a: (bool(a.why_not), a.fit.squares))
+        count = len({(t.parts[-1].kind, t.parts[-1].on) for t in trials})
+        tried = [one for t in trials if (one := self._tried(t, base, count)) is not None]
+        kept = [one for one in tried if not any(_is_simpler_form(other, one) for other in tried)]
+        return sorted(kept, key=lambda a: (bool(a.why_not), a.fit.squares))
 
     def ties(self, ranked: Sequence[SteadyCandidate]) -> list[SteadyCandidate]:
         """Credited candidates that the records cannot tell from the best, its twins left out."""
@@ -330,6 +333,13 @@ class SteadySearch:
 def _nats(fit: SteadyFit, count: int) -> float:
     """−log-likelihood of a fit with unknown scale, plus one nat a parameter (Akaike)."""
     return 0.5 * count * float(np.log(max(fit.squares, 1e-300))) + len(fit.theta)
+
+
+def _is_simpler_form(other: SteadyCandidate, one: SteadyCandidate) -> bool:
+    """Whether a candidate is the same effect with fewer parameters, and the records cannot tell that it is worse."""
+    a, b, count = other.part, one.part, len(one.fit.residual)
+    simpler = (a.kind, a.on) == (b.kind, b.on) and len(a.names) < len(b.names)
+    return simpler and _nats(other.fit, count) <= _nats(one.fit, count) + TIE_NATS
 
 
 def mean_forces(system: System, means: Means) -> tuple[Array, Array]:
@@ -429,6 +439,7 @@ def candidate_of(tried: SteadyCandidate, system: System) -> Candidate:
         size=tried.size,
         own=is_own(part.kind),
         p=tried.p,
+        form=part.form,
     )
 
 

@@ -47,6 +47,13 @@ class Part:
     def effect(self) -> Effect:
         return CATALOGUE[self.kind].with_parameters(self.names)
 
+    @property
+    def form(self) -> str:
+        """The parameters that the usual form of the effect does not have, as words; empty for the usual form."""
+        kind = CATALOGUE[self.kind]
+        usual = {p.name for p in kind.forms[0].parameters}
+        return ", ".join(name for name in self.names if name not in usual and len(kind.forms) > 1)
+
     def inward(self, values: Mapping[str, float]) -> Array:
         """Parameters → the unbounded coordinates of a fit."""
         return np.array([c.inward(values[name]) for name, c in zip(self.names, self.coordinates, strict=True)])

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import product
 
 import sympy
 
 from codegen.effects.effect import Confusion, Effect, EffectParameter, Symbols
 from codegen.effects.start import Covered, speeds
+from codegen.friction.law import DynamicLaw
 from codegen.mechanics.system import System
 from codegen.spec.functions import Magnitude
 
@@ -18,9 +19,15 @@ EXPONENT = EffectParameter(
     "exponent", "1", "2 where it is not given; 1 for an exponential", low=0.5, high=4.0, usual=2.0, as_number=True
 )
 
+DIFFERENCE = EffectParameter("d_delta", "{F}", "half the difference of the rises for u > 0 and u < 0", neutral=0.0)
+FORMS = ((RISE, SPEED), (RISE, SPEED, EXPONENT), (RISE, SPEED, DIFFERENCE))
+
 
 class Stribeck(Effect):
     """level += delta exp(−(u/v_s)²), or with another ``exponent`` than 2 level += delta exp(−(|u|/v_s)^exponent).
+
+    With ``d_delta`` the rise differs by direction, as in a worm gear: delta + d_delta for u > 0, delta − d_delta for
+    u < 0.
 
     Exponents between 0.5 and 1 have been measured in ball bearings and gears (Armstrong-Hélouvry, Dupont and Canudas
     de Wit 1994); the exponent 1 is Tustin's curve. Below 1 the slope is infinite at standstill, and no certificate
@@ -30,7 +37,10 @@ class Stribeck(Effect):
 
     kind = "stribeck"
     sits_on = "contact"
-    equation = "level += delta·exp(−(|u|/v_s)²), or with exponent in place of 2 where it is given"
+    equation = (
+        "level += delta·exp(−(|u|/v_s)²), or with exponent in place of 2, or (delta + d_delta·sgn(u)) in place of "
+        "delta, where given"
+    )
     signature = "extra friction at low slip speed that is gone above the Stribeck velocity"
     seen_over = "velocity"
     confused_with = (
@@ -40,17 +50,27 @@ class Stribeck(Effect):
         Confusion("quadratic_drag", "slow motion, where a wide Stribeck curve still falls"),
     )
 
-    def __init__(self, shaped: bool = False) -> None:
-        self.parameters = (RISE, SPEED, EXPONENT) if shaped else (RISE, SPEED)
+    demands = "d_delta such that the level is not negative in either direction"
+
+    def __init__(self, form: int = 0) -> None:
+        self.parameters = FORMS[form]
 
     def with_parameters(self, names: Sequence[str]) -> Effect:
-        """With an exponent where it is given."""
-        return type(self)(shaped=EXPONENT.name in names)
+        """With an exponent, or a rise by direction, where that is given."""
+        return type(self)(2 if DIFFERENCE.name in names else 1 if EXPONENT.name in names else 0)
 
     @property
     def forms(self) -> tuple[Effect, ...]:
-        """The Gaussian first."""
-        return (self, type(self)(shaped=True))
+        """The symmetric Gaussian first."""
+        return tuple(type(self)(form) for form in range(len(FORMS)))
+
+    def admissible(self, system: System, place: int, values: Mapping[str, float]) -> bool:
+        """Neither level at rest is negative: friction does not push. Not asked of a law with states."""
+        contact = system.contacts[place]
+        level = None if isinstance(contact.law, DynamicLaw) else contact.level_at_rest
+        lower = values["delta"] - abs(values.get(DIFFERENCE.name, 0.0))
+        is_friction = level is None or lower >= 0 or float(level.subs(system.values)) + lower >= 0
+        return super().admissible(system, place, values) and is_friction
 
     def starts(self, covered: Covered) -> list[dict[str, float]]:
         """At Stribeck velocities from a hundredth of the top speed up, an exponent at 1."""
@@ -59,7 +79,9 @@ class Stribeck(Effect):
 
     def add(self, system: System, place: int, p: Symbols) -> System:
         slip = system.contacts[place].slip
-        if EXPONENT.name not in p:
-            return system.with_level(place, p["delta"] * sympy.exp(-((slip / p["v_s"]) ** 2)))
-        power = Magnitude(slip) ** p["exponent"] / p["v_s"] ** p["exponent"]
-        return system.with_level(place, p["delta"] * sympy.exp(-power))
+        if EXPONENT.name in p:
+            power = Magnitude(slip) ** p["exponent"] / p["v_s"] ** p["exponent"]
+            return system.with_level(place, p["delta"] * sympy.exp(-power))
+        curve = sympy.exp(-((slip / p["v_s"]) ** 2))
+        changed = system.with_level(place, p["delta"] * curve)
+        return changed.with_contact_force(place, p["d_delta"] * curve) if DIFFERENCE.name in p else changed

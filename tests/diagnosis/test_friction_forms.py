@@ -104,6 +104,17 @@ def test_a_steep_stribeck_curve_is_found_and_its_observer_refused(tmp_path: Path
     assert "exponent:" in (tmp_path / "found" / "spec.yaml").read_text("utf-8")
 
 
+@pytest.mark.slow
+def test_a_peak_that_differs_by_direction_is_one_effect(tmp_path: Path) -> None:
+    """As in a worm gear: 2.5 N more than the level at standstill for u > 0, and 0.3 N more for u < 0."""
+    truth = {"delta": 1.4, "v_s": 0.1, "d_delta": 1.1}
+    effects = f"[{{kind: stribeck, on: rail, parameters: {{{', '.join(f'{k}: {v}' for k, v in truth.items())}}}}}]"
+    plain = STAGE.format(effects=effects, level=2.0, reference=TRAIN, duration=14.0, noise=1e-6)
+    diagnosis, _ = diagnosed(plain, tmp_path)
+    assert [e.kind for e in diagnosis.effects] == ["stribeck"], diagnosis.sentence
+    assert diagnosis.effects[0].parameters == pytest.approx(truth, rel=0.1)
+
+
 @pytest.mark.parametrize(
     ("kind", "v_s", "hidden"),
     [
@@ -117,5 +128,5 @@ def test_a_steep_stribeck_curve_is_found_and_its_observer_refused(tmp_path: Path
 def test_a_curve_must_bend_within_the_speeds_of_the_log(kind: str, v_s: float, hidden: bool, tmp_path: Path) -> None:
     """The stage's top speed is about 0.8 m/s: 0.2 m at 0.4 Hz and 0.06 m at 1.1 Hz."""
     motion, system = smooth_motion(log_of(stage(), tmp_path, "log.csv")), system_of(stage())
-    part = part_of(CATALOGUE[kind].forms[-1], 0, system)
+    part = part_of(CATALOGUE[kind].with_parameters(["v_s", "exponent"]), 0, system)
     assert shows_no_bend(system, motion, part, {"b": 1.0, "delta": 1.0, "exponent": 1.0, "v_s": v_s}) is hidden

@@ -144,7 +144,7 @@ def test_a_gaussian_curve_is_fitted_again_without_its_exponent(tmp_path: Path) -
     peak = "[{kind: stribeck, on: rail, parameters: {delta: 3, v_s: 0.1}}]"
     search, _ = search_of(stage(), log_of(stage(peak), tmp_path, "log.csv"))
     base, effect = search.refit(), CATALOGUE["stribeck"]
-    shaped = part_of(effect.forms[-1], 0, system_of(stage()))
+    shaped = part_of(effect.with_parameters(["exponent"]), 0, system_of(stage()))
     values = {"delta": 3.0, "v_s": 0.1, "exponent": 2.05}
     fit = search.with_parts(base, base.theta, [shaped], [values])
     seen, unseen = (

@@ -34,8 +34,12 @@ TRAINED, HELD = (0.3, 1.0, 2.0, 3.5, 5.0, 8.0, 12.0, 18.0), (0.6, 1.5, 2.7, 4.2,
 Array = NDArray[np.float64]
 
 
-def record(file: Path, speed: float, rise: float, rng: np.random.Generator) -> Path:
-    """500 rows at one speed: Coulomb, viscous and a Stribeck peak of this height, with waves in both columns."""
+def record(file: Path, speed: float, rise: float, rng: np.random.Generator, both_ways: bool = True) -> Path:
+    """500 rows at one speed: Coulomb, viscous and a Stribeck peak of this height, with waves in both columns.
+
+    Unless ``both_ways``, the peak is there at positive speeds only.
+    """
+    rise = rise if both_ways or speed > 0 else 0.0
     t = 0.01 * np.arange(500)
     wave = np.sin(7 * speed * t + rng.uniform(0, 6))
     v = speed + 0.02 * wave + 0.01 * rng.standard_normal(len(t))
@@ -45,14 +49,14 @@ def record(file: Path, speed: float, rise: float, rng: np.random.Generator) -> P
     return file
 
 
-def ladder(folder: Path, speeds: tuple[float, ...], rise: float, seed: int) -> list[Path]:
+def ladder(folder: Path, speeds: tuple[float, ...], rise: float, seed: int, both_ways: bool = True) -> list[Path]:
     rng = np.random.default_rng(seed)
-    return [record(folder / f"{seed}_{w * s:g}.csv", w * s, rise, rng) for s in speeds for w in (1, -1)]
+    return [record(folder / f"{seed}_{w * s:g}.csv", w * s, rise, rng, both_ways) for s in speeds for w in (1, -1)]
 
 
-def diagnosed(folder: Path, rise: float, tested: bool = True) -> dict[str, Any]:
+def diagnosed(folder: Path, rise: float, tested: bool = True, both_ways: bool = True) -> dict[str, Any]:
     (folder / "spec.yaml").write_text(SPEC)
-    train, test = ladder(folder, TRAINED, rise, 1), ladder(folder, HELD, rise, 2)
+    train, test = ladder(folder, TRAINED, rise, 1, both_ways), ladder(folder, HELD, rise, 2, both_ways)
     result = stiction.diagnose(folder / "spec.yaml", train, test if tested else None, folder / "out")
     read: dict[str, Any] = json.loads((result.folder / "diagnosis.json").read_text())
     return read
@@ -70,6 +74,18 @@ def test_a_stribeck_peak_is_found_below_the_ripple(tmp_path: Path, tested: bool)
     before, after = (found["error"][m]["residual_force_rms"] for m in ("declared", "augmented"))
     assert after < 0.25 * before and after < 6e-5  # the scatter of the means is 2e-5, the ripple 2e-4
     assert "16 records" in found["sentence"] or not tested
+
+
+def test_a_peak_in_one_direction_only_is_found_as_such(tmp_path: Path) -> None:
+    """As in a worm gear; a symmetric peak of half the height leaves half of it everywhere."""
+    found = diagnosed(tmp_path, RISE, both_ways=False)
+    assert found["verdict"] == "effect"
+    (effect,) = found["effects"]
+    assert effect["kind"] == "stribeck"
+    forward, back = (effect["parameters"]["delta"] + s * effect["parameters"]["d_delta"] for s in (1, -1))
+    assert forward == pytest.approx(RISE, rel=0.15) and abs(back) < 0.15 * RISE
+    assert effect["parameters"]["v_s"] == pytest.approx(SPEED, rel=0.3)
+    assert found["error"]["augmented"]["residual_force_rms"] < 6e-5
 
 
 def test_a_ladder_without_a_peak_lacks_nothing(tmp_path: Path) -> None:

@@ -39,7 +39,9 @@ CONTACT = {
     ),
     "coulomb_asymmetry": lambda u, s, L, t, d: d,
     "viscous_asymmetry": lambda u, s, L, t, d_b: d_b * abs(u),
-    "stribeck": lambda u, s, L, t, delta, v_s, exponent=2: np.sign(u) * delta * np.exp(-(abs(u / v_s) ** exponent)),
+    "stribeck": lambda u, s, L, t, delta, v_s, exponent=2, d_delta=0: (
+        (np.sign(u) * delta + d_delta) * np.exp(-(abs(u / v_s) ** exponent))
+    ),
     "position_dependent_friction": lambda u, s, L, t, amplitude, period, phase, amplitude_2=0, phase_2=0: (
         np.sign(u)
         * (amplitude * np.sin(2 * pi * s / period + phase) + amplitude_2 * np.sin(4 * pi * s / period + phase_2))
