@@ -173,7 +173,9 @@ def diagnose_log(
         return remainders(found.adopted or found.refit, training, problem.masks)
 
     answer, outcome = examined(final_search, outcome)
-    if answer.verdict == "unknown" and not faults and noise_ratio(base) > NEAR_NOISE:
+    credited = answer.verdict in ("effect", "ambiguous")
+    far = noise_ratio(outcome.final if credited else base) > NEAR_NOISE
+    if answer.verdict != "none" and far and not faults:
         held_out = partial(measure, motion=other, used=test_problem.masks, window=window, restart_s=restart)
         report_force = partial(_force_progress, report_progress)
         answer, outcome = credited_by_force(search, outcome, problem, answer, held_out, report_force)

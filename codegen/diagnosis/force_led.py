@@ -1,4 +1,4 @@
-"""Forward selection by the force residual, where free runs are far from the data and credit nothing.
+"""Forward selection by the force residual, where free runs stay far from the data.
 
 Free runs of a real machine integrate everything that the model lacks. Their error may be led by something that is no
 effect, as jitter of the stamps or a drift, and then they choose and credit nothing. The force residual of a moment
@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,10 +19,10 @@ from codegen.diagnosis import credit
 from codegen.diagnosis.adoption import adopt_values
 from codegen.diagnosis.answer import Answer
 from codegen.diagnosis.candidate_fits import FORM_GAIN, CandidateFits, Found, every_part
-from codegen.diagnosis.credit import SIGNED, evidence, held_out_losses
+from codegen.diagnosis.credit import SIGNED, Evidence, evidence, held_out_losses
 from codegen.diagnosis.examination import with_estimate
 from codegen.diagnosis.force_start import ForceStart
-from codegen.diagnosis.forward_selection import Outcome
+from codegen.diagnosis.forward_selection import MOST_EFFECTS, LaterRound, Outcome
 from codegen.diagnosis.models import model_of
 from codegen.diagnosis.output_error import (
     AT_END,
@@ -36,7 +36,7 @@ from codegen.diagnosis.output_error import (
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.ranking import Ranked, hypotheses, is_possible, matters, relative_size, ties
 from codegen.diagnosis.residual import residual_at_drive
-from codegen.diagnosis.results import ErrorFigures
+from codegen.diagnosis.results import ErrorFigures, Verdict
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.trial import Part, Trial
 from codegen.mechanics.system import System
@@ -45,8 +45,11 @@ Array = NDArray[np.float64]
 
 LEVEL = 10.0
 """RMS of the base's residual in the unit of the residuals: far above 1, so that each block counts by its ratio."""
-FITTED = 5
+FITTED = 8
 """Candidates, by what least squares from their start leave, that are fitted."""
+ELSEWHERE = 0.2
+"""Least share of what is left for a further effect over another variable than those found; over the same variable it
+may correct a misfit of their form, and must remove ``credit.FURTHER``."""
 STEPS, DAMPED = 5, 4
 """Most Gauss–Newton steps, and most of a step that are tried with more damping."""
 STEP = 1e-4
@@ -153,6 +156,13 @@ class ForceFits:
         moved[k] += step
         return (now - self._residual(trial, moved)) / step
 
+    def without(self, fit: Fit, index: int) -> Fit:
+        """The fit with one of its effects removed."""
+        trial = fit.runner.trial
+        moved, found = trial.split(fit.theta)
+        kept = replace(trial, parts=tuple(p for k, p in enumerate(trial.parts) if k != index))
+        return self.fit(kept, kept.theta(moved, [values for k, values in enumerate(found) if k != index]))
+
     def run(self, fit: Fit) -> Fit:
         """Free runs with the values of a fit: only the start states are estimated."""
         count = len(fit.theta)
@@ -160,6 +170,28 @@ class ForceFits:
             fit.runner, fit.theta, self.search.record.at_rest, np.zeros(count), fit.theta, 0,
             self.search.sizes(fit.runner.trial, fit.theta)[0], within=self.search.within,
         )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class ForceSelection:
+    """Effects that the force residual credits and free runs confirm.
+
+    Attributes:
+        fit: to the force residual, with all of them. run: free runs with its values.
+        explained: share of the squared error of free runs that they remove.
+        rounds: candidates, the best first, each round with the effects found before. rivals: of the first effect.
+    """
+
+    fits: ForceFits
+    fit: Fit
+    run: Fit
+    explained: float
+    rounds: tuple[LaterRound, ...]
+    rivals: tuple[Ranked, ...]
+
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        return self.fit.runner.trial.parts
 
 
 def credited_by_force(
@@ -170,36 +202,51 @@ def credited_by_force(
     measured: Callable[[System], ErrorFigures],
     report_progress: Callable[[float], None],
 ) -> tuple[Answer, Outcome]:
-    """The answer with the effect that the force residual credits and free runs confirm; as it is where there is none.
+    """The answer with effects that the force residual credits and free runs confirm; as it is where there are none.
 
-    The effect has its values and intervals from the force residual. It passes the same examination as others: its
-    interval, a smooth curve over its own variable, and held-out data.
+    The effects have their values and intervals from the force residual. They pass the same examination as others: their
+    intervals, a smooth curve over their own variable, and held-out data. Where free runs credit other effects, these
+    must also leave significantly more of the force residual on held-out blocks.
 
     Args:
-        outcome: of the selection by free runs. answer: that to it, which credits nothing.
+        outcome: of the selection by free runs. answer: that to it.
         problem: of the log's motion.
     """
     found = selected_by_force(search, outcome.base, problem, report_progress)
-    if found is None:
+    if found is None or (answer.verdict != "unknown" and not _is_better(found, outcome.final)):
         return answer, outcome
-    best, rivals, final = found
     led = replace(
         outcome,
-        final=final,
-        first=_with_first(outcome.first, [best, *rivals]),
-        rivals=tuple(rivals),
-        explained=best.evidence.share,
+        final=found.run,
+        first=_with_first(outcome.first, found.rounds[0].ranked),
+        later=found.rounds[1:],
+        rivals=found.rivals,
+        explained=found.explained,
+        unexplained=False,
     )
-    plain = replace(answer, verdict="ambiguous" if rivals else "effect", effects=(), augmented=answer.refit, against=())
+    verdict: Verdict = "ambiguous" if found.rivals else "effect"
+    plain = replace(answer, verdict=verdict, effects=(), augmented=answer.refit, against=())
     plain = replace(plain, figures=(*answer.figures[:2], answer.figures[1]))
-    second = with_estimate(search, led, problem, plain, measured, best.found.fit)
+    second = with_estimate(search, led, problem, plain, measured, found.fit)
     if second.verdict != plain.verdict:
         return answer, outcome
-    words = (
-        "the effect is fitted to the residual force, and free runs with its values confirm it; by free runs alone none "
-        "is credited"
-    )
+    alone = "none is credited" if answer.verdict == "unknown" else _other_names(answer)
+    words = f"by the residual force, and free runs with the values found confirm it; by free runs alone {alone}"
     return replace(second, remarks=(*second.remarks, words)), led
+
+
+def _other_names(answer: Answer) -> str:
+    return f"{' and '.join(e.kind for e in answer.effects)} would be named, which leaves more of the residual force"
+
+
+def _is_better(found: ForceSelection, by_runs: Fit) -> bool:
+    """Whether effects leave significantly less of the force residual than those that free runs credit."""
+    trial = by_runs.runner.trial
+    if {(p.kind, p.on) for p in trial.parts} == {(p.kind, p.on) for p in found.parts}:
+        return False
+    other = found.fits.fit(trial, by_runs.theta)
+    gained = evidence(held_out_losses(other), held_out_losses(found.fit), other.residual.shape[1])
+    return gained.gain > 0 and gained.p(0.0) <= credit.TIE_LEVEL
 
 
 def _with_first(first: Sequence[Ranked], named: Sequence[Ranked]) -> tuple[Ranked, ...]:
@@ -211,34 +258,71 @@ def _with_first(first: Sequence[Ranked], named: Sequence[Ranked]) -> tuple[Ranke
 
 def selected_by_force(
     search: Search, base: Fit, problem: Problem, report_progress: Callable[[float], None]
-) -> tuple[Ranked, list[Ranked], Fit] | None:
-    """The effect that the force residual credits, its rivals, and free runs with its values; None where there is none.
+) -> ForceSelection | None:
+    """Forward selection by the force residual, confirmed by free runs; None where no effect is credited.
 
     Args:
         base: the refit of the declared structure by free runs. problem: of the log's motion.
     """
     fits = ForceFits(search, problem, base)
-    plain = fits.fit(search.declared_trial, fits.adopted)
-    parts = every_part(search, ())
-    ranked = [_judged(fits, plain, found, hypotheses(parts)) for found in _fitted(fits, plain, parts, report_progress)]
-    ranked.sort(key=lambda r: (bool(r.why_not), r.found.fit.cost))
-    if not ranked or ranked[0].why_not:
+    fit = fits.fit(search.declared_trial, fits.adopted)
+    run = plain = fits.run(fit)
+    rounds: list[LaterRound] = []
+    for turn in range(MOST_EFFECTS):
+        ranked = _ranked(fits, fit, run, partial(_in_round, report_progress, turn))
+        rounds.append(LaterRound(fit.runner.trial.parts, tuple(ranked)))
+        if not ranked or ranked[0].why_not:
+            break
+        fit = ranked[0].found.fit
+        run = fits.run(fit)
+    fit, run = confirmed(fits, fit, run)
+    if not fit.runner.trial.parts:
         return None
-    best = ranked[0]
-    before, after = fits.run(plain), fits.run(best.found.fit)
-    confirmed = evidence(segment_losses(before.residual), segment_losses(after.residual), before.residual.shape[1])
-    if confirmed.gain <= 0 or confirmed.p(0.0) > credit.TIE_LEVEL:
-        return None
-    return replace(best, evidence=confirmed), ties(search, ranked), after
+    first = rounds[0].ranked
+    kept = first[0].found.part in fit.runner.trial.parts
+    explained = _evidence_of_runs(plain, run).share
+    return ForceSelection(fits, fit, run, explained, tuple(rounds), tuple(ties(search, first)) if kept else ())
 
 
-def _fitted(
-    fits: ForceFits, plain: Fit, parts: Sequence[Part], report_progress: Callable[[float], None]
-) -> list[Found]:
+def _in_round(report_progress: Callable[[float], None], turn: int, share: float) -> None:
+    report_progress((turn + share) / MOST_EFFECTS)
+
+
+def confirmed(fits: ForceFits, fit: Fit, run: Fit) -> tuple[Fit, Fit]:
+    """The fit, and its free runs, without effects whose removal does not make free runs significantly worse."""
+    while parts := fit.runner.trial.parts:
+        others = [fits.without(fit, k) for k in range(len(parts))]
+        runs = [fits.run(other) for other in others]
+        shown = [_evidence_of_runs(one, run) for one in runs]
+        doubt = [1.0 if one.gain <= 0 else one.p(0.0) for one in shown]
+        k = int(np.argmax(doubt))
+        if doubt[k] <= credit.TIE_LEVEL:
+            break
+        fit, run = others[k], runs[k]
+    return fit, run
+
+
+def _evidence_of_runs(before: Fit, after: Fit) -> Evidence:
+    return evidence(segment_losses(before.residual), segment_losses(after.residual), before.residual.shape[1])
+
+
+def _ranked(fits: ForceFits, plain: Fit, run: Fit, report_progress: Callable[[float], None]) -> list[Ranked]:
+    """Candidates in addition to a fit, the credited ones first, of these the best first.
+
+    Args:
+        run: free runs with the values of the fit.
+    """
+    parts = every_part(fits.search, plain.runner.trial.parts)
+    tried = _fitted(fits, run, parts, report_progress)
+    ranked = [_judged(fits, plain, found, hypotheses(parts)) for found in tried]
+    return sorted(ranked, key=lambda r: (bool(r.why_not), r.found.fit.cost))
+
+
+def _fitted(fits: ForceFits, run: Fit, parts: Sequence[Part], report_progress: Callable[[float], None]) -> list[Found]:
     """The best candidates by linear least squares, fitted; of forms of one effect the simplest that is as good."""
-    search, at = fits.search, replace(fits.base, theta=plain.theta)
-    tried = CandidateFits(search, at, tuple(parts), report_progress)
-    start = ForceStart(fits.problem, at)
+    search = fits.search
+    tried = CandidateFits(search, run, tuple(parts), report_progress)
+    start = ForceStart(fits.problem, run)
     begun = [
         (start.best(trial, tried.covered(part)), trial) for part, trial in zip(tried.parts, tried.trials, strict=True)
     ]
@@ -257,12 +341,15 @@ def _is_simpler(other: Found, found: Found) -> bool:
 
 
 def _judged(fits: ForceFits, plain: Fit, found: Found, candidates: int) -> Ranked:
-    """A candidate with its evidence by the force residual, and why it is not credited."""
+    """A candidate with its evidence by the force residual over a fit, and why it is not credited."""
+    before_it = {p.effect.seen_over for p in plain.runner.trial.parts}
+    least = credit.LEAST_SHARE if not before_it else ELSEWHERE
+    least = credit.FURTHER if found.part.effect.seen_over in before_it else least
     before, after = held_out_losses(plain), held_out_losses(found.fit)
     one = evidence(before, after, plain.residual.shape[1])
     p = min(1.0, candidates * one.p(0.0))
     why_not = ""
-    if one.share < credit.LEAST_SHARE:
+    if one.share < least:
         why_not = f"removes {100 * one.share:.2g} % of the squared force residual on held-out blocks"
     elif not matters(fits.search, found, plain):
         why_not = "its force is too little to matter"

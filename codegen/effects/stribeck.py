@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import product
 
 import sympy
@@ -19,15 +20,17 @@ EXPONENT = EffectParameter(
     "exponent", "1", "2 where it is not given; 1 for an exponential", low=0.5, high=4.0, usual=2.0, as_number=True
 )
 
+SEEN_SPEED = replace(SPEED, seen_at=(0.0, 0.5))
 DIFFERENCE = EffectParameter("d_delta", "{F}", "half the difference of the rises for u > 0 and u < 0", neutral=0.0)
-FORMS = ((RISE, SPEED), (RISE, SPEED, EXPONENT), (RISE, SPEED, DIFFERENCE))
+FORMS = ((RISE, SPEED), (RISE, SPEED, EXPONENT), (RISE, SEEN_SPEED, DIFFERENCE))
 
 
 class Stribeck(Effect):
     """level += delta exp(−(u/v_s)²), or with another ``exponent`` than 2 level += delta exp(−(|u|/v_s)^exponent).
 
     With ``d_delta`` the rise differs by direction, as in a worm gear: delta + d_delta for u > 0, delta − d_delta for
-    u < 0.
+    u < 0. A diagnosis tries that up to half of the log's top speed: above, the curve is a viscous asymmetry with one
+    parameter more.
 
     Exponents between 0.5 and 1 have been measured in ball bearings and gears (Armstrong-Hélouvry, Dupont and Canudas
     de Wit 1994); the exponent 1 is Tustin's curve. Below 1 the slope is infinite at standstill, and no certificate

@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import least_squares
 
 from benchmarks.real.sets import DATA
-from codegen.diagnosis.force_led import LEVEL, ForceFits, selected_by_force
+from codegen.diagnosis.force_led import LEVEL, ForceFits, confirmed, selected_by_force
 from codegen.diagnosis.models import model_of
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.record import position_noise, record_of
@@ -73,10 +73,37 @@ def test_a_spring_is_found_and_free_runs_confirm_it(tmp_path: Path) -> None:
     search, problem = searched(log)
     found = selected_by_force(search, search.refit(), problem, lambda share: None)
     assert found is not None
-    best, rivals, run = found
-    assert best.found.part.kind == "spring" and not rivals
-    assert best.found.parameters["k"] == pytest.approx(30.0, rel=0.1)
-    assert best.evidence.share > 0.5 and run.theta == pytest.approx(best.found.fit.theta)
+    assert [p.kind for p in found.parts] == ["spring"] and not found.rivals
+    values = found.fit.runner.trial.split(found.fit.theta)[1][0]
+    assert values["k"] == pytest.approx(30.0, rel=0.1)
+    assert found.explained > 0.5 and found.run.theta == pytest.approx(found.fit.theta)
+
+
+TWO = "[{kind: spring, on: x, parameters: {k: 30}}, {kind: viscous, on: rail, parameters: {b: 4}}]"
+
+
+def test_two_effects_over_different_variables_are_both_found(tmp_path: Path) -> None:
+    log = jittered(log_of(stage(TWO, 5.5), tmp_path, "train.csv"), tmp_path)
+    search, problem = searched(log)
+    found = selected_by_force(search, search.refit(), problem, lambda share: None)
+    assert found is not None
+    values = found.fit.runner.trial.split(found.fit.theta)[1]
+    by_kind = dict(zip((p.kind for p in found.parts), values, strict=True))
+    assert by_kind["spring"]["k"] == pytest.approx(30.0, rel=0.1)
+    assert by_kind["viscous"]["b"] == pytest.approx(4.0, rel=0.1)
+
+
+def test_an_effect_that_free_runs_do_not_need_is_dropped(tmp_path: Path) -> None:
+    """Of a fit with the true spring and a drag that is not there, the drag goes."""
+    log = jittered(log_of(stage(SPRING, 5.5), tmp_path, "train.csv"), tmp_path)
+    search, problem = searched(log)
+    fits = ForceFits(search, problem, search.refit())
+    parts = [part_of(CATALOGUE[kind], 0, search.system) for kind in ("quadratic_drag", "spring")]
+    trial = search.declared_trial.with_part(parts[0]).with_part(parts[1])
+    fit = fits.fit(trial, trial.theta(fits.adopted, [{"c": 0.1}, {"k": 30.0}]))
+    kept, run = confirmed(fits, fit, fits.run(fit))
+    assert [p.kind for p in kept.runner.trial.parts] == ["spring"]
+    assert run.theta == pytest.approx(kept.theta)
 
 
 def test_nothing_is_found_where_only_levels_are_wrong(tmp_path: Path) -> None:

@@ -116,17 +116,21 @@ def test_a_peak_that_differs_by_direction_is_one_effect(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("kind", "v_s", "hidden"),
+    ("kind", "form", "v_s", "hidden"),
     [
-        ("viscous", 4e-3, True),
-        ("viscous", 0.02, False),
-        ("viscous", 1.2, False),
-        ("viscous", 4.0, True),
-        ("stribeck", 4e-3, False),
+        ("viscous", "b_inf", 4e-3, True),
+        ("viscous", "b_inf", 0.02, False),
+        ("viscous", "b_inf", 1.2, False),
+        ("viscous", "b_inf", 4.0, True),
+        ("stribeck", "exponent", 4e-3, False),
+        ("stribeck", "d_delta", 4e-3, False),
+        ("stribeck", "d_delta", 0.6, True),
     ],
 )
-def test_a_curve_must_bend_within_the_speeds_of_the_log(kind: str, v_s: float, hidden: bool, tmp_path: Path) -> None:
+def test_a_curve_must_bend_within_the_speeds_of_the_log(
+    kind: str, form: str, v_s: float, hidden: bool, tmp_path: Path
+) -> None:
     """The stage's top speed is about 0.8 m/s: 0.2 m at 0.4 Hz and 0.06 m at 1.1 Hz."""
     motion, system = smooth_motion(log_of(stage(), tmp_path, "log.csv")), system_of(stage())
-    part = part_of(CATALOGUE[kind].with_parameters(["v_s", "exponent"]), 0, system)
-    assert shows_no_bend(system, motion, part, {"b": 1.0, "delta": 1.0, "exponent": 1.0, "v_s": v_s}) is hidden
+    part = part_of(CATALOGUE[kind].with_parameters(["v_s", form]), 0, system)
+    assert shows_no_bend(system, motion, part, {"v_s": v_s}) is hidden
