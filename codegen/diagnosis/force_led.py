@@ -19,7 +19,7 @@ from codegen.diagnosis import credit
 from codegen.diagnosis.adoption import adopt_values
 from codegen.diagnosis.answer import Answer
 from codegen.diagnosis.candidate_fits import FORM_GAIN, CandidateFits, Found, every_part
-from codegen.diagnosis.credit import SIGNED, Evidence, evidence, held_out_losses
+from codegen.diagnosis.credit import SIGNED, Evidence, evidence, held_out_losses, random_signs
 from codegen.diagnosis.examination import with_estimate
 from codegen.diagnosis.force_start import ForceStart
 from codegen.diagnosis.forward_selection import MOST_EFFECTS, LaterRound, Outcome
@@ -246,7 +246,7 @@ def _is_better(found: ForceSelection, by_runs: Fit) -> bool:
         return False
     other = found.fits.fit(trial, by_runs.theta)
     gained = evidence(held_out_losses(other), held_out_losses(found.fit), other.residual.shape[1])
-    return gained.gain > 0 and gained.p(0.0) <= credit.TIE_LEVEL
+    return random_signs(gained.t) <= credit.TIE_LEVEL
 
 
 def _with_first(first: Sequence[Ranked], named: Sequence[Ranked]) -> tuple[Ranked, ...]:
@@ -294,7 +294,7 @@ def confirmed(fits: ForceFits, fit: Fit, run: Fit) -> tuple[Fit, Fit]:
         others = [fits.without(fit, k) for k in range(len(parts))]
         runs = [fits.run(other) for other in others]
         shown = [_evidence_of_runs(one, run) for one in runs]
-        doubt = [1.0 if one.gain <= 0 else one.p(0.0) for one in shown]
+        doubt = [random_signs(one.t) for one in shown]
         k = int(np.argmax(doubt))
         if doubt[k] <= credit.TIE_LEVEL:
             break
@@ -347,7 +347,7 @@ def _judged(fits: ForceFits, plain: Fit, found: Found, candidates: int) -> Ranke
     least = credit.FURTHER if found.part.effect.seen_over in before_it else least
     before, after = held_out_losses(plain), held_out_losses(found.fit)
     one = evidence(before, after, plain.residual.shape[1])
-    p = min(1.0, candidates * one.p(0.0))
+    p = min(1.0, candidates * random_signs(one.t))
     why_not = ""
     if one.share < least:
         why_not = f"removes {100 * one.share:.2g} % of the squared force residual on held-out blocks"
