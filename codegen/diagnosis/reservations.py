@@ -16,6 +16,8 @@ from codegen.mechanics.system import System
 
 WHOLE_TURN = 2 * np.pi
 MOST_SPEED = 0.95
+LEAST_PERIOD = 0.95
+"""Share of a period that a log must cover; less does not show that it repeats."""
 
 
 def objections(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
@@ -42,9 +44,9 @@ def objections(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
 
 
 def never_passed(system: System, motion: Motion, part: Part, parameters: Mapping[str, float]) -> bool:
-    """Whether an effect's period is longer than the distance that the log covers, and is not a known turn."""
+    """Whether a log covers clearly less than an effect's period, which is not a known turn."""
     period = parameters.get("period", 0.0)
-    return period > _stroke(system, motion, part) and not _known_turn(system, part, period)
+    return _stroke(system, motion, part) < LEAST_PERIOD * period and not _known_turn(system, part, period)
 
 
 def passed_too_fast(system: System, motion: Motion, part: Part, parameters: Mapping[str, float]) -> bool:
@@ -73,9 +75,9 @@ def remarks(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
             f"the values of {found.kind} have no interval: its loss is not smooth, so slopes do not bound them"
         )
     stroke, period = _stroke(problem.system, problem.motion, part), found.parameters.get("period", 0.0)
-    if period > stroke and _known_turn(problem.system, part, period):
+    if period > stroke and not never_passed(problem.system, problem.motion, part, found.parameters):
         unit = found.units["period"]
-        words.append(f"{found.kind} on {found.on} is seen over {stroke:.3g} of {period:.3g} {unit} of its turn only")
+        words.append(f"{found.kind} on {found.on} is seen over {stroke:.3g} of {period:.3g} {unit} of its period only")
     covered = {"{q}/s": _top_speed(problem.system, problem.motion, part), "s": float(np.ptp(problem.motion.time))}
     for p in CATALOGUE[found.kind].with_parameters(list(found.parameters)).parameters:
         most = covered.get(p.unit)

@@ -59,10 +59,11 @@ def test_a_rough_loss_gives_values_without_intervals(log: Log) -> None:
 
 def test_a_period_longer_than_the_stroke_is_not_credited(log: Log) -> None:
     stroke = np.ptp(log.positions[500:-500])  # without the second at each end that is not used
-    for period, credited in ((0.9 * stroke, True), (1.1 * stroke, False), (1.78 * stroke, False)):
+    for times, credited in ((0.9, True), (1.03, True), (1.1, False), (1.78, False)):
         for kind in ("cogging", "position_dependent_friction", "encoder_eccentricity"):
-            against, _ = said(log, kind, amplitude=1.5, period=period, phase=0.3)
+            against, remarked = said(log, kind, amplitude=1.5, period=times * stroke, phase=0.3)
             assert (against == []) == credited, kind
+            assert any("of its period only" in words for words in remarked) == (credited and times > 1)
     assert "less than one period" in against[0] and f"covers only {stroke:.3g} m" in against[0]
 
 
