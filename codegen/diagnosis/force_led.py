@@ -279,13 +279,43 @@ def selected_by_force(
     if not fit.runner.trial.parts:
         return None
     first = rounds[0].ranked
-    kept = first[0].found.part in fit.runner.trial.parts
-    explained = _evidence_of_runs(plain, run).share
-    return ForceSelection(fits, fit, run, explained, tuple(rounds), tuple(ties(search, first)) if kept else ())
+    leading = [first[0]]
+    if first[0].found.part in fit.runner.trial.parts:
+        again, leading = first_with_others(fits, fit, [first[0], *ties(search, first)])
+        fit, run = (fit, run) if again is fit else confirmed(fits, again, fits.run(again))
+    rounds[0] = replace(rounds[0], ranked=(leading[0], *(r for r in first if r is not leading[0])))
+    return ForceSelection(fits, fit, run, _evidence_of_runs(plain, run).share, tuple(rounds), tuple(leading[1:]))
 
 
 def _in_round(report_progress: Callable[[float], None], turn: int, share: float) -> None:
     report_progress((turn + share) / MOST_EFFECTS)
+
+
+def first_with_others(fits: ForceFits, fit: Fit, leading: Sequence[Ranked]) -> tuple[Fit, list[Ranked]]:
+    """The fit with the best of the tied first effects, and those that tie with it in the presence of the later ones.
+
+    What one more effect explains may have hidden the difference between them.
+
+    Args:
+        leading: of the first round, the best and its rivals.
+    """
+    _, *later = fit.runner.trial.parts
+    if len(leading) < 2 or not later:
+        return fit, list(leading)
+    moved, (_, *values) = fit.runner.trial.split(fit.theta)
+    fitted = [(fit, leading[0])]
+    for one in leading[1:]:
+        trial = replace(fit.runner.trial, parts=(one.found.part, *later))
+        fitted.append((fits.fit(trial, trial.theta(moved, [one.found.parameters, *values])), one))
+    fitted.sort(key=lambda pair: pair[0].cost)
+    best, kept = fitted[0][0], held_out_losses(fitted[0][0])
+    count = best.residual.shape[1]
+    tied = [
+        one
+        for other, one in fitted[1:]
+        if random_signs(evidence(held_out_losses(other), kept, count).t) > credit.TIE_LEVEL
+    ]
+    return best, [fitted[0][1], *tied]
 
 
 def confirmed(fits: ForceFits, fit: Fit, run: Fit) -> tuple[Fit, Fit]:
@@ -314,7 +344,7 @@ def _ranked(fits: ForceFits, plain: Fit, run: Fit, report_progress: Callable[[fl
     """
     parts = every_part(fits.search, plain.runner.trial.parts)
     tried = _fitted(fits, run, parts, report_progress)
-    ranked = [_judged(fits, plain, found, hypotheses(parts)) for found in tried]
+    ranked = [judged(fits, plain, found, hypotheses(parts)) for found in tried]
     return sorted(ranked, key=lambda r: (bool(r.why_not), r.found.fit.cost))
 
 
@@ -340,7 +370,7 @@ def _is_simpler(other: Found, found: Found) -> bool:
     return same and len(other.part.names) < len(found.part.names) and other.fit.cost <= found.fit.cost + FORM_GAIN
 
 
-def _judged(fits: ForceFits, plain: Fit, found: Found, candidates: int) -> Ranked:
+def judged(fits: ForceFits, plain: Fit, found: Found, candidates: int) -> Ranked:
     """A candidate with its evidence by the force residual over a fit, and why it is not credited."""
     before_it = {p.effect.seen_over for p in plain.runner.trial.parts}
     least = credit.LEAST_SHARE if not before_it else ELSEWHERE

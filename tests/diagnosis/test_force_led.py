@@ -9,7 +9,8 @@ import pytest
 from scipy.optimize import least_squares
 
 from benchmarks.real.sets import DATA
-from codegen.diagnosis.force_led import LEVEL, ForceFits, confirmed, selected_by_force
+from codegen.diagnosis.candidate_fits import Found
+from codegen.diagnosis.force_led import LEVEL, ForceFits, confirmed, first_with_others, judged, selected_by_force
 from codegen.diagnosis.models import model_of
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.record import position_noise, record_of
@@ -104,6 +105,26 @@ def test_an_effect_that_free_runs_do_not_need_is_dropped(tmp_path: Path) -> None
     kept, run = confirmed(fits, fit, fits.run(fit))
     assert [p.kind for p in kept.runner.trial.parts] == ["spring"]
     assert run.theta == pytest.approx(kept.theta)
+
+
+def test_the_first_effect_is_chosen_again_beside_the_second(tmp_path: Path) -> None:
+    """A cubic spring in place of the linear one: with the viscous friction known, it no longer ties with it."""
+    log = jittered(log_of(stage(TWO, 5.5), tmp_path, "train.csv"), tmp_path)
+    search, problem = searched(log)
+    fits = ForceFits(search, problem, search.refit())
+    plain = fits.fit(search.declared_trial, fits.adopted)
+    cubic, linear, viscous = (
+        part_of(CATALOGUE[kind], 0, search.system) for kind in ("hardening_spring", "spring", "viscous")
+    )
+    leading = []
+    for part, value in ((cubic, 300.0), (linear, 30.0)):
+        trial = search.declared_trial.with_part(part)
+        leading.append(judged(fits, plain, Found(trial, fits.fit(trial, np.append(fits.adopted, value))), 10))
+    both = search.declared_trial.with_part(cubic).with_part(viscous)
+    fit = fits.fit(both, np.append(fits.adopted, [300.0, 4.0]))
+    best, kept = first_with_others(fits, fit, leading)
+    assert [p.kind for p in best.runner.trial.parts] == ["spring", "viscous"]
+    assert kept == [leading[1]]
 
 
 def test_nothing_is_found_where_only_levels_are_wrong(tmp_path: Path) -> None:
