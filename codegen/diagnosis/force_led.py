@@ -213,8 +213,14 @@ def credited_by_force(
         problem: of the log's motion.
     """
     found = selected_by_force(search, outcome.base, problem, report_progress)
-    if found is None or (answer.verdict != "unknown" and not _is_better(found, outcome.final)):
+    if found is None:
         return answer, outcome
+    alone = "none is credited"
+    if answer.verdict != "unknown":
+        against = against_free_runs(found, outcome.final)
+        if not against:
+            return answer, outcome
+        alone = f"{' and '.join(e.kind for e in answer.effects)} would be named, {against}"
     led = replace(
         outcome,
         final=found.run,
@@ -230,23 +236,38 @@ def credited_by_force(
     second = with_estimate(search, led, problem, plain, measured, found.fit)
     if second.verdict != plain.verdict:
         return answer, outcome
-    alone = "none is credited" if answer.verdict == "unknown" else _other_names(answer)
     words = f"by the residual force, and free runs with the values found confirm it; by free runs alone {alone}"
     return replace(second, remarks=(*second.remarks, words)), led
 
 
-def _other_names(answer: Answer) -> str:
-    return f"{' and '.join(e.kind for e in answer.effects)} would be named, which leaves more of the residual force"
+def against_free_runs(found: ForceSelection, by_runs: Fit) -> str:
+    """What the force residual says against the effects that free runs credit, in words; empty where it says nothing.
 
-
-def _is_better(found: ForceSelection, by_runs: Fit) -> bool:
-    """Whether effects leave significantly less of the force residual than those that free runs credit."""
+    It says that they leave significantly more of it, or that it does not need some of them and the others are no
+    better. Nothing is asked of backlash: in the gap no log shows where the load is.
+    """
     trial = by_runs.runner.trial
-    if {(p.kind, p.on) for p in trial.parts} == {(p.kind, p.on) for p in found.parts}:
-        return False
-    other = found.fits.fit(trial, by_runs.theta)
-    gained = evidence(held_out_losses(other), held_out_losses(found.fit), other.residual.shape[1])
-    return random_signs(gained.t) <= credit.TIE_LEVEL
+    known = {(p.kind, p.on) for p in trial.parts}
+    if known == {(p.kind, p.on) for p in found.parts} or any(t.gap != 0 for t in trial.changed.transmissions):
+        return ""
+    needed = _needed(found.fits, found.fits.fit(trial, by_runs.theta))
+    gained = _evidence_of_blocks(needed, found.fit)
+    spare = known - {(p.kind, p.on) for p in needed.runner.trial.parts}
+    if spare and random_signs(-gained.t) > credit.TIE_LEVEL:
+        return f"of which the residual force does not need {' and '.join(sorted(kind for kind, _ in spare))}"
+    return "which leaves more of the residual force" if random_signs(gained.t) <= credit.TIE_LEVEL else ""
+
+
+def _needed(fits: ForceFits, fit: Fit) -> Fit:
+    """The fit to the force residual without effects that remove no significant and sufficient share of it."""
+    while len(fit.runner.trial.parts) > 1:
+        others = [fits.without(fit, k) for k in range(len(fit.runner.trial.parts))]
+        shown = [_evidence_of_blocks(other, fit) for other in others]
+        k = min(range(len(shown)), key=lambda k: shown[k].share)
+        if shown[k].share >= ELSEWHERE and random_signs(shown[k].t) <= credit.TIE_LEVEL:
+            break
+        fit = others[k]
+    return fit
 
 
 def _with_first(first: Sequence[Ranked], named: Sequence[Ranked]) -> tuple[Ranked, ...]:
@@ -284,7 +305,7 @@ def selected_by_force(
         again, leading = first_with_others(fits, fit, [first[0], *ties(search, first)])
         fit, run = (fit, run) if again is fit else confirmed(fits, again, fits.run(again))
     rounds[0] = replace(rounds[0], ranked=(leading[0], *(r for r in first if r is not leading[0])))
-    return ForceSelection(fits, fit, run, _evidence_of_runs(plain, run).share, tuple(rounds), tuple(leading[1:]))
+    return ForceSelection(fits, fit, run, _evidence_of_blocks(plain, run).share, tuple(rounds), tuple(leading[1:]))
 
 
 def _in_round(report_progress: Callable[[float], None], turn: int, share: float) -> None:
@@ -323,7 +344,7 @@ def confirmed(fits: ForceFits, fit: Fit, run: Fit) -> tuple[Fit, Fit]:
     while parts := fit.runner.trial.parts:
         others = [fits.without(fit, k) for k in range(len(parts))]
         runs = [fits.run(other) for other in others]
-        shown = [_evidence_of_runs(one, run) for one in runs]
+        shown = [_evidence_of_blocks(one, run) for one in runs]
         doubt = [random_signs(one.t) for one in shown]
         k = int(np.argmax(doubt))
         if doubt[k] <= credit.TIE_LEVEL:
@@ -332,7 +353,8 @@ def confirmed(fits: ForceFits, fit: Fit, run: Fit) -> tuple[Fit, Fit]:
     return fit, run
 
 
-def _evidence_of_runs(before: Fit, after: Fit) -> Evidence:
+def _evidence_of_blocks(before: Fit, after: Fit) -> Evidence:
+    """Of what two fits leave as they are, without another step of either for held-out blocks."""
     return evidence(segment_losses(before.residual), segment_losses(after.residual), before.residual.shape[1])
 
 

@@ -10,7 +10,15 @@ from scipy.optimize import least_squares
 
 from benchmarks.real.sets import DATA
 from codegen.diagnosis.candidate_fits import Found
-from codegen.diagnosis.force_led import LEVEL, ForceFits, confirmed, first_with_others, judged, selected_by_force
+from codegen.diagnosis.force_led import (
+    LEVEL,
+    ForceFits,
+    against_free_runs,
+    confirmed,
+    first_with_others,
+    judged,
+    selected_by_force,
+)
 from codegen.diagnosis.models import model_of
 from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.record import position_noise, record_of
@@ -125,6 +133,29 @@ def test_the_first_effect_is_chosen_again_beside_the_second(tmp_path: Path) -> N
     best, kept = first_with_others(fits, fit, leading)
     assert [p.kind for p in best.runner.trial.parts] == ["spring", "viscous"]
     assert kept == [leading[1]]
+
+
+def test_free_runs_do_not_keep_a_compliance_that_the_force_does_not_need(tmp_path: Path) -> None:
+    """A coupling beside the true effects changes no force below the cutoff; a drag instead of them leaves more."""
+    log = jittered(log_of(stage(TWO, 5.5), tmp_path, "train.csv"), tmp_path)
+    search, problem = searched(log)
+    found = selected_by_force(search, search.refit(), problem, lambda share: None)
+    assert found is not None
+    values = {
+        "spring": {"k": 30.0},
+        "compliance": {"k": 9e4, "c": 50.0, "load_fraction": 0.4},
+        "quadratic_drag": {"c": 0.5},
+        "viscous": {"b": 4.0},
+    }
+
+    def said(*kinds: str) -> str:
+        parts = [part_of(CATALOGUE[kind], 0, search.system) for kind in kinds]
+        fit = search.with_parts(search.refit(), found.fits.adopted, parts, [values[kind] for kind in kinds])
+        return against_free_runs(found, fit)
+
+    assert said("viscous", "spring") == ""
+    assert said("viscous", "spring", "compliance") == "of which the residual force does not need compliance"
+    assert said("quadratic_drag") == "which leaves more of the residual force"
 
 
 def test_nothing_is_found_where_only_levels_are_wrong(tmp_path: Path) -> None:
