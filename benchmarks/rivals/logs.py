@@ -59,12 +59,19 @@ def pairs(kinds: int, only: Sequence[str] = ()) -> list[Pair]:
         if case.title in only or (not only and (not kind or (kind not in seen and len(seen) < kinds))):
             found.append(_of_case(case, kind))
         seen |= {kind} - {""}
-    chosen = {f"real/{name}": one for name, one in real_sets().items() if one.is_here and one.test}
+    chosen = {
+        f"real/{name}": one for name, one in real_sets().items() if one.is_here and one.test and _is_told(one.spec_file)
+    }
     return found + [_of_set(title, one) for title, one in chosen.items() if not only or title in only]
 
 
 def _has_axis(case: Case) -> bool:
-    spec = read_spec(case.folder / "spec.yaml")
+    return _is_told(case.folder / "spec.yaml")
+
+
+def _is_told(spec_file: Path) -> bool:
+    """Whether MuJoCo can be told the one axis of a spec."""
+    spec = read_spec(spec_file)
     return len(spec.coordinates) == 1 and axis_of(build_system(spec), spec.name) is not None
 
 
