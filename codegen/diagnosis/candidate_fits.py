@@ -101,10 +101,10 @@ def fit_candidates(search: Search, base: Fit, parts: Sequence[Part], report_prog
     again = [k for k, one in enumerate(found) if k < LEADING or one.part.effect.rough]
     others = [one for k, one in enumerate(found) if k not in again]
     found = sorted([*in_parallel(tried.restarted, [found[k] for k in again]), *others], key=lambda f: f.fit.cost)
-    return [f for f in found if not any(_is_simpler_form(other, f) for other in found)]
+    return [f for f in found if not any(is_simpler_form(other, f) for other in found)]
 
 
-def _is_simpler_form(other: Found, found: Found) -> bool:
+def is_simpler_form(other: Found, found: Found) -> bool:
     """Whether a candidate is the same effect with fewer parameters and fits as well."""
     same = (other.part.kind, other.part.on) == (found.part.kind, found.part.on)
     simpler = same and len(other.part.names) < len(found.part.names)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from codegen.diagnosis import credit
 from codegen.diagnosis.adoption import adopt_values
 from codegen.diagnosis.answer import Answer
-from codegen.diagnosis.candidate_fits import FORM_GAIN, CandidateFits, Found, every_part
+from codegen.diagnosis.candidate_fits import CandidateFits, Found, every_part, is_simpler_form
 from codegen.diagnosis.credit import SIGNED, Evidence, evidence, held_out_losses, random_signs
 from codegen.diagnosis.examination import with_estimate
 from codegen.diagnosis.force_start import ForceStart
@@ -384,12 +384,7 @@ def _fitted(fits: ForceFits, run: Fit, parts: Sequence[Part], report_progress: C
         report_progress(len(found) / FITTED)
         found.append(Found(trial, fits.fit(trial, theta)))
     possible = [f for f in found if is_possible(search, f)]
-    return [f for f in possible if not any(_is_simpler(other, f) for other in possible)]
-
-
-def _is_simpler(other: Found, found: Found) -> bool:
-    same = (other.part.kind, other.part.on) == (found.part.kind, found.part.on)
-    return same and len(other.part.names) < len(found.part.names) and other.fit.cost <= found.fit.cost + FORM_GAIN
+    return [f for f in possible if not any(is_simpler_form(other, f) for other in possible)]
 
 
 def judged(fits: ForceFits, plain: Fit, found: Found, candidates: int) -> Ranked:
