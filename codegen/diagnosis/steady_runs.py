@@ -51,6 +51,8 @@ WEIGHED = 3
 """Iterations in which the prior is weighed against the residual of the fit before."""
 TRIES, STEP = 400, 1e-5
 """Most evaluations of a fit, and the step of its slopes over the size of each parameter."""
+STARTS = 3
+"""Starting values of a candidate that are fitted."""
 TIE_NATS = float(-np.log(credit.TIE_LEVEL))
 """Nats of log-likelihood by which a fit must be better for the records to tell two effects apart."""
 
@@ -301,7 +303,7 @@ class SteadySearch:
         return "" if tried.p <= credit.ALPHA else f"not significant: p = {tried.p:.2g} without an effect"
 
     def _starts(self, trial: Trial, base: SteadyFit) -> list[Array]:
-        """A starting value for each shape of the last part, its weights by one linear step."""
+        """The best starting values over the shapes of the last part, its weights by one linear step."""
         part, error, starts = trial.parts[-1], _residual_of(trial, self.means), []
         levels = [float(v) for v in base.trial.split(base.theta)[0]]
         covered = replace(
@@ -323,7 +325,7 @@ class SteadySearch:
             inner = part.inward(values)
             if np.isfinite(inner).all():
                 starts.append(np.append(base.theta, inner))
-        return starts
+        return sorted(starts, key=lambda theta: float(np.sum(error(theta) ** 2)))[:STARTS]
 
     @cached_property
     def _survey(self) -> Survey:
