@@ -19,12 +19,12 @@ from codegen.diagnosis.advice import ProposedTerms
 from codegen.diagnosis.credit import LEAST_SHARE, LEAST_SIZE
 from codegen.diagnosis.estimate import estimate
 from codegen.diagnosis.measure import Drive, Window
-from codegen.diagnosis.models import with_values
-from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.proposal import OVER_ANGLE, OVER_POSITION, OVER_VELOCITY, propose_terms
 from codegen.diagnosis.record import record_of
+from codegen.diagnosis.residual import Problem
 from codegen.diagnosis.search import search_on
 from codegen.diagnosis.signals import smooth_motion
+from codegen.diagnosis.trial import with_values
 from codegen.effects.declare import system_of
 from codegen.logs import read_log
 from codegen.mechanics.system import System

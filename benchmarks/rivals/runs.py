@@ -19,9 +19,9 @@ from benchmarks.rivals.logs import Pair
 from codegen.base.files import write_atomically
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.measure import measure
-from codegen.diagnosis.models import with_values
 from codegen.diagnosis.proposal import propose_terms
 from codegen.diagnosis.signals import Motion
+from codegen.diagnosis.trial import with_values
 from codegen.mechanics import System
 
 HERE = Path(__file__).parent

@@ -19,7 +19,6 @@ from scipy.stats import norm
 
 from codegen.diagnosis.credit import BLOCKS, independent_share
 from codegen.diagnosis.estimate import CONFIDENCE
-from codegen.diagnosis.force_fit import ForceRows, force_rows, independent_samples, scales
 from codegen.diagnosis.output_error import (
     Fit,
     mean_residuals,
@@ -27,7 +26,7 @@ from codegen.diagnosis.output_error import (
     segment_weights,
     shooting_fit,
 )
-from codegen.diagnosis.problem import Problem
+from codegen.diagnosis.residual import ForceRows, Problem, force_rows, independent_samples, scales
 from codegen.diagnosis.results import ParameterError
 from codegen.diagnosis.search import Search
 from codegen.mechanics.system import System

@@ -11,14 +11,11 @@ from numpy.typing import NDArray
 
 from codegen.diagnosis.coverage import survey
 from codegen.diagnosis.credit import FAR, FEW, NEAR_NOISE, noise_loss, noise_ratio, share_far
-from codegen.diagnosis.force_start import ForceStart
-from codegen.diagnosis.models import with_values
-from codegen.diagnosis.one_joint import of_joint, rows_of, started_as
-from codegen.diagnosis.output_error import Fit, polish, raw_slopes, shooting_fit
+from codegen.diagnosis.output_error import Fit, of_joint, polish, raw_slopes, rows_of, shooting_fit, started_as
 from codegen.diagnosis.parallel import in_parallel
-from codegen.diagnosis.screen import simplex_search, starting_points
 from codegen.diagnosis.search import ROUNDS, Search
-from codegen.diagnosis.trial import Part, Trial, part_of
+from codegen.diagnosis.starting_values import ForceStart, simplex_search, starting_points
+from codegen.diagnosis.trial import Part, Trial, part_of, with_values
 from codegen.effects.family import candidates
 from codegen.effects.register import is_own
 from codegen.effects.start import Covered

@@ -10,13 +10,12 @@ from codegen.diagnosis.advice import Separation
 from codegen.diagnosis.answer import Answer
 from codegen.diagnosis.credit import FAR, LEAST_SHARE, NEAR_NOISE, TIE_LEVEL, free_runs_settle, noise_ratio, share_far
 from codegen.diagnosis.estimate import Estimate
-from codegen.diagnosis.force_evidence import force_evidence, force_gain, residual_without_levels
+from codegen.diagnosis.force_evidence import force_evidence, force_gain
 from codegen.diagnosis.forward_selection import Outcome
-from codegen.diagnosis.limits import at_limit
 from codegen.diagnosis.measure import Window, force_errors
-from codegen.diagnosis.output_error import Fit
-from codegen.diagnosis.problem import Problem
+from codegen.diagnosis.output_error import Fit, at_limit
 from codegen.diagnosis.ranking import Ranked, twins
+from codegen.diagnosis.residual import Problem, residual_without_levels
 from codegen.diagnosis.results import Candidate, FoundEffect, Remainder, Round, Verdict
 from codegen.diagnosis.trial import Part
 from codegen.effects import CATALOGUE

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from codegen.diagnosis.measure import drive_force
 from codegen.diagnosis.residual import inverse_dynamics_residual
-from codegen.diagnosis.resonance import resonances
 from codegen.diagnosis.signals import Motion, is_resolved
+from codegen.diagnosis.starting_values import resonances
 from codegen.diagnosis.trial import Part
 from codegen.effects import CATALOGUE
 from codegen.effects.start import Covered

@@ -30,16 +30,15 @@ from codegen.diagnosis.force_led import credited_by_force
 from codegen.diagnosis.forward_selection import Outcome, common_effects, find_effects, within_reach
 from codegen.diagnosis.harmonics import with_harmonics
 from codegen.diagnosis.input_timing import acting_between_rows, measured_inputs
-from codegen.diagnosis.limits import levels_at_zero
 from codegen.diagnosis.measure import RESTART_S, Window, force_errors, measure, restart_within_reach
 from codegen.diagnosis.moved_values import moved_values
-from codegen.diagnosis.output_error import Fit
-from codegen.diagnosis.problem import Problem
+from codegen.diagnosis.output_error import Fit, levels_at_zero
 from codegen.diagnosis.proposal import propose_terms, refuse_without_pysindy
 from codegen.diagnosis.record import position_noise, record_of
 from codegen.diagnosis.released import equal_parameter, is_better, released
 from codegen.diagnosis.reliability import reliability_of
 from codegen.diagnosis.replay import compare_residuals
+from codegen.diagnosis.residual import Problem
 from codegen.diagnosis.residual_regression import remainders
 from codegen.diagnosis.results import MATERIAL, Diagnosis, ErrorFigures, FoundEffect, Remainder, Round
 from codegen.diagnosis.search import Search, search_on

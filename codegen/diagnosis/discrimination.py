@@ -23,17 +23,14 @@ from numpy.typing import NDArray
 from codegen.base.errors import BadInput
 from codegen.diagnosis.advice import SetupTried
 from codegen.diagnosis.follow import follow
-from codegen.diagnosis.force_fit import independent_samples
-from codegen.diagnosis.models import with_effects, with_values
-from codegen.diagnosis.problem import Problem
-from codegen.diagnosis.residual import inverse_dynamics_residual
+from codegen.diagnosis.residual import Problem, independent_samples, inverse_dynamics_residual
 from codegen.diagnosis.residual_regression import acting_force
 from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.setups import Setup, setups
+from codegen.diagnosis.shooting import hidden_states
 from codegen.diagnosis.signals import Motion, smooth_motion
-from codegen.diagnosis.structure import states
-from codegen.diagnosis.trial import Trial
+from codegen.diagnosis.trial import Trial, with_effects, with_values
 from codegen.logs import Log
 from codegen.mechanics.system import System
 
@@ -229,4 +226,4 @@ class Discrimination:
 def _keeps_states(system: System) -> bool:
     """Whether the force residual of a system needs states that are not logged; its separation is not computed here."""
     bristles = (c.law.bristle_stiffness(c.law_parameters) for c in system.contacts)
-    return states(system) > 0 or any(stiffness != 0 for stiffness in bristles)
+    return hidden_states(system) > 0 or any(stiffness != 0 for stiffness in bristles)

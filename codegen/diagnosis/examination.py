@@ -13,16 +13,13 @@ from codegen.diagnosis.answer import Answer
 from codegen.diagnosis.conclusion import against_regression, force_agrees, named_effects, settled_by_free_runs
 from codegen.diagnosis.estimate import estimate
 from codegen.diagnosis.forward_selection import Outcome
-from codegen.diagnosis.limits import at_limit
-from codegen.diagnosis.models import with_effects, with_values
-from codegen.diagnosis.output_error import Fit
-from codegen.diagnosis.problem import Problem
+from codegen.diagnosis.output_error import Fit, at_limit
 from codegen.diagnosis.reservations import objections, remarks
-from codegen.diagnosis.residual import drive_left
+from codegen.diagnosis.residual import Problem, drive_left
 from codegen.diagnosis.results import ErrorFigures, FoundEffect, Verdict
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.separation import without_leader
-from codegen.diagnosis.trial import part_of
+from codegen.diagnosis.trial import part_of, with_effects, with_values
 from codegen.diagnosis.veto import REFIT_WORSE, Admitted, Option, admitted
 from codegen.effects import CATALOGUE
 from codegen.mechanics.system import System

@@ -14,8 +14,7 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.diagnosis.credit import BLOCKS
-from codegen.diagnosis.force_fit import ForceRows, force_rows
-from codegen.diagnosis.problem import Problem
+from codegen.diagnosis.residual import ForceRows, Problem, force_rows
 from codegen.mechanics.system import System
 from codegen.spec.model import Spec
 

@@ -4,17 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from math import exp
 
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen.diagnosis.balance import slip_velocities
 from codegen.diagnosis.credit import SIGNED, random_signs, where_large
-from codegen.diagnosis.problem import Problem
-from codegen.diagnosis.residual import residual_at_drive
+from codegen.diagnosis.output_error import Fit
+from codegen.diagnosis.residual import (
+    Problem,
+    inverse_dynamics_residual,
+    residual_at_drive,
+    residual_without_levels,
+    without_levels,
+)
 from codegen.diagnosis.residual_regression import LEAST_ROWS, explained_over, peak_hz, remainder_columns, sliding
-from codegen.diagnosis.signals import Motion
+from codegen.diagnosis.search import Search
+from codegen.diagnosis.trial import model_of
 from codegen.effects import CATALOGUE
 from codegen.mechanics.system import System
 
@@ -97,14 +104,30 @@ def independent(values: Array) -> float:
     return (1 - phi) / (1 + phi)
 
 
-def residual_without_levels(problem: Problem, system: System) -> Array:
-    """(N, n) low-passed force residual of a system, less the least-squares contribution of its friction levels."""
-    residual = residual_at_drive(system, problem.motion)
-    columns = [
-        without_levels(system, problem.motion, problem.masks.rows[:, i], residual[:, i], i)
-        for i in range(residual.shape[1])
-    ]
-    return np.stack(columns, axis=1)
+@dataclass(frozen=True, eq=False)
+class ForceCriterion:
+    """The force residual of a fit, computed when it is needed."""
+
+    search: Search
+    fit: Fit
+
+    @cached_property
+    def system(self) -> System:
+        return model_of(self.fit.runner.trial, self.fit.theta)
+
+    @cached_property
+    def residual(self) -> Array:
+        """(N, n) with the friction levels of the fit."""
+        return inverse_dynamics_residual(self.system, self.search.motion)
+
+    @cached_property
+    def without_levels(self) -> Array:
+        """(N, n) less what friction levels explain."""
+        return residual_without_levels(self.search.problem, self.system)
+
+    def over(self, other: ForceCriterion) -> ForceGain:
+        """The gain of this fit over another by force residual."""
+        return force_gain(self.search.problem, other.without_levels, self.without_levels)
 
 
 @dataclass(frozen=True)
@@ -149,16 +172,3 @@ def force_evidence(
         )
         found.append(ForceEvidence(i, removed, together, alone, line, both, peak_hz(before[:, i], motion)))
     return found
-
-
-def without_levels(system: System, motion: Motion, used: NDArray[np.bool_], residual: Array, i: int) -> Array:
-    """The residual of one coordinate, (N,), less the least-squares contribution of its friction levels.
-
-    Free runs weigh the log differently and may give other levels; what a level explains is not evidence for an effect.
-    """
-    touching = [c for c in range(system.distribution.shape[1]) if system.distribution[i, c] != 0]
-    if not touching or not used.any():
-        return residual
-    columns = motion.low_pass(np.sign(slip_velocities(system, motion)[:, touching]))
-    weights = np.linalg.lstsq(columns[used], residual[used], rcond=None)[0]
-    return np.asarray(residual - columns @ weights)

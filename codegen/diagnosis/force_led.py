@@ -21,9 +21,7 @@ from codegen.diagnosis.answer import Answer
 from codegen.diagnosis.candidate_fits import CandidateFits, Found, every_part, is_simpler_form
 from codegen.diagnosis.credit import SIGNED, Evidence, evidence, held_out_losses, random_signs
 from codegen.diagnosis.examination import with_estimate
-from codegen.diagnosis.force_start import ForceStart
 from codegen.diagnosis.forward_selection import MOST_EFFECTS, LaterRound, Outcome
-from codegen.diagnosis.models import model_of
 from codegen.diagnosis.output_error import (
     AT_END,
     Fit,
@@ -33,12 +31,12 @@ from codegen.diagnosis.output_error import (
     segment_weights,
     shooting_fit,
 )
-from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.ranking import Ranked, hypotheses, is_possible, matters, relative_size, ties
-from codegen.diagnosis.residual import residual_at_drive
+from codegen.diagnosis.residual import Problem, residual_at_drive
 from codegen.diagnosis.results import ErrorFigures, Verdict
 from codegen.diagnosis.search import Search
-from codegen.diagnosis.trial import Part, Trial
+from codegen.diagnosis.starting_values import ForceStart
+from codegen.diagnosis.trial import Part, Trial, model_of
 from codegen.mechanics.system import System
 
 Array = NDArray[np.float64]

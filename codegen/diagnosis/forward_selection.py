@@ -10,9 +10,9 @@ from itertools import combinations
 from codegen.diagnosis import credit
 from codegen.diagnosis.candidate_fits import Found, every_part, fit_candidates
 from codegen.diagnosis.credit import evidence, held_out_losses, noise_loss, noise_ratio
+from codegen.diagnosis.force_evidence import ForceCriterion
 from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.ranking import (
-    ForceCriterion,
     Ranked,
     contradicted_by_force,
     corrects_a_form,
@@ -29,9 +29,9 @@ from codegen.diagnosis.ranking import (
     usual_form_first,
     whiteness,
 )
+from codegen.diagnosis.record import Record
 from codegen.diagnosis.search import Search
-from codegen.diagnosis.shooting import Record
-from codegen.diagnosis.structure import states
+from codegen.diagnosis.shooting import hidden_states
 from codegen.diagnosis.trial import Part
 from codegen.effects import CATALOGUE
 from codegen.effects.family import kinds_of
@@ -319,7 +319,7 @@ def _largest_first(search: Search, fit: Fit) -> Fit:
     have no force of their own in the log.
     """
     trial = fit.runner.trial
-    if not trial.parts or states(trial.changed) > states(trial.system):
+    if not trial.parts or hidden_states(trial.changed) > hidden_states(trial.system):
         return fit
     values = trial.split(fit.theta)[1]
     sizes = [force_share(search, p, v) for p, v in zip(trial.parts, values, strict=True)]

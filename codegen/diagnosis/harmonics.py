@@ -19,15 +19,13 @@ from codegen.diagnosis.conclusion import force_agrees
 from codegen.diagnosis.credit import evidence, held_out_losses, noise_loss, noise_ratio
 from codegen.diagnosis.forward_selection import Outcome, explained_share, pruned, worth_it
 from codegen.diagnosis.measure import Window, force_errors
-from codegen.diagnosis.models import with_effects, with_values
 from codegen.diagnosis.output_error import Fit
-from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.ranking import Ranked, chance, credible, relative_size
-from codegen.diagnosis.residual import inverse_dynamics_residual
+from codegen.diagnosis.residual import Problem, inverse_dynamics_residual
 from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.signals import low_pass
-from codegen.diagnosis.trial import Part, part_of
+from codegen.diagnosis.trial import Part, part_of, with_effects, with_values
 from codegen.effects.cogging_harmonics import CoggingHarmonics
 from codegen.effects.family import candidates, kinds_of
 from codegen.effects.periodic import PERIOD

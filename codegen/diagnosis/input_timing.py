@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from codegen.diagnosis.credit import LEAST_SIZE
 from codegen.diagnosis.force_evidence import independent
-from codegen.diagnosis.problem import Problem
-from codegen.diagnosis.residual import inverse_dynamics_residual
+from codegen.diagnosis.residual import Problem, inverse_dynamics_residual
 from codegen.diagnosis.residual_regression import LEAST_ROWS
 from codegen.logs import Finding, Log
 

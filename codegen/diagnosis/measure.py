@@ -8,12 +8,17 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen.diagnosis.balance import evaluate_forces
-from codegen.diagnosis.free_run import free_run
 from codegen.diagnosis.recent import OF_MODELS, recent
-from codegen.diagnosis.residual import Masks, effective_inputs, inverse_dynamics_residual, residual_at_drive
+from codegen.diagnosis.residual import (
+    Masks,
+    effective_inputs,
+    evaluate_forces,
+    inverse_dynamics_residual,
+    residual_at_drive,
+)
 from codegen.diagnosis.results import ErrorFigures
 from codegen.diagnosis.signals import TRIM_S, Motion, central_difference
+from codegen.diagnosis.trial import free_run
 from codegen.mechanics.system import Matrix, System
 
 Array = NDArray[np.float64]

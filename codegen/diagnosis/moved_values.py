@@ -10,8 +10,7 @@ from codegen.diagnosis.answer import Answer
 from codegen.diagnosis.estimate import estimate
 from codegen.diagnosis.measure import Drive
 from codegen.diagnosis.output_error import Fit
-from codegen.diagnosis.problem import Problem
-from codegen.diagnosis.residual import inverse_dynamics_residual
+from codegen.diagnosis.residual import Problem, inverse_dynamics_residual
 
 
 def moved_values(answer: Answer, fit: Fit, problem: Problem, material: float) -> list[str]:

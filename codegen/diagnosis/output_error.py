@@ -9,10 +9,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import sympy
 from numpy.typing import NDArray
 
 from codegen.diagnosis.parallel import in_parallel
 from codegen.diagnosis.trial import Runner
+from codegen.effects import CATALOGUE
+from codegen.mechanics.system import System
 
 Array = NDArray[np.float64]
 
@@ -320,3 +323,64 @@ def _restarted(fit: Fit) -> Array:
     offsets = fit.offsets.copy()
     offsets[better] = 0.0
     return offsets
+
+
+NEAR_BOUND = 1e-3
+"""Distance that counts as at the bound: share of the range between two bounds, or of a single bound."""
+
+
+def at_limit(fit: Fit) -> list[tuple[str, ...]]:
+    """For each effect of a fit, its parameters at a bound of the catalogue or of the fit's reach."""
+    trial = fit.runner.trial
+    marks, k = [], len(trial.moved)
+    for part, values in zip(trial.parts, trial.split(fit.theta)[1], strict=True):
+        effect = CATALOGUE[part.kind].with_parameters(part.names)
+        bounds = {p.name: (p.low, p.high) for p in effect.parameters}
+        marked = [
+            name
+            for j, name in enumerate(part.names)
+            if fit.limited[k + j] or _at_bound(values[name], *bounds.get(name, (None, None)))
+        ]
+        marks.append(tuple(marked))
+        k += len(part.names)
+    return marks
+
+
+def levels_at_zero(declared: System, models: Sequence[System], levels: Sequence[sympy.Symbol]) -> tuple[str, ...]:
+    """Friction levels that a fit has reduced to zero, the lowest value allowed."""
+    return tuple(s.name for s in levels if float(declared.values[s]) and not all(float(m.values[s]) for m in models))
+
+
+def _at_bound(value: float, low: float | None, high: float | None) -> bool:
+    if low is not None and high is not None:
+        return min(value - low, high - value) <= NEAR_BOUND * (high - low)
+    return any(abs(value - end) <= NEAR_BOUND * abs(end) for end in (low, high) if end is not None)
+
+
+def rows_of(fit: Fit, joint: int) -> slice:
+    """The rows of a joint among those of a fit."""
+    joints = fit.runner.record.joints
+    assert joints is not None
+    return slice(joints.index(joint), None, len(joints))
+
+
+def of_joint(fit: Fit, joint: int) -> Fit:
+    """The fit restricted to the rows of one joint; its theta is unchanged."""
+    rows, starts = rows_of(fit, joint), fit.starts
+    return replace(
+        fit,
+        runner=replace(fit.runner, record=replace(fit.runner.record, joints=(joint,))),
+        offsets=fit.offsets[rows],
+        unprojected=fit.unprojected[rows],
+        residual=fit.residual[rows],
+        slopes=fit.slopes[:, rows],
+        starts=Starts(starts.slopes[rows], starts.solver[rows], starts.width[rows]),
+    )
+
+
+def started_as(fit: Fit, other: Fit, joint: int) -> Fit:
+    """The fit with the start states of one joint taken from another fit of that joint."""
+    rows, own, new = rows_of(fit, joint), fit.starts, other.starts
+    offsets, slopes, solver, width = (a.copy() for a in (fit.offsets, own.slopes, own.solver, own.width))
+    offsets[rows], slopes[rows], solver[rows], width[rows] = other.offsets, new.slopes, new.solver, new.width
+    return replace(fit, offsets=offsets, starts=Starts(slopes, solver, width))

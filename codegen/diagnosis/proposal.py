@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from codegen.base.errors import BadInput
 from codegen.diagnosis.advice import Proposal, ProposedTerms
 from codegen.diagnosis.measure import Window
-from codegen.diagnosis.problem import Problem
-from codegen.diagnosis.residual import inverse_dynamics_residual
+from codegen.diagnosis.residual import Problem, inverse_dynamics_residual
 from codegen.mechanics.system import System
 
 Array = NDArray[np.float64]

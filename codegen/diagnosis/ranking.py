@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,14 +20,13 @@ from codegen.diagnosis.credit import (
     share_far,
     size_of,
 )
-from codegen.diagnosis.force_evidence import ForceGain, force_gain, residual_without_levels
-from codegen.diagnosis.models import model_of, with_effects, with_values
+from codegen.diagnosis.force_evidence import ForceCriterion
 from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.reservations import never_passed, passed_too_fast, shows_no_bend
 from codegen.diagnosis.residual import drive_left, drive_share, inverse_dynamics_residual
 from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.search import Search
-from codegen.diagnosis.trial import Part
+from codegen.diagnosis.trial import Part, with_effects, with_values
 from codegen.effects import CATALOGUE
 from codegen.effects.family import is_identical
 from codegen.mechanics.system import System
@@ -72,32 +70,6 @@ class Ranked:
     unsure: bool = False
     p: float = 1.0
     force_criterion: ForceCriterion | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class ForceCriterion:
-    """The force residual of a fit, computed when it is needed."""
-
-    search: Search
-    fit: Fit
-
-    @cached_property
-    def system(self) -> System:
-        return model_of(self.fit.runner.trial, self.fit.theta)
-
-    @cached_property
-    def residual(self) -> Array:
-        """(N, n) with the friction levels of the fit."""
-        return inverse_dynamics_residual(self.system, self.search.motion)
-
-    @cached_property
-    def without_levels(self) -> Array:
-        """(N, n) less what friction levels explain."""
-        return residual_without_levels(self.search.problem, self.system)
-
-    def over(self, other: ForceCriterion) -> ForceGain:
-        """The gain of this fit over another by force residual."""
-        return force_gain(self.search.problem, other.without_levels, self.without_levels)
 
 
 def run_round(

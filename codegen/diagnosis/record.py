@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import butter, filtfilt
 
 from codegen.base.errors import BadInput
-from codegen.diagnosis.shooting import STEPS_PER_PERIOD, Record
 from codegen.diagnosis.signals import Motion
 from codegen.logs import Log
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.int32]
 
+STEPS_PER_PERIOD = 50
+"""Time steps in a period of the coarse cutoff."""
+KEPT = 40
+"""Averages of the residual that are kept for each segment."""
 PERIODS = 5.0
 """Length of a segment in periods of the coarse cutoff: long enough to show a wrong force, short enough to correct a
 wrong start."""
@@ -32,6 +39,97 @@ JITTERS = 3.0
 """Noise near the Nyquist frequency over the stated one from which on the stated one is not believed."""
 A_RECORD = 3
 """Segments in a record of usual length, where an experiment consists of several."""
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """The data of a log that free-run simulation needs.
+
+    Attributes:
+        measured: (N, n) raw positions. positions, velocities: (N, n) smoothed, for start states.
+        commands: (N, m), held from t_k to t_(k+1).
+        sample_time: s. time0: of the first row since the log began, s.
+        noise: (n,) standard deviation of the measured positions' noise.
+        start: (S,) first samples of the segments. length: samples of each.
+        joints: for an arm that is run joint by joint, the joints that are compared; each segment of each joint is then
+            a row of its own, the joints of a segment in turn. None where the coordinates of a segment are compared
+            together.
+    """
+
+    measured: Array
+    positions: Array
+    velocities: Array
+    commands: Array
+    sample_time: float
+    time0: float
+    noise: Array
+    start: Indices
+    length: int
+    joints: tuple[int, ...] | None = None
+
+    @cached_property
+    def targets(self) -> Array:
+        """(S, L, n) measured positions of each segment, or (S joints, L, 1)."""
+        return self.by_row(np.asarray(self.measured[self.start[:, None] + np.arange(self.length)]))
+
+    def by_row(self, positions: Array) -> Array:
+        """Positions (S, L, n) in the rows that are compared."""
+        if self.joints is None:
+            return positions
+        chosen = positions[..., list(self.joints)].transpose(0, 2, 1)
+        return np.ascontiguousarray(chosen.reshape(-1, chosen.shape[2], 1))
+
+    def of_segments(self, offsets: Array) -> Array:
+        """Start-state offsets of the rows as (S, 2n)."""
+        if self.joints is None:
+            return offsets
+        n, at = self.measured.shape[1], list(self.joints)
+        rows = offsets.reshape(len(self.start), len(at), 2)
+        states = np.zeros((len(self.start), 2 * n))
+        states[:, at], states[:, [n + i for i in at]] = rows[..., 0], rows[..., 1]
+        return states
+
+    def of_starts(self, values: Array) -> Array:
+        """(n,) values for the rows, (1, n) or (S joints, 1)."""
+        return values[None] if self.joints is None else np.tile(values[list(self.joints)], len(self.start))[:, None]
+
+    @cached_property
+    def top_speed(self) -> Array:
+        """(n,) 95 % speeds."""
+        return np.asarray(np.quantile(np.abs(self.velocities), 0.95, axis=0))
+
+    @property
+    def group(self) -> int:
+        """Samples whose mean error is one residual of a fit."""
+        return max(1, self.length // KEPT)
+
+    @cached_property
+    def mean_targets(self) -> Array:
+        """The targets as by ``means``."""
+        return self.means(self.targets)
+
+    def means(self, positions: Array) -> Array:
+        """Means of positions (S, L, n) over groups of samples, (S, L // group, n)."""
+        group, (rows, length, n) = self.group, positions.shape
+        kept = length // group
+        cut = positions[:, : kept * group]
+        with np.errstate(over="ignore", invalid="ignore"):  # a run may diverge
+            # A product of matrices takes a tenth of the time of numpy's mean over an axis inside, but spreads a NaN.
+            found = cut.reshape(rows * kept, group * n) @ np.tile(np.eye(n) / group, (group, 1))
+            if not np.isfinite(found).all():
+                return np.asarray(cut.reshape(rows, kept, group, n).mean(axis=2))
+        return np.asarray(found.reshape(rows, kept, n))
+
+    @property
+    def at_rest(self) -> Array:
+        """Offsets of zero for all rows."""
+        n = self.measured.shape[1]
+        return np.zeros((len(self.start), 2 * n) if self.joints is None else (len(self.start) * len(self.joints), 2))
+
+    @cached_property
+    def states(self) -> Array:
+        """(S, 2n) smoothed states at the starts."""
+        return np.hstack([self.positions[self.start], self.velocities[self.start]])
 
 
 def record_of(motion: Motion, log: Log, shorter: float = 1.0) -> Record:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen.diagnosis.problem import Problem
+from codegen.diagnosis.residual import Problem
 from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.signals import Motion, is_resolved
 from codegen.diagnosis.trial import Part

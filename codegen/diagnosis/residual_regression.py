@@ -17,11 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
-from codegen.diagnosis.balance import evaluate_forces, slip_velocities
 from codegen.diagnosis.changes_in_time import ChangesInTime, changes_in_time
 from codegen.diagnosis.measure import drive_force
 from codegen.diagnosis.recent import OF_MODELS, recent
-from codegen.diagnosis.residual import Masks, residual_at_drive
+from codegen.diagnosis.residual import Masks, evaluate_forces, residual_at_drive, slip_velocities
 from codegen.diagnosis.results import Remainder, Term
 from codegen.diagnosis.signals import Motion, central_difference
 from codegen.mechanics.system import Matrix, System

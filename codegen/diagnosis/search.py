@@ -10,16 +10,14 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from codegen.diagnosis.balance import slip_velocities
 from codegen.diagnosis.credit import independent_share, noise_ratio
-from codegen.diagnosis.imposed import RigidTerms, is_separable, rigid_terms
-from codegen.diagnosis.joint_shooter import JointShooter, Memory
+from codegen.diagnosis.joints import JointShooter, Memory, RigidTerms, is_separable, rigid_terms
 from codegen.diagnosis.measure import Drive
 from codegen.diagnosis.output_error import FINE_STEP, WITHIN, Fit, gauss_newton, polish, shooting_fit
-from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.recent import recent
-from codegen.diagnosis.record import STILL
-from codegen.diagnosis.shooting import STEPS_PER_PERIOD, Record, Shooter, terms_of
+from codegen.diagnosis.record import STEPS_PER_PERIOD, STILL, Record
+from codegen.diagnosis.residual import Problem, slip_velocities
+from codegen.diagnosis.shooting import Shooter, terms_of
 from codegen.diagnosis.signals import Motion
 from codegen.diagnosis.trial import Part, Runner, Trial
 from codegen.mechanics.system import System

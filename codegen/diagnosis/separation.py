@@ -16,15 +16,14 @@ from codegen.diagnosis.credit import held_out_losses, independent_share
 from codegen.diagnosis.discrimination import Discrimination, Model
 from codegen.diagnosis.follow import follow
 from codegen.diagnosis.forward_selection import Outcome
-from codegen.diagnosis.models import with_effects, with_values
 from codegen.diagnosis.motions import ExtraMotion, Reach, library, reach_of, reference_text
 from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.ranking import Ranked, twins
-from codegen.diagnosis.record import record_of
+from codegen.diagnosis.record import Record, record_of
 from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.search import Search
-from codegen.diagnosis.shooting import Record
 from codegen.diagnosis.signals import smooth_motion
+from codegen.diagnosis.trial import with_effects, with_values
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import unit_words
 from codegen.effects.family import kinds_of

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from itertools import zip_longest
 from typing import Any
 
@@ -16,16 +16,105 @@ from numpy.typing import NDArray
 
 from codegen.base.compiler import compile_shared, load_library
 from codegen.base.text import render
-from codegen.diagnosis.law_states import all_law_terms, law_function, law_terms, owners
 from codegen.diagnosis.parallel import in_background
+from codegen.diagnosis.record import Record
+from codegen.friction import DynamicLaw
 from codegen.mechanics.casadi_form import symbol_values, to_casadi
+from codegen.mechanics.numpy_form import numpy_function
 from codegen.mechanics.solve import factorised
 from codegen.mechanics.system import TIME, ContactFriction, System
 from codegen.simulate.contact import REST, SWEEPS
+from codegen.simulate.dynamic_contact import DIRECTION, INSIDE, LawTerms, exponents, has_states, sign_of, state_terms
 from codegen.simulate.plant_contacts import set_valued_level
 from codegen.spec.functions import Sgn
 
 Array = NDArray[np.float64]
+
+
+def law_terms(contact: ContactFriction) -> LawTerms | None:
+    """The terms of a contact's law; None without states, or for Dahl's form."""
+    if not has_states(contact) or contact.law.bristle_stiffness(contact.law_parameters) != 0:
+        return None
+    return state_terms(contact)
+
+
+def all_law_terms(system: System) -> list[tuple[int, LawTerms]]:
+    """(contact, terms) of all contacts with terms."""
+    found = ((c, law_terms(contact)) for c, contact in enumerate(system.contacts))
+    return [(c, terms) for c, terms in found if terms is not None]
+
+
+def owners(system: System) -> list[int]:
+    """The contact of each state, in order."""
+    return [c for c, terms in all_law_terms(system) for _ in terms.states]
+
+
+def law_function(name: str, system: System, free: Sequence[sympy.Symbol], states: int) -> Any:
+    """CasADi function (slip, y, p) → (force, ∂force/∂u, ∂force/∂y, rates, ∂rates/∂u, ∂rates/∂y), all dense.
+
+    The first two have one entry a contact, the others one a state: of its own contact's force, and of its own rate.
+
+    Args:
+        states: number of y; those that this system does not have are constant.
+    """
+    count = len(system.contacts)
+    slip, y, p = casadi.SX.sym("slip", count), casadi.SX.sym("y", states), casadi.SX.sym("p", len(free))
+    numbers: dict[sympy.Symbol, Any] = {s: casadi.SX(float(value)) for s, value in system.values.items()}
+    numbers |= {s: p[i] for i, s in enumerate(free)}
+    force, push, rate = casadi.SX(count, 1), casadi.SX(states, 1), casadi.SX(states, 1)
+    k = 0
+    for c, terms in all_law_terms(system):
+        contact = system.contacts[c]
+        plain = exponents(contact, {s: v for s, v in system.values.items() if s not in free})
+        own = {s: y[k + i] for i, s in enumerate(terms.states)}
+        at = numbers | own | {contact.slip: slip[c], DIRECTION: sign_of(slip[c])}
+        force[c] = to_casadi(terms.force.subs(plain), at)
+        for expression in terms.rates:
+            rate[k], push[k] = to_casadi(expression.subs(plain), at), force[c]
+            k += 1
+    by_slip = casadi.vertcat(*[casadi.jacobian(force[c], slip[c]) for c in range(count)])
+    by_state = casadi.vertcat(*[casadi.jacobian(push[i], y[i]) for i in range(states)])
+    driven = casadi.vertcat(*[casadi.sum2(casadi.jacobian(rate[i], slip)) for i in range(states)])
+    decay = casadi.vertcat(*[casadi.jacobian(rate[i], y[i]) for i in range(states)])
+    outputs = [force, by_slip, by_state, rate, driven, decay]
+    return casadi.Function(name, [slip, y, p], [casadi.densify(o) for o in outputs], {"cse": True})
+
+
+FAR = 1e300
+"""Limit of a state without limits."""
+
+
+def hidden_states(system: System) -> int:
+    """Number of states of a free run besides positions and velocities."""
+    laws = (c.law for c in system.contacts)
+    return 2 * len(system.transmissions) + sum(len(law.states) for law in laws if isinstance(law, DynamicLaw))
+
+
+class Structures:
+    """Bristle stiffnesses, states of friction laws, and loads behind springs of a system."""
+
+    def __init__(self, system: System, symbols: tuple[sympy.Symbol, ...]) -> None:
+        """Args:
+        symbols: whose values ``at`` is given, in order.
+        """
+        laws = [terms for _, terms in all_law_terms(system)]
+        limits = [limit for terms in laws for limit in terms.limits]
+        rest = [value for terms in laws for value in terms.rest]
+        low = [-FAR if low is None else INSIDE * low for low, _ in limits]
+        high = [FAR if high is None else INSIDE * high for _, high in limits]
+        stiffness = [c.law.bristle_stiffness(c.law_parameters) for c in system.contacts]
+        loads = [(t.load_fraction, t.stiffness, t.damping, t.gap) for t in system.transmissions]
+        self._split = tuple(t.coordinate for t in system.transmissions)
+        self._sizes = np.cumsum([len(stiffness), len(rest), len(rest), len(rest)])
+        expressions = [*stiffness, *rest, *low, *high, *(e for load in loads for e in load)]
+        self._numbers = numpy_function(expressions, symbols, system.values)
+
+    def at(self, numbers: Array) -> Structure:
+        values = np.array([float(v) for v in self._numbers(*numbers)])
+        sigma, rest, low, high, coupling = np.split(values, self._sizes)
+        return Structure(tuple(sigma), self._split, coupling.reshape(-1, 4), np.stack([low, high]), rest)
+
+
 Indices = NDArray[np.int32]
 
 FLAGS = ("-fno-math-errno", "-fno-trapping-math")
@@ -33,105 +122,10 @@ OF_ONE, OF_MANY = ("-O1",), ("-O3", "-fno-tree-vectorize")
 """Compiler flags for one coordinate with one contact, and for more, whose loops are worth unrolling. The results are
 bit-identical at every level; with gcc 12, -O2 takes up to twice the time a step."""
 KEPT_LIBRARIES = 32
-KEPT = 40
-"""Averages of the residual that are kept for each segment."""
 _AT_REST = 1e-30
 _REST = 1e-12
 """Slip speed that counts as standstill where no level jumps there, in slip unit/s."""
 WARM_S = 1.0
-STEPS_PER_PERIOD = 50
-"""Time steps in a period of the coarse cutoff."""
-
-
-@dataclass(frozen=True, eq=False)
-class Record:
-    """The data of a log that free-run simulation needs.
-
-    Attributes:
-        measured: (N, n) raw positions. positions, velocities: (N, n) smoothed, for start states.
-        commands: (N, m), held from t_k to t_(k+1).
-        sample_time: s. time0: of the first row since the log began, s.
-        noise: (n,) standard deviation of the measured positions' noise.
-        start: (S,) first samples of the segments. length: samples of each.
-        joints: for an arm that is run joint by joint, the joints that are compared; each segment of each joint is then
-            a row of its own, the joints of a segment in turn. None where the coordinates of a segment are compared
-            together.
-    """
-
-    measured: Array
-    positions: Array
-    velocities: Array
-    commands: Array
-    sample_time: float
-    time0: float
-    noise: Array
-    start: Indices
-    length: int
-    joints: tuple[int, ...] | None = None
-
-    @cached_property
-    def targets(self) -> Array:
-        """(S, L, n) measured positions of each segment, or (S joints, L, 1)."""
-        return self.by_row(np.asarray(self.measured[self.start[:, None] + np.arange(self.length)]))
-
-    def by_row(self, positions: Array) -> Array:
-        """Positions (S, L, n) in the rows that are compared."""
-        if self.joints is None:
-            return positions
-        chosen = positions[..., list(self.joints)].transpose(0, 2, 1)
-        return np.ascontiguousarray(chosen.reshape(-1, chosen.shape[2], 1))
-
-    def of_segments(self, offsets: Array) -> Array:
-        """Start-state offsets of the rows as (S, 2n)."""
-        if self.joints is None:
-            return offsets
-        n, at = self.measured.shape[1], list(self.joints)
-        rows = offsets.reshape(len(self.start), len(at), 2)
-        states = np.zeros((len(self.start), 2 * n))
-        states[:, at], states[:, [n + i for i in at]] = rows[..., 0], rows[..., 1]
-        return states
-
-    def of_starts(self, values: Array) -> Array:
-        """(n,) values for the rows, (1, n) or (S joints, 1)."""
-        return values[None] if self.joints is None else np.tile(values[list(self.joints)], len(self.start))[:, None]
-
-    @cached_property
-    def top_speed(self) -> Array:
-        """(n,) 95 % speeds."""
-        return np.asarray(np.quantile(np.abs(self.velocities), 0.95, axis=0))
-
-    @property
-    def group(self) -> int:
-        """Samples whose mean error is one residual of a fit."""
-        return max(1, self.length // KEPT)
-
-    @cached_property
-    def mean_targets(self) -> Array:
-        """The targets as by ``means``."""
-        return self.means(self.targets)
-
-    def means(self, positions: Array) -> Array:
-        """Means of positions (S, L, n) over groups of samples, (S, L // group, n)."""
-        group, (rows, length, n) = self.group, positions.shape
-        kept = length // group
-        cut = positions[:, : kept * group]
-        with np.errstate(over="ignore", invalid="ignore"):  # a run may diverge
-            # A product of matrices takes a tenth of the time of numpy's mean over an axis inside, but spreads a NaN.
-            found = cut.reshape(rows * kept, group * n) @ np.tile(np.eye(n) / group, (group, 1))
-            if not np.isfinite(found).all():
-                return np.asarray(cut.reshape(rows, kept, group, n).mean(axis=2))
-        return np.asarray(found.reshape(rows, kept, n))
-
-    @property
-    def at_rest(self) -> Array:
-        """Offsets of zero for all rows."""
-        n = self.measured.shape[1]
-        return np.zeros((len(self.start), 2 * n) if self.joints is None else (len(self.start) * len(self.joints), 2))
-
-    @cached_property
-    def states(self) -> Array:
-        """(S, 2n) smoothed states at the starts."""
-        return np.hstack([self.positions[self.start], self.velocities[self.start]])
 
 
 @dataclass(frozen=True)

@@ -25,11 +25,10 @@ from codegen.diagnosis import credit
 from codegen.diagnosis.answer import Answer
 from codegen.diagnosis.coverage import Survey, survey
 from codegen.diagnosis.estimate import CONFIDENCE, Interval
-from codegen.diagnosis.models import model_of, with_values
-from codegen.diagnosis.problem import Problem
+from codegen.diagnosis.residual import Problem
 from codegen.diagnosis.results import Candidate, ErrorFigures, FoundEffect, Remainder, Verdict
-from codegen.diagnosis.structure import states
-from codegen.diagnosis.trial import Part, Trial, part_of
+from codegen.diagnosis.shooting import hidden_states
+from codegen.diagnosis.trial import Part, Trial, model_of, part_of, with_values
 from codegen.diagnosis.veto import Option, admitted
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import unit_words
@@ -92,7 +91,7 @@ def is_static(system: System) -> bool:
     away = {*system.positions, TIME}
     moving = any(chain.has_memory for chain in system.actuators.values()) or bool(system.sensor_errors)
     bristles = any(c.law.bristle_stiffness(c.law_parameters) != 0 for c in system.contacts)
-    return not moving and not bristles and states(system) == 0 and not away & system.equation_error.free_symbols
+    return not moving and not bristles and hidden_states(system) == 0 and not away & system.equation_error.free_symbols
 
 
 def is_seen(trial: Trial) -> bool:

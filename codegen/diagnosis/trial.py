@@ -1,24 +1,26 @@
-"""A model under test: the declared system with effects at their places, and the parameters that a fit estimates."""
+"""A model under test: the declared system with effects at their places, its parameters, and its free runs."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from codegen.diagnosis.joint_shooter import JointShooter
-from codegen.diagnosis.sensor import Sensors
-from codegen.diagnosis.shooting import Record, Shooter, term_symbols
-from codegen.diagnosis.structure import Structures, states
+from codegen.diagnosis.joints import JointShooter
+from codegen.diagnosis.record import Record
+from codegen.diagnosis.results import FoundEffect
+from codegen.diagnosis.shooting import Shooter, Structures, hidden_states, term_symbols
 from codegen.effects import CATALOGUE, Effect
 from codegen.effects.added import added
 from codegen.effects.coordinate import Coordinate
-from codegen.effects.declare import effect_symbols, places_of
+from codegen.effects.declare import effect_symbols, places_of, unit_words
 from codegen.effects.register import is_own
+from codegen.mechanics.numpy_form import numpy_function
 from codegen.mechanics.system import System
 from codegen.simulate.drive import Chains
 
@@ -113,7 +115,7 @@ class Trial:
     @cached_property
     def adds_states(self) -> bool:
         """Whether the last part adds states to the free run; its force then cannot be computed from the log alone."""
-        return states(self.changed) > states(replace(self, parts=self.parts[:-1]).changed)
+        return hidden_states(self.changed) > hidden_states(replace(self, parts=self.parts[:-1]).changed)
 
     def with_part(self, part: Part) -> Trial:
         return replace(self, parts=(*self.parts, part))
@@ -199,3 +201,151 @@ class Runner:
     def _drive(self, numbers: Array) -> Array:
         record = self.record
         return self.trial.chains.act(record.commands, numbers, record.sample_time, self.substeps)
+
+
+ITERATIONS, POLISHES = 8, 3
+LEAST_SLOPE = 0.2
+"""Least slope of a reading over position; below it the reading does not determine the state and is not corrected."""
+
+
+class Sensors:
+    """The position sensors of a system with their declared errors.
+
+    Attributes:
+        symbols: whose values every method is given, in order.
+    """
+
+    def __init__(self, system: System, symbols: tuple[sympy.Symbol, ...]) -> None:
+        self._system, self.symbols = system, symbols
+        self._wrong = [i for i, x in enumerate(system.positions) if system.sensor_errors.get(x, 0) != 0]
+
+    def true(self, states: Array, numbers: Array) -> Array:
+        """(S, 2n) true states for readings ``states``, by fixed-point iteration and then Newton's method."""
+        if not self._wrong:
+            return states
+        n = self._system.degrees_of_freedom
+        read, states = states, states.copy()
+        with np.errstate(invalid="ignore", over="ignore"):  # for too steep errors the reading is not invertible
+            for turn in range(ITERATIONS + POLISHES):
+                errors = self._at(self._errors, states[:, :n], numbers)
+                slopes = self._slopes_at(states, numbers) if turn >= ITERATIONS else [1.0] * len(errors)
+                for i, error, slope in zip(self._wrong, errors, slopes, strict=True):
+                    states[:, i] += (read[:, i] - states[:, i] - error) / slope
+            for i, slope in zip(self._wrong, self._slopes_at(states, numbers), strict=True):
+                states[:, n + i] /= slope
+        return states
+
+    def _slopes_at(self, states: Array, numbers: Array) -> list[Any]:
+        """Slopes of the readings by position."""
+        slopes = self._at(self._slopes, states[:, : self._system.degrees_of_freedom], numbers)
+        return [np.where(np.abs(1 + slope) > LEAST_SLOPE, 1 + slope, 1.0) for slope in slopes]
+
+    def measured(self, positions: Array, numbers: Array) -> Array:
+        """Readings at positions (..., n)."""
+        if not self._wrong:
+            return positions
+        read = positions.copy()
+        with np.errstate(invalid="ignore", over="ignore"):  # mean_residuals handles diverged runs
+            for i, error in zip(self._wrong, self._at(self._errors, positions, numbers), strict=True):
+                read[..., i] += error
+        return read
+
+    def _at(self, function: Any, positions: Array, numbers: Array) -> list[Any]:
+        n = self._system.degrees_of_freedom
+        return list(function(*(positions[..., i] for i in range(n)), *numbers))
+
+    @cached_property
+    def _errors(self) -> Any:
+        return self._compiled(lambda error, x: error)
+
+    @cached_property
+    def _slopes(self) -> Any:
+        return self._compiled(lambda error, x: error.diff(x))
+
+    def _compiled(self, form: Any) -> Any:
+        system = self._system
+        wrong = [system.positions[i] for i in self._wrong]
+        expressions = [form(system.sensor_errors[x], x) for x in wrong]
+        return numpy_function(expressions, (*system.positions, *self.symbols), system.values)
+
+
+def free_run(
+    system: System,
+    sample_time: float,
+    positions: Array,
+    velocities: Array,
+    commands: Array,
+    restart_s: float = 0.5,
+    substeps: int = 10,
+    trim_s: float = 0.0,
+) -> Array:
+    """Predicted positions, restarted from the measured state every ``restart_s`` seconds.
+
+    Pass the whole log and trim here, not before: a delayed input reaches back to commands before the first restart, and
+    the states of friction laws and the loads behind springs, which no log has, are run along the measured motion from
+    the log's beginning. A law that cannot be run (see ``is_simulable``) is replaced by its level of steady sliding.
+    Positions are readings of sensors with their declared errors.
+
+    Args:
+        system: with its effects.
+        sample_time: s.
+        positions, velocities: (N, n) measured state, filtered.
+        commands: (N, m), held from t_k to t_(k+1).
+        restart_s: seconds between restarts, at least two samples.
+        substeps: steps in one sample.
+        trim_s: seconds at each end that are not predicted, where filtered states are poor.
+
+    Returns:
+        (N, n); inf where the prediction is not finite; NaN in trimmed rows.
+
+    Raises:
+        BadInput: where there is no C compiler.
+        ValueError: if the shapes do not fit or nothing is left after trimming.
+    """
+    count, n = positions.shape
+    if velocities.shape != (count, n) or len(commands) != count or n != system.degrees_of_freedom:
+        raise ValueError(f"positions {positions.shape}, velocities {velocities.shape}, {len(commands)} commands")
+    cut = round(trim_s / sample_time)
+    kept = count - 2 * cut
+    if kept < 2:
+        raise ValueError(f"{count} samples, {cut} of them trimmed at each end; expected 2 or more left")
+    length = min(max(2, round(restart_s / sample_time)), kept)
+    start = np.arange(cut, cut + kept, length, dtype=np.int32)
+    # The last run goes on behind the log; what it predicts there is dropped.
+    commands = np.vstack([commands, np.repeat(commands[-1:], length, axis=0)])
+    record = Record(positions, positions, velocities, commands, sample_time, 0.0, np.ones(n), start, length)
+    runner = Runner(Trial(system, (), ()), Shooter([system], [()]), 0, record, substeps)
+    rows = runner.run(np.zeros(0), record.at_rest).reshape(-1, n)[:kept]
+    predicted = np.full((count, n), np.nan)
+    predicted[cut : cut + kept] = np.where(np.isfinite(rows), rows, np.inf)
+    return predicted
+
+
+def with_values(system: System, refitted: Mapping[str, float]) -> System:
+    """The system with refitted values; a negative friction level becomes zero."""
+    levels = {s.name for contact in system.contacts for s in contact.law_parameters.values()}
+    new = {s: refitted[s.name] for s in system.values if s.name in refitted}
+    return system.with_parameters({s: sympy.Float(max(v, 0.0) if s.name in levels else v) for s, v in new.items()}, {})
+
+
+def with_effects(system: System, found: Sequence[FoundEffect]) -> System:
+    """The system with fitted effects added to it."""
+    for one in found:
+        effect = CATALOGUE[one.kind].with_parameters(list(one.parameters))
+        place = places_of(effect, system).index(one.on)
+        symbols = effect_symbols(effect, one.on, system)
+        units = unit_words(effect, place, system)
+        system = system.with_parameters(
+            {s: sympy.Float(one.parameters[name]) for name, s in symbols.items()},
+            {s: units[name] for name, s in symbols.items()},
+        )
+        system = effect.add(system, place, symbols)
+    return system
+
+
+def model_of(trial: Trial, theta: Array) -> System:
+    """The system with the values of a fit's vector: refitted parameters, and each part with its own."""
+    moved, found = trial.split(theta)
+    values = dict(zip((s.name for s in trial.moved), map(float, moved), strict=True))
+    effects = [FoundEffect(p.kind, p.on, one, {}) for p, one in zip(trial.parts, found, strict=True)]
+    return with_effects(with_values(trial.system, values), effects)

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from codegen.diagnosis.credit import evidence, held_out_losses, noise_loss, noise_ratio
 from codegen.diagnosis.forward_selection import Outcome
-from codegen.diagnosis.limits import at_limit
-from codegen.diagnosis.output_error import Fit
+from codegen.diagnosis.output_error import Fit, at_limit
 from codegen.diagnosis.ranking import chance
 from codegen.diagnosis.results import Candidate
 from codegen.diagnosis.search import Search

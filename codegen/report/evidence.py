@@ -14,12 +14,11 @@ from numpy.typing import NDArray
 
 from codegen.diagnosis.conclusion import acts_on
 from codegen.diagnosis.diagnose import Models
-from codegen.diagnosis.force_evidence import VARIABLES, without_levels
-from codegen.diagnosis.models import with_effects, with_values
-from codegen.diagnosis.problem import Problem
-from codegen.diagnosis.residual import residual_at_drive
+from codegen.diagnosis.force_evidence import VARIABLES
+from codegen.diagnosis.residual import Problem, residual_at_drive, without_levels
 from codegen.diagnosis.residual_regression import explained_over, remainder_columns, sliding, smooth_curve, variables_of
 from codegen.diagnosis.results import Diagnosis, FoundEffect
+from codegen.diagnosis.trial import with_effects, with_values
 from codegen.effects import CATALOGUE
 from codegen.mechanics.system import System
 from codegen.report.series import Curve, bin_means, thin

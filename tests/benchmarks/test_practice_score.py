@@ -18,8 +18,8 @@ from benchmarks.practice.runs import Run, diagnosed, result_in, times, typical
 from benchmarks.practice.score import coverage, right, within
 from codegen.diagnosis.advice import ProposedTerms
 from codegen.diagnosis.measure import Window
-from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.proposal import propose_terms
+from codegen.diagnosis.residual import Problem
 from codegen.diagnosis.signals import smooth_motion
 from codegen.spec import parse_spec
 from tests.diagnosis.stage import TEST, TRAIN, log_of, stage, system_of

@@ -25,16 +25,15 @@ from codegen.diagnosis.adoption import (
 from codegen.diagnosis.answer import Answer
 from codegen.diagnosis.diagnose import Models, diagnose_log
 from codegen.diagnosis.estimate import Estimate, estimate, standard_errors
-from codegen.diagnosis.force_fit import force_rows, independent_samples
 from codegen.diagnosis.forward_selection import find_effects
 from codegen.diagnosis.measure import Window, force_errors, free_run_errors
-from codegen.diagnosis.models import with_values
 from codegen.diagnosis.output_error import Fit
-from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.record import record_of
+from codegen.diagnosis.residual import Problem, force_rows, independent_samples
 from codegen.diagnosis.results import Diagnosis, ErrorFigures
 from codegen.diagnosis.search import Search, search_on
 from codegen.diagnosis.signals import smooth_motion
+from codegen.diagnosis.trial import with_values
 from codegen.diagnosis.veto import FORCE, RUN, Option, admitted, worsened
 from codegen.logs import Log, read_log
 from codegen.report import render_report

@@ -12,11 +12,10 @@ import pytest
 
 from codegen.diagnosis.conclusion import against_regression
 from codegen.diagnosis.force_evidence import force_evidence
-from codegen.diagnosis.models import with_effects
-from codegen.diagnosis.problem import Problem
-from codegen.diagnosis.residual import inverse_dynamics_residual
+from codegen.diagnosis.residual import Problem, inverse_dynamics_residual
 from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.signals import smooth_motion
+from codegen.diagnosis.trial import with_effects
 from codegen.logs import Log
 from tests.diagnosis.stage import log_of, stage, system_of
 

@@ -10,8 +10,8 @@ import pytest
 from codegen.diagnosis.adoption import Refit
 from codegen.diagnosis.candidate_fits import every_part
 from codegen.diagnosis.examination import _options
-from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.record import MOST_STEPS, PLENTY, record_of
+from codegen.diagnosis.residual import Problem
 from codegen.diagnosis.search import Search, search_on
 from codegen.diagnosis.signals import smooth_motion
 from codegen.logs import Log

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from codegen.diagnosis import parallel as both
+from codegen.diagnosis.record import Record
 from codegen.diagnosis.replay import tracked_friction, tracking_choice
-from codegen.diagnosis.shooting import Record
 from codegen.diagnosis.signals import Motion
 from codegen.emit.package import emit_sources, make_header
 from codegen.mechanics import build_system

@@ -13,8 +13,6 @@ from scipy.stats import binom
 from codegen.diagnosis.candidate_fits import Found
 from codegen.diagnosis.credit import ALPHA, Evidence
 from codegen.diagnosis.force_evidence import force_gain
-from codegen.diagnosis.models import with_values
-from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.ranking import (
     ForceCriterion,
     absorbed_by_refit,
@@ -23,10 +21,10 @@ from codegen.diagnosis.ranking import (
     only_reduces_drive,
 )
 from codegen.diagnosis.record import record_of
-from codegen.diagnosis.residual import drive_left, inverse_dynamics_residual, masks, residual_at_drive
+from codegen.diagnosis.residual import Problem, drive_left, inverse_dynamics_residual, masks, residual_at_drive
 from codegen.diagnosis.search import Search, search_on
 from codegen.diagnosis.signals import smooth_motion
-from codegen.diagnosis.trial import part_of
+from codegen.diagnosis.trial import part_of, with_values
 from codegen.effects import CATALOGUE
 from codegen.logs import Log
 from codegen.mechanics import System

@@ -19,13 +19,11 @@ from codegen.diagnosis.force_led import (
     judged,
     selected_by_force,
 )
-from codegen.diagnosis.models import model_of
-from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.record import position_noise, record_of
-from codegen.diagnosis.residual import inverse_dynamics_residual
+from codegen.diagnosis.residual import Problem, inverse_dynamics_residual
 from codegen.diagnosis.search import Search, search_on
 from codegen.diagnosis.signals import smooth_motion
-from codegen.diagnosis.trial import part_of
+from codegen.diagnosis.trial import model_of, part_of
 from codegen.effects import CATALOGUE
 from codegen.logs import Log, read_log
 from tests.diagnosis.stage import log_of, stage, system_of

@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from codegen.diagnosis.candidate_fits import CandidateFits
-from codegen.diagnosis.force_start import ForceStart
-from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.record import record_of
+from codegen.diagnosis.residual import Problem
 from codegen.diagnosis.search import Search, search_on
 from codegen.diagnosis.signals import smooth_motion
+from codegen.diagnosis.starting_values import ForceStart
 from codegen.diagnosis.trial import part_of
 from codegen.effects import CATALOGUE
 from codegen.logs import Log

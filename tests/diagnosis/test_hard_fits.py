@@ -10,8 +10,8 @@ import pytest
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.estimate import estimate
 from codegen.diagnosis.forward_selection import find_effects
-from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.record import record_of
+from codegen.diagnosis.residual import Problem
 from codegen.diagnosis.search import search_on
 from codegen.diagnosis.signals import smooth_motion
 from codegen.diagnosis.trial import part_of

@@ -11,9 +11,8 @@ import stiction
 from codegen.base.resources import resource_folder
 from codegen.diagnosis.forward_selection import Outcome
 from codegen.diagnosis.harmonics import regress, with_harmonics
-from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.record import record_of
-from codegen.diagnosis.residual import inverse_dynamics_residual
+from codegen.diagnosis.residual import Problem, inverse_dynamics_residual
 from codegen.diagnosis.search import search_on
 from codegen.diagnosis.signals import smooth_motion
 from codegen.diagnosis.trial import part_of

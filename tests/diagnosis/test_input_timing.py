@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from codegen.diagnosis.input_timing import acting_between_rows, measured_inputs
-from codegen.diagnosis.problem import Problem
+from codegen.diagnosis.residual import Problem
 from codegen.diagnosis.signals import smooth_motion
 from codegen.logs import Log
 from codegen.logs.description import LogDescription

@@ -13,9 +13,9 @@ from mechanics.robots import TWO_LINKS
 from codegen.diagnosis.candidate_fits import CandidateFits, every_part
 from codegen.diagnosis.credit import noise_ratio
 from codegen.diagnosis.diagnose import _uncertain
-from codegen.diagnosis.imposed import is_separable
-from codegen.diagnosis.problem import Problem
+from codegen.diagnosis.joints import is_separable
 from codegen.diagnosis.record import record_of
+from codegen.diagnosis.residual import Problem
 from codegen.diagnosis.search import Search, search_on
 from codegen.diagnosis.signals import smooth_motion
 from codegen.logs import Log

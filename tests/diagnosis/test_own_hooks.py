@@ -9,15 +9,13 @@ import numpy as np
 import pytest
 
 from codegen.diagnosis.credit import noise_ratio
-from codegen.diagnosis.models import with_effects
-from codegen.diagnosis.problem import Problem
-from codegen.diagnosis.record import record_of
-from codegen.diagnosis.residual import inverse_dynamics_residual
+from codegen.diagnosis.record import Record, record_of
+from codegen.diagnosis.residual import Problem, inverse_dynamics_residual
 from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.search import search_on
-from codegen.diagnosis.shooting import Record, Shooter
+from codegen.diagnosis.shooting import Shooter
 from codegen.diagnosis.signals import smooth_motion
-from codegen.diagnosis.trial import Part, Runner, Trial, part_of
+from codegen.diagnosis.trial import Part, Runner, Trial, part_of, with_effects
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import add_declared_effects, places_of
 from codegen.effects.register import load_effects

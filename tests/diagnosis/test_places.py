@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from codegen.diagnosis.candidate_fits import every_part
-from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.ranking import run_round
 from codegen.diagnosis.record import record_of
+from codegen.diagnosis.residual import Problem
 from codegen.diagnosis.search import search_on
 from codegen.diagnosis.signals import smooth_motion
 from codegen.mechanics import build_system

@@ -13,8 +13,8 @@ import stiction
 from codegen.diagnosis import proposal
 from codegen.diagnosis.advice import ProposedTerms
 from codegen.diagnosis.measure import Window
-from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.proposal import propose_terms
+from codegen.diagnosis.residual import Problem
 from codegen.diagnosis.signals import smooth_motion
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import STAGE, TEST, TRAIN, log_of, stage, system_of

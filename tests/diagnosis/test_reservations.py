@@ -12,10 +12,9 @@ from codegen.diagnosis import examination
 from codegen.diagnosis.conclusion import named_effects
 from codegen.diagnosis.diagnose import Models, diagnose_log
 from codegen.diagnosis.estimate import Estimate
-from codegen.diagnosis.limits import at_limit
-from codegen.diagnosis.output_error import Fit
-from codegen.diagnosis.problem import Problem
+from codegen.diagnosis.output_error import Fit, at_limit
 from codegen.diagnosis.reservations import objections, remarks
+from codegen.diagnosis.residual import Problem
 from codegen.diagnosis.results import Diagnosis, FoundEffect
 from codegen.diagnosis.signals import smooth_motion
 from codegen.diagnosis.trial import part_of

@@ -9,7 +9,7 @@ import pytest
 
 from codegen.base.resources import resource_folder
 from codegen.diagnosis.conclusion import is_small, main_variables
-from codegen.diagnosis.problem import Problem
+from codegen.diagnosis.residual import Problem
 from codegen.diagnosis.residual_regression import (
     explained_over,
     remainders,

@@ -17,12 +17,12 @@ import pytest
 import codegen.diagnosis
 from codegen.diagnosis.candidate_fits import CandidateFits, Found, every_part
 from codegen.diagnosis.diagnose import diagnose_log
-from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.ranking import admissible, relative_size
 from codegen.diagnosis.record import record_of
-from codegen.diagnosis.screen import starting_points
+from codegen.diagnosis.residual import Problem
 from codegen.diagnosis.search import search_on
 from codegen.diagnosis.signals import smooth_motion
+from codegen.diagnosis.starting_values import starting_points
 from codegen.diagnosis.trial import Part, part_of
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import add_declared_effects, places_of

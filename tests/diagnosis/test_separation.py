@@ -18,9 +18,9 @@ from codegen.diagnosis.credit import Evidence
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.forward_selection import Outcome
 from codegen.diagnosis.motions import Reach, library, reach_of
-from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.ranking import Ranked
 from codegen.diagnosis.record import record_of
+from codegen.diagnosis.residual import Problem
 from codegen.diagnosis.search import search_on
 from codegen.diagnosis.separation import separate, tied_fits
 from codegen.diagnosis.signals import smooth_motion

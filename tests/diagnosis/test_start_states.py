@@ -9,8 +9,8 @@ import numpy as np
 
 from codegen.diagnosis.credit import noise_ratio
 from codegen.diagnosis.output_error import polish, shooting_fit
-from codegen.diagnosis.problem import Problem
 from codegen.diagnosis.record import record_of
+from codegen.diagnosis.residual import Problem
 from codegen.diagnosis.search import search_on
 from codegen.diagnosis.signals import smooth_motion
 from tests.diagnosis.stage import log_of, stage, system_of

@@ -10,8 +10,7 @@ import pytest
 import sympy
 
 from codegen.base.errors import BadInput
-from codegen.diagnosis.balance import evaluate_forces
-from codegen.diagnosis.residual import inverse_dynamics_residual
+from codegen.diagnosis.residual import evaluate_forces, inverse_dynamics_residual
 from codegen.diagnosis.signals import smooth_motion
 from codegen.effects.declare import add_declared_effects
 from codegen.mechanics import System, build_system

@@ -1,9 +1,10 @@
-"""Starting values of a candidate's fit by least squares on the force residual of the measured motion.
+"""Starting values of a candidate's fit, by free runs and by the force residual of the measured motion.
 
-They are needed where the free-run simulation of the base leaves the measured motion. The force residual r = g − M a − U
-λ is linear in an effect's weights and in the friction levels, which are solved for together for each of the effect's
-shapes. A stage of an actuator (delay, lag, limit, dead zone, gain) has no weight; it changes r through the effective
-input w alone, r + (∂g/∂w) (w' − w), and its one parameter is found by a bounded search.
+By free runs: shapes on a grid, weights by one linear least-squares step. By the force residual, where free runs leave
+the measured motion: r = g − M a − U λ is linear in an effect's weights and in the friction levels, which are solved for
+together for each shape. A stage of an actuator (delay, lag, limit, dead zone, gain) has no weight; it changes r through
+the effective input w alone, r + (∂g/∂w) (w' − w), and its one parameter is found by a bounded search. A compliance has
+the frequency of the resonance that the force residual of a rigid model shows.
 """
 
 from __future__ import annotations
@@ -11,26 +12,119 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 
 import casadi
 import numpy as np
 import sympy
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
+from scipy.optimize import minimize, minimize_scalar
+from scipy.signal import bilinear, lfilter
 
-from codegen.diagnosis.balance import evaluate_forces, true_motion
-from codegen.diagnosis.force_fit import force_rows
-from codegen.diagnosis.models import model_of
-from codegen.diagnosis.output_error import Fit
-from codegen.diagnosis.problem import Problem
-from codegen.diagnosis.residual import effective_inputs, inverse_dynamics_residual
-from codegen.diagnosis.signals import low_pass
-from codegen.diagnosis.trial import Trial
+from codegen.diagnosis.output_error import Fit, mean_residuals, scales, segment_cost, segment_weights
+from codegen.diagnosis.residual import (
+    Problem,
+    effective_inputs,
+    evaluate_forces,
+    force_rows,
+    inverse_dynamics_residual,
+    true_motion,
+)
+from codegen.diagnosis.signals import Motion, low_pass
+from codegen.diagnosis.trial import Runner, Trial, model_of
 from codegen.effects.start import Covered
 from codegen.mechanics.casadi_form import over_rows, to_casadi
 from codegen.mechanics.system import TIME, Matrix, System
 
 Array = NDArray[np.float64]
+
+TRIES, SIMPLEX = 120, 0.5
+"""Of a simplex search: most free runs, and its initial size in logarithms; Gauss–Newton steps follow."""
+
+
+def starting_points(
+    runner: Runner, base: Fit, raw: Sequence[Array], covered: Covered, most: int
+) -> list[tuple[float, Array]]:
+    """The best starting values, as (cost after one linear step, theta of the trial), best first.
+
+    Args:
+        runner: of the trial with the part last.
+        base: the fit without it. raw: slopes by its parameters, before projection.
+        covered: by the log where the part acts.
+    """
+    part = runner.trial.parts[-1]
+    effect = part.effect
+    now = base.unprojected
+    weights = np.sqrt(segment_weights(base.residual))[:, None]
+    moved = np.stack([base.starts.project(r, slope=True) for r in raw]) if raw else np.zeros((0, *now.shape))
+    found = []
+    for shape in effect.starts(covered):
+        if not effect.scaling:
+            found.append(_with_values(runner, base, moved, part.inward(shape)))
+            continue
+        columns = []
+        for probe, size in effect.probes(shape, covered):
+            theta = np.concatenate([base.theta, part.inward(probe)])
+            slope = (now - mean_residuals(runner, runner.run(theta, base.offsets))) / size
+            columns.append(base.starts.project(slope, slope=True))
+        step, cost = _solve(base, now, np.concatenate([moved, np.stack(columns)]), weights)
+        values = effect.weighted(shape, step[len(base.theta) :].tolist())
+        theta = np.concatenate([base.theta + step[: len(base.theta)], part.inward(values)])
+        found.append((cost, theta))
+    found.sort(key=lambda pair: pair[0])
+    return list({theta.tobytes(): (cost, theta) for cost, theta in found[:most]}.values())  # each once
+
+
+def simplex_search(runner: Runner, base: Fit, raw: Sequence[Array], theta: Array) -> tuple[float, Array]:
+    """(cost, theta) by Nelder–Mead over the parameters of the last part, where the loss is not smooth.
+
+    Args:
+        theta: start; the other parameters follow by one linear step for each evaluation.
+    """
+    size = len(runner.trial.parts[-1].names)
+    moved = np.stack([base.starts.project(r, slope=True) for r in raw]) if raw else np.zeros((0, *base.residual.shape))
+    first = theta[-size:]
+    simplex = np.vstack([first, first + SIMPLEX * np.eye(size)])
+    best = minimize(
+        lambda inner: _with_values(runner, base, moved, inner)[0],
+        first,
+        method="Nelder-Mead",
+        options={"maxfev": TRIES, "initial_simplex": simplex},
+    )
+    return _with_values(runner, base, moved, best.x)
+
+
+def _with_values(runner: Runner, base: Fit, moved: Array, inner: Array) -> tuple[float, Array]:
+    """(cost, theta) with these values of the last part, all other parameters by one linear step from the base.
+
+    Args:
+        moved: projected slopes by the base's parameters.
+    """
+    theta = np.concatenate([base.theta, inner])
+    weights = np.sqrt(segment_weights(base.residual))[:, None]
+    step, cost = _solve(base, mean_residuals(runner, runner.run(theta, base.offsets)), moved, weights)
+    theta[: len(base.theta)] += step
+    return cost, theta
+
+
+def _solve(base: Fit, residual: Array, columns: Array, weights: Array) -> tuple[Array, float]:
+    """(step, cost) of one linear least-squares step with the prior."""
+    flat = base.starts.project(residual)
+    if not len(columns):
+        return np.zeros(0), segment_cost(flat)
+    scaled = (columns * weights).reshape(len(columns), -1)
+    prior_precision, away = np.zeros(len(columns)), np.zeros(len(columns))
+    prior_precision[: len(base.prior_precision)], away[: len(base.prior_precision)] = (
+        base.prior_precision,
+        base.theta - base.centre,
+    )
+    matrix = scaled @ scaled.T + np.diag(prior_precision)
+    size = scales(matrix)
+    right = scaled @ (flat * weights).ravel() - prior_precision * away
+    step = np.linalg.lstsq(matrix / np.outer(size, size), right / size, rcond=1e-9)[0] / size
+    left = flat - np.tensordot(step, columns, axes=1)
+    return step, segment_cost(left) + 0.5 * float((prior_precision * (away + step) ** 2).sum())
+
 
 DENSE = 10.0
 """Samples in a period of the cutoff: the residual has nothing above it, and a starting value needs no more."""
@@ -195,3 +289,58 @@ def _about(centre: float, grid: Sequence[float]) -> tuple[float, float]:
     """The neighbours of a value of the grid, between which a step of the loss is sought."""
     below, above = [g for g in grid if g < centre], [g for g in grid if g > centre]
     return max(below, default=centre - REACH), min(above, default=centre + REACH)
+
+
+FREQUENCIES = np.geomspace(0.03, 1.5, 40)
+"""Frequencies of the load with the motor held, in cutoffs of the log."""
+DAMPING_RATIOS = (0.03, 0.12, 0.4)
+LEAST_SHARE, MOST_SHARE = 0.03, 0.97
+"""Range of the load's share of the inertia."""
+APART = 1.3
+"""Least ratio between the frequencies of two starting values."""
+
+
+@dataclass(frozen=True)
+class Resonance:
+    """A load behind a spring: ω in rad/s with the motor held, damping ratio ζ and share ρ of the inertia."""
+
+    frequency: float
+    damping_ratio: float
+    share: float
+
+
+def resonances(
+    residual: Array, acceleration: Array, inertia: float, motion: Motion, most: int
+) -> tuple[Resonance, ...]:
+    """The resonances that explain most of a residual (N,), best first, with distinct frequencies.
+
+    Let a share ρ of the inertia M hang behind a spring k and a damper c. The load follows the motor's acceleration a by
+    a_load = (c s + k)/(ρM s² + c s + k) a, and the residual of the rigid model is
+
+        r = ρM (a_load − a) = −ρM · s²/(s² + 2ζω s + ω²) a,   ω² = k/(ρM), 2ζω = c/(ρM),
+
+    so for each ω and ζ one regression of r on the filtered acceleration gives ρ. A lightly damped resonance is so
+    narrow that a free run with a frequency 10 % off gives no information; here a fine grid is cheap.
+
+    Args:
+        acceleration: (N,) of the coordinate. inertia: M.
+    """
+    used, rate = motion.usable, 1 / motion.sample_time
+    y = residual[used] - residual[used].mean()
+    found: list[tuple[float, Resonance]] = []
+    for frequency, ratio in product(2 * np.pi * motion.cutoff_hz * FREQUENCIES, DAMPING_RATIOS):
+        b, a = bilinear([1.0, 0.0, 0.0], [1.0, 2 * ratio * frequency, frequency**2], rate)
+        column = motion.low_pass(lfilter(b, a, acceleration)[:, None])[used, 0]
+        power = float(column @ column)
+        share = -float(column @ y) / (power * inertia) if power > 0 else 0.0
+        if share > 0:
+            left = y + min(share, MOST_SHARE) * inertia * column
+            kept = min(max(share, LEAST_SHARE), MOST_SHARE)
+            found.append((float(left @ left), Resonance(float(frequency), ratio, kept)))
+    chosen: list[Resonance] = []
+    for _, one in sorted(found, key=lambda pair: pair[0]):
+        if all(max(one.frequency, r.frequency) > APART * min(one.frequency, r.frequency) for r in chosen):
+            chosen.append(one)
+        if len(chosen) == most:
+            break
+    return tuple(chosen)
