@@ -26,9 +26,8 @@ from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.signals import low_pass
 from codegen.diagnosis.trial import Part, part_of, with_effects, with_values
-from codegen.effects.cogging_harmonics import CoggingHarmonics
 from codegen.effects.family import candidates, kinds_of
-from codegen.effects.periodic import PERIOD
+from codegen.effects.periodic import PERIOD, CoggingHarmonics
 from codegen.mechanics.system import System
 
 Array = NDArray[np.float64]

@@ -16,9 +16,8 @@ from codegen.diagnosis.record import Record
 from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.shooting import Shooter, Structures, hidden_states, term_symbols
 from codegen.effects import CATALOGUE, Effect
-from codegen.effects.added import added
 from codegen.effects.coordinate import Coordinate
-from codegen.effects.declare import effect_symbols, places_of, unit_words
+from codegen.effects.declare import added, effect_symbols, places_of, unit_words
 from codegen.effects.register import is_own
 from codegen.mechanics.numpy_form import numpy_function
 from codegen.mechanics.system import System

@@ -7,6 +7,7 @@ from itertools import product
 from math import pi, sqrt
 
 import numpy as np
+import sympy
 
 from codegen.effects.effect import Confusion, Effect, EffectParameter, Symbols
 from codegen.effects.places import coupled_or_varying
@@ -35,10 +36,32 @@ LEAST_LOAD = 0.02
 disturbance that is periodic in time."""
 SEEN_GAP = 2.0
 """Least gap in standard deviations of the position's noise; with a smaller one backlash is only a compliance."""
-NEEDS = "an axis with a constant inertia of its own, not coupled to others, and no compliance or backlash yet"
 
 
-class Compliance(Effect):
+class _OnAxis(Effect):
+    """A spring between the motor of an axis and its load."""
+
+    sits_on = "axis"
+    seen_over = "time"
+    needs = "an axis with a constant inertia of its own, not coupled to others, and no compliance or backlash yet"
+
+    def applies(self, system: System, place: int) -> bool:
+        taken = any(t.coordinate == place for t in system.transmissions)
+        return not taken and not coupled_or_varying(system, place)
+
+    def add(self, system: System, place: int, p: Symbols) -> System:
+        gap = p.get("gap", sympy.S.Zero)
+        return system.with_transmission(Transmission(place, p["k"], p["c"], p["load_fraction"], gap))
+
+    def unseen(self, values: Mapping[str, float], noise: float) -> str:
+        """Why not, where the load is lighter than ``LEAST_LOAD``."""
+        share = values["load_fraction"]
+        if share >= LEAST_LOAD:
+            return ""
+        return f"its load is {100 * share:.2g} % of the inertia: it acts at its resonance alone"
+
+
+class Compliance(_OnAxis):
     """(1 − ρ)M at the motor, ρM at the load; between them k dx + c dv, dx = x − x_load.
 
     Encoder, input, friction and damping are at the motor; declared forces of position alone, such as gravity, act at
@@ -46,10 +69,8 @@ class Compliance(Effect):
     """
 
     kind = "compliance"
-    sits_on = "axis"
     equation = "(1 − ρ)·M at the motor, ρ·M at the load; between them k·dx + c·dv"
     signature = "a resonance: ringing after each jump of the input or of friction"
-    seen_over = "time"
     parameters = (STIFFNESS, DAMPING, SHARE)
     confused_with = (
         Confusion("backlash", "preload: it takes the play out"),
@@ -57,14 +78,6 @@ class Compliance(Effect):
         Confusion("actuator_lag", "a chirp to high frequencies"),
         Confusion("presliding", "a chirp to high frequencies"),
     )
-    needs = NEEDS
-
-    def applies(self, system: System, place: int) -> bool:
-        taken = any(t.coordinate == place for t in system.transmissions)
-        return not taken and not coupled_or_varying(system, place)
-
-    def add(self, system: System, place: int, p: Symbols) -> System:
-        return system.with_transmission(Transmission(place, p["k"], p["c"], p["load_fraction"]))
 
     def starts(self, covered: Covered) -> list[dict[str, float]]:
         """Lightly damped resonances from a seventh to six times the cutoff, with a third or two of the inertia."""
@@ -79,44 +92,30 @@ class Compliance(Effect):
     def restarts(self, values: Mapping[str, float], covered: Covered) -> list[dict[str, float]]:
         return [_spring(covered, values["k"], load, RINGING) for load in np.geomspace(0.15, 0.9, RESTARTED).tolist()]
 
-    def unseen(self, values: Mapping[str, float], noise: float) -> str:
-        """Why not, where the load is lighter than ``LEAST_LOAD``."""
-        return _light_load(values)
 
-
-class Backlash(Effect):
+class Backlash(_OnAxis):
     """As compliance, with a force only beyond half the gap, and never one that pulls."""
 
     kind = "backlash"
-    sits_on = "axis"
     equation = "as compliance, with a force only where |dx| > gap/2, and never pulling"
     signature = "lost motion: after each reversal the motor turns without its load"
-    seen_over = "time"
-    parameters = (
-        EffectParameter("gap", "{q}", "full width of the play", low=0.0),
-        STIFFNESS,
-        DAMPING,
-        SHARE,
-    )
+    parameters = (EffectParameter("gap", "{q}", "full width of the play", low=0.0), STIFFNESS, DAMPING, SHARE)
     confused_with = (
         Confusion("compliance", "preload: it takes the play out"),
         Confusion("presliding", "a microscopic slow sine: presliding holds it with a force, backlash lets it go"),
         Confusion("input_delay", "a chirp at two amplitudes"),
     )
-    needs = NEEDS
     extends = Compliance.kind
-    rough = True  # impacts: a small parameter change shifts them by a sample
+
+    @property
+    def rough(self) -> bool:
+        """Impacts: a small parameter change shifts them by a sample."""
+        return True
 
     def restarts(self, values: Mapping[str, float], covered: Covered) -> list[dict[str, float]]:
         """Contacts that are damped well: from a lightly damped one a fit does not find its way to another load."""
         gap = {"gap": values["gap"]}
         return [gap | _spring(covered, values["k"], load, IMPACT) for load in RESTARTED_LOADS]
-
-    def applies(self, system: System, place: int) -> bool:
-        return Compliance().applies(system, place)
-
-    def add(self, system: System, place: int, p: Symbols) -> System:
-        return system.with_transmission(Transmission(place, p["k"], p["c"], p["load_fraction"], p["gap"]))
 
     def starts(self, covered: Covered) -> list[dict[str, float]]:
         """Gaps from the noise to a tenth of the span, with the compliance found at the place, or stiffer ones."""
@@ -137,14 +136,7 @@ class Backlash(Effect):
         """Why not, where the gap is hidden in the noise or the load is lighter than ``LEAST_LOAD``."""
         if values["gap"] < SEEN_GAP * noise:
             return "its gap is below what the noise of the position lets one see"
-        return _light_load(values)
-
-
-def _light_load(values: Mapping[str, float]) -> str:
-    share = values["load_fraction"]
-    if share >= LEAST_LOAD:
-        return ""
-    return f"its load is {100 * share:.2g} % of the inertia: it acts at its resonance alone"
+        return super().unseen(values, noise)
 
 
 def _coupling(covered: Covered, frequency: float, load: float, damping_ratio: float) -> dict[str, float]:

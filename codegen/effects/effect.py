@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 from itertools import product
 from typing import ClassVar, Literal
@@ -92,13 +93,13 @@ class Effect(ABC):
         signature: its pattern in a residual.
         seen_over: the variable over which the signature is seen best.
         parameters: in order.
+        more_forms: the parameters of other forms of the same effect, simpler ones first.
         confused_with: effects or causes with a similar signature.
         needs: the condition of ``applies`` in words.
         demands: the condition of ``admissible`` beyond each parameter's bounds, in words.
         refines: the kind of which this is a refinement, tried only where that one is found; "" for none.
         extends: the kind of which this is the same with one parameter more, that one at zero; "" for none.
         both_ways: for an effect on a contact, whether it is identifiable only with slip in both directions.
-        rough: whether the free-run error is a non-smooth function of the parameters, so that slopes find no minimum.
     """
 
     kind: ClassVar[str]
@@ -107,26 +108,39 @@ class Effect(ABC):
     signature: ClassVar[str]
     seen_over: ClassVar[Axis]
     parameters: tuple[EffectParameter, ...]
+    more_forms: ClassVar[tuple[tuple[EffectParameter, ...], ...]] = ()
     confused_with: ClassVar[tuple[Confusion, ...]]
     needs: ClassVar[str] = ""
     demands: ClassVar[str] = ""
     refines: ClassVar[str] = ""
     extends: ClassVar[str] = ""
     both_ways: ClassVar[bool] = False
-    rough: bool = False
 
     @abstractmethod
     def add(self, system: System, place: int, p: Symbols) -> System:
         """The system with this effect at ``place``: index of the contact, coordinate, input or pair of coordinates."""
 
-    def with_parameters(self, names: Sequence[str]) -> Effect:
-        """The effect with the parameters that a spec gives it; differs only where their number is variable."""
-        return self
+    @property
+    def rough(self) -> bool:
+        """Whether the free-run error is a non-smooth function of the parameters, so that slopes find no minimum."""
+        return False
 
     @property
     def forms(self) -> tuple[Effect, ...]:
         """The forms that a diagnosis tries, the simplest first; more than one where a parameter may be left out."""
-        return (self,)
+        if not self.more_forms:
+            return (self,)
+        return tuple(self._with(parameters) for parameters in (type(self).parameters, *self.more_forms))
+
+    def _with(self, parameters: tuple[EffectParameter, ...]) -> Effect:
+        form = copy(self)
+        form.parameters = parameters
+        return form
+
+    def with_parameters(self, names: Sequence[str]) -> Effect:
+        """The simplest form that has these parameters; the last where none has all of them."""
+        known = {p.name for form in self.forms for p in form.parameters}.intersection(names)
+        return next((f for f in self.forms if known <= {p.name for p in f.parameters}), self.forms[-1])
 
     @property
     def waves(self) -> tuple[tuple[str, str], ...]:

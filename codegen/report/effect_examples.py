@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from codegen.effects import Effect
 from codegen.effects.declare import effect_symbols, places_of
-from codegen.friction.coulomb import Coulomb
+from codegen.friction.zero_memory import Coulomb
 from codegen.mechanics.system import ContactFriction, Matrix, System
 from codegen.simulate.plant import simulate_open_loop
 from codegen.simulate.sensor_error import SensorError

@@ -11,10 +11,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from codegen.friction import LAWS, DynamicLaw, FrictionLaw, MemoryLaw
-from codegen.friction.karnopp import Karnopp
-from codegen.friction.linker_dieterich import LinkerDieterich
-from codegen.friction.rising_static import RisingStatic
-from codegen.friction.ruina import Ruina
+from codegen.friction.memory import Karnopp, RisingStatic
+from codegen.friction.state_space import LinkerDieterich, Ruina
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.spec.functions import Magnitude
 from codegen.spec.model import symbol

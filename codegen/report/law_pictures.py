@@ -10,10 +10,8 @@ from typing import Any
 import numpy as np
 
 from codegen.friction import DynamicLaw, FrictionLaw, MemoryLaw
-from codegen.friction.karnopp import Karnopp
-from codegen.friction.linker_dieterich import LinkerDieterich
-from codegen.friction.rising_static import RisingStatic
-from codegen.friction.ruina import Ruina
+from codegen.friction.memory import Karnopp, RisingStatic
+from codegen.friction.state_space import LinkerDieterich, Ruina
 from codegen.report.law_examples import EXAMPLES, dragged_mass, force_over, steady_force, steady_level
 from codegen.report.style import CURVE, GRID, INK, QUIET, SECOND, THIRD, svg
 from codegen.report.wording import prefixed

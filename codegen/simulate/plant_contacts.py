@@ -7,8 +7,8 @@ from typing import Any
 import casadi
 import sympy
 
-from codegen.friction.karnopp import Karnopp
-from codegen.friction.static_viscous import StaticViscous
+from codegen.friction.memory import Karnopp
+from codegen.friction.zero_memory import StaticViscous
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.system import ContactFriction, System
 from codegen.simulate.contact import SWEEPS, Levels, contact_forces, coupled, sweep

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from codegen.base.errors import BadInput
 from codegen.friction import MemoryLaw
-from codegen.friction.karnopp import Karnopp
+from codegen.friction.memory import Karnopp
 from codegen.mechanics.system import ContactFriction, System
 from codegen.spec.model import Spec
 

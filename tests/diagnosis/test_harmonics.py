@@ -17,7 +17,7 @@ from codegen.diagnosis.search import search_on
 from codegen.diagnosis.signals import smooth_motion
 from codegen.diagnosis.trial import part_of
 from codegen.effects import CATALOGUE
-from codegen.effects.cogging_harmonics import CoggingHarmonics
+from codegen.effects.periodic import CoggingHarmonics
 from codegen.spec import read_spec
 from tests.diagnosis.stage import diagnosed, log_of, stage, system_of
 

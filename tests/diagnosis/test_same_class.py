@@ -181,7 +181,7 @@ def test_heirs_are_tried_in_the_place_of_their_parents(bench: Bench, tmp_path: P
 
 
 INERT = """
-from codegen.effects.input_delay import InputDelay
+from codegen.effects.on_input import InputDelay
 from codegen.effects import EffectParameter
 class Lost(InputDelay):
     kind = "lost"

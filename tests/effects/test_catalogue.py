@@ -14,7 +14,7 @@ import sympy
 from codegen.base.errors import BadInput
 from codegen.effects import CATALOGUE, Effect, EffectParameter
 from codegen.effects.declare import add_declared_effects, effect_symbols, places_of, unit_words
-from codegen.effects.spring import Spring
+from codegen.effects.on_coordinate import Spring
 from codegen.effects.start import Covered
 from codegen.mechanics import System, build_system
 from codegen.mechanics.system import TIME

@@ -12,7 +12,7 @@ from codegen.effects import CATALOGUE
 from codegen.effects.register import load_effects
 
 MINE = """
-from codegen.effects.spring import Spring
+from codegen.effects.on_coordinate import Spring
 class Mine(Spring):
     kind = "{kind}"
 EFFECTS = [Mine()]

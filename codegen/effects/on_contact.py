@@ -1,0 +1,310 @@
+"""Effects on contacts: what a friction law may lack over slip velocity, load, presliding distance and time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from itertools import product
+
+import sympy
+
+from codegen.effects.effect import Confusion, Effect, EffectParameter, Symbols
+from codegen.effects.places import drive_force, lone_coordinate, pair_contacts, pairs
+from codegen.effects.start import Covered, bristles, slow_times, speeds
+from codegen.friction.law import DynamicLaw, LawParameter, LawState, Ranges, States, Values
+from codegen.friction.zero_memory import Coulomb
+from codegen.mechanics.system import TIME, System
+from codegen.spec.functions import Magnitude, Sgn
+
+COEFFICIENT = EffectParameter("b", "{F}*s/{q}", "viscous coefficient; of a curve, what its slope loses", neutral=0.0)
+THINNING = EffectParameter(
+    "v_s", "{q}/s", "speed at which half of b is lost", low=0.0, start=speeds, seen_at=(0.01, 3.0)
+)
+LEFT = EffectParameter("b_inf", "{F}*s/{q}", "slope of a curve at high speed, 0 where it is not given", neutral=0.0)
+
+
+class Viscous(Effect):
+    """λ += b u, or with ``v_s`` the curve λ += b v_s ln(1 + |u|/v_s) sgn(u) + b_inf u.
+
+    The slope of the curve falls from b + b_inf at standstill to b_inf: a lubricant that thins with the shear rate. In
+    harmonic drives, servo gears and greased bearings friction grows by less than in proportion to speed. Where the spec
+    declares viscous friction in proportion, b_inf may be negative and take of that.
+    """
+
+    kind = "viscous"
+    sits_on = "contact"
+    equation = "λ += b·u, or b·v_s·ln(1 + ∣u∣/v_s)·sgn(u) + b_inf·u where v_s is given"
+    signature = "a force that grows with slip velocity and changes sign with it"
+    seen_over = "velocity"
+    parameters = (COEFFICIENT,)
+    more_forms = ((COEFFICIENT, THINNING), (COEFFICIENT, THINNING, LEFT))
+    confused_with = (
+        Confusion("quadratic_drag", "a speed ladder over two decades"),
+        Confusion("back-EMF", "a speed ladder over two decades"),
+        Confusion("actuator_lag", "a speed ladder at constant speeds: a lag leaves nothing there"),
+        Confusion("coupling", "one of the two coordinates held, the other moved"),
+    )
+    demands = "b above 0 where v_s is given"
+
+    def admissible(self, system: System, place: int, values: Mapping[str, float]) -> bool:
+        """A curve with a negative b would be a Stribeck curve."""
+        return super().admissible(system, place, values) and (THINNING.name not in values or values["b"] > 0)
+
+    def add(self, system: System, place: int, p: Symbols) -> System:
+        slip = system.contacts[place].slip
+        if THINNING.name not in p:
+            return system.with_contact_force(place, p["b"] * slip)
+        curve = p["b"] * p["v_s"] * sympy.log(1 + Magnitude(slip) / p["v_s"]) * Sgn(slip)
+        return system.with_contact_force(place, curve + p.get("b_inf", 0) * slip)
+
+    def twins(self, system: System, place: int) -> list[tuple[str, str]]:
+        if THINNING in self.parameters:
+            return []
+        x = system.positions
+        between = [pair for pair in pairs(system) if place in pair_contacts(system, *pair)]
+        return [("coupling", f"{x[i]}, {x[j]}") for i, j in between]
+
+
+class ViscousAsymmetry(Effect):
+    """λ += d_b |u|: the viscous coefficient is b + d_b for u > 0 and b − d_b for u < 0."""
+
+    kind = "viscous_asymmetry"
+    sits_on = "contact"
+    equation = "λ += d_b·|u|"
+    signature = "a force that grows with slip speed and keeps its sign when the motion turns"
+    seen_over = "velocity"
+    both_ways = True
+    parameters = (EffectParameter("d_b", "{F}*s/{q}", "half the difference of the viscous coefficients", neutral=0.0),)
+    confused_with = (
+        Confusion("viscous", "both directions at the same speeds"),
+        Confusion("coulomb_asymmetry", "a speed ladder in both directions"),
+    )
+
+    def add(self, system: System, place: int, p: Symbols) -> System:
+        return system.with_contact_force(place, p["d_b"] * Magnitude(system.contacts[place].slip))
+
+
+class CoulombAsymmetry(Effect):
+    """Level a + d for u > 0 and a − d for u < 0; with |d| ≤ a that is λ += d in slip and in stick alike."""
+
+    kind = "coulomb_asymmetry"
+    sits_on = "contact"
+    equation = "level = a + d for u > 0, a − d for u < 0"
+    signature = "a constant force, whatever the motion"
+    seen_over = "velocity"
+    both_ways = True
+    demands = "|d| no larger than the friction level, so that neither direction's level is negative"
+    parameters = (EffectParameter("d", "{F}", "half the difference of the two levels", neutral=0.0),)
+    confused_with = (Confusion("offset", "another mounting; never the same log"),)
+
+    def add(self, system: System, place: int, p: Symbols) -> System:
+        return system.with_contact_force(place, p["d"])
+
+    def admissible(self, system: System, place: int, values: Mapping[str, float]) -> bool:
+        """Neither level is negative: friction does not push. A larger constant force is an offset."""
+        level = _level_at_rest(system, place)
+        return level is None or abs(values["d"]) <= level
+
+    def twins(self, system: System, place: int) -> list[tuple[str, str]]:
+        coordinate = lone_coordinate(system, place)
+        return [] if coordinate is None else [("offset", system.positions[coordinate].name)]
+
+
+RISE = EffectParameter("delta", "{F}", "rise of the level at standstill", low=0.0, neutral=0.0)
+SPEED = EffectParameter("v_s", "{q}/s", "Stribeck velocity", low=0.0, start=speeds)
+EXPONENT = EffectParameter(
+    "exponent", "1", "2 where it is not given; 1 for an exponential", low=0.5, high=4.0, usual=2.0, as_number=True
+)
+DIFFERENCE = EffectParameter("d_delta", "{F}", "half the difference of the rises for u > 0 and u < 0", neutral=0.0)
+
+
+class Stribeck(Effect):
+    """level += delta exp(−(u/v_s)²), or with another ``exponent`` than 2 level += delta exp(−(|u|/v_s)^exponent).
+
+    With ``d_delta`` the rise differs by direction, as in a worm gear: delta + d_delta for u > 0, delta − d_delta for
+    u < 0. A diagnosis tries that up to half of the log's top speed: above, the curve is a viscous asymmetry with one
+    parameter more.
+
+    Exponents between 0.5 and 1 have been measured in ball bearings and gears (Armstrong-Hélouvry, Dupont and Canudas
+    de Wit 1994); the exponent 1 is Tustin's curve. Below 1 the slope is infinite at standstill, and no certificate
+    expresses an exponent that is no whole number: where an observer with estimated velocity is to be certified, declare
+    the nearest of 1, 2 and 3.
+    """
+
+    kind = "stribeck"
+    sits_on = "contact"
+    equation = (
+        "level += delta·exp(−(|u|/v_s)²), or with exponent in place of 2, or (delta + d_delta·sgn(u)) in place of "
+        "delta, where given"
+    )
+    signature = "extra friction at low slip speed that is gone above the Stribeck velocity"
+    seen_over = "velocity"
+    parameters = (RISE, SPEED)
+    more_forms = ((RISE, SPEED, EXPONENT), (RISE, replace(SPEED, seen_at=(0.0, 0.5)), DIFFERENCE))
+    confused_with = (
+        Confusion("friction_drift", "speeds in random order: a rising ladder of speeds goes along with time"),
+        Confusion("presliding", "a microscopic slow sine"),
+        Confusion("quantisation", "a finer encoder, or slow motion in one direction"),
+        Confusion("quadratic_drag", "slow motion, where a wide Stribeck curve still falls"),
+    )
+    demands = "d_delta such that the level is not negative in either direction"
+
+    def admissible(self, system: System, place: int, values: Mapping[str, float]) -> bool:
+        """Neither level at rest is negative: friction does not push."""
+        lower = values["delta"] - abs(values.get(DIFFERENCE.name, 0.0))
+        level = None if lower >= 0 else _level_at_rest(system, place)
+        return super().admissible(system, place, values) and (level is None or level + lower >= 0)
+
+    def starts(self, covered: Covered) -> list[dict[str, float]]:
+        """At Stribeck velocities from a hundredth of the top speed up, an exponent at 1."""
+        exponents = [{"exponent": 1.0}] if EXPONENT in self.parameters else [{}]
+        return [{"v_s": float(v)} | e for v, e in product(speeds(covered), exponents)]
+
+    def add(self, system: System, place: int, p: Symbols) -> System:
+        slip = system.contacts[place].slip
+        if EXPONENT.name in p:
+            power = Magnitude(slip) ** p["exponent"] / p["v_s"] ** p["exponent"]
+            return system.with_level(place, p["delta"] * sympy.exp(-power))
+        curve = sympy.exp(-((slip / p["v_s"]) ** 2))
+        changed = system.with_level(place, p["delta"] * curve)
+        return changed.with_contact_force(place, p["d_delta"] * curve) if DIFFERENCE.name in p else changed
+
+
+def _level_at_rest(system: System, place: int) -> float | None:
+    """The level that friction keeps at rest; None of a law with states, whose force at rest is no level."""
+    contact = system.contacts[place]
+    level = None if isinstance(contact.law, DynamicLaw) else contact.level_at_rest
+    return None if level is None else float(level.subs(system.values))
+
+
+SEVERAL_LOADS = "several loads, driving and back-driving"
+
+
+class _OfLoad(Effect):
+    """Friction that grows with the transmitted load L, the generalised drive force on the contact's coordinate."""
+
+    sits_on = "contact"
+    seen_over = "load"
+    needs = "a contact on a coordinate that an input drives"
+
+    def applies(self, system: System, place: int) -> bool:
+        return bool(drive_force(system, place) != 0)
+
+
+class LoadDependentFriction(_OfLoad):
+    """level += mu |L|, L the generalised drive force on the contact's coordinate."""
+
+    kind = "load_dependent_friction"
+    equation = "level += mu·|L|"
+    signature = "a step at reversal whose height follows the drive force"
+    parameters = (EffectParameter("mu", "1", "share of the drive force", low=0.0, neutral=0.0),)
+    confused_with = (
+        Confusion("input_gain", SEVERAL_LOADS),
+        Confusion("drive_backdrive_friction", SEVERAL_LOADS),
+    )
+
+    def add(self, system: System, place: int, p: Symbols) -> System:
+        return system.with_level(place, p["mu"] * Magnitude(drive_force(system, place)))
+
+
+class DriveBackdriveFriction(_OfLoad):
+    """level += mu_drive |L| where the drive pushes along the slip and mu_back |L| where it brakes.
+
+    Written without a jump: the mean of the two acts on |L| as a level, half their difference on L as a force, since
+    sgn(u)·|L|·sgn(L u) = L.
+    """
+
+    kind = "drive_backdrive_friction"
+    equation = "level += mu_drive·|L| for L·u > 0, mu_back·|L| for L·u < 0"
+    signature = "a step at reversal whose height follows the drive force, another one in driving than in braking"
+    refines = "load_dependent_friction"
+    parameters = (
+        EffectParameter("mu_drive", "1", "share of the drive force while it drives", low=0.0, neutral=0.0),
+        EffectParameter("mu_back", "1", "share of the drive force while it is driven back", low=0.0, neutral=0.0),
+    )
+    confused_with = (
+        Confusion("load_dependent_friction", SEVERAL_LOADS),
+        Confusion("input_gain", SEVERAL_LOADS),
+    )
+
+    def add(self, system: System, place: int, p: Symbols) -> System:
+        load = drive_force(system, place)
+        mean, half = (p["mu_drive"] + p["mu_back"]) / 2, (p["mu_drive"] - p["mu_back"]) / 2
+        return system.with_level(place, mean * Magnitude(load)).with_contact_force(place, half * load)
+
+
+class PreslidingLaw(DynamicLaw):
+    """λ = sigma z, z' = u − (sigma/a) z |u|: Dahl's law with its stiffness as a parameter of its own."""
+
+    name = "presliding"
+    source = "Dahl 1976"
+    parameters = (
+        LawParameter("a", "{F}", True, "Coulomb level"),
+        LawParameter("sigma", "{F}/{q}", True, "presliding stiffness"),
+    )
+    states = (LawState("z", "{q}", "presliding deflection"),)
+
+    def rates(self, u: sympy.Expr, z: States, p: Values) -> States:
+        return (u - p["sigma"] / p["a"] * z[0] * Magnitude(u),)
+
+    def force(self, u: sympy.Expr, z: States, p: Values) -> sympy.Expr:
+        return p["sigma"] * z[0]
+
+    def state_range(self, top_speed: sympy.Expr, p: Values) -> Ranges:
+        """z' has the sign of u up to |z| = a/sigma, where it vanishes or points inwards."""
+        return ((-p["a"] / p["sigma"], p["a"] / p["sigma"]),)
+
+    def level(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
+        return p["a"]
+
+    def bristle_stiffness(self, p: Values) -> sympy.Expr:
+        return p["sigma"]
+
+    def slope_bound(self, p: Values) -> sympy.Expr:
+        return sympy.Integer(0)
+
+
+class Presliding(Effect):
+    """Dahl's law λ = sigma z, z' = u − (sigma/a) z |u| in place of the set-valued Coulomb law."""
+
+    kind = "presliding"
+    sits_on = "contact"
+    equation = "λ = sigma·z, dz/dt = u − (sigma/a)·z·|u| in place of a·sgn(u)"
+    signature = "hysteresis over position at each reversal, in place of a step"
+    seen_over = "position"
+    parameters = (EffectParameter("sigma", "{F}/{q}", "presliding stiffness", low=0.0, start=bristles),)
+    confused_with = (
+        Confusion("backlash", "a microscopic slow sine: presliding holds it with a force, backlash lets it go"),
+        Confusion("input_delay", "a microscopic slow sine"),
+        Confusion("stribeck", "a microscopic slow sine"),
+        Confusion("inertia_error", "two frequencies"),
+    )
+    needs = "a contact whose law is coulomb; of a richer law with presliding the laws are lugre, dahl and others"
+
+    def applies(self, system: System, place: int) -> bool:
+        return isinstance(system.contacts[place].law, Coulomb)
+
+    def add(self, system: System, place: int, p: Symbols) -> System:
+        contact = system.contacts[place]
+        return system.with_law(place, PreslidingLaw(), {**contact.law_parameters, "sigma": p["sigma"]})
+
+
+class FrictionDrift(Effect):
+    """level += delta exp(−t/T), t from the start of the log; in an observer from its first sample."""
+
+    kind = "friction_drift"
+    sits_on = "contact"
+    equation = "level += delta·exp(−t/T)"
+    signature = "friction that changes slowly in time, whatever the motion"
+    seen_over = "time"
+    parameters = (
+        EffectParameter("delta", "{F}", "change of the level at the start", neutral=0.0),
+        EffectParameter("T", "s", "time constant", low=0.0, start=slow_times),
+    )
+    confused_with = (
+        Confusion("stribeck", "speeds in random order: a rising ladder of speeds goes along with time"),
+        Confusion("temperature", "repeat the same motion later"),
+    )
+
+    def add(self, system: System, place: int, p: Symbols) -> System:
+        return system.with_level(place, p["delta"] * sympy.exp(-TIME / p["T"]))
