@@ -7,9 +7,10 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from codegen.base.user_text import shown
 from codegen.logs.binding import time_columns
 from codegen.logs.series import TIME
-from codegen.logs.source import listing, shown
+from codegen.logs.source import listing
 from codegen.logs.term import identifier
 
 QUANTITIES: Mapping[str, frozenset[str]] = {

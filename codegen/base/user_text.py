@@ -127,6 +127,12 @@ def one_line(text: str) -> str:
     return "".join(c if c.isprintable() else _escape(c) for c in text)
 
 
+def shown(text: str, longest: int = 40) -> str:
+    """Text of a file fit for a message: one line, printable, not long."""
+    printable = one_line(text[: longest + 1])
+    return printable if len(printable) <= longest else f"{printable[:longest]}…"
+
+
 def _escape(character: str) -> str:
     code = ord(character)
     return f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"

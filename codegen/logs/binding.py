@@ -5,46 +5,19 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol, runtime_checkable
 
 from codegen.base.errors import BadInput, Place, nearest_name, refuse_unknown
+from codegen.base.user_text import shown
 from codegen.logs.description import LogDescription
 from codegen.logs.finding import Finding
 from codegen.logs.proposed_columns import lines_of, proposed_columns, reasons
-from codegen.logs.source import Named, listing, shown
+from codegen.logs.source import LogFile, listing
 from codegen.logs.term import OPERATORS, Term, find_term, identifier
 from codegen.spec.column_unit import is_brought, stated_unit, unit_behind, unit_of
 from codegen.spec.model import Spec
 from codegen.spec.units import describe, dimension, parse_unit, si_factor
 
 _TIME = re.compile(r"t|(?i:time|timestamp|stamp|time_stamp|datetime|elapsed_time|zeit)")
-
-
-@runtime_checkable
-class PartlyUnread(Protocol):
-    """A file of which some parts cannot be read."""
-
-    @property
-    def unread(self) -> Mapping[str, str]:
-        """Topic → why it has no columns."""
-
-
-@runtime_checkable
-class HoldsCommands(Protocol):
-    """A file with positions that were asked for, under names that do not say so."""
-
-    @property
-    def asked(self) -> Mapping[str, str]:
-        """Column of such a position → the column where the measured one stands."""
-
-
-@runtime_checkable
-class HasJointsInBrackets(Protocol):
-    """A file whose names have a joint in brackets: ``/joint_states.effort[shoulder]``."""
-
-    @property
-    def joints_in_brackets(self) -> bool:
-        """Whether what stands in brackets is no unit."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +44,7 @@ class Binding:
     brought: Mapping[str, str] = field(default_factory=dict)
 
 
-def bind(source: Named, spec: Spec, description: LogDescription, explicit: Mapping[str, str] | None) -> Binding:
+def bind(source: LogFile, spec: Spec, description: LogDescription, explicit: Mapping[str, str] | None) -> Binding:
     """Find a column for every symbol: by explicit options, the description, the spec, or the symbol's own name, with a
     unit behind it or not; for ``t`` by any usual name of a time.
 
@@ -157,10 +130,9 @@ def _likely(symbol: str, names: Sequence[str]) -> list[str]:
     return [name for name in names if stated_unit(name)[0] == symbol]
 
 
-def _refuse_unread(text: str, source: Named) -> None:
+def _refuse_unread(text: str, source: LogFile) -> None:
     """Say why a column cannot be had that is part of what the file has."""
-    unread = source.unread if isinstance(source, PartlyUnread) else {}
-    for whole, why in unread.items():
+    for whole, why in source.unread.items():
         if text == whole or text.startswith((f"{whole}.", f"{whole}[")):
             place = Place(source.place.file, None, shown(whole, 80))
             raise BadInput(place, f"no column `{shown(text, 80)}`: {why}", "one that can be read", code="LOG003")
@@ -199,7 +171,7 @@ def _unknown_symbols(
     return [f"columns that {spec.name} does not use: {listing(extra)}"] if extra else []
 
 
-def _propose(missing: Mapping[str, BadInput], terms: Mapping[str, Term], source: Named, spec: Spec) -> None:
+def _propose(missing: Mapping[str, BadInput], terms: Mapping[str, Term], source: LogFile, spec: Spec) -> None:
     """Refuse the variables without a column, with the lines of a log description for those whose column can be told.
 
     A position whose velocity was logged is none of them where no column is left for it.
@@ -281,9 +253,9 @@ def _refuse_twice(terms: Mapping[str, Term], place: Place) -> None:
         owner[name] = symbol
 
 
-def _refuse_positions_as_forces(terms: Mapping[str, Term], source: Named, spec: Spec) -> None:
+def _refuse_positions_as_forces(terms: Mapping[str, Term], source: LogFile, spec: Spec) -> None:
     """Refuse a position that was asked for as an input in another unit; in an expression it is the author's."""
-    asked = source.asked if isinstance(source, HoldsCommands) else {}
+    asked = source.asked
     units = {c.unit for c in spec.coordinates}
     for i in spec.inputs:
         column = terms[i.name].columns[0]
@@ -299,7 +271,7 @@ def _refuse_positions_as_forces(terms: Mapping[str, Term], source: Named, spec: 
 def _factor(
     symbol: str,
     term: Term | None,
-    source: Named,
+    source: LogFile,
     spec: Spec,
     description: LogDescription,
     notes: list[str],
@@ -351,11 +323,10 @@ def _factor(
     return scale
 
 
-def _stated(name: str, source: Named) -> str:
+def _stated(name: str, source: LogFile) -> str:
     """The unit of a column that the file states, or its name; an index or a joint in brackets is none."""
     by_file, by_name = source.units.get(name, ""), stated_unit(name)[1]
-    joint = isinstance(source, HasJointsInBrackets) and source.joints_in_brackets
-    return by_file or ("" if joint or by_name.isdigit() else by_name)
+    return by_file or ("" if source.joints_in_brackets or by_name.isdigit() else by_name)
 
 
 def _nearest(name: str, names: Sequence[str]) -> str | None:

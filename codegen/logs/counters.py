@@ -10,10 +10,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from codegen.base.errors import BadInput, nearest_name
+from codegen.base.user_text import shown
 from codegen.logs.description import LogDescription
 from codegen.logs.finding import Finding
 from codegen.logs.log import Array
-from codegen.logs.source import Columns, listing, shown
+from codegen.logs.source import Columns, listing
 from codegen.logs.term import Term
 
 WIDTHS = (16, 32)

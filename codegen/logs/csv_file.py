@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import codecs
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from codegen.base.errors import BadInput, Place
+from codegen.base.user_text import shown
 from codegen.logs.description import LogDescription
-from codegen.logs.source import Allowance, Columns, Source, listing, read_bytes, shown
+from codegen.logs.source import Allowance, Columns, File, LogFile, listing
 from codegen.logs.table import (
     COMMENT,
     END,
@@ -41,11 +41,10 @@ _GROUPED = re.compile(r"[+-]?\d{1,3}([.,' \u00a0\u2009\u202f’]\d{3})+([.,]\d+)
 """A number whose thousands are grouped."""
 
 
-@dataclass(frozen=True)
-class CsvSource:
-    """An opened text file: its header is read, its body is text still.
+class CsvSource(LogFile):
+    """An opened text table: its header is read, its body is text still.
 
-    Attributes:
+    Args:
         file: name of the file.
         layout: where the table is.
         lines: every line of the file without its end, or those of a part of it.
@@ -54,27 +53,21 @@ class CsvSource:
         encoding: what there is to say of the file's letters.
     """
 
-    file: str
-    layout: Layout
-    lines: list[str]
-    first: int
-    before: int = 0
-    encoding: tuple[str, ...] = ()
+    expected = EXPECTED
 
-    @property
-    def names(self) -> tuple[str, ...]:
-        return self.layout.names
+    def __init__(
+        self, file: str, layout: Layout, lines: list[str], first: int, before: int = 0, encoding: Sequence[str] = ()
+    ) -> None:
+        super().__init__(Path(file))
+        self.file, self.layout, self.lines, self.first, self.before = file, layout, lines, first, before
+        self.names, self.units, self.said = layout.names, dict(layout.units), [*encoding, *layout.notes]
 
     @property
     def place(self) -> Place:
         return Place(self.file, self.layout.line)
 
     @property
-    def units(self) -> Mapping[str, str]:
-        return dict(self.layout.units)
-
-    @property
-    def notes(self) -> tuple[str, ...]:
+    def notes(self) -> Sequence[str]:
         behind = []
         if self.layout.wrapped:
             kept = ((i, unwrapped(line)[1]) for i, line in enumerate(self.lines) if i >= self.first)
@@ -83,7 +76,7 @@ class CsvSource:
         if again:
             more = f", {len(again)} such lines in all" if len(again) > 1 else ""
             behind.append(f"line {self.before + again[0] + 1} repeats the header and is left out{more}")
-        return (*self.encoding, *self.layout.notes, *behind[:3])
+        return (*self.said, *behind[:3])
 
     def load(self, wanted: Sequence[str]) -> Columns:
         """The wanted columns: at the speed of numpy when all is well, row by row to find what is not.
@@ -225,25 +218,26 @@ def _may_be_grouped(values: NDArray[np.float64], padded: bool) -> bool:
     return bool((split.any() or padded) and whole.any() and (split | whole).all() and (size < 1000).all())
 
 
-def open_csv(path: Path, allowance: Allowance, description: LogDescription) -> Source:
+def open_csv(path: Path, allowance: Allowance, description: LogDescription) -> CsvSource:
     """Open a text file and find its table.
 
     Raises:
         BadInput: if it cannot be read, is empty or binary, or has no table that can be found.
     """
-    file = str(path)
-    data = read_bytes(path, EXPECTED)
+    file = File(path, EXPECTED)
+    data = file.read_bytes()
     allowance.take(path, len(data), EXPECTED)
     rows = data.count(b"\n") + data.count(b"\r")
     if rows > MOST_ROWS:
-        raise BadInput(Place(file), f"{rows} lines", f"{EXPECTED}; at most {MOST_ROWS} lines", code="LOG010")
-    text, said = _decoded(file, data)
+        raise file.fault(f"{rows} lines", f"{EXPECTED}; at most {MOST_ROWS} lines", code="LOG010")
+    text, said = _decoded(str(path), data)
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    return replace(open_lines(file, lines, description), encoding=said)
+    return open_lines(str(path), lines, description, said)
 
 
 def _decoded(file: str, data: bytes) -> tuple[str, tuple[str, ...]]:
     """The text of a file in UTF-8, UTF-16 with its mark, or Windows-1252, and what there is to say of it."""
+    wanted = f"{EXPECTED}, in UTF-8"
     if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         try:
             return data.decode("utf-16"), ("the file is in UTF-16",)
@@ -252,18 +246,14 @@ def _decoded(file: str, data: bytes) -> tuple[str, tuple[str, ...]]:
     zero = data.find(b"\0")
     if zero >= 0:
         line = data.count(b"\n", 0, zero) + 1
-        raise BadInput(
-            Place(file, line), f"byte {zero} is zero: binary data or UTF-16", f"{EXPECTED}, in UTF-8", code="LOG001"
-        )
+        raise BadInput(Place(file, line), f"byte {zero} is zero: binary data or UTF-16", wanted, code="LOG001")
     try:
         return data.decode("utf-8-sig"), ()
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         if is_windows_text(data):
             return data.decode("cp1252"), (f"line {line} is not UTF-8: the file is read as Windows-1252",)
-        raise BadInput(
-            Place(file, line), f"byte {error.start} is not UTF-8", f"{EXPECTED}, in UTF-8", code="LOG001"
-        ) from None
+        raise BadInput(Place(file, line), f"byte {error.start} is not UTF-8", wanted, code="LOG001") from None
 
 
 def is_windows_text(data: bytes) -> bool:
@@ -271,7 +261,7 @@ def is_windows_text(data: bytes) -> bool:
     return re.search(rb"[\x00-\x08\x0e-\x1f\x7f\x81\x8d\x8f\x90\x9d]", data) is None
 
 
-def open_lines(file: str, lines: list[str], description: LogDescription) -> CsvSource:
+def open_lines(file: str, lines: list[str], description: LogDescription, encoding: Sequence[str] = ()) -> CsvSource:
     """The table in lines of a file.
 
     Raises:
@@ -279,4 +269,4 @@ def open_lines(file: str, lines: list[str], description: LogDescription) -> CsvS
     """
     named = tuple(description.columns) if description.listed else ()
     layout = find_layout(file, lines, description.header, named, description.decimal)
-    return CsvSource(file, layout, lines, layout.first)
+    return CsvSource(file, layout, lines, layout.first, encoding=encoding)

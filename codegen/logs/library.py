@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from codegen.base.errors import BadInput, Place
-from codegen.logs.source import shown
+from codegen.base.user_text import shown
 
 try:
     import resource

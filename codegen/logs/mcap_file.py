@@ -2,50 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator
 from os import SEEK_END
 from pathlib import Path
 from typing import IO, Any
 
-from codegen.base.errors import BadInput, Place
-from codegen.base.input_files import opened
-from codegen.logs.description import LogDescription
-from codegen.logs.library import library, reading
-from codegen.logs.ros_log import open_ros
-from codegen.logs.ros_storage import Message, Topic
-from codegen.logs.source import LARGEST_STREAM, Allowance, Source
+from codegen.logs.ros_log import Message, Storage, Topic
 
-EXPECTED = "an MCAP log of ROS 2 messages (a file that a recorder left unfinished: `mcap recover`)"
 MAGIC = b"\x89MCAP0\r\n"
 LARGEST_CHUNK = 256_000_000
 """Bytes of a chunk, packed and unpacked; recorders write some megabytes at a time."""
 
 
-class McapStorage:
-    """An MCAP file whose channels are known.
+class McapStorage(Storage):
+    """An MCAP file whose channels are known: by its summary, or where there is none by reading it once."""
 
-    Attributes:
-        path: of the file. topics: by name.
-    """
+    expected = "an MCAP log of ROS 2 messages (a file that a recorder left unfinished: `mcap recover`)"
 
     def __init__(self, path: Path) -> None:
-        """Read the summary, or where there is none the whole file once for its channels.
-
-        Raises:
-            BadInput: for a file that is none, damaged or cut off.
-        """
-        self.path = path
-        library("mcap", "mcap", path)
+        super().__init__(path)
+        self.library("mcap", "mcap")
         self._channels: dict[int, Any] = {}
         self._schemas: dict[int, Any] = {}
         self._offsets: list[tuple[int, frozenset[int]]] = []
-        with opened(path, EXPECTED, LARGEST_STREAM) as stream, reading(path, EXPECTED):
+        with self.opened() as stream, self.reading():
             self._survey(stream)
-        self.topics: Mapping[str, Topic] = {c.topic: self._topic(c) for c in self._channels.values()}
+        self.topics = {c.topic: self._topic(c) for c in self._channels.values()}
 
     def messages(self, topics: Collection[str]) -> Iterator[Message]:
         """In the order of the file; chunks without these topics are passed over where the file has an index."""
-        with opened(self.path, EXPECTED, LARGEST_STREAM) as stream:
+        with self.opened() as stream:
             for record in self._records(stream, topics):
                 if type(record).__name__ == "Message" and (topic := self._channels[record.channel_id].topic) in topics:
                     yield Message(topic, record.publish_time or record.log_time, record.data)
@@ -72,7 +58,7 @@ class McapStorage:
         stream.seek(max(size - len(MAGIC), 0))
         if first == MAGIC and stream.read() != MAGIC:
             found = f"a file of {size} bytes without the mark of its end: cut off, or still being written"
-            raise BadInput(Place(str(self.path)), found, EXPECTED, code="LOG001")
+            raise self.fault(found)
         stream.seek(0)
 
     def _records(self, stream: IO[bytes], topics: Collection[str] | None) -> Iterator[Any]:
@@ -101,9 +87,7 @@ class McapStorage:
         if len(data) != record.uncompressed_size:
             size = f"more than {len(data) - 1}" if len(data) > record.uncompressed_size else str(len(data))
             found = f"a chunk of {size} bytes where it says {record.uncompressed_size}"
-            raise BadInput(
-                Place(str(self.path)), found, f"{EXPECTED}, chunks of at most {LARGEST_CHUNK} bytes", code="LOG001"
-            )
+            raise self.fault(found, f"{self.expected}, chunks of at most {LARGEST_CHUNK} bytes")
         record.compression, record.data = "", data
         yield from breakup_chunk(record, validate_crc=True)
 
@@ -137,12 +121,3 @@ def _unpacked(compression: str, data: bytes, most: int) -> bytes:
     if compression:
         raise ValueError(f"chunks packed by `{compression}`, not zstd or lz4")
     return data
-
-
-def open_mcap(path: Path, allowance: Allowance, description: LogDescription) -> Source:
-    """Open an MCAP file.
-
-    Raises:
-        BadInput: where its library is not installed, or for a file that cannot be used.
-    """
-    return open_ros(McapStorage(path), allowance, description)

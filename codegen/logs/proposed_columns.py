@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from codegen.base.errors import BadInput, Place, nearest_name
-from codegen.logs.source import shown
+from codegen.base.user_text import shown
 from codegen.spec.column_unit import stated_unit, unit_behind, unit_of
 from codegen.spec.model import Spec
 from codegen.spec.units import dimension, parse_unit, si_factor

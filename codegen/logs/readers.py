@@ -11,51 +11,58 @@ import numpy as np
 
 from codegen.base.errors import BadInput, Place, nearest_name
 from codegen.base.input_files import identity, is_there
-from codegen.logs.bag_folder import is_bag, open_bag
-from codegen.logs.beside import SideBySide
+from codegen.base.user_text import shown
+from codegen.logs.bag_file import BagFolder, Db3Storage, is_bag
 from codegen.logs.binding import Binding, bind
 from codegen.logs.cleaning import Clean, clean
 from codegen.logs.counters import counter_findings, mended, repeats, require_columns
 from codegen.logs.csv_file import open_csv
-from codegen.logs.db3_file import open_db3
 from codegen.logs.description import ZERO_ORDER, LogDescription, read_description
 from codegen.logs.encoder import smallest_step
-from codegen.logs.hdf5_file import open_hdf5
+from codegen.logs.hdf5_file import Hdf5File
 from codegen.logs.joined import join_logs
-from codegen.logs.json_file import open_json
+from codegen.logs.json_file import JsonFile
 from codegen.logs.log import Intake, Log
 from codegen.logs.mat_file import open_mat
-from codegen.logs.mcap_file import open_mcap
-from codegen.logs.mdf_file import open_mdf
-from codegen.logs.npy_file import open_npy_log
-from codegen.logs.npz_file import open_npz
-from codegen.logs.parquet_file import open_parquet
-from codegen.logs.source import Allowance, Columns, Source, shown
-from codegen.logs.tdms_file import open_tdms
+from codegen.logs.mcap_file import McapStorage
+from codegen.logs.mdf_file import MdfFile
+from codegen.logs.numpy_file import NpyFile, NpzFile
+from codegen.logs.parquet_file import ParquetFile
+from codegen.logs.ros_log import RosFile, Storage
+from codegen.logs.source import Allowance, Columns, LogFile, SideBySide
+from codegen.logs.tdms_file import TdmsFile
 from codegen.logs.term import columns_of, compute
-from codegen.logs.ulog_file import open_ulog
+from codegen.logs.ulog_file import UlogFile
 from codegen.logs.uniform import Uniform, uniform
 from codegen.spec.model import Spec
 from codegen.spec.quantity import refuse_other_unit
 
-# A format is one file with a function from a path to a Source, and its endings here.
-FORMATS: Mapping[str, Callable[[Path, Allowance, LogDescription], Source]] = {
+Opener = Callable[[Path, Allowance, LogDescription], LogFile]
+
+
+def _of_messages(storage: Callable[[Path], Storage]) -> Opener:
+    """The log in a storage of ROS messages."""
+    return lambda path, allowance, description: RosFile(storage(path), allowance, description)
+
+
+FORMATS: Mapping[str, Opener] = {
     ".csv": open_csv,
     ".tsv": open_csv,
     ".txt": open_csv,
     ".mat": open_mat,
-    ".npy": open_npy_log,
-    ".npz": open_npz,
-    ".json": open_json,
-    ".mcap": open_mcap,
-    ".db3": open_db3,
-    ".parquet": open_parquet,
-    ".h5": open_hdf5,
-    ".hdf5": open_hdf5,
-    ".mf4": open_mdf,
-    ".ulg": open_ulog,
-    ".tdms": open_tdms,
+    ".npy": NpyFile,
+    ".npz": NpzFile,
+    ".json": JsonFile,
+    ".mcap": _of_messages(McapStorage),
+    ".db3": _of_messages(Db3Storage),
+    ".parquet": ParquetFile,
+    ".h5": Hdf5File,
+    ".hdf5": Hdf5File,
+    ".mf4": MdfFile,
+    ".ulg": UlogFile,
+    ".tdms": TdmsFile,
 }
+"""Ending of a file → what opens it."""
 
 
 def read_logs(
@@ -169,7 +176,7 @@ def _rescaled(binding: Binding, factor: float, words: str) -> Binding:
     )
 
 
-def _loaded(source: Source, wanted: Sequence[str], description: LogDescription) -> Columns:
+def _loaded(source: LogFile, wanted: Sequence[str], description: LogDescription) -> Columns:
     """The wanted columns, of the rows that the description asks for."""
     raw = source.load([*wanted, *(name for name in description.rows if name not in wanted)])
     kept = np.ones(len(raw.values), dtype=bool)
@@ -184,7 +191,7 @@ def _loaded(source: Source, wanted: Sequence[str], description: LogDescription) 
     return part if kept.all() else part.rows(kept)
 
 
-def _with_others(path: Path, log: Source, description: LogDescription, allowance: Allowance) -> Source:
+def _with_others(path: Path, log: LogFile, description: LogDescription, allowance: Allowance) -> LogFile:
     """The log with the files beside it that its description names."""
     if not description.beside:
         return log
@@ -200,7 +207,7 @@ def _with_others(path: Path, log: Source, description: LogDescription, allowance
     return SideBySide(log, others)
 
 
-def _format(path: Path) -> Callable[[Path, Allowance, LogDescription], Source]:
+def _format(path: Path) -> Opener:
     reader = FORMATS.get(path.suffix.lower())
     if reader is not None:
         return reader
@@ -208,7 +215,7 @@ def _format(path: Path) -> Callable[[Path, Allowance, LogDescription], Source]:
     if "\0" not in str(path):
         if is_there(path) and path.is_dir():
             if is_bag(path):
-                return open_bag
+                return _of_messages(BagFolder)
             raise BadInput(place, "a folder", expected, code="FILE001")
         if not is_there(path):
             raise BadInput(place, "no such file", expected, code="FILE001")

@@ -1,16 +1,18 @@
-"""Columns that were sampled at times of their own → rows at common times, by an interpolation that is stated."""
+"""Signals that were sampled at times of their own → rows at common times, by an interpolation that is stated."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from codegen.base.errors import BadInput, Place, nearest_name
+from codegen.base.user_text import shown
 from codegen.logs.description import LogDescription
 from codegen.logs.log import Array, Flags
-from codegen.logs.source import Columns, listing, shown
+from codegen.logs.source import Columns, LogFile, listing
 
 GAP_STEPS = 5.0
 """Times its median step, beyond which nothing is interpolated between two samples of a series."""
@@ -18,15 +20,21 @@ TIME = "t"
 """The column of the rows' time."""
 
 
+class Signal(NamedTuple):
+    """One column: the name of what it is from (a topic, a group), (N,) times in s, (N,) values."""
+
+    source: str
+    time: Array
+    values: Array
+
+
 @dataclass(frozen=True, eq=False)
 class Series:
-    """Samples of columns that share their times.
+    """Columns, (N, c), that share their times.
 
     Attributes:
         name: of the topic, group or channel.
-        columns: (c) names.
         time: (N,) s.
-        values: (N, c).
     """
 
     name: str
@@ -35,25 +43,47 @@ class Series:
     values: Array
 
 
-def check_held(description: LogDescription, names: Iterable[str]) -> None:
-    """Refuse a topic or column under ``hold`` that there is not.
+class SignalFile(LogFile):
+    """A log of signals with times of their own.
 
-    Args:
-        names: of the columns.
-
-    Raises:
-        BadInput: with the nearest name.
+    Attributes:
+        lengths: column → how many values it has, where that is known before they are read.
     """
-    known = list(names)
-    for name in description.hold:
-        if not any(_of(column, name) for column in known):
-            raise BadInput(
-                description.place("hold"),
-                f"`{shown(name)}`, which is no topic or column of the log",
-                f"topics or columns, such as {listing(known, 5)}",
-                nearest_name(name, known),
-                code="LOG013",
-            )
+
+    lengths: Mapping[str, int]
+
+    def signal(self, name: str) -> Signal:
+        """The signal of a column; what it raises is a damaged file's."""
+        raise NotImplementedError
+
+    def signals(self, wanted: Sequence[str]) -> dict[str, Signal]:
+        """The signals of some columns."""
+        return {name: self.signal(name) for name in wanted}
+
+    def found(self, lengths: Mapping[str, int]) -> None:
+        """Take the columns that there are.
+
+        Raises:
+            BadInput: for none, or a name under ``hold`` of the description that is none of them.
+        """
+        if not lengths:
+            raise self.fault("no signal of numbers")
+        for name in self.description.hold:
+            if not any(_of(column, name) for column in lengths):
+                found = f"`{shown(name)}`, which is no topic or column of the log"
+                expected = f"topics or columns, such as {listing(list(lengths), 5)}"
+                place = self.description.place("hold")
+                raise BadInput(place, found, expected, nearest_name(name, lengths), code="LOG013")
+        self.lengths, self.names = lengths, (TIME, *(name for name in lengths if name != TIME))
+
+    def load(self, wanted: Sequence[str]) -> Columns:
+        names = [name for name in wanted if name != TIME]
+        self.take(16 * sum(self.lengths[name] for name in names))
+        with self.reading():
+            signals = self.signals(names)
+        columns, words = joined(str(self.path), _together(signals), wanted, self.description)
+        self.said += words
+        return columns
 
 
 def joined(
@@ -85,44 +115,43 @@ def joined(
         raise BadInput(Place(file), found, expected, code="LOG008")
     base = max(series, key=lambda s: int(((s.time >= start) & (s.time <= stop)).sum()))
     time = base.time[(base.time >= start) & (base.time <= stop)]
-    found_columns: dict[str, Array] = {}
+    columns: dict[str, Array] = {}
     kept = np.ones(len(time), dtype=bool)
     notes = []
     for one in series:
         if one is base:
-            found_columns |= dict(zip(one.columns, one.values[(one.time >= start) & (one.time <= stop)].T, strict=True))
+            columns |= dict(zip(one.columns, one.values[(one.time >= start) & (one.time <= stop)].T, strict=True))
             continue
         before = np.clip(np.searchsorted(one.time, time, side="right") - 1, 0, len(one.time) - 1)
         gap = _in_gap(one, time, before)
         kept &= ~gap
         held = [c for c in one.columns if any(_of(c, name) for name in description.hold)]
         for column, values in zip(one.columns, one.values.T, strict=True):
-            found_columns[column] = values[before] if column in held else np.interp(time, one.time, values)
+            columns[column] = values[before] if column in held else np.interp(time, one.time, values)
         notes.append(_words(one, base, len(held), int(gap.sum())))
     if not kept.any():
-        raise BadInput(
-            Place(file),
-            "every row lies in a gap of some topic",
-            "topics that were logged at the same time",
-            code="LOG008",
-        )
-    found_columns[TIME] = time - time[0]
-    values = np.column_stack([found_columns[name] for name in wanted])
-    return Columns(file, tuple(wanted), values[kept], None), tuple(notes)
+        found, expected = "every row lies in a gap of some topic", "topics that were logged at the same time"
+        raise BadInput(Place(file), found, expected, code="LOG008")
+    columns[TIME] = time - time[0]
+    return Columns(file, tuple(wanted), np.column_stack([columns[name] for name in wanted])[kept]), tuple(notes)
 
 
-def together(columns: Mapping[str, tuple[str, Array, Array]]) -> list[Series]:
-    """Column → (series' name, times, values), grouped by times that are the same."""
-    groups: list[tuple[str, Array, list[str], list[Array]]] = []
-    for column, (name, time, values) in columns.items():
-        for _, times, names, found in groups:
-            if times is time or np.array_equal(times, time):
-                names.append(column)
-                found.append(values)
+def _together(signals: Mapping[str, Signal]) -> list[Series]:
+    """Signals grouped by times that are the same."""
+    groups: list[dict[str, Signal]] = []
+    for column, signal in signals.items():
+        for group in groups:
+            time = next(iter(group.values())).time
+            if time is signal.time or np.array_equal(time, signal.time):
+                group[column] = signal
                 break
         else:
-            groups.append((name, time, [column], [values]))
-    return [Series(name, tuple(names), time, np.column_stack(found)) for name, time, names, found in groups]
+            groups.append({column: signal})
+    made = []
+    for group in groups:
+        first = next(iter(group.values()))
+        made.append(Series(first.source, tuple(group), first.time, np.column_stack([s.values for s in group.values()])))
+    return made
 
 
 def _of(column: str, name: str) -> bool:
@@ -134,9 +163,8 @@ def _require_rising(file: str, one: Series) -> None:
     if not len(one.time):
         raise BadInput(place, "no sample", "at least one", code="LOG009")
     if not np.isfinite(one.time).all():
-        raise BadInput(
-            place, f"sample {int(np.argmin(np.isfinite(one.time))) + 1} without a time", "finite times", code="LOG007"
-        )
+        found = f"sample {int(np.argmin(np.isfinite(one.time))) + 1} without a time"
+        raise BadInput(place, found, "finite times", code="LOG007")
     back = np.diff(one.time) < 0
     if back.any():
         k = int(np.argmax(back))

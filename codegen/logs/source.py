@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from codegen.base import input_files
 from codegen.base.errors import BadInput, Place
-from codegen.base.user_text import one_line
+from codegen.base.user_text import shown
+from codegen.logs import library
+from codegen.logs.description import LogDescription
 
 LARGEST = 1_000_000_000
 """Bytes of a log that is read whole, and of all logs of one call when unpacked."""
@@ -34,7 +37,7 @@ class Columns:
     file: str
     names: tuple[str, ...]
     values: NDArray[np.float64]
-    lines: NDArray[np.int64] | None
+    lines: NDArray[np.int64] | None = None
 
     def place(self, row: int, column: int | None = None) -> Place:
         """Place of a value; a format without lines counts elements from 1, as MATLAB does."""
@@ -46,75 +49,6 @@ class Columns:
     def rows(self, keep: NDArray[np.bool_]) -> Columns:
         """The rows where ``keep``, (N,), is true."""
         return Columns(self.file, self.names, self.values[keep], None if self.lines is None else self.lines[keep])
-
-
-class Named(Protocol):
-    """A file whose columns have names, and perhaps units."""
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the columns that there are."""
-
-    @property
-    def place(self) -> Place:
-        """Where the names stand."""
-
-    @property
-    def units(self) -> Mapping[str, str]:
-        """Column → the unit that the file itself states; empty where it states none."""
-
-
-class Opened(Named, Protocol):
-    """An opened log file."""
-
-    @property
-    def notes(self) -> Sequence[str]:
-        """What there is to say of how the file was read."""
-
-
-class Source(Opened, Protocol):
-    """A log file that is read whole."""
-
-    def load(self, wanted: Sequence[str]) -> Columns:
-        """The numbers of the wanted columns, each a member of ``names``.
-
-        Raises:
-            BadInput: for the first value that is not a number, or columns of different length.
-        """
-
-
-class Unannotated:
-    """What a source has to say whose file states no units and whose columns stand plainly in it."""
-
-    @property
-    def units(self) -> Mapping[str, str]:
-        return {}
-
-    @property
-    def notes(self) -> Sequence[str]:
-        return ()
-
-
-@dataclass(frozen=True)
-class ColumnsOfFile(Unannotated):
-    """A file whose columns are known by name.
-
-    Attributes:
-        columns: name → where in the file it is.
-        unread: part of the file → why it is no column.
-    """
-
-    path: Path
-    columns: Mapping[str, Any]
-    unread: Mapping[str, str]
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        return tuple(self.columns)
-
-    @property
-    def place(self) -> Place:
-        return Place(str(self.path))
 
 
 class Allowance:
@@ -133,31 +67,165 @@ class Allowance:
         total = sum(self._taken.values())
         if total > LARGEST:
             others = f", {total} bytes with the other logs" if total > size else ""
-            raise BadInput(
-                Place(str(path)),
-                f"{size} bytes when unpacked{others}",
-                f"{expected}; at most {LARGEST} bytes in all",
-                code="LOG010",
-            )
+            expected = f"{expected}; at most {LARGEST} bytes in all"
+            raise BadInput(Place(str(path)), f"{size} bytes when unpacked{others}", expected, code="LOG010")
 
 
-def read_bytes(path: Path, expected: str) -> bytes:
-    """A log file's bytes.
+class File:
+    """A file or folder that is read; ``expected`` says what one of its format is, for messages."""
 
-    Raises:
-        BadInput: as ``input_files.read_bytes``, or if it is empty; 1 GB at most.
+    expected = "a log file"
+
+    def __init__(self, path: Path, expected: str = "") -> None:
+        self.path, self.expected = path, expected or self.expected
+
+    @property
+    def place(self) -> Place:
+        return Place(str(self.path))
+
+    def fault(self, found: str, expected: str = "", column: str = "", code: str = "LOG001") -> BadInput:
+        """The error for what cannot be used, of the file or of a column of it."""
+        place = Place(str(self.path), None, shown(column, 80)) if column else self.place
+        return BadInput(place, found, expected or self.expected, code=code)
+
+    def opened(self, largest: int = LARGEST_STREAM) -> IO[bytes]:
+        """The file's bytes as a stream; see ``input_files.opened``."""
+        return input_files.opened(self.path, self.expected, largest)
+
+    def read_bytes(self) -> bytes:
+        """All of its bytes, at most ``LARGEST``.
+
+        Raises:
+            BadInput: as ``input_files.read_bytes``, or if it is empty.
+        """
+        data = input_files.read_bytes(self.path, self.expected, LARGEST)
+        if not data or data.isspace():
+            raise self.fault("an empty file", code="LOG009")
+        return data
+
+    def library(self, module: str, extra: str) -> Any:
+        """A module of an extra; see ``library.library``."""
+        return library.library(module, extra, self.path)
+
+    def reading(self) -> AbstractContextManager[None]:
+        """Around calls of a library on the file; see ``library.reading``."""
+        return library.reading(self.path, self.expected)
+
+
+class LogFile(File):
+    """An opened log: a subclass is a format, and its constructor finds the columns.
+
+    Attributes:
+        names: of the columns; ``load`` may refuse one that holds no numbers.
+        units: column → the unit that the file itself states; empty where it states none.
+        unread: part of the file → why it is no column.
+        asked: column of a position that was asked for, under a name that does not say so → that of the measured one.
+        joints_in_brackets: whether what stands in the brackets of a name is a joint, and no unit.
     """
-    place = Place(str(path))
-    data = input_files.read_bytes(path, expected, LARGEST)
-    if not data or data.isspace():
-        raise BadInput(place, "an empty file", expected, code="LOG009")
-    return data
+
+    joints_in_brackets = False
+
+    def __init__(
+        self, path: Path, allowance: Allowance | None = None, description: LogDescription | None = None
+    ) -> None:
+        super().__init__(path)
+        self.allowance, self.description = allowance or Allowance(), description or LogDescription()
+        self.names: tuple[str, ...] = ()
+        self.units: Mapping[str, str] = {}
+        self.said: list[str] = []
+        self.unread: dict[str, str] = {}
+        self.asked: Mapping[str, str] = {}
+
+    @property
+    def notes(self) -> Sequence[str]:
+        """What there is to say of how the file was read; complete once ``load`` has run."""
+        return self.said
+
+    def load(self, wanted: Sequence[str]) -> Columns:
+        """The numbers of the wanted columns, each a member of ``names``.
+
+        Raises:
+            BadInput: for the first value that is not a number, columns of different length, or too many numbers.
+        """
+        raise NotImplementedError
+
+    def blocks(self, wanted: Sequence[str]) -> Iterator[Columns]:
+        """The same some rows at a time, of a format that can be read so; else all at once."""
+        yield self.load(wanted)
+
+    def take(self, size: int) -> None:
+        """Count the bytes that the file holds when unpacked; see ``Allowance.take``."""
+        self.allowance.take(self.path, size, self.expected)
+
+    def require_equal(self, lengths: Mapping[str, int]) -> None:
+        """Raise BadInput for a column that has not as many values as the first one."""
+        first, rows = next(iter(lengths.items()))
+        for name, count in lengths.items():
+            if count != rows:
+                raise self.fault(f"{count} values", f"{rows} values as in `{shown(first)}`", name, "LOG011")
 
 
-def shown(text: str, longest: int = 40) -> str:
-    """Text of a file fit for a message: one line, printable, not long."""
-    printable = one_line(text[: longest + 1])
-    return printable if len(printable) <= longest else f"{printable[:longest]}…"
+class BlockFile(LogFile):
+    """A log that is read by its ``blocks``; ``rows`` says how many rows there are."""
+
+    rows = 0
+
+    def load(self, wanted: Sequence[str]) -> Columns:
+        if not self.rows:
+            raise self.fault("a table without rows", code="LOG009")
+        self.take(8 * self.rows * len(wanted))
+        values = np.concatenate([block.values for block in self.blocks(wanted)])
+        return Columns(str(self.path), tuple(wanted), values)
+
+
+class SideBySide(LogFile):
+    """A log and the files beside it, whose rows belong to its rows by number.
+
+    A column of one of these is called NAME.COLUMN.
+
+    Args:
+        others: name → file.
+    """
+
+    def __init__(self, log: LogFile, others: Mapping[str, LogFile]) -> None:
+        super().__init__(log.path)
+        self.log, self.others = log, others
+        self.unread, self.asked = log.unread, log.asked
+        self.names = (*log.names, *(f"{name}.{c}" for name, other in others.items() for c in other.names))
+        beside = {f"{name}.{c}": u for name, other in others.items() for c, u in other.units.items()}
+        self.units = {**beside, **log.units}
+
+    @property
+    def place(self) -> Place:
+        return self.log.place
+
+    @property
+    def notes(self) -> Sequence[str]:
+        beside = [f"beside it as {name}: {note}" for name, other in self.others.items() for note in other.notes]
+        return (*self.log.notes, *beside)
+
+    def load(self, wanted: Sequence[str]) -> Columns:
+        own = [name for name in wanted if self._owner(name) is None]
+        parts = [self.log.load(own)] if own else []
+        for name, other in self.others.items():
+            columns = [c.removeprefix(f"{name}.") for c in wanted if self._owner(c) == name]
+            if columns:
+                part = other.load(columns)
+                parts.append(Columns(part.file, tuple(f"{name}.{c}" for c in columns), part.values, part.lines))
+        first = parts[0]
+        for part in parts[1:]:
+            if len(part.values) != len(first.values):
+                rows = f"{len(first.values)} rows, as in {first.file}"
+                expected = f"{rows}: its rows belong to those of the log by number"
+                raise BadInput(Place(part.file), f"{len(part.values)} rows", expected, code="LOG011")
+        found = {name: part.values[:, k] for part in parts for k, name in enumerate(part.names)}
+        return Columns(first.file, tuple(wanted), np.column_stack([found[name] for name in wanted]), first.lines)
+
+    def _owner(self, column: str) -> str | None:
+        """The name of the file beside the log that a column is from; None for the log's own."""
+        if column in self.log.names:
+            return None
+        return next((name for name in self.others if column.startswith(f"{name}.")), None)
 
 
 def listing(names: Sequence[str], most: int = 20) -> str:

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
 from io import TextIOWrapper
 from pathlib import Path
-from typing import Protocol
 
 from codegen.base.errors import BadInput, Place
 from codegen.base.input_files import opened
 from codegen.logs.csv_file import EXPECTED, LONGEST_LINE, CsvSource, open_lines
 from codegen.logs.description import LogDescription
-from codegen.logs.npy_file import open_npy
-from codegen.logs.parquet_file import open_parquet
-from codegen.logs.source import LARGEST_STREAM, Allowance, Columns, Opened
+from codegen.logs.numpy_file import NpyFile
+from codegen.logs.parquet_file import ParquetFile
+from codegen.logs.source import LARGEST_STREAM, Allowance, Columns, LogFile
 from codegen.logs.table import COMMENT
 
 CHARACTERS = 1 << 22
@@ -24,47 +22,31 @@ class NotStreamed(Exception):
     """The log must be read whole, which also finds the words for what is wrong with it."""
 
 
-class Stream(Opened, Protocol):
-    """A log file whose rows come in blocks."""
+class CsvStream(LogFile):
+    """A text table whose header is found in the first block.
 
-    def blocks(self, wanted: Sequence[str]) -> Iterator[Columns]:
-        """Numbers of the wanted columns, in the order of the file.
-
-        Raises:
-            BadInput: for a value that is not a number, or a row of another length.
-            NotStreamed: for bytes that are no text.
-        """
-
-
-@dataclass(frozen=True)
-class CsvStream:
-    """A CSV file whose header is read.
-
-    Attributes:
-        head: the header as a source whose lines end with it.
+    Raises:
+        BadInput: if there is no table that can be found.
+        NotStreamed: if it cannot be opened as text.
     """
 
-    path: Path
-    head: CsvSource
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        return self.head.names
+    def __init__(
+        self, path: Path, allowance: Allowance | None = None, description: LogDescription | None = None
+    ) -> None:
+        super().__init__(path, allowance, description)
+        with _opened(path) as stream:
+            text = next(_chunks(stream), "")
+        if not text.strip():
+            raise NotStreamed
+        self._head = open_lines(str(path), text.split("\n"), self.description)
+        self.names, self.units, self.said = self._head.names, self._head.units, [*self._head.layout.notes]
 
     @property
     def place(self) -> Place:
-        return self.head.place
-
-    @property
-    def units(self) -> Mapping[str, str]:
-        return self.head.units
-
-    @property
-    def notes(self) -> Sequence[str]:
-        return self.head.layout.notes
+        return self._head.place
 
     def blocks(self, wanted: Sequence[str]) -> Iterator[Columns]:
-        head, before = self.head, 0
+        head, before = self._head, 0
         with _opened(self.path) as stream:
             for text in _chunks(stream):
                 lines = text.split("\n")
@@ -76,39 +58,17 @@ class CsvStream:
                 before += len(lines)
 
 
-def open_csv_stream(path: Path, description: LogDescription) -> CsvStream:
-    """Open a CSV file and find its header in the first block.
-
-    Raises:
-        BadInput: if there is no table that can be found.
-        NotStreamed: if it cannot be opened as text.
-    """
-    with _opened(path) as stream:
-        text = next(_chunks(stream), "")
-    if not text.strip():
-        raise NotStreamed
-    return CsvStream(path, open_lines(str(path), text.split("\n"), description))
-
-
-def _open_npy_stream(path: Path, description: LogDescription) -> Stream:
-    return open_npy(path)
-
-
-def _open_parquet_stream(path: Path, description: LogDescription) -> Stream:
-    return open_parquet(path, Allowance(), description)
-
-
-STREAMS: Mapping[str, Callable[[Path, LogDescription], Stream]] = {
-    ".csv": open_csv_stream,
-    ".tsv": open_csv_stream,
-    ".txt": open_csv_stream,
-    ".npy": _open_npy_stream,
-    ".parquet": _open_parquet_stream,
+STREAMS: Mapping[str, type[CsvStream | NpyFile | ParquetFile]] = {
+    ".csv": CsvStream,
+    ".tsv": CsvStream,
+    ".txt": CsvStream,
+    ".npy": NpyFile,
+    ".parquet": ParquetFile,
 }
 """Endings of the formats that can be read in blocks; the others are read whole."""
 
 
-def open_stream(path: Path, description: LogDescription | None = None) -> Stream:
+def open_stream(path: Path, description: LogDescription | None = None) -> LogFile:
     """Open a log to be read in blocks.
 
     Raises:
@@ -118,7 +78,7 @@ def open_stream(path: Path, description: LogDescription | None = None) -> Stream
     opener = STREAMS.get(path.suffix.lower())
     if opener is None:
         raise NotStreamed
-    return opener(path, description or LogDescription())
+    return opener(path, None, description)
 
 
 def _opened(path: Path) -> TextIOWrapper:

@@ -13,7 +13,8 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 
 from codegen.base.errors import BadInput, Place
-from codegen.logs.source import listing, shown
+from codegen.base.user_text import shown
+from codegen.logs.source import listing
 from codegen.spec.units import parse_unit
 
 EXPECTED = "a CSV log: a header line with names, then rows of numbers"

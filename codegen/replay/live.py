@@ -6,7 +6,7 @@ import os
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE, IncrementalDecoder, getincrementaldecoder
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from signal import SIGINT, signal
@@ -17,7 +17,7 @@ import numpy as np
 
 from codegen.base.errors import BadInput
 from codegen.base.input_files import opened
-from codegen.logs.bag_folder import is_bag
+from codegen.logs.bag_file import is_bag
 from codegen.logs.binding import bind
 from codegen.logs.counters import mended
 from codegen.logs.csv_file import EXPECTED, LONGEST_LINE, CsvSource, is_windows_text, open_csv, open_lines
@@ -198,7 +198,7 @@ def live_blocks(
         waiting += lines
         rows = [line for line in waiting if line.strip() and not COMMENT.match(line)]
         if len(rows) > ROWS_ALIKE:  # the table is found by its first rows
-            head = replace(open_lines(file, waiting, described), encoding=tuple(said))
+            head = open_lines(file, waiting, described, said)
             table = _Table(spec, program, period, head, described, columns)
             if notes is not None:
                 notes += [*table.head.notes, *table.notes]

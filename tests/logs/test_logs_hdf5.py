@@ -100,7 +100,7 @@ def test_refusals(tmp_path: Path, spec: Any) -> None:
     cases = {
         "no dataset of numbers": {"t": ["a", "b"]},
         "no dataset of numbers .no dataset.": {},
-        "9 values; expected 2500 as in `t`": {**MADE, "x": MADE["x"][:9]},
+        "9 values; expected 2500 values as in `t`": {**MADE, "x": MADE["x"][:9]},
         "no column `x`: it is empty": {**MADE, "x": np.zeros(0)},
         "no column `x`: it has 3 dimensions": {**MADE, "x": np.zeros((2, 2, 2))},
         r"t\(1301\): time runs backwards": {**MADE, "t": np.where(np.arange(2500) == 1300, 0.0, MADE["t"])},

@@ -149,6 +149,6 @@ def test_rows_are_counted_before_they_are_unpacked(tmp_path: Path, spec: Any, mo
     pq.write_table(pa.table({name: np.zeros(n) for name in "txw"}), tmp_path / "a.parquet")
     assert (tmp_path / "a.parquet").stat().st_size < 100_000
     monkeypatch.setattr(log_source, "LARGEST", 40_000_000)
-    monkeypatch.setattr(parquet_file.ParquetSource, "blocks", lambda *a: pytest.fail("unpacked"))
+    monkeypatch.setattr(parquet_file.ParquetFile, "blocks", lambda *a: pytest.fail("unpacked"))
     with refused("LOG010 a.parquet: 72000000"):
         read_log(tmp_path / "a.parquet", spec)

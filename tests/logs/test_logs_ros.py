@@ -13,9 +13,10 @@ from ros_bags import COLUMNS, EPOCH, JOINTS, joint_states, stamp, write_folder, 
 from slider_log import rows
 
 from codegen.base.errors import BadInput
+from codegen.logs import LogDescription, mcap_file, read_log
 from codegen.logs import library as extras
-from codegen.logs import mcap_file, read_log
 from codegen.logs import source as log_source
+from codegen.logs.ros_log import RosFile
 from codegen.logs.term import identifier
 
 pytest.importorskip("mcap_ros2", reason="needs the extra mcap")
@@ -119,12 +120,13 @@ def test_only_chunks_of_the_wanted_topics_are_unpacked(tmp_path: Path, spec: Any
     first = {"/joint_states": (JOINTS, SENT)}
     other = {"/other": ("std_msgs/msg/Float64", [(EPOCH - 10**9 - k, {"data": 1.0}) for k in range(20_000)])}
     path = write_mcap(tmp_path / "a.mcap", first | other, chunk_size=20_000)
-    source = mcap_file.open_mcap(path, log_source.Allowance(), read_log.__globals__["LogDescription"]())
+    storage = mcap_file.McapStorage(path)
+    source = RosFile(storage, log_source.Allowance(), LogDescription())
     seen: list[int] = []
     unpacked = mcap_file._unpacked
     monkeypatch.setattr(mcap_file, "_unpacked", lambda *a: seen.append(1) or unpacked(*a))
     source.load(["t", *COLUMNS.values()])
-    chunks = len(source.storage._offsets)
+    chunks = len(storage._offsets)
     assert 0 < len(seen) < chunks / 2
 
 

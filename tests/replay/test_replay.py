@@ -93,7 +93,7 @@ def test_a_log_in_blocks_gives_the_bits_of_the_twin(
 ) -> None:
     """10⁴ samples in many blocks, comments and blank lines between the rows."""
     monkeypatch.setattr(stream, "CHARACTERS", 5000)
-    monkeypatch.setattr("codegen.logs.npy_file.ROWS", 777)
+    monkeypatch.setattr("codegen.logs.numpy_file.ROWS", 777)
     table = record(10_000)
     if ending == ".csv":
         log = write_csv(tmp_path / "log.csv", table)

@@ -17,7 +17,7 @@ import pytest
 from codegen.app.machine import Machine, load
 from codegen.app.watch import watch
 from codegen.base.errors import BadInput
-from codegen.logs.ros_definitions import DEFINITIONS
+from codegen.logs.bag_file import DEFINITIONS
 from tests.app.command import SPECS, is_one_message, stiction
 from tests.told import refused
 
