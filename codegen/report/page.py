@@ -3,26 +3,153 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Literal
 from urllib.parse import quote
 
 from codegen.base.text import render
 from codegen.base.version import VERSION
 from codegen.diagnosis.diagnose import Models
-from codegen.diagnosis.results import Agreement, Diagnosis
+from codegen.diagnosis.results import Agreement, Candidate, Diagnosis, ErrorFigures, FoundEffect
+from codegen.effects import CATALOGUE
+from codegen.effects.declare import places_of, unit_words
+from codegen.mechanics.system import System
 from codegen.report import wording
 from codegen.report.evidence import LawEvidence, law_evidence
-from codegen.report.pictures import COLOURS, law_picture, residual_panels
+from codegen.report.pictures import COLOURS, Panel, law_picture, residual_panels
 from codegen.report.series import MOST_POINTS, held_out_series
-from codegen.report.tables import effect_views, error_rows, round_views, training_row
-from codegen.report.view import LawView, Page, PictureView
-from codegen.report.wording import number, percent
+from codegen.report.wording import change, number, percent, prefixed, unit_text, with_unit
 from codegen.spec.model import Spec
 
 LEAST_CORRELATION = 0.95
 CLOSE_DIFFERENCE, FAIR_DIFFERENCE = 0.1, 0.25
 SEVERITIES = ("problem", "warning", "info")
+MOST_PARAMETERS = 8
+"""Most lines of one candidate in a table; a sum of harmonics has two parameters an order."""
+Level = Literal["close", "fair", "poor"]
+Outcome = Literal["chosen", "carried", "rival", "later", "passed", "rejected"]
+"""Of a candidate; carried: in the augmented model while others tie; rival: ties with that one; later: rejected in this
+round, but in the verdict."""
+
+
+@dataclass(frozen=True)
+class ErrorRow:
+    """One error figure in print.
+
+    Attributes:
+        quantity: "training" is the relative error on the training log.
+        coordinate, unit: empty for a share of the whole.
+        shown: of the declared, refit and augmented model.
+        change: augmented against declared, in %.
+    """
+
+    quantity: Literal["force", "relative", "position", "training"]
+    coordinate: str
+    unit: str
+    shown: tuple[str, ...]
+    change: str
+
+
+@dataclass(frozen=True)
+class EffectView:
+    """An effect that was found, with what the catalogue says; ``meanings`` are of its parameters."""
+
+    found: FoundEffect
+    equation: str
+    signature: str
+    meanings: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class CandidateRow:
+    """A candidate of one round.
+
+    Attributes:
+        parameters: name = value unit.
+        bar: gain in %, 0 to 100, for the bar in the table.
+    """
+
+    candidate: Candidate
+    parameters: tuple[str, ...]
+    outcome: Outcome
+    why_not: str
+    bar: int
+
+
+@dataclass(frozen=True)
+class RoundView:
+    """A round of candidates.
+
+    Attributes:
+        found_before: effects that were in the model already, in words.
+        exchanged: whether these replaced others, and were compared with the fit without them.
+    """
+
+    found_before: tuple[str, ...]
+    rows: tuple[CandidateRow, ...]
+    exchanged: bool = False
+
+
+@dataclass(frozen=True)
+class PictureView:
+    """The pictures of the residual and the data of their caption.
+
+    Attributes:
+        coordinates: name of each, and its pictures.
+        legend: (model, colour) in the order of drawing.
+        same: whether the refit changes no value, so that only the declared model is drawn.
+        thinned: most samples drawn a model; empty where all are.
+    """
+
+    coordinates: tuple[tuple[str, tuple[Panel, ...]], ...]
+    legend: tuple[tuple[str, str], ...]
+    same: bool
+    thinned: str
+
+
+@dataclass(frozen=True)
+class LawView:
+    """An effect compared with a smooth curve, formatted; see ``LawEvidence``."""
+
+    kind: str
+    on: str
+    variable: str
+    smooth: str
+    law: str
+    left: str
+    panels: tuple[Panel, ...]
+
+
+@dataclass(frozen=True)
+class Page:
+    """What the template prints: a diagnosis, and what the report adds to it.
+
+    Attributes:
+        leader: the effects of the augmented model, in words.
+        findings: of the preflight: role of a log, its name, and (severity, words), worst first.
+        difference: lines of the spec's diff, each "added", "removed", "hunk" or "same", and its text.
+        files: that were written: label and address.
+    """
+
+    name: str
+    source: str
+    spec_file: str
+    spec_hash: str
+    version: str
+    diagnosis: Diagnosis
+    errors: tuple[ErrorRow, ...]
+    published: tuple[tuple[str, str], ...]
+    effects: tuple[EffectView, ...]
+    laws: tuple[LawView, ...]
+    pictures: PictureView
+    rounds: tuple[RoundView, ...]
+    leader: str
+    agreement_level: Level
+    findings: tuple[tuple[str, str, tuple[tuple[str, str], ...]], ...]
+    difference: tuple[tuple[str, str], ...]
+    observer_declared: bool
+    files: tuple[tuple[str, str], ...]
 
 
 def render_report(spec: Spec, diagnosis: Diagnosis, models: Models, files: Mapping[str, str] | None = None) -> str:
@@ -30,57 +157,113 @@ def render_report(spec: Spec, diagnosis: Diagnosis, models: Models, files: Mappi
 
     Args:
         spec: that was diagnosed.
-        models: of ``diagnosis``.
         files: label → path relative to the report, of the other files written.
     """
-    return rendered(page_view(spec, diagnosis, models, files or {}))
-
-
-def rendered(page: Page) -> str:
-    """The HTML of a page."""
-    return render("report/report.html.j2", page=page, words=wording)
-
-
-def page_view(spec: Spec, diagnosis: Diagnosis, models: Models, files: Mapping[str, str]) -> Page:
-    """All values that the template prints."""
-    system = models.declared
-    names = [x.name for x in system.positions]
-    forces = [system.force_unit(i) for i in range(system.degrees_of_freedom)]
-    return Page(
+    page = Page(
         name=spec.name,
         source=spec.source,
         spec_file=spec.path.name,
         spec_hash=spec.sha256,
         version=VERSION,
-        verdict=diagnosis.verdict,
-        sentence=diagnosis.sentence,
-        reliability=diagnosis.reliability,
-        added=diagnosis.verdict in ("effect", "ambiguous"),
-        data=diagnosis.data,
-        errors=(*error_rows(diagnosis, system), training_row(diagnosis)),
+        diagnosis=diagnosis,
+        errors=_error_rows(diagnosis, models.declared),
         published=tuple(spec.log.published.items()),
-        effects=effect_views(diagnosis),
-        refitted=diagnosis.refitted,
-        units={s.name: unit for s, unit in system.units.items()},
-        at_limit=diagnosis.at_limit,
-        parameter_errors=diagnosis.parameter_errors,
-        remarks=diagnosis.remarks,
+        effects=tuple(_effect(e) for e in diagnosis.effects),
         laws=tuple(_law(e, models) for e in law_evidence(diagnosis, models)),
-        remainder=tuple(zip(names, forces, diagnosis.remainder, strict=True)),
-        material=diagnosis.material,
         pictures=_pictures(diagnosis, models),
-        rounds=round_views(diagnosis, models),
+        rounds=_rounds(diagnosis, models),
         leader=" and ".join(f"{e.kind} on {e.on}" for e in models.named),
-        separation=diagnosis.separation,
-        proposal=diagnosis.proposal,
-        agreement=diagnosis.agreement,
         agreement_level=_level(diagnosis.agreement),
         findings=_findings(diagnosis),
         difference=_difference(spec, models.spec_text),
         observer_declared=spec.observer is not None,
-        certificate=diagnosis.certificate,
-        files=tuple((label, quote(path)) for label, path in files.items()),
+        files=tuple((label, quote(path)) for label, path in (files or {}).items()),
     )
+    return rendered(page)
+
+
+def rendered(page: Page) -> str:
+    """The HTML of a page."""
+    found = page.diagnosis
+    added = found.verdict in ("effect", "ambiguous")
+    return render("report/report.html.j2", page=page, found=found, added=added, words=wording)
+
+
+def _error_rows(diagnosis: Diagnosis, system: System) -> tuple[ErrorRow, ...]:
+    """Residual force and free-run position error by coordinate, and the relative force errors.
+
+    Coordinates are not combined: the two sides of a gear are not comparable.
+    """
+
+    models = (diagnosis.declared, diagnosis.refit, diagnosis.augmented)
+
+    def row(
+        quantity: Literal["force", "position"], i: int, unit: str, read: Callable[[ErrorFigures], tuple[float, ...]]
+    ) -> ErrorRow:
+        values = [read(e)[i] for e in models]
+        factor, shown_unit = prefixed(values, unit)
+        shown = tuple(number(factor * v) for v in values)
+        return ErrorRow(quantity, system.positions[i].name, unit_text(shown_unit), shown, change(values[0], values[2]))
+
+    def whole(quantity: Literal["relative", "training"], values: Sequence[float]) -> ErrorRow:
+        return ErrorRow(quantity, "", "", tuple(percent(v, 4) for v in values), change(values[0], values[2]))
+
+    count = range(system.degrees_of_freedom)
+    return (
+        *(row("force", i, system.force_unit(i), lambda e: e.force_rms_rows) for i in count),
+        whole("relative", [e.relative_force for e in models]),
+        *(row("position", i, system.position_units[i], lambda e: e.free_run_rmse_rows) for i in count),
+        whole("training", diagnosis.training),
+    )
+
+
+def _effect(found: FoundEffect) -> EffectView:
+    effect = CATALOGUE[found.kind].with_parameters(list(found.parameters))
+    return EffectView(found, effect.equation, effect.signature, {p.name: p.meaning for p in effect.parameters})
+
+
+def _rounds(diagnosis: Diagnosis, models: Models) -> tuple[RoundView, ...]:
+    """The candidates of every round with their evidence, and effects of the verdict that were in no round."""
+
+    def rows(candidates: Sequence[Candidate]) -> tuple[CandidateRow, ...]:
+        return tuple(_candidate_row(c, diagnosis, models) for c in candidates)
+
+    views = [
+        RoundView((), rows(diagnosis.candidates)),
+        *(
+            RoundView(tuple(f"{kind} on {on}" for kind, on in later.found_before), rows(later.candidates))
+            for later in diagnosis.later_rounds
+        ),
+        RoundView((), rows(diagnosis.standing), exchanged=True),
+    ]
+    return tuple(view for view in views if view.rows)
+
+
+def _candidate_row(c: Candidate, diagnosis: Diagnosis, models: Models) -> CandidateRow:
+    effect = CATALOGUE[c.kind].with_parameters(list(c.parameters))
+    units = unit_words(effect, places_of(effect, models.declared).index(c.on), models.declared)
+    parameters = [
+        f"{name} = {with_unit(value, units[name], 3)}{' (at its limit)' if name in c.at_limit else ''}"
+        for name, value in c.parameters.items()
+    ]
+    if len(parameters) > MOST_PARAMETERS:
+        parameters[MOST_PARAMETERS - 1 :] = [f"and {len(parameters) - MOST_PARAMETERS + 1} more"]
+    why_not = c.why_not or (diagnosis.not_named(c) if c in diagnosis.candidates else "")
+    bar = round(100 * min(max(c.gain, 0.0), 1.0)) if c.gain == c.gain else 0
+    return CandidateRow(c, tuple(parameters), _outcome(c, diagnosis, models), why_not.replace(" -", " −"), bar)
+
+
+def _outcome(candidate: Candidate, diagnosis: Diagnosis, models: Models) -> Outcome:
+    def is_one_of(effects: Sequence[FoundEffect]) -> bool:
+        return any((candidate.kind, candidate.on) == (e.kind, e.on) for e in effects)
+
+    if diagnosis.verdict == "effect" and is_one_of(diagnosis.effects):
+        return "chosen" if candidate.accepted else "later"
+    if diagnosis.verdict == "ambiguous" and is_one_of(models.named):
+        return "carried"
+    if diagnosis.verdict == "ambiguous" and is_one_of(diagnosis.rivals):
+        return "rival"
+    return "passed" if candidate.accepted else "rejected"
 
 
 def _pictures(diagnosis: Diagnosis, models: Models) -> PictureView:
@@ -93,7 +276,6 @@ def _pictures(diagnosis: Diagnosis, models: Models) -> PictureView:
         coordinates=tuple((c.name, residual_panels(series, c)) for c in series.coordinates),
         legend=tuple((name, COLOURS[name]) for name in names),
         same=same,
-        cutoff=number(series.cutoff_hz),
         thinned=number(MOST_POINTS) if thinned else "",
     )
 
@@ -111,14 +293,12 @@ def _law(found: LawEvidence, models: Models) -> LawView:
     return LawView(found.kind, found.on, found.variable, *shares, panels)
 
 
-def _level(agreement: Agreement | None) -> Literal["close", "fair", "poor"]:
-    if (
-        agreement is None
-        or not agreement.correlation >= LEAST_CORRELATION
-        or not agreement.relative_difference <= FAIR_DIFFERENCE
-    ):
+def _level(agreement: Agreement | None) -> Level:
+    if agreement is None or not agreement.correlation >= LEAST_CORRELATION:
         return "poor"
-    return "close" if agreement.relative_difference <= CLOSE_DIFFERENCE else "fair"
+    if agreement.relative_difference <= CLOSE_DIFFERENCE:
+        return "close"
+    return "fair" if agreement.relative_difference <= FAIR_DIFFERENCE else "poor"
 
 
 def _findings(diagnosis: Diagnosis) -> tuple[tuple[str, str, tuple[tuple[str, str], ...]], ...]:
@@ -136,18 +316,11 @@ def _finding(words: str) -> tuple[str, str]:
 
 def _difference(spec: Spec, text: str) -> tuple[tuple[str, str], ...]:
     """The changed lines of the spec, each group under its line number."""
-    before, after = spec.text.splitlines(), text.splitlines()
-    lines = list(difflib.unified_diff(before, after, lineterm="", n=0))[2:]
-    return tuple(_difference_line(line) for line in lines)
-
-
-def _difference_line(line: str) -> tuple[str, str]:
-    match line[:1]:
-        case "+":
-            return "added", line
-        case "-":
-            return "removed", line
-        case "@":
-            return "hunk", f"line {line.split()[1].lstrip('-').partition(',')[0]}"
-        case _:
-            return "same", line
+    lines = difflib.unified_diff(spec.text.splitlines(), text.splitlines(), lineterm="", n=0)
+    kinds = {"+": "added", "-": "removed", "@": "hunk"}
+    shown = []
+    for line in list(lines)[2:]:
+        kind = kinds.get(line[:1], "same")
+        text = f"line {line.split()[1].lstrip('-').partition(',')[0]}" if kind == "hunk" else line
+        shown.append((kind, text))
+    return tuple(shown)

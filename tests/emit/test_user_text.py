@@ -7,7 +7,7 @@ import json
 import os
 import subprocess
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 from types import NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
@@ -27,8 +27,7 @@ from codegen.emit.package import emit_manifest, emit_readme
 from codegen.observers import observer_of
 from codegen.program import build_program
 from codegen.program.lower import lower
-from codegen.report.page import rendered
-from codegen.report.view import Data, Page
+from codegen.report.page import Page, rendered
 from codegen.spec import parse_spec
 from codegen.spec.units import parse_unit
 
@@ -239,7 +238,7 @@ def test_tokens_of_xml_do_not_depend_on_it(text: str) -> None:
 def filled(kind: Any, text: str) -> Any:
     """A value of a type of the report's view with this text wherever it holds text."""
     origin, inner = get_origin(kind), get_args(kind)
-    if kind is str:
+    if kind is str or kind is Any:
         return text
     if kind in (bool, int, float):
         return kind(1)
@@ -259,8 +258,10 @@ def filled(kind: Any, text: str) -> Any:
 def report(text: str) -> str:
     """A report with this text wherever it holds text."""
     figures = ("train_samples", "held_out_seconds", "sample_time_s", "cutoff_hz", "restart_s", "segments")
-    parts = {f.name: filled(kind, text) for f in fields(Page) if (kind := get_type_hints(Page)[f.name]) != Data}
-    return rendered(Page(**parts, data={"train": text, "test": text, **dict.fromkeys(figures, 1)}))
+    coordinate = {"name": text, "force_unit": text}
+    data = {"train": text, "test": text, "coordinates": [coordinate], **dict.fromkeys(figures, 1)}
+    page: Page = filled(Page, text)
+    return rendered(replace(page, diagnosis=replace(page.diagnosis, data=data)))
 
 
 @settings(max_examples=25, deadline=None)
