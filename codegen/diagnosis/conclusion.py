@@ -8,15 +8,28 @@ from math import isfinite, sqrt
 from codegen.base.text import render
 from codegen.diagnosis.advice import Separation
 from codegen.diagnosis.answer import Answer
-from codegen.diagnosis.credit import FAR, LEAST_SHARE, NEAR_NOISE, TIE_LEVEL, free_runs_settle, noise_ratio, share_far
-from codegen.diagnosis.estimate import Estimate
+from codegen.diagnosis.credit import (
+    FAR,
+    LEAST_SHARE,
+    NEAR_NOISE,
+    TIE_LEVEL,
+    Evidence,
+    evidence,
+    free_runs_settle,
+    held_out_losses,
+    noise_loss,
+    noise_ratio,
+    share_far,
+)
+from codegen.diagnosis.estimate import Estimate, Interval
 from codegen.diagnosis.force_evidence import force_evidence, force_gain
 from codegen.diagnosis.forward_selection import Outcome
 from codegen.diagnosis.measure import Window, force_errors
 from codegen.diagnosis.output_error import Fit, at_limit
-from codegen.diagnosis.ranking import Ranked, twins
+from codegen.diagnosis.ranking import Ranked, chance, twins
 from codegen.diagnosis.residual import Problem, residual_without_levels
 from codegen.diagnosis.results import Candidate, FoundEffect, Remainder, Round, Verdict
+from codegen.diagnosis.search import Search
 from codegen.diagnosis.trial import Part
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import places_of, unit_words
@@ -242,17 +255,31 @@ def against_regression(
     return ""
 
 
+def effect_of(
+    part: Part, values: Mapping[str, float], system: System, intervals: Mapping[str, Interval] | None = None
+) -> FoundEffect:
+    """An effect with its values; without intervals where its loss is rough and slopes say nothing of them."""
+    units, also = unit_words(part.effect, part.place, system), tuple(part.effect.twins(system, part.place))
+    return FoundEffect(part.kind, part.on, values, units, also, {} if part.effect.rough else intervals or {})
+
+
 def named_effects(parts: Sequence[Part], estimated: Estimate, system: System) -> list[FoundEffect]:
-    """Effects with their parameters and intervals; without these where the loss is rough and its slopes say nothing."""
-    found = []
-    for part, values in zip(parts, estimated.effects, strict=True):
-        effect = CATALOGUE[part.kind].with_parameters(part.names)
-        parameters = {name: value for name, (value, _) in values.items()}
-        intervals = {} if effect.rough else {name: interval for name, (_, interval) in values.items()}
-        units = unit_words(effect, part.place, system)
-        also = tuple(effect.twins(system, part.place))
-        found.append(FoundEffect(part.kind, part.on, parameters, units, also, intervals))
-    return found
+    """Effects with their parameters and intervals."""
+    return [
+        effect_of(part, {n: v for n, (v, _) in values.items()}, system, {n: one for n, (_, one) in values.items()})
+        for part, values in zip(parts, estimated.effects, strict=True)
+    ]
+
+
+def rivals_of(outcome: Outcome, tied: Sequence[Fit], system: System) -> tuple[FoundEffect, ...]:
+    """The rivals of the first effect, with the values of the fits in its place where there are such fits.
+
+    Args:
+        tied: the best fit, and those with the first rivals in place of its first effect.
+    """
+    first = [(fit.runner.trial.parts[0], fit.runner.trial.split(fit.theta)[1][0]) for fit in tied[1:]]
+    others = [(r.found.part, r.found.parameters) for r in outcome.rivals[len(first) :]]
+    return tuple(effect_of(part, values, system) for part, values in (*first, *others))
 
 
 def candidates(outcome: Outcome, system: System, verdict: Verdict) -> tuple[Candidate, ...]:
@@ -303,41 +330,61 @@ def _listed(outcome: Outcome, ranked: Sequence[Ranked]) -> list[Ranked]:
     return sorted(ranked, key=lambda r: order.get((r.found.part.kind, r.found.part.on), len(order)))
 
 
-def as_effect(ranked: Ranked, system: System) -> FoundEffect:
-    """A candidate as an effect, with its values from the round."""
-    return _effect_of(ranked.found.part, ranked.found.parameters, system)
-
-
-def first_effect(fit: Fit, system: System) -> FoundEffect:
-    """The first effect of a fit, with its final values."""
-    trial = fit.runner.trial
-    return _effect_of(trial.parts[0], trial.split(fit.theta)[1][0], system)
-
-
-def _effect_of(part: Part, values: Mapping[str, float], system: System) -> FoundEffect:
-    effect = CATALOGUE[part.kind].with_parameters(part.names)
-    return FoundEffect(
-        part.kind, part.on, values, unit_words(effect, part.place, system), tuple(effect.twins(system, part.place))
-    )
-
-
 def _candidate(r: Ranked) -> Candidate:
-    part, e = r.found.part, r.evidence
+    part, limits = r.found.part, at_limit(r.found.fit)[-1]
+    also = twins(part, r.found)
+    return _row(part, r.found.parameters, r.evidence, r.ratio, also, limits, r.p, r.size, r.why_not)
+
+
+def _row(
+    part: Part,
+    parameters: Mapping[str, float],
+    e: Evidence,
+    free_run: float,
+    also: Sequence[tuple[str, str]],
+    limits: tuple[str, ...],
+    p: float,
+    size: float = float("nan"),
+    why_not: str = "",
+) -> Candidate:
     return Candidate(
         kind=part.kind,
         on=part.on,
-        parameters=r.found.parameters,
+        parameters=parameters,
         gain=e.share,
         t=e.t,
         blocks_won=e.won,
         blocks=e.blocks,
-        free_run=r.ratio,
-        accepted=not r.why_not,
-        why_not=r.why_not,
-        also=tuple(twins(part, r.found)),
-        size=r.size,
+        free_run=free_run,
+        accepted=not why_not,
+        why_not=why_not,
+        also=tuple(also),
+        size=size,
         own=is_own(part.kind),
-        at_limit=at_limit(r.found.fit)[-1],
-        p=r.p,
+        at_limit=limits,
+        p=p,
         form=part.form,
     )
+
+
+def standing(search: Search, outcome: Outcome) -> tuple[Candidate, ...]:
+    """Effects of the verdict that were a candidate in no round: that replaced another, or are a refined form of one.
+
+    Each with the evidence, on held-out segments, of the fit with all effects over the fit without it.
+
+    Args:
+        search: on whose segments the outcome's last fit is.
+    """
+    every = (outcome.first, *(later.ranked for later in outcome.later))
+    shown = {(r.found.part.kind, r.found.part.on) for ranked in every for r in ranked}
+    final, rows = outcome.final, []
+    values, limits = final.runner.trial.split(final.theta)[1], at_limit(final)
+    for k, part in enumerate(outcome.parts):
+        if (part.kind, part.on) in shown:
+            continue
+        soft, without = search.with_noise_floor(search.without(final, k))
+        whole, before = soft.fitted_again(final), held_out_losses(without)
+        e = evidence(before, held_out_losses(whole), without.residual.shape[1], noise_loss(without) / len(before))
+        ratio, also = noise_ratio(whole) / noise_ratio(without), part.effect.twins(search.system, part.place)
+        rows.append(_row(part, values[k], e, ratio, also, limits[k], chance(search, whole, e, 1)))
+    return tuple(rows)

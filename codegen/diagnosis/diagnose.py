@@ -1,8 +1,14 @@
-"""Diagnosis of a log: which effect the model lacks, its errors before and after, and the augmented spec."""
+"""Diagnosis of a log: which effect the model lacks, its errors before and after, and the augmented spec.
+
+    log → problem → search → answer → diagnosis
+
+The preflight and two filters make a problem of a log. A search fits effects to it, by free runs, or where each record
+runs at one steady speed by means of the records. The answer is what held-out data and the force residual leave of it.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -11,31 +17,29 @@ import numpy as np
 import sympy
 
 from codegen.base.errors import BadInput
+from codegen.diagnosis.advice import Separation
 from codegen.diagnosis.answer import Answer
 from codegen.diagnosis.augment import augmented_text
 from codegen.diagnosis.conclusion import (
     TABLE_SIZE,
-    as_effect,
     candidates,
-    first_effect,
     is_small,
+    rivals_of,
     rounds,
     sentence,
+    standing,
     verdict_of,
 )
 from codegen.diagnosis.credit import ALPHA, BLOCKS, NEAR_NOISE, noise_ratio, share_far
 from codegen.diagnosis.examination import examine
-from codegen.diagnosis.fixed_values import explaining_values
 from codegen.diagnosis.force_led import credited_by_force
 from codegen.diagnosis.forward_selection import Outcome, common_effects, find_effects, within_reach
 from codegen.diagnosis.harmonics import with_harmonics
 from codegen.diagnosis.input_timing import acting_between_rows, measured_inputs
 from codegen.diagnosis.measure import RESTART_S, Window, force_errors, measure, restart_within_reach
-from codegen.diagnosis.moved_values import moved_values
 from codegen.diagnosis.output_error import Fit, levels_at_zero
 from codegen.diagnosis.proposal import propose_terms, refuse_without_pysindy
 from codegen.diagnosis.record import position_noise, record_of
-from codegen.diagnosis.released import equal_parameter, is_better, released
 from codegen.diagnosis.reliability import reliability_of
 from codegen.diagnosis.replay import compare_residuals
 from codegen.diagnosis.residual import Problem
@@ -45,9 +49,9 @@ from codegen.diagnosis.search import Search, search_on
 from codegen.diagnosis.separation import separate, tied_fits
 from codegen.diagnosis.signals import SHORTEST_TEST_S, Motion, smooth_motion
 from codegen.diagnosis.steady_runs import (
+    Means,
     SteadySearch,
     answer_of,
-    candidate_of,
     effects_of,
     figures_of,
     is_static,
@@ -55,7 +59,7 @@ from codegen.diagnosis.steady_runs import (
     remainders_of,
 )
 from codegen.diagnosis.trial import Part
-from codegen.diagnosis.unlisted import effects_in_no_round
+from codegen.diagnosis.wrong_values import equal_parameter, explaining_values, is_better, moved_values, released
 from codegen.effects.declare import add_declared_effects
 from codegen.logs import Finding, Log, excerpt, preflight
 from codegen.mechanics import build_system
@@ -70,6 +74,7 @@ HELD_OUT_SHARE = 0.3
 HELD_OUT_EVERY = 3
 """Of records at steady speed, every third one is held out: their order is by speed, not by time."""
 Progress = Callable[[str, float], None]
+"""Called with (station, share done)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,9 +86,9 @@ class Models:
         train, test: problems; on the same motion when one log serves for both.
         window: the held-out part of ``test``.
         spec_text: the augmented spec.
-        excitation: text of the file with the discriminating motion; None where there is none.
-        restart_s: between restarts of free-run simulations on ``test``.
         named: effects of the augmented model.
+        restart_s: between restarts of free-run simulations on ``test``.
+        excitation: text of the file with the discriminating motion; None where there is none.
     """
 
     declared: System
@@ -93,9 +98,37 @@ class Models:
     test: Problem
     window: Window
     spec_text: str
-    excitation: str | None = None
+    named: tuple[FoundEffect, ...]
     restart_s: float = RESTART_S
-    named: tuple[FoundEffect, ...] = ()
+    excitation: str | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A log and a spec as a problem.
+
+    Attributes:
+        log, test_log: with inputs as they act between rows. test_log: None where the end of the log is held out.
+        motion: of the whole log.
+        problem: the declared system on the part of the motion for training; test: on the motion with ``window``.
+        findings: of the preflight of each log.
+        material: share of the RMS of the drive force from which on a force matters.
+    """
+
+    spec: Spec
+    log: Log
+    test_log: Log | None
+    motion: Motion
+    problem: Problem
+    test: Problem
+    window: Window
+    findings: Mapping[str, tuple[Finding, ...]]
+    material: float
+
+    @property
+    def faults(self) -> bool:
+        """Whether log and spec do not fit together, so that no effect is tried."""
+        return any(f.severity == "problem" for f in self.findings["train"])
 
 
 @numerical("the fit of the model to the log")
@@ -113,7 +146,6 @@ def diagnose_log(
     Args:
         system: of the spec, with its declared effects.
         log: to train on; without ``test_log`` its last 30 % is held out.
-        progress: called with (station, share done).
         propose: whether to propose terms for an unknown residual.
         material: share of the RMS of the drive force from which on a force matters.
 
@@ -122,8 +154,21 @@ def diagnose_log(
     """
     if propose:
         refuse_without_pysindy()
-    report_progress = progress or (lambda station, share: None)
-    report_progress("preflight", 0.0)
+    report = progress or (lambda station, share: None)
+    report("preflight", 0.0)
+    case = _case(spec, system, log, test_log, material)
+    means = means_of(case.log) if is_static(case.problem.system) and not case.faults else None
+    if means is None:
+        diagnosis, models = _by_free_runs(case, report, propose)
+    else:
+        report("means of steady records", 0.2)
+        diagnosis, models = _by_means(case, means)
+    report("done", 1.0)
+    return diagnosis, models
+
+
+def _case(spec: Spec, system: System, log: Log, test_log: Log | None, material: float) -> Case:
+    """Log and spec as a problem."""
     system, deviations = _uncertain(spec, system, log)
     log, cut = excerpt(log)
     findings = {"train": (*cut, *preflight(log, spec), *_steady_laws(system))}
@@ -132,198 +177,208 @@ def diagnose_log(
         findings["test"] = (*cut, *preflight(test_log, spec))
     motion = smooth_motion(log)
     split = len(motion.time) if test_log is not None else round(len(motion.time) * (1 - HELD_OUT_SHARE))
-    training = _restrict(motion, 0, split)
-    measured = measured_inputs(Problem(system, training, deviations), log)
+    problem = Problem(system, _restrict(motion, split), deviations)
+    measured = measured_inputs(problem, log)
     if measured:
         findings["train"] += tuple(measured.values())
         log = acting_between_rows(log, measured)
         test_log = None if test_log is None else acting_between_rows(test_log, measured)
         motion = smooth_motion(log)
-        training = _restrict(motion, 0, split)
+        problem = Problem(system, _restrict(motion, split), deviations)
     other = motion if test_log is None else smooth_motion(test_log, motion.cutoff_hz, SHORTEST_TEST_S)
-    window = Window(0, len(other.time)) if test_log is not None else Window(split, len(motion.time))
+    window = Window(split if test_log is None else 0, len(other.time))
+    return Case(spec, log, test_log, motion, problem, Problem(system, other, {}), window, findings, material)
 
-    problem = Problem(system, training, deviations)
-    faults = any(f.severity == "problem" for f in findings["train"])
-    means = means_of(log) if is_static(system) and not faults else None
-    if means is not None:
-        report_progress("means of steady records", 0.2)
-        whole = Problem(system, motion, deviations)
-        there = Problem(system, other, {})
-        data = _data(log, test_log, motion, window, whole)
-        return _of_steady_records(
-            spec, SteadySearch(whole, means, position_noise(motion, log)), test_log, there, data, findings, material
-        )
-    search = search_on(problem, lambda share: record_of(training, log, share))
-    report_progress("refit", 0.05)
-    search, base = _refit(search, log, findings["train"])
-    search, outcome, in_place = _sought(search, base, partial(_effect_progress, report_progress), faults)
-    outcome, final_search = with_harmonics(search, outcome, problem) if not faults else (outcome, search)
-    report_progress("values and held-out error", 0.78)
-    test_problem = Problem(system, other, {})
-    restart = restart_within_reach(system, other, window)
 
-    def examined(last: Search, found: Outcome) -> tuple[Answer, Outcome]:
-        kind = verdict_of(found, faults)
-        held_out = partial(measure, motion=other, used=test_problem.masks, window=window, restart_s=restart)
-        return examine(replace(search, within=last.within), last, found, problem, kind, held_out)
+def _by_free_runs(case: Case, report: Progress, propose: bool) -> tuple[Diagnosis, Models]:
+    """The diagnosis by free runs and force residual of a motion."""
+    problem, test, system = case.problem, case.test, case.problem.system
+    search = search_on(problem, lambda share: record_of(problem.motion, case.log, share))
+    report("refit", 0.05)
+    search, base = _refit(search, case)
+
+    def effect_report(turn: int, share: float) -> None:
+        report(f"effect {turn + 1}", 0.1 + 0.25 * (turn + share))
+
+    search, outcome, in_place = _sought(search, base, effect_report, case.faults)
+    outcome, last = with_harmonics(search, outcome, problem) if not case.faults else (outcome, search)
+
+    report("values and held-out error", 0.78)
+    restart = restart_within_reach(system, test.motion, case.window)
+    measured = partial(measure, motion=test.motion, used=test.masks, window=case.window, restart_s=restart)
+
+    def examined(final: Search, found: Outcome) -> tuple[Answer, Outcome]:
+        verdict = verdict_of(found, case.faults)
+        return examine(replace(search, within=final.within), final, found, problem, verdict, measured)
 
     def left_by(found: Answer) -> tuple[Remainder, ...]:
-        return remainders(found.adopted or found.refit, training, problem.masks)
+        return remainders(found.adopted or found.refit, problem.motion, problem.masks)
 
-    answer, outcome = examined(final_search, outcome)
+    answer, outcome = examined(last, outcome)
     credited = answer.verdict in ("effect", "ambiguous")
     far = noise_ratio(outcome.final if credited else base) > NEAR_NOISE
-    if answer.verdict != "none" and far and not faults:
-        held_out = partial(measure, motion=other, used=test_problem.masks, window=window, restart_s=restart)
-        report_force = partial(_force_progress, report_progress)
-        answer, outcome = credited_by_force(search, outcome, problem, answer, held_out, report_force)
-    tied, experiment, excitation = [], None, None
-    if answer.verdict == "ambiguous":
-        report_progress("experiment that separates", 0.85)
-        tied = tied_fits(search, outcome)
-        experiment, excitation = separate(
-            search, outcome, tied, log, spec.envelope, partial(_separation_progress, report_progress)
+    if answer.verdict != "none" and far and not case.faults:
+        answer, outcome = credited_by_force(
+            search,
+            outcome,
+            problem,
+            answer,
+            measured,
+            lambda done: report("effects by the force residual", 0.8 + 0.05 * done),
         )
-        common = common_effects(final_search, outcome)
-        other_answer, other_outcome = (answer, outcome) if common is None else examined(*common)
-        if other_answer.verdict == "effect" and is_small(left_by(other_answer), material):
-            told = (*other_answer.remarks, _left_out(outcome, other_answer))
-            answer, outcome = replace(other_answer, remarks=told), other_outcome
-    verdict, refit, augmented = answer.verdict, answer.refit, answer.augmented
-    left = left_by(answer)
-    if verdict == "unknown" and is_small(left, material):
-        verdict, answer = "none", replace(answer, verdict="none")
-    elif verdict == "none" and any(r.is_changing(material) for r in left):
-        verdict, answer = "unknown", replace(answer, verdict="unknown")
-    if verdict == "unknown":
-        answer = replace(answer, remarks=(*answer.remarks, *explaining_values(spec, refit, problem)))
-    report_progress("tracking observer", 0.93)
-    agreement = compare_residuals(spec, system, training)
+    tied: list[Fit] = []
+    experiment, excitation = None, None
+    if answer.verdict == "ambiguous":
+        report("experiment that separates", 0.85)
+        tied = tied_fits(search, outcome)
 
-    moved = [*problem.levels, *problem.uncertain]
-    values = {s.name: (float(system.values[s]), float(refit.values[s]), float(augmented.values[s])) for s in moved}
-    at_zero = levels_at_zero(system, (refit, augmented), problem.levels)
-    words = (f"the fit reduces the friction level {name} to zero, its lowest value" for name in at_zero)
-    answer = replace(answer, remarks=(*answer.remarks, *words, *_in_place(in_place, answer)))
-    same = equal_parameter(search, base, outcome) if verdict == "effect" and not answer.errors else ""
-    answer = replace(answer, remarks=(*answer.remarks, *([same] if same else [])))
-    fit = outcome.final if verdict == "effect" else base
-    answer = replace(answer, remarks=(*answer.remarks, *moved_values(answer, fit, problem, material)))
-    adopted = {} if answer.adopted is None else {s.name: float(answer.adopted.values[s]) for s in moved}
-    text = augmented_text(spec, answer.effects if verdict == "effect" else [], adopted, system)
-    rivals = [as_effect(r, refit) for r in outcome.rivals]
-    rivals[: len(tied[1:])] = [first_effect(fit, refit) for fit in tied[1:]]
-    diagnosis = Diagnosis(
-        verdict=verdict,
-        sentence=sentence(system, answer, rivals, findings["train"], outcome, left, material, experiment),
-        effects=answer.effects if verdict == "effect" else (),
-        candidates=candidates(outcome, system, verdict),
-        declared=answer.figures[0],
-        refit=answer.figures[1],
-        augmented=answer.figures[2],
-        training=_training(problem, (system, refit, augmented)),
-        refitted=values,
-        data=_data(log, test_log, motion, window, problem, restart) | _search_data(search, outcome),
-        agreement=agreement,
-        findings={name: tuple(_words(f) for f in some) for name, some in findings.items()},
-        certificate=None,
+        def separation_report(what: str, share: float) -> None:
+            report(f"experiment that separates: {what}", 0.85 + 0.08 * share)
+
+        experiment, excitation = separate(search, outcome, tied, case.log, case.spec.envelope, separation_report)
+        common = common_effects(last, outcome)
+        if common is not None:
+            other, of_other = examined(*common)
+            if other.verdict == "effect" and is_small(left_by(other), case.material):
+                other = replace(other, remarks=(*other.remarks, _left_out(outcome, other)))
+                answer, outcome = other, of_other
+    left = left_by(answer)
+    if answer.verdict == "unknown" and is_small(left, case.material):
+        answer = replace(answer, verdict="none")
+    elif answer.verdict == "none" and any(r.is_changing(case.material) for r in left):
+        answer = replace(answer, verdict="unknown")
+
+    lacks, unknown = answer.verdict == "effect", answer.verdict == "unknown"
+    remarks = [
+        *answer.remarks,
+        *(explaining_values(case.spec, answer.refit, problem) if unknown else ()),
+        *(
+            f"the fit reduces the friction level {name} to zero, its lowest value"
+            for name in levels_at_zero(system, (answer.refit, answer.augmented), problem.levels)
+        ),
+        *_in_place(in_place, answer),
+        *(equal_parameter(search, base, outcome) if lacks and not answer.errors else ()),
+        *moved_values(answer, outcome.final if lacks else base, problem, case.material),
+    ]
+    answer = replace(answer, remarks=tuple(remarks))
+    report("tracking observer", 0.93)
+    whole = Window(0, len(problem.motion.time))
+    models = _models(case, answer, problem, case.window, restart, excitation)
+    training = [force_errors(s, problem.motion, problem.masks, whole)[2] for s in _three(models)]
+    rivals = rivals_of(outcome, tied, answer.refit)
+    data = _data(case, problem, restart) | _search_data(search, outcome)
+    diagnosis = _diagnosis(case, models, answer, left, rivals, training, data, outcome, experiment)
+    return replace(
+        diagnosis,
+        candidates=candidates(outcome, system, answer.verdict),
+        agreement=compare_residuals(case.spec, system, problem.motion),
         later_rounds=rounds(outcome),
-        standing=effects_in_no_round(final_search, outcome),
-        rivals=tuple(rivals) if verdict == "ambiguous" else (),
+        standing=standing(last, outcome),
+        reliability=reliability_of(answer.verdict, noise_ratio(outcome.final) <= NEAR_NOISE),
+        proposal=propose_terms(answer.refit, problem, test, case.window) if propose and unknown else None,
+    ), models
+
+
+def _by_means(case: Case, means: Means) -> tuple[Diagnosis, Models]:
+    """The diagnosis of records at one steady speed each, by their means."""
+    problem, count = replace(case.problem, motion=case.motion), len(means)
+    data = _data(case, problem, RESTART_S)
+    if case.test_log is not None:
+        held = means_of(case.test_log)
+    else:
+        apart = np.arange(count) % HELD_OUT_EVERY == HELD_OUT_EVERY - 1
+        held, means = means.of(apart), means.of(~apart)
+        data |= {"test": f"{data['train']}, one record in {HELD_OUT_EVERY}"}
+    window = Window(0, len(case.test.motion.time))
+
+    def measured(model: System) -> ErrorFigures:
+        plain = measure(model, case.test.motion, case.test.masks, window)
+        return plain if held is None else figures_of(model, held, plain)
+
+    steady = SteadySearch(problem, means, position_noise(case.motion, case.log))
+    answer, found = answer_of(steady, measured, by_means=held is not None)
+    left = remainders_of(answer.adopted or answer.refit, means)
+    if answer.verdict == "none" and any(r.nature(case.material) == "structured" for r in left):
+        answer = replace(answer, verdict="unknown")
+    models = _models(case, answer, problem, window)
+    rivals = [effects_of(one.fit, answer.refit)[0] for one in found.rivals]
+    training = [figures_of(model, means, answer.figures[0]).relative_force for model in _three(models)]
+    data |= {"segments": len(means), "alpha": ALPHA}
+    diagnosis = _diagnosis(case, models, answer, left, rivals, training, data, records=len(means))
+    first, *later = (
+        Round(tuple((p.kind, p.on) for p in parts), tuple(one.row for one in tried[:TABLE_SIZE]))
+        for parts, tried in found.rounds
+    )
+    return replace(diagnosis, candidates=first.candidates, later_rounds=tuple(later)), models
+
+
+def _models(
+    case: Case,
+    answer: Answer,
+    train: Problem,
+    window: Window,
+    restart_s: float = RESTART_S,
+    excitation: str | None = None,
+) -> Models:
+    """The three models, and the spec with what the answer writes into it."""
+    system, written = train.system, answer.adopted
+    values = {} if written is None else {s.name: float(written.values[s]) for s in (*train.levels, *train.uncertain)}
+    text = augmented_text(case.spec, answer.effects if answer.verdict == "effect" else (), values, system)
+    three = system, answer.refit, answer.augmented
+    return Models(*three, train, case.test, window, text, answer.effects, restart_s, excitation)
+
+
+def _three(models: Models) -> tuple[System, System, System]:
+    return models.declared, models.refit, models.augmented
+
+
+def _diagnosis(
+    case: Case,
+    models: Models,
+    answer: Answer,
+    left: tuple[Remainder, ...],
+    rivals: Sequence[FoundEffect],
+    training: Sequence[float],
+    data: Mapping[str, Any],
+    outcome: Outcome | None = None,
+    experiment: Separation | None = None,
+    records: int = 0,
+) -> Diagnosis:
+    """The diagnosis without its tables of candidates; arguments as of ``sentence``."""
+    system, material = models.declared, case.material
+    moved = (*models.train.levels, *models.train.uncertain)
+    declared, refit, augmented = answer.figures
+    words = sentence(system, answer, rivals, case.findings["train"], outcome, left, material, experiment, records)
+    return Diagnosis(
+        verdict=answer.verdict,
+        sentence=words,
+        effects=answer.effects if answer.verdict == "effect" else (),
+        candidates=(),
+        declared=declared,
+        refit=refit,
+        augmented=augmented,
+        training=(training[0], training[1], training[2]),
+        refitted={
+            s.name: (float(system.values[s]), float(models.refit.values[s]), float(models.augmented.values[s]))
+            for s in moved
+        },
+        data=data,
+        agreement=None,
+        findings={name: tuple(f"{f.severity}: {f.words}" for f in some) for name, some in case.findings.items()},
+        certificate=None,
+        rivals=tuple(rivals) if answer.verdict == "ambiguous" else (),
         separation=experiment,
         parameter_errors=answer.errors,
         remarks=answer.remarks,
-        at_limit=at_zero,
+        at_limit=levels_at_zero(system, (models.refit, models.augmented), models.train.levels),
         remainder=left,
         material=material,
-        units=_units_of(system, values),
-        reliability=reliability_of(verdict, noise_ratio(outcome.final) <= NEAR_NOISE),
-        proposal=propose_terms(refit, problem, test_problem, window) if propose and verdict == "unknown" else None,
+        units={s.name: system.units.get(s, "1") for s in moved},
     )
-    report_progress("done", 1.0)
-    return diagnosis, Models(
-        system, refit, augmented, problem, test_problem, window, text, excitation, restart, answer.effects
-    )
-
-
-def _of_steady_records(
-    spec: Spec,
-    steady: SteadySearch,
-    test_log: Log | None,
-    there: Problem,
-    data: dict[str, Any],
-    findings: Mapping[str, Sequence[Finding]],
-    material: float,
-) -> tuple[Diagnosis, Models]:
-    """The diagnosis of records at one steady speed each, by their means.
-
-    Args:
-        there: the declared system on the motion on which free runs are measured.
-    """
-    system, held, count = steady.system, None, len(steady.means)
-    if test_log is not None:
-        held = means_of(test_log)
-    else:
-        apart = np.arange(count) % HELD_OUT_EVERY == HELD_OUT_EVERY - 1
-        held, steady = steady.means.of(apart), replace(steady, means=steady.means.of(~apart))
-        data |= {"test": f"{data['train']}, one record in {HELD_OUT_EVERY}"}
-    window = Window(0, len(there.motion.time))
-
-    def measured(model: System) -> ErrorFigures:
-        plain = measure(model, there.motion, there.masks, window)
-        return plain if held is None else figures_of(model, held, plain)
-
-    answer, found = answer_of(steady, measured, by_means=held is not None)
-    left = remainders_of(answer.adopted or answer.refit, steady.means)
-    if answer.verdict == "none" and any(r.nature(material) == "structured" for r in left):
-        answer = replace(answer, verdict="unknown")
-    named = [(parts, [candidate_of(a, system) for a in tried]) for parts, tried in found.rounds]
-    rivals = tuple(effects_of(a.fit, answer.refit)[0] for a in found.rivals) if answer.verdict == "ambiguous" else ()
-    moved = {
-        s.name: (float(system.values[s]), float(answer.refit.values[s]), float(answer.augmented.values[s]))
-        for s in steady.moved
-    }
-    effects = answer.effects if answer.verdict == "effect" else ()
-    adopted = {name: value for name, (_, _, value) in moved.items()}
-    train = Problem(system, steady.problem.motion, steady.problem.deviation)
-    three = (system, answer.refit, answer.augmented)
-    training = tuple(figures_of(model, steady.means, answer.figures[0]).relative_force for model in three)
-    diagnosis = Diagnosis(
-        verdict=answer.verdict,
-        sentence=sentence(system, answer, rivals, findings["train"], None, left, material, records=len(steady.means)),
-        effects=effects,
-        candidates=tuple(named[0][1][:TABLE_SIZE]),
-        declared=answer.figures[0],
-        refit=answer.figures[1],
-        augmented=answer.figures[2],
-        training=(training[0], training[1], training[2]),
-        refitted=moved,
-        data=data | {"segments": len(steady.means), "alpha": ALPHA},
-        agreement=None,
-        findings={name: tuple(_words(f) for f in some) for name, some in findings.items()},
-        certificate=None,
-        later_rounds=tuple(
-            Round(tuple((p.kind, p.on) for p in parts), tuple(tried[:TABLE_SIZE])) for parts, tried in named[1:]
-        ),
-        rivals=rivals,
-        remarks=answer.remarks,
-        at_limit=levels_at_zero(system, (answer.refit, answer.augmented), steady.problem.levels),
-        remainder=left,
-        material=material,
-        units=_units_of(system, moved),
-    )
-    text = augmented_text(spec, list(effects), adopted, system)
-    return diagnosis, Models(*three, train, there, window, text, named=answer.effects)
-
-
-def _units_of(system: System, names: Iterable[str]) -> dict[str, str]:
-    units = {s.name: unit for s, unit in system.units.items()}
-    return {name: units.get(name, "1") for name in names}
 
 
 def _left_out(outcome: Outcome, answer: Answer) -> str:
-    """What is told of the effects that tie, where the answer names those that all tied models have in common."""
+    """What is said of the effects that tie, where the answer names those that all tied models have in common."""
     parts = (outcome.parts[0], *(r.found.part for r in outcome.rivals))
     tied = " or ".join(dict.fromkeys(f"{p.kind} on {p.on}" for p in parts))
     if answer.errors:
@@ -350,9 +405,6 @@ def _sought(
 ) -> tuple[Search, Outcome, tuple[Part, ...]]:
     """Forward selection, with toleranced parameters free where that explains the log better.
 
-    Args:
-        faults: log and spec do not fit together, and no effect is tried.
-
     Returns:
         The search, its outcome, and the effects in whose place parameters were found wrong.
     """
@@ -365,27 +417,15 @@ def _sought(
     return search, outcome, ()
 
 
-def _effect_progress(report_progress: Progress, turn: int, share: float) -> None:
-    report_progress(f"effect {turn + 1}", 0.1 + 0.25 * (turn + share))
-
-
-def _force_progress(report_progress: Progress, share: float) -> None:
-    report_progress("effects by the force residual", 0.8 + 0.05 * share)
-
-
-def _separation_progress(report_progress: Progress, what: str, share: float) -> None:
-    report_progress(f"experiment that separates: {what}", 0.85 + 0.08 * share)
-
-
-def _refit(search: Search, log: Log, findings: Sequence[Finding]) -> tuple[Search, Fit]:
+def _refit(search: Search, case: Case) -> tuple[Search, Fit]:
     """``within_reach``; where log and spec fit so little that it cannot be computed, what the preflight says."""
     try:
         return within_reach(search)
     except (ArithmeticError, RuntimeError, ValueError) as error:
-        problems = [f.words for f in findings if f.severity == "problem"]
+        problems = [f.words for f in case.findings["train"] if f.severity == "problem"]
         if not problems or not is_numerical(error):
             raise
-        raise BadInput(log.where, problems[0], "a log that fits the spec", code="LOG012") from error
+        raise BadInput(case.log.where, problems[0], "a log that fits the spec", code="LOG012") from error
 
 
 def _uncertain(spec: Spec, system: System, log: Log) -> tuple[System, Mapping[sympy.Symbol, float]]:
@@ -399,14 +439,10 @@ def _uncertain(spec: Spec, system: System, log: Log) -> tuple[System, Mapping[sy
     return system, deviations
 
 
-def _restrict(motion: Motion, start: int, stop: int) -> Motion:
-    """The part of a motion that is used for training."""
-    cut = {
-        name: getattr(motion, name)[start:stop]
-        for name in ("time", "positions", "velocities", "accelerations", "inputs", "commands", "usable", "measured")
-    }
-    if motion.counted is not None:
-        cut["counted"] = motion.counted[start:stop]
+def _restrict(motion: Motion, stop: int) -> Motion:
+    """The part of a motion before a sample, for training."""
+    rows = ("time", "positions", "velocities", "accelerations", "inputs", "commands", "usable", "measured", "counted")
+    cut = {name: getattr(motion, name)[:stop] for name in rows if getattr(motion, name) is not None}
     if stop < len(motion.time):
         cut["usable"] = cut["usable"].copy()
         cut["usable"][-round(1 / (motion.cutoff_hz * motion.sample_time)) :] = False
@@ -423,27 +459,20 @@ def _steady_laws(system: System) -> tuple[Finding, ...]:
     )
 
 
-def _training(problem: Problem, models: tuple[System, System, System]) -> tuple[float, float, float]:
-    window = Window(0, len(problem.motion.time))
-    declared, refit, augmented = (force_errors(s, problem.motion, problem.masks, window)[2] for s in models)
-    return declared, refit, augmented
-
-
-def _data(
-    log: Log, test: Log | None, motion: Motion, window: Window, problem: Problem, restart_s: float = RESTART_S
-) -> dict[str, Any]:
-    h = motion.sample_time
+def _data(case: Case, problem: Problem, restart_s: float) -> dict[str, Any]:
+    log, test, system = case.log, case.test_log, problem.system
+    h = case.motion.sample_time if test is None else test.sample_time
     return {
         "train": log.files,
-        "test": test.files if test is not None else f"{log.files}, its last {100 * HELD_OUT_SHARE:.0f} %",
-        "held_out_seconds": round((window.stop - window.start) * (test.sample_time if test is not None else h), 3),
+        "test": f"{log.files}, its last {100 * HELD_OUT_SHARE:.0f} %" if test is None else test.files,
+        "held_out_seconds": round((case.window.stop - case.window.start) * h, 3),
         "train_samples": len(problem.motion.time),
-        "sample_time_s": h,
-        "cutoff_hz": motion.cutoff_hz,
+        "sample_time_s": case.motion.sample_time,
+        "cutoff_hz": case.motion.cutoff_hz,
         "restart_s": restart_s,
         "coordinates": [
-            {"name": x.name, "unit": unit, "force_unit": problem.system.force_unit(i)}
-            for i, (x, unit) in enumerate(zip(problem.system.positions, problem.system.position_units, strict=True))
+            {"name": x.name, "unit": unit, "force_unit": system.force_unit(i)}
+            for i, (x, unit) in enumerate(zip(system.positions, system.position_units, strict=True))
         ],
         "blocks": BLOCKS,
     }
@@ -460,7 +489,3 @@ def _search_data(search: Search, outcome: Outcome) -> dict[str, Any]:
         "share_far": round(share_far(outcome.base), 4),
         "level_final": round(noise_ratio(outcome.final), 3),
     }
-
-
-def _words(finding: Finding) -> str:
-    return f"{finding.severity}: {finding.words}"

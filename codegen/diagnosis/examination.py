@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from codegen.diagnosis import credit
 from codegen.diagnosis.adoption import Refit, adopt_values
-from codegen.diagnosis.answer import Answer
+from codegen.diagnosis.answer import REFIT_WORSE, Answer, Measured, Option, admitted
 from codegen.diagnosis.conclusion import against_regression, force_agrees, named_effects, settled_by_free_runs
 from codegen.diagnosis.estimate import estimate
 from codegen.diagnosis.forward_selection import Outcome
@@ -19,12 +19,9 @@ from codegen.diagnosis.residual import Problem, drive_left
 from codegen.diagnosis.results import ErrorFigures, FoundEffect, Verdict
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.separation import without_leader
-from codegen.diagnosis.trial import part_of, with_effects, with_values
-from codegen.diagnosis.veto import REFIT_WORSE, Admitted, Option, admitted
+from codegen.diagnosis.trial import model_of, part_of, with_effects, with_values
 from codegen.effects import CATALOGUE
 from codegen.mechanics.system import System
-
-Measured = Callable[[System], ErrorFigures]
 
 
 def examine(
@@ -44,21 +41,15 @@ def examine(
     system = search.system
     declared = measured(system)
     if verdict == "unfit":
-        refit = with_values(system, _values(outcome.base))
+        refit = model_of(outcome.base.runner.trial, outcome.base.theta)
         figures = measured(refit)
         return Answer(verdict, (), refit, refit, (declared, figures, figures)), outcome
     base = adopt_values(search, outcome.base, problem, system)
     chosen = admitted(_options(system, base, "refitted values"), declared, measured)
-    refit = system if chosen.option is None else chosen.option.system
-    plain = Answer(
-        verdict,
-        (),
-        refit,
-        refit,
-        (declared, *2 * (chosen.figures,)),
-        () if chosen.refusals else base.errors,
-        remarks=(*base.notes, *_refused(chosen)),
-    )
+    refit = system if chosen.option is None else chosen.option[1]
+    errors = () if chosen.refusals else base.errors
+    three = (declared, chosen.figures, chosen.figures)
+    plain = Answer(verdict, (), refit, refit, three, errors, remarks=(*base.notes, *chosen.remarks))
     if not outcome.parts:
         return plain, outcome
     answer = _with_effects(final_search, outcome, problem, plain, measured)
@@ -109,36 +100,28 @@ def _judged(
     found: tuple[FoundEffect, ...],
 ) -> Answer:
     """The answer with estimated effects, unless the force residual, a regression or held-out data refuse them."""
-    system, verdict = final_search.system, plain.verdict
-    richer = adopt_values(final_search, fit, problem, with_effects(system, found))
+    system = with_effects(final_search.system, found)
+    richer = adopt_values(final_search, fit, problem, system)
     without_it = {s.name: float(plain.refit.values[s]) for s in final_search.moved}
-    options = _options(with_effects(system, found), richer, "the effect with refitted values", without_it)
-    models = problem, plain.refit, options[0].system
-    settled = settled_by_free_runs(outcome.final, outcome.explained, *models)
-    if verdict in ("effect", "ambiguous") and not (settled or force_agrees(outcome.final, *models)):
-        words = "it does not reduce the squared residual force of the training log as much as it should"
-        return replace(plain, verdict="unknown", effects=found, against=(words,))
-    if verdict in ("effect", "ambiguous"):
-        words = against_regression(outcome, problem, plain.refit, options[0].system, found)
-        if words:
-            return replace(plain, verdict="unknown", effects=found, against=(words,))
-    if verdict == "unknown":
-        return replace(plain, verdict=verdict, effects=found)
-    declared, without, worse = references(plain, options[0].system, problem, settled)
+    options = _options(system, richer, "the effect with refitted values", without_it)
+    models = problem, plain.refit, options[0][1]
+    settled, against = settled_by_free_runs(outcome.final, outcome.explained, *models), ""
+    if not (settled or force_agrees(outcome.final, *models)):
+        against = "it does not reduce the squared residual force of the training log as much as it should"
+    against = against or against_regression(outcome, *models, found)
+    if against:
+        return replace(plain, verdict="unknown", effects=found, against=(against,))
+    declared, without, worse = references(plain, options[0][1], problem, settled)
     chosen = admitted(options, declared, measured, without, worse)
     if chosen.option is None:
         return replace(plain, verdict="unknown", effects=found, against=chosen.refusals)
-    written = replace(
-        plain,
-        effects=found,
-        augmented=chosen.option.system,
-        figures=(*plain.figures[:2], chosen.figures),
-        errors=() if chosen.refusals else richer.errors,
-    )
-    if verdict == "ambiguous":
+    figures = (*plain.figures[:2], chosen.figures)
+    errors = () if chosen.refusals else richer.errors
+    written = replace(plain, effects=found, augmented=chosen.option[1], figures=figures, errors=errors)
+    if plain.verdict == "ambiguous":
         return written
     notes = tuple(w for f, p in zip(found, fit.runner.trial.parts, strict=True) for w in remarks(f, p, problem))
-    return replace(written, remarks=(*notes, *richer.notes, *_refused(chosen)))
+    return replace(written, remarks=(*notes, *richer.notes, *chosen.remarks))
 
 
 def references(
@@ -213,26 +196,16 @@ def _options(system: System, refit: Refit, words: str, without: Mapping[str, flo
     Args:
         without: values adopted for the model without the effects.
     """
-    tried: list[Option] = []
-    ways: Sequence[tuple[str, Mapping[str, float]]] = (
-        (words, refit.mapping()),
-        (f"{words} of friction levels alone", refit.mapping(refit.levels)),
-        *([("the effect with the values of the model without it", without)] if without else []),
-        (f"{'the effect with ' if without else ''}the declared values", refit.mapping(refit.declared)),
-    )
-    for name, values in ways:
-        if all(values != option.values for option in tried):
-            tried.append(Option(name, with_values(system, values), values))
-    return tried
-
-
-def _refused(chosen: Admitted) -> tuple[str, ...]:
-    """What held-out data refuse of the values, with what is written instead."""
-    instead = "" if chosen.option is None else f"; written instead: {chosen.option.words}"
-    words = [f"{refusal}, so that is not adopted" for refusal in chosen.refusals]
-    return (*words[:-1], f"{words[-1]}{instead}") if words else ()
-
-
-def _values(fit: Fit) -> dict[str, float]:
-    trial = fit.runner.trial
-    return {s.name: float(v) for s, v in zip(trial.moved, trial.split(fit.theta)[0], strict=True)}
+    ways: dict[str, Mapping[str, float]] = {
+        words: refit.mapping(),
+        f"{words} of friction levels alone": refit.mapping(refit.levels),
+        **({"the effect with the values of the model without it": without} if without else {}),
+        f"{'the effect with ' if without else ''}the declared values": refit.mapping(refit.declared),
+    }
+    tried: list[Mapping[str, float]] = []
+    options = []
+    for name, values in ways.items():
+        if values not in tried:
+            tried.append(values)
+            options.append((name, with_values(system, values)))
+    return options

@@ -9,7 +9,7 @@ least squares with the tolerances as prior, an effect by the F test and by leave
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -22,16 +22,14 @@ from scipy.stats import f as fisher
 from scipy.stats import t as student
 
 from codegen.diagnosis import credit
-from codegen.diagnosis.answer import Answer
+from codegen.diagnosis.answer import Answer, Measured, admitted
+from codegen.diagnosis.conclusion import effect_of
 from codegen.diagnosis.coverage import Survey, survey
 from codegen.diagnosis.estimate import CONFIDENCE, Interval
 from codegen.diagnosis.residual import Problem
 from codegen.diagnosis.results import Candidate, ErrorFigures, FoundEffect, Remainder, Verdict
 from codegen.diagnosis.shooting import hidden_states
-from codegen.diagnosis.trial import Part, Trial, model_of, part_of, with_values
-from codegen.diagnosis.veto import Option, admitted
-from codegen.effects import CATALOGUE
-from codegen.effects.declare import unit_words
+from codegen.diagnosis.trial import Part, Trial, model_of, part_of
 from codegen.effects.family import candidates
 from codegen.effects.register import is_own
 from codegen.logs import Log
@@ -155,22 +153,11 @@ class SteadyFit:
 
 
 @dataclass(frozen=True, eq=False)
-class SteadyCandidate:
-    """A candidate of one round with its evidence over the fit without it.
-
-    Attributes:
-        share: of the squared leave-one-out residual that it removes. p: by the F test, for any of the candidates.
-        size: change of the force over the drive force, RMS.
-    """
+class Tried:
+    """A candidate of one round: its fit, and its row in the table, with the records as blocks."""
 
     fit: SteadyFit
-    share: float
-    t: float
-    won: int
-    p: float
-    size: float
-    ratio: float
-    why_not: str
+    row: Candidate
 
     @property
     def part(self) -> Part:
@@ -239,7 +226,7 @@ class SteadySearch:
         slopes = [(error(theta + d) - error(theta - d)) / (2 * h) for d, h in zip(np.diag(steps), steps, strict=True)]
         return SteadyFit(trial, theta, residual, np.stack(slopes, axis=1), prior * scale**2)
 
-    def ranked_candidates(self, base: SteadyFit) -> list[SteadyCandidate]:
+    def ranked_candidates(self, base: SteadyFit) -> list[Tried]:
         """Every effect that such records can show, in addition to those of a fit: credited ones first, best first."""
         trial, taken = base.trial, {(p.kind, p.on) for p in base.trial.parts}
         trials = [
@@ -252,16 +239,15 @@ class SteadySearch:
         count = len({(t.parts[-1].kind, t.parts[-1].on) for t in trials})
         tried = [one for t in trials if (one := self._tried(t, base, count)) is not None]
         kept = [one for one in tried if not any(_is_simpler_form(other, one) for other in tried)]
-        return sorted(kept, key=lambda a: (bool(a.why_not), a.fit.squares))
+        return sorted(kept, key=lambda a: (not a.row.accepted, a.fit.squares))
 
-    def ties(self, ranked: Sequence[SteadyCandidate]) -> list[SteadyCandidate]:
+    def ties(self, ranked: Sequence[Tried]) -> list[Tried]:
         """Credited candidates that the records cannot tell from the best, its twins left out."""
         best, count = ranked[0], len(ranked[0].fit.residual)
-        same = best.part.effect.twins(self.system, best.part.place)
-        others = [a for a in ranked[1:] if not a.why_not and (a.part.kind, a.part.on) not in same]
+        others = [a for a in ranked[1:] if a.row.accepted and (a.part.kind, a.part.on) not in best.row.also]
         return [a for a in others if _nats(a.fit, count) < _nats(best.fit, count) + TIE_NATS]
 
-    def _tried(self, trial: Trial, base: SteadyFit, count: int) -> SteadyCandidate | None:
+    def _tried(self, trial: Trial, base: SteadyFit, count: int) -> Tried | None:
         starts = self._starts(trial, base)
         if not starts:
             return None
@@ -275,31 +261,42 @@ class SteadySearch:
             p = min(1.0, count * float(fisher.sf(ratio, more, freedom)))
         changed = mean_forces(model_of(trial, fit.theta), self.means)[0].ravel()
         change = changed - mean_forces(model_of(base.trial, base.theta), self.means)[0].ravel()
-        found = SteadyCandidate(
-            fit,
-            1 - float(after.sum()) / max(float(before.sum()), 1e-300),
-            float(gains.sum() / max(float(np.sqrt((gains**2).sum())), 1e-300)),
-            int((gains > 0).sum()),
-            p,
-            float(np.linalg.norm(change) / max(float(np.linalg.norm(self.drive)), 1e-300)),
-            float(np.sqrt(fit.squares / max(base.squares, 1e-300))),
-            "",
+        part = trial.parts[-1]
+        row = Candidate(
+            kind=part.kind,
+            on=part.on,
+            parameters=fit.parameters,
+            gain=1 - float(after.sum()) / max(float(before.sum()), 1e-300),
+            t=float(gains.sum() / max(float(np.sqrt((gains**2).sum())), 1e-300)),
+            blocks_won=int((gains > 0).sum()),
+            blocks=len(fit.residual),
+            free_run=None,
+            accepted=False,
+            why_not="",
+            also=tuple(part.effect.twins(self.system, part.place)),
+            force=float(np.sqrt(fit.squares / max(base.squares, 1e-300))),
+            size=float(np.linalg.norm(change) / max(float(np.linalg.norm(self.drive)), 1e-300)),
+            own=is_own(part.kind),
+            p=p,
+            form=part.form,
         )
-        return replace(found, why_not=self._why_not(found, bool(base.trial.parts)))
+        why_not = self._why_not(fit, row, credit.FURTHER if base.trial.parts else credit.LEAST_SHARE)
+        return Tried(fit, replace(row, accepted=not why_not, why_not=why_not))
 
-    def _why_not(self, tried: SteadyCandidate, further: bool) -> str:
-        effect, values = tried.part.effect, tried.fit.parameters
-        if tried.share < (credit.FURTHER if further else credit.LEAST_SHARE):
-            return f"removes {100 * tried.share:.2g} % of the squared residual of left-out records"
-        if not effect.admissible(self.system, tried.part.place, values):
+    def _why_not(self, fit: SteadyFit, row: Candidate, least: float) -> str:
+        """The first test that a candidate fails, in words."""
+        part = fit.trial.parts[-1]
+        if row.gain < least:
+            return f"removes {100 * row.gain:.2g} % of the squared residual of left-out records"
+        if not part.effect.admissible(self.system, part.place, row.parameters):
             return "fits only with unphysical values"
-        if tried.size < credit.LEAST_SIZE:
-            return f"its force is {100 * tried.size:.2g} % of the drive force: too little to matter"
-        sizes = {q.name: q.neutral for q in effect.parameters if q.neutral is not None}
-        spans = tried.fit.intervals()[-1]
+        if row.size < credit.LEAST_SIZE:
+            return f"its force is {100 * row.size:.2g} % of the drive force: too little to matter"
+        sizes = {q.name: q.neutral for q in part.effect.parameters if q.neutral is not None}
+        spans = fit.intervals()[-1]
         if sizes and all(spans[name][0] <= neutral <= spans[name][1] for name, neutral in sizes.items()):
             return f"the 95 % interval of {', '.join(sizes)} contains the value at which it is absent"
-        return "" if tried.p <= credit.ALPHA else f"not significant: p = {tried.p:.2g} without an effect"
+        return "" if row.p <= credit.ALPHA else f"not significant: p = {row.p:.2g} without an effect"
 
     def _starts(self, trial: Trial, base: SteadyFit) -> list[Array]:
         """The best starting values over the shapes of the last part, its weights by one linear step."""
@@ -336,7 +333,7 @@ def _nats(fit: SteadyFit, count: int) -> float:
     return 0.5 * count * float(np.log(max(fit.squares, 1e-300))) + len(fit.theta)
 
 
-def _is_simpler_form(other: SteadyCandidate, one: SteadyCandidate) -> bool:
+def _is_simpler_form(other: Tried, one: Tried) -> bool:
     """Whether a candidate is the same effect with fewer parameters, and the records cannot tell that it is worse."""
     a, b, count = other.part, one.part, len(one.fit.residual)
     simpler = (a.kind, a.on) == (b.kind, b.on) and len(a.names) < len(b.names)
@@ -412,36 +409,7 @@ def remainders_of(system: System, means: Means) -> tuple[Remainder, ...]:
 def effects_of(fit: SteadyFit, system: System) -> tuple[FoundEffect, ...]:
     """The parts of a fit as effects, with their intervals."""
     found = zip(fit.trial.parts, fit.trial.split(fit.theta)[1], fit.intervals(), strict=True)
-    return tuple(_effect(part, values, system, spans) for part, values, spans in found)
-
-
-def _effect(part: Part, values: Mapping[str, float], system: System, spans: Mapping[str, Interval]) -> FoundEffect:
-    effect = CATALOGUE[part.kind].with_parameters(part.names)
-    also = tuple(effect.twins(system, part.place))
-    return FoundEffect(part.kind, part.on, values, unit_words(effect, part.place, system), also, spans)
-
-
-def candidate_of(tried: SteadyCandidate, system: System) -> Candidate:
-    """A candidate for the table; its blocks are the records."""
-    part = tried.part
-    return Candidate(
-        kind=part.kind,
-        on=part.on,
-        parameters=tried.fit.parameters,
-        gain=tried.share,
-        t=tried.t,
-        blocks_won=tried.won,
-        blocks=len(tried.fit.residual),
-        free_run=None,
-        accepted=not tried.why_not,
-        why_not=tried.why_not,
-        also=tuple(part.effect.twins(system, part.place)),
-        force=tried.ratio,
-        size=tried.size,
-        own=is_own(part.kind),
-        p=tried.p,
-        form=part.form,
-    )
+    return tuple(effect_of(part, values, system, spans) for part, values, spans in found)
 
 
 @dataclass(frozen=True, eq=False)
@@ -456,33 +424,30 @@ class SteadyOutcome:
 
     base: SteadyFit
     final: SteadyFit
-    rounds: tuple[tuple[tuple[Part, ...], tuple[SteadyCandidate, ...]], ...]
-    rivals: tuple[SteadyCandidate, ...]
+    rounds: tuple[tuple[tuple[Part, ...], tuple[Tried, ...]], ...]
+    rivals: tuple[Tried, ...]
 
 
 def select_effects(search: SteadySearch) -> SteadyOutcome:
     """Forward selection: effects one after the other, while one is credited."""
     base = current = search.refit()
-    rounds: list[tuple[tuple[Part, ...], tuple[SteadyCandidate, ...]]] = []
-    rivals: tuple[SteadyCandidate, ...] = ()
+    rounds: list[tuple[tuple[Part, ...], tuple[Tried, ...]]] = []
+    rivals: tuple[Tried, ...] = ()
     for turn in range(MOST_EFFECTS):
         ranked = search.ranked_candidates(current)
         rounds.append((current.trial.parts, tuple(ranked)))
-        if not ranked or ranked[0].why_not:
+        if not ranked or not ranked[0].row.accepted:
             break
         current = ranked[0].fit
         rivals = rivals if turn else tuple(search.ties(ranked))
     return SteadyOutcome(base, current, tuple(rounds), rivals)
 
 
-def answer_of(
-    search: SteadySearch, measured: Callable[[System], ErrorFigures], by_means: bool
-) -> tuple[Answer, SteadyOutcome]:
+def answer_of(search: SteadySearch, measured: Measured, by_means: bool) -> tuple[Answer, SteadyOutcome]:
     """The answer, which held-out records may refuse.
 
     Args:
-        measured: errors of a system on held-out data.
-        by_means: whether those are means of steady records, for which free runs are not used.
+        by_means: whether held-out data are means of steady records, for which free runs are not used.
     """
     system, found = search.system, select_effects(search)
 
@@ -491,36 +456,24 @@ def answer_of(
         none = tuple(float("nan") for _ in figures.free_run_rmse_rows)
         return replace(figures, free_run_rmse_rows=none) if by_means else figures
 
-    declared = judged(system)
-    fitted = values_of(found.base)
-    options = [Option("refitted values", with_values(system, fitted), fitted)] if is_better(search, found.base) else []
-    options.append(Option("the declared values", system, values_of(found.base)))
+    declared, left = judged(system), mean_forces(system, search.means)[0].ravel()
+    options = [("the declared values", system)]
+    if float(found.base.left_out @ found.base.left_out) < float(left @ left):
+        options.insert(0, ("refitted values", model_of(found.base.trial, found.base.theta)))
     chosen = admitted(options, declared, judged)
-    refit = system if chosen.option is None else chosen.option.system
-    refused = tuple(f"{words}: not adopted" for words in chosen.refusals)
-    remarks = (f"each of the {len(search.means)} records runs at one speed, so it is judged by its mean", *refused)
-    plain = (measured(system), measured(refit), measured(refit))
-    answer = Answer("none", (), refit, refit, plain, remarks=remarks)
+    refit = system if chosen.option is None else chosen.option[1]
+    remarks = (
+        f"each of the {len(search.means)} records runs at one speed, so it is judged by its mean",
+        *(f"{words}: not adopted" for words in chosen.refusals),
+    )
+    figures = (measured(system), measured(refit), measured(refit))
+    answer = Answer("none", (), refit, refit, figures, remarks=remarks)
     if not found.final.trial.parts:
         return answer, found
     augmented, effects = model_of(found.final.trial, found.final.theta), effects_of(found.final, refit)
-    values = values_of(found.final)
-    option = Option("the effect with refitted values", augmented, values)
-    chosen = admitted([option], declared, judged, judged(refit))
+    chosen = admitted([("the effect with refitted values", augmented)], declared, judged, judged(refit))
     if chosen.option is None:
         return replace(answer, verdict="unknown", effects=effects, against=chosen.refusals), found
     verdict: Verdict = "ambiguous" if found.rivals else "effect"
-    figures = (*plain[:2], measured(augmented))
+    figures = (*figures[:2], measured(augmented))
     return replace(answer, verdict=verdict, effects=effects, augmented=augmented, figures=figures), found
-
-
-def values_of(fit: SteadyFit) -> dict[str, float]:
-    """The refitted values by name."""
-    moved = fit.trial.split(fit.theta)[0]
-    return {s.name: float(v) for s, v in zip(fit.trial.moved, moved, strict=True)}
-
-
-def is_better(search: SteadySearch, fit: SteadyFit) -> bool:
-    """Whether a refit predicts left-out records better than the declared values do."""
-    declared = mean_forces(search.system, search.means)[0].ravel()
-    return float(fit.left_out @ fit.left_out) < float(declared @ declared)

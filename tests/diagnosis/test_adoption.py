@@ -22,7 +22,7 @@ from codegen.diagnosis.adoption import (
     Score,
     adopt_values,
 )
-from codegen.diagnosis.answer import Answer
+from codegen.diagnosis.answer import FORCE, RUN, Answer, admitted, worsened
 from codegen.diagnosis.diagnose import Models, diagnose_log
 from codegen.diagnosis.estimate import Estimate, estimate, standard_errors
 from codegen.diagnosis.forward_selection import find_effects
@@ -34,7 +34,6 @@ from codegen.diagnosis.results import Diagnosis, ErrorFigures
 from codegen.diagnosis.search import Search, search_on
 from codegen.diagnosis.signals import smooth_motion
 from codegen.diagnosis.trial import with_values
-from codegen.diagnosis.veto import FORCE, RUN, Option, admitted, worsened
 from codegen.logs import Log, read_log
 from codegen.report import render_report
 from codegen.spec import Spec, parse_spec, read_spec
@@ -370,9 +369,9 @@ def test_an_effect_is_no_worse_than_the_refit_without_it(force: float, run: floa
     """Both are far better than the declared model."""
     declared, refit, new = (ErrorFigures(f, (f,), 0.1, r, (r,)) for f, r in ((9.0, 9.0), (1.0, 1.0), (force, run)))
     system = system_of(stage())
-    chosen = admitted([Option("the effect", system, {})], declared, lambda _: new, refit)
+    chosen = admitted([("the effect", system)], declared, lambda _: new, refit)
     assert (chosen.option is not None) is admissible
-    assert admitted([Option("the effect", system, {})], declared, lambda _: new).option is not None
+    assert admitted([("the effect", system)], declared, lambda _: new).option is not None
     assert admissible or "than with the refit without" in chosen.refusals[0]
 
 

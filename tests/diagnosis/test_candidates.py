@@ -58,9 +58,10 @@ def test_segments_of_a_fast_motion_are_spread_over_the_log() -> None:
 
 def test_the_values_adopted_without_an_effect_are_tried_with_it_too() -> None:
     system = build_system(parse_spec(SPEC, Path("one.yaml")))
-    (name,) = (s.name for s in search(0.0).moved)
+    (moved,) = search(0.0).moved
+    name = moved.name
     one, two, three = (np.array([value]) for value in (1.0, 1.1, 1.3))
     refit = Refit((name,), one, two, one, two, (), ())
     options = _options(system, refit, "the effect", {name: float(three[0])})
-    assert [option.values[name] for option in options] == [1.1, 1.3, 1.0]
-    assert [option.values[name] for option in _options(system, refit, "refitted values")] == [1.1, 1.0]
+    assert [float(model.values[moved]) for _, model in options] == [1.1, 1.3, 1.0]
+    assert [float(model.values[moved]) for _, model in _options(system, refit, "refitted values")] == [1.1, 1.0]

@@ -123,7 +123,9 @@ def test_the_next_of_tied_candidates_is_examined_where_held_out_data_refuse_the_
 
     monkeypatch.setattr(examination, "adopt_values", lambda *_: SimpleNamespace(errors=(), notes=()))
     monkeypatch.setattr(examination, "_options", lambda *_: [])
-    monkeypatch.setattr(examination, "admitted", lambda *_: SimpleNamespace(option=None, figures=None, refusals=()))
+    monkeypatch.setattr(
+        examination, "admitted", lambda *_: SimpleNamespace(option=None, figures=None, refusals=(), remarks=())
+    )
     monkeypatch.setattr(examination, "_with_effects", with_effects)
     monkeypatch.setattr(examination, "without_leader", lambda search, one: iter(following))
     search: Any = SimpleNamespace(system=None)

@@ -11,10 +11,9 @@ import pytest
 from codegen.app.diagnose import Diagnosed
 from codegen.base.text import render
 from codegen.diagnosis.advice import Separation, TiedPair
+from codegen.diagnosis.answer import Admitted
 from codegen.diagnosis.conclusion import _best_refused
-from codegen.diagnosis.examination import _refused
 from codegen.diagnosis.results import Candidate, Diagnosis, ErrorFigures, FoundEffect, Remainder, Round
-from codegen.diagnosis.veto import Admitted, Option
 
 NONE: Any = SimpleNamespace()
 FIGURES = ErrorFigures(1.0, (1.0,), 0.1, 1e-3, (1e-3,))
@@ -127,9 +126,9 @@ def test_the_distance_of_two_that_tie_is_no_negative_number(distance: float, bet
 
 
 def test_what_a_refused_option_leaves_is_told() -> None:
-    option = Option("refitted values of friction levels alone", NONE, {})
-    (words,) = _refused(Admitted(option, FIGURES, ("on held-out data refitted values would be worse",)))
-    assert words.endswith(option.words)
-    (words,) = _refused(Admitted(None, FIGURES, ("on held-out data refitted values would be worse",)))
-    assert option.words not in words
-    assert _refused(Admitted(option, FIGURES, ())) == ()
+    option = ("refitted values of friction levels alone", NONE)
+    (words,) = Admitted(option, FIGURES, ("on held-out data refitted values would be worse",)).remarks
+    assert words.endswith(option[0])
+    (words,) = Admitted(None, FIGURES, ("on held-out data refitted values would be worse",)).remarks
+    assert option[0] not in words
+    assert Admitted(option, FIGURES, ()).remarks == ()
