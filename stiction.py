@@ -28,20 +28,17 @@ _OFFERED = {
     "app.derive": ("derive",),
     "app.diagnose": ("diagnose", "Diagnosed"),
     "app.export": ("export", "Exported"),
-    "app.fmu": ("generate_fmu", "GeneratedFmu"),
     "app.gains": ("gains", "GainReport"),
-    "app.generate": ("generate", "Generated"),
+    "app.generate": ("generate", "Generated", "generate_fmu", "GeneratedFmu"),
     "app.init": ("init",),
     "app.machine": ("load", "Machine"),
     "app.overrides": ("Overrides",),
     "app.replay": ("replay", "Replayed"),
-    "app.simulate": ("simulate",),
-    "app.verify": ("verify", "Verified"),
+    "app.simulate": ("simulate", "Simulated"),
+    "app.verify": ("verify", "Verified", "write_smt"),
     "app.watch": ("watch", "Watched"),
-    "app.smt_lib": ("write_smt",),
     "base.errors": ("BadInput", "InternalError"),
     "checker.verify": ("Refused",),
-    "simulate.simulated": ("Simulated",),
 }
 """Module of ``codegen`` → what of it is offered here."""
 _PLACES = {name: module for module, names in _OFFERED.items() for name in names}

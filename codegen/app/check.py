@@ -6,23 +6,28 @@ from typing import Any
 
 import sympy
 
-from codegen.app.derived import Derived, Source, derived_from
-from codegen.app.generable import refuse_ungenerable
+from codegen.app.machine import Machine, Source, machine_of
 from codegen.base.border import verb
 from codegen.base.text import render
 from codegen.certify.size import beyond_checker
+from codegen.emit.c import c_language
+from codegen.observers.shape import refuse_infinite_slope
+from codegen.program import Program, lower
 from codegen.simulate.runnable import refuse_unrunnable
 from codegen.spec.free_gains import free_entries
+from codegen.spec.model import Spec
+from codegen.spec.numerics import numerical
+from codegen.spec.places import placed
 
 
 @verb
-def check(source: Source) -> Derived:
+def check(source: Source) -> Machine:
     """Read and validate a spec: what the other verbs would refuse of it, all but its proof, is refused here.
 
     Raises:
         BadInput: for anything in it that cannot be used.
     """
-    machine = derived_from(source)
+    machine = machine_of(source)
     observer = None
     if machine.spec.observer is not None:
         observer = machine.nominal.observer
@@ -31,12 +36,12 @@ def check(source: Source) -> Derived:
     return machine
 
 
-def check_text(machine: Derived) -> str:
+def check_text(machine: Machine) -> str:
     """The system in readable form."""
     return render("text/check.txt.j2", **machine_view(machine))
 
 
-def check_json(machine: Derived) -> dict[str, Any]:
+def check_json(machine: Machine) -> dict[str, Any]:
     """What ``stiction check --json`` prints: expressions as text, numbers in the units beside them."""
     spec, system, view = machine.spec, machine.system, machine_view(machine)
     observer = view["observer"]
@@ -72,7 +77,7 @@ def _numbers(rows: list[tuple[str, float, str]]) -> dict[str, dict[str, Any]]:
     return {name: {"value": value, "unit": unit} for name, value, unit in rows}
 
 
-def machine_view(machine: Derived) -> dict[str, Any]:
+def machine_view(machine: Machine) -> dict[str, Any]:
     """What ``stiction check`` prints."""
     system = machine.system
     observer = None if machine.spec.observer is None else machine.nominal.observer
@@ -99,7 +104,7 @@ def machine_view(machine: Derived) -> dict[str, Any]:
     }
 
 
-def free_gains(machine: Derived) -> dict[str, dict[str, Any]]:
+def free_gains(machine: Machine) -> dict[str, dict[str, Any]]:
     """Name of each gain that the spec leaves free → its range and unit."""
     if not free_entries(machine.spec):
         return {}
@@ -111,3 +116,23 @@ def free_gains(machine: Derived) -> dict[str, dict[str, Any]]:
         for axis in gain_axes(machine.spec, observer)
         for s, sign in axis.weights.items()
     }
+
+
+def refuse_ungenerable(machine: Machine) -> None:
+    """Raise BadInput, at its line, for what ``generate`` would refuse before it comes to the proof."""
+    program = machine.program
+    assert machine.header
+    _refuse_unprintable(machine.spec, program)
+    refuse_infinite_slope(machine.spec)
+
+
+@numerical("the generated step")
+def _refuse_unprintable(spec: Spec, program: Program) -> None:
+    with placed(spec):
+        code = lower(program)
+        literal = c_language(program).literal  # every language refuses the same numbers
+        for value in (*(f.value or 0.0 for f in program.parameters), *code.derived_values):
+            literal(value)
+        for node in code.nodes:
+            if node.kind == "number":
+                literal(node.value)

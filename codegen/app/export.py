@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from codegen.app.derived import Derived, Source, derived_from
 from codegen.app.generate import refuse_hand_written
+from codegen.app.machine import Machine, Source, machine_of
 from codegen.app.overrides import Overrides
 from codegen.base.border import verb
 from codegen.base.errors import BadInput
@@ -84,7 +84,7 @@ def export(
             not write.
     """
     target, path = target_of(to), Path(out)
-    machine = derived_from(source)
+    machine = machine_of(source)
     spec = machine.spec
     sources = {"the spec itself": spec.path}
     robot = robot_file(spec)
@@ -116,7 +116,7 @@ def export(
 class _Exportable:
     """A machine as the targets ask for it."""
 
-    def __init__(self, machine: Derived) -> None:
+    def __init__(self, machine: Machine) -> None:
         self._machine = machine
         self.spec, self.system = machine.spec, machine.system
 

@@ -1,4 +1,4 @@
-"""``stiction generate`` as a function: all files of generated/NAME/, and whether those on disk are current."""
+"""``stiction generate``: all files of generated/NAME/ or an FMU, and whether those on disk are current."""
 
 from __future__ import annotations
 
@@ -9,18 +9,19 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from codegen.app.derived import Source, derived_from
+from codegen.app.machine import Source, machine_of
 from codegen.app.overrides import Overrides
 from codegen.base.border import verb
 from codegen.base.errors import BadInput
 from codegen.base.files import refuse_target, remove, sha256, write_all, write_atomically
-from codegen.base.input_files import LARGEST_GENERATED, is_there, read_or_none, read_text
+from codegen.base.input_files import LARGEST_GENERATED, is_there, read_bytes, read_or_none, read_text
 from codegen.base.shown import Result
 from codegen.base.text import render
 from codegen.certify.kernel_form import with_solution
 from codegen.certify.outcome import PROOFS, Certificate, Refusal, json_text
 from codegen.certify.region_files import REGION_PROOFS
 from codegen.checker import verify as checker
+from codegen.emit.fmu import VERSIONS, emit_fmu
 from codegen.emit.package import proof_lines
 from codegen.spec import Spec
 
@@ -81,6 +82,41 @@ class Generated(Certifiable):
         }
 
 
+@dataclass(frozen=True, repr=False)
+class GeneratedFmu(Certifiable):
+    """What ``generate --target fmu`` made.
+
+    Attributes:
+        path: of the FMU.
+        version: of FMI.
+        members: paths in the zip.
+        outcome: the certificate, which lies in the FMU's documentation, or why there is none.
+        stale: with ``check_only``, whether the file on disk is missing or not current.
+    """
+
+    template = "generated_fmu"
+    path: Path
+    version: str
+    members: tuple[str, ...]
+    outcome: Certificate | Refusal
+    stale: bool = False
+
+    @property
+    def summary(self) -> Mapping[str, object]:
+        return {"file": self.path, "FMI": self.version, "members": len(self.members), **self.outcome.summary}
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """The JSON object that the command prints."""
+        return {
+            "file": str(self.path),
+            "fmi": self.version,
+            "members": list(self.members),
+            "stale": self.stale,
+            **self.verdict,
+        }
+
+
 @verb
 def generate(
     source: Source,
@@ -100,7 +136,7 @@ def generate(
     Raises:
         BadInput: for a bad spec, or a folder that cannot be written or where files lie that we did not write.
     """
-    machine = derived_from(source).with_overrides(overrides)
+    machine = machine_of(source).with_overrides(overrides)
     spec = machine.spec
     target = Path(folder) if folder is not None else Path("generated") / spec.name
     if not check_only:
@@ -115,6 +151,48 @@ def generate(
         _make_importable(target, folder)
         _drop_old_proofs(target, spec, files)
     return Generated(target, files, outcome)
+
+
+@verb
+def generate_fmu(
+    source: Source,
+    folder: str | Path | None = None,
+    version: str = VERSIONS[0],
+    check_only: bool = False,
+    uncertified: bool = False,
+    overrides: Overrides | None = None,
+) -> GeneratedFmu:
+    """Build the FMU of a spec's observer with the local C compiler.
+
+    Args:
+        folder: where NAME.fmu is written; ``generated/NAME`` by default.
+        version: of FMI, ``3.0`` or ``2.0``.
+        check_only: write nothing; say whether the file on disk is current.
+        uncertified: write it even where no certificate can be given.
+        overrides: the command's own choices of precision and fault policy.
+
+    Raises:
+        BadInput: for a bad spec, no C compiler, or a folder that cannot be written.
+    """
+    if version not in VERSIONS:
+        raise BadInput("--fmi", f"`{version}`", f"one of {', '.join(VERSIONS)}", code="CALL001")
+    machine = machine_of(source).with_overrides(overrides)
+    files, outcome = machine.files, machine.outcome
+    fmu = emit_fmu(machine.program, dict(files), version)
+    target = (Path(folder) if folder is not None else Path("generated") / machine.spec.name) / fmu.name
+    members = tuple(sorted(fmu.members))
+    if check_only:
+        return GeneratedFmu(target, version, members, outcome, _bytes_of(target) != fmu.data)
+    if isinstance(outcome, Certificate) or uncertified:
+        write_all(target.parent, {target.name: fmu.data})
+    return GeneratedFmu(target, version, members, outcome)
+
+
+def _bytes_of(path: Path) -> bytes | None:
+    try:
+        return read_bytes(path, "an FMU", LARGEST_GENERATED)
+    except BadInput:
+        return None
 
 
 def _refuse_folder_of_another(target: Path, name: str) -> None:

@@ -1,159 +1,294 @@
-"""``Machine``: a spec, what is derived from it, and the verbs as its methods."""
+"""``Machine``: a spec with all that is derived from it, each once and when it is first asked for, and the verbs.
+
+spec → system → observer → analysis
+                        ↘ program → sources → outcome (certificate or refusal) → files
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import json
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cached_property
+from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING
+from types import MethodType
+from typing import TYPE_CHECKING, Any
 
-from codegen.app.derived import Derived
 from codegen.base.border import verb
-from codegen.spec import read_spec
+from codegen.base.files import sha256
+from codegen.base.shown import Shown
+from codegen.effects.declare import system_of
+from codegen.mechanics.system import System
+from codegen.observers import Observer, build_observer
+from codegen.spec import Spec, read_spec
+from codegen.spec.free_gains import at_middle, refuse_free_gains
+from codegen.spec.numerics import numerical
+from codegen.spec.places import placed
 
 if TYPE_CHECKING:
     from codegen.analysis.analysis import Analysis
-    from codegen.app.cancel import CancelReport
-    from codegen.app.certify import Certified
-    from codegen.app.diagnose import Diagnosed
-    from codegen.app.export import Exported
-    from codegen.app.gains import GainReport
-    from codegen.app.generate import Generated
+    from codegen.app.cancel import cancel as _cancel
+    from codegen.app.certify import certify as _certify
+    from codegen.app.check import check as _check
+    from codegen.app.derive import derive as _derive
+    from codegen.app.diagnose import diagnose as _diagnose
+    from codegen.app.export import export as _export
+    from codegen.app.gains import gains as _gains
+    from codegen.app.generate import generate as _generate
     from codegen.app.overrides import Overrides
+    from codegen.app.replay import replay as _replay
+    from codegen.app.simulate import simulate as _simulate
     from codegen.app.verify import Verified
-    from codegen.app.watch import Watched
-    from codegen.replay.over_log import Replayed
-    from codegen.simulate.simulated import Simulated
+    from codegen.app.watch import watch as _watch
+    from codegen.certify.outcome import Certificate, Refusal
+    from codegen.emit.header import Header
+    from codegen.program import Program
 
-File = str | Path
+
+class _Verb:
+    """A verb as a method: the function of that name in its module, which is imported when it is first asked for."""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    def __get__(self, machine: object, owner: type) -> Any:
+        function = getattr(import_module(f"codegen.app.{self._name}"), self._name)
+        return function if machine is None else MethodType(function, machine)
 
 
-class Machine(Derived):
-    """A spec, all that follows from it, and the verbs; a verb's module is imported when it is first called."""
+class Machine(Shown):
+    """A spec, all that follows from it, and the verbs.
 
-    def check(self) -> Machine:
-        """Refuse what any other verb would refuse of the spec, all but its proof; the machine itself."""
-        from codegen.app.check import check
+    Args:
+        overrides: the command's own choices of precision, fault policy and targets.
+        system: that of another machine which differs in its observer alone.
+    """
 
-        check(self)
-        return self
+    if TYPE_CHECKING:
+        cancel, certify, check, derive, diagnose, export = _cancel, _certify, _check, _derive, _diagnose, _export
+        gains, generate, replay, simulate, watch = _gains, _generate, _replay, _simulate, _watch
+    else:
+        cancel, certify, check, derive = _Verb(), _Verb(), _Verb(), _Verb()
+        diagnose, export, gains, generate = _Verb(), _Verb(), _Verb(), _Verb()
+        replay, simulate, watch = _Verb(), _Verb(), _Verb()
 
-    def derive(self) -> Analysis:
-        """Ψ, its characteristic polynomial, the gain conditions and margins."""
-        from codegen.app.derive import derive
+    def __init__(self, spec: Spec, overrides: Overrides | None = None, system: System | None = None) -> None:
+        self.spec = spec if overrides is None else overrides.applied(spec)
+        self.overrides = overrides
+        if system is not None:
+            self.system = system
 
-        return derive(self)
+    def __fspath__(self) -> str:
+        """Its file, by which errors name it."""
+        return str(self.spec.path)
 
-    def gains(self, folder: File | None = None, over: Sequence[str] = ()) -> GainReport:
-        """Which gains are stable over the envelope, with what margin, and which to take."""
-        from codegen.app.gains import gains
+    @property
+    def summary(self) -> Mapping[str, object]:
+        spec, choice = self.spec, self.spec.observer
+        return {
+            "name": spec.name,
+            "coordinates": ", ".join(spec.positions),
+            "contacts": ", ".join(c.name for c in spec.contacts) or "none",
+            "effects": ", ".join(e.kind for e in spec.effects) or "none",
+            "observer": "none" if choice is None else f"{choice.kind} ({choice.velocity} velocity)",
+        }
 
-        return gains(self, folder, over)
-
-    def certify(self, out: File | None = None) -> Certified:
-        """The certificate or refusal, bounds on the error, and the largest sample times."""
-        from codegen.app.certify import certify
-
-        return certify(self, out)
-
-    def generate(
-        self,
-        folder: File | None = None,
-        check_only: bool = False,
-        uncertified: bool = False,
-        overrides: Overrides | None = None,
-    ) -> Generated:
-        """Write C, Python, certificate and README."""
-        from codegen.app.generate import generate
-
-        return generate(self, folder, check_only, uncertified, overrides)
-
-    def simulate(
-        self,
-        out: File,
-        progress: Callable[[float], None] | None = None,
-        method: str = "steps",
-        plant: str = "own",
-    ) -> Simulated:
-        """Write a log of the plant, driven as the spec's ``simulation:`` section says."""
-        from codegen.app.simulate import simulate
-
-        return simulate(self, out, progress, method, plant)
-
-    def export(
-        self,
-        to: str,
-        out: File,
-        on: str | None = None,
-        counts: int | None = None,
-        gear: float | None = None,
-        into: File | None = None,
-    ) -> Exported:
-        """Write the machine in another format, such as a model of MuJoCo."""
-        from codegen.app.export import export
-
-        return export(self, to, out, on, counts, gear, into)
-
-    def diagnose(
-        self,
-        log: File | Sequence[File],
-        test: File | Sequence[File] | None = None,
-        out: File | None = None,
-        description: File | None = None,
-        columns: Mapping[str, str] | None = None,
-        progress: Callable[[str, float], None] | None = None,
-        propose: bool = False,
-        material: str | float | None = None,
-    ) -> Diagnosed:
-        """Find the effect that the model lacks in a measured log."""
-        from codegen.app.diagnose import diagnose
-
-        return diagnose(self, log, test, out, description, columns, progress, propose, material)
-
-    def verify(self, certificate: File | None = None) -> Verified:
+    def verify(self, certificate: str | Path | None = None) -> Verified:
         """Check a certificate of this machine by the independent checker; by default that of ``files``."""
         from codegen.app.verify import verify, verify_machine
 
         return verify_machine(self) if certificate is None else verify(certificate, self.spec.path)
 
-    def cancel(
-        self, folder: File | None = None, hunt: bool = False, progress: Callable[[float], None] | None = None
-    ) -> CancelReport:
-        """Which friction the inputs can cancel, and the input that does it best."""
-        from codegen.app.cancel import cancel
+    def with_spec(self, spec: Spec) -> Machine:
+        """The same mechanics with another observer section."""
+        return Machine(spec, self.overrides, self.system)
 
-        return cancel(self, folder, hunt, progress)
+    def with_overrides(self, overrides: Overrides | None) -> Machine:
+        """The same machine with the command's own choices for its code."""
+        return self if overrides is None else Machine(self.spec, overrides, self.system)
 
-    def replay(
-        self,
-        log: File,
-        out: File | None = None,
-        description: File | None = None,
-        columns: Mapping[str, str] | None = None,
-        only: Sequence[str] = (),
-    ) -> Replayed:
-        """Run the generated observer over a log."""
-        from codegen.app.replay import replay
+    @cached_property
+    def nominal(self) -> Machine:
+        """The machine with its free gains at mid-range, for what does not depend on their numbers."""
+        spec = at_middle(self.spec)
+        return self if spec is self.spec else self.with_spec(spec)
 
-        return replay(self, log, out, description, columns, only)
+    @cached_property
+    def system(self) -> System:
+        """M, g, U and the contacts, declared effects included."""
+        return system_of(self.spec)
 
-    def watch(
-        self,
-        log: File,
-        columns: Mapping[str, str] | None = None,
-        dwell: float | str | None = None,
-        follow: bool = False,
-    ) -> Watched:
-        """Run the observer over rows as they arrive; hold its estimates against the certified bound."""
-        from codegen.app.watch import watch
+    @cached_property
+    def observer(self) -> Observer:
+        """The observer's equations.
 
-        return watch(self, log, columns, dwell, follow)
+        Raises:
+            BadInput: for a spec without one, or with free gains.
+        """
+        refuse_free_gains(self.spec)
+        return build_observer(self.spec, self.system)
+
+    @cached_property
+    def analysis(self) -> Analysis:
+        """Ψ, its characteristic polynomial, gain conditions and margins."""
+        from codegen.analysis.analysis import analyse
+
+        return analyse(self.spec, self.observer)
+
+    @cached_property
+    def program(self) -> Program:
+        """The step as named blocks, the cancelling input included where the spec asks for it."""
+        return _program(self.spec, self.observer)
+
+    @cached_property
+    def header(self) -> Header:
+        """What generated files say of where they come from.
+
+        Raises:
+            BadInput: for a file whose name generated files cannot print.
+        """
+        from codegen.certify.prefix import rational_text
+        from codegen.emit.header import make_header
+
+        spec, options = self.spec, "" if self.overrides is None else self.overrides.options
+        envelope = {name: (rational_text(low), rational_text(high)) for name, (low, high) in spec.envelope.items()}
+        return make_header(spec.path.name, spec.sha256, spec.source, spec.robot, options, envelope)
+
+    @cached_property
+    def sources(self) -> Mapping[str, str]:
+        """File name → text of the C, the Python and what other targets give."""
+        return _sources(self.spec, self)
+
+    @cached_property
+    def outcome(self) -> Certificate | Refusal:
+        """The stability certificate of the sampled observer, bound to its sources, or why there is none.
+
+        Raises:
+            BadInput: for an envelope without a range that is needed, or a domain without a bound.
+        """
+        return _outcome(self)
+
+    @cached_property
+    def files(self) -> Mapping[str, str]:
+        """File name → text of all that generated/NAME/ holds."""
+        from codegen.certify.outcome import Certificate
+        from codegen.checker.verify import PROOF, SETS
+        from codegen.emit.package import emit_manifest, emit_readme
+
+        outcome, sources = self.outcome, self.sources
+        said = outcome.content if isinstance(outcome, Certificate) else outcome.reason
+        ellipsoid = outcome.ellipsoid if isinstance(outcome, Certificate) else None
+        bounds = outcome.bounds if isinstance(outcome, Certificate) and ellipsoid is not None else ()
+        files = {**sources, **outcome.proofs}
+        files["README.md"] = emit_readme(
+            self.program, self.header, said, tuple(sources), outcome.proofs, outcome.kernel is not None, bounds
+        )
+        if outcome.kernel is not None:
+            files[PROOF] = outcome.kernel
+        if ellipsoid is not None:
+            files[SETS] = ellipsoid
+        files["manifest.json"] = emit_manifest(self.header, files)
+        return files
+
+
+Source = Machine | str | Path
+"""What a verb takes: a machine, or the file of its spec."""
+
+
+def machine_of(given: Source) -> Machine:
+    """The machine that a verb was given, or that of the spec file it was given."""
+    return given if isinstance(given, Machine) else Machine(read_spec(given))
 
 
 @verb
-def load(path: File) -> Machine:
+def load(path: str | Path) -> Machine:
     """The machine of a spec file.
 
     Raises:
         BadInput: for a file that is no spec; what else is wrong with it is said by ``check`` and by the other verbs.
     """
     return Machine(read_spec(path))
+
+
+@numerical("the generated step")
+def _program(spec: Spec, observer: Observer) -> Program:
+    from codegen.program import build_program
+
+    with placed(spec):
+        if spec.cancellation is not None:
+            from codegen.cancellation import with_cancellation  # with scipy.optimize, which few specs need
+
+            observer = with_cancellation(spec, observer)
+        return build_program(observer, spec.code)
+
+
+@numerical("the generated step")
+def _sources(spec: Spec, machine: Machine) -> Mapping[str, str]:
+    from codegen.emit import ALWAYS
+    from codegen.emit.package import emit_sources
+
+    printers = ALWAYS if machine.overrides is None else machine.overrides.printers
+    program = machine.program
+    with placed(spec):
+        return emit_sources(program, machine.header, printers)
+
+
+def _outcome(machine: Machine) -> Certificate | Refusal:
+    from codegen.certify.bound.error_bound import with_bounds
+    from codegen.certify.certify import Certificate, certify
+
+    spec, program = machine.spec, machine.program
+    hashes = {name: sha256(text) for name, text in machine.sources.items()}
+    places = {f.name: f"inputs.{program.reference(f.name)}" for f in program.inputs}
+    places |= {name: f"outputs.{program.reference(name)}" for name, _, _ in program.outputs}
+    outcome = certify(spec, machine.analysis, hashes, machine.header.command.raw, places=places)
+    sources = {name: text.encode() for name, text in machine.sources.items()}
+    if isinstance(outcome, Certificate):
+        return _with_kernel_proof(with_bounds(spec, machine.analysis, outcome), machine, sources)
+    if outcome.regions is not None and "sliding.json" in outcome.regions.proofs:
+        return _with_sliding_proof(outcome, outcome.regions.proofs["sliding.json"], machine, sources)
+    return outcome
+
+
+def _with_sliding_proof(
+    refusal: Refusal, sliding: Mapping[str, Any], machine: Machine, sources: Mapping[str, bytes]
+) -> Refusal:
+    """The refusal with the proof that the kernel accepts of what sliding.json says, or why there is none."""
+    from codegen.certify.kernel_form import NotCovered
+    from codegen.certify.kernel_sliding import sliding_proofs
+    from codegen.checker import verify as checker
+
+    why = ""
+    try:
+        for proof in sliding_proofs(machine.observer, machine.program.places, sliding):
+            try:
+                checker.by_kernel_alone(json.loads(proof), dict(sources))
+            except checker.Refused as error:
+                why = str(error)
+            else:
+                return replace(refusal, kernel=proof, not_by_kernel="")
+    except NotCovered as error:
+        why = str(error)
+    return replace(refusal, not_by_kernel=why)
+
+
+def _with_kernel_proof(certificate: Certificate, machine: Machine, sources: Mapping[str, bytes]) -> Certificate:
+    """The certificate with the proof that the kernel accepts for these sources, and with what noise and drift do by it,
+    where a bound is known; or why there is no proof.
+    """
+    from codegen.certify.bound.ellipsoid import with_ellipsoid
+    from codegen.certify.kernel_form import NotCovered, proof_text
+    from codegen.checker import verify as checker
+
+    observer, places = machine.observer, machine.program.places
+    try:
+        proof = proof_text(observer, places, certificate.content)
+        content = checker.parsed(certificate.text)
+        _, unproved, _ = checker.by_kernel(content, {**sources, checker.PROOF: proof.encode()})
+    except (NotCovered, checker.Refused) as error:
+        return replace(certificate, not_by_kernel=str(error))
+    if unproved:
+        return replace(certificate, kernel=None, not_by_kernel=unproved)
+    certificate = replace(certificate, kernel=proof, not_by_kernel="")
+    return with_ellipsoid(certificate, machine.spec, observer, places, sources)

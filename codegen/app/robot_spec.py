@@ -5,19 +5,23 @@ from __future__ import annotations
 import json
 import tempfile
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from codegen.app.guess_columns import Guess, guess_columns
-from codegen.app.seen_in_log import MARGIN, Seen, seen_in_log
 from codegen.base.errors import BadInput, Place
 from codegen.base.input_files import read_text
 from codegen.base.text import render
-from codegen.logs.readers import log_names
+from codegen.base.user_text import one_line
+from codegen.logs.motion import measured_motion
+from codegen.logs.readers import log_description, log_names, read_log
 from codegen.spec import parse_spec
 from codegen.spec.kinematics import MovingBody
 from codegen.spec.mjcf import MjcfJoint, read_mjcf
+from codegen.spec.model import Spec
 from codegen.spec.robot_file import LARGEST
 from codegen.spec.urdf import read_kinematic_tree
 
@@ -27,6 +31,8 @@ DEFAULT_GAIN = 100.0
 """K_v in 1/s of a new spec."""
 MOST_TRAVEL = 1000.0
 """m or rad: larger limits of a joint mean that it has none."""
+MARGIN = 1.2
+"""Times the highest speed of a joint in the log is its range of velocity."""
 GAIN_STEPS = 0.2
 """Largest K_v of a new spec times its sample time."""
 
@@ -41,6 +47,24 @@ class _Robot:
     gravity: tuple[float, float, float] = STANDARD
     joints: tuple[MjcfJoint, ...] = ()
     remarks: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """What a log shows of how a robot is run.
+
+    Attributes:
+        period: s, the median step of its times; None where it could not be read.
+        speeds: velocity → the highest speed, SI; positions: coordinate → lowest and highest. Of the joints in the log.
+        measured: whether the speeds are those that were logged, and not slopes of filtered positions.
+        remark: why nothing is known, or "".
+    """
+
+    period: float | None = None
+    speeds: Mapping[str, float] = field(default_factory=dict)
+    positions: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    measured: bool = False
+    remark: str = ""
 
 
 def robot_files(name: str, path: Path, log: Path | None) -> dict[str, str]:
@@ -73,14 +97,14 @@ def _spec_text(name: str, robot: _Robot, path: Path, folder: Path, log: Path | N
     bodies = read_kinematic_tree(folder / robot.file, Place(str(folder / robot.file))).bodies
     guess, target = _guess(log, bodies), folder / f"{name}.yaml"
 
-    def rendered(seen: Seen) -> str:
+    def rendered(seen: _Seen) -> str:
         return render("text/new_robot_spec.j2", name=name, **_content(robot, bodies, guess, log, seen))
 
-    written = rendered(Seen())
+    written = rendered(_Seen())
     try:
         spec = parse_spec(written, target)
         if log is not None:
-            written = rendered(seen_in_log(spec, log))
+            written = rendered(_seen_in_log(spec, log))
             parse_spec(written, target)
     except BadInput as error:
         if error.place.file != str(target):
@@ -105,7 +129,7 @@ def _guess(log: Path | None, bodies: Sequence[MovingBody]) -> Guess:
 
 
 def _content(
-    robot: _Robot, bodies: Sequence[MovingBody], guess: Guess, log: Path | None, seen: Seen
+    robot: _Robot, bodies: Sequence[MovingBody], guess: Guess, log: Path | None, seen: _Seen
 ) -> Mapping[str, Any]:
     beyond = {joint.joint: joint for joint in robot.joints}
     ranges, assumed = {}, []
@@ -145,6 +169,27 @@ def _content(
         "columns": {symbol: json.dumps(column) for symbol, column in guess.columns.items()},
         "unmatched": guess.remarks,
     }
+
+
+def _seen_in_log(spec: Spec, path: Path) -> _Seen:
+    """Read the positions and velocities that the spec's ``log:`` names; inputs that the log lacks are not missed."""
+    try:
+        named = {*spec.log.columns, *log_description(path, None).columns}
+        joints = tuple(c for c in spec.coordinates if c.name in named)
+        if not joints:
+            return _Seen(remark="no joint's position was found in it")
+        log = read_log(path, replace(spec, coordinates=joints, inputs=tuple(i for i in spec.inputs if i.name in named)))
+    except BadInput as error:
+        return _Seen(remark=one_line(f"{error.found}; expected {error.expected}"))
+    velocities = log.velocities if log.velocities is not None else measured_motion(log).velocities
+    tops = np.abs(velocities).max(axis=0, initial=0.0).tolist()
+    ends = zip(log.positions.min(axis=0).tolist(), log.positions.max(axis=0).tolist(), strict=True)
+    return _Seen(
+        float(np.float64(log.sample_time)),
+        {c.velocity: top for c, top in zip(joints, tops, strict=True) if top > 0},
+        {c.name: pair for c, pair in zip(joints, ends, strict=True)},
+        log.velocities is not None,
+    )
 
 
 def _within(limits: tuple[float, float] | None) -> tuple[float, float] | None:

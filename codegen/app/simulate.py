@@ -2,18 +2,59 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
-from codegen.app.derived import Source, derived_from
+from codegen.app.machine import Source, machine_of
 from codegen.base.border import verb
 from codegen.base.errors import BadInput, refuse_unknown
 from codegen.base.files import refuse_target
+from codegen.base.shown import Result
 from codegen.simulate.closed_loop import simulate as simulate_plant
+from codegen.simulate.excursions import Excursion, excursions
+from codegen.simulate.loop_run import write_log
 from codegen.simulate.observed_loop import METHODS
-from codegen.simulate.simulated import Simulated, write_simulated
 
 PLANTS = ("own", "mujoco")
+
+
+@dataclass(frozen=True, repr=False)
+class Simulated(Result):
+    """A log that was written.
+
+    Attributes:
+        excursions: where the motion leaves the spec's envelope, the worst first.
+        notes: what another simulator's plant holds by the nearest, or not at all.
+        gain, share: ``gain`` of ``cancellation:`` and ``cancel`` of ``simulation:``, whose product of the friction
+            estimate the input cancels; None where it cancels none.
+    """
+
+    template = "simulated_notes"
+    path: Path
+    excursions: tuple[Excursion, ...]
+    gain: float | None = None
+    share: float | None = None
+    notes: tuple[str, ...] = ()
+
+    @property
+    def summary(self) -> Mapping[str, object]:
+        left = ", ".join(e.name for e in self.excursions)
+        return {"log": self.path, "outside the envelope": left or "never"}
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """The JSON object that the command prints."""
+        excursions = [asdict(e) for e in self.excursions]
+        return {
+            "format": "stiction-simulation/1",
+            "log": str(self.path),
+            "excursions": excursions,
+            "gain": self.gain,
+            "share": self.share,
+            "notes": list(self.notes),
+        }
 
 
 @verb
@@ -42,7 +83,7 @@ def simulate(
         raise BadInput("--method", found, f"`{METHODS[0]}`, or no --plant", code="CALL002")
     target = Path(out)
     refuse_target(target, {"the spec itself": Path(source)}, (".csv", ".txt"))
-    machine = derived_from(source)
+    machine = machine_of(source)
     spec, system = machine.spec, machine.system
     make_plant, notes = None, tuple[str, ...]()
     if plant != PLANTS[0]:
@@ -51,4 +92,7 @@ def simulate(
         make_plant, model = mujoco_plant(spec, system)
         notes = tuple(remark.text for remark in model.remarks if remark.held != "exact")
     run = simulate_plant(spec, system, progress, method=chosen, make_plant=make_plant)
-    return write_simulated(target, spec, run, notes)
+    write_log(target, spec, run)
+    share = spec.simulation.cancel if spec.simulation is not None else None
+    gain = float(spec.cancellation.gain) if spec.cancellation is not None else 1.0
+    return Simulated(target, excursions(spec, run), None if share is None else gain, share, notes)
