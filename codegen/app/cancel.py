@@ -15,8 +15,7 @@ from codegen.base.shown import Result, json_text
 from codegen.cancellation import Plan, RankFalls, Reach, Verdict, make_plan, reach
 from codegen.cancellation.leftover import Leftover, leftover
 from codegen.mechanics.sampling import POINTS
-from codegen.simulate.hunting import Hunting, hunting
-from codegen.simulate.limit_cycle import LimitCycle
+from codegen.simulate.hunting import Hunting, LimitCycle, hunting
 from codegen.spec import Spec
 from codegen.spec.model import CancellationChoice
 from codegen.spec.numerics import require_finite

@@ -13,7 +13,7 @@ from codegen.certify.size import beyond_checker
 from codegen.emit.c import c_language
 from codegen.observers.shape import refuse_infinite_slope
 from codegen.program import Program, lower
-from codegen.simulate.runnable import refuse_unrunnable
+from codegen.simulate.simulable import refuse_unrunnable
 from codegen.spec.free_gains import free_entries
 from codegen.spec.model import Spec
 from codegen.spec.numerics import numerical

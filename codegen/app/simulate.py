@@ -13,8 +13,7 @@ from codegen.base.errors import BadInput, refuse_unknown
 from codegen.base.files import refuse_target
 from codegen.base.shown import Result
 from codegen.simulate.closed_loop import simulate as simulate_plant
-from codegen.simulate.excursions import Excursion, excursions
-from codegen.simulate.loop_run import write_log
+from codegen.simulate.loop_run import Excursion, excursions, write_log
 from codegen.simulate.observed_loop import METHODS
 
 PLANTS = ("own", "mujoco")

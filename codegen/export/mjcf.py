@@ -33,7 +33,7 @@ from codegen.export.numbers import number, numbers, polynomial
 from codegen.export.region import Region
 from codegen.export.remarks import CORNER, Held, Remark
 from codegen.mechanics.kinematic_chain import mass_matrix
-from codegen.simulate.substeps import MOST_SUBSTEPS, substeps_of
+from codegen.simulate.plant import MOST_SUBSTEPS, substeps_of
 from codegen.spec.model import Spec
 
 Tendon = tuple[str, list[tuple[str, str]], list[tuple[str, str]]]

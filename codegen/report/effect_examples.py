@@ -14,7 +14,7 @@ from codegen.effects.declare import effect_symbols, places_of
 from codegen.friction.zero_memory import Coulomb
 from codegen.mechanics.system import ContactFriction, Matrix, System
 from codegen.simulate.plant import simulate_open_loop
-from codegen.simulate.sensor_error import SensorError
+from codegen.simulate.sensors import SensorError
 from codegen.spec.model import symbol
 
 Array = NDArray[np.float64]

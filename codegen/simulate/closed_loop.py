@@ -11,13 +11,12 @@ from codegen.base.errors import BadInput
 from codegen.cancellation import cancelling_outputs, with_cancellation
 from codegen.mechanics.system import System
 from codegen.observers import observer_of
-from codegen.simulate.declared_control import declared_controller, input_limit
+from codegen.simulate.controller import declared_controller, input_limit
 from codegen.simulate.loop_run import LoopRun
 from codegen.simulate.observed_loop import Method, PlantMaker, run_loop
 from codegen.simulate.observer_in_loop import Cancellation, ObserverInLoop, generated_observer
-from codegen.simulate.runnable import steps_a_sample
 from codegen.simulate.sensors import Sensors
-from codegen.simulate.simulable import refuse_unsimulable
+from codegen.simulate.simulable import refuse_unsimulable, steps_a_sample
 from codegen.spec.model import CancellationChoice, Simulation, Spec
 from codegen.spec.numerics import numerical
 

@@ -13,7 +13,7 @@ from codegen.base.errors import BadInput
 from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.mechanics.solve import factorised
 from codegen.mechanics.system import TIME, System
-from codegen.simulate.held_input import HeldInput, edges_at_changes
+from codegen.simulate.drive import HeldInput, edges_at_changes
 from codegen.simulate.mode_search import Limits, Mode, NoMode, find_mode, forces_of
 from codegen.simulate.plant_contacts import PlantContacts
 
@@ -49,25 +49,13 @@ class EventPlant:
         Raises:
             BadInput: for a contact whose law has states, an actuator that lags, or a load behind a spring.
         """
-        if any(system.actuator(k).lag is not None for k in range(len(system.inputs))):
-            raise BadInput(
-                f"the machine {system.name}",
-                "an actuator lag, which `--method events` cannot integrate",
-                _STEPPER,
-                code="SPEC035",
-            )
-        if system.transmissions:
-            found = "a compliance or backlash, which `--method events` cannot integrate"
-            raise BadInput(f"the machine {system.name}", found, _STEPPER, code="SPEC035")
         contacts = PlantContacts(system)
-        if contacts.dynamic.contacts:
-            name = system.contacts[contacts.dynamic.contacts[0]].law.name
-            raise BadInput(
-                f"the machine {system.name}",
-                f"the law {name}, which `--method events` cannot integrate",
-                _STEPPER,
-                code="SPEC035",
-            )
+        lags = any(system.actuator(k).lag is not None for k in range(len(system.inputs)))
+        laws = [f"the law {system.contacts[c].law.name}" for c in contacts.dynamic.contacts]
+        beyond = ["an actuator lag"] * lags + ["a compliance or backlash"] * bool(system.transmissions) + laws
+        if beyond:
+            found = f"{beyond[0]}, which `--method events` cannot integrate"
+            raise BadInput(f"the machine {system.name}", found, _STEPPER, code="SPEC035")
         n = system.degrees_of_freedom
         self.state: Array = np.concatenate([x, v]).astype(float)
         self.positions, self.velocities = self.state[:n], self.state[n:]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Literal, Protocol, get_args
 
 import casadi
@@ -12,13 +13,11 @@ from numpy.typing import NDArray
 from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.mechanics.system import System
 from codegen.simulate.controller import Controller, Sample
-from codegen.simulate.held_input import HeldInput
+from codegen.simulate.drive import HeldInput
 from codegen.simulate.loop_run import LoopRun
 from codegen.simulate.observer_in_loop import Cancellation, Estimator, ObserverInLoop
-from codegen.simulate.plant import Plant
-from codegen.simulate.sensor_error import SensorError
-from codegen.simulate.sensors import Sensors, low_passed_velocity
-from codegen.simulate.substeps import substeps_of
+from codegen.simulate.plant import Plant, substeps_of
+from codegen.simulate.sensors import SensorError, Sensors, low_passed_velocity
 
 if TYPE_CHECKING:
     from codegen.simulate.event_plant import EventPlant
@@ -111,13 +110,13 @@ def run_loop(
         plant = EventPlant(system, period, x, v)
     else:
         plant = _Plant(system, period, substeps or substeps_of(system, period, x), x, v)
-    estimator = _estimator(system, observer, cancellation)
+    estimator = None if observer is None else Estimator(observer, system, cancellation)
     controller.start()
     noise, speed_noise = sensors.noise(samples, n, seed)
     scale = SensorError(system)
     measured = sensors.encoded(scale.measured(x), noise[0])
     seen, difference, sent, cancelling = measured, np.zeros(n), np.zeros(m), np.zeros(m)
-    rows = _Rows(samples, n, m, len(system.contacts), observer)
+    rows = _empty_run(system, period, samples, () if observer is None else observer.outputs)
     with np.errstate(all="ignore"):
         for k in range(samples):
             if not np.isfinite(plant.state).all():
@@ -147,14 +146,14 @@ def run_loop(
                 sent,
                 cancelling,
             )
-            rows.true[k] = plant.state[: 2 * n]
+            rows.true_positions[k], rows.true_velocities[k] = plant.positions, plant.velocities
             if estimator is not None:
                 rows.estimates[k], rows.faults[k] = estimator.latest, estimator.fault
             plant.move(k * period, sent)
-            rows.forces[k] = plant.forces
+            rows.contact_forces[k] = plant.forces
             if progress is not None and (k + 1) * PARTS // samples > k * PARTS // samples:
                 progress((k + 1) / samples)
-    return rows.run(system, period)
+    return replace(rows, friction=_on_coordinates(system, rows.true_positions, rows.contact_forces))
 
 
 class _Plant:
@@ -185,42 +184,13 @@ class _Plant:
         self.state[:] = self._after
 
 
-class _Rows:
-    """What is recorded while a loop runs."""
-
-    def __init__(self, samples: int, n: int, m: int, contacts: int, observer: ObserverInLoop | None) -> None:
-        def room(width: int) -> Array:
-            return np.full((samples, width), np.nan)
-
-        self.positions, self.velocities, self.inputs, self.cancelling = room(n), room(n), room(m), room(m)
-        self.true, self.forces = room(2 * n), room(contacts)
-        self.outputs = observer.outputs if observer is not None else ()
-        self.estimates, self.faults = room(len(self.outputs)), np.zeros(samples, dtype=np.intc)
-
-    def run(self, system: System, period: float) -> LoopRun:
-        x, v = np.split(self.true, 2, axis=1)
-        return LoopRun(
-            time=period * np.arange(len(x), dtype=np.float64),
-            positions=self.positions,
-            velocities=self.velocities,
-            inputs=self.inputs,
-            cancelling=self.cancelling,
-            true_positions=x,
-            true_velocities=v,
-            contact_forces=self.forces,
-            friction=_on_coordinates(system, x, self.forces),
-            outputs=self.outputs,
-            estimates=self.estimates,
-            faults=self.faults,
-        )
-
-
-def _estimator(system: System, observer: ObserverInLoop | None, cancellation: Cancellation | None) -> Estimator | None:
-    if observer is None:
-        return None
-    estimator = Estimator(observer, system)
-    estimator.prepare(cancellation)
-    return estimator
+def _empty_run(system: System, period: float, samples: int, outputs: tuple[str, ...]) -> LoopRun:
+    """A run to be filled in, NaN everywhere."""
+    n, m, contacts = system.degrees_of_freedom, len(system.inputs), len(system.contacts)
+    widths = (n, n, m, m, n, n, contacts, n)
+    rows = [np.full((samples, width), np.nan) for width in widths]
+    estimates, faults = np.full((samples, len(outputs)), np.nan), np.zeros(samples, dtype=np.intc)
+    return LoopRun(period * np.arange(samples, dtype=np.float64), *rows, outputs, estimates, faults)
 
 
 def _on_coordinates(system: System, positions: Array, forces: Array) -> Array:

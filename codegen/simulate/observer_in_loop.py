@@ -85,8 +85,8 @@ class Cancellation:
 class Estimator:
     """An observer while a loop runs: its estimates so far, and the cancelling input from them."""
 
-    def __init__(self, observer: ObserverInLoop, system: System) -> None:
-        """Match the observer's inputs with the system's.
+    def __init__(self, observer: ObserverInLoop, system: System, cancellation: Cancellation | None) -> None:
+        """Match the observer's inputs with the system's; keep as many estimates as the cancellation looks back.
 
         Raises:
             ValueError: for an input of the observer that the system has not.
@@ -106,16 +106,9 @@ class Estimator:
         self.latest = np.full(len(observer.outputs), np.nan)
         self.fault = 0
         self._started = False
-        self._older: deque[Array] = deque(maxlen=1)
-        self._chosen: list[int] = []
-
-    def prepare(self, cancellation: Cancellation | None) -> None:
-        """Begin anew; keep as many estimates as the cancellation looks back."""
-        self._started = False
-        if cancellation is not None:
-            chosen = cancellation.outputs or self.observer.friction
-            self._chosen = [self.observer.outputs.index(name) for name in chosen]
-            self._older = deque(maxlen=max(cancellation.delay, 1))
+        chosen = () if cancellation is None else cancellation.outputs or observer.friction
+        self._chosen = [observer.outputs.index(name) for name in chosen]
+        self._older: deque[Array] = deque(maxlen=1 if cancellation is None else max(cancellation.delay, 1))
 
     def measure(self, positions: Array, velocities: Array, sent: Array) -> None:
         """Take a sample's measurements; ``sent`` is the command that acts until now."""

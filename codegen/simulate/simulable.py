@@ -1,4 +1,4 @@
-"""Which friction laws a plant can run, and what is said of the others."""
+"""What ``stiction simulate`` refuses of a spec before a plant is built: laws, controllers and sample times."""
 
 from __future__ import annotations
 
@@ -6,7 +6,10 @@ from codegen.base.errors import BadInput
 from codegen.friction import MemoryLaw
 from codegen.friction.memory import Karnopp
 from codegen.mechanics.system import ContactFriction, System
-from codegen.spec.model import Spec
+from codegen.observers import Observer
+from codegen.simulate.controller import control_loops
+from codegen.spec.model import Simulation, Spec
+from codegen.spec.numerics import numerical
 
 _INSTEAD = {
     "rising_static_derjaguin": "static_viscous or karnopp, whose static level does not rise",
@@ -41,3 +44,29 @@ def refuse_unsimulable(spec: Spec, system: System) -> None:
             found = f"the law {name} at {contact.name} in a simulation: {contact.law.why_not}"
             instead = _INSTEAD.get(name, "a law of zero memory or with states")
             raise BadInput(spec.place(f"friction.contacts[{index}].law"), found, f"such as {instead}", code="SPEC035")
+
+
+@numerical("the motion that `simulation` asks for")
+def refuse_unrunnable(spec: Spec, system: System, observer: Observer | None) -> None:
+    """Raise BadInput, at its line, for what ``simulate`` would refuse before the first step."""
+    if spec.simulation is None:
+        return
+    refuse_unsimulable(spec, system)
+    control_loops(spec, spec.simulation)
+    if spec.simulation.observer and observer is not None:
+        steps_a_sample(spec, spec.simulation, observer)
+
+
+def steps_a_sample(spec: Spec, simulation: Simulation, observer: Observer) -> int:
+    """The observer's sample time over the simulation's."""
+    ratio = float(observer.sample_time) / simulation.sample_time
+    every = round(ratio)
+    if every < 1 or abs(ratio / every - 1) > 1e-9:
+        found = f"{simulation.sample_time:g} s in the simulation and {float(observer.sample_time):g} s in the observer"
+        raise BadInput(
+            spec.place("simulation.sample_time"),
+            found,
+            "a sample time of which the observer's is a whole multiple",
+            code="SPEC024",
+        )
+    return every

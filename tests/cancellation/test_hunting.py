@@ -11,8 +11,7 @@ import stiction
 from codegen.base.text import render
 from codegen.effects.declare import add_declared_effects
 from codegen.mechanics.build import build_system
-from codegen.simulate.hunting import Trial, hunting
-from codegen.simulate.limit_cycle import at_rest, limit_cycle
+from codegen.simulate.hunting import Trial, at_rest, hunting, limit_cycle
 from tests.machines import read
 from tests.told import refused
 

@@ -21,7 +21,7 @@ from codegen.effects.declare import add_declared_effects, places_of
 from codegen.effects.register import load_effects
 from codegen.mechanics import System, build_system
 from codegen.simulate.plant import simulate_open_loop
-from codegen.simulate.sensor_error import SensorError
+from codegen.simulate.sensors import SensorError
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import log_of, stage, system_of
 from tests.effects.own_hooks import VALUES

@@ -15,8 +15,7 @@ from codegen.diagnosis.residual import inverse_dynamics_residual, masks
 from codegen.diagnosis.signals import smooth_motion
 from codegen.effects.declare import add_declared_effects
 from codegen.mechanics import System, build_system
-from codegen.simulate.drive import Chains, drive_columns
-from codegen.simulate.held_input import HeldInput
+from codegen.simulate.drive import Chains, HeldInput, drive_columns
 from codegen.spec import parse_spec
 from tests.diagnosis.stage import diagnosed, log_of, stage, system_of
 from tests.effects.test_in_code import W, X, estimates

@@ -14,7 +14,7 @@ from codegen.mechanics import System, build_system
 from codegen.simulate.closed_loop import simulate
 from codegen.simulate.event_plant import EventPlant
 from codegen.simulate.plant import simulate_open_loop
-from codegen.simulate.sensor_error import SensorError
+from codegen.simulate.sensors import SensorError
 from codegen.spec import parse_spec
 from tests.machines import SPRING_MASS
 from tests.told import refused

@@ -13,10 +13,10 @@ from types import NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 import pytest
-from codegen.app.verify import smt_text
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from codegen.app.verify import smt_text
 from codegen.base.errors import BadInput, Place
 from codegen.base.text import environment, language_of, render
 from codegen.base.user_text import PRINTED, REPLACEMENT, UserText, c_text, file_text, python_text, terminal_text

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from codegen.simulate.closed_loop import simulate
-from codegen.simulate.excursions import excursions
+from codegen.simulate.loop_run import excursions
 from tests.app.command import stiction
 from tests.compiled.specs import SPECS
 from tests.machines import one_mass

@@ -1,8 +1,8 @@
-"""A claim: what the thesis prints under one number, and the derivation it is compared with. Never a verdict."""
+"""A claim: what the thesis prints under one number, and the derivation it is compared with; the finding on it."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -80,3 +80,27 @@ def _claims_of(path: Path) -> Iterator[Claim]:
     read = validate(ClaimsFile, plain(document), places, path.name)
     for index, entry in enumerate(read.claims):
         yield Claim(read.chapter, entry, places.get(f"claims[{index}]", Place(path.name)))
+
+
+Verdict = Literal["holds", "wrong", "insufficient", "unnecessary"]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A verdict with its reason.
+
+    Attributes:
+        derived: the correct formula; empty for a definition.
+        counterexample: numbers by name, with ``eigenvalue`` (real part; None where no eigenvalue is in question).
+        evidence: what was computed, as a key of the template with its numbers.
+    """
+
+    claim: Claim
+    verdict: Verdict
+    derived: str = ""
+    counterexample: Mapping[str, Any] | None = None
+    evidence: str = ""
+
+    @property
+    def kind(self) -> str:
+        return self.claim.test

@@ -9,7 +9,7 @@ from typing import Any
 
 from codegen.base.files import write_atomically
 from codegen.base.text import render
-from codegen.thesis.audit.finding import Finding, Verdict
+from codegen.thesis.audit.claim import Finding, Verdict
 from codegen.thesis.audit.formula import as_text
 
 VERDICTS: tuple[Verdict, ...] = ("holds", "wrong", "insufficient", "unnecessary")

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import sympy
 
-from codegen.base.errors import Place
 from codegen.spec.functions import Magnitude, Sgn
-from codegen.thesis.audit.formula import evaluate
+from codegen.thesis.audit.formula import as_matrix
 
 
-@dataclass(frozen=True)
-class Derived:
+class Derived(NamedTuple):
     """One thing that was derived.
 
     Attributes:
@@ -33,17 +31,23 @@ class World:
 
     Attributes:
         names: what a printed formula may call; expressions and matrices over free symbols.
-        derived: by name.
+        derived: by name; given as (value, form) or as a value alone.
         steady: symbols that are zero where U does not depend on x (the elements of dU/dt), if there are any.
         positive: free symbols that are positive by their meaning.
         ranges: free symbols that have a meaning only for some values.
     """
 
     names: Mapping[str, Any]
-    derived: Mapping[str, Derived]
+    derived: Mapping[str, Any]
     steady: tuple[Any, ...] = ()
     positive: frozenset[Any] = frozenset()
     ranges: Mapping[Any, tuple[Any, ...]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Make every derivation a ``Derived`` with a matrix."""
+        given = {name: one if isinstance(one, tuple) else (one,) for name, one in self.derived.items()}
+        made = {name: Derived(as_matrix(value), *form) for name, (value, *form) in given.items()}
+        object.__setattr__(self, "derived", made)
 
 
 def real(*names: str) -> tuple[Any, ...]:
@@ -69,6 +73,11 @@ def symmetric(name: str, size: int) -> Any:
 def diagonal(entries: Any) -> Any:
     """diag{entries}."""
     return sympy.diag(*list(entries))
+
+
+def named(symbols: Iterable[Any]) -> dict[str, Any]:
+    """Symbols by their names."""
+    return {s.name: s for s in symbols}
 
 
 def rate(expression: Any, flows: Mapping[Any, Any]) -> Any:
@@ -112,8 +121,3 @@ def _shortest(expression: Any) -> Any:
     spread = tidy(expression)
     tries = [spread, sympy.factor(spread)] if sympy.count_ops(spread) < 120 else [spread]
     return min(tries, key=lambda e: int(sympy.count_ops(e)))
-
-
-def form_value(derived: Derived, names: Mapping[str, Any]) -> Any:
-    """The value of the form, for the proof that it says the same."""
-    return evaluate(derived.form, names, Place("the form of a derivation"))

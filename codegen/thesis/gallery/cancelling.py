@@ -12,7 +12,7 @@ from codegen.cancellation import cancelling_outputs, with_cancellation
 from codegen.effects.declare import system_of
 from codegen.mechanics import build_system
 from codegen.observers import build_observer
-from codegen.simulate.declared_control import declared_controller
+from codegen.simulate.controller import declared_controller
 from codegen.simulate.loop_run import LoopRun
 from codegen.simulate.observed_loop import run_loop
 from codegen.simulate.observer_in_loop import Cancellation, generated_observer

@@ -13,8 +13,7 @@ from codegen.effects.declare import system_of
 from codegen.mechanics import build_system
 from codegen.mechanics.system import System
 from codegen.observers import build_observer
-from codegen.simulate.controller import Sample
-from codegen.simulate.declared_control import declared_controller
+from codegen.simulate.controller import Sample, declared_controller
 from codegen.simulate.loop_run import LoopRun
 from codegen.simulate.observed_loop import run_loop
 from codegen.simulate.observer_in_loop import Cancellation, generated_observer

@@ -7,9 +7,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from codegen.thesis.audit.claim import Claim, read_claims
-from codegen.thesis.audit.finding import Finding
-from codegen.thesis.audit.run import judge, run_audit
+from codegen.thesis.audit.claim import Claim, Finding, read_claims
+from codegen.thesis.audit.judge import judge, run_audit
 
 ROOT = Path(__file__).parents[3]
 THESIS = ROOT.parent / "shared" / "thesis.txt"

@@ -7,7 +7,7 @@ import pytest
 
 from codegen.base.errors import BadInput, Place
 from codegen.thesis.audit.formula import evaluate, inequalities
-from codegen.thesis.audit.run import _world
+from codegen.thesis.audit.judge import _world
 from tests.thesis.audit.printed import claim, claims, findings, reprinted
 
 MUTATIONS = [

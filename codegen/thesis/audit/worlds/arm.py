@@ -5,7 +5,7 @@ from __future__ import annotations
 import sympy
 
 from codegen.spec.functions import Magnitude, Sgn
-from codegen.thesis.audit.world import Derived, World, column, full, moving, rate, real
+from codegen.thesis.audit.world import World, column, full, moving, named, rate, real
 
 
 def two_link_arm() -> World:
@@ -36,21 +36,19 @@ def two_link_arm() -> World:
     S_hat = sympy.diag(*omega_hat.applyfunc(Sgn))
     observed = moving(theta, omega_hat) | moving(omega_hat, model)
     derived = {
-        "mass": Derived(M),
-        "coriolis": Derived(coriolis),
-        "gravity": Derived(gravity_force),
-        "motion": Derived(balance),
-        "friction": Derived(sympy.diag(*a) * omega.applyfunc(Sgn)),
-        "level": Derived(z_F - level, "z_F - K_F*abs(omega_hat)"),
-        "level_rate": Derived(rate(level, observed), "K_F*S_hat*M_inv*(w - F_c - F_g - F_hat)"),
-        "force": Derived(S_hat * a_hat, "S_hat*a_hat"),
-        "velocity": Derived(z_omega + K_omega * theta, "z_omega + K_omega*theta"),
-        "velocity_rate": Derived(
-            model - rate(K_omega * theta, observed), "M_inv*(w - F_c - F_g - F_hat) - K_omega*omega_hat"
-        ),
+        "mass": M,
+        "coriolis": coriolis,
+        "gravity": gravity_force,
+        "motion": balance,
+        "friction": sympy.diag(*a) * omega.applyfunc(Sgn),
+        "level": (z_F - level, "z_F - K_F*abs(omega_hat)"),
+        "level_rate": (rate(level, observed), "K_F*S_hat*M_inv*(w - F_c - F_g - F_hat)"),
+        "force": (S_hat * a_hat, "S_hat*a_hat"),
+        "velocity": (z_omega + K_omega * theta, "z_omega + K_omega*theta"),
+        "velocity_rate": (model - rate(K_omega * theta, observed), "M_inv*(w - F_c - F_g - F_hat) - K_omega*omega_hat"),
     }
     scalars = (m_1, m_2, l_1, b_1, b_2, I_1, I_2, gravity, *theta, *omega, *omega_dot, *a)
-    names = {s.name: s for s in scalars} | {"theta": theta, "omega_hat": omega_hat, "z_F": z_F, "z_omega": z_omega}
+    names = named(scalars) | {"theta": theta, "omega_hat": omega_hat, "z_F": z_F, "z_omega": z_omega}
     names |= {"F_c": F_c, "F_g": F_g, "w": w, "u": u, "F_hat": F_hat, "M_inv": M_inv, "K_F": K_F, "K_omega": K_omega}
     names |= {"S_hat": S_hat, "a_hat": a_hat, "M": M, "omega_dot": omega_dot}
     names |= {"coriolis": coriolis, "gravity_force": gravity_force}

@@ -7,7 +7,7 @@ from typing import Any
 import sympy
 
 from codegen.spec.functions import Sgn
-from codegen.thesis.audit.world import Derived, World, column, diagonal, full, moving, rate, real
+from codegen.thesis.audit.world import World, column, diagonal, full, moving, rate, real
 
 
 def generalised_coordinates() -> World:
@@ -37,53 +37,48 @@ def _world(driven: tuple[Any, ...]) -> World:
     slip = U_x.T * x_dot
     friction = U_x * A * slip.applyfunc(Sgn)
     Phi_x = g_x - friction
-    virtual = column("dq", 2)  # virtual work: Φ_q' δq = Φ_x' δx
-    Phi_q = sympy.Matrix([(Phi_x.T * (T_q * virtual))[0]]).jacobian(virtual).T
+    virtual = column("dq", 2)
+
+    def work_of(force: Any) -> Any:
+        """Virtual work: Φ_q' δq = Φ_x' δx."""
+        return sympy.Matrix([(force.T * (T_q * virtual))[0]]).jacobian(virtual).T
+
+    Phi_q = work_of(Phi_x)
     momentum_rate = rate(energy.jacobian(q_dot).T, flows)
     inertia = momentum_rate - energy.jacobian(q).T
     M_q = sympy.hessian(energy[0], list(q_dot))
     U_q = slip.jacobian(q_dot).T
     free = dict.fromkeys(q_ddot, sympy.S.Zero)
     rest = inertia.xreplace(free)
-    no_friction = sympy.Matrix([(g_x.T * (T_q * virtual))[0]]).jacobian(virtual).T
-    derived = {
-        "x_dot": Derived(x_dot, "" if any(driven) else "T_q*q_dot"),
-        "x_ddot": Derived(x_ddot, "" if any(driven) else "T_q_dot*q_dot + T_q*q_ddot"),
-        "T_q_dot": Derived(x_dot.jacobian(q)),
-        "energy_q": Derived(energy.jacobian(q)),
-        "energy_q_dot": Derived(energy.jacobian(q_dot)),
-        "momentum_rate": Derived(momentum_rate),
-        "balance": Derived(Phi_q),
-        "virtual_work": Derived(Phi_q),
-        "inertia_force": Derived(Phi_q - rest),
-        "M_q": Derived(M_q),
-        "U_q": Derived(U_q),
-        "g_q": Derived(no_friction - rest),
-        "friction": Derived(sympy.Matrix([(friction.T * (T_q * virtual))[0]]).jacobian(virtual).T),
-        "energy": Derived(energy),
+    pairs = {
+        "x_dot": (x_dot, "T_q*q_dot"),
+        "x_ddot": (x_ddot, "T_q_dot*q_dot + T_q*q_ddot"),
+        "T_q_dot": (x_dot.jacobian(q), "T_q_dot"),
+        "energy_q": (energy.jacobian(q), "q_dot_T*T_q_T*M*T_q_dot"),
+        "energy_q_dot": (energy.jacobian(q_dot), "q_dot_T*T_q_T*M*T_q"),
+        "momentum_rate": (
+            momentum_rate,
+            "T_q_T*M*T_q_dot*q_dot + T_q_T*M*T_q*q_ddot + T_q_dot_T*M*T_q*q_dot",
+        ),
+        "balance": (Phi_q, "T_q_T*Phi_x"),
+        "virtual_work": (Phi_q, "T_q_T*Phi_x"),
+        "inertia_force": (
+            Phi_q - rest,
+            "-T_q_T*M*T_q_dot*q_dot + T_q_T*g_x - T_q_T*U_x*A*sgn(U_x_T*T_q*q_dot)",
+        ),
+        "M_q": (M_q, "T_q_T*M*T_q"),
+        "U_q": (U_q, "T_q_T*U_x"),
+        "g_q": (work_of(g_x) - rest, "T_q_T*g_x - T_q_T*M*T_q_dot*q_dot"),
+        "friction": (work_of(friction), "U_q*A*sgn(U_q_T*q_dot)"),
+        "energy": (energy, "x_dot_T*M*x_dot/2"),
     }
+    derived: dict[str, Any] = {name: value for name, (value, _) in pairs.items()} if any(driven) else {**pairs}
     names: dict[str, Any] = {"q": q, "q_dot": q_dot, "q_ddot": q_ddot, "M": M, "U_x": U_x, "U_x_T": U_x.T, "A": A}
     names |= {"T_q": T_q, "T_q_T": T_q.T, "T_q_dot": T_q_dot, "T_q_dot_T": T_q_dot.T, "g_x": g_x, "x_dot": x_dot}
     names |= {"x_dot_T": x_dot.T, "q_dot_T": q_dot.T, "Phi_x": Phi_x, "M_q": M_q, "U_q": U_q, "U_q_T": U_q.T}
     names |= {"x_t": x.diff(t), "slip": slip}
     if any(driven):
-        derived["x_dot"] = Derived(x_dot, "T_q*q_dot + x_t")
-    shown = {
-        "T_q_dot": "T_q_dot",
-        "energy_q": "q_dot_T*T_q_T*M*T_q_dot",
-        "energy_q_dot": "q_dot_T*T_q_T*M*T_q",
-        "momentum_rate": "T_q_T*M*T_q_dot*q_dot + T_q_T*M*T_q*q_ddot + T_q_dot_T*M*T_q*q_dot",
-        "virtual_work": "T_q_T*Phi_x",
-        "inertia_force": "-T_q_T*M*T_q_dot*q_dot + T_q_T*g_x - T_q_T*U_x*A*sgn(U_x_T*T_q*q_dot)",
-        "M_q": "T_q_T*M*T_q",
-        "U_q": "T_q_T*U_x",
-        "g_q": "T_q_T*g_x - T_q_T*M*T_q_dot*q_dot",
-        "friction": "U_q*A*sgn(U_q_T*q_dot)",
-        "energy": "x_dot_T*M*x_dot/2",
-        "balance": "T_q_T*Phi_x",
-    }
-    if not any(driven):
-        derived |= {key: Derived(derived[key].value, form) for key, form in shown.items()}
-    derived["motion"] = Derived(inertia)
+        derived["x_dot"] = x_dot, "T_q*q_dot + x_t"
+    derived["motion"] = inertia
     names["balance_force"] = inertia
     return World(names, derived)

@@ -7,21 +7,21 @@ from typing import Any
 
 import sympy
 
-from codegen.thesis.audit.world import Derived, World, column, full, real
+from codegen.thesis.audit.world import World, column, full, named, real
 from codegen.thesis.audit.worlds.two_mass import two_mass
 
 
 def cancellation() -> World:
     """(5.8)–(5.16), Appendix B: square, tall and wide B."""
     names: dict[str, Any] = {}
-    derived: dict[str, Derived] = {}
+    derived: dict[str, Any] = {}
     F = column("F_bar", 2)
 
     square, U = full("B", 2, 2), full("U", 2, 2)
-    derived["square"] = Derived(_cleared(square.LUsolve(U * F)), "B_inv*U*F_bar")
+    derived["square"] = (_cleared(square.LUsolve(U * F)), "B_inv*U*F_bar")
     names |= {"B": square, "B_inv": square.inv(), "U": U, "F_bar": F}
     u_bar = column("u_bar", 2)
-    derived["cancelled"] = Derived(U * F)  # what B ū must be, so that M v̇ = g + B u is left
+    derived["cancelled"] = U * F  # what B ū must be, so that M v̇ = g + B u is left
     names["u_bar"] = u_bar
 
     tall, K_upper = full("Bt", 3, 2), full("K", 2, 3)
@@ -30,13 +30,13 @@ def cancellation() -> World:
     B_1 = K_upper * tall
     reach = full("Y", 2, 2)
     within = tall * reach  # a U whose forces the inputs can reach: U_2 = 0
-    derived["tall"] = Derived(reach * F)
+    derived["tall"] = reach * F
     U_tall = full("Ut", 3, 2)
     partial = _cleared((K * tall)[:2, :].LUsolve((K * U_tall * F)[:2, :]))
-    derived["partial"] = Derived(partial, "B_1_inv*U_1_any*F_bar")
+    derived["partial"] = (partial, "B_1_inv*U_1_any*F_bar")
     names |= {"B_1_inv": B_1.inv(), "U_1": (K * within)[:2, :], "U_1_any": (K * U_tall)[:2, :]}
     names |= _one_input()
-    derived["reduced"] = Derived(sympy.Matrix.vstack((K * tall)[:2, :], sympy.zeros(1, 2)))
+    derived["reduced"] = sympy.Matrix.vstack((K * tall)[:2, :], sympy.zeros(1, 2))
     names["K_B"] = K * tall
 
     wide, force = full("Bw", 2, 3), column("F", 2)
@@ -48,15 +48,15 @@ def cancellation() -> World:
     names |= {"B_wide_T": wide.T, "F": force, "BB_T_inv": (wide * wide.T).inv()}
     names["B_TB_inv"] = normal.adjugate() * (1 / sympy.expand(normal.det(method="berkowitz")))
     names["det_B_TB"] = sympy.expand(normal.det(method="berkowitz"))
-    derived["wide"] = Derived(solution[:3, :], "B_wide_T*BB_T_inv*F")
+    derived["wide"] = (solution[:3, :], "B_wide_T*BB_T_inv*F")
 
     right = full("R", 2, 2)
     solutions = [_appendix_b(wide, right, chosen) for chosen in combinations(range(3), 2)]
-    derived["appendix_b"] = Derived(sympy.Matrix.hstack(right, right, right))
+    derived["appendix_b"] = sympy.Matrix.hstack(right, right, right)
     names |= {"A": wide, **{f"X_{i + 1}": X for i, X in enumerate(solutions)}}
     b, c = real("b_1", "b_2"), real("c_1", "c_2")
     rank_one = sympy.Matrix(b) * sympy.Matrix([c])
-    names |= {s.name: s for s in (*b, *c)} | {"det_D": sympy.expand(rank_one.det())}
+    names |= named((*b, *c)) | {"det_D": sympy.expand(rank_one.det())}
     return World(names, derived)
 
 
@@ -64,7 +64,7 @@ def _one_input() -> dict[str, Any]:
     """(5.12) for one input on two coordinates: what is left of the friction force, and the force itself, squared."""
     B, k, force = (sympy.Matrix(real(*names)) for names in (("B_1", "B_2"), ("k_1", "k_2"), ("f_1", "f_2")))
     left = B * k.dot(force) / k.dot(B) - force
-    return {s.name: s for s in (*k, *force)} | {"left": left.dot(left), "friction": force.dot(force)}
+    return named((*k, *force)) | {"left": left.dot(left), "friction": force.dot(force)}
 
 
 def _appendix_b(A: Any, B: Any, chosen: tuple[int, ...]) -> Any:
@@ -90,9 +90,9 @@ def two_mass_cancellation() -> World:
     columns = [j for j in range(2) if j not in lost]
     B_bar, U_bar, F_n = B[kept, :], U[kept, columns], F[columns, :]
     derived = {
-        "u_bar": Derived(B_bar.LUsolve(U_bar * F_n)),
-        "B": Derived(B),
-        "reduced": Derived(sympy.Matrix.hstack(B_bar, U_bar, F_n)),
-        "totals": Derived(U * F),
+        "u_bar": B_bar.LUsolve(U_bar * F_n),
+        "B": B,
+        "reduced": sympy.Matrix.hstack(B_bar, U_bar, F_n),
+        "totals": U * F,
     }
-    return World({s.name: s for s in F} | dict(machine.names), derived | dict(machine.derived))
+    return World(named(F) | dict(machine.names), derived | dict(machine.derived))

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import sympy
 
 from codegen.spec.functions import Magnitude, Sgn
-from codegen.thesis.audit.world import Derived, World, real, tidy
+from codegen.thesis.audit.world import World, named, real, tidy
 
 
 def friction_laws() -> World:
@@ -19,17 +21,13 @@ def friction_laws() -> World:
     a_1, a_2, a_3, a_4, w, g_1, g_2 = real("a_1", "a_2", "a_3", "a_4", "w", "g_1", "g_2")
     level = a_1 + a_2 * sympy.exp(-a_3 * Magnitude(v)) + a_4 * Magnitude(v)
     dahl = c * v * Magnitude(1 - f * Sgn(v)) ** i * Sgn(1 - f * Sgn(v))
-    names = {s.name: s for s in (v, f, c, a, i, n, F_k, F_s, v_c, alpha, phi_inv_f, phi_inv_v)}
-    names |= {s.name: s for s in (a_1, a_2, a_3, a_4, w, g_1, g_2)} | {"a_v": level.diff(v), "phi_v": Sgn(v)}
+    names = named((v, f, c, a, i, n, F_k, F_s, v_c, alpha, phi_inv_f, phi_inv_v))
+    names |= named((a_1, a_2, a_3, a_4, w, g_1, g_2)) | {"a_v": level.diff(v), "phi_v": Sgn(v)}
     names |= {"dahl_slope": sympy.powsimp(tidy(dahl.diff(f)))}
 
-    def odd(expression: sympy.Expr) -> Derived:
+    def odd(expression: Any) -> Any:
         """The odd extension of a law that is given for v > 0."""
-        forward = expression.subs(v, Magnitude(v))
-        return Derived(sympy.Matrix([[forward * Sgn(v)]]))
-
-    def one(expression: sympy.Expr) -> Derived:
-        return Derived(sympy.Matrix([[expression]]))
+        return expression.subs(v, Magnitude(v)) * Sgn(v)
 
     s = sympy.Symbol("s")
     closed_loop = (s**2 + g_2 * s + g_1).subs({g_1: 200, g_2: 20})
@@ -37,13 +35,13 @@ def friction_laws() -> World:
     derived = {
         "tustin": odd(F_k + (F_s - F_k) * sympy.exp(-v / v_c)),
         "bo_pavelescu": odd(F_k + (F_s - F_k) * sympy.exp(-((v / alpha) ** n))),
-        "dahl": one(dahl),
-        "dahl_slope": one(dahl.diff(f)),
-        "reset_integrator": one(c * (v - phi_inv_f)),
-        "extended_level": one(level),
-        "extended_slope": one(level.diff(v)),
-        "frequency": one(root),
-        "damping": one(sympy.Poly(closed_loop, s).coeff_monomial(s) / (2 * root)),
+        "dahl": dahl,
+        "dahl_slope": dahl.diff(f),
+        "reset_integrator": c * (v - phi_inv_f),
+        "extended_level": level,
+        "extended_slope": level.diff(v),
+        "frequency": root,
+        "damping": sympy.Poly(closed_loop, s).coeff_monomial(s) / (2 * root),
     }
     positive = frozenset({c, a, i, n, F_k, F_s, v_c, alpha, a_1, a_2, a_3, a_4})
     tries = tuple(sympy.Rational(k, 4) for k in (-4, -3, -2, -1, 1, 2, 3, 4))
@@ -57,8 +55,6 @@ def piecewise_inverse() -> World:
     above = middle.subs(f, 1) + D_1 * (f - 1)  # continuous at 1, with slope D_1
     below = -above.subs(f, -f)
     pieces = sympy.Matrix([above, middle, below])
-    slope_f = sympy.Matrix([above.diff(f), middle.diff(f), below.diff(f)])
-    names = {"f": f, "c": c, "D_1": D_1, "D_2": D_2}
-    names |= {f"slope_{k + 1}": slope_f[k] for k in range(3)}
-    derived = {"pieces": Derived(pieces), "slopes": Derived(slope_f)}
-    return World(names, derived, positive=frozenset({c, D_1, D_2}))
+    slopes = pieces.diff(f)
+    names = named((f, c, D_1, D_2)) | {f"slope_{k + 1}": slopes[k] for k in range(3)}
+    return World(names, {"pieces": pieces, "slopes": slopes}, positive=frozenset({c, D_1, D_2}))

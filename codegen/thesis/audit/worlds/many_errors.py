@@ -6,147 +6,136 @@ from typing import Any
 
 import sympy
 
-from codegen.thesis.audit.world import Derived, World, diagonal, jacobian_at_zero, moving, rate
-from codegen.thesis.audit.worlds import many_symbols as m
+from codegen.thesis.audit.world import World, column, diagonal, jacobian_at_zero, moving, rate
+from codegen.thesis.audit.worlds.many_symbols import NAMES, SIGNS, STEADY, level_rate, m, n, nu, plant_flows
+
+F = column("F", n)
 
 
 def many_static() -> World:
     """(4.18)–(4.24), (7.20)–(7.23): GCFO and GTO with measured velocity; dF/dt by the product rule."""
     S = diagonal(m.s)
     force = m.U * S * m.a
-    flows = m.plant_flows(force)
     a_hat = m.a - m.e_a
     model = m.M_inv * (m.g - m.U * S * a_hat)
     z_rate = m.K_F * diagonal(m.d) * S * m.U.T * model  # (4.12) as printed
-    e_a_dot = m.a_dot - (z_rate - m.K_F * m.level_rate(m.v, flows, m.d, m.s))
-    F = sympy.Matrix(sympy.symbols(f"F1:{m.n + 1}", real=True))
-    plant = m.plant_flows(F)
+    e_a_dot = m.a_dot - (z_rate - m.K_F * level_rate(m.v, plant_flows(force), m.d, m.s))
     z_tracked = -m.K_1 * m.v - m.K_2 * m.M_inv * (m.g - (F - m.e_F))
-    e_F_dot = m.F_dot - (z_tracked + rate(m.K_1 * m.x + m.K_2 * m.v, plant))
+    e_F_dot = m.F_dot - (z_tracked + rate(m.K_1 * m.x + m.K_2 * m.v, plant_flows(F)))
     moved = moving(m.U, m.U_dot) | moving(m.a, m.a_dot) | moving(m.f, m.xi)
+    dynamic = m.U * diagonal(m.a) * m.f
     derived = {
-        "e_a_dot": Derived(e_a_dot, "-K_F*D*S*U_T*M_inv*U*S*e_a + K_F*D*S*U_dot_T*v + a_dot"),
-        "e_F_dot": Derived(e_F_dot, "K_2*M_inv*e_F + F_dot"),
-        "coulomb_force": Derived(m.U * diagonal(m.a) * m.s, "U*diag_a*sgn_slip"),
-        "coulomb_rate": Derived(rate(force, moved), "U_dot*S*a + U*S*a_dot"),
-        "dynamic_force": Derived(m.U * diagonal(m.a) * m.f, "U*diag_a*f"),
-        "dynamic_rate": Derived(
-            rate(m.U * diagonal(m.a) * m.f, moved), "U_dot*diag_a*f + U*diag_a_dot*f + U*diag_a*xi"
-        ),
+        "e_a_dot": (e_a_dot, "-K_F*D*S*U_T*M_inv*U*S*e_a + K_F*D*S*U_dot_T*v + a_dot"),
+        "e_F_dot": (e_F_dot, "K_2*M_inv*e_F + F_dot"),
+        "coulomb_force": (m.U * diagonal(m.a) * m.s, "U*diag_a*sgn_slip"),
+        "coulomb_rate": (rate(force, moved), "U_dot*S*a + U*S*a_dot"),
+        "dynamic_force": (dynamic, "U*diag_a*f"),
+        "dynamic_rate": (rate(dynamic, moved), "U_dot*diag_a*f + U*diag_a_dot*f + U*diag_a*xi"),
     }
-    names = {**m.NAMES, "diag_a_dot": diagonal(m.a_dot), "sgn_slip": m.s, "O_S": sympy.zeros(m.nu, m.nu)}
-    return World(names, derived, steady=m.STEADY, ranges=m.SIGNS)
+    names = {**NAMES, "diag_a_dot": diagonal(m.a_dot), "sgn_slip": m.s, "O_S": sympy.zeros(nu, nu)}
+    return World(names, derived, steady=STEADY, ranges=SIGNS)
 
 
 def many_static_estimated() -> World:
     """(4.29)–(4.36), (7.29)–(7.31): GCFO and GTO with the velocity observer."""
     S, S_hat, D_hat = diagonal(m.s), diagonal(m.s_hat), diagonal(m.d_hat)
     v_hat, a_hat = m.v - m.e_v, m.a - m.e_a
-    force, force_hat = m.U * S * m.a, m.U * S_hat * a_hat
-    acceleration = m.M_inv * (m.g - force)
-    model = m.M_inv * (m.g_hat - force_hat)
-    v_hat_rate = model - m.K_v * v_hat + m.K_v * m.v
-    flows = moving(m.v_hat, v_hat_rate) | moving(m.U, m.U_dot)
+    model = m.M_inv * (m.g_hat - m.U * S_hat * a_hat)
+    v_hat_rate = model + m.K_v * (m.v - v_hat)
     z_rate = m.K_F * D_hat * S_hat * m.U.T * model  # (4.27) as printed
-    level = m.level_rate(m.v_hat, flows, m.d_hat, m.s_hat).xreplace(moving(m.v_hat, v_hat))
-    q_v, q_a = acceleration - v_hat_rate, m.K_F * level - z_rate
-    between = moving(m.s_hat, m.s) | moving(m.d_hat, m.d) | moving(m.g_hat, m.g - m.g_v * m.e_v)
-    between |= dict.fromkeys(m.STEADY, sympy.S.Zero)
+    flows = moving(m.v_hat, v_hat_rate) | moving(m.U, m.U_dot)
+    level = level_rate(m.v_hat, flows, m.d_hat, m.s_hat).xreplace(moving(m.v_hat, v_hat))
+    q_v, q_a = m.M_inv * (m.g - m.U * S * m.a) - v_hat_rate, m.K_F * level - z_rate
+    between = moving(m.s_hat, m.s) | moving(m.d_hat, m.d) | _to_first_order()
     gcfo = jacobian_at_zero(sympy.Matrix([q_v, q_a]), sympy.Matrix([m.e_v, m.e_a]), between)
 
-    F = sympy.Matrix(sympy.symbols(f"F1:{m.n + 1}", real=True))
     tracked_model = m.M_inv * (m.g_hat - (F - m.e_F))
-    tracked_v_rate = tracked_model - m.K_v * v_hat + m.K_v * m.v
+    tracked_v_rate = tracked_model + m.K_v * (m.v - v_hat)
     z_tracked = -m.K_1 * v_hat - m.K_2 * tracked_model
     t_v = m.M_inv * (m.g - F) - tracked_v_rate
     t_F = m.F_dot - (z_tracked + m.K_1 * m.v + m.K_2 * tracked_v_rate)
     gto = jacobian_at_zero(sympy.Matrix([t_v, t_F]), sympy.Matrix([m.e_v, m.e_F]), between)
     derived = {
-        "q_v": Derived(q_v, "M_inv*(g - g_hat) - M_inv*U*(S*a - S_hat*(a - e_a)) - K_v*e_v"),
-        "q_a": Derived(q_a, "K_F*D_hat*S_hat*U_T*K_v*e_v + K_F*D_hat*S_hat*U_dot_T*(v - e_v)"),
-        "gcfo": Derived(gcfo, [["-K_v + M_inv*g_v", "-M_inv*U*S"], ["K_F*D*S*U_T*K_v", "O"]]),
-        "tracked_v": Derived(t_v, "M_inv*(g - g_hat) - M_inv*e_F - K_v*e_v"),
-        "tracked_F": Derived(t_F, "-(K_1 + K_2*K_v)*e_v + F_dot"),
-        "gto": Derived(gto, [["-K_v + M_inv*g_v", "-M_inv"], ["-(K_1 + K_2*K_v)", "O_F"]]),
+        "q_v": (q_v, "M_inv*(g - g_hat) - M_inv*U*(S*a - S_hat*(a - e_a)) - K_v*e_v"),
+        "q_a": (q_a, "K_F*D_hat*S_hat*U_T*K_v*e_v + K_F*D_hat*S_hat*U_dot_T*(v - e_v)"),
+        "gcfo": (gcfo, [["-K_v + M_inv*g_v", "-M_inv*U*S"], ["K_F*D*S*U_T*K_v", "O"]]),
+        "tracked_v": (t_v, "M_inv*(g - g_hat) - M_inv*e_F - K_v*e_v"),
+        "tracked_F": (t_F, "-(K_1 + K_2*K_v)*e_v + F_dot"),
+        "gto": (gto, [["-K_v + M_inv*g_v", "-M_inv"], ["-(K_1 + K_2*K_v)", "O_F"]]),
     }
-    return World(m.NAMES, derived, steady=m.STEADY, ranges=m.SIGNS)
+    return World(NAMES, derived, steady=STEADY, ranges=SIGNS)
 
 
 def many_dynamic() -> World:
     """(7.15)–(7.19): GDFO with measured velocity, observer and plant of one model, as chapter 7 has it."""
-    a_hat, f_hat = m.a - m.e_a, m.f - m.e_f
-    F, F_hat = m.U * diagonal(m.a) * m.f, m.U * diagonal(a_hat) * f_hat
-    model = m.M_inv * (m.g - F_hat)
-    flows = m.plant_flows(F)
+    f_hat = m.f - m.e_f
+    true, model = _dynamic_forces(m.g)
+    flows = plant_flows(true)
     z_f = -m.K_f1 * m.v - m.K_f2 * model + m.xi_hat
     f_hat_rate = z_f + rate(m.K_f1 * m.x + m.K_f2 * m.v, flows)
     z_a = -m.K_a * diagonal(m.U.T * m.v) * m.xi_hat - m.K_a * diagonal(f_hat) * m.U.T * model
     moved = flows | moving(m.f_hat, f_hat_rate)
     coefficient = rate(m.K_a * diagonal(m.f_hat) * m.U.T * m.v, moved).xreplace(moving(m.f_hat, f_hat))
     e_f_dot, e_a_dot = m.xi - f_hat_rate, -(z_a + coefficient)
-    first = moving(m.xi_hat, m.xi - diagonal(m.xi_f) * m.e_f) | dict.fromkeys(m.STEADY, sympy.S.Zero)
+    first = moving(m.xi_hat, m.xi - diagonal(m.xi_f) * m.e_f) | dict.fromkeys(STEADY, sympy.S.Zero)
     psi = jacobian_at_zero(sympy.Matrix([e_f_dot, e_a_dot]), sympy.Matrix([m.e_f, m.e_a]), first)
-    force_error = "M_inv*U*(diag_f_hat*e_a + diag_a_hat*e_f + diag_e_a*e_f)"
+    error = "M_inv*U*(diag_f_hat*e_a + diag_a_hat*e_f + diag_e_a*e_f)"
     gain = "K_a*(diag_slip*K_f2 + diag_f*U_T)"
+    psi_form = [
+        ["K_f2*M_inv*U*diag_a + xi_f", "K_f2*M_inv*U*diag_f"],
+        [f"{gain}*M_inv*U*diag_a", f"{gain}*M_inv*U*diag_f"],
+    ]
     derived = {
-        "e_f_dot": Derived(e_f_dot, f"K_f2*{force_error} + xi - xi_hat"),
-        "e_a_dot": Derived(e_a_dot, f"K_a*(diag_slip*K_f2 + diag_f_hat*U_T)*{force_error} - K_a*diag_f_hat*U_dot_T*v"),
-        "jacobian": Derived(
-            psi,
-            [
-                ["K_f2*M_inv*U*diag_a + xi_f", "K_f2*M_inv*U*diag_f"],
-                [f"{gain}*M_inv*U*diag_a", f"{gain}*M_inv*U*diag_f"],
-            ],
-        ),
+        "e_f_dot": (e_f_dot, f"K_f2*{error} + xi - xi_hat"),
+        "e_a_dot": (e_a_dot, f"K_a*(diag_slip*K_f2 + diag_f_hat*U_T)*{error} - K_a*diag_f_hat*U_dot_T*v"),
+        "jacobian": (psi, psi_form),
     }
-    return World(_dynamic_names(), derived, steady=m.STEADY, ranges=m.SIGNS)
+    return World(_dynamic_names(), derived, steady=STEADY, ranges=SIGNS)
 
 
 def many_dynamic_estimated() -> World:
     """(7.26)–(7.28): GDFO with the velocity observer."""
-    v_hat, a_hat, f_hat = m.v - m.e_v, m.a - m.e_a, m.f - m.e_f
-    F, F_hat = m.U * diagonal(m.a) * m.f, m.U * diagonal(a_hat) * f_hat
-    model = m.M_inv * (m.g_hat - F_hat)
-    v_hat_rate = model - m.K_v * v_hat + m.K_v * m.v
+    v_hat, f_hat = m.v - m.e_v, m.f - m.e_f
+    true, model = _dynamic_forces(m.g_hat)
+    v_hat_rate = model + m.K_v * (m.v - v_hat)
     z_f = -m.K_f1 * v_hat - m.K_f2 * model + m.xi_hat
     f_hat_rate = z_f + m.K_f1 * m.v + m.K_f2 * v_hat_rate
     z_a = -m.K_a * diagonal(m.U.T * v_hat) * m.xi_hat - m.K_a * diagonal(f_hat) * m.U.T * model
     moved = moving(m.v_hat, v_hat_rate) | moving(m.U, m.U_dot) | moving(m.f_hat, f_hat_rate)
     coefficient = rate(m.K_a * diagonal(m.f_hat) * m.U.T * m.v_hat, moved)
     coefficient = coefficient.xreplace(moving(m.f_hat, f_hat) | moving(m.v_hat, v_hat))
-    q_v, q_a, q_f = m.M_inv * (m.g - F) - v_hat_rate, -(z_a + coefficient), m.xi - f_hat_rate
+    q_v, q_a, q_f = m.M_inv * (m.g - true) - v_hat_rate, -(z_a + coefficient), m.xi - f_hat_rate
     slope_v, slope_f = diagonal(m.xi_u) * m.U.T, diagonal(m.xi_f)
-    first = moving(m.xi_hat, m.xi - slope_v * m.e_v - slope_f * m.e_f)
-    first |= moving(m.g_hat, m.g - m.g_v * m.e_v) | dict.fromkeys(m.STEADY, sympy.S.Zero)
+    first = moving(m.xi_hat, m.xi - slope_v * m.e_v - slope_f * m.e_f) | _to_first_order()
     psi = jacobian_at_zero(sympy.Matrix([q_v, q_a, q_f]), sympy.Matrix([m.e_v, m.e_a, m.e_f]), first)
+    error = "M_inv*U*(diag_f_hat*e_a + diag_a_hat*e_f + diag_e_a*e_f)"
     coupling = "diag_f_hat*U_T*K_v*e_v + diag_slip_hat*(K_f1 + K_f2*K_v)*e_v"
+    psi_form = [
+        ["-K_v + M_inv*g_v", "-M_inv*U*diag_f", "-M_inv*U*diag_a"],
+        ["-K_a*(diag_f*U_T*K_v + diag_slip*(K_f1 + K_f2*K_v))", "O", "O"],
+        ["xi_v - (K_f1 + K_f2*K_v)", "O", "xi_f"],
+    ]
     derived = {
-        "q_v": Derived(
-            q_v,
-            "-K_v*e_v + M_inv*(g - g_hat) - M_inv*U*(diag_f_hat*e_a + diag_a_hat*e_f + diag_e_a*e_f)",
-        ),
-        "q_a": Derived(q_a, f"-K_a*({coupling} + diag_f_hat*U_dot_T*(v - e_v))"),
-        "q_f": Derived(q_f, "-(K_f1 + K_f2*K_v)*e_v + xi - xi_hat"),
-        "jacobian": Derived(
-            psi,
-            [
-                ["-K_v + M_inv*g_v", "-M_inv*U*diag_f", "-M_inv*U*diag_a"],
-                ["-K_a*(diag_f*U_T*K_v + diag_slip*(K_f1 + K_f2*K_v))", "O", "O"],
-                ["xi_v - (K_f1 + K_f2*K_v)", "O", "xi_f"],
-            ],
-        ),
+        "q_v": (q_v, f"-K_v*e_v + M_inv*(g - g_hat) - {error}"),
+        "q_a": (q_a, f"-K_a*({coupling} + diag_f_hat*U_dot_T*(v - e_v))"),
+        "q_f": (q_f, "-(K_f1 + K_f2*K_v)*e_v + xi - xi_hat"),
+        "jacobian": (psi, psi_form),
     }
-    return World({**_dynamic_names(), "xi_v": slope_v}, derived, steady=m.STEADY, ranges=m.SIGNS)
+    return World({**_dynamic_names(), "xi_v": slope_v}, derived, steady=STEADY, ranges=SIGNS)
+
+
+def _to_first_order() -> dict[Any, Any]:
+    """ĝ to first order in the velocity error, where U is constant."""
+    return moving(m.g_hat, m.g - m.g_v * m.e_v) | dict.fromkeys(STEADY, sympy.S.Zero)
+
+
+def _dynamic_forces(g: Any) -> tuple[Any, Any]:
+    """F = U diag(a) f, and the acceleration M⁻¹(g − F̂) of the observer's model."""
+    estimate = m.U * diagonal(m.a - m.e_a) * (m.f - m.e_f)
+    return m.U * diagonal(m.a) * m.f, m.M_inv * (g - estimate)
 
 
 def _dynamic_names() -> dict[str, Any]:
-    a_hat, f_hat, v_hat = m.a - m.e_a, m.f - m.e_f, m.v - m.e_v
-    return {
-        **m.NAMES,
-        "a_hat": a_hat,
-        "f_hat": f_hat,
-        "v_hat": v_hat,
-        "diag_a_hat": diagonal(a_hat),
-        "diag_f_hat": diagonal(f_hat),
-        "diag_slip_hat": diagonal(m.U.T * v_hat),
-    }
+    estimates = {"a_hat": m.a - m.e_a, "f_hat": m.f - m.e_f, "v_hat": m.v - m.e_v}
+    diagonals = {f"diag_{name}": diagonal(estimates[name]) for name in ("a_hat", "f_hat")}
+    return {**NAMES, **estimates, **diagonals, "diag_slip_hat": diagonal(m.U.T * estimates["v_hat"])}

@@ -12,13 +12,12 @@ from typing import Any
 import sympy
 
 from codegen.spec.functions import Magnitude, Sgn
-from codegen.thesis.audit.world import Derived, World, rate, real
+from codegen.thesis.audit.world import World, named, rate, real
 
 
 def one_equations() -> World:
     """Chapters 2, 3 and 6. ``w`` is the input, u = w − F̂ by (2.11) and (6.7)."""
-    v, v_hat, x = real("v", "v_hat", "x")
-    w, F_hat = real("w", "F_hat")
+    v, v_hat, x, w, F_hat = real("v", "v_hat", "x", "w", "F_hat")
     names, derived = _equations(x, v, v_hat, w, F_hat)
     return World(names | {"u": w - F_hat}, derived, positive=frozenset({names["mu"]}))
 
@@ -27,35 +26,32 @@ def compensated() -> World:
     """(2.11), (6.7), (8.14): the input that leaves v̇ = u when the estimate is right."""
     u, w, F_hat, x, x_r, v, g_1, g_2 = real("u", "w", "F_hat", "x", "x_r", "v", "g_1", "g_2")
     plant = w - F_hat  # v̇ at F = F̂
-    names = {s.name: s for s in (u, F_hat, x, x_r, v, g_1, g_2)}
-    return World(names, {"input": _one(sympy.solve(plant - u, w)[0])})
+    return World(named((u, F_hat, x, x_r, v, g_1, g_2)), {"input": sympy.solve(plant - u, w)[0]})
 
 
 def rig_equations() -> World:
     """Chapter 8: the angle θ for x, ω for v; unit inertia, as in (8.2). u = w − F̂ by (8.14)."""
     omega, omega_hat, theta, w, F_hat = real("omega", "omega_hat", "theta", "w", "F_hat")
-    names, derived = _equations(theta, omega, omega_hat, w, F_hat, velocity="omega")
+    names, derived = _equations(theta, omega, omega_hat, w, F_hat)
     a_hat, f_hat, c, i, phi_inv = real("a_hat", "f_hat", "c", "i", "phi_inv_f_hat")
-    names |= {s.name: s for s in (c, i, phi_inv)}
+    names |= named((c, i, phi_inv))
     dahl = c * omega_hat * Magnitude(1 - f_hat * Sgn(omega_hat)) ** i * Sgn(1 - f_hat * Sgn(omega_hat))
     for model, xi in (("reset", c * (omega_hat - phi_inv)), ("dahl", dahl)):
         for key in ("a_rate", "f_rate"):
-            derived[f"{model}_{key}"] = _one(
-                derived[f"estimated_{key}"].value[0].subs({names["xi_1_hat"]: xi, F_hat: a_hat * f_hat})
-            )
+            derived[f"{model}_{key}"] = derived[f"estimated_{key}"].subs({names["xi_1_hat"]: xi, F_hat: a_hat * f_hat})
     names["u"] = w - a_hat * f_hat
     own = dict(zip(("k_a", "k_f1", "k_f2"), real("k_d", "k_d1", "k_d2"), strict=True))
     (k_omega,) = real("k_omega")
     for key, source in (("dahl_a", "estimated_a"), ("dahl_f", "estimated_f"), *[(k, k) for k in tuple(derived)]):
         rename = {names[old]: new for old, new in own.items()} if key.startswith("dahl") else {}
-        derived[key] = Derived(derived[source].value.subs(rename | {names["k_v"]: k_omega}))
-    names |= {s.name: s for s in own.values()} | {"k_omega": k_omega, "k_v": k_omega}
+        derived[key] = derived[source].subs(rename | {names["k_v"]: k_omega})
+    names |= named(own.values()) | {"k_omega": k_omega, "k_v": k_omega}
     derived["printed_coulomb"] = _printed_coulomb(names)
     positive = frozenset({names["mu"], c, i})
     return World(names, derived, positive=positive, ranges={i: (1, 2)})
 
 
-def _printed_coulomb(names: Mapping[str, Any]) -> Derived:
+def _printed_coulomb(names: Mapping[str, Any]) -> Any:
     """Ψ of force errors for (8.1)–(8.2) with (8.4)–(8.5) exactly as printed, signs and all; slip of one sign s."""
     e_v, e_F, omega_dot, s = real("e_v", "e_F", "omega_dot", "s")
     k_F, k_v = names["k_F"], names["k_v"]
@@ -63,39 +59,29 @@ def _printed_coulomb(names: Mapping[str, Any]) -> Derived:
     omega_hat_rate = unmodelled + k_v * e_v
     F_hat_rate = -k_F * unmodelled * s * s + k_F * s * omega_hat_rate * s
     rates = sympy.Matrix([omega_dot - omega_hat_rate, -F_hat_rate]).expand().subs(s**2, 1)
-    return Derived(rates.jacobian(sympy.Matrix([e_v, e_F])))
+    return rates.jacobian(sympy.Matrix([e_v, e_F]))
 
 
-def _equations(
-    x: Any, v: Any, v_hat: Any, w: Any, F_hat: Any, velocity: str = "v"
-) -> tuple[dict[str, Any], dict[str, Derived]]:
+def _equations(x: Any, v: Any, v_hat: Any, w: Any, F_hat: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     k_F, mu, k_1, k_2, k_v, k_a, k_f1, k_f2 = real("k_F", "mu", "k_1", "k_2", "k_v", "k_a", "k_f1", "k_f2")
     z_F, z, z_v, z_a, z_f, f_hat, a_hat = real("z_F", "z", "z_v", "z_a", "z_f", "f_hat", "a_hat")
     x_r, g_1, g_2, xi_1_hat = real("x_r", "g_1", "g_2", "xi_1_hat")
-    symbols = (x, v, v_hat, w, F_hat, k_F, mu, k_1, k_2, k_v, k_a, k_f1, k_f2, z_F, z, z_v, z_a, z_f, f_hat, a_hat)
-    names = {s.name: s for s in (*symbols, x_r, g_1, g_2, xi_1_hat)}
+    gains, states = (k_F, mu, k_1, k_2, k_v, k_a, k_f1, k_f2), (z_F, z, z_v, z_a, z_f, f_hat, a_hat)
+    names = named((x, v, v_hat, w, F_hat, *gains, *states, x_r, g_1, g_2, xi_1_hat))
     modelled = w - F_hat  # the model's acceleration
-    derived: dict[str, Derived] = {}
+    derived: dict[str, Any] = {}
     for prefix, speed in (("", v), ("estimated_", v_hat)):
         flows: Mapping[Any, Any] = {x: speed, speed: modelled, f_hat: xi_1_hat}
-        parts = {
-            "level": (z_F, -k_F * Magnitude(speed) ** (mu if not prefix else 1), 0),
-            "force": (z, k_1 * x + k_2 * speed, 0),
-            "f": (z_f, k_f1 * x + k_f2 * speed, xi_1_hat),
-            "a": (z_a, k_a * f_hat * speed, 0),
-        }
+        level = z_F, -k_F * Magnitude(speed) ** (mu if not prefix else 1), 0
+        force, of_f = (z, k_1 * x + k_2 * speed, 0), (z_f, k_f1 * x + k_f2 * speed, xi_1_hat)
+        parts = {"level": level, "force": force, "f": of_f, "a": (z_a, k_a * f_hat * speed, 0)}
         for name, (state, measured, model) in parts.items():
-            derived[f"{prefix}{name}"] = _one(state + measured)
-            derived[f"{prefix}{name}_rate"] = _one(model - rate(measured, flows))
-        derived[f"{prefix}coulomb_force"] = _one((z_F + parts["level"][1]) * Sgn(speed))
-        derived[f"{prefix}level_to_force"] = _one(a_hat * Sgn(speed))
-    derived["velocity"] = _one(z_v + k_v * x)
-    derived["velocity_rate"] = _one(modelled - rate(k_v * x, {x: v_hat}))
-    derived["product"] = _one(a_hat * f_hat)
-    for prefix, speed in (("", v), ("estimated_", v_hat)):
-        derived[f"{prefix}servo"] = _one(-g_1 * (x - x_r) - g_2 * speed)
+            derived[f"{prefix}{name}"] = state + measured
+            derived[f"{prefix}{name}_rate"] = model - rate(measured, flows)
+        derived[f"{prefix}coulomb_force"] = (z_F + level[1]) * Sgn(speed)
+        derived[f"{prefix}level_to_force"] = a_hat * Sgn(speed)
+        derived[f"{prefix}servo"] = -g_1 * (x - x_r) - g_2 * speed
+    derived["velocity"] = z_v + k_v * x
+    derived["velocity_rate"] = modelled - rate(k_v * x, {x: v_hat})
+    derived["product"] = a_hat * f_hat
     return names, derived
-
-
-def _one(expression: Any) -> Derived:
-    return Derived(sympy.Matrix([[expression]]))

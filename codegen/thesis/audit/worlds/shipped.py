@@ -12,9 +12,9 @@ from codegen.base.resources import resource_folder
 from codegen.mechanics.build import build_system
 from codegen.observers import build_observer
 from codegen.spec.reader import read_spec
-from codegen.thesis.audit.world import Derived, World
+from codegen.thesis.audit.world import World, named, real
 
-ONE_MASS = {
+ONE_MASS: dict[str, dict[str, Any]] = {
     "cfo": {"K_F": "10", "K_v": "100"},
     "to": {"K_1": "1", "K_2": "-100", "K_v": "100"},
 }
@@ -24,43 +24,35 @@ TWO_MASS: dict[str, dict[str, Any]] = {
 }
 
 
-def error_dynamics(name: str, kind: str, gains: dict[str, Any], velocity: str = "estimated") -> ErrorDynamics:
-    """The error dynamics of a shipped system under another observer."""
+def _error_dynamics(name: str, kind: str, gains: dict[str, Any]) -> ErrorDynamics:
+    """The error dynamics of a shipped system under another observer, velocity estimated."""
     spec = read_spec(resource_folder("specs") / f"{name}.yaml")
     assert spec.observer is not None
-    spec = replace(spec, observer=replace(spec.observer, kind=kind, velocity=velocity, gains=gains))
+    spec = replace(spec, observer=replace(spec.observer, kind=kind, velocity="estimated", gains=gains))
     return derive_error_dynamics(build_observer(spec, build_system(spec)))
 
 
 def one_mass_jacobian(kind: str) -> Any:
     """Ψ of force errors for one mass of 1 kg, in the thesis' symbols."""
-    dynamics = error_dynamics("one_mass", kind, ONE_MASS[kind])
+    dynamics = _error_dynamics("one_mass", kind, ONE_MASS[kind])
     rename = {"K_F": "k_F", "K_v": "k_v", "K_1": "k_1", "K_2": "k_2"}
     psi = dynamics.in_force(dynamics.jacobian)
-    known = {s: sympy.Symbol(rename[s.name], real=True) for s in psi.free_symbols if s.name in rename}
-    return sympy.Matrix(psi.subs(known).subs(sympy.Symbol("m", real=True), 1))
+    known = {s: real(rename[s.name])[0] for s in psi.free_symbols if s.name in rename}
+    return sympy.Matrix(psi.subs(known).subs(real("m")[0], 1))
 
 
 def shipped_one_mass() -> World:
     """Ψ of the shipped one-mass spec."""
-    symbols = {n: sympy.Symbol(n, real=True) for n in ("k_F", "k_v", "k_1", "k_2")}
-    return World(symbols, {kind: Derived(one_mass_jacobian(kind)) for kind in ONE_MASS})
+    return World(named(real("k_F", "k_v", "k_1", "k_2")), {kind: one_mass_jacobian(kind) for kind in ONE_MASS})
 
 
 def shipped_two_mass() -> World:
     """M, g, U and Ψ of the shipped two-mass spec, with the thesis' names for them."""
-    spec = read_spec(resource_folder("specs") / "two_mass.yaml")
-    system = build_system(spec)
-    names: dict[str, Any] = {s.name: s for s in (*system.positions, *system.velocities, *system.inputs)}
-    names |= {s.name: s for s in system.values}
+    system = build_system(read_spec(resource_folder("specs") / "two_mass.yaml"))
+    names = named((*system.positions, *system.velocities, *system.inputs, *system.values))
     names |= {f"eta_{k}": names[f"eta{k}"] for k in (1, 2, 3)} | {f"m_{k}": names[f"m{k}"] for k in (1, 2)}
-    derived = {
-        "mass": Derived(sympy.Matrix(system.mass_matrix)),
-        "force": Derived(sympy.Matrix(system.force)),
-        "distribution": Derived(sympy.Matrix(system.distribution)),
-    }
-    for kind, gains in TWO_MASS.items():
-        dynamics = error_dynamics("two_mass", kind, gains)
-        derived[kind] = Derived(sympy.Matrix(dynamics.jacobian))
-        names |= {s.name: s for s in dynamics.jacobian.free_symbols}
-    return World(names, derived)
+    parts = {"mass": system.mass_matrix, "force": system.force, "distribution": system.distribution}
+    psi = {kind: _error_dynamics("two_mass", kind, gains).jacobian for kind, gains in TWO_MASS.items()}
+    for jacobian in psi.values():
+        names |= named(jacobian.free_symbols)
+    return World(names, {name: sympy.Matrix(part) for name, part in (parts | psi).items()})

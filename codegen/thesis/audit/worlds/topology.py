@@ -7,7 +7,7 @@ from typing import Any
 import sympy
 
 from codegen.spec.functions import Magnitude, Sgn
-from codegen.thesis.audit.world import Derived, World, column, diagonal, full, moving, rate, real
+from codegen.thesis.audit.world import World, column, diagonal, full, moving, named, rate, real
 
 N = 4
 
@@ -23,8 +23,8 @@ def contacts_of_masses() -> World:
         force[j] -= a * Sgn(v[i] - v[j])
     names: dict[str, Any] = {s.name: s for s in (*v, *ground, *level.values())}
     names |= {f"a{j + 1}{i + 1}": a for (i, j), a in level.items()} | {"v": v}
-    derived = {"force": Derived(force), "action": Derived(sympy.Matrix([level[0, 1] * Sgn(v[0] - v[1])]))}
-    derived |= {f"force_{i + 1}": Derived(sympy.Matrix([force[i]])) for i in range(N)}
+    derived = {"force": force, "action": level[0, 1] * Sgn(v[0] - v[1])}
+    derived |= {f"force_{i + 1}": force[i] for i in range(N)}
 
     blocks, levels, slips, groups = [], [], [], []
     for i in range(N):
@@ -38,24 +38,24 @@ def contacts_of_masses() -> World:
         levels += [a for a, _ in pairs]
         slips.append(slip)
         groups.append(group)
-        derived |= {f"W_{i + 1}": Derived(block), f"slip_{i + 1}": Derived(slip), f"d_{i + 1}": Derived(group)}
-        derived[f"W_{i + 1}_T"] = Derived(slip.jacobian(v))
+        derived |= {f"W_{i + 1}": block, f"slip_{i + 1}": slip, f"d_{i + 1}": group}
+        derived[f"W_{i + 1}_T"] = slip.jacobian(v)
         names |= {f"W_{i + 1}": block, f"d_{i + 1}": group, f"slip_{i + 1}": slip}
     U_o = sympy.Matrix.hstack(*blocks)
     d_o = sympy.Matrix.vstack(*groups)
     contacts = [(i, 0) for i in range(N)] + [(i, j) for i in range(N) for j in range(i + 1, N)]
     derived |= {
-        "U_o": Derived(sympy.Matrix.vstack(*slips).jacobian(v).T),  # by power: F'v = Σ λ u
-        "d_o": Derived(d_o),
-        "A_o": Derived(diagonal(levels)),
-        "columns": Derived(sympy.Matrix([len(contacts)])),
-        "entries": Derived(sympy.Matrix([sorted(set(U_o))])),
+        "U_o": sympy.Matrix.vstack(*slips).jacobian(v).T,  # by power: F'v = Σ λ u
+        "d_o": d_o,
+        "A_o": diagonal(levels),
+        "columns": sympy.Matrix([len(contacts)]),
+        "entries": sympy.Matrix([sorted(set(U_o))]),
     }
     kept = [k for k, a in enumerate(levels) if a not in (level[0, 2], level[1, 3], ground[0])]
     names |= {"U_o": U_o, "U_o_T": U_o.T, "A_o": diagonal(levels), "d_o": d_o, "n": sympy.Integer(N)}
     names |= {"U": U_o[:, kept], "U_T": U_o[:, kept].T, "A": diagonal([levels[k] for k in kept])}
     dropped = dict.fromkeys((level[0, 2], level[1, 3], ground[0]), sympy.S.Zero)
-    derived["sparse_force"] = Derived(force.subs(dropped))
+    derived["sparse_force"] = force.subs(dropped)
     return World(names, derived)
 
 
@@ -71,10 +71,10 @@ def rotated_coordinates() -> World:
     u_bar = column("v_bar", 2)
     power = [(f.T * T * u_bar)[0] for f in (g, F)]
     derived = {
-        "mass": Derived(sympy.hessian(energy, list(v)), "T*M_bar*T_T"),
-        "distribution": Derived(slips.jacobian(v).T, "T*U_bar"),
-        "force_bar": Derived(sympy.Matrix([power[0]]).jacobian(u_bar).T, "T_T*g"),
-        "friction_bar": Derived(sympy.Matrix([power[1]]).jacobian(u_bar).T, "T_T*F"),
+        "mass": (sympy.hessian(energy, list(v)), "T*M_bar*T_T"),
+        "distribution": (slips.jacobian(v).T, "T*U_bar"),
+        "force_bar": (sympy.Matrix([power[0]]).jacobian(u_bar).T, "T_T*g"),
+        "friction_bar": (sympy.Matrix([power[1]]).jacobian(u_bar).T, "T_T*F"),
     }
     return World({"T": T, "T_T": T.T, "M_bar": M_bar, "U_bar": U_bar, "g": g, "F": F, "v": v}, derived)
 
@@ -88,9 +88,9 @@ def directions() -> World:
     everything = sympy.Matrix.vstack(*acceleration)
     inertia = sympy.Matrix.vstack(*[M_bar * a for a in acceleration]).jacobian(everything)
     derived = {
-        "mass": Derived(inertia, [["M_bar", "O", "O"], ["O", "M_bar", "O"], ["O", "O", "M_bar"]]),
-        "force": Derived(sympy.Matrix.vstack(*g), ["g_x", "g_y", "g_z"]),
-        "friction": Derived(sympy.Matrix.vstack(*F), ["F_x", "F_y", "F_z"]),
+        "mass": (inertia, [["M_bar", "O", "O"], ["O", "M_bar", "O"], ["O", "O", "M_bar"]]),
+        "force": (sympy.Matrix.vstack(*g), ["g_x", "g_y", "g_z"]),
+        "friction": (sympy.Matrix.vstack(*F), ["F_x", "F_y", "F_z"]),
     }
     names = {f"g_{axis}": value for axis, value in zip("xyz", g, strict=True)}
     names |= {f"F_{axis}": value for axis, value in zip("xyz", F, strict=True)}
@@ -108,15 +108,15 @@ def extended_friction() -> World:
     A = [diagonal(a[:, k]) for k in range(4)]
     abs_slip = diagonal(speeds)
     derived = {
-        "level": Derived(level),
-        "levels": Derived(diagonal(level), "A_1 + A_2*exp_slip + A_4*diag_abs_slip"),
-        "A_2": Derived(A[1]),
-        "force": Derived(U * diagonal(level) * slip.applyfunc(Sgn), "U*A_v*sgn(slip)"),
-        "dynamic": Derived(U * diagonal(level) * f, "U*A_v*f"),
-        "plain_dynamic": Derived(U * diagonal(a[:, 0]) * f, "U*A_1*f"),
-        "slope": Derived(_by_chain_rule(slip, v, a)),
+        "level": level,
+        "levels": (diagonal(level), "A_1 + A_2*exp_slip + A_4*diag_abs_slip"),
+        "A_2": A[1],
+        "force": (U * diagonal(level) * slip.applyfunc(Sgn), "U*A_v*sgn(slip)"),
+        "dynamic": (U * diagonal(level) * f, "U*A_v*f"),
+        "plain_dynamic": (U * diagonal(a[:, 0]) * f, "U*A_1*f"),
+        "slope": _by_chain_rule(slip, v, a),
     }
-    names = {s.name: s for s in (*a, *U, *v)} | {f"A_{k + 1}": A[k] for k in range(4)}
+    names = named((*a, *U, *v)) | {f"A_{k + 1}": A[k] for k in range(4)}
     names |= {"diag_abs_slip": abs_slip, "exp_slip": (-A[2] * abs_slip).exp(), "A_v": diagonal(level), "U": U, "f": f}
     names |= {f"u_{i + 1}": slip[i] for i in range(nu)} | {"slip": slip}
     names |= {"A_4_abs": A[3] * abs_slip, "A_3_abs": A[2] * abs_slip}

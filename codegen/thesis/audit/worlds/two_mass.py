@@ -10,7 +10,7 @@ from typing import Any
 import sympy
 
 from codegen.spec.functions import Magnitude, Sgn
-from codegen.thesis.audit.world import Derived, World, column, diagonal, moving, rate, real
+from codegen.thesis.audit.world import World, column, diagonal, moving, named, rate, real
 from codegen.thesis.audit.worlds.shipped import shipped_two_mass
 
 
@@ -38,18 +38,18 @@ def two_mass() -> World:
     S = diagonal(slips.applyfunc(Sgn))
     h = slips.applyfunc(Magnitude)
     derived |= {
-        "motion": Derived(g - F),
-        "coulomb": Derived(U * diagonal(a) * slips.applyfunc(Sgn)),
-        "dynamic": Derived(U * diagonal(a) * f),
-        "xi": Derived(diagonal(c) * (slips - phi_inv)),
-        "force": Derived(g),
-        "matrices": Derived(sympy.Matrix.hstack(M, U, diagonal(a))),
-        "h": Derived(h),
-        "S": Derived(S),
-        "D": Derived(diagonal([_slope(Magnitude(u), u) for u in real("u_1", "u_2")])),
+        "motion": g - F,
+        "coulomb": U * diagonal(a) * slips.applyfunc(Sgn),
+        "dynamic": U * diagonal(a) * f,
+        "xi": diagonal(c) * (slips - phi_inv),
+        "force": g,
+        "matrices": sympy.Matrix.hstack(M, U, diagonal(a)),
+        "h": h,
+        "S": S,
+        "D": diagonal([_slope(Magnitude(u), u) for u in real("u_1", "u_2")]),
     }
     symbols = (m_1, m_2, w, *eta, *x, *v, *v_hat, *F, *F_hat, *a, *f, *c, *phi_inv)
-    names |= {s.name: s for s in symbols} | {"O": sympy.S.Zero}
+    names |= named(symbols) | {"O": sympy.S.Zero}
     return World(names, derived, positive=frozenset({m_1, m_2}))
 
 
@@ -58,7 +58,7 @@ def _slope(level: Any, u: Any) -> Any:
     return level.diff(u) / Magnitude(u).diff(u)
 
 
-def _observers(x: Any, v_hat: Any, U: Any, model: Any, F_hat: Any) -> tuple[dict[str, Any], dict[str, Derived]]:
+def _observers(x: Any, v_hat: Any, U: Any, model: Any, F_hat: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     k_F, k_1, k_2, k_v = (
         sympy.Matrix(real(*pair)) for pair in _pairs("k_F1 k_F2", "k_11 k_12", "k_21 k_22", "k_v1 k_v2")
     )
@@ -72,22 +72,22 @@ def _observers(x: Any, v_hat: Any, U: Any, model: Any, F_hat: Any) -> tuple[dict
     coefficient = diagonal(K_a) * diagonal(f_hat) * slips
     normalised = diagonal(K_f1) * x + diagonal(K_f2) * v_hat
     derived = {
-        "gcfo": Derived(U * diagonal(slips.applyfunc(Sgn)) * (z_F - level)),
-        "gcfo_rate": Derived(rate(level, flows)),
-        "gto": Derived(z + tracked),
-        "gto_rate": Derived(-rate(tracked, flows)),
-        "K_1": Derived(tracked.jacobian(x)),
-        "K_2": Derived(tracked.jacobian(v_hat)),
-        "velocity": Derived(z_v + diagonal(k_v) * x),
-        "velocity_rate": Derived(model - rate(diagonal(k_v) * x, flows)),
-        "gdfo_a": Derived(z_a + coefficient),
-        "gdfo_a_rate": Derived(-rate(coefficient, flows)),
-        "gdfo_f": Derived(z_f + normalised),
-        "gdfo_f_rate": Derived(xi_hat - rate(normalised, flows)),
-        "gdfo": Derived(U * diagonal(a_hat) * f_hat),
+        "gcfo": U * diagonal(slips.applyfunc(Sgn)) * (z_F - level),
+        "gcfo_rate": rate(level, flows),
+        "gto": z + tracked,
+        "gto_rate": -rate(tracked, flows),
+        "K_1": tracked.jacobian(x),
+        "K_2": tracked.jacobian(v_hat),
+        "velocity": z_v + diagonal(k_v) * x,
+        "velocity_rate": model - rate(diagonal(k_v) * x, flows),
+        "gdfo_a": z_a + coefficient,
+        "gdfo_a_rate": -rate(coefficient, flows),
+        "gdfo_f": z_f + normalised,
+        "gdfo_f_rate": xi_hat - rate(normalised, flows),
+        "gdfo": U * diagonal(a_hat) * f_hat,
     }
     everything = (*k_F, *k_1, *k_2, *k_v, *K_a, *K_f1, *K_f2, *z_F, *z, *z_v, *z_a, *z_f, *a_hat, *f_hat, *xi_hat)
-    return {s.name: s for s in everything}, derived
+    return named(everything), derived
 
 
 def _pairs(*texts: str) -> list[list[str]]:

@@ -1,0 +1,263 @@
+"""Verdicts: printed formulas and conditions compared with our own derivation, at random rational points."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import cache
+from typing import Any
+
+import numpy as np
+import sympy
+
+from codegen.analysis.conditions import reduce_conditions
+from codegen.analysis.polynomials import characteristic_polynomial, routh_hurwitz
+from codegen.base.errors import Place, refuse_unknown
+from codegen.spec.functions import Magnitude, Sgn
+from codegen.thesis.audit.claim import Claim, Finding, Verdict, read_claims
+from codegen.thesis.audit.formula import Misfit, as_matrix, as_text, evaluate, inequalities
+from codegen.thesis.audit.world import Derived, World, readable, tidy
+from codegen.thesis.audit.worlds import WORLDS
+
+DENOMINATORS = (1, 1, 2, 5, 10, 20, 100)  # decimals with few digits, so that a point can be printed as it is
+PATIENCE = 200
+POINTS = 3
+TRIALS = 2000
+PRINTABLE = 14
+NEGLIGIBLE = sympy.Rational(1, 10**35)
+CLEAR = 1e-3
+NOT_SO = "not so at the counterexample"
+VIOLATED: dict[str, Verdict] = {"inequality": "wrong", "implies": "insufficient"}
+Condition = tuple[Any, bool]
+"""An expression that is to be positive, strictly or not."""
+
+
+def run_audit(claims: Sequence[Claim] | None = None, progress: Callable[[float], None] | None = None) -> list[Finding]:
+    """Judge all shipped claims, or the given ones."""
+    chosen = read_claims() if claims is None else claims
+    findings = []
+    for done, claim in enumerate(chosen, start=1):
+        findings.append(judge(claim))
+        if progress is not None:
+            progress(done / len(chosen))
+    return findings
+
+
+def judge(claim: Claim) -> Finding:
+    """The verdict on one claim, from computation.
+
+    Raises:
+        BadInput: for a derivation that does not exist, or a printed formula with unknown names.
+    """
+    if claim.test == "definition":
+        return Finding(claim, "holds")
+    name, _, quantity = claim.entry.against.partition(".")
+    refuse_unknown(name, WORLDS, claim.place, "no derivation", ", ".join(WORLDS), code="CALL001")
+    world = _world(name)
+    if claim.test in ("inequality", "implies"):
+        return judge_inequality(claim, world)
+    refuse_unknown(quantity, world.derived, claim.place, f"`{name}` derives no", code="CALL001")
+    derived = world.derived[quantity]
+    if claim.test == "equal":
+        return judge_equality(claim, world, derived)
+    return judge_conditions(claim, world, derived)
+
+
+@cache
+def _world(name: str) -> World:
+    world = WORLDS[name]()
+    for derived in world.derived.values():
+        if derived.form:
+            prove_form(derived, world)
+    return world
+
+
+def order(symbols: Iterable[Any]) -> list[Any]:
+    """Symbols by name, so that a seed gives the same point in every process."""
+    return sorted(symbols, key=lambda s: s.name)
+
+
+def draw(symbols: Sequence[Any], world: World, generator: random.Random) -> dict[Any, Any]:
+    """One point: a nonzero rational for each symbol, within what the symbol can be."""
+    point = {}
+    for s in symbols:
+        if s in world.ranges:
+            point[s] = sympy.sympify(generator.choice(world.ranges[s]))
+            continue
+        value = sympy.Rational(generator.randint(1, 50), generator.choice(DENOMINATORS))
+        point[s] = value if s in world.positive or generator.random() < 0.5 else -value
+    return point
+
+
+def points(
+    symbols: Iterable[Any], world: World, given: Sequence[Condition], seed: int, count: int
+) -> Iterator[dict[Any, Any]]:
+    """Up to ``count`` points at which every expression of ``given`` is positive (or not negative, where not strict)."""
+    ordered, generator, found = order(symbols), random.Random(seed), 0
+    tests = [(numeric(expression, ordered), strict) for expression, strict in given]
+    for _ in range(count * PATIENCE):
+        point = draw(ordered, world, generator)
+        values = [float(x) for x in point.values()]
+        if all(test(*values) > 0 or (not strict and test(*values) == 0) for test, strict in tests):
+            found += 1
+            yield point
+            if found == count:
+                return
+
+
+def numeric(expression: Any, symbols: Sequence[Any]) -> Any:
+    """A fast float function of an expression or matrix."""
+    return sympy.lambdify(list(symbols), expression, modules=[{"Sgn": _sgn, "Magnitude": abs}, "numpy"])
+
+
+def exactly(expression: Any, point: Mapping[Any, Any]) -> Any:
+    """The value at a point: a rational where the expression is rational, else 50 digits."""
+    value = expression.xreplace(dict(point))
+    if value.is_Rational:
+        return value
+    return sympy.N(value.replace(Magnitude, sympy.Abs).replace(Sgn, sympy.sign), 50)
+
+
+def _sgn(x: float) -> float:
+    return (x > 0) - (x < 0)
+
+
+def judge_equality(claim: Claim, world: World, derived: Derived) -> Finding:
+    """``holds`` if the printed formula equals the derived value at every point, else ``wrong`` with a point."""
+    steady = dict.fromkeys(world.steady, sympy.S.Zero) if claim.entry.constant_U else {}
+    value = derived.value.xreplace(steady) if steady else derived.value
+    right = as_text(readable(Derived(value, derived.form)))
+    try:
+        printed = as_matrix(evaluate(claim.entry.printed, world.names, claim.place)).xreplace(steady)
+    except Misfit:
+        return Finding(claim, "wrong", right, None, "the shapes of its matrices do not fit")
+    if printed.has(sympy.zoo, sympy.nan):
+        return Finding(claim, "wrong", right, None, "it inverts a matrix whose determinant is identically zero")
+    if printed.shape != value.shape:
+        evidence = f"shape {printed.shape[0]} by {printed.shape[1]}, derived {value.shape[0]} by {value.shape[1]}"
+        return Finding(claim, "wrong", right, None, evidence)
+    given = _conditions(claim, claim.entry.given, world)
+    point = difference_point(printed, value, world, given)
+    if point is None:
+        return Finding(claim, "holds", right)
+    evidence = ""
+    if world.steady and not steady:
+        zero = dict.fromkeys(world.steady, sympy.S.Zero)
+        same = difference_point(printed.xreplace(zero), value.xreplace(zero), world, given) is None
+        evidence = "holds where U is constant" if same else "differs where U is constant, too"
+    return Finding(claim, "wrong", right, _numbers(printed, value, point), evidence)
+
+
+def difference_point(printed: Any, value: Any, world: World, given: Any) -> dict[Any, Any] | None:
+    """A point at which the two differ, or None."""
+    symbols = printed.free_symbols | value.free_symbols | {s for e, _ in given for s in e.free_symbols}
+    for point in points(symbols, world, given, seed=1, count=POINTS):
+        for a, b in zip(printed, value, strict=True):
+            if a != b and not same_number(exactly(a, point), exactly(b, point)):
+                return point
+    return None
+
+
+def same_number(a: Any, b: Any) -> bool:
+    """Exactly for rationals, to 35 digits otherwise."""
+    if a.is_Rational and b.is_Rational:
+        return bool(a == b)
+    return bool(abs(a - b) <= NEGLIGIBLE * (1 + abs(a) + abs(b)))
+
+
+def plain_number(value: Any) -> int | float:
+    """A number for JSON."""
+    return int(value) if value.is_Integer else float(f"{float(value):.10g}")
+
+
+def _plain(point: Mapping[Any, Any]) -> dict[str, Any]:
+    return {s.name: plain_number(x) for s, x in point.items()}
+
+
+def _conditions(claim: Claim, texts: Sequence[str], world: World) -> list[Condition]:
+    return [pair for text in texts for pair in inequalities(text, world.names, claim.place)]
+
+
+def _numbers(printed: Any, value: Any, point: dict[Any, Any]) -> dict[str, Any] | None:
+    for a, b in zip(printed, value, strict=True):
+        ours, theirs = exactly(b, point), exactly(a, point)
+        if not same_number(ours, theirs):
+            used = {s: x for s, x in point.items() if s in a.free_symbols | b.free_symbols}
+            if len(used) > PRINTABLE:
+                return None
+            return {**_plain(used), "printed": plain_number(theirs), "derived": plain_number(ours), "eigenvalue": None}
+    return None
+
+
+def prove_form(derived: Derived, world: World) -> None:
+    """The form that will be shown says what was derived.
+
+    Raises:
+        ArithmeticError: if it does not; a fault of the derivation, not of the thesis.
+    """
+    form = as_matrix(evaluate(derived.form, world.names, Place("the form of a derivation")))
+    if form.shape != derived.value.shape or difference_point(form, derived.value, world, []) is not None:
+        raise ArithmeticError(f"the form `{as_text(derived.form)}` is not what was derived")
+
+
+def judge_conditions(claim: Claim, world: World, derived: Derived) -> Finding:
+    """``insufficient`` with an unstable point that satisfies them, ``unnecessary`` with a stable one that does not."""
+    matrix = derived.value
+    if claim.test == "negative_definite":
+        matrix = (matrix + matrix.T) / 2
+    printed, given = _conditions(claim, claim.entry.printed, world), _conditions(claim, claim.entry.given, world)
+    symbols = order({s for e in [matrix, *(e for e, _ in printed + given)] for s in e.free_symbols})
+    right = "; ".join(_right_conditions(matrix, world, given))
+    growth = numeric(matrix, symbols)
+
+    def numbers(point: Mapping[Any, Any]) -> dict[str, Any]:
+        return {**_plain(point), "eigenvalue": float(f"{_largest(growth, point):.6g}")}
+
+    def exact(point: Mapping[Any, Any]) -> list[Any]:
+        """Coefficients and Hurwitz determinants: a negative one proves a root with positive real part."""
+        return [value for _, value in routh_hurwitz(characteristic_polynomial(matrix.xreplace(point)))]
+
+    for point in points(symbols, world, given + printed, seed=2, count=TRIALS):
+        if _largest(growth, point) > CLEAR and any(value < 0 for value in exact(point)):
+            return Finding(claim, "insufficient", right, numbers(point))
+    for point in points(symbols, world, given, seed=3, count=TRIALS):
+        stable = not _met(printed, point) and _largest(growth, point) < -CLEAR
+        if stable and all(value > 0 for value in exact(point)):
+            return Finding(claim, "unnecessary", right, numbers(point))
+    return Finding(claim, "holds", right)
+
+
+def judge_inequality(claim: Claim, world: World) -> Finding:
+    """A point at which a printed inequality is violated though what is given holds: ``wrong``, or ``insufficient``
+    where the claim is that the given conditions imply it."""
+    printed, given = _conditions(claim, claim.entry.printed, world), _conditions(claim, claim.entry.given, world)
+    symbols = order({s for e, _ in printed + given for s in e.free_symbols})
+    quick = numeric([e for e, _ in printed], symbols)
+    for point in points(symbols, world, given, seed=4, count=TRIALS // 4):
+        sizes = quick(*[float(x) for x in point.values()])
+        for (expression, strict), size in zip(printed, sizes, strict=True):
+            if size > CLEAR:
+                continue
+            value = exactly(expression, point)
+            if value < 0 or (strict and value == 0):
+                return Finding(claim, VIOLATED[claim.test], NOT_SO, {**_plain(point), "eigenvalue": None})
+    return Finding(claim, "holds", "; ".join(claim.entry.printed))
+
+
+def _met(conditions: list[Condition], point: Mapping[Any, Any]) -> bool:
+    values = [(exactly(expression, point), strict) for expression, strict in conditions]
+    return all(value > 0 or (not strict and value == 0) for value, strict in values)
+
+
+def _largest(growth: Any, point: Mapping[Any, Any]) -> float:
+    values = growth(*[float(x) for x in point.values()])
+    return float(np.linalg.eigvals(np.array(values, dtype=float)).real.max())
+
+
+def _right_conditions(matrix: Any, world: World, given: list[Condition]) -> list[str]:
+    if matrix.shape == (1, 1):
+        return [f"{tidy(-matrix[0])} > 0"]
+    raw = routh_hurwitz(characteristic_polynomial(matrix))
+    known = {e for e, strict in given if strict and e.is_Symbol} | set(world.positive)
+    reduced = [e for _, e in reduce_conditions(raw, known)]
+    return ["never"] if any(e.is_number for e in reduced) else [f"{sympy.factor(e)} > 0" for e in reduced]
