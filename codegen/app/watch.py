@@ -11,6 +11,7 @@ from typing import Any
 from codegen.app.machine import Source, machine_of
 from codegen.base.border import verb
 from codegen.base.errors import BadInput, Place
+from codegen.base.interrupt import handled
 from codegen.base.shown import Result
 from codegen.base.text import render
 from codegen.certify.outcome import Certificate, Refusal
@@ -135,7 +136,7 @@ def watch(
     else:
         rows = stop.until_asked(given if given is not None else pieces(str(log), follow))
         blocks = live_blocks(spec, program, period, str(log), rows, columns, notes)
-    with stop.heeded():
+    with handled(stop.ask):
         try:
             for block in blocks:
                 for alarm in watched.take(block):

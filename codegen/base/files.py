@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
+from errno import EACCES
 from pathlib import Path
-from typing import IO
+from typing import Self
 
 from codegen.base.errors import BadInput
 from codegen.base.input_files import identity, is_there, unusable_name
@@ -35,55 +36,50 @@ def refuse_target(path: Path, sources: Mapping[str, Path] | None = None, endings
     fault = unusable_name(path)
     if fault is not None:
         raise BadInput(str(path), fault, "a name in UTF-8 for what is written", code="FILE005")
+    with writing(path):  # a name that is too long, or a folder that must not be searched
+        _refuse_special(path)
+        for what, source in (sources or {}).items():
+            same = is_there(path) and is_there(source) and path.samefile(source)
+            if same or identity(path) == identity(source):
+                raise BadInput(str(path), what, "another file to write", code="FILE004")
+        if endings:
+            refuse_ending(path, endings)
+        standing = next(folder for folder in path.absolute().parents if folder.exists())
+        if not standing.is_dir():
+            named = path.parents[path.absolute().parents.index(standing)]
+            found, expected = "cannot be written (a file of that name exists)", "a folder, or a name that is free"
+            raise BadInput(str(named), found, expected, code="FILE003")
+        if not os.access(standing, os.W_OK | os.X_OK):
+            raise PermissionError(EACCES, os.strerror(EACCES))
+
+
+def refuse_ending(path: Path, endings: Iterable[str]) -> None:
+    """Raise BadInput where a file's ending is none of these."""
+    if path.suffix.lower() not in endings:
+        expected = f"a file ending in {' or '.join(endings)}"
+        raise BadInput(str(path), f"the ending `{path.suffix}`", expected, code="FILE005")
+
+
+@contextmanager
+def writing(path: Path, what: str = "written", expected: str = "a folder that can be written") -> Iterator[None]:
+    """Within it, what the system refuses about a file is bad input: it cannot be ``what``."""
     try:
-        _refuse_target(path, sources or {}, endings)
-    except OSError as error:  # a name that is too long, or a folder that must not be searched
-        raise BadInput(
-            str(path), f"cannot be written ({error.strerror})", "a folder that can be written", code="FILE003"
-        ) from None
-
-
-def _refuse_target(path: Path, sources: Mapping[str, Path], endings: Sequence[str]) -> None:
-    _refuse_special(path)
-    for what, source in sources.items():
-        same = is_there(path) and is_there(source) and path.samefile(source)
-        if same or identity(path) == identity(source):
-            raise BadInput(str(path), what, "another file to write", code="FILE004")
-    if endings and path.suffix.lower() not in endings:
-        raise BadInput(
-            str(path), f"the ending `{path.suffix}`", f"a file ending in {' or '.join(endings)}", code="FILE005"
-        )
-    standing = next(folder for folder in path.absolute().parents if folder.exists())
-    if not standing.is_dir():
-        named = path.parents[path.absolute().parents.index(standing)]
-        raise BadInput(
-            str(named),
-            "cannot be written (a file of that name exists)",
-            "a folder, or a name that is free",
-            code="FILE003",
-        )
-    if not os.access(standing, os.W_OK | os.X_OK):
-        raise BadInput(
-            str(path), "cannot be written (Permission denied)", "a folder that can be written", code="FILE003"
-        )
+        yield
+    except OSError as error:
+        raise BadInput(str(path), f"cannot be {what} ({error.strerror})", expected, code="FILE003") from None
 
 
 def refuse_foreign(folder: Path, name: str, marks: Sequence[str]) -> None:
     """Raise BadInput where a folder has ``name`` but none of the files ``marks``, which we write with it."""
     if is_there(folder / name) and not any(is_there(folder / mark) for mark in marks):
-        raise BadInput(
-            str(folder / name), "a file that stiction did not write", "another folder for the results", code="FILE004"
-        )
+        found = "a file that stiction did not write"
+        raise BadInput(str(folder / name), found, "another folder for the results", code="FILE004")
 
 
 def remove(path: Path) -> None:
     """Remove a file of ours. Raises BadInput where it cannot be."""
-    try:
+    with writing(path, "removed"):
         path.unlink(missing_ok=True)
-    except OSError as error:
-        raise BadInput(
-            str(path), f"cannot be removed ({error.strerror})", "a folder that can be written", code="FILE003"
-        ) from None
 
 
 def write_atomically(path: Path, text: str) -> None:
@@ -93,6 +89,44 @@ def write_atomically(path: Path, text: str) -> None:
         BadInput: if the folder cannot be made or written.
     """
     write_all(path.parent, {path.name: text})
+
+
+class Waiting:
+    """A temporary file beside its target, until it takes the target's place; without that it is removed in the end.
+
+    Raises:
+        BadInput: if the folder cannot be made or written, or the target is a folder or a device.
+    """
+
+    def __init__(self, path: Path, expected: str = "a folder that can be written") -> None:
+        self.path, self._expected = path, expected
+        with self._writing():
+            _refuse_special(path)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            sweep_files(path.parent)
+            self._temporary, self.stream = temporary_file(path.parent)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._temporary.unlink(missing_ok=True)
+        with suppress(OSError):
+            self.stream.close()
+
+    def write(self, data: bytes) -> None:
+        """Write further bytes."""
+        with self._writing():
+            self.stream.write(data)
+            self.stream.flush()
+
+    def take_place(self) -> None:
+        """Put the file, whole, in the place of its target."""
+        with self._writing():
+            take_place(self._temporary, self.stream, self.path)
+
+    def _writing(self) -> AbstractContextManager[None]:
+        return writing(self.path, expected=self._expected)
 
 
 def write_all(folder: Path, files: Mapping[str, str | bytes] | Mapping[str, str], marks: Sequence[str] = ()) -> None:
@@ -108,34 +142,16 @@ def write_all(folder: Path, files: Mapping[str, str | bytes] | Mapping[str, str]
     Raises:
         BadInput: if a target is a folder or a device, or a folder cannot be made or written.
     """
-    waiting: dict[Path, tuple[Path, IO[bytes]]] = {}
-    path = folder
-    try:
+    with ExitStack() as stack:
+        waiting = []
         for name, text in files.items():
-            path = folder / name
-            _refuse_special(path)
-            path.parent.mkdir(parents=True, exist_ok=True)
-            if path.parent not in {other.parent for other in waiting}:
-                sweep_files(path.parent)
-            waiting[path] = temporary_file(path.parent)
-            waiting[path][1].write(text.encode() if isinstance(text, str) else text)
-            waiting[path][1].flush()
-        for path, (temporary, stream) in sorted(waiting.items(), key=lambda item: item[0].name not in marks):
-            take_place(temporary, stream, path)
-    except OSError as error:
-        raise BadInput(
-            str(path), f"cannot be written ({error.strerror})", "a folder that can be written", code="FILE003"
-        ) from None
-    finally:
-        for temporary, stream in waiting.values():
-            temporary.unlink(missing_ok=True)
-            with suppress(OSError):
-                stream.close()
+            waiting.append(stack.enter_context(Waiting(folder / name)))
+            waiting[-1].write(text.encode() if isinstance(text, str) else text)
+        for file in sorted(waiting, key=lambda file: file.path.name not in marks):
+            file.take_place()
 
 
 def _refuse_special(path: Path) -> None:
     if path.is_dir() or (path.exists() and not path.is_file()):
-        there = "a folder" if path.is_dir() else "a device or a pipe"
-        raise BadInput(
-            str(path), f"cannot be written ({there} of that name exists)", "a file, or a free name", code="FILE003"
-        )
+        found = f"cannot be written ({'a folder' if path.is_dir() else 'a device or a pipe'} of that name exists)"
+        raise BadInput(str(path), found, "a file, or a free name", code="FILE003")

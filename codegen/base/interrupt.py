@@ -6,8 +6,8 @@ command looks here before it calls an error a fault of the tool.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
 from signal import SIGINT, default_int_handler, getsignal, signal
 
 _asked = False
@@ -19,25 +19,26 @@ def interrupted() -> bool:
 
 
 @contextmanager
-def noted() -> Iterator[None]:
-    """Within it Ctrl-C raises KeyboardInterrupt as ever, and is remembered.
-
-    Nothing is changed outside the main thread, or where somebody handles or ignores it already.
-    """
-    global _asked
-    _asked = False
-    if getsignal(SIGINT) is not default_int_handler:
-        yield
-        return
+def handled(handler: Callable[..., object]) -> Iterator[None]:
+    """Within it Ctrl-C calls a handler; outside the main thread nothing is changed."""
     try:
-        signal(SIGINT, _note)
-    except ValueError:  # not the main thread
+        before = signal(SIGINT, handler)
+    except ValueError:
         yield
         return
     try:
         yield
     finally:
-        signal(SIGINT, default_int_handler)
+        signal(SIGINT, before)
+
+
+@contextmanager
+def noted() -> Iterator[None]:
+    """Within it Ctrl-C raises KeyboardInterrupt as ever, and is remembered, unless somebody handles or ignores it."""
+    global _asked
+    _asked = False
+    with handled(_note) if getsignal(SIGINT) is default_int_handler else nullcontext():
+        yield
 
 
 def _note(number: int, frame: object) -> None:

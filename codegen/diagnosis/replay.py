@@ -16,7 +16,7 @@ from codegen.emit.package import emit_sources, make_header
 from codegen.mechanics.system import System
 from codegen.observers import build_observer
 from codegen.program import build_program
-from codegen.replay.engine import compiled_engine
+from codegen.replay.engine import CompiledEngine
 from codegen.spec.model import ObserverChoice, Spec
 
 Array = NDArray[np.float64]
@@ -44,9 +44,7 @@ def tracked_friction(spec: Spec, system: System, motion: Motion, bandwidth: floa
     choice = tracking_choice(system, motion, bandwidth)
     observer = build_observer(replace(spec, observer=choice), system)
     program = build_program(observer)
-    engine = compiled_engine(
-        program, emit_sources(program, make_header(spec.path.name, spec.sha256, ""), ("c",)), False
-    )
+    engine = CompiledEngine(program, emit_sources(program, make_header(spec.path.name, spec.sha256, ""), ("c",)), False)
     rows = np.hstack([motion.measured, motion.commands])[:MOST_SAMPLES]
     engine.start(rows[0])
     estimates, _ = engine.run(rows)

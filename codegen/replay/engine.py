@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 import ctypes
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from copy import deepcopy
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen.base.compiler import compile_shared, find_compiler, load_library
+from codegen.base.compiler import cached_library, compile_shared, find_compiler, load_library
 from codegen.base.text import render
 from codegen.program import Program
-from codegen.replay.cache import cached_library
+from codegen.replay.samples import Block
 from codegen.replay.twin import inputs_of, load_twin, values_of
 
 Array = NDArray[np.float64]
 Faults = NDArray[np.intc]
 
 
-class Engine(Protocol):
+class Engine(ABC):
     """An observer with the spec's parameters.
 
     Attributes:
@@ -29,16 +30,27 @@ class Engine(Protocol):
     """
 
     name: str
-    holds: bool
 
+    def __init__(self, program: Program) -> None:
+        self.holds = program.holds
+
+    @abstractmethod
     def start(self, row: Array) -> None:
         """Set the state from the first measurement, (inputs,)."""
 
+    @abstractmethod
     def run(self, rows: Array) -> tuple[Array, Faults]:
         """Step over (N, inputs): the (N, outputs) estimates, and the fault flag of each sample (0 without one)."""
 
+    @abstractmethod
     def peek(self, row: Array) -> Array:
         """The (outputs,) of a step over (1, inputs), without a change of state."""
+
+    def take(self, block: Block) -> tuple[Array, Faults]:
+        """Step over a block, from a new start where it is a fresh one; as ``run``."""
+        if block.fresh:
+            self.start(block.rows[0])
+        return self.run(block.rows)
 
 
 def engine_for(program: Program, files: Mapping[str, str]) -> Engine:
@@ -50,31 +62,26 @@ def engine_for(program: Program, files: Mapping[str, str]) -> Engine:
     Raises:
         BadInput: if the compiler refuses the code.
     """
-    return compiled_engine(program, files) if find_compiler() else twin_engine(program, files)
+    return CompiledEngine(program, files) if find_compiler() else TwinEngine(program, files)
 
 
-def compiled_engine(program: Program, files: Mapping[str, str], kept: bool = True) -> Engine:
-    """The generated C as a shared library.
+class CompiledEngine(Engine):
+    """The generated C as a shared library."""
 
-    Args:
-        files: name → text, of the C at least.
-        kept: whether the library is cached for later runs.
+    name = "compiled C"
 
-    Raises:
-        BadInput: where there is no compiler, or it refuses the code.
-    """
-    return _Compiled(program, files, kept)
+    def __init__(self, program: Program, files: Mapping[str, str], kept: bool = True) -> None:
+        """Compile it.
 
+        Args:
+            files: name → text, of the C at least.
+            kept: whether the library is cached for later runs.
 
-def twin_engine(program: Program, files: Mapping[str, str]) -> Engine:
-    """The generated Python."""
-    return _Twin(program, files)
-
-
-class _Compiled:
-    def __init__(self, program: Program, files: Mapping[str, str], kept: bool) -> None:
+        Raises:
+            BadInput: where there is no compiler, or it refuses the code.
+        """
+        super().__init__(program)
         name, header = program.name, files[f"{program.name}.h"]
-        self.name, self.holds = "compiled C", program.holds
         loop = f"{name}_replay.c"
         text = render("replay/replay.c.j2", program=program, real=program.real, fault=self.holds)
         sources = {f"{name}.h": header, f"{name}.c": files[f"{name}.c"], loop: text}
@@ -111,9 +118,13 @@ class _Compiled:
         return estimates
 
 
-class _Twin:
+class TwinEngine(Engine):
+    """The generated Python."""
+
+    name = "the Python twin (no C compiler found)"
+
     def __init__(self, program: Program, files: Mapping[str, str]) -> None:
-        self.name, self.holds = "the Python twin (no C compiler found)", program.holds
+        super().__init__(program)
         self._twin, self._program = load_twin(files["__init__.py"], program.name), program
         self._parameters: Any = self._twin.Parameters()
         self._state: Any = None

@@ -5,11 +5,8 @@ from __future__ import annotations
 import os
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE, IncrementalDecoder, getincrementaldecoder
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
-from signal import SIGINT, signal
 from time import sleep
 from typing import TypeVar
 
@@ -29,7 +26,7 @@ from codegen.logs.table import COMMENT, ROWS_ALIKE
 from codegen.logs.term import columns_of, compute
 from codegen.logs.uniform import GAP_STEPS, JITTER
 from codegen.program import Program
-from codegen.replay.samples import Block
+from codegen.replay.samples import Block, blocks_between
 from codegen.spec import Spec
 
 Piece = TypeVar("Piece")
@@ -84,20 +81,8 @@ class Stop:
     asked: bool = False
     waiting: bool = False
 
-    @contextmanager
-    def heeded(self) -> Iterator[None]:
-        """While Ctrl-C asks to stop; outside the main thread it does nothing."""
-        try:
-            before = signal(SIGINT, self._ask)
-        except ValueError:
-            yield
-            return
-        try:
-            yield
-        finally:
-            signal(SIGINT, before)
-
-    def _ask(self, *_: object) -> None:
+    def ask(self, *_: object) -> None:
+        """Ctrl-C was pressed."""
         self.asked = True
         if self.waiting:
             raise KeyboardInterrupt
@@ -259,9 +244,7 @@ class _Table:
             gaps.append(k)
         self._refuse_gaps_only(columns, steps, len(gaps))
         self._last = float(time[-1])
-        edges = [*dict.fromkeys([0, *gaps]), len(time)]
-        for start, stop in pairwise(edges):
-            yield Block(time[start:stop], rows[start:stop], start in gaps)
+        yield from blocks_between(time, rows, gaps)
 
     def _refuse_gaps_only(self, columns: Columns, steps: Array, gaps: int) -> None:
         """Refuse a log whose first steps are all far longer than the observer's: its time is in another unit."""

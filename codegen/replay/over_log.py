@@ -155,15 +155,13 @@ def _run(program: Program, engine: Engine, blocks: Iterator[Block], path: Path |
     block = next(blocks, None)  # errors in the log are raised before a file is created
     if block is None:
         return seen
-    with open_writer(path, columns, engine.holds) as writer:
+    with open_writer(path, columns, engine.holds) as write:
         while block is not None:
-            if block.fresh:
-                engine.start(block.rows[0])
             before = perf_counter()
-            estimates, faults = engine.run(block.rows)
+            estimates, faults = engine.take(block)
             seen.stepping += perf_counter() - before
             seen.add(block, estimates, faults)
-            writer.add(block.time, estimates if every else estimates[:, chosen], faults)
+            write(block.time, estimates if every else estimates[:, chosen], faults)
             block = next(blocks, None)
     return seen
 

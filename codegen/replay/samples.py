@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -40,6 +40,12 @@ class Block:
     time: Array
     rows: Array
     fresh: bool
+
+
+def blocks_between(time: Array, rows: Array, fresh: Sequence[int]) -> Iterator[Block]:
+    """Samples as blocks, each of ``fresh`` the first of one; rising indices."""
+    for start, stop in pairwise([*dict.fromkeys((0, *fresh)), len(time)]):
+        yield Block(time[start:stop], rows[start:stop], start in fresh)
 
 
 class Irregular(Exception):
@@ -135,9 +141,7 @@ class Samples:
                 rows = values
             gaps = self._gaps(columns, time, before)
             self._require_finite(columns, rows, described, timed)
-            ends = [0, *(k for k in gaps if k), len(time)]
-            for start, stop in pairwise(ends):
-                yield Block(time[start:stop], rows[start:stop], count + start == 0 or start in gaps)
+            yield from blocks_between(time, rows, gaps if count else [0, *gaps])
             count, before = count + len(time), float(time[-1])
 
     def _gaps(self, columns: Columns, time: Array, before: float) -> list[int]:

@@ -145,10 +145,8 @@ class Watch:
 
     def take(self, block: Block) -> list[Alarm]:
         """Step over a block; the alarms that begin in it."""
-        if block.fresh:
-            self._engine.start(block.rows[0])
-            self._since = 0
-        estimates, faults = self._engine.run(block.rows)
+        self._since = 0 if block.fresh else self._since
+        estimates, faults = self._engine.take(block)
         x, v = block.rows[:, self._positions], estimates[:, self._velocities]
         friction, slip = (np.asarray(part.full()).T for part in self._declared(x.T, v.T))
         apart = estimates[:, self._outputs] - friction

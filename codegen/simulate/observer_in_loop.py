@@ -12,7 +12,7 @@ from codegen.emit.package import emit_sources, make_header
 from codegen.mechanics.system import System
 from codegen.observers import Observer
 from codegen.program import Program, build_program
-from codegen.replay.engine import Engine, engine_for, twin_engine
+from codegen.replay.engine import Engine, TwinEngine, engine_for
 from codegen.spec.model import Spec
 
 Array = NDArray[np.float64]
@@ -51,7 +51,7 @@ def generated_observer(spec: Spec, observer: Observer, every: int = 1, twin: boo
     """
     program = build_program(observer, spec.code)
     files = emit_sources(program, make_header(spec.path.name, spec.sha256, spec.source))
-    return ObserverInLoop(program, (twin_engine if twin else engine_for)(program, files), every)
+    return ObserverInLoop(program, (TwinEngine if twin else engine_for)(program, files), every)
 
 
 @dataclass(frozen=True)

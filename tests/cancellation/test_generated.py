@@ -12,7 +12,7 @@ from codegen.cancellation import with_cancellation
 from codegen.emit.package import emit_sources, make_header
 from codegen.observers import observer_of
 from codegen.program import build_program
-from codegen.replay.engine import compiled_engine, twin_engine
+from codegen.replay.engine import CompiledEngine, TwinEngine
 from codegen.spec import parse_spec
 from tests.machines import machine_text, read
 
@@ -28,7 +28,7 @@ def run_both(text: str, rows: np.ndarray) -> tuple[list[str], np.ndarray]:
     program = build_program(with_cancellation(spec, observer_of(spec)))
     files = emit_sources(program, make_header("machine.yaml", "0" * 64, ""))
     found = []
-    for engine in (compiled_engine(program, files), twin_engine(program, files)):
+    for engine in (CompiledEngine(program, files), TwinEngine(program, files)):
         engine.start(rows[0])
         found.append(engine.run(rows)[0])
     assert found[0].tobytes() == found[1].tobytes()

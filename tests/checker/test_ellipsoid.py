@@ -18,7 +18,7 @@ import pytest
 from codegen.app.machine import Machine
 from codegen.certify.bound.ellipsoid import unlike_envelope
 from codegen.checker import ellipsoid, verify
-from codegen.replay.engine import compiled_engine
+from codegen.replay.engine import CompiledEngine
 from codegen.replay.twin import load_twin
 from codegen.spec import read_spec
 from tests.checker.test_kernel import GENERATED, PROVED, numbers, seen, spec_path, texts
@@ -98,7 +98,7 @@ class Run:
     def __init__(self, name: str) -> None:
         self.proof, self.claim = content(name, "proof.json"), content(name, "ellipsoid.json")
         machine = Machine(read_spec(spec_path(name)))
-        self.engine = compiled_engine(machine.program, machine.sources)
+        self.engine = CompiledEngine(machine.program, machine.sources)
         program = machine.program
         twin = load_twin(machine.sources["__init__.py"], name)
         self.at: dict[str, float] = seen(twin.Parameters(), "parameters")

@@ -20,7 +20,7 @@ from codegen.mechanics import build_system
 from codegen.mechanics.casadi_form import over_rows
 from codegen.observers import build_observer
 from codegen.program import build_program
-from codegen.replay.engine import twin_engine
+from codegen.replay.engine import TwinEngine
 from codegen.spec import read_spec
 
 
@@ -86,7 +86,7 @@ def test_the_compiled_tracking_observer_gives_the_bits_of_its_twin() -> None:
     given = cast(Motion, cast(Any, motion))
     observer = build_observer(replace(spec, observer=tracking_choice(system, given, 60.0)), system)
     program = build_program(observer)
-    twin = twin_engine(program, emit_sources(program, make_header("s", "0", "")))
+    twin = TwinEngine(program, emit_sources(program, make_header("s", "0", "")))
     rows = np.hstack([measured, motion.commands])
     twin.start(rows[0])
     names = [name for name, _, _ in program.outputs]

@@ -13,11 +13,10 @@ import numpy as np
 import pytest
 
 from codegen.base import compiler
-from codegen.base.compiler import compile_shared, find_compiler, load_library
+from codegen.base import compiler as cache
+from codegen.base.compiler import cached_library, compile_shared, find_compiler, load_library
 from codegen.base.errors import BadInput
 from codegen.base.temporary import refuse_replaceable
-from codegen.replay import cache
-from codegen.replay.cache import cached_library
 from stiction import replay
 from tests.app.command import is_one_message, stiction
 from tests.told import refused

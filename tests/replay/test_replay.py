@@ -16,7 +16,7 @@ from codegen.logs.stream import open_stream
 from codegen.observers import observer_of
 from codegen.program import build_program
 from codegen.replay import samples
-from codegen.replay.engine import compiled_engine, twin_engine
+from codegen.replay.engine import CompiledEngine, TwinEngine
 from codegen.replay.twin import load_twin
 from codegen.spec import read_spec
 from codegen.spec.model import CodeChoice
@@ -79,7 +79,7 @@ def test_the_compiled_engine_gives_the_bits_of_the_twin(spec: str, precision: st
     rows = np.cumsum(np.random.default_rng(2).normal(size=(10_000, len(program.inputs))), axis=0) * 1e-3
     rows[4000:5000] = rows[4000]
     results = []
-    for engine in (compiled_engine(program, files), twin_engine(program, files)):
+    for engine in (CompiledEngine(program, files), TwinEngine(program, files)):
         engine.start(rows[0])
         parts = [engine.run(part) for part in np.split(rows, [1, 4097])]
         assert engine.peek(rows[:1]).tobytes() == engine.peek(rows[:1]).tobytes()  # it leaves the state as it was
@@ -205,7 +205,7 @@ def test_a_value_that_is_not_finite_is_held_over_or_refused(tmp_path: Path, bad:
     log = write_csv(tmp_path / "log.csv", table)
     spec = read_spec(SPEC)
     program = build_program(observer_of(spec))
-    if twin_engine(program, emit_sources(program, make_header("a", "b", ""))).holds:
+    if TwinEngine(program, emit_sources(program, make_header("a", "b", ""))).holds:
         result = replay(SPEC, log, tmp_path / "out.csv")
         names, found = read_csv(tmp_path / "out.csv")
         assert result.faults == len(faults) and found[:, names.index("fault")].nonzero()[0].tolist() == faults

@@ -12,10 +12,9 @@ from codegen.base.errors import refuse_unknown
 from codegen.base.resources import resource_folder
 from codegen.report.style import png
 from codegen.spec import Spec, read_spec
-from codegen.thesis.gallery import drawing
-from codegen.thesis.gallery.figure import AS_DRAWN
+from codegen.thesis.gallery import arm, cancelling, drawing, hysteresis, laws, rig, servo, two_mass
+from codegen.thesis.gallery.figure import AS_DRAWN, Plot
 from codegen.thesis.gallery.measures import Reading
-from codegen.thesis.gallery.plots import PLOTS
 from codegen.thesis.gallery.runs import Gains
 from codegen.thesis.gallery.setting import Setting
 from codegen.thesis.gallery.statement import FigureText, Statement, read_figures
@@ -131,3 +130,14 @@ def figure_specs(text: FigureText) -> tuple[Spec, ...]:
 def _tell(progress: Callable[[float], None] | None, share: float) -> None:
     if progress is not None:
         progress(share)
+
+
+PLOTS: dict[str, Plot] = {
+    **laws.PLOTS,
+    **servo.PLOTS,
+    **two_mass.PLOTS,
+    **arm.PLOTS,
+    **cancelling.PLOTS,
+    **hysteresis.PLOTS,
+    **rig.PLOTS,
+}

@@ -9,18 +9,16 @@ from typing import Any
 import numpy as np
 
 from codegen.cancellation import cancelling_outputs, with_cancellation
-from codegen.effects.declare import system_of
 from codegen.mechanics import build_system
 from codegen.observers import build_observer
 from codegen.simulate.controller import declared_controller
 from codegen.simulate.loop_run import LoopRun
-from codegen.simulate.observed_loop import run_loop
 from codegen.simulate.observer_in_loop import Cancellation, generated_observer
 from codegen.spec.model import Spec
 from codegen.thesis.gallery import drawing as d
 from codegen.thesis.gallery.figure import Plot, Runs, measured
 from codegen.thesis.gallery.measures import Reading, ratio, rms
-from codegen.thesis.gallery.runs import Gains
+from codegen.thesis.gallery.runs import Gains, closed_loop, sample_count
 from codegen.thesis.gallery.setting import Setting, from_zero, simulation_of, without_friction
 
 PUSHED = (np.array([0.0, 0.0]), np.array([0.0, 1.0]))
@@ -39,47 +37,32 @@ def with_and_without(specs: Sequence[Spec], setting: Setting, pid: Gains | None 
     observer = generated_observer(made, with_cancellation(made, build_observer(made, system)))
     cancellation = Cancellation(np.eye(len(system.inputs)), outputs=cancelling_outputs(system))
     quiet = Setting(setting.name, noise=0.0)
-    loops = {
-        "ideal": _run(free, quiet),
-        "none": _run(spec, setting),
-        "cancelled": _run(spec, setting, observer, cancellation),
-    }
-    loops |= {
-        "pushed_ideal": _run(free, quiet, start=PUSHED),
-        "pushed_none": _run(spec, setting, start=PUSHED),
-        "pushed_cancelled": _run(spec, setting, observer, cancellation, PUSHED),
-    }
+    loops = {}
+    for prefix, start in (("", None), ("pushed_", PUSHED)):
+        loops[f"{prefix}ideal"] = _run(free, quiet, start=start)
+        loops[f"{prefix}none"] = _run(spec, setting, start=start)
+        loops[f"{prefix}cancelled"] = _run(spec, setting, observer, cancellation, start)
     return Runs(specs, setting, loops)
 
 
 def _run(spec: Spec, setting: Setting, observer: Any = None, cancellation: Any = None, start: Any = None) -> LoopRun:
-    simulation = simulation_of(spec)
-    samples = round(simulation.duration / simulation.sample_time)
-    return run_loop(
-        system_of(spec),
-        simulation.sample_time,
-        samples,
-        declared_controller(spec, simulation, samples),
-        observer,
-        cancellation,
-        setting.sensors(spec, False),
-        start=start,
-        seed=simulation.seed + setting.seed,
-    )
+    controller = declared_controller(spec, simulation_of(spec), sample_count(spec))
+    sensors = setting.sensors(spec, False)
+    return closed_loop(spec, setting, controller, observer, cancellation, sensors=sensors, start=start)
 
 
-def _distance(runs: Runs, name: str, ideal: str) -> float:
-    return rms((runs[name].true_positions - runs[ideal].true_positions).ravel())
+def _closeness(runs: Runs, prefix: str) -> Reading:
+    ideal = runs[f"{prefix}ideal"].true_positions
+    left, without = (rms((runs[prefix + name].true_positions - ideal).ravel()) for name in ("cancelled", "none"))
+    return Reading(ratio(left, without), (("cancelled", left), ("not", without)), "m")
 
 
 def closer_to_ideal(runs: Runs) -> Reading:
-    left, without = (_distance(runs, name, "ideal") for name in ("cancelled", "none"))
-    return Reading(ratio(left, without), (("cancelled", left), ("not", without)), "m")
+    return _closeness(runs, "")
 
 
 def closer_when_pushed(runs: Runs) -> Reading:
-    left, without = (_distance(runs, name, "pushed_ideal") for name in ("pushed_cancelled", "pushed_none"))
-    return Reading(ratio(left, without), (("cancelled", left), ("not", without)), "m")
+    return _closeness(runs, "pushed_")
 
 
 def draw(figure: Any, runs: Runs) -> None:

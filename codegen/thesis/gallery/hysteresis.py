@@ -14,7 +14,7 @@ from codegen.thesis.gallery import drawing as d
 from codegen.thesis.gallery.figure import Plot, Runs, measured
 from codegen.thesis.gallery.measures import Mask, Reading, after, friction_error, position_error, ratio, ripple, rms
 from codegen.thesis.gallery.runs import Gains, ideal_run, pid_run, servo_run, tuned_pid
-from codegen.thesis.gallery.servo_pictures import draw_motions
+from codegen.thesis.gallery.servo import draw_motions
 from codegen.thesis.gallery.setting import Setting
 
 NAMES = ("CFO", "TO", "DFO")

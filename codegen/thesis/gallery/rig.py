@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import combinations
 from typing import Any
 
@@ -17,10 +18,10 @@ from codegen.observers import build_observer
 from codegen.simulate.loop_run import LoopRun
 from codegen.spec.functions import Sgn
 from codegen.spec.model import Spec, symbol
-from codegen.thesis.gallery.figure import Plot, Runs
-from codegen.thesis.gallery.measures import Mask, Reading, hang_off, ratio, rms, sliding
-from codegen.thesis.gallery.rig_picture import DEGREES, drawing_of, target_of
-from codegen.thesis.gallery.runs import Gains, ideal_run, pid_run, servo_run, tuned_pid
+from codegen.thesis.gallery import drawing as d
+from codegen.thesis.gallery.figure import Plot, Runs, measured
+from codegen.thesis.gallery.measures import Array, Mask, Reading, hang_off, ratio, rms, sliding
+from codegen.thesis.gallery.runs import Gains, ideal_run, pid_run, reference_of, servo_run, tuned_pid
 from codegen.thesis.gallery.setting import Setting, from_zero, observer_choice, simulation_of, with_observer
 
 NAMES = ("CFO", "TO", "DFOa", "DFOb")
@@ -31,6 +32,45 @@ AMPLITUDE = 0.8727
 SUBSTEP = 1e-3
 """s: against steps of a tenth of it, the position differs by 0.05° RMS."""
 CHAPTER_3 = {"K_1": 0, "K_2": -100, "K_v": 100}
+DEGREES = 180 / np.pi
+
+
+def target_of(runs: Runs) -> Array:
+    """The reference of the rig at each sample, (N,), rad."""
+    return reference_of(runs.setting.applied(runs.specs[0]), len(runs["ideal"].time))
+
+
+def draw(name: str, figure: Any, runs: Runs) -> None:
+    """Left without, right with cancellation: position, distance, friction over time and over velocity."""
+    grid = figure.subplots(4, 2)
+    pid = runs["pid"]
+    target = target_of(runs)
+    for column, key, letter, words in zip(
+        grid.T, (f"{name}_off", name), "ab", ("not cancelled", "cancelled"), strict=True
+    ):
+        run = runs[key]
+        position, distance, force, over_velocity = column
+        d.line(position, run.time, target * DEGREES, d.IDEAL, "reference", 1.4, (0, (5, 2)))
+        d.line(position, run.time, run.true_positions[:, 0] * DEGREES, d.ESTIMATED, f"with the {name}")
+        error = [(r.true_positions[:, 0] - target) * DEGREES for r in (run, pid)]
+        if letter == "b":
+            d.line(distance, run.time, error[1], d.THIRD_ONE, "PID", 1.4)
+        d.line(distance, run.time, error[0], d.ESTIMATED)
+        distance.set_ylim(-15, 15)
+        d.line(force, run.time, run.friction_estimate[:, 0], d.ESTIMATED, None, 1.2)
+        d.line(force, run.time, run.friction[:, 0], d.TRUE, "true friction", 1.2)
+        d.dots(over_velocity, run.true_velocities[:, 0], run.friction[:, 0], d.TRUE)
+        d.dots(over_velocity, run.true_velocities[:, 0], run.friction_estimate[:, 0], d.ESTIMATED)
+        for axes in (force, over_velocity):
+            d.limit(axes, run.friction, 1.8)
+        for axes in (position, distance, force):
+            axes.axvline(runs.numbers["half"], color=d.OTHER, linewidth=1.2, linestyle=(0, (2, 2)))
+        first = letter == "a"
+        d.frame(position, "", "angle in °" if first else "", f"({letter}) {words}")
+        d.frame(distance, "", "distance in °" if first else "")
+        d.frame(force, d.TIME, "friction in N·m" if first else "")
+        d.frame(over_velocity, "velocity in rad/s", "friction in N·m" if first else "")
+    d.legend(figure, grid[0, 1], grid[1, 1], grid[2, 1])
 
 
 def rig_runs(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None) -> Runs:
@@ -95,41 +135,34 @@ def _force_error(runs: Runs, name: str) -> float:
     return rms((run.friction - run.friction_estimate)[sliding(run) & (before | late), 0])
 
 
-def grows_with_friction(name: str) -> Any:
-    def measure(runs: Runs) -> Reading:
-        before, after = hang_offs(runs, f"{name}_off")
-        return Reading(ratio(after, before), (("before", before * DEGREES), ("after", after * DEGREES)), "°")
-
-    return measure
+def grows_with_friction(name: str, runs: Runs) -> Reading:
+    before, after = hang_offs(runs, f"{name}_off")
+    return Reading(ratio(after, before), (("before", before * DEGREES), ("after", after * DEGREES)), "°")
 
 
-def eliminated(name: str) -> Any:
-    def measure(runs: Runs) -> Reading:
-        without, left = hang_offs(runs, f"{name}_off"), hang_offs(runs, name)
-        parts = (
-            ("before, not cancelled", without[0]),
-            ("cancelled", left[0]),
-            ("after, not cancelled", without[1]),
-            ("cancelled", left[1]),
-        )
-        return Reading(
-            max(ratio(a, b) for a, b in zip(left, without, strict=True)),
-            tuple((label, value * DEGREES) for label, value in parts),
-            "°",
-        )
-
-    return measure
+def eliminated(name: str, runs: Runs) -> Reading:
+    without, left = hang_offs(runs, f"{name}_off"), hang_offs(runs, name)
+    parts = (
+        ("before, not cancelled", without[0]),
+        ("cancelled", left[0]),
+        ("after, not cancelled", without[1]),
+        ("cancelled", left[1]),
+    )
+    worst = max(ratio(a, b) for a, b in zip(left, without, strict=True))
+    return Reading(worst, tuple((label, value * DEGREES) for label, value in parts), "°")
 
 
-def no_worse_than_pid(name: str) -> Any:
-    def measure(runs: Runs) -> Reading:
-        path = runs["ideal"].true_positions
-        errors = [rms((runs[key].true_positions - path).ravel()) * DEGREES for key in (name, "pid")]
-        left = [max(hang_offs(runs, key)) * DEGREES for key in (name, "pid")]
-        parts = ((name, errors[0]), ("PID", errors[1]), ("hang-off", left[0]), ("of the PID", left[1]))
-        return Reading(ratio(*errors), parts, "°")
+def no_worse_than_pid(name: str, runs: Runs) -> Reading:
+    errors = list(_distances(runs, (name, "pid")).values())
+    left = [max(hang_offs(runs, key)) * DEGREES for key in (name, "pid")]
+    parts = ((name, errors[0]), ("PID", errors[1]), ("hang-off", left[0]), ("of the PID", left[1]))
+    return Reading(ratio(*errors), parts, "°")
 
-    return measure
+
+def _distances(runs: Runs, names: Sequence[str] = NAMES) -> dict[str, float]:
+    """RMS distance from the ideal, °."""
+    path = runs["ideal"].true_positions
+    return {name: rms((runs[name].true_positions - path).ravel()) * DEGREES for name in names}
 
 
 def proportional(runs: Runs) -> Reading:
@@ -148,8 +181,7 @@ def cfo_estimates_best(runs: Runs) -> Reading:
 
 
 def cfo_compensates_best(runs: Runs) -> Reading:
-    path = runs["ideal"].true_positions
-    errors = {name: rms((runs[name].true_positions - path).ravel()) * DEGREES for name in NAMES}
+    errors = _distances(runs)
     return Reading(ratio(errors["CFO"], min(errors[n] for n in NAMES[1:])), tuple(errors.items()), "°")
 
 
@@ -166,8 +198,7 @@ def to_overcompensates(runs: Runs) -> Reading:
 
 def to_lies_between(runs: Runs) -> Reading:
     """How far the TO's distance from the ideal is from the middle between the CFO's and the DFOs', in half widths."""
-    path = runs["ideal"].true_positions
-    errors = {name: rms((runs[name].true_positions - path).ravel()) * DEGREES for name in NAMES}
+    errors = _distances(runs)
     ends = errors["CFO"], (errors["DFOa"] + errors["DFOb"]) / 2
     off = abs(errors["TO"] - sum(ends) / 2)
     return Reading(ratio(off, abs(ends[1] - ends[0]) / 2), tuple(errors.items()), "°")
@@ -184,13 +215,10 @@ def loop_stays(runs: Runs) -> Reading:
     return Reading(max(abs(grown - 1) for _, grown in parts), tuple(parts), "times")
 
 
-def similar(*names: str) -> Any:
-    def measure(runs: Runs) -> Reading:
-        motions = [runs[name].true_positions for name in names]
-        apart = max(rms((a - b).ravel()) for a, b in combinations(motions, 2))
-        return Reading(apart / AMPLITUDE, (("RMS apart", apart * DEGREES),), "°")
-
-    return measure
+def similar(names: Sequence[str], runs: Runs) -> Reading:
+    motions = [runs[name].true_positions for name in names]
+    apart = max(rms((a - b).ravel()) for a, b in combinations(motions, 2))
+    return Reading(apart / AMPLITUDE, (("RMS apart", apart * DEGREES),), "°")
 
 
 def on_the_boundary(runs: Runs) -> Reading:
@@ -221,24 +249,15 @@ def _tracking(runs: Runs) -> Spec:
 
 
 def _measures(name: str) -> dict[str, Any]:
-    own = {
-        "grows_with_friction": grows_with_friction(name),
-        "eliminated": eliminated(name),
-        "no_worse_than_pid": no_worse_than_pid(name),
+    own = {measure.__name__: partial(measure, name) for measure in (grows_with_friction, eliminated, no_worse_than_pid)}
+    of_all = (proportional, cfo_estimates_best, cfo_compensates_best, to_overcompensates, to_lies_between, loop_stays)
+    alike = {
+        "cfo_like_to": ("CFO", "TO"),
+        "dfoa_like_dfob": ("DFOa", "DFOb"),
+        "to_like_dfos_off": ("TO_off", "DFOa_off", "DFOb_off"),
     }
-    return own | {
-        "proportional": proportional,
-        "cfo_estimates_best": cfo_estimates_best,
-        "cfo_compensates_best": cfo_compensates_best,
-        "to_overcompensates": to_overcompensates,
-        "cfo_like_to": similar("CFO", "TO"),
-        "dfoa_like_dfob": similar("DFOa", "DFOb"),
-        "to_like_dfos_off": similar("TO_off", "DFOa_off", "DFOb_off"),
-        "to_lies_between": to_lies_between,
-        "loop_stays": loop_stays,
-        "on_the_boundary": on_the_boundary,
-        "grows_at_chapter_3_gains": grows_at_chapter_3_gains,
-    }
+    compared = {key: partial(similar, names) for key, names in alike.items()}
+    return own | measured(*of_all, on_the_boundary, grows_at_chapter_3_gains) | compared
 
 
 SETTINGS = (
@@ -269,7 +288,7 @@ def _settings(name: str) -> tuple[Setting, ...]:
 PLOTS = {
     number: Plot(
         rig_runs,
-        drawing_of(name),
+        partial(draw, name),
         4,
         _measures(name),
         _settings(name),

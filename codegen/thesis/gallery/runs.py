@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,10 +14,10 @@ from codegen.effects.declare import system_of
 from codegen.mechanics import build_system
 from codegen.mechanics.system import System
 from codegen.observers import build_observer
-from codegen.simulate.controller import Sample, declared_controller
+from codegen.simulate.controller import Controller, Sample, declared_controller
 from codegen.simulate.loop_run import LoopRun
 from codegen.simulate.observed_loop import run_loop
-from codegen.simulate.observer_in_loop import Cancellation, generated_observer
+from codegen.simulate.observer_in_loop import Cancellation, ObserverInLoop, generated_observer
 from codegen.spec.model import Spec
 from codegen.thesis.gallery.measures import rms
 from codegen.thesis.gallery.setting import Setting, from_zero, simulation_of, without_friction
@@ -108,26 +109,47 @@ def servo_run(
     """
     spec = setting.applied(spec)
     simulation = simulation_of(spec)
-    period, samples = simulation.sample_time, round(simulation.duration / simulation.sample_time)
+    period, samples = simulation.sample_time, sample_count(spec)
     observer = None
     if cancel is not None:
-        made = setting.applied(observed) if observed is not None else from_zero(spec)
-        observer = generated_observer(made, build_observer(made, build_system(made)))
-    measured = velocity_measured(spec)
+        observer = observer_of(setting.applied(observed) if observed is not None else from_zero(spec))
     outputs = observer.outputs if observer is not None else ()
     estimate = next((k for k, name in enumerate(outputs) if name == f"{spec.velocities[0]}_hat"), None)
     gains = [next(iter(g.values())) for g in (simulation.position_gain, simulation.velocity_gain)]
-    return run_loop(
-        plant if plant is not None else system_of(spec),
-        period,
-        samples,
-        Servo(period, reference_of(spec, samples), gains[0], gains[1], estimate),
-        observer,
-        Cancellation(np.eye(1), cancel, delay) if cancel is not None else None,
-        setting.sensors(spec, measured),
-        substeps=substeps,
-        seed=simulation.seed + setting.seed,
-    )
+    servo = Servo(period, reference_of(spec, samples), gains[0], gains[1], estimate)
+    cancellation = None if cancel is None else Cancellation(np.eye(1), cancel, delay)
+    return closed_loop(spec, setting, servo, observer, cancellation, plant, substeps=substeps)
+
+
+def closed_loop(
+    spec: Spec,
+    setting: Setting,
+    controller: Controller,
+    observer: ObserverInLoop | None = None,
+    cancellation: Cancellation | None = None,
+    plant: System | None = None,
+    **more: Any,
+) -> LoopRun:
+    """A run of an applied spec's machine, or of ``plant``, with the sensors and the noise of a setting.
+
+    Args:
+        more: of ``run_loop``.
+    """
+    simulation = simulation_of(spec)
+    given = {"sensors": setting.sensors(spec, velocity_measured(spec)), "seed": simulation.seed + setting.seed} | more
+    machine = plant if plant is not None else system_of(spec)
+    return run_loop(machine, simulation.sample_time, sample_count(spec), controller, observer, cancellation, **given)
+
+
+def sample_count(spec: Spec) -> int:
+    """Samples of a spec's simulation."""
+    simulation = simulation_of(spec)
+    return round(simulation.duration / simulation.sample_time)
+
+
+def observer_of(spec: Spec) -> ObserverInLoop:
+    """The generated observer of a spec."""
+    return generated_observer(spec, build_observer(spec, build_system(spec)))
 
 
 def velocity_measured(spec: Spec) -> bool:
@@ -162,16 +184,9 @@ def pid_run(
 ) -> LoopRun:
     """The servo under a PID of position, velocity and integral gains; velocity as the sensors give it."""
     spec = setting.applied(spec)
-    simulation = simulation_of(spec)
-    return run_loop(
-        plant if plant is not None else system_of(spec),
-        simulation.sample_time,
-        len(ideal.time),
-        Pid(simulation.sample_time, ideal, gains),
-        sensors=setting.sensors(spec, velocity_measured(spec)),
-        substeps=substeps,
-        seed=simulation.seed + setting.seed if seed is None else seed,
-    )
+    pid = Pid(simulation_of(spec).sample_time, ideal, gains)
+    noise = {} if seed is None else {"seed": seed}
+    return closed_loop(spec, setting, pid, plant=plant, substeps=substeps, **noise)
 
 
 def tuned_pid(
@@ -219,20 +234,10 @@ def tuned_pid(
 def watch(spec: Spec, setting: Setting, observers: Mapping[str, Spec]) -> dict[str, LoopRun]:
     """One open-loop motion with its noise as ``motion``, and what each observer makes of it, which has no say in it."""
     spec = setting.applied(spec)
-    simulation = simulation_of(spec)
-    samples = round(simulation.duration / simulation.sample_time)
-    seen = run_loop(
-        system_of(spec),
-        simulation.sample_time,
-        samples,
-        declared_controller(spec, simulation, samples),
-        sensors=setting.sensors(spec, velocity_measured(spec)),
-        seed=simulation.seed + setting.seed,
-    )
+    seen = closed_loop(spec, setting, declared_controller(spec, simulation_of(spec), sample_count(spec)))
     runs = {"motion": seen}
     for name, observed in observers.items():
-        made = from_zero(setting.applied(observed))
-        observer = generated_observer(made, build_observer(made, build_system(made)))
+        observer = observer_of(from_zero(setting.applied(observed)))
         rows = np.hstack([seen.positions, seen.inputs])
         observer.engine.start(rows[0])
         estimates, faults = observer.engine.run(rows)
